@@ -1,0 +1,36 @@
+# Everything runs in a virtual environment of the checkout; only Python is needed on the machine.
+PYTHON ?= python3
+VENV ?= .venv
+BIN := $(VENV)/$(if $(filter Windows_NT,$(OS)),Scripts,bin)
+READY := $(VENV)/.ready
+JOBS ?= 2
+
+.PHONY: demo test check test-all bench clean
+
+demo: $(READY)
+	$(BIN)/lag2fmu demo --plot double_pendulum.png
+
+test: $(READY)
+	$(BIN)/ruff check .
+	$(BIN)/ruff format --check .
+	$(BIN)/mypy
+	$(BIN)/python -m pytest -n $(JOBS)
+
+check: $(READY)
+	$(BIN)/ruff check .
+	$(BIN)/ruff format --check .
+	$(BIN)/mypy
+	$(BIN)/python -m pytest -n $(JOBS) -m "not slow and not fmu and not toolchain"
+
+test-all: test
+
+bench: $(READY)
+	$(BIN)/python -m benchmarks.export
+
+$(READY): pyproject.toml
+	$(PYTHON) -m venv $(VENV)
+	$(BIN)/python -m pip install --quiet --disable-pip-version-check -e ".[test]"
+	touch $(READY)
+
+clean:
+	rm -rf $(VENV) build dist *.egg-info

@@ -1,0 +1,81 @@
+"""The time of `lag2fmu export` beside `import sympy` and the compiler alone: medians of interleaved runs, one table.
+
+Run with `make bench` or `python -m benchmarks.export [MODEL ...]`. The bar: export takes at most three times the wall
+time of `python -c "import sympy"`, plus the compiler's own.
+"""
+
+from __future__ import annotations
+
+import statistics
+import subprocess
+import sys
+import tempfile
+import time
+from collections.abc import Callable
+from pathlib import Path
+
+from rich.console import Console
+from rich.table import Table
+
+from lag2fmu.codegen import DEFAULT_SOLVER
+from lag2fmu.dynamics import derive, lower
+from lag2fmu.fmu.compilers import compile_library, host_platform
+from lag2fmu.fmu.exporting import describe, fmi_headers
+from lag2fmu.mechanism.loading import load
+
+RUNS = 9
+
+
+def _command(*arguments: str) -> Callable[[], None]:
+    def run() -> None:
+        subprocess.run([sys.executable, *arguments], check=True, capture_output=True)
+
+    return run
+
+
+def _compiler(name: str) -> Callable[[], None]:
+    mechanism = load(name)
+    equations = derive(mechanism)
+    description, sources = describe(mechanism, equations, lower(equations), DEFAULT_SOLVER)
+
+    def run() -> None:
+        compile_library(sources, fmi_headers(), description.model_identifier, host_platform(), "zig")
+
+    return run
+
+
+def _median_seconds(actions: dict[str, Callable[[], None]]) -> dict[str, float]:
+    """Wall seconds of each action, the median of interleaved runs after one warm-up."""
+    times: dict[str, list[float]] = {label: [] for label in actions}
+    for number in range(RUNS + 1):
+        for label, action in actions.items():
+            start = time.perf_counter()
+            action()
+            if number:
+                times[label].append(time.perf_counter() - start)
+    return {label: statistics.median(seconds) for label, seconds in times.items()}
+
+
+def main() -> None:
+    """Measure and print."""
+    table = Table(title=f"wall seconds, medians of {RUNS} interleaved runs", title_justify="left")
+    for heading in ("model", "import sympy", "compiler", "export", "(export - compiler) / import sympy", "bar"):
+        table.add_column(heading, justify="right")
+    with tempfile.TemporaryDirectory() as folder:
+        for name in sys.argv[1:] or ["double_pendulum", "cart_pole"]:
+            target = str(Path(folder) / f"{name}.fmu")
+            seconds = _median_seconds(
+                {
+                    "sympy": _command("-c", "import sympy"),
+                    "compiler": _compiler(name),
+                    "export": _command("-m", "lag2fmu.cli", "export", name, "-o", target),
+                }
+            )
+            ratio = (seconds["export"] - seconds["compiler"]) / seconds["sympy"]
+            row = [f"{seconds[key]:.3f}" for key in ("sympy", "compiler", "export")]
+            table.add_row(name, *row, f"{ratio:.2f}", "3.00")
+    Console().print(table)
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,59 @@
+"""lag2fmu: from the Lagrangian of a mechanism to a validated FMI 2.0 FMU.
+
+>>> import lag2fmu
+>>> fmu = lag2fmu.export(lag2fmu.load("double_pendulum"))
+>>> lag2fmu.validate(fmu).passed
+True
+"""
+
+from importlib import import_module
+from typing import TYPE_CHECKING
+
+from lag2fmu.version import VERSION as __version__
+
+if TYPE_CHECKING:
+    from lag2fmu.dynamics import derive
+    from lag2fmu.errors import Lag2FmuError
+    from lag2fmu.fmu import Fmu, export
+    from lag2fmu.mechanism import Mechanism
+    from lag2fmu.mechanism.loading import load
+    from lag2fmu.reference import Trajectory
+    from lag2fmu.verify import Report, simulate, validate
+
+_HOME = {
+    "Fmu": "lag2fmu.fmu",
+    "Lag2FmuError": "lag2fmu.errors",
+    "Mechanism": "lag2fmu.mechanism",
+    "Report": "lag2fmu.verify",
+    "Trajectory": "lag2fmu.reference",
+    "derive": "lag2fmu.dynamics",
+    "export": "lag2fmu.fmu",
+    "load": "lag2fmu.mechanism.loading",
+    "simulate": "lag2fmu.verify",
+    "validate": "lag2fmu.verify",
+}
+
+__all__ = [
+    "Fmu",
+    "Lag2FmuError",
+    "Mechanism",
+    "Report",
+    "Trajectory",
+    "__version__",
+    "derive",
+    "export",
+    "load",
+    "simulate",
+    "validate",
+]
+
+
+def __getattr__(name: str) -> object:
+    """Import a public name where it is first used, so that the command line starts at once."""
+    if name not in _HOME:
+        raise AttributeError(f"module 'lag2fmu' has no attribute '{name}'; there are {', '.join(_HOME)}")
+    return getattr(import_module(_HOME[name]), name)
+
+
+def __dir__() -> list[str]:
+    return list(__all__)

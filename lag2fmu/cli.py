@@ -1,0 +1,327 @@
+"""The command line: the verbs of the library. Exit code 0 done, 1 a check failed, 2 bad usage or bad input."""
+
+from __future__ import annotations
+
+import sys
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import click
+
+from lag2fmu.errors import ExportError, Lag2FmuError
+from lag2fmu.version import VERSION
+
+if TYPE_CHECKING:
+    from lag2fmu.mechanism import Mechanism
+    from lag2fmu.reference import Trajectory
+    from lag2fmu.verify import Report
+
+_SET = click.option(
+    "--set",
+    "settings",
+    multiple=True,
+    metavar="NAME=VALUE",
+    help="Parameter, start value or structural argument; repeatable.",
+)
+_STOP = click.option("--stop-time", type=float, metavar="S", help="Stop time in seconds.")
+_PLOTS = (".png", ".svg", ".pdf")
+
+
+class _BadInputError(click.ClickException):
+    """An error of the user, shown as one line."""
+
+    exit_code = 2
+
+
+class _Commands(click.Group):
+    """A group that turns every error of lag2fmu into one line and exit code 2."""
+
+    def invoke(self, ctx: click.Context) -> Any:
+        """Run the command."""
+        try:
+            return super().invoke(ctx)
+        except Lag2FmuError as error:
+            raise _BadInputError(str(error)) from error
+
+
+@click.group(cls=_Commands, context_settings={"help_option_names": ["-h", "--help"]})
+@click.version_option(VERSION, prog_name="lag2fmu")
+def main() -> None:
+    """From the Lagrangian of a mechanism to a validated FMI 2.0 FMU.
+
+    MODEL is a bundled name (see 'lag2fmu models'), a .py file or a .toml file.
+    """
+
+
+@main.command()
+@click.option(
+    "--plot", "plot", type=click.Path(path_type=Path), help="Write the comparison as a picture (.png, .svg, .pdf)."
+)
+def demo(plot: Path | None) -> None:
+    """Export, simulate and validate a double pendulum; print what was compared."""
+    import lag2fmu
+    from lag2fmu.codegen import METHODS
+    from lag2fmu.dynamics import derive, lower
+
+    mechanism = lag2fmu.load("double_pendulum")
+    program = lower(derive(mechanism))
+    operations = {f.name: program.operations(f) for f in program.functions}["mechanism_dynamics"]
+    click.echo(f"{mechanism.title}: derived; mass matrix and forcing take {operations} operations")
+    with _folder() as folder:
+        fmu = lag2fmu.export(mechanism, folder / "double_pendulum.fmu")
+        solver = METHODS[fmu.description.solver].title
+        click.echo(f"exported {fmu.path.name}: {fmu.path.stat().st_size / 1024:.0f} KiB, co-simulation by {solver}")
+        report = lag2fmu.validate(fmu)
+    _print(report)
+    if plot is not None:
+        report.write(plot)
+        click.echo(f"wrote {plot}")
+    sys.exit(0 if report.passed else 1)
+
+
+@main.command()
+def models() -> None:
+    """List the mechanisms that come with lag2fmu."""
+    from rich.table import Table
+
+    import lag2fmu
+    from lag2fmu.mechanism.loading import bundled
+
+    table = Table(box=None, pad_edge=False)
+    for heading in ("model", "n", "what it is"):
+        table.add_column(heading)
+    for name in bundled():
+        mechanism = lag2fmu.load(name)
+        table.add_row(name, str(len(mechanism.coordinates)), mechanism.title)
+    _console().print(table)
+
+
+@main.command()
+@click.argument("model")
+@click.option("--format", "style", type=click.Choice(["text", "latex", "toml"]), default="text", show_default=True)
+@click.option(
+    "--plot", type=click.Path(path_type=Path), help="Draw the mechanism in its start position (.png, .svg, .pdf)."
+)
+@_SET
+def show(model: str, style: str, plot: Path | None, settings: tuple[str, ...]) -> None:
+    """Walk the twelve steps of the textbook procedure, or write the mechanism as text (toml)."""
+    from lag2fmu.mechanism.write import write
+    from lag2fmu.verify.procedure import procedure
+
+    mechanism = _load(model, settings)
+    click.echo(write(mechanism) if style == "toml" else procedure(mechanism, style), nl=False)
+    if plot is not None:
+        from lag2fmu.verify.plot import configuration, save
+
+        save(configuration(mechanism), plot)
+
+
+@main.command("export")
+@click.argument("model")
+@click.option("-o", "--out", "path", type=click.Path(path_type=Path), metavar="FILE", help="The FMU; default NAME.fmu.")
+@click.option(
+    "--platform", type=click.Choice(["host"]), default="host", show_default=True, help="Platform of the binary."
+)
+@click.option("--solver", metavar="NAME", help="Integrator of co-simulation: dopri5 (default) or rk4.")
+@click.option("--compiler", type=click.Choice(["zig", "host"]), default="zig", show_default=True)
+@click.option(
+    "--output",
+    "outputs",
+    multiple=True,
+    metavar="NAME",
+    help="Make a local variable an output ('all': each); repeatable.",
+)
+@_SET
+def export_command(
+    model: str,
+    path: Path | None,
+    platform: str,
+    solver: str | None,
+    compiler: str,
+    outputs: tuple[str, ...],
+    settings: tuple[str, ...],
+) -> None:
+    """Write the FMU of MODEL."""
+    from lag2fmu.codegen import DEFAULT_SOLVER
+    from lag2fmu.fmu import export
+
+    fmu = export(_load(model, settings), path, solver=solver or DEFAULT_SOLVER, compiler=compiler, outputs=outputs)
+    click.echo(f"wrote {fmu.path}")
+
+
+@main.command()
+@click.argument("model", metavar="MODEL|FMU")
+@_STOP
+@click.option("--step", type=float, metavar="S", help="Communication step in seconds.")
+@click.option("--tolerance", type=float, help="Relative tolerance of the solver.")
+@click.option("--input", "inputs", type=click.Path(path_type=Path), metavar="CSV", help="Signals: time,name,...")
+@click.option("-o", "--out", metavar="CSV", help="Write the trajectory; '-' is standard output.")
+@click.option("--plot", type=click.Path(path_type=Path), help="Draw time histories (.png, .svg, .pdf).")
+@_SET
+def simulate(
+    model: str,
+    stop_time: float | None,
+    step: float | None,
+    tolerance: float | None,
+    inputs: Path | None,
+    out: str | None,
+    plot: Path | None,
+    settings: tuple[str, ...],
+) -> None:
+    """Run MODEL or an FMU by fmpy."""
+    from lag2fmu.mechanism.loading import numbers_of, pairs_of
+    from lag2fmu.reference import read_csv
+    from lag2fmu.verify import running
+
+    _check_plot(plot)
+    source: running.Model = Path(model)
+    values = {}
+    if running.is_fmu(source):
+        values = numbers_of(pairs_of(settings))
+    else:
+        source = _load(model, settings)
+    signals = None if inputs is None else read_csv(inputs)
+    with _progress(stop_time) as progress:
+        trajectory = running.simulate(
+            source,
+            stop_time=stop_time,
+            step=step,
+            tolerance=tolerance,
+            values=values,
+            inputs=signals,
+            progress=progress,
+        )
+    if out == "-":
+        click.echo(trajectory.to_csv(), nl=False)
+    elif out is not None:
+        trajectory.write_csv(out)
+        click.echo(f"wrote {out}", err=True)
+    else:
+        _print_summary(trajectory)
+    if plot is not None:
+        from lag2fmu.verify.plot import save, time_histories
+
+        save(time_histories(Path(model).stem, trajectory), plot)
+
+
+@main.command()
+@click.argument("model", metavar="MODEL|FMU")
+@_STOP
+@click.option("--tolerance", type=float, help="Relative tolerance of the FMU's solver.")
+@click.option("--input", "inputs", type=click.Path(path_type=Path), metavar="CSV", help="Signals: time,name,...")
+@click.option("--solver", metavar="NAME", help="Integrator of co-simulation, for a MODEL.")
+@click.option(
+    "--report",
+    "reports",
+    multiple=True,
+    type=click.Path(path_type=Path),
+    help="Write .json, .txt, .png, .svg; repeatable.",
+)
+@_SET
+def validate(
+    model: str,
+    stop_time: float | None,
+    tolerance: float | None,
+    inputs: Path | None,
+    solver: str | None,
+    reports: tuple[Path, ...],
+    settings: tuple[str, ...],
+) -> None:
+    """Compare the FMU with a direct integration of the mechanism on an independent path."""
+    from lag2fmu.codegen import DEFAULT_SOLVER
+    from lag2fmu.reference import read_csv
+    from lag2fmu.verify import running
+
+    for path in reports:
+        _check_ending(path, (".json", ".txt", *_PLOTS))
+    source: running.Model = Path(model)
+    if not running.is_fmu(source):
+        source = _load(model, settings)
+    elif settings or solver:
+        raise ExportError(f"'{model}' is an FMU: --set and --solver belong to its export; give a MODEL")
+    signals = None if inputs is None else read_csv(inputs)
+    report = running.validate(
+        source, stop_time=stop_time, tolerance=tolerance, inputs=signals, solver=solver or DEFAULT_SOLVER
+    )
+    _print(report)
+    for path in reports:
+        report.write(path)
+        click.echo(f"wrote {path}")
+    sys.exit(0 if report.passed else 1)
+
+
+# ----------------------------------------------------------------------------------------------------------- helpers
+
+
+def _load(model: str, settings: tuple[str, ...]) -> Mechanism:
+    """The mechanism with its structural arguments and values; its warnings go to standard error."""
+    from lag2fmu.mechanism.loading import load, split_settings, with_values
+
+    structural, values = split_settings(model, settings)
+    mechanism = with_values(load(model, structural), values)
+    for warning in mechanism.warnings:
+        click.echo(f"warning: {warning}", err=True)
+    return mechanism
+
+
+def _console() -> Any:
+    from rich.console import Console
+
+    return Console(width=None if sys.stdout.isatty() else 110)
+
+
+def _print(report: Report) -> None:
+    _console().print(report.table())
+
+
+def _print_summary(trajectory: Trajectory) -> None:
+    from rich.table import Table
+
+    table = Table(title=f"0 to {trajectory.time[-1]:g} s, {len(trajectory)} points", title_justify="left")
+    for heading in ("output", "start", "least", "greatest", "end"):
+        table.add_column(heading, justify="left" if heading == "output" else "right")
+    for name in trajectory.names:
+        column = trajectory[name]
+        table.add_row(name, *(f"{x:.9g}" for x in (column[0], column.min(), column.max(), column[-1])))
+    _console().print(table)
+
+
+def _check_plot(plot: Path | None) -> None:
+    if plot is not None:
+        _check_ending(plot, _PLOTS)
+
+
+def _check_ending(path: Path, endings: tuple[str, ...]) -> None:
+    """Refuse a file that could not be written, before the work is done."""
+    if path.suffix not in endings:
+        raise ExportError(f"'{path}': its ending must be one of {', '.join(endings)}")
+    if not path.parent.is_dir():
+        raise ExportError(f"'{path}': the folder '{path.parent}' does not exist")
+
+
+@contextmanager
+def _folder() -> Iterator[Path]:
+    import tempfile
+
+    with tempfile.TemporaryDirectory(prefix="lag2fmu-") as folder:
+        yield Path(folder)
+
+
+@contextmanager
+def _progress(stop_time: float | None) -> Iterator[Callable[[float], None] | None]:
+    """A progress bar on a terminal's standard error, else nothing."""
+    if not sys.stderr.isatty():
+        yield None
+        return
+    from rich.console import Console
+    from rich.progress import Progress
+
+    with Progress(console=Console(stderr=True), transient=True) as bar:
+        task = bar.add_task("simulating", total=stop_time)
+        yield lambda time: bar.update(task, completed=time)
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,77 @@
+"""The source tree of an FMU: the runtime as it stands in templates/, and the files that depend on the mechanism."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+
+from lag2fmu.codegen.tableaus import Tableau
+from lag2fmu.codegen.templates import render
+from lag2fmu.dynamics import Program
+from lag2fmu.dynamics.operations import CODE
+from lag2fmu.resources import resource_folder
+
+GENERATED = ("mechanism.h", "mechanism.c", "tables.c", "tableau.c")
+
+_HELPERS = {
+    "sign": "static double sign(double x) { return (double)((x > 0.0) - (x < 0.0)); }",
+    "heaviside": "static double heaviside(double x) { return 0.5 * (1.0 + (double)((x > 0.0) - (x < 0.0))); }",
+}
+
+
+@dataclass(frozen=True)
+class Slot:
+    """What a value reference stands for: ``index`` in the vector of ``kind`` (a VariableKind of the runtime)."""
+
+    name: str
+    kind: str
+    index: int
+    minimum: float | None = None
+    maximum: float | None = None
+
+
+@dataclass(frozen=True)
+class Tables:
+    """The numbers and names of one mechanism; values in SI, states are (q, qd), slots in value reference order."""
+
+    model_name: str
+    slots: tuple[Slot, ...]
+    coordinate_names: tuple[str, ...]
+    start_states: tuple[float, ...]
+    nominal_states: tuple[float, ...]
+    start_inputs: tuple[float, ...]
+    start_parameters: tuple[float, ...]
+    default_solver_step: float
+
+    @property
+    def starts(self) -> list[tuple[str, str, Sequence[float]]]:
+        """(name in C, size in C, values) of the constant vectors."""
+        return [
+            ("START_STATES", "N_STATES", self.start_states),
+            ("NOMINAL_STATES", "N_STATES", self.nominal_states),
+            ("START_INPUTS", "N_INPUTS", self.start_inputs),
+            ("START_PARAMETERS", "SIZE_PARAMETERS", self.start_parameters),
+        ]
+
+    @property
+    def vectors(self) -> list[tuple[str, list[str]]]:
+        """(letter, names of the entries) of the vectors in the generated code."""
+        letters = {"x": "VARIABLE_STATE", "u": "VARIABLE_INPUT", "p": "VARIABLE_PARAMETER", "y": "VARIABLE_LOCAL"}
+        return [(letter, [s.name for s in self.slots if s.kind == kind]) for letter, kind in letters.items()]
+
+
+def render_sources(program: Program, tables: Tables, tableau: Tableau, guid: str) -> Mapping[str, str]:
+    """{file name: text} of all C sources and headers, sorted; the headers of FMI are not among them."""
+    used = {
+        program.graph.code[node] for f in program.functions for node in program.graph.cone(n for *_, n in f.results)
+    }
+    context = {
+        "program": program,
+        "tables": tables,
+        "tableau": tableau,
+        "guid": guid,
+        "helpers": [text for name, text in _HELPERS.items() if CODE[name] in used],
+    }
+    files = {path.name: path.read_text("utf-8") for path in (resource_folder("templates") / "runtime").glob("*.[ch]")}
+    files |= {name: render(f"mechanism/{name}.jinja", context) for name in GENERATED}
+    return dict(sorted(files.items()))

@@ -1,0 +1,48 @@
+"""The one Jinja environment: templates loop and print, Python decides."""
+
+from __future__ import annotations
+
+from functools import lru_cache
+
+from jinja2 import Environment, FileSystemLoader, StrictUndefined
+
+from lag2fmu.codegen.c import c_function, c_number, c_prototype, c_string
+from lag2fmu.resources import resource_folder
+
+
+@lru_cache(maxsize=1)
+def _environment() -> Environment:
+    environment = Environment(
+        loader=FileSystemLoader(resource_folder("templates")),
+        undefined=StrictUndefined,
+        trim_blocks=True,
+        lstrip_blocks=True,
+        keep_trailing_newline=True,
+        autoescape=False,  # noqa: S701  # the result is C; XML is written by an XML library
+    )
+    environment.filters |= {
+        "c_number": c_number,
+        "c_string": c_string,
+        "c_prototype": c_prototype,
+        "c_bound": _c_bound,
+        "c_comment": _c_comment,
+    }
+    environment.globals["c_function"] = c_function
+    return environment
+
+
+def render(template: str, context: dict[str, object]) -> str:
+    """The text of ``template`` (a path below templates/) with ``context``; an undefined name is an error."""
+    return _environment().get_template(template).render(context)
+
+
+def _c_bound(value: float | None, sign: int) -> str:
+    """A bound as C, HUGE_VAL of ``sign`` if there is none."""
+    if value is None:
+        return "-HUGE_VAL" if sign < 0 else "HUGE_VAL"
+    return c_number(value)
+
+
+def _c_comment(text: str) -> str:
+    """``text`` such that it cannot end a comment."""
+    return text.replace("*/", "* /")

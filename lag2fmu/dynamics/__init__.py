@@ -1,0 +1,6 @@
+"""Derivation: the expression graph with automatic differentiation and the Lagrange equations on it."""
+
+from lag2fmu.dynamics.lagrange import EquationsOfMotion, derive
+from lag2fmu.dynamics.program import Array, Function, Program, lower
+
+__all__ = ["Array", "EquationsOfMotion", "Function", "Program", "derive", "lower"]

@@ -1,0 +1,56 @@
+"""The tangent program: directional derivatives of the accelerations and of everything calculated.
+
+Differentiating M qdd - forcing = 0 at fixed qdd gives M dqdd = -dr, where dr is the directional derivative of the
+residual r(t, q, qd, inputs, parameters; qdd) along the seeds. The factorisation of M is that of the function itself.
+Source: A. Griewank, A. Walther, Evaluating Derivatives, SIAM 2008, section 15.3 (implicit functions).
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+from lag2fmu.dynamics.autodiff import forward
+from lag2fmu.dynamics.lagrange import EquationsOfMotion
+
+
+@dataclass(frozen=True)
+class Tangent:
+    """Seeds and derivatives as nodes: seeds dt, dx (q then qd, 2n), du (inputs), dp (parameters), dqdd (n).
+
+    ``residual``: (n,), dr; ``locals``: derivatives of ``EquationsOfMotion.locals()`` in order; ``dependent``: those of
+    the dependent parameters.
+    """
+
+    dt: int
+    dx: tuple[int, ...]
+    du: tuple[int, ...]
+    dp: tuple[int, ...]
+    dqdd: tuple[int, ...]
+    residual: tuple[int, ...]
+    locals: tuple[int, ...]
+    dependent: tuple[int, ...]
+
+
+def differentiate(equations: EquationsOfMotion) -> Tangent:
+    """Derive the tangent program of ``equations`` on their graph."""
+    g, v = equations.graph, equations.variables
+
+    def seeds(nodes: tuple[int, ...]) -> tuple[int, ...]:
+        return tuple(g.symbol(f"d {g.first[node]}") for node in nodes)
+
+    states, inputs = (*v.q, *v.qd), (*v.Q, *v.inputs, *(node for motion in v.motions for node in motion))
+    (dt,) = seeds((v.t,))
+    dx, du, dp, dqdd = seeds(states), seeds(inputs), seeds(v.parameters), seeds(v.qdd)
+    variables = (v.t, *states, *inputs, *v.parameters)
+    direction = dict(zip(variables, (dt, *dx, *du, *dp), strict=True))
+    moving = direction | dict(zip(v.qdd, dqdd, strict=True))
+    return Tangent(
+        dt=dt,
+        dx=dx,
+        du=du,
+        dp=dp,
+        dqdd=dqdd,
+        residual=tuple(forward(g, equations.residual, direction)),
+        locals=tuple(forward(g, [node for _, node in equations.locals()], moving)),
+        dependent=tuple(forward(g, list(equations.dependent.values()), direction)),
+    )

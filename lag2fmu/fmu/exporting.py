@@ -1,0 +1,119 @@
+"""From a mechanism to an FMU: derive, lower, render, compile, pack."""
+
+from __future__ import annotations
+
+import hashlib
+import importlib.metadata
+import re
+import uuid
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+
+from lag2fmu.codegen import DEFAULT_SOLVER, METHODS, Tableau, Tables, render_sources
+from lag2fmu.dynamics import EquationsOfMotion, Program, derive, lower
+from lag2fmu.errors import BuildError, ExportError
+from lag2fmu.fmu.compilers import compile_library, host_platform
+from lag2fmu.fmu.model_description import ModelDescription, to_xml
+from lag2fmu.fmu.pack import pack, read_entry
+from lag2fmu.fmu.variables import build_table
+from lag2fmu.mechanism import Mechanism
+from lag2fmu.mechanism.text import read
+from lag2fmu.mechanism.write import write
+from lag2fmu.version import VERSION
+
+MECHANISM_ENTRY = "extra/org.lag2fmu/mechanism.toml"
+
+
+@dataclass(frozen=True)
+class Fmu:
+    """An FMU that was exported: where it is, what it says, and the mechanism it was made of."""
+
+    path: Path
+    description: ModelDescription
+
+    @property
+    def mechanism(self) -> Mechanism:
+        """The mechanism inside."""
+        return self.description.mechanism
+
+
+def export(
+    mechanism: Mechanism,
+    path: str | Path | None = None,
+    *,
+    solver: str = DEFAULT_SOLVER,
+    compiler: str = "zig",
+    outputs: Sequence[str] = (),
+) -> Fmu:
+    """Write the FMU of ``mechanism`` to ``path`` (default: NAME.fmu in the current folder), for this machine.
+
+    ``solver`` is the integrator of co-simulation (see METHODS), ``compiler`` 'zig' or 'host', ``outputs`` names local
+    variables to be outputs too ('all' for each of them). Raises ExportError, DerivationError or BuildError.
+    """
+    if solver not in METHODS:
+        raise ExportError(f"unknown solver '{solver}'; known are {', '.join(METHODS)}")
+    target = Path(path) if path is not None else Path(f"{mechanism.name}.fmu")
+    _check_target(target)
+    equations = derive(mechanism)
+    program = lower(equations)
+    description, sources = describe(mechanism, equations, program, solver, outputs)
+    platform = host_platform()
+    identifier = description.model_identifier
+    library = compile_library(sources, fmi_headers(), identifier, platform, compiler)
+    files = {
+        "modelDescription.xml": to_xml(description),
+        f"binaries/{platform.folder}/{identifier}{platform.suffix}": library,
+        MECHANISM_ENTRY: write(mechanism).encode(),
+    }
+    pack(files, target)
+    return Fmu(target, description)
+
+
+def read_mechanism(path: Path) -> Mechanism:
+    """The mechanism that the FMU ``path`` carries; raises ExportError if it is no FMU of lag2fmu."""
+    text = read_entry(path, MECHANISM_ENTRY).decode("utf-8")
+    return read(text, f"{path}/{MECHANISM_ENTRY}")
+
+
+def describe(
+    mechanism: Mechanism, equations: EquationsOfMotion, program: Program, solver: str, outputs: Sequence[str] = ()
+) -> tuple[ModelDescription, Mapping[str, str]]:
+    """The model description and the C sources {file name: text}; they share the GUID, which is a hash of both."""
+    table = build_table(equations, program, outputs)
+    blank = ModelDescription(mechanism, table.variables, identifier_of(mechanism.name), "", solver, VERSION)
+    guid = _guid(blank, program, table.tables, METHODS[solver])
+    description = ModelDescription(mechanism, table.variables, blank.model_identifier, guid, solver, VERSION)
+    return description, render_sources(program, table.tables, METHODS[solver], guid)
+
+
+def _guid(blank: ModelDescription, program: Program, tables: Tables, tableau: Tableau) -> str:
+    """A GUID made of a SHA-256 of sources and variables, so that the same input gives the same FMU."""
+    digest = hashlib.sha256()
+    for file, text in render_sources(program, tables, tableau, "").items():
+        digest.update(f"{file}\0{text}\0".encode())
+    digest.update(repr((blank.mechanism.title, blank.mechanism.experiment, blank.variables)).encode())
+    return "{" + str(uuid.UUID(bytes=digest.digest()[:16], version=5)) + "}"
+
+
+def identifier_of(name: str) -> str:
+    """A short C identifier for the library of the mechanism ``name``."""
+    return re.sub(r"\W", "_", name)[:64]
+
+
+def fmi_headers() -> Path:
+    """The folder of fmi2Functions.h, found in the installed fmpy without importing it; raises BuildError."""
+    for file in importlib.metadata.files("fmpy") or ():
+        if file.name == "fmi2Functions.h":
+            return Path(str(file.locate())).parent
+    raise BuildError("the headers of FMI 2.0 are missing: the installed fmpy has no fmi2Functions.h; reinstall fmpy")
+
+
+def _check_target(path: Path) -> None:
+    """Refuse a path that cannot be written before any work is done."""
+    if path.suffix != ".fmu":
+        raise ExportError(f"the output '{path}' does not end in .fmu; importers know FMUs by this ending")
+    if path.is_dir():
+        raise ExportError(f"the output '{path}' is a folder; name a file, e.g. '{path / 'model.fmu'}'")
+    if not path.parent.is_dir():
+        raise ExportError(f"the folder '{path.parent}' does not exist; create it or choose another one with -o")

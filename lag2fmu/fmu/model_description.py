@@ -1,0 +1,212 @@
+"""modelDescription.xml from the variable table, by the rules of FMI 2.0.5, sections 2.2, 3.3 and 4.3."""
+
+from __future__ import annotations
+
+import os
+import xml.etree.ElementTree as ET
+from collections.abc import Iterable
+from dataclasses import dataclass
+from datetime import datetime, timezone
+
+from lag2fmu.fmu.variables import Variable
+from lag2fmu.mechanism import Mechanism
+from lag2fmu.mechanism.units import BASE_UNITS, RADIAN, SECOND, Exponents, Unit, parse_unit
+
+LOG_CATEGORIES = {
+    "logSingularLinearSystems": "states in which the mass matrix is singular",
+    "logStatusWarning": "warnings",
+    "logStatusDiscard": "calls that could not be done and may be repeated with other values",
+    "logStatusError": "errors",
+    "logAll": "everything, tolerated calls included",
+}
+
+_QUANTITIES = {"N.m": "Torque", "J": "Energy", "W": "Power", "N": "Force"}
+
+
+@dataclass(frozen=True)
+class ModelDescription:
+    """What modelDescription.xml says: the mechanism, its variables in order, the identifier and the GUID."""
+
+    mechanism: Mechanism
+    variables: tuple[Variable, ...]
+    model_identifier: str
+    guid: str
+    solver: str
+    version: str
+
+
+def to_xml(description: ModelDescription) -> bytes:
+    """The XML document, UTF-8."""
+    root = ET.Element(
+        "fmiModelDescription",
+        {
+            "fmiVersion": "2.0",
+            "modelName": description.mechanism.title,
+            "guid": description.guid,
+            "description": _description(description.mechanism),
+            "generationTool": f"lag2fmu {description.version}",
+            **_generation_time(),
+            "variableNamingConvention": "flat",
+            "numberOfEventIndicators": "0",
+        },
+    )
+    _capabilities(root, description)
+    _units(root, description.variables)
+    categories = ET.SubElement(root, "LogCategories")
+    for name, text in LOG_CATEGORIES.items():
+        ET.SubElement(categories, "Category", {"name": name, "description": text})
+    experiment = description.mechanism.experiment
+    ET.SubElement(
+        root,
+        "DefaultExperiment",
+        {
+            "startTime": "0.0",
+            "stopTime": repr(float(experiment.stop_time)),
+            "tolerance": repr(float(experiment.tolerance)),
+            "stepSize": repr(float(experiment.step)),
+        },
+    )
+    variables = ET.SubElement(root, "ModelVariables")
+    index = {v.name: i for i, v in enumerate(description.variables, start=1)}
+    for variable in description.variables:
+        _scalar_variable(variables, variable, index)
+    _structure(root, description.variables, index)
+    ET.indent(root, "  ")
+    body: bytes = ET.tostring(root, encoding="utf-8")
+    return b'<?xml version="1.0" encoding="UTF-8"?>\n' + body + b"\n"
+
+
+def _description(mechanism: Mechanism) -> str:
+    return f"{mechanism.title}. {mechanism.source}".strip()
+
+
+def _generation_time() -> dict[str, str]:
+    """generationDateAndTime, only where SOURCE_DATE_EPOCH asks for one: the same input gives the same bytes."""
+    epoch = os.environ.get("SOURCE_DATE_EPOCH", "")
+    if not epoch.isdigit():
+        return {}
+    return {"generationDateAndTime": datetime.fromtimestamp(int(epoch), timezone.utc).strftime("%Y-%m-%dT%H:%M:%SZ")}
+
+
+def _capabilities(root: ET.Element, description: ModelDescription) -> None:
+    common = {
+        "modelIdentifier": description.model_identifier,
+        "canNotUseMemoryManagementFunctions": "true",
+        "canGetAndSetFMUstate": "true",
+        "canSerializeFMUstate": "true",
+        "providesDirectionalDerivative": "true",
+    }
+    ET.SubElement(root, "ModelExchange", common | {"completedIntegratorStepNotNeeded": "true"})
+    ET.SubElement(root, "CoSimulation", common | {"canHandleVariableCommunicationStepSize": "true"})
+
+
+# ------------------------------------------------------------------------------------------------------------- units
+
+
+def _units(root: ET.Element, variables: Iterable[Variable]) -> None:
+    """One Unit per SI unit in use, each with the display units that the variables ask for."""
+    units: dict[str, Unit] = {}
+    displays: dict[str, dict[str, Unit]] = {}
+    for variable in variables:
+        unit = variable.unit
+        if unit is not None and unit.si_name:
+            units.setdefault(unit.si_name, unit)
+            shown = _display_unit(unit)
+            if shown is not None:
+                displays.setdefault(unit.si_name, {})[shown.name] = shown
+    if not units:
+        return
+    definitions = ET.SubElement(root, "UnitDefinitions")
+    for name in sorted(units):
+        element = ET.SubElement(definitions, "Unit", {"name": name})
+        exponents = _base_exponents(name, units[name].exponents)
+        ET.SubElement(element, "BaseUnit", {b: str(e) for b, e in zip(BASE_UNITS, exponents, strict=True) if e})
+        for shown in sorted(displays.get(name, {}).values(), key=lambda u: u.name):
+            attributes = {"name": shown.name, "factor": repr(1.0 / shown.factor)}
+            if shown.offset:
+                attributes["offset"] = repr(-shown.offset / shown.factor)
+            ET.SubElement(element, "DisplayUnit", attributes)
+
+
+def _base_exponents(name: str, exponents: Exponents) -> Exponents:
+    """The exponents of a unit; a name without rad has none of it (a torque is N.m, not N.m/rad)."""
+    return exponents if "rad" in name else (*exponents[:-1], 0)
+
+
+def _display_unit(unit: Unit) -> Unit | None:
+    """What a variable is shown in: the user's unit if it is not SI, degrees for angles."""
+    if unit.si_name != unit.name:
+        return unit
+    if unit.exponents == RADIAN.exponents:
+        return parse_unit("deg")
+    if unit.exponents == (RADIAN / SECOND).exponents:
+        return parse_unit("deg/s")
+    return None
+
+
+# --------------------------------------------------------------------------------------------------------- variables
+
+
+def _scalar_variable(parent: ET.Element, variable: Variable, index: dict[str, int]) -> None:
+    attributes = {"name": variable.name, "valueReference": str(variable.value_reference)}
+    if variable.doc:
+        attributes["description"] = variable.doc
+    attributes |= {"causality": variable.causality, "variability": variable.variability}
+    if variable.initial is not None:
+        attributes["initial"] = variable.initial
+    element = ET.SubElement(parent, "ScalarVariable", attributes)
+    real: dict[str, str] = {}
+    if variable.unit is not None and variable.unit.si_name:
+        name = variable.unit.si_name
+        real |= {"quantity": _QUANTITIES[name]} if name in _QUANTITIES else {}
+        real["unit"] = name
+        shown = _display_unit(variable.unit)
+        real |= {"displayUnit": shown.name} if shown is not None else {}
+    for key, number in (
+        ("min", variable.minimum),
+        ("max", variable.maximum),
+        ("nominal", variable.nominal),
+        ("start", variable.start),
+    ):
+        if number is not None and (key != "nominal" or number != 1.0):
+            real[key] = repr(float(number))
+    if variable.derivative_of is not None:
+        real["derivative"] = str(index[variable.derivative_of])
+    ET.SubElement(element, "Real", real)
+
+
+def _structure(root: ET.Element, variables: tuple[Variable, ...], index: dict[str, int]) -> None:
+    """ModelStructure: Outputs, Derivatives and InitialUnknowns, each in ascending order (section 2.2.8)."""
+    structure = ET.SubElement(root, "ModelStructure")
+    continuous = {v.name for v in variables if v.causality in ("input", "independent") or v.state}
+    exact = continuous | {v.name for v in variables if v.initial == "exact"}
+    outputs = [v for v in variables if v.causality == "output"]
+    derivatives = [v for v in variables if v.derivative_of is not None]
+    initial = [
+        v
+        for v in variables
+        if v.initial == "calculated"
+        and (v.causality in ("output", "calculatedParameter") or v.derivative_of is not None)
+    ]
+    for tag, unknowns, knowns in (
+        ("Outputs", outputs, continuous),
+        ("Derivatives", derivatives, continuous),
+        ("InitialUnknowns", initial, exact),
+    ):
+        if unknowns:
+            parent = ET.SubElement(structure, tag)
+            for unknown in unknowns:
+                _unknown(parent, unknown, knowns, index)
+
+
+def _unknown(parent: ET.Element, unknown: Variable, knowns: set[str], index: dict[str, int]) -> None:
+    dependencies = sorted(index[name] for name in unknown.dependencies or () if name in knowns)
+    attributes = {"index": str(index[unknown.name]), "dependencies": " ".join(map(str, dependencies))}
+    if unknown.state or (unknown.derivative_of is not None and len(dependencies) == 1 and _is_velocity(unknown)):
+        attributes["dependenciesKind"] = "constant"
+    ET.SubElement(parent, "Unknown", attributes)
+
+
+def _is_velocity(unknown: Variable) -> bool:
+    """Whether the derivative is a state itself (der_theta = theta_dot): its dependency has the constant factor 1."""
+    return unknown.dependencies is not None and unknown.dependencies == (f"{unknown.derivative_of}_dot",)

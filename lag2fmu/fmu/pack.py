@@ -1,0 +1,45 @@
+"""The archive: files in, an .fmu out, byte for byte reproducible and never half-written."""
+
+from __future__ import annotations
+
+import os
+import tempfile
+import zipfile
+from collections.abc import Mapping
+from pathlib import Path
+
+from lag2fmu.errors import ExportError
+
+_EPOCH = (1980, 1, 1, 0, 0, 0)  # the earliest time a zip entry can have
+
+
+def pack(files: Mapping[str, bytes], path: Path) -> None:
+    """Write ``files`` {name in the archive: content} to ``path``; entries are sorted and carry a fixed time.
+
+    The archive is written beside ``path`` and moved into place. Raises ExportError if that is not possible.
+    """
+    try:
+        descriptor, temporary = tempfile.mkstemp(prefix=f".{path.name}.", dir=path.parent)
+    except OSError as error:
+        raise ExportError(f"cannot write '{path}': {error.strerror}; choose another folder with -o") from error
+    try:
+        with os.fdopen(descriptor, "wb") as stream, zipfile.ZipFile(stream, "w", zipfile.ZIP_DEFLATED) as archive:
+            for name in sorted(files):
+                entry = zipfile.ZipInfo(name, _EPOCH)
+                entry.compress_type, entry.external_attr, entry.create_system = zipfile.ZIP_DEFLATED, 0o644 << 16, 3
+                archive.writestr(entry, files[name])
+        Path(temporary).chmod(0o644)
+        Path(temporary).replace(path)
+    except OSError as error:
+        raise ExportError(f"cannot write '{path}': {error.strerror}; choose another place with -o") from error
+    finally:
+        Path(temporary).unlink(missing_ok=True)
+
+
+def read_entry(path: Path, name: str) -> bytes:
+    """The content of one file in the archive ``path``; raises ExportError if it is no archive or has no such file."""
+    try:
+        with zipfile.ZipFile(path) as archive:
+            return archive.read(name)
+    except (OSError, zipfile.BadZipFile, KeyError) as error:
+        raise ExportError(f"'{path}': cannot read '{name}' from it ({error}); is it an FMU of lag2fmu?") from error

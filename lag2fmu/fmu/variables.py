@@ -1,0 +1,268 @@
+"""The variable table of an FMU: the one place where ports, value references and dependencies are decided.
+
+Everything else (modelDescription.xml, the tables in C, the simulation) reads it. Layout:
+q and qd are states and outputs in one; their derivatives are separate locals that share the value references of qd
+and qdd. Citations are of the FMI 2.0.5 specification.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import dataclass, replace
+from difflib import get_close_matches
+
+from lag2fmu.codegen import Slot, Tables
+from lag2fmu.dynamics import EquationsOfMotion, Program
+from lag2fmu.errors import ExportError
+from lag2fmu.mechanism import Mechanism, names
+from lag2fmu.mechanism.record import Coordinate
+from lag2fmu.mechanism.units import JOULE, SECOND, WATT, Unit, parse_unit
+
+_ENERGY_DOCS = {
+    "kinetic_energy": "kinetic energy T",
+    "potential_energy": "potential energy V",
+    "total_energy": "T + V",
+    "generalized_energy": "h = sum qd dL/dqd - L",
+    "external_power": "power of the external forces, sum Q qd",
+}
+_SETTINGS = {
+    "solver_tolerance": ("1", "relative tolerance of the solver; 0: as the importer asks, else 1e-6"),
+    "solver_step": ("s", "first step of an adaptive solver, step of a fixed-step solver; 0: automatic"),
+    "solver_max_step": ("s", "longest step of the solver; 0: not limited"),
+}
+
+
+@dataclass(frozen=True)
+class Variable:
+    """One ScalarVariable of type Real; ``start`` and bounds in SI, ``dependencies`` by name, None where not listed.
+
+    ``derivative_of`` names the state a variable is the derivative of; ``state`` marks the continuous states.
+    """
+
+    name: str
+    value_reference: int
+    causality: str
+    variability: str
+    initial: str | None = None
+    start: float | None = None
+    unit: Unit | None = None
+    doc: str = ""
+    minimum: float | None = None
+    maximum: float | None = None
+    nominal: float | None = None
+    derivative_of: str | None = None
+    state: bool = False
+    dependencies: tuple[str, ...] | None = None
+
+
+@dataclass(frozen=True)
+class VariableTable:
+    """All variables in the order of modelDescription.xml, and what C needs of them."""
+
+    variables: tuple[Variable, ...]
+    tables: Tables
+
+    def __getitem__(self, name: str) -> Variable:
+        """The variable called ``name``; raises KeyError."""
+        return next(v for v in self.variables if v.name == name)
+
+
+class _Builder:
+    """Collects slots (value references) and variables (names for them)."""
+
+    def __init__(self) -> None:
+        self.slots: list[Slot] = []
+        self.variables: list[Variable] = []
+
+    def add(self, variable: Variable, kind: str, index: int) -> None:
+        """A variable with a value reference of its own."""
+        self.variables.append(replace(variable, value_reference=len(self.slots)))
+        self.slots.append(Slot(variable.name, kind, index, variable.minimum, variable.maximum))
+
+    def reference(self, name: str) -> int:
+        return next(i for i, slot in enumerate(self.slots) if slot.name == name)
+
+
+def build_table(equations: EquationsOfMotion, program: Program, outputs: Sequence[str] = ()) -> VariableTable:
+    """The variables of the FMU of ``equations``; ``outputs`` names locals to promote (or 'all').
+
+    Raises ExportError for a name in ``outputs`` that is no local variable.
+    """
+    mechanism = equations.mechanism
+    builder = _Builder()
+    builder.add(Variable("time", 0, "independent", "continuous", unit=SECOND, doc="time"), "VARIABLE_TIME", 0)
+    _add_states(builder, mechanism)
+    for index, variable in enumerate(_inputs(mechanism)):
+        builder.add(variable, "VARIABLE_INPUT", index)
+    _add_parameters(builder, mechanism)
+    _add_calculated(builder, equations, program)
+    _add_derivatives(builder, mechanism)
+    variables = _promote(builder.variables, outputs)
+    return VariableTable(
+        variables=tuple(_with_dependencies(equations, variables)),
+        tables=_tables(mechanism, program, builder, variables),
+    )
+
+
+def _per(unit: Unit | None, other: Unit) -> Unit | None:
+    return None if unit is None else unit / other
+
+
+def _velocity(q: Coordinate) -> Variable:
+    name = names.velocity(q.name)
+    doc = f"velocity of {q.name}"
+    return Variable(
+        name, 0, "output", "continuous", "exact", q.velocity, _per(q.unit, SECOND), doc, nominal=q.nominal, state=True
+    )
+
+
+def _add_states(builder: _Builder, mechanism: Mechanism) -> None:
+    for i, q in enumerate(mechanism.coordinates):
+        doc = q.doc or f"generalized coordinate {q.name}"
+        state = Variable(
+            q.name,
+            0,
+            "output",
+            "continuous",
+            "exact",
+            q.start,
+            q.unit,
+            doc,
+            q.minimum,
+            q.maximum,
+            q.nominal,
+            state=True,
+        )
+        builder.add(state, "VARIABLE_STATE", i)
+    for i, q in enumerate(mechanism.coordinates):
+        builder.add(_velocity(q), "VARIABLE_STATE", len(mechanism.coordinates) + i)
+
+
+def _inputs(mechanism: Mechanism) -> Iterable[Variable]:
+    """The inputs in the order of the vector u: Q of every coordinate, plain inputs, motions with their derivatives."""
+    for q in mechanism.coordinates:
+        unit = None if q.unit is None else JOULE / q.unit
+        doc = f"external generalized force on {q.name}"
+        yield Variable(names.generalized_force(q.name), 0, "input", "continuous", None, 0.0, unit, doc)
+    for u in mechanism.plain_inputs:
+        yield Variable(u.name, 0, "input", "continuous", None, u.start, u.unit, u.doc, u.minimum, u.maximum)
+    for u in mechanism.motions:
+        yield Variable(
+            u.name, 0, "input", "continuous", None, u.start, u.unit, u.doc or "prescribed motion", u.minimum, u.maximum
+        )
+        first, second = _per(u.unit, SECOND), _per(_per(u.unit, SECOND), SECOND)
+        yield Variable(names.velocity(u.name), 0, "input", "continuous", None, 0.0, first, f"velocity of {u.name}")
+        yield Variable(
+            names.acceleration(u.name), 0, "input", "continuous", None, 0.0, second, f"acceleration of {u.name}"
+        )
+
+
+def _add_parameters(builder: _Builder, mechanism: Mechanism) -> None:
+    independent = [p for p in mechanism.parameters if p.value is not None]
+    for i, p in enumerate(independent):
+        variable = Variable(p.name, 0, "parameter", "tunable", "exact", p.value, p.unit, p.doc, p.minimum, p.maximum)
+        builder.add(variable, "VARIABLE_PARAMETER", i)
+    for i, (name, (unit, doc)) in enumerate(_SETTINGS.items()):
+        variable = Variable(name, 0, "parameter", "fixed", "exact", 0.0, parse_unit(unit), doc, minimum=0.0)
+        builder.add(variable, "VARIABLE_SETTING", i)
+
+
+def _add_calculated(builder: _Builder, equations: EquationsOfMotion, program: Program) -> None:
+    mechanism = equations.mechanism
+    dependent = {p.name: p for p in mechanism.parameters if p.expression is not None}
+    for i, name in enumerate(program.dependent):
+        p = dependent[name]
+        builder.add(
+            Variable(name, 0, "calculatedParameter", "tunable", "calculated", None, p.unit, p.doc),
+            "VARIABLE_DEPENDENT",
+            i,
+        )
+    for i, q in enumerate(mechanism.coordinates):
+        unit, doc = _per(_per(q.unit, SECOND), SECOND), f"acceleration of {q.name}"
+        name = names.acceleration(q.name)
+        builder.add(Variable(name, 0, "local", "continuous", "calculated", None, unit, doc), "VARIABLE_ACCELERATION", i)
+    outputs = {o.name: o for o in mechanism.outputs}
+    momenta = {names.momentum(q.name): q for q in mechanism.coordinates}
+    for i, name in enumerate(program.locals):
+        if name in outputs:
+            unit, doc = outputs[name].unit, outputs[name].doc
+        elif name in momenta:
+            q = momenta[name]
+            unit, doc = (None if q.unit is None else JOULE * SECOND / q.unit), f"generalized momentum of {q.name}"
+        else:
+            unit, doc = (WATT if name == "external_power" else JOULE), _ENERGY_DOCS[name]
+        causality = "output" if name in outputs else "local"
+        builder.add(Variable(name, 0, causality, "continuous", "calculated", None, unit, doc), "VARIABLE_LOCAL", i)
+
+
+def _add_derivatives(builder: _Builder, mechanism: Mechanism) -> None:
+    """The variables with the attribute 'derivative': aliases of qd and qdd without start."""
+    pairs = [(q.name, names.velocity(q.name)) for q in mechanism.coordinates]
+    pairs += [(names.velocity(q.name), names.acceleration(q.name)) for q in mechanism.coordinates]
+    units = {v.name: v.unit for v in builder.variables}
+    for state, rate in pairs:
+        builder.variables.append(
+            Variable(
+                names.derivative(state),
+                builder.reference(rate),
+                "local",
+                "continuous",
+                "calculated",
+                unit=units[rate],
+                doc=f"time derivative of {state}",
+                derivative_of=state,
+            )
+        )
+
+
+def _promote(variables: list[Variable], outputs: Sequence[str]) -> list[Variable]:
+    """Locals named in ``outputs`` become outputs."""
+    known = [v.name for v in variables if v.causality == "local" and v.derivative_of is None]
+    wanted = set(known) if "all" in outputs else set(outputs)
+    existing = {v.name for v in variables if v.causality == "output"}
+    for name in sorted(wanted - set(known) - existing):
+        near = get_close_matches(name, known) or known
+        raise ExportError(f"--output {name}: there is no such variable; known are {', '.join(near)}")
+    return [replace(v, causality="output") if v.name in wanted and v.causality == "local" else v for v in variables]
+
+
+# ------------------------------------------------------------------------------------------------------ dependencies
+
+
+def _with_dependencies(equations: EquationsOfMotion, variables: Sequence[Variable]) -> Iterable[Variable]:
+    """Fill in what each calculated variable depends on: all variables of the equations, by structure."""
+    graph = equations.graph
+    named: dict[str, Iterable[str]] = {name: graph.symbols([node]) for name, node in equations.locals()}
+    named |= {name: graph.symbols([node]) for name, node in equations.dependent.items()}
+    for q, block in zip(equations.mechanism.coordinates, equations.acceleration_dependencies(), strict=True):
+        named[names.acceleration(q.name)] = block
+        named[names.derivative(names.velocity(q.name))] = block
+        named[names.derivative(q.name)] = [names.velocity(q.name)]
+    order = {("t" if v.name == "time" else v.name): i for i, v in enumerate(variables)}
+    for variable in variables:
+        if variable.state:
+            yield replace(variable, dependencies=(variable.name,))
+        elif variable.name in named:
+            found = sorted(named[variable.name], key=order.__getitem__)
+            yield replace(variable, dependencies=tuple("time" if name == "t" else name for name in found))
+        else:
+            yield variable
+
+
+# ----------------------------------------------------------------------------------------------------------- for C
+
+
+def _tables(mechanism: Mechanism, program: Program, builder: _Builder, variables: Sequence[Variable]) -> Tables:
+    q = mechanism.coordinates
+    starts: Mapping[str, float] = {v.name: v.start for v in variables if v.start is not None}
+    nominal = tuple(c.nominal for c in q)
+    return Tables(
+        model_name=mechanism.name,
+        slots=tuple(builder.slots),
+        coordinate_names=tuple(c.name for c in q),
+        start_states=(*(c.start for c in q), *(c.velocity for c in q)),
+        nominal_states=(*nominal, *nominal),
+        start_inputs=tuple(starts[name] for name in program.inputs),
+        start_parameters=tuple(p.value for p in mechanism.parameters if p.value is not None),
+        default_solver_step=min(1e-3, mechanism.experiment.step),
+    )

@@ -1,0 +1,43 @@
+"""What a user writes: the record ``Mechanism``, its parts, and the symbols that declare them."""
+
+from lag2fmu.mechanism.record import (
+    Body,
+    Coordinate,
+    Damper,
+    Definition,
+    Energy,
+    Experiment,
+    Force,
+    Gravity,
+    Input,
+    Load,
+    Mechanism,
+    Output,
+    Parameter,
+    Point,
+    Spring,
+    coordinate,
+    parameter,
+    signal,
+)
+
+__all__ = [
+    "Body",
+    "Coordinate",
+    "Damper",
+    "Definition",
+    "Energy",
+    "Experiment",
+    "Force",
+    "Gravity",
+    "Input",
+    "Load",
+    "Mechanism",
+    "Output",
+    "Parameter",
+    "Point",
+    "Spring",
+    "coordinate",
+    "parameter",
+    "signal",
+]

@@ -1,0 +1,243 @@
+"""Units of measurement: names resolved to SI exponents, factors and the names an FMU shows.
+
+A table instead of a units library: the table loads in no time, whereas the libraries take about as long to import as
+SymPy, and an FMU needs just what stands here (exponents of the seven base units and of the radian, a factor, an offset).
+"""
+
+from __future__ import annotations
+
+import re
+import math
+from dataclasses import dataclass
+from difflib import get_close_matches
+from fractions import Fraction
+from functools import lru_cache
+
+from lag2fmu.errors import UnitError
+
+BASE_UNITS = ("kg", "m", "s", "A", "K", "mol", "cd", "rad")
+"""The base units of FMI 2.0 section 2.2.2, in the order of ``Unit.exponents``."""
+
+MAX_UNIT = 100
+
+Exponents = tuple[int, ...]
+_NONE: Exponents = (0,) * len(BASE_UNITS)
+
+
+def _exponents(**powers: int) -> Exponents:
+    return tuple(powers.get(base, 0) for base in BASE_UNITS)
+
+
+_KG, _M, _S = _exponents(kg=1), _exponents(m=1), _exponents(s=1)
+_ENERGY, _FORCE = _exponents(kg=1, m=2, s=-2), _exponents(kg=1, m=1, s=-2)
+
+# name -> (exponents, factor to SI, offset in SI)
+_NAMED: dict[str, tuple[Exponents, float, float]] = {
+    "m": (_M, 1.0, 0.0),
+    "s": (_S, 1.0, 0.0),
+    "g": (_KG, 1e-3, 0.0),
+    "A": (_exponents(A=1), 1.0, 0.0),
+    "K": (_exponents(K=1), 1.0, 0.0),
+    "mol": (_exponents(mol=1), 1.0, 0.0),
+    "cd": (_exponents(cd=1), 1.0, 0.0),
+    "rad": (_exponents(rad=1), 1.0, 0.0),
+    "N": (_FORCE, 1.0, 0.0),
+    "J": (_ENERGY, 1.0, 0.0),
+    "W": (_exponents(kg=1, m=2, s=-3), 1.0, 0.0),
+    "Pa": (_exponents(kg=1, m=-1, s=-2), 1.0, 0.0),
+    "Hz": (_exponents(s=-1), 1.0, 0.0),
+    "V": (_exponents(kg=1, m=2, s=-3, A=-1), 1.0, 0.0),
+    "C": (_exponents(A=1, s=1), 1.0, 0.0),
+    "T": (_exponents(kg=1, s=-2, A=-1), 1.0, 0.0),
+    "Wb": (_exponents(kg=1, m=2, s=-2, A=-1), 1.0, 0.0),
+    "H": (_exponents(kg=1, m=2, s=-2, A=-2), 1.0, 0.0),
+    "F": (_exponents(kg=-1, m=-2, s=4, A=2), 1.0, 0.0),
+    "Ohm": (_exponents(kg=1, m=2, s=-3, A=-2), 1.0, 0.0),
+}
+_PREFIXED = frozenset(_NAMED) - {"rad"}
+_PREFIXES = {"G": 1e9, "M": 1e6, "k": 1e3, "d": 1e-1, "c": 1e-2, "m": 1e-3, "u": 1e-6, "n": 1e-9}
+_PI = 3.141592653589793
+_NAMED |= {
+    "deg": (_exponents(rad=1), _PI / 180.0, 0.0),
+    "rev": (_exponents(rad=1), 2.0 * _PI, 0.0),
+    "rpm": (_exponents(rad=1, s=-1), 2.0 * _PI / 60.0, 0.0),
+    "mrad": (_exponents(rad=1), 1e-3, 0.0),
+    "min": (_S, 60.0, 0.0),
+    "h": (_S, 3600.0, 0.0),
+    "d": (_S, 86400.0, 0.0),
+    "t": (_KG, 1e3, 0.0),
+    "l": (_exponents(m=3), 1e-3, 0.0),
+    "bar": (_exponents(kg=1, m=-1, s=-2), 1e5, 0.0),
+    "eV": (_ENERGY, 1.602176634e-19, 0.0),
+    "in": (_M, 0.0254, 0.0),
+    "ft": (_M, 0.3048, 0.0),
+    "lb": (_KG, 0.45359237, 0.0),
+    "lbf": (_FORCE, 4.4482216152605, 0.0),
+    "degC": (_exponents(K=1), 1.0, 273.15),
+    "%": (_NONE, 1e-2, 0.0),
+}
+
+# SI names of exponents that have a customary one; the rest is written out from the base units
+_CUSTOMARY = {
+    _exponents(kg=1, m=1, s=-2): "N",
+    _exponents(kg=1, m=2, s=-2): "J",
+    _exponents(kg=1, m=2, s=-3): "W",
+    _exponents(kg=1, s=-2): "N/m",
+    _exponents(kg=1, s=-1): "N.s/m",
+    _exponents(kg=1, m=2, s=-2, rad=-1): "N.m",
+    _exponents(kg=1, m=2, s=-1, rad=-1): "N.m.s",
+    _exponents(kg=1, m=2, s=-2, rad=-2): "N.m/rad",
+    _exponents(kg=1, m=2, s=-1, rad=-2): "N.m.s/rad",
+    _exponents(kg=1, m=-1, s=-2): "Pa",
+}
+
+
+@dataclass(frozen=True)
+class Unit:
+    """A unit as the user wrote it, resolved.
+
+    ``value_in_SI = factor * value + offset``; ``exponents`` are those of BASE_UNITS; ``name`` is the user's text with the
+    standard's separators (``N.m``, ``m/s2``); ``si_name`` is how the SI unit of the same exponents is called in the FMU.
+    """
+
+    name: str
+    exponents: Exponents
+    factor: float = 1.0
+    offset: float = 0.0
+
+    @property
+    def si_name(self) -> str:
+        """Name of the SI unit with these exponents, e.g. ``m/s`` for ``km/h``; empty for a dimensionless unit."""
+        return self.name if self.factor == 1.0 and self.offset == 0.0 else si_name(self.exponents)
+
+    @property
+    def dimension(self) -> Exponents:
+        """The exponents without the radian, which counts as 1 when dimensions are compared."""
+        return self.exponents[:-1]
+
+    def to_si(self, value: float | Fraction) -> float:
+        """The SI value of ``value`` in this unit, rounded once: 9 mm are 0.009 m; inf beyond the range of floats."""
+        return _linear(self.factor, value, self.offset)
+
+    def difference_to_si(self, value: float | Fraction) -> float:
+        """The SI value of a difference, a rate or a nominal value in this unit: as ``to_si`` without the offset."""
+        return _linear(self.factor, value, 0.0)
+
+    def from_si(self, value: float) -> float:
+        """The value in this unit of ``value`` in SI."""
+        return (value - self.offset) / self.factor
+
+    def __truediv__(self, other: Unit) -> Unit:
+        """The SI unit of a quotient, e.g. ``J/rad`` (named ``N.m``)."""
+        return _from_exponents(tuple(a - b for a, b in zip(self.exponents, other.exponents, strict=True)))
+
+    def __mul__(self, other: Unit) -> Unit:
+        """The SI unit of a product."""
+        return _from_exponents(tuple(a + b for a, b in zip(self.exponents, other.exponents, strict=True)))
+
+
+@lru_cache(maxsize=None)
+def exact(number: float) -> Fraction:
+    """The simple fraction that ``number`` stands for (1/1000 for 1e-3, 5/18 for km/h), or its binary value if there is none."""
+    simple = Fraction(number).limit_denominator(10**12)
+    return simple if float(simple) == number else Fraction(number)
+
+
+def _linear(factor: float, value: float | Fraction, offset: float) -> float:
+    """factor * value + offset, rounded once; a float value means its shortest decimal."""
+    if isinstance(value, (float, int)):
+        if not math.isfinite(value) or (factor == 1.0 and offset == 0.0):
+            return float(value)
+        value = Fraction(repr(value))
+    try:
+        return float(exact(factor) * value + exact(offset))
+    except OverflowError:
+        return math.inf if value > 0 else -math.inf
+
+
+def si_name(exponents: Exponents) -> str:
+    """The name of the SI unit with ``exponents``: a customary one (``N``) or written out (``kg.m/s3``)."""
+    if exponents in _CUSTOMARY:
+        return _CUSTOMARY[exponents]
+    above = [_power(base, e) for base, e in zip(BASE_UNITS, exponents, strict=True) if e > 0]
+    below = [_power(base, -e) for base, e in zip(BASE_UNITS, exponents, strict=True) if e < 0]
+    if not above and not below:
+        return ""
+    return "/".join([".".join(above) or "1", *below])
+
+
+def _power(base: str, exponent: int) -> str:
+    return base if exponent == 1 else f"{base}{exponent}"
+
+
+def _from_exponents(exponents: Exponents) -> Unit:
+    return Unit(si_name(exponents), exponents)
+
+
+_FACTOR = re.compile(r"(?P<name>[A-Za-z%]+|1)(?:(?:\*\*|\^)?(?P<exponent>[+-]?\d+))?")
+_TOKEN = re.compile(r"\s*(?:(?P<operator>\*(?!\*)|\.|/|\()|(?P<close>\))|" + _FACTOR.pattern + r")\s*")
+
+
+@lru_cache(maxsize=None)
+def parse_unit(text: str) -> Unit:
+    """Resolve ``text``, e.g. ``N*m``, ``N.m``, ``kg*m^2``, ``kg.m2``, ``m/s**2``, ``N/(m/s)`` or ``1``.
+
+    A quotient divides by the one factor that follows it: ``J/kg/K``, ``m/s2``. Raises UnitError for a text that is no
+    unit and for an unknown name, with the nearest known ones.
+    """
+    if len(text) > MAX_UNIT:
+        raise UnitError(f"unit '{text[:20]}...': has {len(text)} characters; at most {MAX_UNIT} are read")
+    exponents, factor, offset, position, count = _NONE, 1.0, 0.0, 0, 0
+    sign, signs, expect = 1, [1], True
+    while position < len(text):
+        match = _TOKEN.match(text, position)
+        if match is None or match.end() == position:
+            raise UnitError(f"unit '{text}': unexpected '{text[position:]}'; write units like N*m, kg.m2 or m/s**2")
+        position = match.end()
+        if match["close"]:
+            if expect or len(signs) == 1:
+                raise UnitError(f"unit '{text}': unbalanced ')' or nothing before it")
+            signs.pop()
+            continue
+        if match["operator"]:
+            if (match["operator"] == "(") != expect:
+                raise UnitError(f"unit '{text}': '{match['operator']}' stands where a unit is expected")
+            if match["operator"] == "(":
+                signs.append(sign)
+            sign = signs[-1] * (-1 if match["operator"] == "/" else 1) if match["operator"] != "(" else sign
+            expect = True
+            continue
+        if not expect:
+            raise UnitError(f"unit '{text}': an operator is missing before '{match['name']}'")
+        power = sign * int(match["exponent"] or 1)
+        if abs(power) > 12:
+            raise UnitError(f"unit '{text}': the power {power} is beyond 12")
+        base, base_factor, base_offset = _look_up(match["name"], text)
+        exponents = tuple(e + power * b for e, b in zip(exponents, base, strict=True))
+        factor *= base_factor**power
+        offset, count, expect = offset or base_offset, count + 1, False
+    if expect or len(signs) > 1:
+        raise UnitError(f"unit '{text}': incomplete; write '1' for a dimensionless quantity, or leave the unit out")
+    if offset and (count > 1 or power != 1):
+        raise UnitError(f"unit '{text}': a unit with an offset can only stand alone; use K")
+    name = re.sub(r"\*\*|\^", "", re.sub(r"\s", "", text)).replace("*", ".")
+    return Unit("" if exponents == _NONE and factor == 1.0 and name == "1" else name, exponents, factor, offset)
+
+
+def _look_up(name: str, text: str) -> tuple[Exponents, float, float]:
+    """Exponents, factor and offset of one unit name, with or without an SI prefix."""
+    if name == "1":
+        return _NONE, 1.0, 0.0
+    if name in _NAMED:
+        return _NAMED[name]
+    if len(name) > 1 and name[0] in _PREFIXES and name[1:] in _PREFIXED:
+        exponents, factor, _ = _NAMED[name[1:]]
+        return exponents, _PREFIXES[name[0]] * factor if name != "kg" else 1.0, 0.0
+    near = get_close_matches(name, [*_NAMED, "kg", "kN", "mm", "cm", "ms"], n=3)
+    hint = f"did you mean {', '.join(near)}?" if near else "known are m, kg, s, rad, deg, N, J, W, Pa, Hz and others"
+    raise UnitError(f"unit '{text}': unknown unit '{name}'; {hint}")
+
+
+DIMENSIONLESS = parse_unit("1")
+METRE, SECOND, KILOGRAM, RADIAN = (parse_unit(name) for name in ("m", "s", "kg", "rad"))
+NEWTON, TORQUE, JOULE, WATT = (parse_unit(name) for name in ("N", "N.m", "J", "W"))

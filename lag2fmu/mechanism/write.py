@@ -1,0 +1,177 @@
+"""Writing a mechanism as text: the inverse of ``text.read``, in the order in which a mechanism is thought of."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Callable, Iterable, Mapping
+from decimal import Context, Decimal
+from fractions import Fraction
+
+import sympy as sp
+
+from lag2fmu.mechanism.expressions import to_text
+from lag2fmu.mechanism.record import Coordinate, Damper, Experiment, Input, Mechanism, Output, Parameter, Spring
+from lag2fmu.mechanism.units import DIMENSIONLESS, Unit, exact
+
+Entries = Mapping[str, str | None]
+"""Keys of one table with their values as TOML text; None is left out."""
+
+
+def write(mechanism: Mechanism) -> str:
+    """The text of ``mechanism`` in TOML, such that ``read(write(mechanism), ...) == mechanism`` exactly."""
+    m = mechanism
+    head = {"name": _string(m.name), "title": _string(m.title), "source": _string(m.source) if m.source else None}
+    blocks = [
+        _table("mechanism", {**head, "strict_units": "true" if m.strict_units else None}),
+        _table("parameters", {p.name: _inline(_parameter(p)) for p in m.parameters}),
+        _table("coordinates", {q.name: _inline(_coordinate(q)) for q in m.coordinates}),
+        _table("inputs", {u.name: _inline(_input(u)) for u in m.inputs}),
+        _table("definitions", {d.name: _expression(d.expression) for d in m.definitions}),
+        _table("energy", _expressions(m.energy, "kinetic", "potential", "dissipation", "lagrangian")),
+        _table("forces", {f.coordinate: _expression(f.expression) for f in m.forces}),
+        _table("gravity", _expressions(m.gravity, "acceleration", "direction") if m.gravity else {}),
+        *(_table(f"bodies.{b.name}", _expressions(b, "mass", "inertia", "position", "angle")) for b in m.bodies),
+        *(_table(f"points.{p.name}", _expressions(p, "position")) for p in m.points),
+        *(_table(f"springs.{s.name}", _element(s, "stiffness", "elongation", "length")) for s in m.springs),
+        *(_table(f"dampers.{d.name}", _element(d, "damping", "rate")) for d in m.dampers),
+        *(
+            _table(f"loads.{x.name}", {**_names(x, "point", "body"), **_expressions(x, "force", "torque")})
+            for x in m.loads
+        ),
+        _table("outputs", {o.name: _inline(_output(o)) for o in m.outputs}),
+        _table("experiment", _experiment(m.experiment)),
+    ]
+    return "\n".join(block for block in blocks if block)
+
+
+# ----------------------------------------------------------------------------------------------------------- parts
+
+
+def _parameter(p: Parameter) -> Entries:
+    unit = p.unit or DIMENSIONLESS
+    value = {
+        "value": _number(p.value, unit),
+        "expression": _expression(p.expression) if p.expression is not None else None,
+    }
+    return {**value, "unit": _unit(p.unit), **_bounds(p), "doc": _doc(p.doc)}
+
+
+def _coordinate(q: Coordinate) -> Entries:
+    unit = q.unit or DIMENSIONLESS
+    return {
+        "unit": _unit(q.unit),
+        "start": _number(q.start, unit),
+        "velocity": _difference(q.velocity, unit) if q.velocity else None,
+        "nominal": _difference(q.nominal, unit) if q.nominal != unit.difference_to_si(1.0) else None,
+        **_bounds(q),
+        "doc": _doc(q.doc),
+    }
+
+
+def _input(u: Input) -> Entries:
+    start = _number(u.start, u.unit or DIMENSIONLESS)
+    return {
+        "unit": _unit(u.unit),
+        "start": start,
+        "motion": "true" if u.motion else None,
+        **_bounds(u),
+        "doc": _doc(u.doc),
+    }
+
+
+def _bounds(part: Parameter | Coordinate | Input) -> Entries:
+    unit = part.unit or DIMENSIONLESS
+    return {"min": _number(part.minimum, unit), "max": _number(part.maximum, unit)}
+
+
+def _output(o: Output) -> Entries:
+    unit = o.unit if isinstance(o.unit, Unit) else None
+    return {"expression": _expression(o.expression), "unit": _unit(unit), "doc": _doc(o.doc)}
+
+
+def _element(part: Spring | Damper, *keys: str) -> Entries:
+    between = f"[{', '.join(_string(str(end)) for end in part.between)}]" if part.between is not None else None
+    first, *rest = keys
+    return {**_expressions(part, first), "between": between, **_expressions(part, *rest)}
+
+
+def _experiment(e: Experiment) -> Entries:
+    return {key: _number(getattr(e, key), DIMENSIONLESS) for key in ("stop_time", "step", "tolerance")}
+
+
+def _names(part: object, *keys: str) -> Entries:
+    return {key: _string(getattr(part, key)) if getattr(part, key) is not None else None for key in keys}
+
+
+def _expressions(part: object, *keys: str) -> Entries:
+    """The expressions and vectors called ``keys`` of ``part``; None where there is none."""
+    written: dict[str, str | None] = {}
+    for key in keys:
+        value = getattr(part, key)
+        entries = [_expression(entry) for entry in value] if isinstance(value, tuple) else []
+        written[key] = f"[{', '.join(entries)}]" if entries else _expression(value) if value is not None else None
+    return written
+
+
+# ------------------------------------------------------------------------------------------------------------ TOML
+
+
+def _table(name: str, entries: Entries) -> str:
+    """The table ``name`` with a line for each entry; empty without entries."""
+    lines = [f"{key} = {value}\n" for key, value in entries.items() if value is not None]
+    return f"[{name}]\n{''.join(lines)}" if lines else ""
+
+
+def _inline(entries: Entries) -> str:
+    pairs = [f"{key} = {value}" for key, value in entries.items() if value is not None]
+    return f"{{ {', '.join(pairs)} }}" if pairs else "{}"
+
+
+def _string(text: str) -> str:
+    """A basic string of TOML: JSON's escapes, and the one character more that TOML wants escaped."""
+    return json.dumps(text, ensure_ascii=False).replace("\x7f", "\\u007f")
+
+
+def _doc(text: str) -> str | None:
+    return _string(text) if text else None
+
+
+def _unit(unit: Unit | None) -> str | None:
+    return None if unit is None else _string(unit.name or "1")
+
+
+def _expression(expression: sp.Expr) -> str:
+    """A small whole number or decimal bare, anything else as a string."""
+    text = to_text(expression)
+    return text if text.lstrip("-").replace(".", "", 1).isdigit() and len(text) <= 15 else _string(text)
+
+
+def _number(value: float | None, unit: Unit) -> str | None:
+    """The shortest decimal whose SI value in ``unit`` is exactly ``value``."""
+    return None if value is None else _decimal(value, exact(unit.offset), exact(unit.factor), unit.to_si)
+
+
+def _difference(value: float, unit: Unit) -> str:
+    return _decimal(value, Fraction(0), exact(unit.factor), unit.difference_to_si)
+
+
+def _decimal(value: float, offset: Fraction, factor: Fraction, convert: Callable[[Fraction], float]) -> str:
+    """The shortest decimal d with convert(d) == value, near to (value - offset) / factor.
+
+    Enough digits always suffice because ``convert`` is exact up to one rounding; two floats would not always do.
+    """
+    wanted = (Fraction(repr(value)) - offset) / factor
+    for digits in _DIGITS:
+        decimal = Context(prec=digits).divide(Decimal(wanted.numerator), Decimal(wanted.denominator))
+        if convert(Fraction(decimal)) == value:
+            break
+    short = repr(float(decimal))
+    return short if Decimal(short) == decimal else _toml_float(decimal)
+
+
+_DIGITS: Iterable[int] = (*range(1, 41), 400, 1200)
+
+
+def _toml_float(decimal: Decimal) -> str:
+    text = str(decimal).lower()
+    return text if "." in text or "e" in text else f"{text}.0"

@@ -1,0 +1,25 @@
+"""The independent path: a mechanism integrated directly from its energies, without the derivation in dynamics/.
+
+T comes from Koenig's theorem, the equations from polarisation and the complex step, the trajectory from SciPy.
+"""
+
+from lag2fmu.reference.energies import Energies
+from lag2fmu.reference.equations import Balance, Equations
+from lag2fmu.reference.integrate import Reference, integrate
+from lag2fmu.reference.signals import Signals, held
+from lag2fmu.reference.symbolic import sympy_accelerations
+from lag2fmu.reference.trajectory import Trajectory, parse_csv, read_csv
+
+__all__ = [
+    "Balance",
+    "Energies",
+    "Equations",
+    "Reference",
+    "Signals",
+    "Trajectory",
+    "held",
+    "integrate",
+    "parse_csv",
+    "read_csv",
+    "sympy_accelerations",
+]

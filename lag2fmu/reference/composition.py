@@ -1,0 +1,201 @@
+"""The energies and forces of a mechanism as expressions, composed from the record and nothing else.
+
+T by Koenig's theorem, T = 1/2 m v^2 + 1/2 I w^2 (J. Koenig, 1751; H. Goldstein, Classical Mechanics, section 1.2), with
+v = (dr/dq) qd + dr/dt + (dr/dy) y_dot for motion inputs y; generalized forces Q = F . dr/dq (Goldstein, section 1.4).
+Only positions and angles are differentiated here. All expressions are in SI units.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Sequence
+from dataclasses import dataclass, field
+
+import sympy as sp
+
+from lag2fmu.mechanism import Mechanism
+from lag2fmu.mechanism.expressions import TIME, symbol
+from lag2fmu.mechanism.names import acceleration, generalized_force, velocity
+
+Vector = tuple[sp.Expr, ...]
+
+
+@dataclass(frozen=True)
+class Symbols:
+    """The symbols of a mechanism with n coordinates, k motion inputs, m plain inputs and p parameters, in its order."""
+
+    q: tuple[sp.Symbol, ...]
+    qd: tuple[sp.Symbol, ...]
+    motion: tuple[sp.Symbol, ...]
+    motion_dot: tuple[sp.Symbol, ...]
+    motion_ddot: tuple[sp.Symbol, ...]
+    plain: tuple[sp.Symbol, ...]
+    external: tuple[sp.Symbol, ...]
+    parameters: tuple[sp.Symbol, ...]
+
+    @property
+    def inputs(self) -> tuple[sp.Symbol, ...]:
+        """Everything that comes from outside: y, y_dot, y_ddot, plain inputs, Q_<coordinate>; (3 k + m + n,)."""
+        return (*self.motion, *self.motion_dot, *self.motion_ddot, *self.plain, *self.external)
+
+
+def symbols_of(mechanism: Mechanism) -> Symbols:
+    """The symbols of ``mechanism``."""
+    q = [c.name for c in mechanism.coordinates]
+    y = [u.name for u in mechanism.motions]
+    groups = (
+        q,
+        [velocity(name) for name in q],
+        y,
+        [velocity(name) for name in y],
+        [acceleration(name) for name in y],
+        [u.name for u in mechanism.plain_inputs],
+        [generalized_force(name) for name in q],
+        [p.name for p in mechanism.parameters],
+    )
+    return Symbols(*(tuple(symbol(name) for name in group) for group in groups))
+
+
+@dataclass(frozen=True)
+class Composition:
+    """T, V, Rayleigh's R (J, J, W), the non-potential forces Q (n,) and the outputs as expressions; L = T - V.
+
+    Where the user gives a whole Lagrangian its part of second degree in qd counts as T and the rest as -V: V then
+    holds velocity-dependent potentials, and terms of moving supports too.
+    """
+
+    mechanism: Mechanism
+    symbols: Symbols = field(init=False)
+    kinetic: sp.Expr = field(init=False)
+    potential: sp.Expr = field(init=False)
+    dissipation: sp.Expr = field(init=False)
+    forces: Vector = field(init=False)
+    outputs: Vector = field(init=False)
+    _meaning: dict[sp.Symbol, sp.Expr] = field(init=False, repr=False)
+
+    def __post_init__(self) -> None:
+        """Compose everything once."""
+        s = symbols_of(self.mechanism)
+        self._set(symbols=s, _meaning=_meaning(self.mechanism))
+        kinetic, potential = self._given_energies()
+        self._set(
+            kinetic=sp.Add(kinetic, *self._koenig()),
+            potential=sp.Add(potential, *self._gravity(), *self._springs()),
+            dissipation=sp.Add(self.written(self.mechanism.energy.dissipation), *self._dampers()),
+            forces=self._forces(),
+            outputs=tuple(self.written(output.expression) for output in self.mechanism.outputs),
+        )
+
+    def _set(self, **values: object) -> None:
+        for name, value in values.items():
+            object.__setattr__(self, name, value)
+
+    def written(self, expression: sp.Expr | int | float | None) -> sp.Expr:
+        """``expression`` with definitions written out; 0 for one that is not given."""
+        return sp.S.Zero if expression is None else sp.sympify(expression).xreplace(self._meaning)
+
+    def rate(self, expression: sp.Expr) -> sp.Expr:
+        """The total time derivative of a function of t, q and motion inputs."""
+        s = self.symbols
+        pairs = ((TIME, sp.S.One), *zip((*s.q, *s.motion), (*s.qd, *s.motion_dot), strict=True))
+        used = expression.free_symbols
+        return sp.Add(*(expression.diff(x) * x_dot for x, x_dot in pairs if x in used))
+
+    def velocity_part(self) -> tuple[sp.Expr, sp.Expr]:
+        """L = K - U with all terms that contain velocities in K and none of them in U.
+
+        Differences of K, for polarisation, then do not lose digits to a large potential.
+        """
+        qd = set(self.symbols.qd)
+        moving: list[sp.Expr] = []
+        resting: list[sp.Expr] = []
+        for term in (*sp.Add.make_args(self.kinetic), *sp.Add.make_args(-self.potential)):
+            (moving if qd & term.free_symbols else resting).append(term)
+        return sp.Add(*moving), -sp.Add(*resting)
+
+    def place(self, name: str) -> Vector:
+        """The position (m) of a point or body; 2 or 3 entries."""
+        return tuple(self.written(x) for x in self.mechanism.place(name))
+
+    def _given_energies(self) -> tuple[sp.Expr, sp.Expr]:
+        energy = self.mechanism.energy
+        if energy.lagrangian is None:
+            return self.written(energy.kinetic), self.written(energy.potential)
+        whole, qd = self.written(energy.lagrangian), self.symbols.qd
+        reverse = whole.xreplace({v: -v for v in qd})
+        quadratic = (whole + reverse) / 2 - whole.xreplace(dict.fromkeys(qd, sp.S.Zero))
+        return quadratic, quadratic - whole
+
+    def _koenig(self) -> Iterable[sp.Expr]:
+        for body in self.mechanism.bodies:
+            speeds = (self.rate(self.written(x)) for x in body.position)
+            yield self.written(body.mass) * sp.Add(*(v**2 for v in speeds)) / 2
+            if body.angle is not None:
+                yield self.written(body.inertia) * self.rate(self.written(body.angle)) ** 2 / 2
+
+    def _gravity(self) -> Iterable[sp.Expr]:
+        gravity = self.mechanism.gravity
+        if gravity is None:
+            return
+        for body in self.mechanism.bodies:
+            direction = gravity.direction or (*[0] * (len(body.position) - 1), -1)
+            height = _dot([self.written(x) for x in direction], self.place(body.name))
+            yield -self.written(body.mass) * self.written(gravity.acceleration) * height
+
+    def _springs(self) -> Iterable[sp.Expr]:
+        for spring in self.mechanism.springs:
+            stiffness, length = self.written(spring.stiffness), self.written(spring.length)
+            if spring.between is None:
+                square = self.written(spring.elongation) ** 2
+            else:
+                gap = self._gap(spring.between)
+                # |gap| has no derivative at 0; the energy of a spring without natural length has one
+                square = _dot(gap, gap) if length == 0 else (sp.sqrt(_dot(gap, gap)) - length) ** 2
+            yield stiffness * square / 2
+
+    def _dampers(self) -> Iterable[sp.Expr]:
+        for damper in self.mechanism.dampers:
+            if damper.between is None:
+                rate = self.written(damper.rate)
+            else:
+                gap = self._gap(damper.between)
+                rate = _dot(gap, [self.rate(x) for x in gap]) / sp.sqrt(_dot(gap, gap))
+            yield self.written(damper.damping) * rate**2 / 2
+
+    def _gap(self, ends: Sequence[object]) -> Vector:
+        a, b = (self.place(str(end)) for end in ends)
+        return tuple(x - y for x, y in zip(a, b, strict=True))
+
+    def _forces(self) -> Vector:
+        """Q without dissipation: generalized forces, loads and the external inputs Q_<coordinate>."""
+        s = self.symbols
+        total = dict(zip(s.q, s.external, strict=True))
+        for force in self.mechanism.forces:
+            total[symbol(force.coordinate)] += self.written(force.expression)
+        for load in self.mechanism.loads:
+            if load.torque is not None:
+                places: Vector = (self.written(_angle(self.mechanism, str(load.body))),)
+                values: Vector = (self.written(load.torque),)
+            else:
+                places = self.place(str(load.point if load.point is not None else load.body))
+                values = tuple(self.written(x) for x in load.force or ())
+            for q in s.q:
+                total[q] += _dot(values, [x.diff(q) for x in places])
+        return tuple(total.values())
+
+
+def _meaning(mechanism: Mechanism) -> dict[sp.Symbol, sp.Expr]:
+    """Definition -> its expression in which no definition is left (the record refuses cycles)."""
+    pending = {symbol(d.name): sp.sympify(d.expression) for d in mechanism.definitions}
+    done: dict[sp.Symbol, sp.Expr] = {}
+    while pending:
+        for name in [name for name, expression in pending.items() if not expression.free_symbols & pending.keys()]:
+            done[name] = pending.pop(name).xreplace(done)
+    return done
+
+
+def _angle(mechanism: Mechanism, name: str) -> sp.Expr:
+    return next(body.angle for body in mechanism.bodies if body.name == name)
+
+
+def _dot(a: Sequence[sp.Expr], b: Sequence[sp.Expr]) -> sp.Expr:
+    return sp.Add(*(x * y for x, y in zip(a, b, strict=True)))

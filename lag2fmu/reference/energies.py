@@ -1,0 +1,154 @@
+"""The energies of a mechanism as numbers: T, V, Rayleigh's R and L = T - V, at one state or at a batch of states.
+
+Quantities of a batch have the batch first: times (m,), coordinates (m, n). Inside, arrays have it last, (n, m), so that
+every row is one argument of a vectorised function.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+
+import numpy as np
+import sympy as sp
+from numpy.typing import ArrayLike, NDArray
+
+from lag2fmu.errors import LoadError, SimulationError
+from lag2fmu.mechanism import Mechanism, Parameter
+from lag2fmu.mechanism.expressions import TIME
+from lag2fmu.reference.composition import Composition
+from lag2fmu.reference.functions import Array, compiled
+
+Floats = NDArray[np.float64]
+InputValues = Mapping[str, ArrayLike]
+"""Input name -> SI value, or (m,) values of a batch."""
+
+
+@dataclass(frozen=True)
+class State:
+    """Where a mechanism is: t (*batch), q and qd (n, *batch), inputs (3 k + m + n, *batch) as ``Symbols.inputs``."""
+
+    t: Floats
+    q: Floats
+    qd: Floats
+    inputs: Floats
+
+    @property
+    def rows(self) -> Floats:
+        """Everything stacked: t, q, qd, inputs."""
+        return np.concatenate([self.t[None], self.q, self.qd, self.inputs])
+
+    def part(self, block: slice) -> State:
+        """The states ``block`` of a batch."""
+        return State(self.t[block], self.q[:, block], self.qd[:, block], self.inputs[:, block])
+
+
+class Energies:
+    """T, V, R, L (J; R in W) of ``mechanism``, with some ``parameters`` (name -> SI value) other than declared.
+
+    Everything is composed and compiled when built. Raises LoadError for a parameter that is unknown, dependent, not
+    finite or out of its bounds. Inputs that are not given have their start value, external forces Q_<coordinate> are 0.
+    """
+
+    def __init__(self, mechanism: Mechanism, parameters: Mapping[str, float] | None = None) -> None:
+        self.mechanism = mechanism
+        self.composition = Composition(mechanism)
+        self.n = len(mechanism.coordinates)
+        self.parameters = parameter_values(mechanism, parameters or {})
+        s = self.composition.symbols
+        self._constants = tuple(np.float64(value) for value in self.parameters.values())
+        self._configuration = (TIME, *s.q, *s.qd, *s.motion, *s.motion_dot)
+        c = self.composition
+        self._energies = compiled((*self._configuration, *s.parameters), (c.kinetic, c.potential, c.dissipation))
+        arguments = (TIME, *s.q, *s.qd, *s.inputs, *s.parameters)
+        self._forces = compiled(arguments, c.forces)
+        self._outputs = compiled(arguments, c.outputs)
+        starts = {u.name: u.start for u in mechanism.inputs}
+        self._starts = np.array([starts.get(x.name, 0.0) for x in s.inputs])
+        self._row = {x.name: i for i, x in enumerate(s.inputs)}
+
+    @property
+    def input_names(self) -> tuple[str, ...]:
+        """The inputs by name: y, y_dot, y_ddot of motion inputs, plain inputs, Q_<coordinate>."""
+        return tuple(self._row)
+
+    def start(self) -> tuple[Floats, Floats]:
+        """The declared start values of q and qd, (n,) each, in SI units."""
+        coordinates = self.mechanism.coordinates
+        return np.array([c.start for c in coordinates]), np.array([c.velocity for c in coordinates])
+
+    def state(self, t: ArrayLike, q: ArrayLike, qd: ArrayLike, inputs: InputValues | None = None) -> State:
+        """The state with t in s, q and qd (n,) or (m, n), inputs name -> value or (m,).
+
+        Raises LoadError for an unknown input, SimulationError for shapes that do not fit.
+        """
+        positions, velocities = np.asarray(q, dtype=float), np.asarray(qd, dtype=float)
+        if positions.shape != velocities.shape or positions.shape[-1:] != (self.n,):
+            raise SimulationError(
+                f"q {positions.shape} and qd {velocities.shape} must both end with n = {self.n} coordinates"
+            )
+        batch = positions.shape[:-1]
+        signals = np.empty((len(self._starts), *batch))
+        signals[...] = self._starts.reshape(-1, *(1 for _ in batch))
+        for name, value in (inputs or {}).items():
+            if name not in self._row:
+                raise LoadError(
+                    f"mechanism '{self.mechanism.name}' has no input '{name}'; known are {', '.join(self._row)}"
+                )
+            signals[self._row[name]] = value
+        time = np.broadcast_to(np.asarray(t, dtype=float), batch)
+        return State(time, np.moveaxis(positions, -1, 0), np.moveaxis(velocities, -1, 0), signals)
+
+    def energies(self, state: State) -> Floats:
+        """T, V (J) and R (W) at ``state``: (3, *batch)."""
+        rows = state.rows[: len(self._configuration)]
+        return self._energies(np.ascontiguousarray(rows), self._constants)
+
+    def forces(self, state: State) -> Floats:
+        """The non-potential forces Q without dissipation, external ones included: (n, *batch)."""
+        return self._forces(state.rows, self._constants)
+
+    def outputs(self, state: State) -> Floats:
+        """The outputs of the mechanism, in its order, in SI units: (outputs, *batch)."""
+        return self._outputs(state.rows, self._constants)
+
+    def velocity_part(self) -> Callable[[Array], Array]:
+        """rows (t, q, qd, y, y_dot), real or complex -> K, U, R: L = K - U, with all that velocities change in K."""
+        moving, resting = self.composition.velocity_part()
+        expressions: tuple[sp.Expr, ...] = (moving, resting, self.composition.dissipation)
+        function = compiled((*self._configuration, *self.composition.symbols.parameters), expressions)
+        return lambda rows: function(rows, self._constants)
+
+
+def parameter_values(mechanism: Mechanism, overrides: Mapping[str, float]) -> dict[str, float]:
+    """Every parameter's SI value, in the order of ``mechanism``, dependent ones computed from the others.
+
+    Raises LoadError for ``overrides`` that are unknown, dependent, not finite or out of bounds.
+    """
+    known = {p.name: p for p in mechanism.parameters}
+    for name, value in overrides.items():
+        if name not in known:
+            names = ", ".join(known) or "none"
+            raise LoadError(f"mechanism '{mechanism.name}' has no parameter '{name}'; known are {names}")
+        _check_value(known[name], value)
+    values = {p.name: float(overrides.get(p.name, p.value)) for p in mechanism.parameters if p.value is not None}
+    pending = {p.name: p.expression for p in mechanism.parameters if p.expression is not None}
+    while pending:  # the record refuses circles: every pass finds one
+        for name, expression in list(pending.items()):
+            used = sorted(expression.free_symbols, key=str)
+            if {s.name for s in used} <= values.keys():
+                row = np.array([[values[s.name]] for s in used]).reshape(len(used), 1)
+                values[name] = float(compiled(used, [expression])(row, ())[0, 0])
+                if not np.isfinite(values[name]):
+                    raise LoadError(f"parameter '{name}' = {expression} is {values[name]} for the values given")
+                del pending[name]
+    return {name: values[name] for name in known}
+
+
+def _check_value(parameter: Parameter, value: float) -> None:
+    if parameter.expression is not None:
+        raise LoadError(f"parameter '{parameter.name}' follows from others and takes no value {value!r}")
+    low = -np.inf if parameter.minimum is None else parameter.minimum
+    high = np.inf if parameter.maximum is None else parameter.maximum
+    if not np.isfinite(value) or not low <= value <= high:
+        raise LoadError(f"parameter '{parameter.name}': {value!r} is not a finite number within [{low}, {high}]")

@@ -1,0 +1,275 @@
+"""The Lagrange equations of a mechanism as numbers, without a derivative of its energies being written down.
+
+K, the part of L that velocities change, is a polynomial of second degree in qd. At unit velocities e_i polarisation
+gives
+
+    M_ii = K(e_i) + K(-e_i) - 2 K(0),   M_ij = K(e_i + e_j) - K(e_i) - K(e_j) + K(0),   b_i = (K(e_i) - K(-e_i)) / 2
+
+and p = dL/dqd = M qd + b. All these points are moved along the motion by a complex step i h (qd, 1, y_dot, y_ddot), so
+that their imaginary parts are h dM/dt and h db/dt; further points give dL/dq, dR/dqd and the explicit dL/dt. Then
+
+    M qdd = Q + dL/dq - dR/dqd - dM/dt qd - db/dt.
+
+Sources: H. Goldstein, Classical Mechanics, sections 1.5 and 2.7; for the complex step see ``functions``.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, fields
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from lag2fmu.errors import DerivationError, SimulationError
+from lag2fmu.mechanism import Mechanism
+from lag2fmu.reference.energies import Energies, Floats, InputValues, State
+from lag2fmu.reference.functions import BLOCK, STEP, Array
+
+
+@dataclass(frozen=True)
+class Terms:
+    """The parts of the equations at a state or batch of states, batch last, in SI units.
+
+    mass_matrix (n, n), momenta p = dL/dqd (n,), inertial = dM/dt qd + db/dt (n,), lagrangian_slope dL/dq (n,),
+    dissipation_slope dR/dqd (n,), explicit_rate dL/dt at fixed q, qd, motion inputs moving (), forces Q (n,).
+    """
+
+    mass_matrix: Floats
+    momenta: Floats
+    inertial: Floats
+    lagrangian_slope: Floats
+    dissipation_slope: Floats
+    explicit_rate: Floats
+    forces: Floats
+
+
+@dataclass(frozen=True)
+class Balance:
+    """The balance of the generalized energy h = qd . p - L: ``rate`` dh/dt and ``power`` of what changes it, in W.
+
+    power = Q . qd - qd . dR/dqd - dL/dt. ``scale`` is the sum of the magnitudes of all powers that flow at that
+    instant; over a run divide by its largest value. All have the shape of the batch.
+    """
+
+    rate: Floats
+    power: Floats
+    scale: Floats
+
+    @property
+    def residual(self) -> Floats:
+        """rate - power, in W: zero to rounding for exact accelerations."""
+        return self.rate - self.power
+
+
+class Equations:
+    """The equations of motion of ``mechanism`` for ``parameters`` (name -> SI value; declared values otherwise).
+
+    States are t in s, q and qd (n,), inputs name -> value; or batches of m: t (m,), q and qd (m, n), values (m,).
+    Raises LoadError for unknown or unusable parameters, DerivationError if L is not quadratic in the velocities.
+    """
+
+    def __init__(self, mechanism: Mechanism, parameters: Mapping[str, float] | None = None) -> None:
+        self.energies = Energies(mechanism, parameters)
+        self.mechanism, self.n = mechanism, self.energies.n
+        self._motions = len(mechanism.motions)
+        self._parts = self.energies.velocity_part()
+        self._pairs = np.triu_indices(self.n, 1)
+        self._scale = np.ones(self.n)
+        self._units = self._unit_velocities()
+        q, qd = self.energies.start()
+        state = self.energies.state(0.0, q, qd)
+        # velocities of about equal energy: no digits are lost between coordinates of different units (powers of two)
+        diagonal = np.diagonal(self.terms(state).mass_matrix)
+        usable = np.isfinite(diagonal) & (diagonal > 0)
+        self._scale = np.exp2(-np.round(0.5 * np.log2(np.where(usable, diagonal, 1.0))))
+        self._units = self._unit_velocities()
+        self._check_degree(state)
+
+    # -------------------------------------------------------------------------------------------- what users ask for
+
+    def accelerations(self, t: ArrayLike, q: ArrayLike, qd: ArrayLike, inputs: InputValues | None = None) -> Floats:
+        """qdd (n,) or (m, n). Raises SimulationError where M is singular or a value is not finite."""
+        state = self.energies.state(t, q, qd, inputs)
+        qdd, _ = self.rates(state)
+        if not np.isfinite(qdd).all():
+            raise SimulationError(
+                f"{self._where(state, qdd)}: the accelerations are not finite ({self.weakness(state)})"
+            )
+        return np.moveaxis(qdd, 0, -1)
+
+    def kinetic_energy(self, t: ArrayLike, q: ArrayLike, qd: ArrayLike, inputs: InputValues | None = None) -> Floats:
+        """T in J, () or (m,)."""
+        kinetic, _, _ = self.energies.energies(self.energies.state(t, q, qd, inputs))
+        return np.asarray(kinetic)
+
+    def potential_energy(self, t: ArrayLike, q: ArrayLike, qd: ArrayLike, inputs: InputValues | None = None) -> Floats:
+        """V in J, () or (m,)."""
+        _, potential, _ = self.energies.energies(self.energies.state(t, q, qd, inputs))
+        return np.asarray(potential)
+
+    def generalized_energy(
+        self, t: ArrayLike, q: ArrayLike, qd: ArrayLike, inputs: InputValues | None = None
+    ) -> Floats:
+        """h = qd . p - L in J, () or (m,)."""
+        h: Floats = self._generalized_energy(self._rows(self.energies.state(t, q, qd, inputs), 3)).real
+        return h
+
+    def momenta(self, t: ArrayLike, q: ArrayLike, qd: ArrayLike, inputs: InputValues | None = None) -> Floats:
+        """p = dL/dqd, (n,) or (m, n)."""
+        return np.moveaxis(self.terms(self.energies.state(t, q, qd, inputs)).momenta, 0, -1)
+
+    def mass_matrix(self, t: ArrayLike, q: ArrayLike, qd: ArrayLike, inputs: InputValues | None = None) -> Floats:
+        """M = d2L/dqd2, (n, n) or (m, n, n)."""
+        return np.moveaxis(self.terms(self.energies.state(t, q, qd, inputs)).mass_matrix, (0, 1), (-2, -1))
+
+    def outputs(
+        self, t: ArrayLike, q: ArrayLike, qd: ArrayLike, inputs: InputValues | None = None
+    ) -> dict[str, Floats]:
+        """The mechanism's outputs: name -> () or (m,), in SI units."""
+        values = self.energies.outputs(self.energies.state(t, q, qd, inputs))
+        return {output.name: value for output, value in zip(self.mechanism.outputs, values, strict=True)}
+
+    def balance(
+        self, t: ArrayLike, q: ArrayLike, qd: ArrayLike, qdd: ArrayLike, inputs: InputValues | None = None
+    ) -> Balance:
+        """The balance of energy at states and accelerations qdd (n,) or (m, n) from anywhere.
+
+        dh/dt is the complex step of h along (qd, qdd); the mass matrix has no part in it.
+        """
+        state = self.energies.state(t, q, qd, inputs)
+        x = np.moveaxis(np.broadcast_to(np.asarray(qdd, dtype=float), np.shape(q)), -1, 0)
+        rows = self._rows(state, 3)
+        self._move(rows[:, :], state)
+        rows[1 + self.n : 1 + 2 * self.n] += 1j * STEP * x[:, None]
+        rate = self._generalized_energy(rows).imag / STEP
+        terms = self.terms(state)
+        inertia = np.einsum("ij...,j...->i...", np.abs(terms.mass_matrix), np.abs(x))
+        parts = (terms.forces, terms.dissipation_slope, terms.lagrangian_slope, terms.inertial, inertia)
+        scale = np.abs(terms.explicit_rate) + sum(
+            (np.abs(state.qd * part).sum(axis=0) for part in parts), np.float64(0)
+        )
+        return Balance(rate, self._power(state, terms), scale)
+
+    # ------------------------------------------------------------------------------------------------- how it is done
+
+    def rates(self, state: State) -> tuple[Floats, Floats]:
+        """qdd (n, *batch) and the power of all that changes h (*batch), in W; NaN where there is no solution."""
+        terms = self.terms(state)
+        forcing = terms.forces + terms.lagrangian_slope - terms.dissipation_slope - terms.inertial
+        matrix = np.moveaxis(terms.mass_matrix, (0, 1), (-2, -1))
+        try:
+            solution = np.linalg.solve(matrix, np.moveaxis(forcing, 0, -1)[..., None])
+            qdd: Floats = np.asarray(np.moveaxis(solution[..., 0], -1, 0), dtype=np.float64)
+        except np.linalg.LinAlgError:
+            qdd = np.full_like(forcing, np.nan)
+        return qdd, self._power(state, terms)
+
+    def terms(self, state: State) -> Terms:
+        """The parts of the equations at ``state``; long batches in blocks, for the memory they take."""
+        size = max(1, BLOCK // (self._units.shape[1] + 2 * self.n + 1))
+        if state.t.ndim != 1 or len(state.t) <= size:
+            return self._terms(state)
+        parts = [self._terms(state.part(slice(i, i + size))) for i in range(0, len(state.t), size)]
+        return Terms(*(np.concatenate([getattr(part, f.name) for part in parts], axis=-1) for f in fields(Terms)))
+
+    def weakness(self, state: State) -> str:
+        """What is wrong with the mass matrix at one of the states, in words that name the coordinates."""
+        names = [c.name for c in self.mechanism.coordinates]
+        matrices = np.moveaxis(self.terms(state).mass_matrix, (0, 1), (-2, -1)).reshape(-1, self.n, self.n)
+        for matrix in matrices:
+            if not np.isfinite(matrix).all():
+                return "the mass matrix is not finite"
+            scale = np.sqrt(np.abs(np.diagonal(matrix)))
+            scale = np.where(scale > 0, scale, 1.0)
+            values, vectors = np.linalg.eigh(matrix / np.outer(scale, scale))
+            weakest = np.argmin(np.abs(values))
+            if np.abs(values[weakest]) <= 16 * self.n * np.finfo(float).eps * np.abs(values).max():
+                weak = [name for name, x in zip(names, vectors[:, weakest], strict=True) if abs(x) > 1e-6]
+                return f"the mass matrix is singular in {', '.join(weak)}; these coordinates move no mass"
+        return "a force or potential is not finite"
+
+    def _terms(self, state: State) -> Terms:
+        n, units = self.n, self._units.shape[1]
+        rows = self._rows(state, units + 2 * n + 1)
+        batch = (1,) * state.t.ndim
+        rows[1 + n : 1 + 2 * n, :units] = self._units.reshape(n, units, *batch)
+        self._move(rows[:, :units], state)
+        for i in range(n):
+            rows[1 + i, units + i] += 1j * STEP
+            rows[1 + n + i, units + n + i] += 1j * STEP
+        self._move(rows[:, -1:], state, explicit=True)
+        K, U, R = self._parts(rows)
+        matrix, linear = self._polarised(K[:units])
+        momenta = np.einsum("ij...,j...->i...", matrix, state.qd) + linear
+        lagrangian = K[units:] - U[units:]
+        return Terms(
+            matrix.real,
+            momenta.real,
+            momenta.imag / STEP,
+            lagrangian[:n].imag / STEP,
+            R[units + n : units + 2 * n].imag / STEP,
+            lagrangian[-1].imag / STEP,
+            self.energies.forces(state),
+        )
+
+    def _unit_velocities(self) -> Floats:
+        """The points of polarisation (n, 1 + 2 n + n (n - 1) / 2): 0, e_i, -e_i, e_i + e_j for i < j, scaled."""
+        unit = np.diag(self._scale)
+        i, j = self._pairs
+        return np.concatenate([np.zeros((self.n, 1)), unit, -unit, unit[:, i] + unit[:, j]], axis=1)
+
+    def _polarised(self, K: Array) -> tuple[Array, Array]:
+        """M (n, n, *batch) and b (n, *batch) from K at ``_unit_velocities`` (points, *batch)."""
+        n, (i, j) = self.n, self._pairs
+        zero, plus, minus = K[0], K[1 : 1 + n], K[1 + n : 1 + 2 * n]
+        matrix = np.empty((n, n, *K.shape[1:]), K.dtype)
+        matrix[np.arange(n), np.arange(n)] = plus + minus - 2 * zero
+        matrix[i, j] = matrix[j, i] = K[1 + 2 * n :] - plus[i] - plus[j] + zero
+        scale = self._scale.reshape(n, *(1,) * (K.ndim - 1))
+        return matrix / (scale[:, None] * scale), (plus - minus) / (2 * scale)
+
+    def _generalized_energy(self, rows: Array) -> Array:
+        """h (*batch) at rows (rows, 3, *batch): twice the even part of K without its constant is qd . M qd."""
+        rows[1 + self.n : 1 + 2 * self.n, 1] *= -1
+        rows[1 + self.n : 1 + 2 * self.n, 2] = 0
+        K, U, _ = self._parts(rows)
+        h: Array = (K[0] + K[1]) / 2 - 2 * K[2] + U[0]
+        return h
+
+    def _rows(self, state: State, points: int) -> Array:
+        """t, q, qd, y, y_dot of ``state`` at ``points`` equal points, complex: (1 + 2 n + 2 k, points, *batch)."""
+        stacked = state.rows[: 1 + 2 * self.n + 2 * self._motions]
+        rows = np.empty((len(stacked), points, *state.t.shape), complex)
+        rows[...] = stacked[:, None]
+        return rows
+
+    def _move(self, rows: Array, state: State, explicit: bool = False) -> None:
+        """Add the complex step along the motion to ``rows``: t and motion inputs, and q unless ``explicit``."""
+        n, k, step = self.n, self._motions, 1j * STEP
+        rows[0] += step
+        if not explicit:
+            rows[1 : 1 + n] += step * state.qd[:, None]
+        rows[1 + 2 * n :] += step * state.inputs[k : 3 * k, None]
+
+    def _power(self, state: State, terms: Terms) -> Floats:
+        """Q . qd - qd . dR/dqd - dL/dt, in W."""
+        power: Floats = (state.qd * (terms.forces - terms.dissipation_slope)).sum(axis=0) - terms.explicit_rate
+        return power
+
+    def _where(self, state: State, values: Floats) -> str:
+        """Mechanism and time of the first value that is not finite."""
+        bad = ~np.isfinite(values).all(axis=0)
+        return f"mechanism '{self.mechanism.name}' at time {float(np.atleast_1d(state.t)[np.atleast_1d(bad)][0])!r} s"
+
+    def _check_degree(self, state: State) -> None:
+        """Raise DerivationError unless the third difference of K along a velocity vanishes."""
+        rows = self._rows(state, 4)
+        direction = self._scale * np.cos(np.arange(1, self.n + 1))
+        rows[1 + self.n : 1 + 2 * self.n] = np.outer(direction, [2, 1, 0, -1])
+        K = self._parts(rows)[0].real * [1, -3, 3, -1]
+        if np.isfinite(K).all() and abs(K.sum()) > 1e-9 * np.abs(K).sum():
+            raise DerivationError(
+                f"mechanism '{self.mechanism.name}': the energies are not quadratic in the velocities (third "
+                f"difference {K.sum():.3g} J); supported are kinetic energies of second and potentials of first degree"
+            )

@@ -1,0 +1,158 @@
+"""From SymPy expressions to NumPy functions that are safe for the complex step and evaluate a whole batch at once.
+
+The complex step f'(x) = Im f(x + i h) / h has no cancellation, so h may be tiny and the derivative is exact to rounding
+(W. Squire, G. Trapp, Using complex variables to estimate derivatives of real functions, SIAM Review 40, 1998). With a
+tiny h a complex number is a dual number: functions that NumPy continues otherwise (abs, sqrt of a negative, atan2, ...)
+are given here as f(x) + i f'(x) Im z, and stay NaN where the real function is not defined.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from functools import reduce
+from typing import Any
+
+import numpy as np
+import sympy as sp
+from numpy.typing import NDArray
+from sympy.printing.str import StrPrinter
+from sympy.utilities.iterables import numbered_symbols
+
+from lag2fmu.mechanism.expressions import NAME_OF
+
+Array = NDArray[Any]
+
+STEP = 2.0**-100
+"""Length of the complex step; its square is far below rounding, and dividing by a power of two is exact."""
+
+BLOCK = 4096
+"""Points that are evaluated in one vectorised call: their intermediate results fit the cache."""
+
+Function = Callable[..., Any]
+
+
+def _lifted(function: Function, slope: Function) -> Function:
+    """``function`` of real arrays, continued to z = x + i h by its first derivative ``slope``."""
+
+    def lifted(z: Any) -> Any:
+        return function(z) if not np.iscomplexobj(z) else function(z.real) + 1j * (slope(z.real) * z.imag)
+
+    return lifted
+
+
+def absolute(z: Any) -> Any:
+    """|z| with derivative sign(z), 0 at 0."""
+    return np.sign(np.real(z)) * z
+
+
+def atan2(y: Any, x: Any) -> Any:
+    """The angle of (x, y), in rad."""
+    a, b = np.real(y), np.real(x)
+    angle = np.arctan2(a, b)
+    if not (np.iscomplexobj(y) or np.iscomplexobj(x)):
+        return angle
+    return angle + 1j * ((b * np.imag(y) - a * np.imag(x)) / (a * a + b * b))
+
+
+def power(base: Any, exponent: Any) -> Any:
+    """base ** exponent for exponents that are no small integers: NaN for a negative base and a broken exponent."""
+    x, y = np.real(base), np.real(exponent)
+    value = np.power(x, y)
+    if np.iscomplexobj(base):
+        value = value + 1j * (y * np.power(x, y - 1.0) * np.imag(base))
+    if np.iscomplexobj(exponent) and np.any(np.imag(exponent)):
+        value = value + 1j * (np.real(value) * np.log(x) * np.imag(exponent))
+    return value
+
+
+def minimum(*values: Any) -> Any:
+    """The least of ``values`` by their real parts."""
+    return reduce(lambda a, b: np.where(np.real(a) <= np.real(b), a, b), values)
+
+
+def maximum(*values: Any) -> Any:
+    """The greatest of ``values`` by their real parts."""
+    return reduce(lambda a, b: np.where(np.real(a) >= np.real(b), a, b), values)
+
+
+NUMERIC: dict[str, Function] = {
+    "sin": np.sin,
+    "cos": np.cos,
+    "sinh": np.sinh,
+    "cosh": np.cosh,
+    "tanh": np.tanh,
+    "exp": np.exp,
+    "tan": _lifted(np.tan, lambda x: 1.0 + np.tan(x) ** 2),
+    "asin": _lifted(np.arcsin, lambda x: 1.0 / np.sqrt(1.0 - x * x)),
+    "acos": _lifted(np.arccos, lambda x: -1.0 / np.sqrt(1.0 - x * x)),
+    "atan": _lifted(np.arctan, lambda x: 1.0 / (1.0 + x * x)),
+    "sqrt": _lifted(np.sqrt, lambda x: 0.5 / np.sqrt(x)),
+    "log": _lifted(np.log, lambda x: 1.0 / x),
+    "abs": absolute,
+    "sign": lambda z: np.sign(np.real(z)),
+    "heaviside": lambda z: np.heaviside(np.real(z), 0.5),
+    "min": minimum,
+    "max": maximum,
+    "atan2": atan2,
+    "power": power,
+    "pi": np.pi,  # type: ignore[dict-item]
+}
+"""The meaning of every name that ``_NumericPrinter`` writes."""
+
+
+class _NumericPrinter(StrPrinter):  # type: ignore[misc]
+    """Prints Python that calls NUMERIC.
+
+    Customizations: powers that are no integers or roots call ``power`` (NumPy continues them to complex values
+    where they should be NaN); Dirac's delta, the derivative of a jump, is 0, as it is almost everywhere.
+    """
+
+    def _print_Function(self, expr: sp.Expr) -> str:
+        arguments = expr.args[:1] if isinstance(expr, sp.Heaviside) else expr.args
+        return f"{NAME_OF[expr.func]}({self.stringify(arguments, ', ')})"
+
+    _print_Abs = _print_Heaviside = _print_Min = _print_Max = _print_LatticeOp = _print_Function
+
+    def _print_Pow(self, expr: sp.Expr, rational: bool = False) -> str:
+        if expr.exp.is_Integer or abs(expr.exp) == sp.S.Half:
+            return str(super()._print_Pow(expr, rational))
+        return f"power({self._print(expr.base)}, {self._print(expr.exp)})"
+
+    def _print_DiracDelta(self, expr: sp.Expr) -> str:
+        return "0.0"
+
+    def _print_Exp1(self, expr: sp.Expr) -> str:
+        return repr(float(np.e))
+
+
+def _shared(expressions: Any) -> Any:
+    """Common subexpressions of ``expressions``, named apart from the arguments a0, a1, ..."""
+    return sp.cse(expressions, symbols=numbered_symbols("c", real=True), list=False, order="none")
+
+
+def compiled(
+    arguments: Sequence[sp.Symbol], expressions: Sequence[sp.Expr]
+) -> Callable[[Array, Sequence[float]], Array]:
+    """A function (rows, constants) -> (k, *shape) that evaluates the k ``expressions``.
+
+    The first ``arguments`` are the rows of an array (rows, *shape), real or complex, the others are ``constants``
+    of type float64. Any size of batch is taken, in blocks of BLOCK points. Values outside the range of a function
+    give inf or NaN, without a warning.
+    """
+    renamed = {old: sp.Symbol(f"a{i}", real=True) for i, old in enumerate(arguments)}
+    outputs = [expression.xreplace(renamed) for expression in expressions]
+    function = sp.lambdify(
+        list(renamed.values()), outputs, modules=[NUMERIC], printer=_NumericPrinter({"order": "none"}), cse=_shared
+    )
+
+    def evaluate(rows: Array, constants: Sequence[float]) -> Array:
+        flat = rows.reshape(len(rows), -1)
+        out = np.empty((len(outputs), flat.shape[1]), rows.dtype)
+        with np.errstate(all="ignore"):
+            for start in range(0, flat.shape[1], BLOCK):
+                block = slice(start, start + BLOCK)
+                for line, value in zip(out, function(*flat[:, block], *constants), strict=True):
+                    line[block] = value
+        return out.reshape(len(outputs), *rows.shape[1:])
+
+    return evaluate

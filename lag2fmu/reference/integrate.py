@@ -1,0 +1,260 @@
+"""Direct integration of a mechanism by SciPy, with an estimate of its own error and of how starts are amplified.
+
+Two runs are made: one at ``rtol``, which is the result, and one at 10 ``rtol``. Where the inputs have many breaks both
+would step from break to break and agree to the last bit, which says nothing about their error: the first one therefore
+takes two steps there at least. The second is carried out together
+with a run from a start perturbed by 1e-8, on the same steps, so that their difference is the effect of the start and
+not of the integration. Method: DOP853, E. Hairer, S. P. Norsett, G. Wanner, Solving Ordinary Differential Equations I,
+section II.5; Radau IIA, same authors, volume II, section IV.8.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from lag2fmu.errors import LoadError, SimulationError
+from lag2fmu.mechanism import Mechanism
+from lag2fmu.mechanism.names import acceleration, velocity
+from lag2fmu.reference.energies import Floats, State
+from lag2fmu.reference.equations import Equations
+from lag2fmu.reference.signals import Inputs, Signals, signals_of
+from lag2fmu.reference.trajectory import Trajectory
+
+PERTURBATION = 1e-8
+METHODS = ("DOP853", "Radau")
+MAX_EVALUATIONS = 500_000
+"""Evaluations of the equations in one run before a method counts as failed (stiff equations stall DOP853)."""
+
+
+@dataclass(frozen=True, eq=False)
+class Reference:
+    """A direct integration at m times; SI units.
+
+    ``trajectory``: q, qd, qdd, outputs, kinetic_energy, potential_energy, generalized_energy.
+    ``work`` (m,): integral of Q.qd - qd.dR/dqd - dL/dt in J, so that generalized_energy - work is constant.
+    ``scales``: max(range, nominal) of every q and qd (nominal of qd: the same by 1 s).
+    ``error``: |difference| of the runs at rtol and 10 rtol, for q, qd; an estimate from above for the trajectory.
+    ``amplification`` (m,): A(t), largest ratio until t of the distance of two runs to the distance of their starts,
+    in the norm max |difference| / scale over q and qd. ``method`` is what was used, ``evaluations`` what it took.
+    """
+
+    trajectory: Trajectory
+    work: Floats
+    scales: Mapping[str, float]
+    error: Trajectory
+    amplification: Floats
+    method: str
+    evaluations: int
+
+    @property
+    def relative_error(self) -> Floats:
+        """The estimated error relative to ``scales``, the worst of q and qd: (m,)."""
+        worst: Floats = (self.error.values / [self.scales[name] for name in self.error.names]).max(axis=1)
+        return worst
+
+    @property
+    def balance(self) -> Floats:
+        """generalized_energy - its start - work, in J: (m,); zero but for the integration's error."""
+        h = self.trajectory["generalized_energy"]
+        drift: Floats = h - h[0] - self.work
+        return drift
+
+
+def integrate(
+    mechanism: Mechanism,
+    times: ArrayLike,
+    *,
+    parameters: Mapping[str, float] | None = None,
+    starts: Mapping[str, float] | None = None,
+    inputs: Inputs | None = None,
+    rtol: float = 1e-12,
+    method: str = "DOP853",
+) -> Reference:
+    """Integrate ``mechanism`` from times[0] and report at ``times`` (m,) in s, strictly increasing.
+
+    ``parameters`` and ``starts`` (names NAME and NAME_dot of coordinates) replace declared SI values. ``inputs``: see
+    ``signals_of``. ``rtol`` in [1e-13, 1e-2] weighs with |x| + nominal. Where DOP853 fails Radau is tried. Raises
+    LoadError for unknown or unusable names and values, SimulationError with the time reached.
+    """
+    grid = _checked_times(times)
+    if method not in METHODS or not 1e-13 <= rtol <= 1e-2:
+        raise LoadError(
+            f"integrate: method '{method}' and rtol {rtol!r}; expected one of {', '.join(METHODS)} and 1e-13 to 1e-2"
+        )
+    equations = Equations(mechanism, parameters)
+    signals = signals_of(mechanism, inputs, float(grid[0]))
+    run = _Run(equations, signals, grid, _start(mechanism, starts or {}))
+    run.check_start()
+    for name in METHODS[METHODS.index(method) :]:
+        try:
+            fine, evaluations = run.solve(name, rtol, run.start[None], pieces=2)
+            scales = _scales(fine[:, 0], run.nominal)
+            coarse, more = run.solve(name, 10 * rtol, np.stack([run.start, run.perturbed(scales)]), pieces=1)
+            return _assembled(run, fine[:, 0], coarse, scales, name, evaluations + more)
+        except SimulationError:
+            if name == METHODS[-1]:
+                raise
+    raise AssertionError("unreachable")
+
+
+class _Run:
+    """One problem: z = (q, qd, work), (2 n + 1,), from ``start`` over ``times`` (m,)."""
+
+    def __init__(self, equations: Equations, signals: Signals, times: Floats, start: Floats) -> None:
+        self.equations, self.signals, self.times, self.n = equations, signals, times, equations.n
+        self.start = start
+        nominal = np.array([c.nominal for c in equations.mechanism.coordinates])
+        self.nominal = np.concatenate([nominal, nominal])
+        self.evaluations, self.end = 0, np.inf
+        self.last = float(times[0]), start
+
+    def state(self, t: float, z: Floats) -> State:
+        """The state at z (copies, 2 n + 1); inputs that jump keep their value until the end of the segment."""
+        inputs = self.signals.at(min(t, float(np.nextafter(self.end, -np.inf))))
+        return self.equations.energies.state(t, z[:, : self.n], z[:, self.n : 2 * self.n], inputs)
+
+    def check_start(self) -> None:
+        """Raise SimulationError where the mechanism cannot start: M singular, something not finite."""
+        state = self.state(float(self.times[0]), self.start[None])
+        qdd, power = self.equations.rates(state)
+        if not (np.isfinite(qdd).all() and np.isfinite(power).all()):
+            raise SimulationError(
+                f"{self._place(self.times[0])}: no accelerations at the start, {self.equations.weakness(state)}"
+            )
+        reason = self.equations.weakness(state)
+        if "singular" in reason:
+            raise SimulationError(f"{self._place(self.times[0])}: {reason}")
+
+    def perturbed(self, scales: Floats) -> Floats:
+        """The start moved by 1e-8 in the norm of the scales, along a direction without symmetry."""
+        direction = np.cos(np.arange(1, 2 * self.n + 1))
+        moved: Floats = self.start.copy()
+        moved[: 2 * self.n] += PERTURBATION * scales * direction / np.abs(direction).max()
+        return moved
+
+    def solve(self, method: str, rtol: float, start: Floats, pieces: int) -> tuple[Floats, int]:
+        """z at the times, (m, copies, 2 n + 1), from ``start`` (copies, 2 n + 1), and the evaluations it took.
+
+        No step is longer than 1 / ``pieces`` of the way to the next break of the inputs.
+        """
+        weights = np.append(self.nominal, self._energy_scale())
+        atol = np.broadcast_to(rtol * weights, start.shape).ravel()
+        first, last = self.times[0], self.times[-1]
+        breaks = self.signals.breaks
+        ends = [*np.unique(breaks[(breaks > first) & (breaks < last)]), last]
+        z, t, self.evaluations = start.ravel(), first, 0
+        found = [z[None]]
+        for self.end in ends if last > first else ():
+            inside = self.times[(self.times > t) & (self.times <= self.end)]
+            asked = inside if len(inside) and inside[-1] == self.end else np.append(inside, self.end)
+            # SciPy refuses steps below 10 units of rounding: a break may be that close to an output time
+            longest = max((self.end - t) / pieces, 16 * np.spacing(abs(self.end)))
+            values = self._segment(method, (t, self.end), z, t_eval=asked, rtol=rtol, atol=atol, max_step=longest)
+            found.append(values[: len(inside)])
+            z, t = values[-1], self.end
+        return np.concatenate(found).reshape(len(self.times), *start.shape), self.evaluations
+
+    def _segment(self, method: str, span: tuple[float, float], z: Floats, **options: Any) -> Floats:
+        """z at the times asked, (times, size), without a break of the inputs in between."""
+        from scipy.integrate import solve_ivp
+
+        try:
+            solution = solve_ivp(self._slope, span, z, method, **options)
+        except _TooLongError as error:
+            reason = f"{method} took {MAX_EVALUATIONS} evaluations"
+            raise SimulationError(f"{self._place(error.args[0])}: {reason}") from None
+        if solution.status != 0:
+            # steps have become tiny: the time of the last one tried is the time reached
+            reason = self._reason(solution.message)
+            raise SimulationError(f"{self._place(self.last[0])}: {method} cannot go on; {reason}")
+        values: Floats = solution.y.T
+        return values
+
+    def _slope(self, t: float, z: Floats) -> Floats:
+        """dz/dt, flat; NaN where there are no accelerations, which makes the method take a shorter step."""
+        self.evaluations += 1
+        if self.evaluations > MAX_EVALUATIONS:
+            raise _TooLongError(t)
+        self.last = (t, z)
+        copies = z.reshape(-1, 2 * self.n + 1)
+        qdd, power = self.equations.rates(self.state(t, copies))
+        return np.concatenate([copies[:, self.n : 2 * self.n], qdd.T, power[:, None]], axis=1).ravel()
+
+    def _energy_scale(self) -> float:
+        """An energy (J) to weigh the error of the work with: T at nominal velocities."""
+        terms = self.equations.terms(self.state(float(self.times[0]), self.start[None]))
+        scale = float(0.5 * np.abs(np.diagonal(terms.mass_matrix)[0] * self.nominal[: self.n] ** 2).sum())
+        return scale if scale > 0 else 1.0
+
+    def _reason(self, message: str) -> str:
+        """Why it stopped: what is wrong with the last state tried, else what SciPy says."""
+        t, z = self.last
+        state = self.state(t, z.reshape(-1, 2 * self.n + 1))
+        if np.isfinite(self.equations.rates(state)[0]).all():
+            return message
+        return self.equations.weakness(state)
+
+    def _place(self, t: float) -> str:
+        return f"mechanism '{self.equations.mechanism.name}' at time {float(t)!r} s"
+
+
+class _TooLongError(Exception):
+    """A method took more than MAX_EVALUATIONS evaluations; carries the time reached."""
+
+
+def _checked_times(times: ArrayLike) -> Floats:
+    """``times`` as an array; raises SimulationError unless there is one and they increase."""
+    grid = np.atleast_1d(np.asarray(times, dtype=float))
+    if grid.ndim != 1 or not len(grid):
+        raise SimulationError(f"integrate: times have shape {grid.shape}; give one time or more")
+    return Trajectory(grid, (), np.empty((len(grid), 0))).time
+
+
+def _start(mechanism: Mechanism, overrides: Mapping[str, float]) -> Floats:
+    """z at the start, (2 n + 1,): declared values, ``overrides`` by NAME or NAME_dot; raises LoadError."""
+    coordinates = mechanism.coordinates
+    values = {c.name: c.start for c in coordinates} | {velocity(c.name): c.velocity for c in coordinates}
+    bounds = {c.name: (c.minimum, c.maximum) for c in coordinates}
+    for name, value in overrides.items():
+        if name not in values:
+            raise LoadError(f"mechanism '{mechanism.name}' has no start value '{name}'; known are {', '.join(values)}")
+        low, high = bounds.get(name, (None, None))
+        if not np.isfinite(value) or (low is not None and value < low) or (high is not None and value > high):
+            raise LoadError(f"start value '{name}': {value!r} is not a finite number within [{low}, {high}]")
+        values[name] = float(value)
+    return np.array([*values.values(), 0.0])
+
+
+def _scales(z: Floats, nominal: Floats) -> Floats:
+    """max(range, nominal) of q and qd over a run z (m, 2 n + 1): (2 n,)."""
+    scales: Floats = np.maximum(np.ptp(z[:, : len(nominal)], axis=0), nominal)
+    return scales
+
+
+def _assembled(run: _Run, fine: Floats, coarse: Floats, scales: Floats, method: str, evaluations: int) -> Reference:
+    """The record of two runs: ``fine`` (m, 2 n + 1), ``coarse`` (m, 2, 2 n + 1) with the perturbed one."""
+    n, equations, times = run.n, run.equations, run.times
+    inputs = run.signals.sampled(times)
+    names = [c.name for c in equations.mechanism.coordinates]
+    states = [*names, *map(velocity, names)]
+    q, qd = fine[:, :n], fine[:, n : 2 * n]
+    columns = dict(zip(states, fine.T, strict=False))
+    columns |= dict(zip(map(acceleration, names), equations.accelerations(times, q, qd, inputs).T, strict=True))
+    columns |= equations.outputs(times, q, qd, inputs)
+    for energy in ("kinetic_energy", "potential_energy", "generalized_energy"):
+        columns[energy] = getattr(equations, energy)(times, q, qd, inputs)
+    distance = (np.abs(coarse[:, 1, : 2 * n] - coarse[:, 0, : 2 * n]) / scales).max(axis=1)
+    return Reference(
+        trajectory=Trajectory.of(times, columns),
+        work=fine[:, 2 * n],
+        scales=dict(zip(states, scales.tolist(), strict=True)),
+        error=Trajectory(times, tuple(states), np.abs(fine - coarse[:, 0])[:, : 2 * n]),
+        amplification=np.maximum.accumulate(distance / distance[0]),
+        method=method,
+        evaluations=evaluations,
+    )

@@ -1,0 +1,142 @@
+"""What drives a mechanism from outside during a run: numbers, expressions of time, callables, or a Trajectory."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+from typing import TypeAlias
+
+import numpy as np
+import sympy as sp
+
+from lag2fmu.errors import LoadError, SimulationError
+from lag2fmu.mechanism import Mechanism
+from lag2fmu.mechanism.expressions import TIME, normal_form
+from lag2fmu.mechanism.names import acceleration, velocity
+from lag2fmu.reference.composition import symbols_of
+from lag2fmu.reference.energies import Floats
+from lag2fmu.reference.functions import compiled
+from lag2fmu.reference.trajectory import Trajectory
+
+Signal: TypeAlias = float | sp.Expr | Callable[[float], float]
+
+
+@dataclass(frozen=True, eq=False)
+class Signals:
+    """The inputs over time: ``at`` maps a time (s) to name -> SI value; ``breaks`` are times of kinks or jumps, in s.
+
+    The integration is restarted at ``breaks``, so that they cost no accuracy.
+    """
+
+    at: Callable[[float], Mapping[str, float]]
+    breaks: Floats
+
+    def sampled(self, times: Floats) -> dict[str, Floats]:
+        """The inputs at ``times`` (m,) in s: name -> (m,). Raises SimulationError if other names come and go."""
+        samples = [self.at(float(t)) for t in times]
+        for t, sample in zip(times, samples, strict=True):
+            if sample.keys() != samples[0].keys():
+                raise SimulationError(
+                    f"the inputs are {sorted(sample)} at time {float(t)!r} s and {sorted(samples[0])} at the start"
+                )
+        return {name: np.array([sample[name] for sample in samples], dtype=float) for name in samples[0]}
+
+
+Inputs: TypeAlias = Mapping[str, Signal] | Callable[[float], Mapping[str, float]] | Trajectory | Signals
+
+
+def signals_of(mechanism: Mechanism, inputs: Inputs | None, start: float) -> Signals:
+    """The signals that ``inputs`` describe, one of
+
+    - a mapping name -> number, SymPy expression in t, or callable t -> number. For a motion input an expression is
+      differentiated; a callable must be accompanied by NAME_dot and NAME_ddot; a number is a support at rest;
+    - a callable t -> {name: value}, with NAME, NAME_dot and NAME_ddot for every motion input it moves;
+    - Signals, from ``held`` for instance;
+    - a Trajectory, linear between its times and constant beyond its ends, with the same three columns.
+
+    Derivatives that are given must be consistent with the motion: the equations believe them. Names are those of
+    inputs and Q_<coordinate>. Raises LoadError for unknown names and missing derivatives (tried at ``start``, s),
+    SimulationError for values that are not finite.
+    """
+    if inputs is None:
+        return Signals(lambda t: {}, np.empty(0))
+    if isinstance(inputs, Signals):
+        signals = inputs
+    elif isinstance(inputs, Trajectory):
+        signals = _of_trajectory(inputs)
+    elif isinstance(inputs, Mapping):
+        signals = _of_mapping(mechanism, inputs)
+    else:
+        signals = Signals(inputs, np.asarray(getattr(inputs, "breaks", ()), dtype=float))
+    first = signals.at(start)
+    _check_names(mechanism, set(first), numbers=_numbers(inputs))
+    for name, value in first.items():
+        if not np.isfinite(value):
+            raise SimulationError(f"input '{name}' is {value!r} at time {start!r} s; give a finite value")
+    return signals
+
+
+def held(trajectory: Trajectory) -> Signals:
+    """``trajectory`` as an importer holds it between communication points: constant from each of its times on."""
+    last = len(trajectory) - 1
+
+    def at(t: float) -> dict[str, float]:
+        row = min(max(int(np.searchsorted(trajectory.time, t, side="right")) - 1, 0), last)
+        return dict(zip(trajectory.names, trajectory.values[row].tolist(), strict=True))
+
+    return Signals(at, trajectory.time)
+
+
+def _of_trajectory(trajectory: Trajectory) -> Signals:
+    columns = dict(zip(trajectory.names, trajectory.values.T, strict=True))
+    return Signals(
+        lambda t: {name: float(np.interp(t, trajectory.time, x)) for name, x in columns.items()}, trajectory.time
+    )
+
+
+def _of_mapping(mechanism: Mechanism, inputs: Mapping[str, Signal]) -> Signals:
+    numbers = {name: float(x) for name, x in inputs.items() if isinstance(x, (int, float))}
+    callables = {name: x for name, x in inputs.items() if callable(x) and not isinstance(x, sp.Basic)}
+    expressions: dict[str, sp.Expr] = {}
+    motions = {u.name for u in mechanism.motions}
+    for name, signal in inputs.items():
+        if name in numbers or name in callables:
+            continue
+        expression = normal_form(signal, f"input '{name}'")
+        if expression.free_symbols - {TIME}:
+            raise LoadError(f"input '{name}': '{expression}' may depend on t only")
+        expressions[name] = expression
+        if name in motions:
+            expressions[velocity(name)] = expression.diff(TIME)
+            expressions[acceleration(name)] = expression.diff(TIME, 2)
+    function = compiled([TIME], list(expressions.values()))
+
+    def at(t: float) -> dict[str, float]:
+        written = function(np.array([[t]]), ())[:, 0].tolist() if expressions else ()
+        called = {name: float(f(t)) for name, f in callables.items()}
+        return {**numbers, **dict(zip(expressions, written, strict=True)), **called}
+
+    return Signals(at, np.empty(0))
+
+
+def _numbers(inputs: Inputs) -> set[str]:
+    """The names that stay constant: a motion among them needs no derivatives."""
+    if isinstance(inputs, Trajectory):
+        return {name for name in inputs.names if np.ptp(inputs[name]) == 0}
+    if isinstance(inputs, Mapping):
+        return {name for name, x in inputs.items() if isinstance(x, (int, float))}
+    return set()
+
+
+def _check_names(mechanism: Mechanism, given: set[str], numbers: set[str]) -> None:
+    known = [s.name for s in symbols_of(mechanism).inputs]
+    for name in sorted(given - set(known)):
+        raise LoadError(f"mechanism '{mechanism.name}' has no input '{name}'; known are {', '.join(known)}")
+    for motion in mechanism.motions:
+        rates = {velocity(motion.name), acceleration(motion.name)}
+        if given & {motion.name, *rates} and motion.name not in numbers and not {motion.name, *rates} <= given:
+            lacking = sorted({motion.name, *rates} - given)
+            raise LoadError(
+                f"motion input '{motion.name}': {' and '.join(lacking)} missing; give the motion with its two "
+                f"derivatives, or as an expression in t"
+            )

@@ -1,0 +1,76 @@
+"""A second opinion for small mechanisms: SymPy's own Lagrange equations, differentiated symbolically."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+
+import numpy as np
+import sympy as sp
+from numpy.typing import ArrayLike
+
+from lag2fmu.errors import DerivationError, SimulationError
+from lag2fmu.mechanism import Mechanism
+from lag2fmu.mechanism.expressions import TIME
+from lag2fmu.reference.energies import Energies, Floats, InputValues
+from lag2fmu.reference.functions import compiled
+
+MAX_COORDINATES = 3
+
+
+def sympy_accelerations(mechanism: Mechanism) -> Callable[[float, ArrayLike, ArrayLike, InputValues | None], Floats]:
+    """A function (t, q, qd, inputs) -> qdd (n,) from ``sympy.physics.mechanics.LagrangesMethod``.
+
+    With the declared parameters, in SI units; q and qd are (n,), inputs name -> value (or None). Raises
+    DerivationError for more than 3 coordinates, SimulationError (from the function) where M is singular.
+    """
+    energies = Energies(mechanism)
+    if energies.n > MAX_COORDINATES:
+        raise DerivationError(
+            f"mechanism '{mechanism.name}' has {energies.n} coordinates; SymPy's equations are made for at most "
+            f"{MAX_COORDINATES}"
+        )
+    s = energies.composition.symbols
+    mass, forcing = lagrange_equations(energies)
+    arguments = (TIME, *s.q, *s.qd, *s.inputs, *s.parameters)
+    function = compiled(arguments, [*mass, *forcing])
+    constants = [np.float64(value) for value in energies.parameters.values()]
+
+    def accelerations(t: float, q: ArrayLike, qd: ArrayLike, inputs: InputValues | None = None) -> Floats:
+        values = function(energies.state(t, q, qd, inputs).rows, constants)
+        n = energies.n
+        try:
+            qdd: Floats = np.linalg.solve(values[: n * n].reshape(n, n), values[n * n :])
+        except np.linalg.LinAlgError as error:
+            raise SimulationError(
+                f"mechanism '{mechanism.name}' at time {t!r} s: the mass matrix is singular"
+            ) from error
+        return qdd
+
+    return accelerations
+
+
+def lagrange_equations(energies: Energies) -> tuple[sp.Matrix, sp.Matrix]:
+    """M (n, n) and forcing (n, 1) of M qdd = forcing as expressions in plain symbols, by LagrangesMethod.
+
+    Forces and dissipation -dR/dqd are added to its forcing.
+    """
+    from sympy.physics.mechanics import LagrangesMethod, dynamicsymbols
+
+    c, s = energies.composition, energies.composition.symbols
+    clock = dynamicsymbols._t
+    moving = {x: sp.Function(f"f{i}", real=True)(clock) for i, x in enumerate((*s.q, *s.motion))}
+    to_time = {TIME: clock, **moving}
+    for x, x_dot in zip((*s.q, *s.motion), (*s.qd, *s.motion_dot), strict=True):
+        to_time[x_dot] = moving[x].diff(clock)
+    method = LagrangesMethod((c.kinetic - c.potential).xreplace(to_time), [moving[q] for q in s.q])
+    method.form_lagranges_equations()
+
+    def plain(matrix: sp.Matrix) -> sp.Matrix:
+        # the highest derivatives first: a lower one is part of them
+        second = {moving[y].diff(clock, 2): y_ddot for y, y_ddot in zip(s.motion, s.motion_ddot, strict=True)}
+        first = {value: x for x, value in to_time.items() if isinstance(value, sp.Derivative)}
+        zeroth = {value: x for x, value in to_time.items() if value not in first}
+        return matrix.xreplace(second).xreplace(first).xreplace(zeroth).doit()  # SymPy leaves d|x|/dx undone
+
+    others = sp.Matrix([force - c.dissipation.diff(v) for force, v in zip(c.forces, s.qd, strict=True)])
+    return plain(method.mass_matrix), plain(method.forcing) + others

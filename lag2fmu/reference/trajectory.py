@@ -1,0 +1,201 @@
+"""The record ``Trajectory``: named columns over time, and its CSV form ``time,name,...``."""
+
+from __future__ import annotations
+
+import csv
+import io
+import math
+import os
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from lag2fmu.errors import LoadError, SimulationError
+
+Floats = NDArray[np.float64]
+
+
+@dataclass(frozen=True, eq=False)
+class Trajectory:
+    """Columns over time: ``time`` (m,) in s, strictly increasing; ``names`` (k,); ``values`` (m, k), in SI units.
+
+    The arrays are read-only copies. Raises SimulationError for times that are not increasing, values that are not
+    finite, names that stand twice, and shapes that do not fit.
+    """
+
+    time: Floats
+    names: tuple[str, ...]
+    values: Floats
+
+    def __post_init__(self) -> None:
+        """Copy, check and freeze the arrays."""
+        time, values = np.array(self.time, dtype=float), np.array(self.values, dtype=float)
+        names = tuple(self.names)
+        if time.ndim != 1 or values.shape != (len(time), len(names)):
+            raise SimulationError(
+                f"trajectory: values {values.shape} do not fit times {time.shape} and {len(names)} names"
+            )
+        if not len(time):
+            raise SimulationError("trajectory: there are no times; give at least one")
+        _check_names(names, "trajectory", SimulationError)
+        _check_time(time)
+        if not np.isfinite(values).all():
+            row, column = np.argwhere(~np.isfinite(values))[0]
+            raise SimulationError(
+                f"trajectory: '{names[column]}' is {values[row, column]} at time {float(time[row])!r} s"
+            )
+        for array in (time, values):
+            array.setflags(write=False)
+        for name, value in (("time", time), ("names", names), ("values", values)):
+            object.__setattr__(self, name, value)
+
+    @classmethod
+    def of(cls, time: ArrayLike, columns: Mapping[str, ArrayLike]) -> Trajectory:
+        """The trajectory with ``columns`` name -> (m,), in their order."""
+        times = np.asarray(time, dtype=float)
+        stacked = [np.broadcast_to(np.asarray(column, dtype=float), times.shape) for column in columns.values()]
+        return cls(times, tuple(columns), np.stack(stacked, axis=1) if stacked else np.empty((len(times), 0)))
+
+    def __len__(self) -> int:
+        """The number of times m."""
+        return len(self.time)
+
+    def __contains__(self, name: object) -> bool:
+        """Is there a column ``name``?"""
+        return name in self.names
+
+    def __iter__(self) -> Iterator[str]:
+        """The names of the columns."""
+        return iter(self.names)
+
+    def __getitem__(self, name: str) -> Floats:
+        """The column ``name`` (m,), in SI units; raises SimulationError if there is none."""
+        return self.columns([name])[:, 0]
+
+    def columns(self, names: Sequence[str]) -> Floats:
+        """The columns ``names`` (m, len(names)); raises SimulationError that lists the missing ones."""
+        missing = [name for name in names if name not in self.names]
+        if missing:
+            raise SimulationError(
+                f"trajectory: no column '{', '.join(missing)}'; there are {', '.join(self.names) or 'none'}"
+            )
+        return self.values[:, [self.names.index(name) for name in names]]
+
+    def interpolated(self, times: ArrayLike) -> Trajectory:
+        """The trajectory at ``times`` (s), linear between its own; raises SimulationError outside of its range.
+
+        The ends may be missed by rounding (1e-9 of the duration).
+        """
+        wanted = np.asarray(times, dtype=float)
+        first, last = float(self.time[0]), float(self.time[-1])
+        slack = 1e-9 * max(last - first, abs(last))
+        for t in wanted:
+            if not first - slack <= t <= last + slack:
+                raise SimulationError(
+                    f"trajectory: time {float(t)!r} s is outside of its range, {first!r} s to {last!r} s"
+                )
+        columns = [np.interp(wanted, self.time, column) for column in self.values.T]
+        return Trajectory(wanted, self.names, np.stack(columns, axis=1) if columns else np.empty((len(wanted), 0)))
+
+    def to_csv(self) -> str:
+        """The text ``time,name,...``, one line a time; numbers read back to the same bits (at most 17 digits)."""
+        text = io.StringIO()
+        writer = csv.writer(text, lineterminator="\n")
+        writer.writerow(["time", *self.names])
+        writer.writerows(
+            [repr(float(t)), *map(repr, row)] for t, row in zip(self.time, self.values.tolist(), strict=True)
+        )
+        return text.getvalue()
+
+    def write_csv(self, path: str | os.PathLike[str]) -> None:
+        """Write ``to_csv()`` to ``path``, whole or not at all; raises SimulationError if that cannot be done."""
+        target = Path(path)
+        new = target.with_name(f".{target.name}.{os.getpid()}")
+        if target.exists() and not target.is_file():  # a device or pipe; a folder fails below
+            new = target
+        try:
+            new.write_text(self.to_csv(), encoding="utf-8", newline="")
+            new.replace(target)
+        except OSError as error:
+            raise SimulationError(f"cannot write '{target}': {error.strerror}; choose another path") from error
+        finally:
+            if new != target:
+                new.unlink(missing_ok=True)
+
+
+def read_csv(path: str | os.PathLike[str]) -> Trajectory:
+    """The trajectory in the file ``path``; raises LoadError with line and column of what is wrong."""
+    try:
+        text = Path(path).read_text(encoding="utf-8-sig")
+    except OSError as error:
+        raise LoadError(f"cannot read '{path}': {error.strerror}") from error
+    except UnicodeDecodeError as error:
+        raise LoadError(f"'{path}' is no text in UTF-8 (byte {error.start}); save the table as CSV in UTF-8") from error
+    return parse_csv(text, str(path))
+
+
+def parse_csv(text: str, where: str = "CSV") -> Trajectory:
+    """The trajectory in ``text``, first column ``time``; raises LoadError starting with ``where`` and the line."""
+    reader = csv.reader(io.StringIO(text, newline=""))
+    rows: list[list[float]] = []
+    try:
+        header = [name.strip() for name in next(reader, [])]
+        if not header or header[0] != "time":
+            raise LoadError(
+                f"{where}, line 1: the first column is {header[:1] or 'missing'}, expected 'time' (time,name,...)"
+            )
+        _check_names(header[1:], f"{where}, line 1", LoadError)
+        for row in reader:
+            if row:
+                rows.append(_numbers(row, header, f"{where}, line {reader.line_num}"))
+                if len(rows) > 1 and rows[-1][0] <= rows[-2][0]:
+                    raise LoadError(
+                        f"{where}, line {reader.line_num}, column 'time': {rows[-1][0]!r} s does not come after "
+                        f"{rows[-2][0]!r} s; times must increase"
+                    )
+    except csv.Error as error:
+        raise LoadError(f"{where}, line {reader.line_num}: {error}") from error
+    if not rows:
+        raise LoadError(f"{where}: there are no rows below the header; give at least one time")
+    table = np.array(rows)
+    return Trajectory(table[:, 0], tuple(header[1:]), table[:, 1:])
+
+
+def _numbers(row: Sequence[str], header: Sequence[str], where: str) -> list[float]:
+    """The finite numbers of ``row``, as many as the header has names."""
+    if len(row) != len(header):
+        missing = f"; column '{header[len(row)]}' is missing" if len(row) < len(header) else ""
+        raise LoadError(f"{where}: {len(row)} values for {len(header)} columns{missing}")
+    numbers = [_number(text) for text in row]
+    for name, text, number in zip(header, row, numbers, strict=True):
+        if not math.isfinite(number):
+            raise LoadError(f"{where}, column '{name}': {text[:40]!r} is not a finite number")
+    return numbers
+
+
+def _number(text: str) -> float:
+    """The number ``text`` stands for, NaN if it stands for none (Python would read 1_000 too)."""
+    try:
+        return math.nan if "_" in text else float(text)
+    except ValueError:
+        return math.nan
+
+
+def _check_names(names: Sequence[str], where: str, error: type[LoadError] | type[SimulationError]) -> None:
+    for column, name in enumerate(names, start=2):
+        if not name:
+            raise error(f"{where}: column {column} has no name")
+        if name == "time" or names.index(name) != column - 2:
+            raise error(f"{where}: the name '{name}' stands twice (column {column}); keep one of the columns")
+
+
+def _check_time(time: Floats) -> None:
+    if not np.isfinite(time).all():
+        raise SimulationError(f"trajectory: time {float(time[~np.isfinite(time)][0])!r} is not finite")
+    for i in np.flatnonzero(np.diff(time) <= 0)[:1]:
+        raise SimulationError(
+            f"trajectory: time {float(time[i + 1])!r} s does not come after {float(time[i])!r} s (row {i + 2})"
+        )

@@ -1,0 +1,216 @@
+"""The twelve steps of the textbook procedure for deriving equations of motion, filled in for a mechanism.
+
+The steps are those of the lecture slides "Lagrangian Dynamics" (PROCEDURE for planar mechanical systems). The formulas
+come from the independent path, so that they are a second opinion on what the FMU computes. For large mechanisms the
+derivatives are counted instead of written out.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator, Sequence
+from dataclasses import dataclass
+from functools import cached_property
+
+import sympy as sp
+
+from lag2fmu.mechanism import Mechanism, names
+from lag2fmu.mechanism.expressions import TIME, symbol, to_text
+from lag2fmu.reference.composition import Composition
+
+MAX_OPERATIONS = 400
+"""Lagrangians with more operations than this are not differentiated on paper."""
+
+Formula = tuple[str, sp.Expr]
+"""A left side, in the notation of the text or of LaTeX, and the expression it equals."""
+
+
+@dataclass(frozen=True)
+class _Notation:
+    """How one format writes things: names, expressions, derivatives, headings and lines."""
+
+    name: Callable[[str], str]
+    expression: Callable[[sp.Expr], str]
+    partial: Callable[[str, str], str]
+    total: Callable[[str], str]
+    heading: Callable[[int, str], str]
+    formula: Callable[[str, str], str]
+    remark: Callable[[str], str]
+
+
+def procedure(mechanism: Mechanism, style: str = "text") -> str:
+    """The twelve steps for ``mechanism`` as plain text or as LaTeX (``style`` 'text' or 'latex')."""
+    notation = _TEXT if style == "text" else _LATEX
+    steps = _Steps(mechanism, Composition(mechanism), notation)
+    lines: list[str] = []
+    for number, (title, content) in enumerate(steps.all(), start=1):
+        lines += [notation.heading(number, title), *content]
+    return "\n".join(lines) + "\n"
+
+
+@dataclass(frozen=True)
+class _Steps:
+    mechanism: Mechanism
+    composition: Composition
+    notation: _Notation
+
+    def all(self) -> Iterator[tuple[str, Sequence[str]]]:
+        """(title, lines) of each step."""
+        m = self.mechanism
+        rigid = [b.name for b in m.bodies if b.angle is not None]
+        particles = [b.name for b in m.bodies if b.angle is None]
+        yield (
+            "Particles and rigid bodies",
+            [
+                self._say(
+                    f"n_p = {len(particles)} particles{_listed(particles)}, n_r = {len(rigid)} bodies{_listed(rigid)}"
+                )
+            ],
+        )
+        yield "Degrees of freedom", [self._say(f"s = {len(m.coordinates)}")]
+        yield (
+            "Generalized coordinates",
+            [
+                self._say(f"{self.notation.name(q.name)}: {q.doc or 'generalized coordinate'}{_unit(q.unit)}")
+                for q in m.coordinates
+            ],
+        )
+        yield "Coordinate system", [self._say(self._axes())]
+        yield "Transformation equations", self._formulas(self._positions())
+        yield "Velocities", self._formulas(self._velocities())
+        yield "Kinetic energy", self._formulas([("T", _tidy(self.composition.kinetic))])
+        yield "Potential energy", self._formulas([("V", _tidy(self.composition.potential))])
+        yield "Lagrangian L = T - V", self._formulas([("L", self._lagrangian)])
+        yield "Non-potential forces", self._formulas(self._forces())
+        if sp.count_ops(self._lagrangian) > MAX_OPERATIONS:
+            count = f"L has {sp.count_ops(self._lagrangian)} operations: its derivatives are not written out"
+            yield "Derivatives of L", [self._say(count)]
+            yield (
+                "Equations of motion",
+                [self._say(f"{len(m.coordinates)} equations M(q, t) qdd = forcing, derived on the graph")],
+            )
+            return
+        yield "Derivatives of L", self._formulas(self._derivatives())
+        yield "Equations of motion", self._formulas(self._equations())
+
+    # ------------------------------------------------------------------------------------------------- the steps
+
+    @cached_property
+    def _lagrangian(self) -> sp.Expr:
+        return _tidy(self.composition.kinetic) - _tidy(self.composition.potential)
+
+    def _axes(self) -> str:
+        m = self.mechanism
+        dimension = max((len(b.position) for b in (*m.bodies, *m.points)), default=2)
+        axes = "fixed Cartesian axes " + "xyz"[:dimension]
+        if m.gravity is None:
+            return axes
+        if m.gravity.direction is None:
+            return f"{axes}, gravity along -{'xyz'[dimension - 1]}"
+        return f"{axes}, gravity along ({', '.join(to_text(d) for d in m.gravity.direction)})"
+
+    def _positions(self) -> Iterator[Formula]:
+        for body in self.mechanism.bodies:
+            for axis, position in zip("xyz", body.position, strict=False):
+                yield self.notation.name(f"{axis}_{body.name}"), self.composition.written(position)
+            if body.angle is not None:
+                yield self.notation.name(f"phi_{body.name}"), self.composition.written(body.angle)
+
+    def _velocities(self) -> Iterator[Formula]:
+        for body in self.mechanism.bodies:
+            for axis, position in zip("xyz", body.position, strict=False):
+                rate = self.composition.rate(self.composition.written(position))
+                yield self.notation.name(names.velocity(f"{axis}_{body.name}")), rate
+            if body.angle is not None:
+                rate = self.composition.rate(self.composition.written(body.angle))
+                yield self.notation.name(names.velocity(f"phi_{body.name}")), rate
+
+    def _forces(self) -> Iterator[Formula]:
+        """Q of each coordinate, the forces of Rayleigh's function included, as the equations have them on the right."""
+        c = self.composition
+        for q, velocity, force in zip(c.symbols.q, c.symbols.qd, c.forces, strict=True):
+            yield self.notation.name(f"Q^np_{q.name}"), force - c.dissipation.diff(velocity)
+
+    def _derivatives(self) -> Iterator[Formula]:
+        s, write = self.composition.symbols, self.notation
+        for q, qd in zip(s.q, s.qd, strict=True):
+            momentum = self._lagrangian.diff(qd)
+            yield write.partial("L", write.name(qd.name)), _tidy(momentum)
+            yield write.total(write.partial("L", write.name(qd.name))), _tidy(self._rate(momentum))
+            yield write.partial("L", write.name(q.name)), _tidy(self._lagrangian.diff(q))
+
+    def _equations(self) -> Iterator[Formula]:
+        c, s = self.composition, self.composition.symbols
+        accelerations = [symbol(names.acceleration(q.name)) for q in s.q]
+        for q, qd, force in zip(s.q, s.qd, c.forces, strict=True):
+            left = _tidy(self._rate(self._lagrangian.diff(qd)) - self._lagrangian.diff(q))
+            left = sp.collect(sp.expand(left), accelerations)
+            yield self.notation.expression(left), force - c.dissipation.diff(qd)
+
+    def _rate(self, expression: sp.Expr) -> sp.Expr:
+        """The total time derivative of a function of t, q, qd and motions."""
+        s = self.composition.symbols
+        second = {qd: symbol(names.acceleration(q.name)) for q, qd in zip(s.q, s.qd, strict=True)}
+        second |= dict(zip(s.motion_dot, s.motion_ddot, strict=True))
+        return self.composition.rate(expression) + sp.Add(*(expression.diff(v) * a for v, a in second.items()))
+
+    # ------------------------------------------------------------------------------------------------- writing
+
+    def _formulas(self, formulas: Iterator[Formula] | Sequence[Formula]) -> list[str]:
+        lines = [self.notation.formula(left, self.notation.expression(right)) for left, right in formulas]
+        return lines or [self._say("none")]
+
+    def _say(self, sentence: str) -> str:
+        return self.notation.remark(sentence)
+
+
+def _tidy(expression: sp.Expr) -> sp.Expr:
+    """The shorter one of ``expression`` and its trigonometric simplification; large ones as they stand."""
+    if sp.count_ops(expression) > MAX_OPERATIONS:
+        return expression
+    simpler = sp.trigsimp(sp.expand(expression))
+    return simpler if sp.count_ops(simpler) < sp.count_ops(expression) else expression
+
+
+def _listed(items: Sequence[str]) -> str:
+    return f" ({', '.join(items)})" if items else ""
+
+
+def _unit(unit: object) -> str:
+    name = getattr(unit, "si_name", "")
+    return f" [{name}]" if name else ""
+
+
+def _latex_name(name: str) -> str:
+    r"""``theta1_dot`` -> ``\dot{\theta}_{1}``; names that are several words keep their underscores as indices."""
+    for suffix, accent in (("_ddot", "ddot"), ("_dot", "dot")):
+        if name.endswith(suffix):
+            return f"\\{accent}{{{_latex_name(name.removesuffix(suffix))}}}"
+    head, hat, rest = name.partition("^np_")
+    if hat:
+        return f"{head}^{{np}}_{{{_latex_name(rest)}}}"
+    return str(sp.latex(sp.Symbol(name)))
+
+
+def _latex(expression: sp.Expr) -> str:
+    symbols = {s: _latex_name(s.name) for s in expression.free_symbols if s != TIME}
+    return str(sp.latex(expression, symbol_names=symbols))
+
+
+_TEXT = _Notation(
+    name=lambda name: name,
+    expression=to_text,
+    partial=lambda f, x: f"d{f}/d({x})",
+    total=lambda f: f"d/dt {f}",
+    heading=lambda number, title: f"\n{number:2d}. {title}" if number > 1 else f"{number:2d}. {title}",
+    formula=lambda left, right: f"      {left} = {right}",
+    remark=lambda sentence: f"      {sentence}",
+)
+_LATEX = _Notation(
+    name=_latex_name,
+    expression=_latex,
+    partial=lambda f, x: f"\\frac{{\\partial {f}}}{{\\partial {x}}}",
+    total=lambda f: f"\\frac{{d}}{{dt}} {f}",
+    heading=lambda number, title: f"\\paragraph{{{number}. {title}}}",
+    formula=lambda left, right: f"\\[ {left} = {right} \\]",
+    remark=lambda sentence: sentence.replace("_", "\\_") + "\\\\",
+)

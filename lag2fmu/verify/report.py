@@ -1,0 +1,109 @@
+"""The record ``Report``: what was compared, with numbers; as a table, as JSON, as a plot."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Mapping
+from dataclasses import asdict, dataclass, field
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from lag2fmu.errors import ExportError
+from lag2fmu.reference import Trajectory
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
+    from rich.table import Table
+
+
+@dataclass(frozen=True)
+class Check:
+    """One comparison: ``value`` must not exceed ``bar``; both relative numbers unless ``detail`` says otherwise."""
+
+    name: str
+    value: float
+    bar: float
+    detail: str = ""
+
+    @property
+    def passed(self) -> bool:
+        """Whether the value is below its bar (a NaN is not)."""
+        return self.value <= self.bar
+
+
+@dataclass(frozen=True)
+class Report:
+    """The outcome of ``validate``.
+
+    ``checks`` in order; ``trajectories`` by label, for the plot ('direct integration' and one a run of the FMU);
+    ``notes`` say what the numbers mean; ``coordinates`` names the curves to be plotted.
+    """
+
+    title: str
+    checks: tuple[Check, ...]
+    notes: tuple[str, ...]
+    coordinates: tuple[str, ...]
+    trajectories: Mapping[str, Trajectory] = field(repr=False)
+
+    @property
+    def passed(self) -> bool:
+        """Whether every check passed."""
+        return all(check.passed for check in self.checks)
+
+    def table(self) -> Table:
+        """The checks as a table of rich."""
+        from rich.table import Table
+
+        table = Table(title=self.title, title_justify="left", caption="\n".join(self.notes), caption_justify="left")
+        for column, justify in (
+            ("compared", "left"),
+            ("value", "right"),
+            ("bar", "right"),
+            ("", "left"),
+            ("detail", "left"),
+        ):
+            table.add_column(column, justify=justify)  # type: ignore[arg-type]
+        for check in self.checks:
+            mark = "[green]ok[/green]" if check.passed else "[bold red]FAILED[/bold red]"
+            table.add_row(check.name, f"{check.value:.2e}", f"{check.bar:.2e}", mark, check.detail)
+        return table
+
+    def __str__(self) -> str:
+        """The table as plain text, 110 columns wide."""
+        from io import StringIO
+
+        from rich.console import Console
+
+        stream = StringIO()
+        Console(file=stream, width=110, color_system=None).print(self.table())
+        return stream.getvalue()
+
+    def to_json(self) -> str:
+        """Everything but the trajectories as JSON."""
+        content = {
+            "title": self.title,
+            "passed": self.passed,
+            "checks": [asdict(check) | {"passed": check.passed} for check in self.checks],
+            "notes": list(self.notes),
+        }
+        return json.dumps(content, indent=2) + "\n"
+
+    def write(self, path: Path) -> None:
+        """Write JSON (.json), text (.txt), a plot (.png, .svg, .pdf) by the ending of ``path``; or raise ExportError."""
+        try:
+            if path.suffix == ".json":
+                path.write_text(self.to_json(), "utf-8")
+            elif path.suffix == ".txt":
+                path.write_text(str(self), "utf-8")
+            elif path.suffix in (".png", ".svg", ".pdf"):
+                self.plot().savefig(path, dpi=150)
+            else:
+                raise ExportError(f"'{path}': reports are written as .json, .txt, .png, .svg or .pdf")
+        except OSError as error:
+            raise ExportError(f"cannot write '{path}': {error.strerror}; choose another place") from error
+
+    def plot(self) -> Figure:
+        """Coordinates over time, the direct integration against the FMU, and below it their difference."""
+        from lag2fmu.verify.plot import comparison
+
+        return comparison(self.title, self.coordinates, self.trajectories)

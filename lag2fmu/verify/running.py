@@ -1,0 +1,96 @@
+"""``simulate`` and ``validate`` for whatever stands for a mechanism: a record, a model's name or file, an FMU."""
+
+from __future__ import annotations
+
+import tempfile
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from contextlib import contextmanager
+from pathlib import Path
+
+from lag2fmu.codegen import DEFAULT_SOLVER
+from lag2fmu.fmu import Fmu, export, read_mechanism
+from lag2fmu.mechanism import Mechanism
+from lag2fmu.mechanism.loading import load, with_values
+from lag2fmu.reference import Trajectory
+from lag2fmu.verify.report import Report
+from lag2fmu.verify.simulate import Kind, simulate_fmu
+from lag2fmu.verify.validate import validate_fmu
+
+Model = Mechanism | Fmu | str | Path
+"""A mechanism, an exported FMU, the path of an FMU, or the name or path of a model."""
+
+
+def simulate(
+    model: Model,
+    *,
+    stop_time: float | None = None,
+    step: float | None = None,
+    tolerance: float | None = None,
+    values: Mapping[str, float] | None = None,
+    inputs: Trajectory | None = None,
+    outputs: Sequence[str] | None = None,
+    kind: Kind = "co-simulation",
+    progress: Callable[[float], None] | None = None,
+) -> Trajectory:
+    """Run ``model`` as an FMU by fmpy and return its ``outputs`` every ``step`` (s) until ``stop_time`` (s).
+
+    ``values`` are start values and parameters in SI; ``inputs`` are signals over time; ``kind`` is 'co-simulation' or
+    'model-exchange' (fmpy's CVode). A model that is no FMU yet is exported to a temporary folder first. Raises
+    Lag2FmuError.
+    """
+    with as_fmu(model) as path:
+        return simulate_fmu(
+            path,
+            stop_time=stop_time,
+            step=step,
+            tolerance=tolerance,
+            values=values,
+            inputs=inputs,
+            outputs=outputs,
+            kind=kind,
+            progress=progress,
+        )
+
+
+def validate(
+    model: Model,
+    *,
+    stop_time: float | None = None,
+    tolerance: float | None = None,
+    values: Mapping[str, float] | None = None,
+    inputs: Trajectory | None = None,
+    solver: str = DEFAULT_SOLVER,
+) -> Report:
+    """Compare the FMU of ``model`` with the direct integration of its mechanism until ``stop_time`` (s).
+
+    ``values`` are parameters and start values (SI) for a model that is no FMU yet. An FMU of lag2fmu carries its
+    mechanism inside. Raises Lag2FmuError; differences are in the Report.
+    """
+    if is_fmu(model):
+        path = fmu_path(model)
+        return validate_fmu(read_mechanism(path), path, stop_time=stop_time, tolerance=tolerance, inputs=inputs)
+    mechanism = model if isinstance(model, Mechanism) else load(model)  # type: ignore[arg-type]
+    mechanism = with_values(mechanism, values or {})
+    with as_fmu(mechanism, solver) as path:
+        return validate_fmu(mechanism, path, stop_time=stop_time, tolerance=tolerance, inputs=inputs)
+
+
+def is_fmu(model: Model) -> bool:
+    """Whether ``model`` is an FMU already (an ``Fmu`` or a path that ends in .fmu)."""
+    return isinstance(model, Fmu) or (isinstance(model, (str, Path)) and Path(model).suffix == ".fmu")
+
+
+def fmu_path(model: Model) -> Path:
+    """The path of a model for which ``is_fmu`` holds."""
+    return model.path if isinstance(model, Fmu) else Path(model)  # type: ignore[arg-type]
+
+
+@contextmanager
+def as_fmu(model: Model, solver: str = DEFAULT_SOLVER) -> Iterator[Path]:
+    """The path of an FMU of ``model``; a model that is none is exported to a folder that goes away at the end."""
+    if is_fmu(model):
+        yield fmu_path(model)
+        return
+    mechanism = model if isinstance(model, Mechanism) else load(model)  # type: ignore[arg-type]
+    with tempfile.TemporaryDirectory(prefix="lag2fmu-") as folder:
+        yield export(mechanism, Path(folder) / f"{mechanism.name}.fmu", solver=solver).path

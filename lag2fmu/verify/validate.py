@@ -1,0 +1,280 @@
+"""The FMU against the direct integration of the same mechanism, on paths that share nothing but the record.
+
+Bars: errors are relative to max(range, nominal) of each coordinate and velocity. Two runs whose starts differ by 1e-8
+drift apart by the amplification A(t); an error of the solver grows alike, so the bar is 100 max(1, A) tolerance. The
+comparison ends where that exceeds 1e-2: from there on the motion is chaotic at this tolerance.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+from numpy.typing import NDArray
+
+from lag2fmu.errors import SimulationError
+from lag2fmu.mechanism import Mechanism, names
+from lag2fmu.reference import Equations, Reference, Trajectory, held, integrate, sympy_accelerations
+from lag2fmu.reference.signals import Inputs
+from lag2fmu.verify.report import Check, Report
+from lag2fmu.verify.simulate import Instance, Kind, instance, problems, simulate_fmu
+
+Floats = NDArray[np.float64]
+
+SAFETY, CHAOS = 100.0, 1e-2
+ROUNDING = 1e-10
+"""Bar of comparisons without integration; the condition of the mass matrix may cost some digits of 1e-16."""
+DIRECT = "direct integration"
+_SYMPY_LIMIT = 3
+_FINE, _COARSE = 5, 10  # communication steps: step / 5, step, 10 step
+
+
+@dataclass(frozen=True)
+class _Task:
+    """What is validated: the FMU ``path`` of ``mechanism`` to ``stop_time`` (s), with ``tolerance`` and ``inputs``."""
+
+    mechanism: Mechanism
+    path: Path
+    stop_time: float
+    tolerance: float
+    inputs: Trajectory | None
+
+    @property
+    def steps(self) -> tuple[float, float, float]:
+        """Three communication steps in s whose grids are nested, the middle one about the experiment's step."""
+        coarse = max(2, round(self.stop_time / (_COARSE * self.mechanism.experiment.step)))
+        return tuple(self.stop_time / (coarse * n) for n in (1, _COARSE, _COARSE * _FINE))  # type: ignore[return-value]
+
+    @property
+    def states(self) -> list[str]:
+        """The names of q and qd, 2n."""
+        q = [c.name for c in self.mechanism.coordinates]
+        return [*q, *map(names.velocity, q)]
+
+    def grid(self, step: float) -> Floats:
+        """The communication points for ``step``, in s."""
+        return np.linspace(0.0, self.stop_time, round(self.stop_time / step) + 1)
+
+
+def validate_fmu(
+    mechanism: Mechanism,
+    path: Path,
+    *,
+    stop_time: float | None = None,
+    tolerance: float | None = None,
+    inputs: Trajectory | None = None,
+) -> Report:
+    """Compare the FMU ``path`` with the direct integration of ``mechanism`` from 0 to ``stop_time`` (s).
+
+    ``inputs`` drives both (in co-simulation held constant during a communication step). Raises SimulationError if
+    either side fails; differences are reported, not raised.
+    """
+    experiment = mechanism.experiment
+    task = _Task(mechanism, path, stop_time or experiment.stop_time, tolerance or experiment.tolerance, inputs)
+    found = problems(path)
+    checks = [Check("findings of fmpy's validation", float(len(found)), 0.0, "; ".join(found)[:200])]
+    shared = _reference(task, task.grid(task.steps[-1]), None) if inputs is None else None
+    runs: dict[str, Trajectory] = {}
+    plan: list[tuple[Kind, float]] = [("co-simulation", step) for step in task.steps]
+    plan.append(("model-exchange", task.steps[1]))
+    for kind, step in plan:
+        label = f"co-simulation, step {step:.3g} s" if kind == "co-simulation" else "model exchange, CVode of fmpy"
+        reference = shared or _reference(task, task.grid(step), _driving(task, kind, step))
+        runs[label] = run = _run(task, kind, step)
+        checks.append(_compare(task, label, run, reference))
+        if (kind, step) == ("co-simulation", task.steps[1]):
+            energy = _energy_checks(task, run, reference)
+    checks += [*energy, *_pointwise_checks(task, reference)]
+    checks.append(
+        Check("direct integration, own error", float(reference.relative_error.max()), SAFETY * task.tolerance / 10)
+    )
+    return Report(
+        title=f"{mechanism.title}: FMU against direct integration, {task.stop_time:g} s, tolerance {task.tolerance:g}",
+        checks=tuple(checks),
+        notes=tuple(_notes(task, reference)),
+        coordinates=tuple(c.name for c in mechanism.coordinates),
+        trajectories={DIRECT: reference.trajectory, **runs},
+    )
+
+
+def _driving(task: _Task, kind: str, step: float) -> Inputs | None:
+    """The inputs as the FMU meets them: held during each communication step in co-simulation."""
+    if task.inputs is None or kind == "model-exchange":
+        return task.inputs
+    return held(task.inputs.interpolated(task.grid(step)))
+
+
+def _reference(task: _Task, grid: Floats, inputs: Inputs | None) -> Reference:
+    rtol = max(1e-13, min(1e-10, 1e-3 * task.tolerance))
+    return integrate(task.mechanism, grid, inputs=inputs, rtol=rtol)
+
+
+def _run(task: _Task, kind: Kind, step: float) -> Trajectory:
+    """One run of the FMU; CVode gets a tenth of the tolerance, for its global errors exceed its local ones."""
+    outputs = [*task.states, *(names.acceleration(c.name) for c in task.mechanism.coordinates), "generalized_energy"]
+    tolerance = task.tolerance / (10 if kind == "model-exchange" else 1)
+    return simulate_fmu(
+        task.path,
+        stop_time=task.stop_time,
+        step=step,
+        tolerance=tolerance,
+        inputs=task.inputs,
+        outputs=outputs,
+        kind=kind,
+    )
+
+
+# ------------------------------------------------------------------------------------------------------- trajectories
+
+
+def _horizon(task: _Task, reference: Reference) -> float:
+    """The time (s) until which trajectories can be compared at this tolerance."""
+    bar = SAFETY * np.maximum(1.0, reference.amplification) * task.tolerance
+    return float(reference.trajectory.time[bar <= CHAOS][-1]) if bar[0] <= CHAOS else 0.0
+
+
+def _on_grid(reference: Reference, time: Floats) -> NDArray[np.intp]:
+    """The rows of the reference at ``time``; raises SimulationError if a time is not on its grid."""
+    rows = np.searchsorted(reference.trajectory.time, time - 1e-9 * max(1.0, float(time[-1])))
+    if not np.allclose(reference.trajectory.time[rows], time, rtol=1e-9, atol=1e-12):
+        raise SimulationError("the communication points of the FMU are not those of the direct integration")
+    return rows
+
+
+def _compare(task: _Task, label: str, run: Trajectory, reference: Reference) -> Check:
+    """The largest error of q and qd, amplification taken out, until the horizon."""
+    rows = _on_grid(reference, run.time)
+    scales = np.array([reference.scales[name] for name in task.states])
+    errors = (np.abs(run.columns(task.states) - reference.trajectory.columns(task.states)[rows]) / scales).max(axis=1)
+    weighed = errors / np.maximum(1.0, reference.amplification[rows])
+    compared = run.time <= _horizon(task, reference)
+    worst = int(np.argmax(errors[compared]))
+    return Check(
+        label,
+        float(weighed[compared].max()),
+        SAFETY * task.tolerance,
+        f"largest error {errors[compared][worst]:.1e} at t = {run.time[worst]:.3g} s",
+    )
+
+
+def _energy_checks(task: _Task, run: Trajectory, reference: Reference) -> list[Check]:
+    """dh/dt = power at every point, and h - work constant over the run."""
+    coordinates = [c.name for c in task.mechanism.coordinates]
+    q, qd = run.columns(coordinates), run.columns([names.velocity(c) for c in coordinates])
+    qdd = run.columns([names.acceleration(c) for c in coordinates])
+    inputs: Mapping[str, Floats] = {}
+    if task.inputs is not None:
+        # what was set before the step that led to a point is still set when its accelerations are recorded
+        before = task.inputs.interpolated(np.concatenate([run.time[:1], run.time[:-1]]))
+        inputs = {name: before[name] for name in before}
+    balance = Equations(task.mechanism).balance(run.time, q, qd, qdd, inputs)
+    scale = float(np.max(balance.scale, initial=0.0)) or 1.0
+    pointwise = Check("energy: dh/dt - power, every point", float(np.abs(balance.residual).max() / scale), ROUNDING)
+    rows = _on_grid(reference, run.time)
+    h, work = run["generalized_energy"], reference.work[rows]
+    size = max(float(np.abs(h).max()), float(np.ptp(h)), float(np.ptp(work)), *_sizes(reference), 1e-300)
+    drift = np.abs(h - h[0] - work + work[0]) / size / np.maximum(1.0, reference.amplification[rows])
+    compared = run.time <= _horizon(task, reference)
+    return [pointwise, Check("energy: h - work over the run", float(drift[compared].max()), SAFETY * task.tolerance)]
+
+
+def _sizes(reference: Reference) -> list[float]:
+    kinetic = "kinetic_energy"
+    return [float(np.abs(reference.trajectory[kinetic]).max())] if kinetic in reference.trajectory else []
+
+
+# ------------------------------------------------------------------------------------------------------ single states
+
+
+def _pointwise_checks(task: _Task, reference: Reference) -> list[Check]:
+    """Accelerations and everything calculated, at random states, inputs and parameters around the motion."""
+    generator = np.random.default_rng(7)
+    n = len(task.mechanism.coordinates)
+    own: list[Floats] = []
+    independent: list[Floats] = []
+    with instance(task.path) as fmu:
+        for _ in range(3):
+            parameters = _random_parameters(task.mechanism, generator)
+            equations = Equations(task.mechanism, parameters)
+            for q, qd, inputs in _random_states(task, reference, generator):
+                own.append(_calculated_by_fmu(task, fmu, q, qd, inputs | parameters))
+                independent.append(_calculated(equations, q, qd, inputs))
+        relative = _relative(own, independent)
+        checks = [
+            Check("accelerations, random states", float(relative[:n].max()), ROUNDING),
+            Check("momenta, energy, outputs, random states", float(relative[n:].max()), ROUNDING),
+        ]
+        if n <= _SYMPY_LIMIT:
+            checks.append(_sympy_check(task, fmu, reference, generator))
+    return checks
+
+
+def _random_parameters(mechanism: Mechanism, generator: np.random.Generator) -> dict[str, float]:
+    """The independent parameters, each moved by up to a tenth within its bounds."""
+    moved = {p: p.value * generator.uniform(0.9, 1.1) for p in mechanism.parameters if p.value is not None}
+    return {p.name: _clipped(value, p.minimum, p.maximum) for p, value in moved.items()}
+
+
+def _clipped(value: float, low: float | None, high: float | None) -> float:
+    return float(np.clip(value, -np.inf if low is None else low, np.inf if high is None else high))
+
+
+def _random_states(
+    task: _Task, reference: Reference, generator: np.random.Generator, count: int = 8
+) -> list[tuple[Floats, Floats, dict[str, float]]]:
+    """(q, qd, inputs) near points of the trajectory, q and qd (n,)."""
+    n = len(task.mechanism.coordinates)
+    inputs = Equations(task.mechanism).energies.input_names
+    scales = np.array([reference.scales[name] for name in task.states])
+    rows = generator.integers(0, len(reference.trajectory), count)
+    points = reference.trajectory.columns(task.states)[rows] + 0.05 * scales * generator.uniform(-1, 1, (count, 2 * n))
+    return [(x[:n], x[n:], {name: float(generator.uniform(-1, 1)) for name in inputs}) for x in points]
+
+
+def _calculated_by_fmu(task: _Task, fmu: Instance, q: Floats, qd: Floats, values: Mapping[str, float]) -> Floats:
+    """Accelerations, momenta, generalized energy and outputs of the FMU, (2n + 1 + outputs,)."""
+    coordinates = [c.name for c in task.mechanism.coordinates]
+    wanted = [*map(names.acceleration, coordinates), *map(names.momentum, coordinates), "generalized_energy"]
+    wanted += [output.name for output in task.mechanism.outputs]
+    return fmu.evaluate({**dict(zip(task.states, [*q, *qd], strict=True)), **values}, wanted)
+
+
+def _calculated(equations: Equations, q: Floats, qd: Floats, inputs: Mapping[str, float]) -> Floats:
+    """The same from the independent path."""
+    state = (0.0, q, qd, inputs)
+    energy, outputs = equations.generalized_energy(*state), equations.outputs(*state)
+    return np.array([*equations.accelerations(*state), *equations.momenta(*state), energy, *outputs.values()])
+
+
+def _relative(own: Sequence[Floats], independent: Sequence[Floats]) -> Floats:
+    """The largest difference of each quantity over all states, relative to its largest value, (k,)."""
+    size = np.abs(independent).max(axis=0)
+    ratio: Floats = np.abs(np.subtract(own, independent)).max(axis=0) / np.where(size > 0, size, 1.0)
+    return ratio
+
+
+def _sympy_check(task: _Task, fmu: Instance, reference: Reference, generator: np.random.Generator) -> Check:
+    symbolic = sympy_accelerations(task.mechanism)
+    declared = {p.name: p.value for p in task.mechanism.parameters if p.value is not None}
+    states = _random_states(task, reference, generator)
+    own = [_calculated_by_fmu(task, fmu, q, qd, inputs | declared) for q, qd, inputs in states]
+    independent = [symbolic(0.0, q, qd, inputs) for q, qd, inputs in states]
+    n = len(task.mechanism.coordinates)
+    return Check(
+        "accelerations, SymPy's equations", float(_relative([x[:n] for x in own], independent).max()), ROUNDING
+    )
+
+
+def _notes(task: _Task, reference: Reference) -> list[str]:
+    amplification = float(reference.amplification[-1])
+    horizon = _horizon(task, reference)
+    notes = [
+        "Errors are relative to max(range, nominal) and divided by the amplification of start perturbations, "
+        f"which reaches {amplification:.3g}.",
+        f"Direct integration: {reference.method} of SciPy, {reference.evaluations} evaluations.",
+    ]
+    if horizon < task.stop_time * (1 - 1e-9):
+        notes.append(f"Chaotic at this tolerance: trajectories are compared until t = {horizon:.4g} s only.")
+    return notes

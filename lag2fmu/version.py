@@ -1,0 +1,3 @@
+"""The version of lag2fmu, once."""
+
+VERSION = "0.1.0"

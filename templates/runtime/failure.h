@@ -1,0 +1,10 @@
+/* Why an evaluation or a solver step failed, in words. */
+#ifndef FAILURE_H
+#define FAILURE_H
+
+#include "instance.h"
+
+/* Writes one sentence that says what failed, at which time, for which coordinate or state, and what to do. */
+void failure_sentence(const Failure *failure, char text[], size_t size);
+
+#endif

@@ -1,0 +1,141 @@
+/* Co-simulation (FMI 2.0, section 4.2). The instance works synchronously: a step is done when fmi2DoStep returns. */
+#include <float.h>
+#include <math.h>
+
+#include "instance.h"
+#include "integrator.h"
+#include "logging.h"
+
+/* Importers compute times in many ways, so times are never compared exactly: a difference of this part of the
+   communication step is bridged, and a stop time may be passed by that part. */
+static const double TIME_TOLERANCE = 1e-3;
+static const double STOP_TIME_TOLERANCE = 1e-6;
+
+/* 64 units in the last place of a time. */
+static double rounding(double time) {
+    return 64.0 * DBL_EPSILON * fabs(time);
+}
+
+/* fmi2OK if a communication step of this length (s) may start at this communication point (s). */
+static fmi2Status check_step(Instance *instance, double point, double step) {
+    const State *state = &instance->state;
+    if (!(step > 0.0) || !isfinite(step)) {
+        return fail(instance, "the communication step is %.17g s; expected a positive number", step);
+    }
+    if (!(fabs(point - state->time) <= TIME_TOLERANCE * step + rounding(state->time))) {
+        return fail(instance, "the communication point is %.17g s; expected the end of the last step, %.17g s, to "
+                    "within %g of the communication step %.17g s", point, state->time, TIME_TOLERANCE, step);
+    }
+    if (!isfinite(point + step)) {
+        return fail(instance, "the communication step from %.17g s by %.17g s has no finite end", point, step);
+    }
+    if (state->stop_time_defined &&
+        point + step > state->stop_time + STOP_TIME_TOLERANCE * step + rounding(state->stop_time)) {
+        return fail(instance, "the communication step would end at %.17g s; expected no time after the stop time "
+                    "%.17g s of fmi2SetupExperiment", point + step, state->stop_time);
+    }
+    return fmi2OK;
+}
+
+fmi2Status fmi2DoStep(fmi2Component c, fmi2Real currentCommunicationPoint, fmi2Real communicationStepSize,
+                      fmi2Boolean noSetFMUStatePriorToCurrentPoint) {
+    Instance *instance = instance_enter(c, CALL_DoStep);
+    (void)noSetFMUStatePriorToCurrentPoint; /* nothing is kept for going back */
+    if (instance == NULL || check_step(instance, currentCommunicationPoint, communicationStepSize) != fmi2OK) {
+        return fmi2Error;
+    }
+    if (!integrate(instance, currentCommunicationPoint + communicationStepSize)) {
+        instance->state.mode = MODE_STEP_FAILED;
+        instance->state.step_failed = 1;
+        return report_failure(instance, fmi2Discard);
+    }
+    return fmi2OK;
+}
+
+fmi2Status fmi2CancelStep(fmi2Component c) {
+    instance_enter(c, CALL_CancelStep); /* legal while a step is in progress only, and none ever is: reports an error */
+    return fmi2Error;
+}
+
+fmi2Status fmi2SetRealInputDerivatives(fmi2Component c, const fmi2ValueReference vr[], size_t nvr,
+                                       const fmi2Integer order[], const fmi2Real value[]) {
+    Instance *instance = instance_enter(c, CALL_SetRealInputDerivatives);
+    (void)vr;
+    (void)order;
+    (void)value;
+    if (instance == NULL) {
+        return fmi2Error;
+    }
+    return nvr == 0 ? fmi2OK : fail(instance, "inputs are constant during a communication step "
+                                    "(canInterpolateInputs is false); expected no derivatives, but got %u",
+                                    (unsigned)nvr);
+}
+
+fmi2Status fmi2GetRealOutputDerivatives(fmi2Component c, const fmi2ValueReference vr[], size_t nvr,
+                                        const fmi2Integer order[], fmi2Real value[]) {
+    Instance *instance = instance_enter(c, CALL_GetRealOutputDerivatives);
+    (void)vr;
+    (void)order;
+    (void)value;
+    if (instance == NULL) {
+        return fmi2Error;
+    }
+    return nvr == 0 ? fmi2OK : fail(instance, "derivatives of outputs are not offered (maxOutputDerivativeOrder is 0); "
+                                    "read the velocities and accelerations by fmi2GetReal instead");
+}
+
+/* The common body of the status functions: NULL if value is NULL or the call illegal. */
+static Instance *enter_status(fmi2Component c, Call call, const void *value) {
+    Instance *instance = instance_enter(c, call);
+    if (instance != NULL && value == NULL) {
+        fail(instance, "the argument value is NULL; expected an address");
+        return NULL;
+    }
+    return instance;
+}
+
+/* The answer to a question that has none in a synchronous FMU (section 4.2.3). */
+static fmi2Status no_status(Instance *instance, fmi2StatusKind kind) {
+    return discard(instance, "there is no status of kind %d; only fmi2LastSuccessfulTime (2, Real) and fmi2Terminated "
+                   "(3, Boolean) are answered, because fmi2DoStep never returns fmi2Pending", (int)kind);
+}
+
+fmi2Status fmi2GetStatus(fmi2Component c, const fmi2StatusKind s, fmi2Status *value) {
+    Instance *instance = enter_status(c, CALL_GetStatus, value);
+    return instance == NULL ? fmi2Error : no_status(instance, s);
+}
+
+fmi2Status fmi2GetRealStatus(fmi2Component c, const fmi2StatusKind s, fmi2Real *value) {
+    Instance *instance = enter_status(c, CALL_GetRealStatus, value);
+    if (instance == NULL) {
+        return fmi2Error;
+    }
+    if (s != fmi2LastSuccessfulTime) {
+        return no_status(instance, s);
+    }
+    *value = instance->state.time;
+    return fmi2OK;
+}
+
+fmi2Status fmi2GetIntegerStatus(fmi2Component c, const fmi2StatusKind s, fmi2Integer *value) {
+    Instance *instance = enter_status(c, CALL_GetIntegerStatus, value);
+    return instance == NULL ? fmi2Error : no_status(instance, s);
+}
+
+/* A failed step cannot be completed with a shorter communication step either: the solver has tried that already. */
+fmi2Status fmi2GetBooleanStatus(fmi2Component c, const fmi2StatusKind s, fmi2Boolean *value) {
+    Instance *instance = enter_status(c, CALL_GetBooleanStatus, value);
+    if (instance == NULL) {
+        return fmi2Error;
+    }
+    if (s != fmi2Terminated) {
+        return no_status(instance, s);
+    }
+    *value = instance->state.step_failed ? fmi2True : fmi2False;
+    return fmi2OK;
+}
+
+fmi2Status fmi2GetStringStatus(fmi2Component c, const fmi2StatusKind s, fmi2String *value) {
+    Instance *instance = enter_status(c, CALL_GetStringStatus, value);
+    return instance == NULL ? fmi2Error : no_status(instance, s);
+}

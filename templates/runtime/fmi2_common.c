@@ -1,0 +1,167 @@
+/* The life of an instance: what model exchange and co-simulation have in common (FMI 2.0, sections 2.1.5 and 2.1.6). */
+#include <math.h>
+#include <stdlib.h>
+#include <string.h>
+
+#include "instance.h"
+#include "logging.h"
+
+const char *fmi2GetTypesPlatform(void) {
+    return fmi2TypesPlatform;
+}
+
+const char *fmi2GetVersion(void) {
+    return fmi2Version;
+}
+
+/* Are the arguments of fmi2Instantiate right? If not, the reason is logged. */
+static bool can_instantiate(fmi2String name, fmi2Type type, fmi2String guid, const fmi2CallbackFunctions *functions) {
+    if (functions == NULL) {
+        return false;
+    }
+    if (name == NULL || name[0] == '\0') {
+        report_no_instance(functions, name, "fmi2Instantiate: the instance name is %s; expected a non-empty name",
+                           name == NULL ? "NULL" : "empty");
+        return false;
+    }
+    if (guid == NULL || strcmp(guid, MODEL_GUID) != 0) {
+        report_no_instance(functions, name, "fmi2Instantiate: the GUID is \"%s\", but this binary of %s has \"%s\"; "
+                           "binary and modelDescription.xml are not from the same export",
+                           guid == NULL ? "NULL" : guid, MODEL_NAME, MODEL_GUID);
+        return false;
+    }
+    if (type != fmi2ModelExchange && type != fmi2CoSimulation) {
+        report_no_instance(functions, name, "fmi2Instantiate: the type is %d; expected fmi2ModelExchange (0) or "
+                           "fmi2CoSimulation (1)", (int)type);
+        return false;
+    }
+    return true;
+}
+
+fmi2Component fmi2Instantiate(fmi2String instanceName, fmi2Type fmuType, fmi2String fmuGUID,
+                              fmi2String fmuResourceLocation, const fmi2CallbackFunctions *functions,
+                              fmi2Boolean visible, fmi2Boolean loggingOn) {
+    (void)fmuResourceLocation; /* all data is compiled in */
+    (void)visible;
+    if (!can_instantiate(instanceName, fmuType, fmuGUID, functions)) {
+        return NULL;
+    }
+    const size_t name_size = strlen(instanceName) + 1;
+    Instance *instance = calloc(1, sizeof *instance + name_size);
+    if (instance == NULL) {
+        report_no_instance(functions, instanceName, "fmi2Instantiate: there is no memory for an instance of %u bytes",
+                           (unsigned)(sizeof *instance + name_size));
+        return NULL;
+    }
+    memcpy(instance->name, instanceName, name_size);
+    instance->type = fmuType;
+    instance->callbacks = *functions;
+    instance->logging_requested = loggingOn != fmi2False;
+    instance_start(instance);
+    return instance;
+}
+
+void fmi2FreeInstance(fmi2Component c) {
+    free(c);
+}
+
+fmi2Status fmi2Reset(fmi2Component c) {
+    Instance *instance = instance_enter(c, CALL_Reset);
+    if (instance == NULL) {
+        return fmi2Error;
+    }
+    instance_start(instance);
+    return fmi2OK;
+}
+
+/* Adds the category of this name to the set. Returns false if there is none. */
+static bool add_category(unsigned *categories, fmi2String name) {
+    for (int i = 0; i < N_CATEGORIES; i++) {
+        if (strcmp(name, category_name((Category)i)) == 0) {
+            *categories |= i == CATEGORY_ALL ? ALL_CATEGORIES : 1u << i;
+            return true;
+        }
+    }
+    return false;
+}
+
+fmi2Status fmi2SetDebugLogging(fmi2Component c, fmi2Boolean loggingOn, size_t nCategories,
+                               const fmi2String categories[]) {
+    Instance *instance = instance_enter(c, CALL_SetDebugLogging);
+    unsigned chosen = 0u;
+    fmi2String unknown = NULL;
+    if (instance == NULL) {
+        return fmi2Error;
+    }
+    if (nCategories > 0 && categories == NULL) {
+        return fail(instance, "the array of %u categories is NULL", (unsigned)nCategories);
+    }
+    for (size_t i = 0; i < nCategories; i++) {
+        if (categories[i] == NULL) {
+            return fail(instance, "the name of category %u is NULL", (unsigned)i);
+        }
+        unknown = add_category(&chosen, categories[i]) ? unknown : categories[i];
+    }
+    chosen = nCategories == 0 ? ALL_CATEGORIES : chosen;
+    instance->categories = loggingOn != fmi2False ? chosen : 0u;
+    if (unknown != NULL) {
+        return warn(instance, "there is no log category \"%s\"; modelDescription.xml lists the categories", unknown);
+    }
+    return fmi2OK;
+}
+
+fmi2Status fmi2SetupExperiment(fmi2Component c, fmi2Boolean toleranceDefined, fmi2Real tolerance, fmi2Real startTime,
+                               fmi2Boolean stopTimeDefined, fmi2Real stopTime) {
+    Instance *instance = instance_enter(c, CALL_SetupExperiment);
+    if (instance == NULL) {
+        return fmi2Error;
+    }
+    if (toleranceDefined && !(tolerance > 0.0 && isfinite(tolerance))) {
+        return fail(instance, "the tolerance is %.17g; expected a positive number", tolerance);
+    }
+    if (!isfinite(startTime)) {
+        return fail(instance, "the start time is %.17g; expected a finite number", startTime);
+    }
+    if (stopTimeDefined && !(stopTime >= startTime)) { /* infinite is tolerated: no end */
+        return fail(instance, "the stop time is %.17g; expected a time after the start time %.17g", stopTime,
+                    startTime);
+    }
+    State *state = &instance->state;
+    instance_assign(instance, &state->time, startTime);
+    state->start_time = startTime;
+    state->stop_time_defined = stopTimeDefined != fmi2False;
+    state->stop_time = stopTimeDefined ? stopTime : 0.0;
+    state->tolerance = toleranceDefined ? tolerance : 0.0;
+    state->experiment_defined = 1;
+    return fmi2OK;
+}
+
+fmi2Status fmi2EnterInitializationMode(fmi2Component c) {
+    Instance *instance = instance_enter(c, CALL_EnterInitializationMode);
+    if (instance == NULL) {
+        return fmi2Error;
+    }
+    if (!instance->state.experiment_defined) {
+        note(instance, "fmi2SetupExperiment was not called; the start time is 0");
+    }
+    instance->state.mode = MODE_INITIALIZATION;
+    return fmi2OK;
+}
+
+fmi2Status fmi2ExitInitializationMode(fmi2Component c) {
+    Instance *instance = instance_enter(c, CALL_ExitInitializationMode);
+    if (instance == NULL) {
+        return fmi2Error;
+    }
+    instance->state.mode = instance->type == fmi2ModelExchange ? MODE_EVENT : MODE_STEP_COMPLETE;
+    return fmi2OK;
+}
+
+fmi2Status fmi2Terminate(fmi2Component c) {
+    Instance *instance = instance_enter(c, CALL_Terminate);
+    if (instance == NULL) {
+        return fmi2Error;
+    }
+    instance->state.mode = MODE_TERMINATED;
+    return fmi2OK;
+}

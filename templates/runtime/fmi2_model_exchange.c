@@ -1,0 +1,135 @@
+/* Model exchange (FMI 2.0, section 3.2). There are no events of the mechanism: no event indicators,
+   no discrete states. */
+#include <math.h>
+#include <string.h>
+
+#include "equations.h"
+#include "instance.h"
+#include "logging.h"
+
+/* fmi2OK if an array over the continuous states is there and has their number. */
+static fmi2Status check_size(Instance *instance, const void *array, size_t nx) {
+    if (nx != N_STATES) {
+        return fail(instance, "the array has %u elements; expected one for each of the %d continuous states",
+                    (unsigned)nx, N_STATES);
+    }
+    return array != NULL ? fmi2OK : fail(instance, "the array of %d elements is NULL", N_STATES);
+}
+
+fmi2Status fmi2EnterEventMode(fmi2Component c) {
+    Instance *instance = instance_enter(c, CALL_EnterEventMode);
+    if (instance == NULL) {
+        return fmi2Error;
+    }
+    instance->state.mode = MODE_EVENT;
+    return fmi2OK;
+}
+
+fmi2Status fmi2NewDiscreteStates(fmi2Component c, fmi2EventInfo *eventInfo) {
+    Instance *instance = instance_enter(c, CALL_NewDiscreteStates);
+    if (instance == NULL) {
+        return fmi2Error;
+    }
+    if (eventInfo == NULL) {
+        return fail(instance, "the argument eventInfo is NULL; expected the address of an fmi2EventInfo");
+    }
+    memset(eventInfo, 0, sizeof *eventInfo); /* all flags fmi2False, no next event */
+    return fmi2OK;
+}
+
+fmi2Status fmi2EnterContinuousTimeMode(fmi2Component c) {
+    Instance *instance = instance_enter(c, CALL_EnterContinuousTimeMode);
+    if (instance == NULL) {
+        return fmi2Error;
+    }
+    instance->state.mode = MODE_CONTINUOUS_TIME;
+    return fmi2OK;
+}
+
+fmi2Status fmi2CompletedIntegratorStep(fmi2Component c, fmi2Boolean noSetFMUStatePriorToCurrentPoint,
+                                       fmi2Boolean *enterEventMode, fmi2Boolean *terminateSimulation) {
+    Instance *instance = instance_enter(c, CALL_CompletedIntegratorStep);
+    (void)noSetFMUStatePriorToCurrentPoint; /* nothing is kept for going back */
+    if (instance == NULL) {
+        return fmi2Error;
+    }
+    if (enterEventMode == NULL || terminateSimulation == NULL) {
+        return fail(instance, "the argument %s is NULL; expected the address of an fmi2Boolean",
+                    enterEventMode == NULL ? "enterEventMode" : "terminateSimulation");
+    }
+    *enterEventMode = fmi2False;
+    *terminateSimulation = fmi2False;
+    return fmi2OK;
+}
+
+/* A time after the stop time is accepted: integrators step over the end and interpolate. */
+fmi2Status fmi2SetTime(fmi2Component c, fmi2Real time) {
+    Instance *instance = instance_enter(c, CALL_SetTime);
+    if (instance == NULL) {
+        return fmi2Error;
+    }
+    if (!isfinite(time)) {
+        return fail(instance, "the time is %g; expected a finite number", time);
+    }
+    instance_assign(instance, &instance->state.time, time);
+    return fmi2OK;
+}
+
+/* States that are not finite are discarded, not an error: the importer's integrator then tries a smaller step. */
+fmi2Status fmi2SetContinuousStates(fmi2Component c, const fmi2Real x[], size_t nx) {
+    Instance *instance = instance_enter(c, CALL_SetContinuousStates);
+    if (instance == NULL || check_size(instance, x, nx) != fmi2OK) {
+        return fmi2Error;
+    }
+    for (int i = 0; i < N_STATES; i++) {
+        if (!isfinite(x[i])) {
+            return discard(instance, "the state %s cannot be set to %g; expected a finite number, and nothing was set",
+                           variable_name(VARIABLE_STATE, i), x[i]);
+        }
+    }
+    for (int i = 0; i < N_STATES; i++) {
+        instance_assign(instance, &instance->state.states[i], x[i]);
+    }
+    return fmi2OK;
+}
+
+fmi2Status fmi2GetDerivatives(fmi2Component c, fmi2Real derivatives[], size_t nx) {
+    Instance *instance = instance_enter(c, CALL_GetDerivatives);
+    if (instance == NULL || check_size(instance, derivatives, nx) != fmi2OK) {
+        return fmi2Error;
+    }
+    if (!equations_accelerations(instance)) {
+        return report_failure(instance, fmi2Discard);
+    }
+    memcpy(derivatives, instance->state.states + N_COORDINATES, N_COORDINATES * sizeof(double));
+    memcpy(derivatives + N_COORDINATES, instance->cache.accelerations, N_COORDINATES * sizeof(double));
+    return fmi2OK;
+}
+
+fmi2Status fmi2GetEventIndicators(fmi2Component c, fmi2Real eventIndicators[], size_t ni) {
+    Instance *instance = instance_enter(c, CALL_GetEventIndicators);
+    (void)eventIndicators;
+    if (instance == NULL) {
+        return fmi2Error;
+    }
+    return ni == 0 ? fmi2OK : fail(instance, "this FMU has no event indicators; expected none, but got %u",
+                                   (unsigned)ni);
+}
+
+fmi2Status fmi2GetContinuousStates(fmi2Component c, fmi2Real x[], size_t nx) {
+    Instance *instance = instance_enter(c, CALL_GetContinuousStates);
+    if (instance == NULL || check_size(instance, x, nx) != fmi2OK) {
+        return fmi2Error;
+    }
+    memcpy(x, instance->state.states, sizeof instance->state.states);
+    return fmi2OK;
+}
+
+fmi2Status fmi2GetNominalsOfContinuousStates(fmi2Component c, fmi2Real x_nominal[], size_t nx) {
+    Instance *instance = instance_enter(c, CALL_GetNominalsOfContinuousStates);
+    if (instance == NULL || check_size(instance, x_nominal, nx) != fmi2OK) {
+        return fmi2Error;
+    }
+    memcpy(x_nominal, NOMINAL_STATES, sizeof NOMINAL_STATES);
+    return fmi2OK;
+}

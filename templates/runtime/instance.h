@@ -1,0 +1,112 @@
+/* One instance of the FMU: everything that belongs to it is in this struct, in one block of memory.
+
+   State is what fmi2GetFMUstate saves. All else is either given at instantiation and never changed, or can be computed
+   again from the State, so that a run continued from a restored State repeats bit for bit. */
+#ifndef INSTANCE_H
+#define INSTANCE_H
+
+#include <stdbool.h>
+#include <stdint.h>
+
+#include "fmi2Functions.h"
+#include "legal_calls.h"
+#include "linear_solve.h"
+#include "mechanism.h"
+#include "runge_kutta.h"
+
+/* What changes with time. Members are double and int64_t only and there are no pointers: the layout is the same in
+   32 and 64 bits, without padding, and a plain copy is a complete copy. */
+typedef struct {
+    int64_t type; /* fmi2Type; a saved State fits instances of the same type only */
+    int64_t mode; /* Mode of the state machine */
+
+    double time;       /* s; in co-simulation also the last successful time */
+    double start_time; /* s, of fmi2SetupExperiment */
+    double stop_time;  /* s, valid if stop_time_defined */
+    int64_t stop_time_defined;
+    int64_t experiment_defined; /* fmi2SetupExperiment was called */
+    int64_t step_failed;        /* the last fmi2DoStep returned fmi2Discard */
+    double tolerance;           /* of fmi2SetupExperiment; 0 if it gave none */
+
+    double states[N_STATES]; /* [q, qd] */
+    double inputs[N_INPUTS];
+    double parameters[SIZE_PARAMETERS];
+    double settings[N_SETTINGS]; /* by Setting */
+
+    double next_step;             /* s; proposal for the next solver step, 0 before the first one */
+    double previous_error;        /* of the last full step, in units of the tolerance; memory of the PI controller */
+    int64_t first_stage_valid;    /* first_stage belongs to the present time, states, inputs and parameters */
+    double first_stage[N_STATES]; /* dx/dt at the present point */
+} State;
+
+/* Values that follow from the State, each with a flag whether they do at present. */
+typedef struct {
+    bool dependent_valid, accelerations_valid, locals_valid;
+    double dependent[SIZE_DEPENDENT];
+    double accelerations[N_COORDINATES];
+    double locals[SIZE_LOCALS];
+    Factorization mass; /* of the mass matrix at the present point, for the accelerations and for their tangents */
+} Cache;
+
+/* Memory that is written before it is read, within one call. */
+typedef struct {
+    double mass[N_COORDINATES * N_COORDINATES]; /* lower triangle, row-major */
+    Factorization factorization;                /* of a stage of the solver */
+    double stages[STAGES][N_STATES];            /* dx/dt at the stages of a trial step */
+    double stage_states[N_STATES];
+    double new_states[N_STATES]; /* the result of a trial step */
+    double new_derivatives[N_STATES];
+} Scratch;
+
+typedef enum {
+    FAILURE_NONE,
+    FAILURE_SINGULAR,   /* the mass matrix determines no acceleration of the flagged coordinates */
+    FAILURE_NOT_FINITE, /* the accelerations of the flagged coordinates are not finite */
+    FAILURE_OVERFLOW,   /* a state left the range of double */
+    FAILURE_ACCURACY,   /* the error of a state exceeds the tolerance however short the step */
+    FAILURE_STEP_COUNT  /* a fixed-step method would need too many steps */
+} FailureKind;
+
+/* Why the last evaluation or solver step failed; failure_sentence (failure.h) puts it in words. */
+typedef struct {
+    FailureKind kind;
+    double time;                     /* s */
+    bool coordinates[N_COORDINATES]; /* of SINGULAR and NOT_FINITE: those concerned */
+    int state;                       /* of OVERFLOW and ACCURACY: the worst state */
+    double amount;                   /* of ACCURACY: error in units of the tolerance; of STEP_COUNT: steps */
+    double step;                     /* of OVERFLOW and ACCURACY: length of the trial step, s */
+} Failure;
+
+typedef struct {
+    State state;
+    Cache cache;
+    Scratch scratch;
+    Failure failure;
+
+    fmi2Type type;
+    fmi2CallbackFunctions callbacks;
+    bool logging_requested;             /* loggingOn of fmi2Instantiate */
+    unsigned categories;                /* bit i: Category i is logged */
+    Call call;                          /* the fmi2 function being executed, for messages */
+    bool noted_calls[N_CALLS];          /* tolerated calls are noted once */
+    bool noted_kinds[N_VARIABLE_KINDS]; /* so are tolerated settings of variables */
+    char name[];                        /* instanceName, a copy */
+} Instance;
+
+/* Brings an instance to the state "instantiated" with all start values; both fmi2Instantiate and fmi2Reset do this. */
+void instance_start(Instance *instance);
+
+/* Writes a double of the State (time, a state, an input, a parameter) and marks what depended on it as outdated.
+   The same bits once more change nothing, so that a solver may go on with its stored derivative. */
+void instance_assign(Instance *instance, double *slot, double value);
+
+/* Marks all values outside the State as outdated. */
+void instance_forget_cache(Instance *instance);
+
+/* The name of the variable of this kind and index, "?" if it has none. */
+const char *variable_name(VariableKind kind, int index);
+
+/* The start of every fmi2 function: the instance if the call is legal now, else NULL after the error was reported. */
+Instance *instance_enter(fmi2Component component, Call call);
+
+#endif

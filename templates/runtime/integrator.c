@@ -1,0 +1,200 @@
+/* Step size control. Sources:
+   [HNW]  Hairer, Norsett, Wanner, Solving Ordinary Differential Equations I, 2nd edition, section II.4;
+   [HW]   Hairer, Wanner, Solving Ordinary Differential Equations II, 2nd edition, section IV.2 (the PI controller),
+          with the constants of the code dopri5.f of the same authors. */
+#include "integrator.h"
+
+#include <float.h>
+#include <math.h>
+#include <string.h>
+
+#include "equations.h"
+
+static const double DEFAULT_TOLERANCE = 1e-6;
+static const double SAFETY = 0.9;
+static const double LARGEST_GROWTH = 10.0;
+static const double LARGEST_REDUCTION = 0.2;
+static const double SMALLEST_ERROR = 1e-4; /* remembered by the controller */
+static const double STRETCH = 1.05;        /* the last step may be this much longer, instead of leaving a sliver */
+static const double MAX_STEP_SLACK = 1.001;
+static const double MOST_STEPS = 1e12;     /* of a fixed-step method in a communication step */
+
+/* solver_tolerance if given, else the tolerance of fmi2SetupExperiment if given, else the default. */
+static double tolerance_of(const State *state) {
+    const double setting = state->settings[SETTING_TOLERANCE];
+    const double importer = state->tolerance > 0.0 ? state->tolerance : DEFAULT_TOLERANCE;
+    return setting > 0.0 ? setting : importer;
+}
+
+/* solver_max_step, s; infinite if not given. */
+static double longest_step(const State *state) {
+    const double setting = state->settings[SETTING_MAX_STEP];
+    return setting > 0.0 ? setting : HUGE_VAL;
+}
+
+/* The maximum of |v_i| / weight_i over the states, with the weights of the error estimate at the present point. */
+static double weighted_norm(const State *state, const double v[]) {
+    const double tolerance = tolerance_of(state);
+    double largest = 0.0;
+    for (int i = 0; i < N_STATES; i++) {
+        largest = fmax(largest, fabs(v[i]) / (tolerance * (fabs(state->states[i]) + NOMINAL_STATES[i])));
+    }
+    return largest;
+}
+
+/* The exponent's denominator: the error estimate of a step h is proportional to h to this power. */
+static double error_power(void) {
+    return 1.0 + (TABLEAU.error_order < TABLEAU.order ? TABLEAU.error_order : TABLEAU.order);
+}
+
+/* The length of the very first step, s: [HNW], "Starting step size". */
+static double first_step(Instance *instance) {
+    const State *state = &instance->state;
+    Scratch *scratch = &instance->scratch;
+    const double d0 = weighted_norm(state, state->states);
+    const double d1 = weighted_norm(state, state->first_stage);
+    const double h0 = d0 < 1e-5 || d1 < 1e-5 ? 1e-6 : 0.01 * d0 / d1;
+
+    for (int i = 0; i < N_STATES; i++) {
+        scratch->stage_states[i] = state->states[i] + h0 * state->first_stage[i];
+    }
+    if (!equations_derivative(instance, state->time + h0, scratch->stage_states, scratch->new_derivatives)) {
+        return 1e-3 * h0;
+    }
+    for (int i = 0; i < N_STATES; i++) {
+        scratch->new_derivatives[i] = (scratch->new_derivatives[i] - state->first_stage[i]) / h0;
+    }
+    const double largest = fmax(d1, weighted_norm(state, scratch->new_derivatives));
+    const double h1 = largest <= 1e-15 ? fmax(1e-6, 1e-3 * h0) : pow(0.01 / largest, 1.0 / error_power());
+    return fmin(100.0 * h0, h1);
+}
+
+/* Makes state->first_stage the derivative at the present point. */
+static bool update_first_stage(Instance *instance) {
+    State *state = &instance->state;
+    if (!state->first_stage_valid) {
+        state->first_stage_valid = equations_derivative(instance, state->time, state->states, state->first_stage);
+    }
+    return state->first_stage_valid != 0;
+}
+
+/* Makes the result of a trial step the present point. */
+static void accept(Instance *instance, Step step) {
+    State *state = &instance->state;
+    state->time = step.end;
+    memcpy(state->states, instance->scratch.new_states, sizeof state->states);
+    memcpy(state->first_stage, instance->scratch.new_derivatives, sizeof state->first_stage);
+    state->first_stage_valid = 1;
+}
+
+/* The next trial step: as proposed, or to the end if that is about as near. */
+static Step choose_step(const State *state, double end) {
+    const double longest = longest_step(state);
+    const double remaining = end - state->time;
+    const double proposed = fmin(state->next_step, longest);
+    if (remaining <= STRETCH * proposed && remaining <= MAX_STEP_SLACK * longest) {
+        return (Step){remaining, end, remaining < proposed};
+    }
+    const double next = state->time + proposed;
+    return (Step){next - state->time, next, false};
+}
+
+/* The proposal after an accepted step, the PI controller of [HW]: h (1/error)^alpha previous_error^beta, bounded. A
+   step that was cut short by the end of the communication step says little and does not reduce the proposal. */
+static void propose(State *state, Step step, double error, bool after_rejection) {
+    const double beta = 0.2 / error_power();
+    const double alpha = 1.0 / error_power() - 0.75 * beta;
+    double factor = SAFETY * pow(state->previous_error, beta) / pow(error, alpha); /* error 0: infinite */
+    factor = fmin(fmax(factor, LARGEST_REDUCTION), after_rejection ? 1.0 : LARGEST_GROWTH);
+    if (step.cut_short) {
+        state->next_step = fmax(state->next_step, factor * step.length);
+    } else {
+        state->next_step = factor * step.length;
+        state->previous_error = fmax(error, SMALLEST_ERROR);
+    }
+}
+
+/* The error of a trial step in units of the tolerance, HUGE_VAL if the step could not be computed. Above 1 the step
+   is to be rejected and instance->failure holds the reason. */
+static double try_step(Instance *instance, Step step) {
+    int worst;
+    if (!runge_kutta_step(instance, step)) {
+        return HUGE_VAL;
+    }
+    const double error = runge_kutta_error(instance, step, tolerance_of(&instance->state), &worst);
+    if (!(error <= 1.0)) {
+        Failure *failure = &instance->failure;
+        failure->kind = FAILURE_ACCURACY;
+        failure->time = instance->state.time;
+        failure->state = worst;
+        failure->amount = error;
+        failure->step = step.length;
+    }
+    return isfinite(error) ? error : HUGE_VAL;
+}
+
+/* Adaptive steps to the end. Fails when the step would fall below 16 units in the last place of the time. */
+static bool integrate_adaptively(Instance *instance, double end) {
+    State *state = &instance->state;
+    bool rejected = false;
+    if (!(state->next_step > 0.0)) {
+        state->next_step = state->settings[SETTING_STEP] > 0.0 ? state->settings[SETTING_STEP] : first_step(instance);
+    }
+    while (state->time < end) {
+        const double shortest = 16.0 * DBL_EPSILON * fmax(fabs(state->time), fabs(end));
+        state->next_step = fmax(state->next_step, shortest);
+        const Step step = choose_step(state, end);
+        const double error = try_step(instance, step);
+        if (error <= 1.0) {
+            propose(state, step, error, rejected);
+            accept(instance, step);
+            rejected = false;
+        } else {
+            const double factor = SAFETY * pow(error, -1.0 / error_power());
+            rejected = true;
+            state->next_step = step.length * (isfinite(error) ? fmax(factor, LARGEST_REDUCTION) : 0.25);
+            if (state->next_step < shortest) {
+                return false;
+            }
+        }
+    }
+    return true;
+}
+
+/* Equal steps to the end, as many as make them no longer than solver_step. Times are computed from the start of the
+   communication step, so that they do not drift. */
+static bool integrate_in_equal_steps(Instance *instance, double end) {
+    const State *state = &instance->state;
+    const double start = state->time;
+    const double setting = state->settings[SETTING_STEP];
+    const double longest = fmin(setting > 0.0 ? setting : DEFAULT_SOLVER_STEP, longest_step(state));
+    const double count = fmax(1.0, ceil((end - start) / longest * (1.0 - 1e-9))); /* 1e-9: H = 10 h takes 10 steps */
+    if (!(count <= MOST_STEPS)) {
+        instance->failure.kind = FAILURE_STEP_COUNT;
+        instance->failure.time = start;
+        instance->failure.amount = count;
+        return false;
+    }
+    for (double i = 1.0; i <= count; i++) {
+        const double next = i < count ? start + (end - start) * (i / count) : end;
+        const Step step = {(end - start) / count, next, false};
+        if (!runge_kutta_step(instance, step)) {
+            return false;
+        }
+        accept(instance, step);
+    }
+    return true;
+}
+
+bool integrate(Instance *instance, double end) {
+    instance->failure.kind = FAILURE_NONE;
+    instance_forget_cache(instance);
+    if (!update_first_stage(instance)) {
+        return false;
+    }
+    if (!(TABLEAU.e != NULL ? integrate_adaptively(instance, end) : integrate_in_equal_steps(instance, end))) {
+        return false;
+    }
+    instance->state.time = end;
+    return true;
+}

@@ -1,0 +1,28 @@
+/* M a = b for the mass matrix M: symmetric, positive definite as a rule, n = N_COORDINATES rows. */
+#ifndef LINEAR_SOLVE_H
+#define LINEAR_SOLVE_H
+
+#include <stdbool.h>
+
+#include "mechanism.h"
+
+/* Either M = L D L^T (pivoted false): L below the diagonal of factor, its ones not stored, D on the diagonal;
+   or P S M S Q = L U (pivoted true): S = diag(scale), P and Q the permutations row and column. Row-major. */
+typedef struct {
+    bool pivoted;
+    double factor[N_COORDINATES * N_COORDINATES];
+    double scale[N_COORDINATES];
+    int row[N_COORDINATES];
+    int column[N_COORDINATES];
+} Factorization;
+
+typedef enum { MASS_REGULAR, MASS_SINGULAR, MASS_NOT_FINITE } MassOutcome;
+
+/* Factorises M, of which the lower triangle is given, row-major. Unless the outcome is MASS_REGULAR, concerned flags
+   the coordinates that are not determined or whose rows hold values that are not finite. */
+MassOutcome mass_factorize(const double mass[], Factorization *result, bool concerned[]);
+
+/* Overwrites b[n] by the solution a of M a = b. */
+void mass_solve(const Factorization *factorization, double b[]);
+
+#endif

@@ -1,0 +1,33 @@
+"""What several tests share: exported FMUs, one build a session and model."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from pathlib import Path
+
+import pytest
+
+from lag2fmu.codegen import DEFAULT_SOLVER
+from lag2fmu.fmu import Fmu, export
+from lag2fmu.mechanism import Mechanism
+from lag2fmu.mechanism.loading import load
+
+Exported = Callable[..., Fmu]
+
+
+@pytest.fixture(scope="session")
+def exported(tmp_path_factory: pytest.TempPathFactory) -> Exported:
+    """``exported(name_or_mechanism, solver=..., outputs=..., **arguments)``: an FMU, built once a session."""
+    built: dict[object, Fmu] = {}
+
+    def build(
+        model: str | Mechanism, *, solver: str = DEFAULT_SOLVER, outputs: tuple[str, ...] = (), **arguments: object
+    ) -> Fmu:
+        key = (model if isinstance(model, str) else id(model), solver, outputs, tuple(sorted(arguments.items())))
+        if key not in built:
+            mechanism = load(model, arguments) if isinstance(model, str) else model
+            path: Path = tmp_path_factory.mktemp("fmu") / f"{mechanism.name}.fmu"
+            built[key] = export(mechanism, path, solver=solver, outputs=outputs)
+        return built[key]
+
+    return build

@@ -1,0 +1,190 @@
+"""The derived equations against hand-derived ones, the independent path, and by their own structure."""
+
+from __future__ import annotations
+
+import math
+import random
+
+import numpy as np
+import pytest
+import sympy as sp
+
+from lag2fmu.dynamics import derive, lower
+from lag2fmu.dynamics.lagrange import EquationsOfMotion, start_values
+from lag2fmu.dynamics.tangent import differentiate
+from lag2fmu.errors import DerivationError
+from lag2fmu.mechanism import Body, Energy, Mechanism, coordinate, names, parameter, signal
+from lag2fmu.mechanism.loading import bundled, load
+from lag2fmu.reference import Equations
+
+
+def accelerations(equations: EquationsOfMotion, values: dict[str, float]) -> np.ndarray:
+    n = len(equations.forcing)
+    entries = [e for row in equations.mass_matrix for e in row]
+    numbers = equations.graph.evaluate([*entries, *equations.forcing], values)
+    return np.linalg.solve(np.array(numbers[: n * n]).reshape(n, n), numbers[n * n :])
+
+
+def random_values(mechanism: Mechanism, generator: random.Random) -> dict[str, float]:
+    parameters = {p.name for p in mechanism.parameters}
+    return {k: v if k in parameters else v + generator.uniform(-0.5, 0.5) for k, v in start_values(mechanism).items()}
+
+
+def test_double_pendulum_by_hand() -> None:
+    """(m1+m2) l1^2 a1 + m2 l1 l2 (a2 cos d + w2^2 sin d) + (m1+m2) g l1 sin t1 = Q1, and its partner.
+
+    Source: Landau, Lifshitz, Mechanics, section 5, problem 1, differentiated by hand.
+    """
+    equations = derive(load("double_pendulum"))
+    generator = random.Random(1)
+    for _ in range(20):
+        v = random_values(equations.mechanism, generator)
+        m1, m2, l1, l2, g = (v[k] for k in ("m1", "m2", "l1", "l2", "g"))
+        t1, t2, w1, w2 = (v[k] for k in ("theta1", "theta2", "theta1_dot", "theta2_dot"))
+        d = t1 - t2
+        M = [[(m1 + m2) * l1**2, m2 * l1 * l2 * math.cos(d)], [m2 * l1 * l2 * math.cos(d), m2 * l2**2]]
+        f = [
+            v["Q_theta1"] - m2 * l1 * l2 * w2**2 * math.sin(d) - (m1 + m2) * g * l1 * math.sin(t1),
+            v["Q_theta2"] + m2 * l1 * l2 * w1**2 * math.sin(d) - m2 * g * l2 * math.sin(t2),
+        ]
+        assert accelerations(equations, v) == pytest.approx(np.linalg.solve(M, f), rel=1e-12)
+
+
+@pytest.mark.parametrize("name", bundled())
+def test_bundled_models_agree_with_the_independent_path(name: str) -> None:
+    mechanism = load(name)
+    equations, independent = derive(mechanism), Equations(mechanism)
+    generator = random.Random(2)
+    coordinates = [c.name for c in mechanism.coordinates]
+    for _ in range(5):
+        v = random_values(mechanism, generator)
+        q, qd = ([v[f(c)] for c in coordinates] for f in (str, names.velocity))
+        inputs = {k: v[k] for k in independent.energies.input_names}
+        expected = independent.accelerations(v["t"], np.array(q), np.array(qd), inputs)
+        assert accelerations(equations, v) == pytest.approx(expected, rel=1e-9, abs=1e-9)
+        h = equations.graph.evaluate([equations.energies["generalized_energy"]], v)[0]
+        expected_h = float(independent.generalized_energy(v["t"], np.array(q), np.array(qd), inputs))
+        assert h == pytest.approx(expected_h, rel=1e-10, abs=1e-10)
+
+
+@pytest.mark.parametrize("name", bundled())
+def test_tangents_against_central_differences(name: str) -> None:
+    """dr of the tangent program against (r(x + e s) - r(x - e s)) / 2e along random seeds s."""
+    equations = derive(load(name))
+    g, tangent, generator = equations.graph, differentiate(equations), random.Random(3)
+    values = random_values(equations.mechanism, generator)
+    program = lower(equations)
+    v = equations.variables
+    variables = [v.t, *v.q, *v.qd, *v.Q, *v.inputs, *(m for motion in v.motions for m in motion), *v.parameters]
+    seeds = {str(g.first[node]): generator.uniform(-1, 1) for node in variables}
+    own = g.evaluate([*tangent.residual, *tangent.locals], values | {f"d {k}": x for k, x in seeds.items()} | {
+        f"d {g.first[node]}": 0.0 for node in v.qdd
+    })  # fmt: skip
+    nodes = [*equations.residual, *(node for _, node in equations.locals())]
+    e = 1e-6
+    ahead, behind = (
+        np.array(g.evaluate(nodes, {k: x + s * e * seeds.get(k, 0.0) for k, x in values.items()})) for s in (1, -1)
+    )
+    scale = 1 + np.abs(ahead).max()
+    assert np.array(own) / scale == pytest.approx((ahead - behind) / (2 * e) / scale, abs=2e-9)
+    assert len(program.locals) == len(tangent.locals)
+
+
+def test_lagrangian_as_a_whole_equals_its_parts() -> None:
+    x, y = coordinate("x", start=0.3), coordinate("y", start=0.1)
+    m, k = parameter("m", 2.0), parameter("k", 3.0)
+    kinetic, potential = m * (x.dot**2 + y.dot**2 + x.dot * y.dot) / 2, k * x**2 * y**2
+    parts = derive(Mechanism("a", coordinates=[x, y], parameters=[m, k], energy=Energy(kinetic, potential)))
+    whole = derive(Mechanism("a", coordinates=[x, y], parameters=[m, k], energy=Energy(lagrangian=kinetic - potential)))
+    values = random_values(parts.mechanism, random.Random(4))
+    assert accelerations(whole, values) == pytest.approx(accelerations(parts, values), rel=1e-14)
+    assert "kinetic_energy" not in whole.energies
+    assert "total_energy" in parts.energies
+
+
+def test_charge_in_a_magnetic_field() -> None:
+    """L = m v^2/2 + e B (x vy - y vx)/2: m a = e v x B, and h is the kinetic energy alone."""
+    x, y = coordinate("x", start=0.3), coordinate("y")
+    m, b = parameter("m", 2.0), parameter("b", 3.0)
+    potential = -b * (x * y.dot - y * x.dot) / 2
+    energy = Energy(kinetic=m * (x.dot**2 + y.dot**2) / 2, potential=potential)
+    equations = derive(Mechanism("charge", coordinates=[x, y], parameters=[m, b], energy=energy))
+    values = start_values(equations.mechanism) | {"x_dot": 0.7, "y_dot": -0.2}
+    assert accelerations(equations, values) == pytest.approx([1.5 * -0.2, -1.5 * 0.7], rel=1e-14)
+    assert "total_energy" not in equations.energies
+    h = equations.graph.evaluate([equations.energies["generalized_energy"]], values)
+    assert h == [pytest.approx(0.49 + 0.04)]
+
+
+def test_motion_input_equals_explicit_time() -> None:
+    driven, explicit = load("motion_driven_pendulum"), load("vertically_driven_pendulum")
+    a, b = derive(driven), derive(explicit)
+    parameters = {p.name: p.value for p in explicit.parameters}
+    A, Omega = (parameters[k] for k in ("A", "Omega"))
+    t = 0.37
+    motion = next(u.name for u in driven.motions)
+    values = start_values(explicit) | {"t": t, "theta": 0.4, "theta_dot": -0.3}
+    moved = {
+        motion: A * math.cos(Omega * t),
+        f"{motion}_dot": -A * Omega * math.sin(Omega * t),
+        f"{motion}_ddot": -A * Omega**2 * math.cos(Omega * t),
+    }
+    assert accelerations(a, values | moved) == pytest.approx(accelerations(b, values), rel=1e-13)
+
+
+def test_dependencies_are_those_of_the_coupled_block() -> None:
+    x, y, z = (coordinate(n) for n in "xyz")
+    m = parameter("m", 1.0)
+    kinetic = m * (x.dot**2 + y.dot**2 + x.dot * y.dot + z.dot**2) / 2
+    equations = derive(Mechanism("blocks", coordinates=[x, y, z], parameters=[m], energy=Energy(kinetic, y**2 + z**4)))
+    found = equations.acceleration_dependencies()
+    assert found[0] == found[1] == {"m", "y", "Q_x", "Q_y"}
+    assert found[2] == {"m", "z", "Q_z"}
+
+
+def test_kinetic_energy_that_is_not_quadratic_is_refused() -> None:
+    x = coordinate("x", start=0.1)
+    m = parameter("m", 1.0)
+    mechanism = Mechanism("quartic", coordinates=[x], parameters=[m], energy=Energy(m * x.dot**2 + x.dot**4, x**2))
+    with pytest.raises(DerivationError, match=r"not quadratic in the velocities; supported are T = 1/2"):
+        derive(mechanism)
+
+
+def test_an_apparent_dependence_on_velocities_is_let_pass() -> None:
+    x = coordinate("x", start=0.1)
+    m = parameter("m", 1.0)
+    kinetic = m * (x.dot**2 * sp.sin(x.dot) ** 2 + x.dot**2 * sp.cos(x.dot) ** 2) / 2
+    equations = derive(Mechanism("apparent", coordinates=[x], parameters=[m], energy=Energy(kinetic, x**2)))
+    assert equations.graph.evaluate([equations.mass_matrix[0][0]], start_values(equations.mechanism)) == [1.0]
+
+
+def test_a_coordinate_without_mass_is_named() -> None:
+    x, slider = coordinate("x"), coordinate("slider")
+    m, k = parameter("m", 1.0), parameter("k", 1.0)
+    energy = Energy(m * x.dot**2 / 2, k * (x - slider) ** 2 / 2)
+    mechanism = Mechanism("massless", coordinates=[x, slider], parameters=[m, k], energy=energy)
+    with pytest.raises(DerivationError, match=r"singular for every q; the motion along slider has no mass"):
+        derive(mechanism)
+
+
+def test_a_start_without_a_finite_value_is_refused() -> None:
+    r = coordinate("r", start=0.0)
+    mechanism = Mechanism("centre", coordinates=[r], energy=Energy(r.dot**2 / 2, -1 / r))
+    with pytest.raises(DerivationError, match=r"forces have no finite value at the start \(r = 0\)"):
+        derive(mechanism)
+
+
+def test_external_power_is_that_of_the_inputs_alone() -> None:
+    x = coordinate("x")
+    m, c, F = parameter("m", 1.0), parameter("c", 0.7), signal("F")
+    mechanism = Mechanism(
+        "pushed",
+        coordinates=[x],
+        parameters=[m, c],
+        inputs=[F],
+        bodies=[Body("b", m, (x, 0))],
+        forces={x: F - c * x.dot},
+    )
+    equations = derive(mechanism)
+    values = start_values(mechanism) | {"x_dot": 2.0, "F": 3.0, "Q_x": 0.5}
+    assert equations.graph.evaluate([equations.energies["external_power"]], values) == [pytest.approx(7.0)]

@@ -1,0 +1,51 @@
+/* xi'' = xi'^2 + F, see mechanism.h. */
+#include "mechanism.h"
+
+#include <math.h>
+
+const Variable VARIABLES[N_VARIABLES] = {
+    {"time", VARIABLE_TIME, 0, -HUGE_VAL, HUGE_VAL},
+    {"xi", VARIABLE_STATE, 0, -HUGE_VAL, HUGE_VAL},
+    {"xi_dot", VARIABLE_STATE, 1, -HUGE_VAL, HUGE_VAL},
+    {"xi_ddot", VARIABLE_ACCELERATION, 0, -HUGE_VAL, HUGE_VAL},
+    {"F", VARIABLE_INPUT, 0, -HUGE_VAL, HUGE_VAL},
+    {"solver_tolerance", VARIABLE_SETTING, SETTING_TOLERANCE, 0.0, HUGE_VAL},
+    {"solver_step", VARIABLE_SETTING, SETTING_STEP, 0.0, HUGE_VAL},
+    {"solver_max_step", VARIABLE_SETTING, SETTING_MAX_STEP, 0.0, HUGE_VAL},
+};
+
+const double START_STATES[N_STATES] = {0.0, 1.0};
+const double START_INPUTS[N_INPUTS] = {0.0};
+const double START_PARAMETERS[SIZE_PARAMETERS] = {0.0};
+const double NOMINAL_STATES[N_STATES] = {1.0, 1.0};
+const char *const COORDINATE_NAMES[N_COORDINATES] = {"xi"};
+
+void mechanism_dependent(const double p[], double c[]) {
+    (void)p, (void)c;
+}
+
+void mechanism_dependent_tangent(const double p[], const double dp[], double dc[]) {
+    (void)p, (void)dp, (void)dc;
+}
+
+void mechanism_dynamics(double t, const double x[], const double u[], const double p[], double M[], double f[]) {
+    (void)t, (void)p;
+    M[0] = x[0] > 5.0 && x[0] < 8.0 ? 0.0 : 1.0;
+    f[0] = x[1] * x[1] + u[0];
+}
+
+void mechanism_residual_tangent(double t, const double x[], const double u[], const double p[], const double qdd[],
+                                double dt, const double dx[], const double du[], const double dp[], double dr[]) {
+    (void)t, (void)u, (void)p, (void)qdd, (void)dt, (void)dp;
+    dr[0] = -2.0 * x[1] * dx[1] - du[0];
+}
+
+void mechanism_locals(double t, const double x[], const double u[], const double p[], const double qdd[], double y[]) {
+    (void)t, (void)x, (void)u, (void)p, (void)qdd, (void)y;
+}
+
+void mechanism_locals_tangent(double t, const double x[], const double u[], const double p[], const double qdd[],
+                              double dt, const double dx[], const double du[], const double dp[], const double dqdd[],
+                              double dy[]) {
+    (void)t, (void)x, (void)u, (void)p, (void)qdd, (void)dt, (void)dx, (void)du, (void)dp, (void)dqdd, (void)dy;
+}

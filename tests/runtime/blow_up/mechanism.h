@@ -1,0 +1,40 @@
+/* The smallest mechanism, and one that ends: xi'' = xi'^2 + F, no parameters, no locals. With F = 0 the velocity is
+   v0 / (1 - v0 t), so that nothing can be computed from t = 1 / v0 on. There is no mass between xi = 5 m and 8 m. */
+#ifndef MECHANISM_H
+#define MECHANISM_H
+
+#include "variables.h"
+
+#define MODEL_NAME "blow_up"
+#define MODEL_GUID "{0f7a2b5e-93a1-4a0f-b3a4-5d2c8e6f1b02}"
+#define N_COORDINATES 1
+#define N_STATES (2 * N_COORDINATES)
+#define N_INPUTS 1
+#define N_PARAMETERS 0
+#define SIZE_PARAMETERS 1
+#define N_DEPENDENT 0
+#define SIZE_DEPENDENT 1
+#define N_LOCALS 0
+#define SIZE_LOCALS 1
+#define N_VARIABLES 8
+#define DEFAULT_SOLVER_STEP 1e-3
+#define STAGES 7
+
+extern const Variable VARIABLES[N_VARIABLES];
+extern const double START_STATES[N_STATES];
+extern const double START_INPUTS[N_INPUTS];
+extern const double START_PARAMETERS[SIZE_PARAMETERS];
+extern const double NOMINAL_STATES[N_STATES];
+extern const char *const COORDINATE_NAMES[N_COORDINATES];
+
+void mechanism_dependent(const double p[], double c[]);
+void mechanism_dynamics(double t, const double x[], const double u[], const double p[], double M[], double f[]);
+void mechanism_locals(double t, const double x[], const double u[], const double p[], const double qdd[], double y[]);
+void mechanism_residual_tangent(double t, const double x[], const double u[], const double p[], const double qdd[],
+                                double dt, const double dx[], const double du[], const double dp[], double dr[]);
+void mechanism_locals_tangent(double t, const double x[], const double u[], const double p[], const double qdd[],
+                              double dt, const double dx[], const double du[], const double dp[], const double dqdd[],
+                              double dy[]);
+void mechanism_dependent_tangent(const double p[], const double dp[], double dc[]);
+
+#endif

@@ -1,0 +1,45 @@
+/* What the generator writes for a mechanism, written by hand: a double pendulum of point masses.
+
+       o---------- ceiling
+        \  theta1, l1
+         * m1
+          \  theta2, l2          angles from the downward vertical, rad; torques Q on the angles, N.m
+           * m2                                                                                        */
+#ifndef MECHANISM_H
+#define MECHANISM_H
+
+#include "variables.h"
+
+#define MODEL_NAME "double_pendulum"
+#define MODEL_GUID "{6c1e5f0a-0d6b-4b0e-8a55-3f1d3b7a9c01}"
+#define N_COORDINATES 2
+#define N_STATES (2 * N_COORDINATES)
+#define N_INPUTS 2
+#define N_PARAMETERS 5
+#define SIZE_PARAMETERS 5
+#define N_DEPENDENT 1
+#define SIZE_DEPENDENT 1
+#define N_LOCALS 7
+#define SIZE_LOCALS 7
+#define N_VARIABLES 25
+#define DEFAULT_SOLVER_STEP 1e-3
+#define STAGES 7
+
+extern const Variable VARIABLES[N_VARIABLES];
+extern const double START_STATES[N_STATES];
+extern const double START_INPUTS[N_INPUTS];
+extern const double START_PARAMETERS[SIZE_PARAMETERS];
+extern const double NOMINAL_STATES[N_STATES];
+extern const char *const COORDINATE_NAMES[N_COORDINATES];
+
+void mechanism_dependent(const double p[], double c[]);
+void mechanism_dynamics(double t, const double x[], const double u[], const double p[], double M[], double f[]);
+void mechanism_locals(double t, const double x[], const double u[], const double p[], const double qdd[], double y[]);
+void mechanism_residual_tangent(double t, const double x[], const double u[], const double p[], const double qdd[],
+                                double dt, const double dx[], const double du[], const double dp[], double dr[]);
+void mechanism_locals_tangent(double t, const double x[], const double u[], const double p[], const double qdd[],
+                              double dt, const double dx[], const double du[], const double dp[], const double dqdd[],
+                              double dy[]);
+void mechanism_dependent_tangent(const double p[], const double dp[], double dc[]);
+
+#endif

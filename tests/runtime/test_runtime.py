@@ -1,0 +1,153 @@
+"""The C runtime in templates/runtime: compiled with strict flags, driven by a C host and by fmpy.
+
+The mechanisms here are written by hand, in place of the generator: a double pendulum, and a motion that ends.
+"""
+
+import ctypes
+import re
+import shutil
+import subprocess
+import sys
+from pathlib import Path
+
+import fmpy
+import numpy as np
+import pytest
+from fmpy.fmi2 import FMU2Model, FMU2Slave
+from scipy.integrate import solve_ivp
+
+HERE = Path(__file__).parent
+RUNTIME = HERE.parents[1] / "templates" / "runtime"
+HEADERS = Path(fmpy.__file__).parent / "c-code"
+STRICT = ["-std=c99", "-O2", "-Wall", "-Wextra", "-Wpedantic", "-Wconversion", "-Werror"]
+STRICT += ["-fvisibility=hidden", "-ffp-contract=off"]
+SANITIZE = ["-O1", "-g", "-fsanitize=address,undefined", "-fno-sanitize-recover=all"]
+GUID = "{6c1e5f0a-0d6b-4b0e-8a55-3f1d3b7a9c01}"
+
+COMPILERS = {"zig": [sys.executable, "-m", "ziglang", "cc"]}
+if shutil.which("gcc"):
+    COMPILERS["gcc"] = ["gcc"]
+TABLEAUS = sorted(path.stem for path in (HERE / "tableaus").glob("*.c"))
+
+
+def build(target: Path, mechanism: str, tableau: str, compiler: list[str], flags: list[str], extra: list[Path]) -> Path:
+    """Compile the runtime with a mechanism and a tableau; returns target, raises AssertionError with the messages."""
+    sources = [*sorted(RUNTIME.glob("*.c")), HERE / mechanism / "mechanism.c", HERE / "tableaus" / f"{tableau}.c"]
+    folders = [f"-I{folder}" for folder in (RUNTIME, HERE / mechanism, HERE, HEADERS)]
+    command = [*compiler, *STRICT, *flags, *folders, *map(str, sources + extra), "-lm", "-o", str(target)]
+    done = subprocess.run(command, check=False, capture_output=True, text=True)
+    assert done.returncode == 0, done.stderr
+    return target
+
+
+def run(program: Path) -> None:
+    """Run a host program; it must leave with 0 and say nothing on standard error."""
+    done = subprocess.run([str(program)], check=False, capture_output=True, text=True, timeout=300)
+    assert done.returncode == 0, done.stdout + done.stderr
+    assert done.stderr == ""
+
+
+def pendulum_sources() -> list[Path]:
+    return [HERE / "host.c", *sorted(HERE.glob("checks_*.c"))]
+
+
+def blow_up_sources() -> list[Path]:
+    return [HERE / "host.c", HERE / "blow_up" / "checks.c"]
+
+
+@pytest.mark.parametrize("compiler", COMPILERS)
+def test_double_pendulum(compiler: str, tmp_path: Path) -> None:
+    program = build(tmp_path / "host", "double_pendulum", "dormand_prince", COMPILERS[compiler], [], pendulum_sources())
+    run(program)
+
+
+@pytest.mark.parametrize("tableau", TABLEAUS)
+@pytest.mark.parametrize("compiler", COMPILERS)
+def test_motion_that_ends(compiler: str, tableau: str, tmp_path: Path) -> None:
+    run(build(tmp_path / "host", "blow_up", tableau, COMPILERS[compiler], [], blow_up_sources()))
+
+
+if "gcc" in COMPILERS:  # zig has no runtime library for the address sanitizer
+
+    @pytest.mark.slow
+    def test_sanitized(tmp_path: Path) -> None:
+        gcc = COMPILERS["gcc"]
+        run(build(tmp_path / "a", "double_pendulum", "dormand_prince", gcc, SANITIZE, pendulum_sources()))
+        for tableau in TABLEAUS:
+            run(build(tmp_path / "b", "blow_up", tableau, gcc, SANITIZE, blow_up_sources()))
+
+
+@pytest.fixture(scope="module")
+def unpacked(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """The double pendulum as a shared library, in the folders of an unpacked FMU."""
+    folder = tmp_path_factory.mktemp("fmu")
+    binary = folder / "binaries" / fmpy.platform / f"double_pendulum{fmpy.sharedLibraryExtension}"
+    binary.parent.mkdir(parents=True)
+    build(binary, "double_pendulum", "dormand_prince", COMPILERS["zig"], ["-shared", "-fPIC"], [])
+    return folder
+
+
+def test_exports_all_functions_of_the_standard_and_no_others(unpacked: Path) -> None:
+    [binary] = unpacked.rglob(f"*{fmpy.sharedLibraryExtension}")
+    library = ctypes.CDLL(str(binary))
+    declared = (HEADERS / "fmi2Functions.h").read_text()
+    names = set(re.findall(r"^#define (fmi2\w+) +fmi2FullName", declared, re.MULTILINE))
+    assert len(names) == 44
+    assert [name for name in sorted(names) if not hasattr(library, name)] == []
+    inner = ["integrate", "mass_solve", "fail", "mechanism_dynamics", "VARIABLES", "TABLEAU", "instance_start"]
+    assert [name for name in inner if hasattr(library, name)] == []
+
+
+def instance(kind: type, unpacked: Path) -> FMU2Slave | FMU2Model:
+    """An initialized instance in fmpy, from time 0 to 3 s with tolerance 1e-8."""
+    fmu = kind(guid=GUID, unzipDirectory=str(unpacked), modelIdentifier="double_pendulum", instanceName="it")
+    fmu.instantiate()
+    fmu.setupExperiment(tolerance=1e-8, startTime=0.0, stopTime=3.0)
+    fmu.enterInitializationMode()
+    fmu.exitInitializationMode()
+    return fmu
+
+
+def reference(t: float, x: np.ndarray) -> np.ndarray:
+    """dx/dt[4] of the double pendulum: the well-known closed form in absolute angles, no mass matrix."""
+    m1, m2, l1, l2, g = 1.5, 0.75, 1.0, 0.6, 9.81
+    d, w1, w2 = x[0] - x[1], x[2], x[3]
+    denominator = l1 * (2 * m1 + m2 - m2 * np.cos(2 * d))
+    a1 = -g * (2 * m1 + m2) * np.sin(x[0]) - m2 * g * np.sin(x[0] - 2 * x[1])
+    a1 -= 2 * np.sin(d) * m2 * (w2**2 * l2 + w1**2 * l1 * np.cos(d))
+    a2 = w1**2 * l1 * (m1 + m2) + g * (m1 + m2) * np.cos(x[0]) + w2**2 * l2 * m2 * np.cos(d)
+    return np.array([w1, w2, a1 / denominator, 2 * np.sin(d) * a2 * l1 / (denominator * l2)])
+
+
+def expected_end() -> np.ndarray:
+    """The states[4] after 3 s."""
+    start = [1.0, -0.5, 0.0, 0.25]
+    return solve_ivp(reference, (0.0, 3.0), start, method="DOP853", rtol=1e-12, atol=1e-12).y[:, -1]
+
+
+def test_co_simulation_agrees_with_scipy(unpacked: Path) -> None:
+    slave = instance(FMU2Slave, unpacked)
+    for i in range(60):
+        slave.doStep(currentCommunicationPoint=i * 0.05, communicationStepSize=0.05)
+    assert slave.getReal([1, 2, 3, 4]) == pytest.approx(expected_end(), abs=1e-5)
+    slave.terminate()
+    slave.freeInstance()
+
+
+def test_model_exchange_agrees_with_scipy(unpacked: Path) -> None:
+    model = instance(FMU2Model, unpacked)
+    model.newDiscreteStates()
+    model.enterContinuousTimeMode()
+
+    def derivative(t: float, x: np.ndarray) -> np.ndarray:
+        """dx/dt[4] as model exchange answers it."""
+        values, answer = (ctypes.c_double * 4)(*x), (ctypes.c_double * 4)()
+        model.setTime(t)
+        model.setContinuousStates(values, 4)
+        model.getDerivatives(answer, 4)
+        return np.array(answer)
+
+    solution = solve_ivp(derivative, (0.0, 3.0), [1.0, -0.5, 0.0, 0.25], method="DOP853", rtol=1e-10, atol=1e-10)
+    assert solution.y[:, -1] == pytest.approx(expected_end(), abs=1e-6)
+    model.terminate()
+    model.freeInstance()
