@@ -111,9 +111,9 @@ def fmi_headers() -> Path:
 
 def _check_target(path: Path) -> None:
     """Refuse a path that cannot be written before any work is done."""
-    if path.suffix != ".fmu":
-        raise ExportError(f"the output '{path}' does not end in .fmu; importers know FMUs by this ending")
     if path.is_dir():
         raise ExportError(f"the output '{path}' is a folder; name a file, e.g. '{path / 'model.fmu'}'")
+    if path.suffix != ".fmu":
+        raise ExportError(f"the output '{path}' does not end in .fmu; importers know FMUs by this ending")
     if not path.parent.is_dir():
         raise ExportError(f"the folder '{path.parent}' does not exist; create it or choose another one with -o")

@@ -1,0 +1,269 @@
+"""The command line as a user meets it: exit codes, one clear sentence for bad input, nothing half-written."""
+
+from __future__ import annotations
+
+import json
+import os
+import stat
+from importlib import import_module
+from pathlib import Path
+
+import pytest
+from click.testing import CliRunner, Result
+
+from lag2fmu.cli import main
+
+MODEL = "spring_mass_damper"
+
+
+@pytest.fixture
+def run(tmp_path: Path, monkeypatch: pytest.MonkeyPatch):
+    """``run(*arguments)`` in an empty folder."""
+    monkeypatch.chdir(tmp_path)
+
+    def invoke(*arguments: str) -> Result:
+        return CliRunner().invoke(main, list(arguments), catch_exceptions=False)
+
+    return invoke
+
+
+def write(name: str, text: str) -> str:
+    Path(name).write_text(text, "utf-8")
+    return name
+
+
+def test_models_are_listed(run) -> None:
+    result = run("models")
+    assert result.exit_code == 0
+    assert "double_pendulum" in result.output
+    assert "Elastic pendulum" in result.output
+
+
+def test_show_walks_twelve_steps(run) -> None:
+    text = run("show", "pendulum").output
+    assert [line for line in text.splitlines() if line.startswith(("12.", " 1."))]
+    assert text.count("\n") > 30
+    equation = text.split("12. Equations of motion")[1]
+    assert "theta_ddot" in equation
+    assert "= Q_theta" in equation
+
+
+def test_show_latex_and_toml(run) -> None:
+    assert "\\ddot{\\theta}" in run("show", "pendulum", "--format", "latex").output
+    toml = run("show", "pendulum", "--format", "toml")
+    assert toml.exit_code == 0
+    again = run("show", write("again.toml", toml.output), "--format", "toml")
+    assert again.output == toml.output
+
+
+def test_show_applies_settings_and_structure(run) -> None:
+    assert "s = 5" in run("show", "n_pendulum", "--set", "n=5").output
+    assert "start = 0.25" in run("show", "pendulum", "--format", "toml", "--set", "theta=0.25").output
+
+
+@pytest.mark.fmu
+def test_show_large_mechanisms_by_structure(run) -> None:
+    result = run("show", "n_pendulum", "--set", "n=20")
+    assert result.exit_code == 0
+    assert "its derivatives are not written out" in result.output
+
+
+def test_show_plot(run) -> None:
+    assert run("show", "elastic_pendulum", "--plot", "start.png").exit_code == 0
+    assert Path("start.png").stat().st_size > 10_000
+
+
+@pytest.mark.fmu
+def test_export_simulate_validate(run) -> None:
+    assert run("export", MODEL, "-o", "x.fmu", "--output", "total_energy").output == "wrote x.fmu\n"
+    csv = run("simulate", "x.fmu", "--stop-time", "1", "--step", "0.1", "-o", "-", "--set", "x=0.2")
+    lines = csv.stdout.splitlines()
+    assert lines[0].startswith("time,x,x_dot")
+    assert "total_energy" in lines[0]
+    assert len(lines) == 12
+    assert lines[1].startswith("0.0,0.2,")
+    assert run("simulate", "x.fmu", "-o", "run.csv", "--plot", "run.svg").exit_code == 0
+    assert Path("run.svg").read_text("utf-8").startswith("<?xml")
+    result = run("validate", "x.fmu", "--stop-time", "2", "--report", "r.json", "--report", "r.png")
+    assert result.exit_code == 0
+    assert "model exchange" in result.output
+    assert json.loads(Path("r.json").read_text("utf-8"))["passed"] is True
+    assert Path("r.png").stat().st_size > 10_000
+
+
+@pytest.mark.fmu
+def test_validate_exits_with_1_when_a_check_fails(run, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(import_module("lag2fmu.verify.validate"), "SAFETY", 1e-9)
+    result = run("validate", MODEL, "--stop-time", "1")
+    assert result.exit_code == 1
+    assert "FAILED" in result.output
+
+
+@pytest.mark.fmu
+def test_simulate_with_input_from_csv(run) -> None:
+    """A constant force F on a mass at rest, spring and damper as they are: compared with the free run."""
+    rows = "\n".join(f"{t / 10},1.5" for t in range(11))
+    write("force.csv", f"time,Q_x\n{rows}\n")
+    forced = run("simulate", MODEL, "--stop-time", "1", "--step", "0.01", "--input", "force.csv", "-o", "-").stdout
+    free = run("simulate", MODEL, "--stop-time", "1", "--step", "0.01", "-o", "-").stdout
+    assert forced.splitlines()[-1] != free.splitlines()[-1]
+
+
+@pytest.mark.fmu
+def test_demo_prints_what_was_compared(run) -> None:
+    result = run("demo", "--plot", "demo.png")
+    assert result.exit_code == 0
+    for words in ("Double pendulum", "co-simulation, step 0.1 s", "model exchange", "energy", "wrote demo.png"):
+        assert words in result.output
+
+
+RAISES = "from lag2fmu.mechanism import Mechanism\n\n\ndef raises():\n    return 1 / 0\n"
+OTHER = "def other():\n    return 42\n"
+NO_COORDINATES = (
+    'from lag2fmu.mechanism import Mechanism\n\n\ndef bare():\n    return Mechanism("bare", coordinates=[])\n'
+)
+HEAD = "from lag2fmu.mechanism import *\n\n\n"
+UNUSED = HEAD + (
+    "def unused():\n    x, y = coordinate('x'), coordinate('y')\n"
+    "    return Mechanism('unused', coordinates=[x, y], energy=Energy(x.dot**2, x**2))\n"
+)
+UNDEFINED = HEAD + (
+    "def undefined():\n    import sympy\n    x = coordinate('x')\n"
+    "    return Mechanism('undefined', coordinates=[x], energy=Energy(x.dot**2, sympy.Symbol('stiffness') * x**2))\n"
+)
+TWICE = HEAD + (
+    "def twice():\n    x, m = coordinate('x'), parameter('x', 1.0)\n"
+    "    return Mechanism('twice', coordinates=[x], parameters=[m], energy=Energy(x.dot**2, x**2))\n"
+)
+CLASH = HEAD + (
+    "def clash():\n    x, m = coordinate('x'), parameter('Q_x', 1.0)\n"
+    "    return Mechanism('clash', coordinates=[x], parameters=[m], energy=Energy(x.dot**2, x**2))\n"
+)
+UNIT = HEAD + (
+    "def unit():\n    x = coordinate('x', 'metres')\n"
+    "    return Mechanism('unit', coordinates=[x], energy=Energy(x.dot**2, x**2))\n"
+)
+DIMENSION = HEAD + (
+    "def dimension():\n    x, m = coordinate('x', 'm'), parameter('m', 1.0, 'kg')\n"
+    "    return Mechanism('dimension', coordinates=[x], parameters=[m], energy=Energy(m * x.dot**2, m * x),"
+    " strict_units=True)\n"
+)
+QUARTIC = HEAD + (
+    "def quartic():\n    x = coordinate('x', start=0.1)\n"
+    "    return Mechanism('quartic', coordinates=[x], energy=Energy(x.dot**4 + x.dot**2, x**2))\n"
+)
+MASSLESS = HEAD + (
+    "def massless():\n    x, y = coordinate('x'), coordinate('y')\n"
+    "    return Mechanism('massless', coordinates=[x, y], energy=Energy(x.dot**2, (x - y)**2))\n"
+)
+
+BAD_MODELS = [
+    ("raises", RAISES, r"line 5: ZeroDivisionError"),
+    ("other", OTHER, "returned int instead of a Mechanism"),
+    ("bare", NO_COORDINATES, "has none; declare at least one generalized coordinate"),
+    ("unused", UNUSED, "coordinates.y: appears in no energy"),
+    ("undefined", UNDEFINED, "undefined symbol 'stiffness'"),
+    ("twice", TWICE, "'x' is already taken by coordinates.x"),
+    ("clash", CLASH, "'Q_x' is already taken by the external force of coordinate 'x'"),
+    ("unit", UNIT, "unknown unit 'metres'"),
+    ("dimension", DIMENSION, "energy.potential: "),
+    ("quartic", QUARTIC, "not quadratic in the velocities"),
+    ("massless", MASSLESS, "the motion along y has no mass"),
+]
+
+
+@pytest.mark.parametrize(("name", "text", "sentence"), BAD_MODELS, ids=[name for name, *_ in BAD_MODELS])
+def test_a_bad_model_file_gets_one_sentence(run, name: str, text: str, sentence: str) -> None:
+    result = run("export", write(f"{name}.py", text))
+    assert result.exit_code == 2
+    assert sentence in result.stderr
+    assert result.stderr.startswith("Error: ")
+    assert "Traceback" not in result.output
+    assert sorted(p.name for p in Path().iterdir()) == [f"{name}.py"]
+
+
+@pytest.mark.parametrize(
+    ("arguments", "sentence"),
+    [
+        (["export", "no_such_model"], "unknown model 'no_such_model'"),
+        (["export", "doubel_pendulum"], "double_pendulum"),
+        (["export", "missing.toml"], "does not exist"),
+        (["export", MODEL, "--solver", "euler"], "unknown solver 'euler'; known are dopri5, rk4"),
+        (["export", MODEL, "--wrong"], "No such option"),
+        (["export", MODEL, "--set", "m=abc"], "'abc' is not a number"),
+        (["export", MODEL, "--set", "m"], "expected NAME=VALUE"),
+        (["export", MODEL, "--set", "m=nan"], "give a finite number"),
+        (["export", MODEL, "--set", "mass=1"], "'mass' is no parameter"),
+        (["export", MODEL, "--set", "m=1", "--set", "m=2"], "set twice"),
+        (["export", "n_pendulum", "--set", "n=two"], "n expects int"),
+        (["export", MODEL, "-o", "no/such/folder/x.fmu"], "does not exist"),
+        (["export", MODEL, "-o", "x.zip"], "does not end in .fmu"),
+        (["export", MODEL, "-o", "."], "is a folder"),
+        (["export", MODEL, "--output", "kinetik_energy"], "known are kinetic_energy"),
+        (["simulate", "nowhere.fmu"], "there is no such FMU"),
+        (["simulate", MODEL, "--plot", "x.bmp"], "its ending must be one of"),
+        (["simulate", MODEL, "--input", "nowhere.csv"], "cannot read 'nowhere.csv'"),
+        (["validate", "nowhere.fmu"], "nowhere.fmu"),
+        (["validate", MODEL, "--report", "r.docx"], "its ending must be one of"),
+        (["show"], "Missing argument"),
+        (["frobnicate"], "No such command"),
+    ],
+    ids=lambda x: "-".join(x[:3]) if isinstance(x, list) else None,
+)
+def test_bad_usage_gets_one_sentence(run, arguments: list[str], sentence: str) -> None:
+    result = run(*arguments)
+    assert result.exit_code == 2
+    assert sentence in result.stderr
+    assert not list(Path().iterdir())
+
+
+@pytest.mark.fmu
+@pytest.mark.parametrize(
+    ("rows", "sentence"),
+    [
+        ("t,Q_x\n0,1\n", "expected 'time'"),
+        ("time,Q_y\n0,1\n1,2\n", "no input 'Q_y'"),
+        ("time,Q_x\n0,1\n0.5,2\n0.2,3\n", "line 4"),
+        ("time,Q_x\n0,1\n0.5,fast\n", "'fast' is not a finite number"),
+        ("time,Q_x\n0,1\n0.5\n", "column 'Q_x' is missing"),
+        ("time,Q_x\n", "no rows"),
+    ],
+    ids=["header", "name", "order", "number", "missing", "empty"],
+)
+def test_bad_input_tables_get_one_sentence(run, rows: str, sentence: str) -> None:
+    result = run("simulate", MODEL, "--input", write("in.csv", rows))
+    assert result.exit_code == 2
+    assert sentence in result.stderr
+
+
+@pytest.mark.fmu
+def test_no_compiler_and_a_failing_one(run, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setenv("PATH", "")
+    monkeypatch.delenv("CC", raising=False)
+    result = run("export", MODEL, "--compiler", "host")
+    assert result.exit_code == 2
+    assert "no C compiler found" in result.stderr
+    broken = Path("broken")
+    broken.write_text("#!/bin/sh\necho 'cannot allocate a register' >&2\nexit 3\n", "utf-8")
+    broken.chmod(broken.stat().st_mode | stat.S_IXUSR)
+    monkeypatch.setenv("PATH", os.defpath)
+    monkeypatch.setenv("CC", str(broken.resolve()))
+    result = run("export", MODEL, "--compiler", "host")
+    assert result.exit_code == 2
+    assert "exit code 3" in result.stderr
+    assert "cannot allocate a register" in result.stderr
+    assert [p.name for p in Path().iterdir()] == ["broken"]
+
+
+@pytest.mark.fmu
+def test_a_folder_that_cannot_be_written(run, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Permissions do not bind the superuser, so the refusal of the system is played."""
+
+    def refuse(*_: object, **__: object) -> None:
+        raise PermissionError(13, "Permission denied")
+
+    monkeypatch.setattr("tempfile.mkstemp", refuse)
+    result = run("export", MODEL, "-o", "x.fmu")
+    assert result.exit_code == 2
+    assert "cannot write 'x.fmu': Permission denied" in result.stderr
+    assert not list(Path().iterdir())

@@ -1,0 +1,67 @@
+"""Every command and snippet of the README runs and says what the README promises."""
+
+from __future__ import annotations
+
+import re
+import shlex
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+
+from lag2fmu.mechanism.loading import bundled
+
+ROOT = Path(__file__).parents[1]
+README = (ROOT / "README.md").read_text("utf-8")
+BLOCKS = re.findall(r"```(\w+)\n(.*?)```", README, re.DOTALL)
+
+pytestmark = pytest.mark.fmu
+
+
+def _run(command: list[str], folder: Path) -> subprocess.CompletedProcess[str]:
+    return subprocess.run(command, cwd=folder, capture_output=True, text=True, check=True)
+
+
+def test_the_python_example_prints_a_small_error(tmp_path: Path) -> None:
+    (example,) = [text for language, text in BLOCKS if language == "python"]
+    assert len([line for line in example.splitlines() if line]) <= 14
+    output = _run([sys.executable, "-c", example], tmp_path).stdout
+    theta, error = re.fullmatch(r"theta after one period: ([\d.]+), error (.+)\n", output).groups()  # type: ignore[union-attr]
+    assert float(error) < 1e-8
+    assert float(theta) == pytest.approx(1.0, abs=1e-8)
+
+
+def test_the_commands_run(tmp_path: Path) -> None:
+    lines = [line for language, text in BLOCKS if language == "sh" for line in text.splitlines()]
+    commands = [line for line in lines if line.startswith("lag2fmu")]
+    assert len(commands) == 4
+    for line in commands:
+        line, _, target = line.partition(" > ")
+        done = _run([sys.executable, "-m", "lag2fmu.cli", *shlex.split(line)[1:]], tmp_path)
+        if target:
+            (tmp_path / target).write_text(done.stdout, "utf-8")
+
+
+def test_make_and_pip_lines_name_what_exists() -> None:
+    makefile = (ROOT / "Makefile").read_text("utf-8")
+    for target in re.findall(r"^make (\w+)", README, re.MULTILINE):
+        assert re.search(rf"^{target}:", makefile, re.MULTILINE)
+    assert '-e ".[test]"' in README
+    assert '-e ".[test]"' in makefile
+
+
+def test_all_models_are_in_the_table() -> None:
+    table = re.findall(r"`(\w+)`", README.split("## Models")[1].split("## What")[0])
+    assert set(bundled()) <= set(table)
+
+
+def test_the_repository_table_is_true() -> None:
+    places = re.findall(r"^\| `([\w/]+/)`", README, re.MULTILINE)
+    assert len(places) >= 8
+    for place in places:
+        assert (ROOT / place).is_dir(), place
+
+
+def test_the_readme_is_short() -> None:
+    assert len(README.splitlines()) <= 130

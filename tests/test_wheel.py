@@ -1,0 +1,67 @@
+"""The wheel holds everything: installed into an empty environment it exports an FMU from an empty folder."""
+
+from __future__ import annotations
+
+import subprocess
+import sys
+import venv
+import zipfile
+from pathlib import Path
+
+import pytest
+
+ROOT = Path(__file__).parents[1]
+
+pytestmark = [pytest.mark.fmu, pytest.mark.slow]
+
+
+@pytest.fixture(scope="module")
+def wheel(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    folder = tmp_path_factory.mktemp("wheel")
+    subprocess.run(
+        [sys.executable, "-m", "pip", "wheel", "--quiet", "--no-deps", "--wheel-dir", str(folder), str(ROOT)],
+        check=True,
+    )
+    (path,) = folder.glob("*.whl")
+    return path
+
+
+def test_the_wheel_carries_templates_models_and_types(wheel: Path) -> None:
+    names = set(zipfile.ZipFile(wheel).namelist())
+    for name in (
+        "py.typed",
+        "templates/runtime/integrator.c",
+        "templates/mechanism/mechanism.c.jinja",
+        "models/pendulum.py",
+    ):
+        assert f"lag2fmu/{name}" in names
+    assert not [name for name in names if "__pycache__" in name or name.startswith("tests")]
+
+
+def test_the_installed_wheel_works_in_an_empty_folder(wheel: Path, tmp_path: Path) -> None:
+    """Dependencies are those of this environment (they are lent by a path file); the package is the wheel's."""
+    environment, work = tmp_path / "env", tmp_path / "work"
+    work.mkdir()
+    venv.create(environment, with_pip=True)
+    python = next(
+        (environment / place) for place in ("bin/python", "Scripts/python.exe") if (environment / place).exists()
+    )
+    subprocess.run([python, "-m", "pip", "install", "--quiet", "--no-deps", str(wheel)], check=True)
+    site = subprocess.run(
+        [python, "-c", "import sysconfig; print(sysconfig.get_path('purelib'))"],
+        capture_output=True,
+        text=True,
+        check=True,
+    ).stdout.strip()
+    lent = {str(Path(entry)) for entry in sys.path if entry.endswith("site-packages")}
+    (Path(site) / "lent.pth").write_text("\n".join(sorted(lent)) + "\n", "utf-8")
+    for arguments in (["models"], ["export", "pendulum"], ["simulate", "pendulum.fmu", "--stop-time", "1"]):
+        done = subprocess.run(
+            [python, "-m", "lag2fmu.cli", *arguments], cwd=work, capture_output=True, text=True, check=False
+        )
+        assert done.returncode == 0, done.stderr
+    where = subprocess.run(
+        [python, "-c", "import lag2fmu; print(lag2fmu.__file__)"], cwd=work, capture_output=True, text=True, check=True
+    ).stdout
+    assert str(environment) in where
+    assert [p.name for p in work.iterdir()] == ["pendulum.fmu"]
