@@ -1,4 +1,4 @@
-"""Where the files are that come with lag2fmu: beside the package in a checkout, inside it when installed from a wheel."""
+"""Where the files are that come with lag2fmu: beside the package in a checkout, inside it when installed."""
 
 from __future__ import annotations
 

@@ -1,13 +1,13 @@
-"""Cart with a pole: a rigid pole hinged to a cart that an external force pushes along a rail.
+r"""Cart with a pole: a rigid pole hinged to a cart that an external force pushes along a rail.
 
 ::
 
               +-----+
        F ---> |  M  |---> x      M   mass of the cart,  m   mass of the pole
     ==========+--O--+=======     l   length of the pole (uniform: inertia m l^2/12 about its centre)
-                 |\\              theta   angle of the pole from the downward vertical; theta = pi is upright
-             theta \\ m, l        c, d   damping of the cart on the rail and in the hinge O
-                 |   \\           F   force on the cart, an input of the FMU
+                 |\              theta   angle of the pole from the downward vertical; theta = pi is upright
+             theta \ m, l        c, d   damping of the cart on the rail and in the hinge O
+                 |   \           F   force on the cart, an input of the FMU
 
 Source: R. Tedrake, Underactuated Robotics, chapter 3 (cart-pole), here with a rigid pole and damping.
 """

@@ -1,14 +1,14 @@
-"""Double pendulum: two point masses on massless rods, both angles from the downward vertical.
+r"""Double pendulum: two point masses on massless rods, both angles from the downward vertical.
 
 ::
 
          O-------- x          l1, l2   lengths of the rods
-         |\\                   m1, m2   masses of the bobs
-         | \\ l1               theta1, theta2   angles from the vertical
-      theta1 \\               g        gravity, along -y
+         |\                   m1, m2   masses of the bobs
+         | \ l1               theta1, theta2   angles from the vertical
+      theta1 \               g        gravity, along -y
               o m1
-              |\\
-              | \\ l2
+              |\
+              | \ l2
            theta2 o m2
 
 Source: L. D. Landau, E. M. Lifshitz, Mechanics, section 5, problem 1.

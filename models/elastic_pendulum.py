@@ -1,11 +1,11 @@
-"""Elastic pendulum: a point mass on a massless linear spring that swings in the vertical plane.
+r"""Elastic pendulum: a point mass on a massless linear spring that swings in the vertical plane.
 
 ::
 
       O-------- x       l0   natural length of the spring
-      |\\                k    stiffness of the spring
-      | \\ l0 + s        m    mass of the bob
-     theta\\/\\           s    elongation of the spring
+      |\                k    stiffness of the spring
+      | \ l0 + s        m    mass of the bob
+     theta\/\           s    elongation of the spring
       |     o m         theta   angle from the downward vertical,  g   gravity, along -y
 
 At rest the spring is longer by m g/k. The default start is far from the resonance sqrt(k/m) = 2 sqrt(g/l).

@@ -1,13 +1,13 @@
-"""Motion-driven pendulum: the support of a mathematical pendulum is moved vertically from outside, by the input y0.
+r"""Motion-driven pendulum: the support of a mathematical pendulum is moved vertically from outside, by the input y0.
 
 ::
 
         ^ y0(t), y0_dot, y0_ddot: inputs of the FMU
         |
       --O--             l   length of the rod
-        |\\              m   mass of the bob
-        | \\ l           theta   angle from the downward vertical
-      theta\\            g   gravity, along -y
+        |\              m   mass of the bob
+        | \ l           theta   angle from the downward vertical
+      theta\            g   gravity, along -y
         |   o m
 
 With y0 = A cos(Omega t) it moves as ``vertically_driven_pendulum``.

@@ -1,15 +1,15 @@
-"""n-fold pendulum: a planar chain of n point masses on massless rods; for n = 1 the mathematical pendulum.
+r"""n-fold pendulum: a planar chain of n point masses on massless rods; for n = 1 the mathematical pendulum.
 
 ::
 
       O-------- x         l1 ... ln   lengths of the rods
-      |\\                  m1 ... mn   masses of the bobs
-      | \\ l1              theta1 ... thetan   angles of the rods, from the downward vertical (absolute),
+      |\                  m1 ... mn   masses of the bobs
+      | \ l1              theta1 ... thetan   angles of the rods, from the downward vertical (absolute),
       theta1 o m1                             or from the rod above (relative)
-             |\\           g   gravity, along -y
+             |\           g   gravity, along -y
         theta2 o m2 ...
 
-Source: J. L. Lagrange, Mecanique analytique, part 2, section 6 (small oscillations of a thread loaded with many bodies).
+Source: J. L. Lagrange, Mecanique analytique, part 2, section 6 (small oscillations of a thread with many bodies).
 """
 
 from sympy import cos, sin
@@ -26,8 +26,9 @@ def n_pendulum(n: int = 3, relative: bool = False) -> Mechanism:
     l = [parameter(f"l{i}", 1.0, "m", f"length of rod {i}") for i in links]  # noqa: E741
     g = parameter("g", 9.81, "m/s2", "gravity")
     starts = [0.3] + [0.0 if relative else 0.3] * (n - 1)
-    of = "the rod above" if relative else "the downward vertical"
-    theta = [coordinate(f"theta{i}", "rad", start=starts[i - 1], doc=f"angle of rod {i} from {of if i > 1 else 'the downward vertical'}") for i in links]  # fmt: skip
+    docs = ["angle of rod 1 from the downward vertical"]
+    docs += [f"angle of rod {i} from the {'rod above' if relative else 'downward vertical'}" for i in links[1:]]
+    theta = [coordinate(f"theta{i + 1}", "rad", start=starts[i], doc=docs[i]) for i in range(n)]
 
     bodies, x, y, angle = [], 0, 0, 0
     for i in range(n):

@@ -1,11 +1,11 @@
-"""Mathematical pendulum: a point mass on a massless rod in uniform gravity.
+r"""Mathematical pendulum: a point mass on a massless rod in uniform gravity.
 
 ::
 
       O-------- x       l   length of the rod
-      |\\                m   mass of the bob
-      | \\ l             theta   angle from the downward vertical
-     theta\\             g   gravity, along -y
+      |\                m   mass of the bob
+      | \ l             theta   angle from the downward vertical
+     theta\             g   gravity, along -y
       |   o m
 
 Its period is 4 sqrt(l/g) K(sin(theta_max/2)), K being the complete elliptic integral of the first kind.

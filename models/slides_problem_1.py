@@ -1,8 +1,8 @@
-"""Slides, problem 1: a homogeneous rod that turns about a pivot, with a horizontal spring at its short end.
+r"""Slides, problem 1: a homogeneous rod that turns about a pivot, with a horizontal spring at its short end.
 
 ::
 
-         A o--/\\/\\/\\--|      a = |OA| = l/3, b = |OB| = 2 l/3, l = a + b
+         A o--/\/\/\--|      a = |OA| = l/3, b = |OB| = 2 l/3, l = a + b
           /     k             phi   angle of the rod from the vertical, end B hanging below the pivot
        O *-------- x          m, l  mass and length of the rod, its mass centre C at (b - a)/2 = l/6 below O
         /|                    k     stiffness of the spring, which stays horizontal

@@ -1,16 +1,16 @@
-"""Slides, problem 3: a truck held to a wall by a spring, with a bar that swings from its mass centre.
+r"""Slides, problem 3: a truck held to a wall by a spring, with a bar that swings from its mass centre.
 
 ::
 
     |            +--------+
-    |--/\\/\\/\\/---|   C    |---> x      m1   mass of the truck,  m2, l   mass and length of the bar
+    |--/\/\/\/---|   C    |---> x      m1   mass of the truck,  m2, l   mass and length of the bar
     |     k      +---*----+            k    stiffness of the spring
-    |              o  \\   o            x    position of the truck, 0 where the spring is relaxed
-    ===================\\======         phi  angle of the bar from the downward vertical
-                     phi\\              g    gravity, along -y
+    |              o  \   o            x    position of the truck, 0 where the spring is relaxed
+    ===================\======         phi  angle of the bar from the downward vertical
+                     phi\              g    gravity, along -y
 
-Geometry chosen (the figure is missing): the spring is horizontal and relaxed at x = 0; the bar is hinged with one end at
-C and hangs down; it swings in front of the truck and of the ground. The wheels are massless, nothing rubs.
+Geometry chosen (the figure is missing): the spring is horizontal and relaxed at x = 0; the bar is hinged with one end
+at C and hangs down; it swings in front of the truck and of the ground. The wheels are massless, nothing rubs.
 
 Source: slides "Lagrangian Dynamics", section 4, problem 3.
 """

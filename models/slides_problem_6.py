@@ -1,11 +1,11 @@
-"""Slides, problem 6: a disc that rolls on the ground, held to a wall by a spring, with a rod hanging from its rim.
+r"""Slides, problem 6: a disc that rolls on the ground, held to a wall by a spring, with a rod hanging from its rim.
 
 ::
 
     |           , - ~ - .          R, m1   radius and mass of the disc (homogeneous)
-    |         /           \\        l, m2   length and mass of the rod (homogeneous)
-    |--/\\/\\--|----- C ---- A       k       stiffness of the spring between the wall and the centre C
-    |    k    \\          / |\\      phi     angle by which the disc has rolled to the right (clockwise)
+    |         /           \        l, m2   length and mass of the rod (homogeneous)
+    |--/\/\--|----- C ---- A       k       stiffness of the spring between the wall and the centre C
+    |    k    \          / |\      phi     angle by which the disc has rolled to the right (clockwise)
     |           ` - _ -  ' |psi    psi     angle of the rod from the downward vertical (counter-clockwise)
     ==========================     g       gravity, along -y
 

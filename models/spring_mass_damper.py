@@ -1,8 +1,8 @@
-"""Spring-mass-damper: a block on a smooth floor, held to a wall by a linear spring and a viscous damper.
+r"""Spring-mass-damper: a block on a smooth floor, held to a wall by a linear spring and a viscous damper.
 
 ::
 
-      |--/\\/\\/\\/--+-----+
+      |--/\/\/\/--+-----+
       |    k      |  m  |---> x       x   position of the block, 0 where the spring is relaxed
       |----[|-----+-----+             m   mass,  k   stiffness,  c   damping
       |    c        o o

@@ -1,16 +1,17 @@
-"""Vertically driven pendulum: the support of a mathematical pendulum moves by a law of time, y0 = A cos(Omega t).
+r"""Vertically driven pendulum: the support of a mathematical pendulum moves by a law of time, y0 = A cos(Omega t).
 
 ::
 
         ^ y0 = A cos(Omega t)
         |
       --O--             A, Omega   amplitude and angular frequency of the support
-        |\\              l   length of the rod
-        | \\ l           m   mass of the bob
-      theta\\            theta   angle from the downward vertical
+        |\              l   length of the rod
+        | \ l           m   mass of the bob
+      theta\            theta   angle from the downward vertical
         |   o m         g   gravity, along -y
 
-Explicit time makes the energy T + V change: the support does work. For A^2 Omega^2 > 2 g l the upright position is stable.
+Explicit time makes the energy T + V change: the support does work. For A^2 Omega^2 > 2 g l the upright position is
+stable.
 
 Source: L. D. Landau, E. M. Lifshitz, Mechanics, section 5, problem 3c, and section 30, problem 1 (Kapitza's pendulum).
 """

@@ -12,6 +12,7 @@ import sympy as sp
 from lag2fmu.errors import MechanismError, UnitError
 from lag2fmu.mechanism import names
 from lag2fmu.mechanism.dimensions import ONE, Dimension, DimensionOf, describe, dimension
+from lag2fmu.mechanism.expressions import free_names
 from lag2fmu.mechanism.units import JOULE, KILOGRAM, METRE, NEWTON, SECOND, TORQUE, WATT, Unit
 
 if TYPE_CHECKING:
@@ -94,7 +95,7 @@ def _check_parts(m: Mechanism) -> None:
     """Combinations of keys that belong together, and references between parts."""
     if m.energy.lagrangian is not None and (m.energy.kinetic is not None or m.energy.potential is not None):
         raise MechanismError("energy: 'lagrangian' stands for kinetic and potential; give it alone, or those two")
-    dimensions = {len(part.position) for part in (*m.bodies, *m.points)}
+    dimensions = {len(part.position) for part in m.places}
     if dimensions - {2, 3} or len(dimensions) > 1:
         raise MechanismError(
             f"bodies and points: positions have {sorted(dimensions)} entries; give all of them 2, or all of them 3"
@@ -235,7 +236,7 @@ def _article(noun: str) -> str:
 
 def _allowed(where: str) -> set[str]:
     """What kinds of names the expression at ``where`` may use."""
-    table, key = where.split(".")[0], where.split(".")[-1].split("[")[0]
+    table, key = where.split(".", maxsplit=1)[0], where.rsplit(".", maxsplit=1)[-1].split("[", maxsplit=1)[0]
     if table == "parameters":
         return {"parameter"}
     if table in ("forces", "loads", "outputs", "definitions"):
@@ -250,13 +251,11 @@ def _allowed(where: str) -> set[str]:
 def in_order(parts: Iterable[Part], table: str) -> list[Part]:
     """``parts`` (definitions, dependent parameters), each after those it uses; raises MechanismError for a circle."""
     by_name = {part.name: part for part in parts}
-    uses = {
-        name: sorted({s.name for s in part.expression.free_symbols} & by_name.keys()) for name, part in by_name.items()
-    }
+    uses = {name: sorted(free_names([part.expression]) & by_name.keys()) for name, part in by_name.items()}
     try:
         return [by_name[name] for name in TopologicalSorter(uses).static_order()]
     except CycleError as error:
-        chain = error.args[1]
+        chain: list[str] = error.args[1]
         shown = chain if len(chain) <= 8 else [*chain[:4], "...", *chain[-3:]]
         raise MechanismError(
             f"{table}.{chain[0]}: is defined by itself: {' <- '.join(shown)}; break the circle"
@@ -271,9 +270,7 @@ def _check_presence(m: Mechanism, scope: _Scope) -> None:
             used |= scope.names_in(where, expression)
     for q in m.coordinates:
         if not used & {q.name, names.velocity(q.name)}:
-            raise MechanismError(
-                f"coordinates.{q.name}: appears in no energy, body, spring or damper; the mechanism does not depend on it"
-            )
+            raise MechanismError(f"coordinates.{q.name}: appears in no energy, body, spring or damper; leave it out")
 
 
 # -------------------------------------------------------------------------------------------------------- units
@@ -286,15 +283,16 @@ def _known_dimensions(m: Mechanism) -> dict[str, Dimension | None]:
         return None if d is None else tuple(a - times * b for a, b in zip(d, second, strict=True))
 
     known: dict[str, Dimension | None] = {"t": second}
-    for part in (*m.coordinates, *m.parameters, *m.inputs):
+    parts: list[Coordinate | Parameter | Input] = [*m.coordinates, *m.parameters, *m.inputs]
+    for part in parts:
         known[part.name] = d = _dimension_of(part.unit)
         known[names.velocity(part.name)] = per_second(d, 1)
         known[names.acceleration(part.name)] = per_second(d, 2)
     return known
 
 
-def _dimension_of(unit: Unit | None) -> Dimension | None:
-    return None if unit is None else dimension(unit.exponents)
+def _dimension_of(unit: Unit | str | None) -> Dimension | None:
+    return dimension(unit.exponents) if isinstance(unit, Unit) else None
 
 
 def _mismatches(m: Mechanism) -> Iterator[str]:
@@ -331,7 +329,7 @@ def _expectations(m: Mechanism, infer: DimensionOf) -> Iterator[tuple[str, sp.Ex
         table, key, label = where.split(".")[0], where.split(".")[-1].split("[")[0], where.split(".")[1]
         if (table, key) in fixed:
             yield where, expression, _dimension_of(fixed[table, key])
-        elif key == "angle" or key == "direction":
+        elif key in ("angle", "direction"):
             yield where, expression, ONE
         elif (table, label) in declared:
             yield where, expression, _dimension_of(declared[table, label])

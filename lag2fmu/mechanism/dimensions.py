@@ -54,7 +54,7 @@ class DimensionOf:
             return _product([self(a) for a in e.args])
         if e.is_Pow:
             return self._power(e)
-        if e.is_Add or isinstance(e, _SAME) or isinstance(e, sp.atan2):
+        if e.is_Add or isinstance(e, (*_SAME, sp.atan2)):
             common = self._common(e)
             return ONE if isinstance(e, sp.atan2) else common
         if isinstance(e, (sp.sign, sp.Heaviside)):

@@ -88,7 +88,7 @@ def normal_form(expression: object, where: str) -> sp.Expr:
 
 
 def _rebuilt(expression: sp.Expr) -> sp.Expr:
-    """``expression`` evaluated again from its leaves, as a reader of its text does: SymPy leaves abs(abs(x)) at times."""
+    """``expression`` evaluated again from its leaves, as reading its text does: SymPy leaves abs(abs(x)) at times."""
     if not expression.args:
         return expression
     arguments = tuple(_rebuilt(a) for a in expression.args)
@@ -122,9 +122,15 @@ def excess(node: sp.Expr) -> str:
 _FLOAT: dict[object, Callable[..., float]] = {
     **{FUNCTIONS[name][1]: getattr(math, name) for name in ("sin", "cos", "tan", "asin", "acos", "atan", "atan2")},
     **{FUNCTIONS[name][1]: getattr(math, name) for name in ("sinh", "cosh", "tanh", "exp", "log")},
-    sp.Abs: abs, sp.Min: min, sp.Max: max, sp.Add: lambda *terms: math.fsum(terms), sp.Mul: lambda *factors: math.prod(factors),
-    sp.Pow: math.pow, sp.sign: lambda x: float((x > 0) - (x < 0)), sp.Heaviside: lambda x, middle: 0.5 * ((x > 0) + (x >= 0)),
-}  # fmt: skip
+    sp.Abs: abs,
+    sp.Min: min,
+    sp.Max: max,
+    sp.Add: lambda *terms: math.fsum(terms),
+    sp.Mul: lambda *factors: math.prod(factors),
+    sp.Pow: math.pow,
+    sp.sign: lambda x: float((x > 0) - (x < 0)),
+    sp.Heaviside: lambda x, middle: 0.5 * ((x > 0) + (x >= 0)),
+}
 
 
 def value_of(number: sp.Expr) -> float:
@@ -324,7 +330,7 @@ class _Parser:
         raise self.fail(f"unexpected '{token}'" if token else "the expression ends too early")
 
     def number(self, token: str) -> sp.Expr:
-        if len(token) > MAX_DIGITS or "e" in token.lower() and abs(int(token.lower().split("e")[1])) > MAX_DIGITS:
+        if len(token) > MAX_DIGITS or ("e" in token.lower() and abs(int(token.lower().split("e")[1])) > MAX_DIGITS):
             raise self.fail(f"a number of more than {MAX_DIGITS} digits")
         if not math.isfinite(float(token)):
             raise self.fail(f"the number {token} is too large")

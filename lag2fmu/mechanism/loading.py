@@ -5,6 +5,7 @@ from __future__ import annotations
 import importlib.util
 import inspect
 import math
+import sys
 import traceback
 from collections.abc import Callable, Iterable, Mapping
 from dataclasses import replace
@@ -34,8 +35,8 @@ def bundled() -> dict[str, Path]:
 def load(model: str | Path, arguments: Mapping[str, object] | None = None) -> Mechanism:
     """The mechanism called ``model``: a bundled name, a .py file or a .toml file.
 
-    ``arguments`` are the structural ones of a family (``n`` of ``n_pendulum``); strings are converted to the type that the
-    model function declares. Raises LoadError if the model is missing, fails or does not take the arguments, and
+    ``arguments`` are the structural ones of a family (``n`` of ``n_pendulum``); strings are converted to the type that
+    the model function declares. Raises LoadError if the model is missing, fails or does not take the arguments, and
     MechanismError (TextError) for what is wrong in a text.
     """
     path, arguments = find(model), dict(arguments or {})
@@ -118,7 +119,11 @@ def _module(path: Path, source: bytes) -> ModuleType:
     if spec is None:
         raise LoadError(f"{path}: Python cannot import it")
     module = importlib.util.module_from_spec(spec)
-    _guarded(path, lambda: exec(compile(source, str(path), "exec"), module.__dict__))
+    sys.modules[name] = module  # while it runs: dataclasses look themselves up there
+    try:
+        _guarded(path, lambda: exec(compile(source, str(path), "exec"), vars(module)))  # noqa: S102 (the user's program)
+    finally:
+        del sys.modules[name]
     return module
 
 
@@ -156,7 +161,7 @@ def _convert(value: object, p: inspect.Parameter, where: str) -> object:
     try:
         if kind is bool:
             return {"true": True, "1": True, "yes": True, "false": False, "0": False, "no": False}[str(value).lower()]
-        if isinstance(value, bool) or kind is int and not isinstance(value, str) and value != int(value):  # type: ignore[call-overload]
+        if isinstance(value, bool) or (kind is int and not isinstance(value, str) and value != int(value)):  # type: ignore[call-overload]
             raise ValueError
         return kind(value)
     except (ValueError, TypeError, KeyError, OverflowError):

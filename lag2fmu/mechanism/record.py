@@ -8,7 +8,7 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, fields
-from typing import TypeVar
+from typing import TypeAlias, TypeVar
 
 import sympy as sp
 
@@ -16,7 +16,7 @@ from lag2fmu.errors import MechanismError
 from lag2fmu.mechanism.expressions import normal_form, symbol
 from lag2fmu.mechanism.units import Unit, parse_unit
 
-Expression = sp.Expr | int | float
+Expression: TypeAlias = "sp.Expr | int | float"
 Vector = tuple[sp.Expr, ...]
 
 
@@ -88,7 +88,7 @@ class Energy:
 
 @dataclass(frozen=True)
 class Gravity:
-    """Uniform gravity: ``acceleration`` (m/s2) along ``direction`` (2 or 3 entries; by default down, along -y or -z)."""
+    """Uniform gravity: ``acceleration`` (m/s2) along ``direction`` (2 or 3 entries; by default -y or -z)."""
 
     acceleration: Expression
     direction: Vector | None = None
@@ -360,7 +360,7 @@ class Mechanism:
     strict_units: bool
     warnings: tuple[str, ...] = field(init=False, compare=False, repr=False)
 
-    def __init__(
+    def __init__(  # noqa: PLR0913 (the tables of the text format)
         self,
         name: str,
         *,
@@ -425,12 +425,17 @@ class Mechanism:
         """The prescribed motions."""
         return tuple(item for item in self.inputs if item.motion)
 
+    @property
+    def places(self) -> tuple[Body | Point, ...]:
+        """The bodies and points: what a spring, damper or force can be attached to."""
+        return (*self.bodies, *self.points)
+
     def place(self, name: str) -> Vector:
         """The position (m) of the point or body called ``name``; raises MechanismError if there is none."""
-        for part in (*self.points, *self.bodies):
+        for part in self.places:
             if part.name == name:
                 return tuple(part.position)
-        known = ", ".join(part.name for part in (*self.points, *self.bodies)) or "none"
+        known = ", ".join(part.name for part in self.places) or "none"
         raise MechanismError(f"there is no point or body '{name}' in mechanism '{self.name}'; known are {known}")
 
     def expressions(self) -> Iterator[tuple[str, sp.Expr]]:
@@ -449,18 +454,21 @@ Record = TypeVar("Record", Coordinate, Parameter, Input)
 
 def _records(declared: Iterable[Declared | Record], kind: type[Record], table: str) -> tuple[Record, ...]:
     """The records of the symbols or records ``declared``; raises MechanismError for a thing of another kind."""
-    records = tuple(item.declaration if isinstance(item, Declared) else item for item in declared)
-    for record in records:
+    records: list[Record] = []
+    for item in declared:
+        record = item.declaration if isinstance(item, Declared) else item
         if not isinstance(record, kind):
             raise MechanismError(f"{table}: expected a {kind.__name__.lower()}, got {type(record).__name__} '{record}'")
-    return records
+        records.append(record)
+    return tuple(records)
 
 
 def _expand_loads(
     loads: Iterable[Load], bodies: tuple[Body, ...], points: tuple[Point, ...]
 ) -> tuple[tuple[Load, ...], tuple[Input, ...]]:
     """Loads that are inputs, written out: the load refers to the inputs it brings."""
-    dimension = {part.name: len(part.position) for part in (*bodies, *points)}
+    places: tuple[Body | Point, ...] = (*bodies, *points)
+    dimension = {part.name: len(part.position) for part in places}
     expanded: list[Load] = []
     inputs: list[Input] = []
     for load in loads:

@@ -7,17 +7,14 @@ converted to SI, where they are rounded once. ``write.write`` is the inverse.
 from __future__ import annotations
 
 import sys
-from collections.abc import Callable, Iterable
+from collections.abc import Callable
 from decimal import Decimal
-from fractions import Fraction
 from pathlib import Path
 from typing import Any, TypeVar
 
 import sympy as sp
 
-from lag2fmu.errors import MechanismError, TextError, UnitError
-from lag2fmu.mechanism.expressions import parse
-from lag2fmu.mechanism.names import suggestion
+from lag2fmu.errors import MechanismError, TextError
 from lag2fmu.mechanism.record import (
     Body,
     Coordinate,
@@ -35,15 +32,16 @@ from lag2fmu.mechanism.record import (
     Point,
     Spring,
 )
-from lag2fmu.mechanism.units import DIMENSIONLESS, Unit, parse_unit
+from lag2fmu.mechanism.tables import Table
+from lag2fmu.mechanism.units import DIMENSIONLESS
 
 if sys.version_info >= (3, 11):
     import tomllib
 else:
-    import tomli as tomllib
+    import tomli as tomllib  # type: ignore[import-not-found,unused-ignore]
 
 MAX_BYTES = 1_000_000
-MAX_EXPONENT, MAX_BITS, MAX_NUMBER, MAX_KEY_PARTS = 330, 1024, 1600, 16
+MAX_KEY_PARTS = 16
 
 _LATER_TABLES = ("frames", "constraints")
 _TABLES = (
@@ -53,7 +51,7 @@ _TABLES = (
 
 
 def read_file(path: Path) -> Mechanism:
-    """The mechanism in the file ``path``; raises TextError, its message starting with the path, also for a file too large."""
+    """The mechanism in the file ``path``; raises TextError, its message starting with the path."""
     try:
         size = path.stat().st_size
         content = b"" if size > MAX_BYTES else path.read_bytes()
@@ -89,139 +87,14 @@ def _parse_toml(text: str) -> dict[str, Any]:
         if line.split("=", 1)[0].count(".") > MAX_KEY_PARTS and not line.lstrip().startswith("#"):
             raise TextError(f"line {number}: a key of more than {MAX_KEY_PARTS} parts")
     try:
-        return tomllib.loads(text, parse_float=Decimal)
+        content: dict[str, Any] = tomllib.loads(text, parse_float=Decimal)
     except tomllib.TOMLDecodeError as error:
         raise TextError(f"no valid TOML: {error}") from error
     except RecursionError:
         raise TextError("no valid TOML: arrays or tables are nested too deeply") from None
     except ValueError as error:
         raise TextError(f"no valid TOML: {error}") from error
-
-
-# ---------------------------------------------------------------------------------------------------------- values
-
-
-class _Table:
-    """One table of the text with its place; hands out each entry in the type it should have, or raises TextError."""
-
-    def __init__(
-        self, where: str, content: object, keys: Iterable[str] | None = None, later: Iterable[str] = ()
-    ) -> None:
-        """``keys`` are the ones that may stand here (None: any), ``later`` those of a later version."""
-        if not isinstance(content, dict):
-            raise TextError(f"{where}: expected a table {{ ... }}, got {_describe(content)}")
-        self.where, self.content = where, content
-        known = content if keys is None else tuple(keys)
-        for key in content:
-            if key in later:
-                raise TextError(f"{self.place(key)}: not supported yet in this version of lag2fmu")
-            if key not in known:
-                raise TextError(f"{self.place(key)}: unknown key; {suggestion(key, known)}")
-
-    def place(self, key: str) -> str:
-        short = key if len(key) <= 60 else f"{key[:57]}..."
-        return f"{self.where}.{short}" if self.where else short
-
-    def table(self, key: str, keys: Iterable[str] | None = None) -> _Table:
-        """The table ``key``, empty if it is not there."""
-        return _Table(self.place(key), self.content.get(key, {}), keys)
-
-    def text(self, key: str, default: str | None = "") -> str | None:
-        value = self.content.get(key, default)
-        if key in self.content and not isinstance(value, str):
-            raise TextError(f"{self.place(key)}: expected a string, got {_describe(value)}")
-        return value
-
-    def flag(self, key: str) -> bool:
-        value = self.content.get(key, False)
-        if not isinstance(value, bool):
-            raise TextError(f"{self.place(key)}: expected true or false, got {_describe(value)}")
-        return value
-
-    def number(self, key: str, convert: Callable[[Fraction], float] = float) -> float | None:
-        """The number ``key`` passed through ``convert`` (to SI); None if it is not there."""
-        return convert(_fraction(self.content[key], self.place(key))) if key in self.content else None
-
-    def unit(self) -> Unit | None:
-        text = self.text("unit", None)
-        try:
-            return None if text is None else parse_unit(text)
-        except UnitError as error:
-            raise TextError(f"{self.place('unit')}: {error}") from error
-
-    def require(self, key: str) -> None:
-        if key not in self.content:
-            raise TextError(f"{self.where or 'the file'}: '{key}' is missing")
-
-    def expression(self, key: str, required: bool = False) -> sp.Expr | None:
-        """The expression ``key``, a string or a number; None if it is not there and not required."""
-        if required:
-            self.require(key)
-        return _expression(self.content[key], self.place(key)) if key in self.content else None
-
-    def vector(self, key: str) -> tuple[sp.Expr, ...] | None:
-        value = self._array(key, "expressions")
-        return value and tuple(_expression(item, f"{self.place(key)}[{i}]") for i, item in enumerate(value))
-
-    def names(self, key: str) -> tuple[str, ...] | None:
-        value = self._array(key, "names")
-        for i, item in enumerate(value or ()):
-            if not isinstance(item, str):
-                raise TextError(f"{self.place(key)}[{i}]: expected a name, got {_describe(item)}")
-        return value
-
-    def _array(self, key: str, entries: str) -> tuple[Any, ...] | None:
-        value = self.content.get(key)
-        if key in self.content and not isinstance(value, list):
-            raise TextError(f"{self.place(key)}: expected an array of {entries}, got {_describe(value)}")
-        if value == []:
-            raise TextError(f"{self.place(key)}: the array is empty")
-        return None if value is None else tuple(value)
-
-
-def _describe(value: object) -> str:
-    kinds = {
-        bool: "a boolean",
-        str: "the string",
-        int: "the number",
-        Decimal: "the number",
-        list: "an array",
-        dict: "a table",
-    }
-    kind = kinds.get(type(value), "the date or time")
-    if isinstance(value, (list, dict)):
-        return kind
-    if isinstance(value, int) and not isinstance(value, bool) and value.bit_length() > MAX_BITS:
-        return f"the number {hex(value)[:20]}..."
-    shown = str(value).lower() if isinstance(value, bool) else repr(value) if isinstance(value, str) else str(value)
-    return f"{kind} {shown if len(shown) <= 40 else shown[:37] + '...'}"
-
-
-def _fraction(value: object, where: str) -> Fraction:
-    """``value`` exactly; raises TextError for another type, for inf, nan and what no float holds."""
-    if isinstance(value, bool) or not isinstance(value, (int, Decimal)):
-        raise TextError(f"{where}: expected a number, got {_describe(value)}")
-    if isinstance(value, Decimal) and not value.is_finite():
-        raise TextError(f"{where}: {value} is not a finite number")
-    if not value:
-        return Fraction(0)
-    if isinstance(value, int):
-        too_large = value.bit_length() > MAX_BITS
-    else:
-        too_large = abs(value.adjusted()) > MAX_EXPONENT or len(value.as_tuple().digits) > MAX_NUMBER
-    if too_large:
-        raise TextError(f"{where}: {_describe(value)} has too many digits or is outside of the range of floats")
-    return Fraction(value)
-
-
-def _expression(value: object, where: str) -> sp.Expr:
-    """A string parsed or a number taken; raises TextError or ExpressionError with ``where``."""
-    if isinstance(value, str):
-        return parse(value, where=where)
-    if isinstance(value, bool) or not isinstance(value, (int, Decimal)):
-        raise TextError(f"{where}: expected an expression (a string or a number), got {_describe(value)}")
-    _fraction(value, where)
-    return parse(str(value), where=where)
+    return content
 
 
 # ---------------------------------------------------------------------------------------------------------- tables
@@ -230,7 +103,7 @@ Part = TypeVar("Part")
 
 
 def _mechanism(content: dict[str, Any]) -> Mechanism:
-    root = _Table("", content, _TABLES, _LATER_TABLES)
+    root = Table("", content, _TABLES, _LATER_TABLES)
     root.require("mechanism")
     head = root.table("mechanism", ("name", "title", "source", "strict_units"))
     head.require("name")
@@ -263,14 +136,14 @@ def _mechanism(content: dict[str, Any]) -> Mechanism:
 
 
 def _named(
-    root: _Table, table: str, build: Callable[[str, _Table], Part], keys: tuple[str, ...], later: tuple[str, ...] = ()
+    root: Table, table: str, build: Callable[[str, Table], Part], keys: tuple[str, ...], later: tuple[str, ...] = ()
 ) -> list[Part]:
     """The parts of ``table``, one for each of its sub-tables, built by ``build(name, sub-table)``."""
     parts = root.table(table)
-    return [build(name, _Table(parts.place(name), content, keys, later)) for name, content in parts.content.items()]
+    return [build(name, Table(parts.place(name), content, keys, later)) for name, content in parts.content.items()]
 
 
-def _expressions(root: _Table, table: str, kind: Callable[[str, Any], Part]) -> list[Part]:
+def _expressions(root: Table, table: str, kind: Callable[[str, Any], Part]) -> list[Part]:
     parts = root.table(table)
     return [kind(name, parts.expression(name)) for name in parts.content]
 
@@ -279,7 +152,7 @@ def _or(value: float | None, default: float) -> float:
     return default if value is None else value
 
 
-def _parameter(name: str, table: _Table) -> Parameter:
+def _parameter(name: str, table: Table) -> Parameter:
     unit = table.unit()
     si = (unit or DIMENSIONLESS).to_si
     doc, expression = table.text("doc") or "", table.expression("expression")
@@ -288,7 +161,7 @@ def _parameter(name: str, table: _Table) -> Parameter:
     )
 
 
-def _coordinate(name: str, table: _Table) -> Coordinate:
+def _coordinate(name: str, table: Table) -> Coordinate:
     unit = table.unit()
     si, rate = (unit or DIMENSIONLESS).to_si, (unit or DIMENSIONLESS).difference_to_si
     return Coordinate(
@@ -303,56 +176,56 @@ def _coordinate(name: str, table: _Table) -> Coordinate:
     )
 
 
-def _input(name: str, table: _Table) -> Input:
+def _input(name: str, table: Table) -> Input:
     unit = table.unit()
     si = (unit or DIMENSIONLESS).to_si
     start, doc = _or(table.number("start", si), si(0.0)), table.text("doc") or ""
     return Input(name, unit, start, table.flag("motion"), doc, table.number("min", si), table.number("max", si))
 
 
-def _energy(root: _Table) -> Energy:
+def _energy(root: Table) -> Energy:
     table = root.table("energy", ("kinetic", "potential", "dissipation", "lagrangian"))
     return Energy(**{key: table.expression(key) for key in table.content})
 
 
-def _gravity(root: _Table) -> Gravity:
+def _gravity(root: Table) -> Gravity:
     table = root.table("gravity", ("acceleration", "direction"))
     return Gravity(table.expression("acceleration", required=True), table.vector("direction"))
 
 
-def _position(table: _Table) -> tuple[sp.Expr, ...]:
+def _position(table: Table) -> tuple[sp.Expr, ...]:
     table.require("position")
     return table.vector("position") or ()
 
 
-def _body(name: str, table: _Table) -> Body:
+def _body(name: str, table: Table) -> Body:
     mass = table.expression("mass", required=True)
     return Body(name, mass, _position(table), angle=table.expression("angle"), inertia=table.expression("inertia"))
 
 
-def _point(name: str, table: _Table) -> Point:
+def _point(name: str, table: Table) -> Point:
     return Point(name, _position(table))
 
 
-def _spring(name: str, table: _Table) -> Spring:
+def _spring(name: str, table: Table) -> Spring:
     stiffness = table.expression("stiffness", required=True)
     return Spring(name, stiffness, table.expression("elongation"), table.names("between"), table.expression("length"))
 
 
-def _damper(name: str, table: _Table) -> Damper:
+def _damper(name: str, table: Table) -> Damper:
     return Damper(name, table.expression("damping", required=True), table.expression("rate"), table.names("between"))
 
 
-def _load(name: str, table: _Table) -> Load:
+def _load(name: str, table: Table) -> Load:
     point, body = table.text("point", None), table.text("body", None)
     return Load(name, point, body, table.vector("force"), table.expression("torque"), table.flag("input"))
 
 
-def _output(name: str, table: _Table) -> Output:
+def _output(name: str, table: Table) -> Output:
     return Output(name, table.expression("expression", required=True), table.unit(), table.text("doc") or "")
 
 
-def _experiment(root: _Table) -> Experiment:
+def _experiment(root: Table) -> Experiment:
     keys = ("stop_time", "step", "tolerance")
     table = root.table("experiment", keys)
     return Experiment(**{key: _or(table.number(key), getattr(Experiment, key)) for key in keys})

@@ -1,17 +1,17 @@
 """Units of measurement: names resolved to SI exponents, factors and the names an FMU shows.
 
 A table instead of a units library: the table loads in no time, whereas the libraries take about as long to import as
-SymPy, and an FMU needs just what stands here (exponents of the seven base units and of the radian, a factor, an offset).
+SymPy, and an FMU needs just what stands here (exponents of the base units and the radian, a factor, an offset).
 """
 
 from __future__ import annotations
 
-import re
 import math
+import re
 from dataclasses import dataclass
 from difflib import get_close_matches
 from fractions import Fraction
-from functools import lru_cache
+from functools import cache
 
 from lag2fmu.errors import UnitError
 
@@ -96,8 +96,9 @@ _CUSTOMARY = {
 class Unit:
     """A unit as the user wrote it, resolved.
 
-    ``value_in_SI = factor * value + offset``; ``exponents`` are those of BASE_UNITS; ``name`` is the user's text with the
-    standard's separators (``N.m``, ``m/s2``); ``si_name`` is how the SI unit of the same exponents is called in the FMU.
+    ``value_in_SI = factor * value + offset``; ``exponents`` are those of BASE_UNITS; ``name`` is the user's text with
+    the standard's separators (``N.m``, ``m/s2``); ``si_name`` is how the SI unit of the same exponents is called in the
+    FMU.
     """
 
     name: str
@@ -136,9 +137,9 @@ class Unit:
         return _from_exponents(tuple(a + b for a, b in zip(self.exponents, other.exponents, strict=True)))
 
 
-@lru_cache(maxsize=None)
+@cache
 def exact(number: float) -> Fraction:
-    """The simple fraction that ``number`` stands for (1/1000 for 1e-3, 5/18 for km/h), or its binary value if there is none."""
+    """The simple fraction that ``number`` stands for (5/18 for km/h), or its binary value if there is none."""
     simple = Fraction(number).limit_denominator(10**12)
     return simple if float(simple) == number else Fraction(number)
 
@@ -178,7 +179,7 @@ _FACTOR = re.compile(r"(?P<name>[A-Za-z%]+|1)(?:(?:\*\*|\^)?(?P<exponent>[+-]?\d
 _TOKEN = re.compile(r"\s*(?:(?P<operator>\*(?!\*)|\.|/|\()|(?P<close>\))|" + _FACTOR.pattern + r")\s*")
 
 
-@lru_cache(maxsize=None)
+@cache
 def parse_unit(text: str) -> Unit:
     """Resolve ``text``, e.g. ``N*m``, ``N.m``, ``kg*m^2``, ``kg.m2``, ``m/s**2``, ``N/(m/s)`` or ``1``.
 

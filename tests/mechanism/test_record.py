@@ -1,0 +1,241 @@
+"""The record: what it makes of symbols, and what it refuses with the part and the remedy."""
+
+from __future__ import annotations
+
+import re
+from dataclasses import FrozenInstanceError
+from typing import Any
+
+import pytest
+import sympy as sp
+from sympy import cos, sin
+
+from lag2fmu.errors import MechanismError, UnitError
+from lag2fmu.mechanism import (
+    Body,
+    Coordinate,
+    Damper,
+    Definition,
+    Energy,
+    Experiment,
+    Force,
+    Gravity,
+    Load,
+    Mechanism,
+    Output,
+    Parameter,
+    Point,
+    Spring,
+    coordinate,
+    parameter,
+    signal,
+)
+from lag2fmu.mechanism.expressions import symbol
+from lag2fmu.mechanism.units import parse_unit
+
+m, l, g = parameter("m", 1.0, "kg"), parameter("l", 1.0, "m"), parameter("g", 9.81, "m/s2")  # noqa: E741
+theta, F, y0 = coordinate("theta", "rad"), signal("F", "N"), signal("y0", "m", motion=True)
+bob = Body("bob", m, (l * sin(theta), -l * cos(theta)))
+
+
+def pendulum(**changes: Any) -> Mechanism:
+    """A pendulum with some tables replaced."""
+    tables: dict[str, Any] = {
+        "coordinates": [theta],
+        "parameters": [m, l, g],
+        "inputs": [F, y0],
+        "bodies": [bob],
+        "gravity": g,
+    }
+    return Mechanism("p", **{**tables, **changes})
+
+
+def test_declared_symbols_leave_their_records() -> None:
+    mechanism = pendulum()
+    assert mechanism.coordinates == (Coordinate("theta", parse_unit("rad")),)
+    assert [p.name for p in mechanism.parameters] == ["m", "l", "g"]
+    assert mechanism.gravity == Gravity(symbol("g"))
+    assert mechanism.place("bob") == (symbol("l") * sin(symbol("theta")), -symbol("l") * cos(symbol("theta")))
+    assert (mechanism.motions, mechanism.plain_inputs) == ((y0.declaration,), (F.declaration,))
+    assert type(mechanism.bodies[0].mass) is sp.Symbol
+
+
+def test_a_coordinate_declared_again_has_its_own_record() -> None:
+    first, second = coordinate("q", "m", start=1.0), coordinate("q", "m", start=2.0)
+    assert first == second
+    assert hash(first) == hash(second)
+    assert (first.declaration.start, second.declaration.start) == (1.0, 2.0)
+    assert first.dot == symbol("q_dot")
+    assert first.ddot == symbol("q_ddot")
+
+
+def test_numbers_are_in_the_unit_and_kept_in_si() -> None:
+    q = coordinate("q", "mm", start=9, velocity=70, minimum=-5).declaration
+    assert (q.start, q.velocity, q.nominal, q.minimum, q.maximum) == (0.009, 0.07, 0.001, -0.005, None)
+    assert parameter("T", 20, "degC").declaration.value == 293.15
+    assert coordinate("q").declaration == Coordinate("q")
+
+
+def test_a_parameter_may_follow_from_others() -> None:
+    mechanism = pendulum(parameters=[m, l, g, parameter("J", m * l**2 / 3, "kg.m2")])
+    J = mechanism.parameters[-1]
+    assert J.value is None
+    assert J.expression == symbol("m") * symbol("l") ** 2 / 3
+
+
+def test_input_loads_bring_their_inputs() -> None:
+    rod = Body("rod", m, (l * sin(theta), 0), angle=theta, inertia=1)
+    mechanism = pendulum(
+        bodies=[bob, rod], loads=[Load("push", point=bob, input=True), Load("turn", body=rod, input=True)]
+    )
+    assert [u.name for u in mechanism.inputs] == ["F", "y0", "push_x", "push_y", "turn"]
+    assert mechanism.loads[1] == Load("turn", body="rod", torque=symbol("turn"))
+
+
+def test_expressions_are_listed_with_their_places() -> None:
+    places = dict(pendulum(springs=[Spring("s", 2, elongation=theta)], forces={theta: F * l}).expressions())
+    assert places["bodies.bob.position[0]"] == symbol("l") * sin(symbol("theta"))
+    assert places["springs.s.stiffness"] == 2
+    assert places["forces.theta.expression"] == symbol("F") * symbol("l")
+    assert places["gravity.acceleration"] == symbol("g")
+
+
+def test_a_mechanism_is_frozen_and_comparable() -> None:
+    mechanism = pendulum()
+    assert mechanism == pendulum()
+    assert mechanism != pendulum(source="elsewhere")
+    with pytest.raises(FrozenInstanceError):
+        mechanism.name = "other"  # type: ignore[misc]
+
+
+def definitions(**expressions: sp.Expr) -> list[Definition]:
+    return [Definition(name, expression) for name, expression in expressions.items()]
+
+
+a, b, x = symbol("a"), symbol("b"), symbol("x")
+
+
+@pytest.mark.parametrize(
+    ("changes", "message"),
+    [
+        ({"coordinates": []}, "coordinates: mechanism 'p' has none"),
+        ({"coordinates": [theta, coordinate("q")]}, "coordinates.q: appears in no energy"),
+        ({"coordinates": [m]}, "coordinates: expected a coordinate, got Parameter"),
+        (
+            {"coordinates": [coordinate("theta", start=float("nan"))]},
+            "coordinates.theta.start: nan is not a finite number",
+        ),
+        (
+            {"coordinates": [coordinate("theta", start=4, maximum=3)]},
+            r"coordinates.theta.start: 4.0 is outside of \[-inf, 3.0\]",
+        ),
+        ({"coordinates": [coordinate("theta", nominal=-1)]}, "coordinates.theta.nominal: -1.0 is not positive"),
+        ({"parameters": [m, l]}, "gravity.acceleration: undefined symbol 'g'"),
+        ({"parameters": [m, l, g, m]}, "parameters.m: the name 'm' is already taken by parameters.m"),
+        (
+            {"parameters": [m, l, g, parameter("Q_theta", 1)]},
+            "'Q_theta' is already taken by the external force of coordinate 'theta'",
+        ),
+        (
+            {"parameters": [m, l, g, parameter("y0_dot", 1)]},
+            "'y0_dot' is already taken by the velocity of motion input 'y0'",
+        ),
+        ({"parameters": [m, l, g, parameter("total_energy", 1)]}, "'total_energy' is already taken by an energy"),
+        ({"parameters": [m, l, g, parameter("1a", 1)]}, "parameters.1a: '1a' is no name"),
+        ({"parameters": [m, l, g, parameter("a" * 129, 1)]}, "is no name"),
+        ({"parameters": [m, l, g, Parameter("k")]}, "parameters.k: give either a value or an expression"),
+        (
+            {"parameters": [m, l, g, parameter("a", b), parameter("b", a)]},
+            "parameters.[ab]: is defined by itself: . <- . <- .",
+        ),
+        (
+            {"parameters": [m, l, g, parameter("a", theta * 1)]},
+            "parameters.a.expression: 'theta' is a coordinate and cannot stand",
+        ),
+        ({"definitions": definitions(a=b, b=a + 1)}, "definitions.[ab]: is defined by itself"),
+        ({"definitions": definitions(a=x)}, "definitions.a: undefined symbol 'x'"),
+        ({"energy": Energy(kinetic=m, lagrangian=m)}, "energy: 'lagrangian' stands for kinetic and potential"),
+        (
+            {"energy": Energy(potential=symbol("thta"))},
+            "energy.potential: undefined symbol 'thta'; did you mean 'theta'",
+        ),
+        ({"bodies": [Body("bob", m, (F, 0))]}, "bodies.bob.position.0.: 'F' is an input and .* motion = true"),
+        ({"bodies": [Body("bob", m, (y0.ddot, theta))]}, "bodies.bob.position.0.: 'y0_ddot' is a motion acceleration"),
+        ({"bodies": [Body("bob", m, (theta.dot, 0))]}, "bodies.bob.position.0.: 'theta_dot' is a velocity and cannot"),
+        ({"bodies": [Body("bob", theta, (theta, 0))]}, "bodies.bob.mass: 'theta' is a coordinate and cannot"),
+        ({"bodies": [Body("bob", m, (theta,))]}, r"positions have \[1\] entries"),
+        ({"bodies": [bob, Body("c", m, (theta, 0, 0))]}, r"positions have \[2, 3\] entries"),
+        ({"bodies": [Body("bob", m, (theta, 0), angle=theta)]}, "bodies.bob: 'inertia' is missing"),
+        ({"bodies": [Body("bob", m, (theta, 0, 0), angle=theta, inertia=1)]}, "a body with an angle is planar"),
+        ({"bodies": [bob, bob]}, "bodies and points: the name 'bob' is used twice"),
+        ({"points": [Point("bob", (0, 0))]}, "bodies and points: the name 'bob' is used twice"),
+        ({"gravity": Gravity(g, (0, 0, -1))}, "gravity.direction: has 3 entries"),
+        ({"springs": [Spring("s", 1)]}, "springs.s: give either 'elongation' or 'between'"),
+        ({"springs": [Spring("s", 1, theta, length=l)]}, "springs.s: 'length' goes with 'between'"),
+        ({"springs": [Spring("s", 1, between=("bob",))]}, "springs.s.between: 1 ends"),
+        ({"springs": [Spring("s", 1, between=("bob", "bab"))]}, "springs.s.between: there is no point or body 'bab'"),
+        ({"springs": [Spring("s", 1, between=(bob, bob))]}, "at the same place always"),
+        ({"dampers": [Damper("d", 1)]}, "dampers.d: give either 'rate' or 'between'"),
+        ({"loads": [Load("f", point=bob)]}, "loads.f: give either a force .* or a torque"),
+        ({"loads": [Load("f", force=(1, 0))]}, "loads.f: a force acts at a 'point'"),
+        (
+            {"loads": [Load("f", point=bob, force=(1, 0, 0))]},
+            "loads.f.force: has 3 entries, the position of 'bob' has 2",
+        ),
+        ({"loads": [Load("f", body=bob, torque=1)]}, "loads.f.body: 'bob' is not a rigid body with an angle"),
+        (
+            {"loads": [Load("f", point=bob, force=(1, 0), input=True)]},
+            "loads.f: 'input' and a value exclude each other",
+        ),
+        ({"forces": [Force("phi", 1)]}, "forces.phi: there is no such coordinate; known are theta"),
+        ({"forces": [Force("theta", 1), Force("theta", 2)]}, "forces: the name 'theta' is used twice"),
+        (
+            {"outputs": [Output("theta", theta)]},
+            "outputs.theta: the name 'theta' is already taken by coordinates.theta",
+        ),
+        ({"experiment": Experiment(stop_time=-1.0)}, "experiment.stop_time: -1.0 is not positive"),
+        ({"experiment": Experiment(1.0, 2.0)}, "experiment.step: 2.0 s is longer than stop_time"),
+    ],
+)
+def test_a_fault_is_named_with_its_place(changes: dict[str, Any], message: str) -> None:
+    with pytest.raises(MechanismError, match=message):
+        pendulum(**changes)
+
+
+def test_an_unknown_unit_is_refused_where_it_is_declared() -> None:
+    with pytest.raises(UnitError, match="unknown unit 'kgg'; did you mean kg"):
+        Output("o", 1, "kgg")
+
+
+@pytest.mark.parametrize(
+    ("changes", "message"),
+    [
+        ({"bodies": [Body("bob", l, bob.position)]}, "bodies.bob.mass: 'l' is in m, expected kg"),
+        ({"energy": Energy(potential=m * g)}, "energy.potential: .* is in N, expected J"),
+        ({"energy": Energy(potential=m * g * l + m)}, "energy.potential: .* they cannot be added"),
+        ({"energy": Energy(dissipation=m * theta.dot**2)}, "energy.dissipation: .* expected W"),
+        ({"energy": Energy(potential=m * g * l * cos(l))}, "the argument of 'cos.l.' has the dimension m"),
+        ({"forces": {theta: F}}, "forces.theta.expression: 'F' is in N, expected"),
+        ({"springs": [Spring("s", m, elongation=l * theta)]}, "springs.s.stiffness: 'm' is in kg, expected N/m"),
+        ({"dampers": [Damper("d", m, rate=theta.dot)]}, "dampers.d.damping: 'm' is in kg"),
+        ({"outputs": [Output("o", l * theta, "kg")]}, "outputs.o.expression: .* is in m, expected kg"),
+        ({"parameters": [m, l, g, parameter("J", m * l, "kg.m2")]}, "parameters.J.expression: .* expected kg.m2"),
+        ({"loads": [Load("f", point=bob, force=(m, 0))]}, "loads.f.force.0.: 'm' is in kg, expected N"),
+    ],
+)
+def test_a_wrong_dimension_is_a_warning_or_an_error(changes: dict[str, Any], message: str) -> None:
+    assert any(re.search(message, warning) for warning in pendulum(**changes).warnings)
+    with pytest.raises(UnitError, match=message):
+        pendulum(**changes, strict_units=True)
+
+
+def test_a_radian_counts_as_one_and_unknown_units_are_let_pass() -> None:
+    k = parameter("k", 1.0)
+    energy = Energy(potential=k * theta**2, kinetic=m * (l * theta.dot) ** 2)
+    mechanism = pendulum(parameters=[m, l, g, k], energy=energy, strict_units=True)
+    assert mechanism.warnings == ()
+
+
+def test_many_definitions_are_checked_in_no_time() -> None:
+    web = {"d0": theta, "d1": 2 * theta} | {f"d{i}": symbol(f"d{i - 1}") * symbol(f"d{i - 2}") for i in range(2, 300)}
+    assert len(pendulum(definitions=definitions(**web)).definitions) == 300
