@@ -67,8 +67,8 @@ def demo(plot: Path | None) -> None:
 
     mechanism = lag2fmu.load("double_pendulum")
     program = lower(derive(mechanism))
-    operations = {f.name: program.operations(f) for f in program.functions}["mechanism_dynamics"]
-    click.echo(f"{mechanism.title}: derived; mass matrix and forcing take {operations} operations")
+    operations = program.operations("mechanism_accelerations")
+    click.echo(f"{mechanism.title}: derived; the accelerations take {operations} operations, by {program.method}")
     with _folder() as folder:
         fmu = lag2fmu.export(mechanism, folder / "double_pendulum.fmu")
         solver = METHODS[fmu.description.solver].title

@@ -7,198 +7,160 @@ Source: Hand, Finch, Analytical Mechanics, chapters 1 and 8; Goldstein, Classica
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 
-from lag2fmu.dynamics.autodiff import forward, reverse
+from lag2fmu.dynamics.autodiff import forward
 from lag2fmu.dynamics.graph import Graph
 from lag2fmu.dynamics.translate import Translator
-from lag2fmu.mechanism import Mechanism, names
+from lag2fmu.dynamics.variables import Variables
+from lag2fmu.mechanism import Body, Damper, Mechanism, Spring
 
 
 @dataclass(frozen=True)
-class Variables:
-    """The variables of a mechanism as nodes: t; q, qd, qdd, Q of n entries each; by name: inputs, motions, parameters.
+class Inertia:
+    """A mass or moment of inertia ``weight`` that moves along ``place``: T = 1/2 weight (d place/dt)^2."""
 
-    ``motions`` holds (y0, y0_dot, y0_ddot) for each motion input, in order.
-    """
-
-    t: int
-    q: tuple[int, ...]
-    qd: tuple[int, ...]
-    qdd: tuple[int, ...]
-    Q: tuple[int, ...]
-    inputs: tuple[int, ...]
-    motions: tuple[tuple[int, int, int], ...]
-    parameters: tuple[int, ...]
-
-    def rates(self, with_accelerations: bool) -> dict[int, int]:
-        """The direction of time {variable: its rate}: q -> qd, qd -> qdd, motions alike; without that of t itself."""
-        pairs = list(zip(self.q, self.qd, strict=True))
-        for motion in self.motions:
-            pairs += [(motion[0], motion[1]), (motion[1], motion[2])]
-        if with_accelerations:
-            pairs += list(zip(self.qd, self.qdd, strict=True))
-        return dict(pairs)
+    weight: int
+    place: int
 
 
 @dataclass(frozen=True)
 class Energies:
-    """T, V, R and L = T - V as nodes; T and V are None where the user gave a Lagrangian as a whole.
+    """What the Lagrange equations are made of, as nodes.
 
-    ``forces``: generalized non-potential forces, (n,) nodes, with the external inputs Q and without dissipation.
+    ``inertias``: the bodies, each mass along every axis and each moment of inertia; ``potential``: V of gravity,
+    springs and the user, as far as it is free of velocities; ``remainder``: the user's part of L beside these (further
+    kinetic energy, velocity-dependent potentials, a whole Lagrangian); ``dissipation``: R; ``effort``: {place: force}
+    of the loads, generalized forces being Q = sum force * dplace/dq; ``direct``: forces on the coordinates themselves,
+    (n,), the external inputs Q among them. ``split``: whether T and V are told apart.
     """
 
-    kinetic: int | None
-    potential: int | None
+    inertias: tuple[Inertia, ...]
+    potential: int
+    remainder: int
     dissipation: int
-    lagrangian: int
-    forces: tuple[int, ...]
+    effort: dict[int, int]
+    direct: tuple[int, ...]
+    kinetic_energy: int
+    potential_energy: int
+    split: bool
+
+    def lagrangian(self, graph: Graph) -> int:
+        """L, the inertias included."""
+        bodies = graph.subtract(self.kinetic_energy, self.potential_energy)
+        return bodies if self.split else graph.add(bodies, self.remainder)
 
 
-def declare(graph: Graph, mechanism: Mechanism) -> Variables:
-    """All variables of ``mechanism`` on ``graph``."""
-    q = [c.name for c in mechanism.coordinates]
-
-    def nodes(labels: Sequence[str]) -> tuple[int, ...]:
-        return tuple(graph.symbol(label) for label in labels)
-
-    return Variables(
-        t=graph.symbol("t"),
-        q=nodes(q),
-        qd=nodes([names.velocity(c) for c in q]),
-        qdd=nodes([names.acceleration(c) for c in q]),
-        Q=nodes([names.generalized_force(c) for c in q]),
-        inputs=nodes([u.name for u in mechanism.plain_inputs]),
-        motions=tuple(
-            (graph.symbol(u.name), graph.symbol(names.velocity(u.name)), graph.symbol(names.acceleration(u.name)))
-            for u in mechanism.motions
-        ),
-        parameters=nodes([p.name for p in mechanism.parameters if p.value is not None]),
-    )
-
-
-def translator(graph: Graph, mechanism: Mechanism) -> Translator:
-    """A translator that knows the variables, the dependent parameters and the definitions of ``mechanism``."""
-    variables = declare(graph, mechanism)
-    known = [variables.t, *variables.q, *variables.qd, *variables.inputs, *variables.parameters]
-    known += [node for motion in variables.motions for node in motion]
-    translate = Translator(graph, {str(graph.first[node]): node for node in known})
-    pending = {p.name: p.expression for p in mechanism.parameters if p.expression is not None}
-    pending |= {d.name: d.expression for d in mechanism.definitions}
-    while pending:  # the record has no cycles, so each pass defines at least one
-        for name, expression in list(pending.items()):
-            if not any(s.name in pending for s in expression.free_symbols):
-                translate.define(name, translate(expression))
-                del pending[name]
-    return translate
+def compose(graph: Graph, mechanism: Mechanism, translate: Translator, variables: Variables) -> Energies:
+    """The energies and forces of ``mechanism`` on ``graph``."""
+    return _Composer(graph, mechanism, translate, variables).energies()
 
 
 class _Composer:
-    """Adds up the energies part by part."""
+    """Puts the parts of a mechanism on the graph."""
 
-    def __init__(self, graph: Graph, mechanism: Mechanism, translate: Translator) -> None:
-        self.g, self.mechanism, self.put = graph, mechanism, translate
-        self.variables = declare(graph, mechanism)
-        self.direction = self.variables.rates(with_accelerations=False) | {self.variables.t: graph.one}
+    def __init__(self, graph: Graph, mechanism: Mechanism, translate: Translator, variables: Variables) -> None:
+        self.g, self.mechanism, self.put, self.variables = graph, mechanism, translate, variables
+        self.direction = variables.direction(graph, accelerating=False)
+
+    def energies(self) -> Energies:
+        g, given = self.g, self.mechanism.energy
+        inertias = tuple(self._inertias())
+        user_kinetic, user_potential, whole = (
+            g.zero if e is None else self.put(e) for e in (given.kinetic, given.potential, given.lagrangian)
+        )
+        bodies_kinetic = g.total(self._half_square(i.weight, *self.rate([i.place])) for i in inertias)
+        own_potential = g.add(self._gravity(), g.total(self._spring(s) for s in self.mechanism.springs))
+        moving = self.variables.moves(g, user_potential)
+        return Energies(
+            inertias=inertias,
+            potential=own_potential if moving else g.add(own_potential, user_potential),
+            remainder=g.total([user_kinetic, whole, g.negate(user_potential) if moving else g.zero]),
+            dissipation=self._dissipation(),
+            effort=self._effort(),
+            direct=self._direct(),
+            kinetic_energy=g.add(bodies_kinetic, user_kinetic),
+            potential_energy=g.add(own_potential, user_potential),
+            split=given.lagrangian is None,
+        )
 
     def rate(self, nodes: Sequence[int]) -> list[int]:
         """d/dt of functions of t, q and motions"""
         return forward(self.g, nodes, self.direction)
 
-    def half_square(self, factor: int, *components: int) -> int:
+    def _half_square(self, factor: int, *components: int) -> int:
         """1/2 factor * |components|^2"""
         return self.g.multiply(self.g.constant_half, self.g.multiply(factor, self.g.dot(components, components)))
 
-    def kinetic(self) -> int:
-        terms = []
+    def _inertias(self) -> Iterator[Inertia]:
         for body in self.mechanism.bodies:
-            velocity = self.rate(self.put.vector(tuple(body.position)))
-            terms.append(self.half_square(self.put(body.mass), *velocity))
+            mass = self.put(body.mass)
+            yield from (Inertia(mass, place) for place in self._place(body))
             if body.angle is not None:
-                terms.append(self.half_square(self.put(body.inertia), *self.rate([self.put(body.angle)])))
-        if self.mechanism.energy.kinetic is not None:
-            terms.append(self.put(self.mechanism.energy.kinetic))
-        return self.g.total(terms)
+                yield Inertia(self.put(body.inertia), self.put(body.angle))
 
-    def potential(self) -> int:
-        terms = [
-            self._gravity(),
-            *(self.half_square(self.put(s.stiffness), self._elongation(s)) for s in self.mechanism.springs),
-        ]
-        if self.mechanism.energy.potential is not None:
-            terms.append(self.put(self.mechanism.energy.potential))
-        return self.g.total(terms)
+    def _place(self, part: Body | str) -> tuple[int, ...]:
+        """The position of a body, or of a point or body by name"""
+        position = self.mechanism.place(part) if isinstance(part, str) else tuple(part.position)
+        return self.put.vector(position)
 
     def _gravity(self) -> int:
-        gravity = self.mechanism.gravity
+        """V = -sum m a.r"""
+        g, gravity = self.g, self.mechanism.gravity
         if gravity is None:
-            return self.g.zero
+            return g.zero
         terms = []
         for body in self.mechanism.bodies:
-            down = [0] * (len(body.position) - 1) + [-1]
-            direction = (
-                [self.g.constant(d) for d in down] if gravity.direction is None else self.put.vector(gravity.direction)
-            )
-            height = self.g.negate(self.g.dot(direction, self.put.vector(tuple(body.position))))
-            terms.append(self.g.multiply(self.put(body.mass), self.g.multiply(self.put(gravity.acceleration), height)))
-        return self.g.total(terms)
+            place = self._place(body)
+            down = [g.zero] * (len(place) - 1) + [g.minus_one]
+            direction = down if gravity.direction is None else self.put.vector(gravity.direction)
+            weight = g.multiply(self.put(body.mass), self.put(gravity.acceleration))
+            terms.append(g.multiply(weight, g.negate(g.dot(direction, place))))
+        return g.total(terms)
 
-    def _elongation(self, spring: object) -> int:
-        if spring.elongation is not None:  # type: ignore[attr-defined]
-            return self.put(spring.elongation)  # type: ignore[attr-defined]
-        length = spring.length  # type: ignore[attr-defined]
-        return self.g.subtract(self._distance(spring.between), self.g.zero if length is None else self.put(length))  # type: ignore[attr-defined]
+    def _spring(self, spring: Spring) -> int:
+        """V = 1/2 k e^2"""
+        if spring.between is None:
+            return self._half_square(self.put(spring.stiffness), self.put(spring.elongation))
+        length = self.g.zero if spring.length is None else self.put(spring.length)
+        elongation = self.g.subtract(self._distance(spring.between), length)
+        return self._half_square(self.put(spring.stiffness), elongation)
 
-    def _distance(self, ends: Sequence[str]) -> int:
-        a, b = (self.put.vector(self.mechanism.place(str(end))) for end in ends)
+    def _damper(self, damper: Damper) -> int:
+        """R = 1/2 c rate^2"""
+        if damper.between is None:
+            return self._half_square(self.put(damper.damping), self.put(damper.rate))
+        return self._half_square(self.put(damper.damping), *self.rate([self._distance(damper.between)]))
+
+    def _distance(self, ends: Sequence[object]) -> int:
+        a, b = (self._place(str(end)) for end in ends)
         difference = [self.g.subtract(x, y) for x, y in zip(a, b, strict=True)]
         return self.g.apply("sqrt", self.g.dot(difference, difference))
 
-    def dissipation(self) -> int:
-        terms = []
-        for damper in self.mechanism.dampers:
-            if damper.rate is not None:
-                rate = self.put(damper.rate)
-            else:
-                (rate,) = self.rate([self._distance(damper.between)])  # type: ignore[arg-type]
-            terms.append(self.half_square(self.put(damper.damping), rate))
-        if self.mechanism.energy.dissipation is not None:
-            terms.append(self.put(self.mechanism.energy.dissipation))
-        return self.g.total(terms)
+    def _dissipation(self) -> int:
+        user = self.mechanism.energy.dissipation
+        terms = [self._damper(damper) for damper in self.mechanism.dampers]
+        return self.g.total([*terms, self.g.zero if user is None else self.put(user)])
 
-    def forces(self) -> tuple[int, ...]:
-        """Q_j = sum F.dr/dq_j + tau dphi/dq_j (one reverse sweep), plus the forces on coordinates and the inputs Q."""
-        seeds: dict[int, int] = {}
+    def _effort(self) -> dict[int, int]:
+        """The loads: forces at positions, torques at angles"""
+        effort: dict[int, int] = {}
         for load in self.mechanism.loads:
             if load.force is not None:
-                place = self.mechanism.place(str(load.point if load.point is not None else load.body))
-                pairs = zip(self.put.vector(place), self.put.vector(tuple(load.force)), strict=True)
+                place = self._place(str(load.point if load.point is not None else load.body))
+                pairs = list(zip(place, self.put.vector(tuple(load.force)), strict=True))
             else:
                 body = next(b for b in self.mechanism.bodies if b.name == load.body)
-                pairs = zip([self.put(body.angle)], [self.put(load.torque)], strict=True)
-            for output, weight in pairs:
-                seeds[output] = self.g.add(seeds.get(output, self.g.zero), weight)
-        total = reverse(self.g, seeds, self.variables.q)
-        direct = {force.coordinate: self.put(force.expression) for force in self.mechanism.forces}
+                pairs = [(self.put(body.angle), self.put(load.torque))]
+            for where, force in pairs:
+                effort[where] = self.g.add(effort.get(where, self.g.zero), force)
+        return effort
+
+    def _direct(self) -> tuple[int, ...]:
+        given = {force.coordinate: self.put(force.expression) for force in self.mechanism.forces}
+        coordinates = self.mechanism.coordinates
         return tuple(
-            self.g.add(self.g.add(force, direct.get(c.name, self.g.zero)), external)
-            for c, force, external in zip(self.mechanism.coordinates, total, self.variables.Q, strict=True)
+            self.g.add(given.get(c.name, self.g.zero), external)
+            for c, external in zip(coordinates, self.variables.Q, strict=True)
         )
-
-
-def compose(graph: Graph, mechanism: Mechanism, translate: Translator) -> Energies:
-    """T, V, R, L and the generalized forces of ``mechanism`` on ``graph``."""
-    composer = _Composer(graph, mechanism, translate)
-    kinetic, potential = composer.kinetic(), composer.potential()
-    lagrangian = graph.subtract(kinetic, potential)
-    whole = mechanism.energy.lagrangian
-    if whole is not None:
-        lagrangian = graph.add(lagrangian, translate(whole))
-    return Energies(
-        kinetic=None if whole is not None else kinetic,
-        potential=None if whole is not None else potential,
-        dissipation=composer.dissipation(),
-        lagrangian=lagrangian,
-        forces=composer.forces(),
-    )

@@ -1,5 +1,7 @@
 """A hash-consed graph of scalar expressions: every distinct subexpression stands once.
 
+Distinct means distinct in value: nodes are compared by a fingerprint, so that sin(x)^2 + cos(x)^2 is the node 1.
+
 Nodes are integers; a node's operands have smaller numbers, so ascending order is an order of evaluation. Building a
 node applies cheap local rewrites (neutral elements, signs, constants folded as exact fractions). The same input
 builds the same graph, whatever the hash seed.
@@ -11,9 +13,10 @@ Evaluating Derivatives, SIAM 2008, chapter 2, for the evaluation graph.
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Collection, Iterable, Mapping, Sequence
 from fractions import Fraction
 
+from lag2fmu.dynamics.fingerprint import PRIME, fingerprint
 from lag2fmu.dynamics.operations import (
     ADD,
     ARITY,
@@ -39,10 +42,13 @@ class Graph:
         self.first: list[object] = []
         self.second: list[int] = []
         self._known: dict[tuple[int, object, int], int] = {}
-        self.zero = self.constant(Fraction(0))
-        self.one = self.constant(Fraction(1))
-        self.minus_one = self.constant(Fraction(-1))
-        self.constant_half = self.constant(Fraction(1, 2))
+        self._by_fingerprint: dict[int, int] = {}
+        self.fingerprints: list[int] = []
+        self.circle: dict[int, tuple[int, int]] = {}
+        self.zero: int = self.constant(Fraction(0))
+        self.one: int = self.constant(Fraction(1))
+        self.minus_one: int = self.constant(Fraction(-1))
+        self.constant_half: int = self.constant(Fraction(1, 2))
 
     def __len__(self) -> int:
         return len(self.code)
@@ -53,10 +59,23 @@ class Graph:
         key = (code, first, second)
         node = self._known.get(key)
         if node is None:
-            node = self._known[key] = len(self.code)
-            self.code.append(code)
-            self.first.append(first)
-            self.second.append(second)
+            node = self._known[key] = self._new(code, first, second)
+        return node
+
+    def _new(self, code: int, first: object, second: int) -> int:
+        """A node of this value: an old one, the opposite of an old one, or a new one."""
+        mark = fingerprint(self, code, first, second)
+        old = self._by_fingerprint.get(mark)
+        if old is not None:
+            return old
+        opposite = self._by_fingerprint.get(PRIME - mark)
+        if opposite is not None and code > SYMBOL and code != NEGATE:
+            return self._node(NEGATE, opposite, 0)
+        node = self._by_fingerprint[mark] = len(self.code)
+        self.code.append(code)
+        self.first.append(first)
+        self.second.append(second)
+        self.fingerprints.append(mark)
         return node
 
     def constant(self, value: Number | int) -> int:
@@ -232,24 +251,25 @@ class Graph:
 
     # --------------------------------------------------------------------------------------------------- traversals
 
-    def cone(self, outputs: Iterable[int]) -> list[int]:
-        """All nodes that ``outputs`` need, ascending"""
+    def cone(self, outputs: Iterable[int], given: Collection[int] = ()) -> list[int]:
+        """All nodes that ``outputs`` need, ascending; what is below ``given`` nodes is not needed"""
         seen: set[int] = set()
         stack = list(outputs)
         while stack:
             node = stack.pop()
             if node not in seen:
                 seen.add(node)
-                stack.extend(self.operands(node))
+                if node not in given:
+                    stack.extend(self.operands(node))
         return sorted(seen)
 
     def symbols(self, outputs: Iterable[int]) -> set[str]:
         """The names of all variables that ``outputs`` depend on"""
         return {str(self.first[node]) for node in self.cone(outputs) if self.code[node] == SYMBOL}
 
-    def schedule(self, outputs: Iterable[int]) -> list[int]:
-        """The nodes that ``outputs`` need in depth-first order: operands shortly before use, for few registers"""
-        done: set[int] = set()
+    def schedule(self, outputs: Iterable[int], given: Collection[int] = ()) -> list[int]:
+        """The nodes that ``outputs`` need beside ``given`` ones, in depth-first order: operands shortly before use"""
+        done: set[int] = set(given)
         order: list[int] = []
         for output in outputs:
             stack = [(output, False)]
@@ -262,6 +282,21 @@ class Graph:
                     stack.append((node, True))
                     stack.extend((operand, False) for operand in reversed(self.operands(node)))
         return order
+
+    def operations(self, outputs: Iterable[int], given: Collection[int] = ()) -> int:
+        """The number of arithmetic operations and function calls that ``outputs`` take beside ``given`` nodes"""
+        return sum(self.code[n] not in (CONSTANT, SYMBOL) and n not in given for n in self.cone(outputs, given))
+
+    def frontier(self, outputs: Sequence[int], variables: Collection[int]) -> list[int]:
+        """What ``outputs`` need of nodes that do not depend on ``variables``: the operands between both, ascending"""
+        moving = set(variables)
+        border: set[int] = {output for output in outputs if output not in moving}
+        for node in self.cone(outputs):
+            operands = self.operands(node)
+            if any(operand in moving for operand in operands):
+                moving.add(node)
+                border |= set(operands)
+        return sorted(node for node in border if node not in moving and not self.is_constant(node))
 
     def substitute(self, outputs: Sequence[int], replacement: Mapping[int, int]) -> list[int]:
         """``outputs`` with nodes replaced, rebuilt through the rewrites"""

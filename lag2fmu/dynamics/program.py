@@ -5,10 +5,10 @@ from __future__ import annotations
 from collections.abc import Iterable
 from dataclasses import dataclass
 
+from lag2fmu.dynamics.elimination import solve
 from lag2fmu.dynamics.graph import Graph
 from lag2fmu.dynamics.lagrange import EquationsOfMotion
-from lag2fmu.dynamics.operations import CONSTANT, SYMBOL
-from lag2fmu.dynamics.tangent import differentiate
+from lag2fmu.dynamics.tangent import Tangent, differentiate
 
 
 @dataclass(frozen=True)
@@ -30,94 +30,125 @@ class Function:
     arrays: tuple[str, ...]
     results: tuple[tuple[str, int, int], ...]
 
+    @property
+    def given(self) -> frozenset[int]:
+        """The nodes that are entries of arguments and need not be computed."""
+        return frozenset(entry for argument in self.arguments for entry in argument.entries)
+
 
 @dataclass(frozen=True)
 class Program:
     """The functions of one mechanism on one graph; the names of the FMU's vectors in order.
 
-    ``locals`` are the names of the entries of ``mechanism_locals``; ``dependent`` of ``mechanism_dependent``.
+    ``locals`` are the names of the entries of ``mechanism_locals``, ``dependent`` of ``mechanism_dependent``;
+    ``factor_size`` is the length of what ``mechanism_factor`` hands to ``mechanism_solve``; ``method`` how M is solved.
     """
 
     graph: Graph
     functions: tuple[Function, ...]
+    method: str
+    factor_size: int
     inputs: tuple[str, ...]
     locals: tuple[str, ...]
     dependent: tuple[str, ...]
 
-    def operations(self, function: Function) -> int:
-        """The number of arithmetic operations and function calls of ``function``."""
-        order = self.graph.schedule(node for *_, node in function.results)
-        return sum(self.graph.code[node] not in (CONSTANT, SYMBOL) for node in order)
+    def operations(self, name: str) -> int:
+        """The number of arithmetic operations and function calls of the function ``name``."""
+        function = next(f for f in self.functions if f.name == name)
+        return self.graph.operations((node for *_, node in function.results), function.given)
 
 
 def lower(equations: EquationsOfMotion) -> Program:
-    """The functions an FMU needs: mass matrix and forcing, what is calculated, and the tangents of all of it.
+    """The functions an FMU needs: accelerations, what is calculated from them, and the tangents of all of it.
 
     Arguments: t; x = (q, qd), 2n; u, the inputs (Q first, then the user's, then y0, y0_dot, y0_ddot of each motion); p,
     the independent parameters; qdd, n. M is row-major with only its lower triangle written.
     """
     g, v = equations.graph, equations.variables
-    n = len(v.q)
-    tangent = differentiate(equations)
-    u = (*v.Q, *v.inputs, *(node for motion in v.motions for node in motion))
-    time, p, qdd = Array("t", (v.t,), True), Array("p", v.parameters), Array("qdd", v.qdd)
-    state = (time, Array("x", (*v.q, *v.qd)), Array("u", u), p)
-    seed = (Array("dt", (tangent.dt,), True), Array("dx", tangent.dx), Array("du", tangent.du))
-    dp, dqdd = Array("dp", tangent.dp), Array("dqdd", tangent.dqdd)
-    lower_triangle = tuple(("M", n * i + j, equations.mass_matrix[i][j]) for i in range(n) for j in range(i + 1))
-    named = list(equations.locals())
-
-    def function(name: str, doc: str, arguments: tuple[Array, ...], array: str, nodes: Iterable[int]) -> Function:
-        return Function(name, doc, arguments, (array,), _entries(array, nodes))
-
-    functions = (
-        function(
-            "mechanism_dependent",
-            "Dependent parameters c of the parameters p.",
-            (p,),
-            "c",
-            equations.dependent.values(),
-        ),
-        Function(
-            "mechanism_dynamics",
-            "Mass matrix M (n x n, row-major, lower triangle only) and forcing f of M qdd = f.",
-            state,
-            ("M", "f"),
-            (*lower_triangle, *_entries("f", equations.forcing)),
-        ),
-        function(
-            "mechanism_locals", "Momenta, energies and outputs y.", (*state, qdd), "y", (node for _, node in named)
-        ),
-        function(
-            "mechanism_residual_tangent",
-            "Directional derivative dr of r = M qdd - f at fixed qdd.",
-            (*state, qdd, *seed, dp),
-            "dr",
-            tangent.residual,
-        ),
-        function(
-            "mechanism_locals_tangent",
-            "Directional derivative dy of the momenta, energies and outputs.",
-            (*state, qdd, *seed, dp, dqdd),
-            "dy",
-            tangent.locals,
-        ),
-        function(
-            "mechanism_dependent_tangent",
-            "Directional derivative dc of the dependent parameters.",
-            (p, dp),
-            "dc",
-            tangent.dependent,
-        ),
-    )
+    p = Array("p", v.parameters)
+    state = (Array("t", (v.t,), True), Array("x", (*v.q, *v.qd)), Array("u", v.inputs), p)
+    factor, solution = _factor_and_solve(equations, state)
     return Program(
         graph=g,
-        functions=functions,
-        inputs=tuple(str(g.first[node]) for node in u),
-        locals=tuple(name for name, _ in named),
+        functions=(
+            _function("mechanism_dependent", "Dependent parameters c.", (p,), c=equations.dependent.values()),
+            _accelerations(equations, state),
+            _dynamics(equations, state),
+            factor,
+            solution,
+            _function(
+                "mechanism_locals",
+                "Momenta, energies and outputs y.",
+                (*state, Array("qdd", v.qdd)),
+                y=(node for _, node in equations.locals()),
+            ),
+            *_tangents(differentiate(equations), state, Array("qdd", v.qdd)),
+        ),
+        method=equations.method,
+        factor_size=len(factor.results) - len(v.q),
+        inputs=tuple(str(g.first[node]) for node in v.inputs),
+        locals=tuple(name for name, _ in equations.locals()),
         dependent=tuple(equations.dependent),
     )
 
 
-def _entries(array: str, nodes: Iterable[int]) -> tuple[tuple[str, int, int], ...]:
-    return tuple((array, index, node) for index, node in enumerate(nodes))
+def _function(name: str, doc: str, arguments: tuple[Array, ...], **arrays: Iterable[int]) -> Function:
+    """A function that fills ``arrays`` with nodes."""
+    results = tuple((array, index, node) for array, nodes in arrays.items() for index, node in enumerate(nodes))
+    return Function(name, doc, arguments, tuple(arrays), results)
+
+
+def _accelerations(equations: EquationsOfMotion, state: tuple[Array, ...]) -> Function:
+    """qdd and the pivots met on the way; without a solution on the graph all pivots are reported as 0."""
+    zeros = (equations.graph.zero,) * len(equations.forcing)
+    found = equations.solution
+    doc = f"Accelerations qdd by {equations.method}, and its pivots: qdd is usable if all of them are positive."
+    return _function(
+        "mechanism_accelerations", doc, state, qdd=found.x if found else zeros, pivots=found.pivots if found else zeros
+    )
+
+
+def _dynamics(equations: EquationsOfMotion, state: tuple[Array, ...]) -> Function:
+    n = len(equations.forcing)
+    triangle = tuple(("M", n * i + j, equations.mass_matrix[i][j]) for i in range(n) for j in range(i + 1))
+    forcing = tuple(("f", i, node) for i, node in enumerate(equations.forcing))
+    doc = "Mass matrix M (n x n, row-major, lower triangle only) and forcing f of M qdd = f."
+    return Function("mechanism_dynamics", doc, state, ("M", "f"), (*triangle, *forcing))
+
+
+def _factor_and_solve(equations: EquationsOfMotion, state: tuple[Array, ...]) -> tuple[Function, Function]:
+    """The solution for any right-hand side b, cut where b comes in: w holds what does not depend on b."""
+    g, n = equations.graph, len(equations.forcing)
+    rhs = tuple(g.symbol(f"rhs {i}") for i in range(n))
+    found = solve(g, equations.entries, equations.variables.qd, rhs, early=equations.method == "elimination")
+    x, pivots = (found.x, found.pivots) if found else (rhs, (g.zero,) * n)
+    w = tuple(g.frontier(x, rhs))
+    doc = "What the solution a of M a = b takes beside b, w, and the pivots."
+    factor = _function("mechanism_factor", doc, state, w=w, pivots=pivots)
+    return factor, _function("mechanism_solve", "The solution a of M a = b.", (Array("w", w), Array("b", rhs)), a=x)
+
+
+def _tangents(tangent: Tangent, state: tuple[Array, ...], qdd: Array) -> tuple[Function, ...]:
+    """Directional derivatives along (dt, dx, du, dp)."""
+    p, dp, dqdd = state[-1], Array("dp", tangent.dp), Array("dqdd", tangent.dqdd)
+    seed = (Array("dt", (tangent.dt,), True), Array("dx", tangent.dx), Array("du", tangent.du), dp)
+    return (
+        _function(
+            "mechanism_residual_tangent",
+            "Directional derivative dr of r = M qdd - f at fixed qdd.",
+            (*state, qdd, *seed),
+            dr=tangent.residual,
+        ),
+        _function(
+            "mechanism_locals_tangent",
+            "Directional derivative dy of the momenta, energies and outputs.",
+            (*state, qdd, *seed, dqdd),
+            dy=tangent.locals,
+        ),
+        _function(
+            "mechanism_dependent_tangent",
+            "Directional derivative dc of the dependent parameters.",
+            (p, dp),
+            dc=tangent.dependent,
+        ),
+    )

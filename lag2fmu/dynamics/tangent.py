@@ -38,7 +38,7 @@ def differentiate(equations: EquationsOfMotion) -> Tangent:
     def seeds(nodes: tuple[int, ...]) -> tuple[int, ...]:
         return tuple(g.symbol(f"d {g.first[node]}") for node in nodes)
 
-    states, inputs = (*v.q, *v.qd), (*v.Q, *v.inputs, *(node for motion in v.motions for node in motion))
+    states, inputs = (*v.q, *v.qd), v.inputs
     (dt,) = seeds((v.t,))
     dx, du, dp, dqdd = seeds(states), seeds(inputs), seeds(v.parameters), seeds(v.qdd)
     variables = (v.t, *states, *inputs, *v.parameters)

@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections import Counter
+from collections.abc import Iterable, Mapping
 from fractions import Fraction
 
 import sympy as sp
@@ -32,11 +33,16 @@ _FUNCTIONS = {
 
 
 class Translator:
-    """Puts expressions on ``graph``; ``names`` gives the node of each variable and definition, by name."""
+    """Puts expressions on ``graph``; ``names`` gives the node of each variable and definition, by name.
 
-    def __init__(self, graph: Graph, names: Mapping[str, int]) -> None:
+    Sums begin with the terms that stand in most sums of ``expressions``, so that sums share their beginnings: positions
+    of a chain written as flat sums l1 sin(q1) + l2 sin(q2) + ... become a recursion from link to link.
+    """
+
+    def __init__(self, graph: Graph, names: Mapping[str, int], expressions: Iterable[sp.Expr] = ()) -> None:
         self.graph, self.names = graph, dict(names)
         self._memory: dict[sp.Expr, int] = {}
+        self._frequency = _term_frequency(expressions)
 
     def define(self, name: str, node: int) -> None:
         """Let ``name`` stand for ``node`` in expressions translated from now on."""
@@ -62,7 +68,7 @@ class Translator:
         if e.is_NumberSymbol:
             return g.constant(float(e))
         if e.is_Add:
-            return g.total(self(a) for a in e.args)
+            return self._sum(e)
         if e.is_Mul:
             return self._product(e)
         if e.is_Pow:
@@ -78,6 +84,12 @@ class Translator:
             return result
         return g.apply(name, *arguments)
 
+    def _sum(self, e: sp.Expr) -> int:
+        """A sum from left to right, the most frequent terms first."""
+        stripped = [_stripped(term) for term in e.args]
+        order = sorted(zip(stripped, e.args, strict=True), key=lambda pair: (-self._frequency[pair[0]], self(pair[0])))
+        return self.graph.total(self(term) for _, term in order)
+
     def _product(self, e: sp.Expr) -> int:
         """A product as numerator / denominator, so that x/y is one division."""
         g = self.graph
@@ -88,3 +100,23 @@ class Translator:
             else:
                 above = g.multiply(above, self(factor))
         return g.divide(above, below)
+
+
+def _stripped(term: sp.Expr) -> sp.Expr:
+    """``term`` without its numerical factor."""
+    return term.as_coeff_Mul()[1]
+
+
+def _term_frequency(expressions: Iterable[sp.Expr]) -> Counter[sp.Expr]:
+    """How many different sums in ``expressions`` each term stands in, numerical factors aside."""
+    frequency: Counter[sp.Expr] = Counter()
+    seen: set[sp.Expr] = set()
+    stack = list(expressions)
+    while stack:
+        e = stack.pop()
+        if e not in seen:
+            seen.add(e)
+            stack.extend(e.args)
+            if e.is_Add:
+                frequency.update(_stripped(term) for term in e.args)
+    return frequency

@@ -41,16 +41,20 @@ typedef struct {
 
 /* Values that follow from the State, each with a flag whether they do at present. */
 typedef struct {
-    bool dependent_valid, accelerations_valid, locals_valid;
+    bool dependent_valid, least_pivots_valid, accelerations_valid, locals_valid, factor_valid;
     double dependent[SIZE_DEPENDENT];
     double accelerations[N_COORDINATES];
     double locals[SIZE_LOCALS];
-    Factorization mass; /* of the mass matrix at the present point, for the accelerations and for their tangents */
+    double least_pivots[N_COORDINATES]; /* of the generated solution of M qdd = f; smaller ones are suspicious */
+    double factor[SIZE_FACTOR];         /* M at the present point, factorised for the tangents by generated code ... */
+    bool factor_dense;
+    Factorization dense; /* ... or, if factor_dense, here */
 } Cache;
 
 /* Memory that is written before it is read, within one call. */
 typedef struct {
     double mass[N_COORDINATES * N_COORDINATES]; /* lower triangle, row-major */
+    double forcing[N_COORDINATES];
     Factorization factorization;                /* of a stage of the solver */
     double stages[STAGES][N_STATES];            /* dx/dt at the stages of a trial step */
     double stage_states[N_STATES];

@@ -34,6 +34,23 @@ void mechanism_dynamics(double t, const double x[], const double u[], const doub
     f[0] = x[1] * x[1] + u[0];
 }
 
+void mechanism_factor(double t, const double x[], const double u[], const double p[], double w[], double pivots[]) {
+    double f[1];
+    mechanism_dynamics(t, x, u, p, pivots, f);
+    w[0] = pivots[0];
+}
+
+void mechanism_solve(const double w[], const double b[], double a[]) {
+    a[0] = b[0] / w[0];
+}
+
+void mechanism_accelerations(double t, const double x[], const double u[], const double p[], double qdd[],
+                             double pivots[]) {
+    double f[1];
+    mechanism_dynamics(t, x, u, p, pivots, f);
+    qdd[0] = f[0] / pivots[0];
+}
+
 void mechanism_residual_tangent(double t, const double x[], const double u[], const double p[], const double qdd[],
                                 double dt, const double dx[], const double du[], const double dp[], double dr[]) {
     (void)t, (void)u, (void)p, (void)qdd, (void)dt, (void)dp;

@@ -63,6 +63,30 @@ void mechanism_dynamics(double t, const double x[], const double u[], const doub
     f[1] = u[1] + k * s * x[2] * x[2] - m2 * g * l2 * sin(x[1]);
 }
 
+/* L D L^T of M: w = (d1, l21, d2). */
+void mechanism_factor(double t, const double x[], const double u[], const double p[], double w[], double pivots[]) {
+    double M[4], f[2];
+    mechanism_dynamics(t, x, u, p, M, f);
+    w[0] = M[0];
+    w[1] = M[2] / M[0];
+    w[2] = M[3] - w[1] * M[2];
+    pivots[0] = w[0];
+    pivots[1] = w[2];
+}
+
+void mechanism_solve(const double w[], const double b[], double a[]) {
+    a[1] = (b[1] - w[1] * b[0]) / w[2];
+    a[0] = b[0] / w[0] - w[1] * a[1];
+}
+
+void mechanism_accelerations(double t, const double x[], const double u[], const double p[], double qdd[],
+                             double pivots[]) {
+    double w[3], M[4], f[2];
+    mechanism_dynamics(t, x, u, p, M, f);
+    mechanism_factor(t, x, u, p, w, pivots);
+    mechanism_solve(w, f, qdd);
+}
+
 void mechanism_residual_tangent(double t, const double x[], const double u[], const double p[], const double qdd[],
                                 double dt, const double dx[], const double du[], const double dp[], double dr[]) {
     const double m = p[0] + p[1], m2 = p[1], l1 = p[2], l2 = p[3], g = p[4];

@@ -21,6 +21,8 @@
 #define SIZE_DEPENDENT 1
 #define N_LOCALS 7
 #define SIZE_LOCALS 7
+#define N_FACTOR 3
+#define SIZE_FACTOR 3
 #define N_VARIABLES 25
 #define DEFAULT_SOLVER_STEP 1e-3
 #define STAGES 7
@@ -33,6 +35,10 @@ extern const double NOMINAL_STATES[N_STATES];
 extern const char *const COORDINATE_NAMES[N_COORDINATES];
 
 void mechanism_dependent(const double p[], double c[]);
+void mechanism_accelerations(double t, const double x[], const double u[], const double p[], double qdd[],
+                             double pivots[]);
+void mechanism_factor(double t, const double x[], const double u[], const double p[], double w[], double pivots[]);
+void mechanism_solve(const double w[], const double b[], double a[]);
 void mechanism_dynamics(double t, const double x[], const double u[], const double p[], double M[], double f[]);
 void mechanism_locals(double t, const double x[], const double u[], const double p[], const double qdd[], double y[]);
 void mechanism_residual_tangent(double t, const double x[], const double u[], const double p[], const double qdd[],

@@ -1,0 +1,159 @@
+"""Solving M x = rhs by elimination over the velocity graph, or writing M out by substitution.
+
+M is the Hessian of a quadratic form whose variables are inner velocities. By Gauss's principle of least constraint x
+minimises 1/2 sum H_ab a b - sum L_a a. Inner nodes are replaced by their combinations from the tip of the mechanism
+on, and a velocity is eliminated as soon as no inner node contains it any more; for a chain or tree this is the
+articulated-body algorithm (Featherstone, Rigid Body Dynamics Algorithms, chapter 7), found without being told the
+topology. If every inner node is replaced first, H is the mass matrix: the composite-rigid-body algorithm (chapter 6).
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+
+from lag2fmu.dynamics.graph import Graph
+from lag2fmu.dynamics.quadratic import LinearNodes, QuadraticForm
+
+
+@dataclass(frozen=True)
+class Solution:
+    """x of M x = rhs, (n,) nodes, and the pivots, (n,) nodes, positive where M is positive definite."""
+
+    x: tuple[int, ...]
+    pivots: tuple[int, ...]
+
+
+@dataclass(frozen=True)
+class _Pivot:
+    """An eliminated velocity: x = (load - sum coupling_k value_k) * inverse."""
+
+    leaf: int
+    inverse: int
+    load: int
+    couplings: tuple[tuple[int, int], ...]
+
+
+class _Elimination:
+    """The state of one elimination: the form, the linear part and what is left to do."""
+
+    def __init__(self, graph: Graph, entries: Mapping[tuple[int, int], int], leaves: Sequence[int]) -> None:
+        self.g, self.leaves = graph, list(leaves)
+        self.form = QuadraticForm(graph)
+        for (a, b), value in entries.items():
+            self.form.add(a, b, value)
+        self.nodes = LinearNodes(graph, leaves, self.form.rows)
+        self.load: dict[int, int] = {}
+        self.pivots: list[_Pivot] = []
+        self.pivot_of: dict[int, int] = {}
+
+    def substitute(self, node: int) -> None:
+        """Replace the inner ``node`` by its combination in the form and in the linear part."""
+        g, terms = self.g, self.nodes.combinations[node]
+        row = self.form.remove(node)
+        diagonal, load = row.pop(node, g.zero), self.load.pop(node, g.zero)
+        for number, (below, coefficient) in enumerate(terms):
+            for other, entry in row.items():
+                value = g.multiply(coefficient, entry)
+                self.form.add(below, other, g.multiply(g.constant(2), value) if below == other else value)
+            scaled = g.multiply(coefficient, diagonal)
+            for second, factor in terms[number:]:
+                self.form.add(below, second, g.multiply(scaled, factor))
+            self._add_load(below, g.multiply(coefficient, load))
+
+    def eliminate(self, leaf: int) -> bool:
+        """Eliminate a velocity; False, and nothing done, if its pivot is identically zero."""
+        g = self.g
+        pivot = self.form.rows.get(leaf, {}).get(leaf, g.zero)
+        if pivot == g.zero:
+            return False
+        row = self.form.remove(leaf)
+        del row[leaf]
+        inverse, load = g.divide(g.one, pivot), self.load.pop(leaf, g.zero)
+        couplings = [(other, entry) for other, entry in row.items() if entry != g.zero]
+        scaled = {other: g.multiply(entry, inverse) for other, entry in couplings}
+        for number, (other, entry) in enumerate(couplings):
+            for second, _ in couplings[number:]:
+                self.form.add(other, second, g.negate(g.multiply(entry, scaled[second])))
+            self._add_load(other, g.negate(g.multiply(scaled[other], load)))
+        self.pivots.append(_Pivot(leaf, inverse, load, tuple(couplings)))
+        self.pivot_of[leaf] = pivot
+        return True
+
+    def back_substitute(self) -> dict[int, int]:
+        """{leaf: x}, from the velocity eliminated last to the first."""
+        g = self.g
+        value: dict[int, int] = {}
+        for pivot in reversed(self.pivots):
+            rest = pivot.load
+            for node, entry in pivot.couplings:
+                rest = g.subtract(rest, g.multiply(entry, self._value(node, value)))
+            value[pivot.leaf] = g.multiply(pivot.inverse, rest)
+        return value
+
+    def _value(self, node: int, value: dict[int, int]) -> int:
+        """The value of a velocity or inner node, all leaves below it being known."""
+        stack = [node]
+        while stack:
+            top = stack[-1]
+            if top in value:
+                stack.pop()
+                continue
+            missing = [below for below, _ in self.nodes.combinations[top] if below not in value]
+            if missing:
+                stack += missing
+                continue
+            value[top] = self.g.total(self.g.multiply(c, value[below]) for below, c in self.nodes.combinations[top])
+            stack.pop()
+        return value[node]
+
+    def _add_load(self, node: int, value: int) -> None:
+        if value != self.g.zero:
+            self.load[node] = self.g.add(self.load[node], value) if node in self.load else value
+
+
+Entries = Mapping[tuple[int, int], int]
+"""A quadratic form over linear nodes, {(a, b): H_ab} with each pair once."""
+
+
+def solve(
+    graph: Graph, entries: Entries, velocities: Sequence[int], rhs: Sequence[int], early: bool
+) -> Solution | None:
+    """x of M x = ``rhs``, where M is the Hessian of ``entries`` with respect to ``velocities``, (n,).
+
+    With ``early`` a velocity is eliminated as soon as that is possible, else after everything is written out in the
+    velocities (then it is an LDL^T of M). Pivots that are identically zero are put off; None if they stay zero.
+    """
+    work = _Elimination(graph, entries, velocities)
+    work.load = dict(zip(velocities, rhs, strict=True))
+    waiting = dict.fromkeys(velocities, 0)
+    for terms in work.nodes.combinations.values():
+        for below, _ in terms:
+            if below in waiting:
+                waiting[below] += 1
+    put_off = list(velocities) if not early else []
+    if early:
+        put_off += [v for v in velocities if waiting[v] == 0 and not work.eliminate(v)]
+    for node in sorted(work.nodes.combinations, reverse=True):
+        work.substitute(node)
+        for below, _ in work.nodes.combinations[node]:
+            if below in waiting:
+                waiting[below] -= 1
+                if early and waiting[below] == 0 and not work.eliminate(below):
+                    put_off.append(below)
+    put_off.reverse()
+    while put_off:
+        done = next((v for v in put_off if work.eliminate(v)), None)
+        if done is None:
+            return None
+        put_off.remove(done)
+    value = work.back_substitute()
+    return Solution(tuple(value[v] for v in velocities), tuple(work.pivot_of[v] for v in velocities))
+
+
+def mass_matrix(graph: Graph, entries: Entries, velocities: Sequence[int]) -> tuple[tuple[int, ...], ...]:
+    """M, (n, n), the Hessian of ``entries`` with respect to ``velocities``."""
+    work = _Elimination(graph, entries, velocities)
+    for node in sorted(work.nodes.combinations, reverse=True):
+        work.substitute(node)
+    return tuple(tuple(work.form.rows.get(a, {}).get(b, graph.zero) for b in velocities) for a in velocities)

@@ -1,0 +1,118 @@
+"""Checks of derived equations by their values at the start and at random states around it."""
+
+from __future__ import annotations
+
+import random
+from collections.abc import Iterator, Sequence
+
+import numpy as np
+
+from lag2fmu.dynamics.elimination import Solution
+from lag2fmu.dynamics.graph import Graph
+from lag2fmu.errors import DerivationError
+from lag2fmu.mechanism import Mechanism, names
+
+Matrix = Sequence[Sequence[int]]
+
+
+def start_values(mechanism: Mechanism) -> dict[str, float]:
+    """The start values of all variables by name (SI); accelerations and external forces are 0."""
+    values = {"t": 0.0}
+    for c in mechanism.coordinates:
+        values |= {c.name: c.start, names.velocity(c.name): c.velocity, names.acceleration(c.name): 0.0}
+        values[names.generalized_force(c.name)] = 0.0
+    for u in mechanism.inputs:
+        values |= {u.name: u.start, names.velocity(u.name): 0.0, names.acceleration(u.name): 0.0}
+    values |= {p.name: p.value for p in mechanism.parameters if p.value is not None}
+    return values
+
+
+def _samples(mechanism: Mechanism, count: int) -> Iterator[dict[str, float]]:
+    """``count`` states around the start, reproducible; parameters are moved by up to a tenth."""
+    generator = random.Random(20)
+    start = start_values(mechanism)
+    parameters = {p.name for p in mechanism.parameters}
+    nominal = {c.name: c.nominal for c in mechanism.coordinates}
+    for _ in range(count):
+        yield {
+            name: value * generator.uniform(0.9, 1.1)
+            if name in parameters
+            else value + nominal.get(name, 1.0) * generator.uniform(-1, 1)
+            for name, value in start.items()
+        }
+
+
+def _matrix(graph: Graph, matrix: Matrix, values: dict[str, float]) -> np.ndarray:
+    n = len(matrix)
+    return np.array(graph.evaluate([entry for row in matrix for entry in row], values)).reshape(n, n)
+
+
+def check_start(mechanism: Mechanism, graph: Graph, mass: Matrix, forcing: Sequence[int]) -> None:
+    """Raise DerivationError unless M and the forces are finite at the start."""
+    values = start_values(mechanism)
+    for what, nodes in (("mass matrix", [e for row in mass for e in row]), ("forces", list(forcing))):
+        if not np.all(np.isfinite(graph.evaluate(nodes, values))):
+            starts = ", ".join(f"{c.name} = {c.start:g}" for c in mechanism.coordinates)
+            raise DerivationError(
+                f"mechanism '{mechanism.name}': the {what} have no finite value at the start ({starts}); "
+                "choose start values and parameters without a division by zero or a root of a negative number"
+            )
+
+
+def check_quadratic(mechanism: Mechanism, graph: Graph, entries: Sequence[int]) -> None:
+    """Raise DerivationError if second derivatives of L by the velocities change with the velocities.
+
+    Entries that only look as if they did are let pass.
+    """
+    speeds = {names.velocity(c.name) for c in mechanism.coordinates}
+    for values in _samples(mechanism, 4):
+        a = np.array(graph.evaluate(entries, values))
+        b = np.array(graph.evaluate(entries, values | {s: 1.7 * values[s] + 0.3 for s in speeds}))
+        usable = np.isfinite(a) & np.isfinite(b)
+        if np.any(np.abs(a - b)[usable] > 1e-9 * np.max(np.abs(a[usable]), initial=1e-300)):
+            raise DerivationError(
+                f"mechanism '{mechanism.name}': the kinetic energy (or Lagrangian) is not quadratic in the velocities; "
+                "supported are T = 1/2 qd.M(q,t).qd + a(q,t).qd + b(q,t), and potentials of the same form"
+            )
+
+
+def check_rank(mechanism: Mechanism, graph: Graph, mass: Matrix) -> None:
+    """Raise DerivationError naming the coordinates if M is singular in every sampled state."""
+    directions = []
+    for values in _samples(mechanism, 5):
+        matrix = _matrix(graph, mass, values)
+        if not np.all(np.isfinite(matrix)):
+            continue
+        scale = np.sqrt(np.abs(np.diag(matrix)))
+        scale[scale == 0] = 1.0
+        singular, vectors = np.linalg.svd(matrix / np.outer(scale, scale))[1:]
+        if singular[-1] > 1e-12 * max(singular[0], 1e-300):
+            return
+        directions.append(np.abs(vectors[-1]))
+    if directions:
+        worst = np.max(directions, axis=0)
+        culprits = [c.name for c, w in zip(mechanism.coordinates, worst, strict=True) if w > 1e-6]
+        raise DerivationError(
+            f"mechanism '{mechanism.name}': the mass matrix is singular for every q; the motion along "
+            f"{', '.join(culprits)} has no mass. Give what moves there a mass or inertia, or leave out coordinates"
+        )
+
+
+def check_agreement(
+    mechanism: Mechanism, graph: Graph, mass: Matrix, forcing: Sequence[int], solution: Solution | None
+) -> None:
+    """Raise DerivationError if the accelerations do not solve M qdd = forcing in double precision.
+
+    A guard against two different expressions with one fingerprint; states with a bad pivot are passed over.
+    """
+    if solution is None:
+        return
+    for values in _samples(mechanism, 2):
+        matrix, f = _matrix(graph, mass, values), np.array(graph.evaluate(forcing, values))
+        qdd = np.array(graph.evaluate(solution.x, values))
+        scale = np.abs(matrix) @ np.abs(qdd) + np.abs(f)
+        if np.all(np.isfinite(scale)) and np.any(np.abs(matrix @ qdd - f) > 1e-6 * scale):
+            raise DerivationError(
+                f"mechanism '{mechanism.name}': the derived accelerations do not solve M qdd = forcing; "
+                "this is a fault of lag2fmu, please report it with the model"
+            )

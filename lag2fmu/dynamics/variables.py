@@ -1,0 +1,80 @@
+"""The variables of a mechanism as nodes, and a translator that knows them."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from graphlib import TopologicalSorter
+
+from lag2fmu.dynamics.graph import Graph
+from lag2fmu.dynamics.translate import Translator
+from lag2fmu.mechanism import Mechanism, names
+
+
+@dataclass(frozen=True)
+class Variables:
+    """The variables as nodes: t; q, qd, qdd, Q of n entries each; plain inputs, motions and independent parameters.
+
+    ``motions`` holds (y0, y0_dot, y0_ddot) for each motion input, in order.
+    """
+
+    t: int
+    q: tuple[int, ...]
+    qd: tuple[int, ...]
+    qdd: tuple[int, ...]
+    Q: tuple[int, ...]
+    plain: tuple[int, ...]
+    motions: tuple[tuple[int, int, int], ...]
+    parameters: tuple[int, ...]
+
+    @property
+    def inputs(self) -> tuple[int, ...]:
+        """All inputs in the order of the FMU: Q, plain inputs, each motion with its derivatives."""
+        return (*self.Q, *self.plain, *(node for motion in self.motions for node in motion))
+
+    def direction(self, graph: Graph, accelerating: bool) -> dict[int, int]:
+        """The direction of time {variable: its rate}: t -> 1, q -> qd, motions alike, qd -> qdd if ``accelerating``."""
+        rates = {self.t: graph.one} | dict(zip(self.q, self.qd, strict=True))
+        for y, y_dot, y_ddot in self.motions:
+            rates |= {y: y_dot, y_dot: y_ddot}
+        return rates | dict(zip(self.qd, self.qdd, strict=True)) if accelerating else rates
+
+    def moves(self, graph: Graph, node: int) -> bool:
+        """Whether ``node`` contains velocities."""
+        return bool(set(self.qd) & set(graph.cone([node])))
+
+
+def declare(graph: Graph, mechanism: Mechanism) -> Variables:
+    """All variables of ``mechanism`` on ``graph``."""
+    q = [c.name for c in mechanism.coordinates]
+
+    def nodes(labels: Sequence[str]) -> tuple[int, ...]:
+        return tuple(graph.symbol(label) for label in labels)
+
+    return Variables(
+        t=graph.symbol("t"),
+        q=nodes(q),
+        qd=nodes([names.velocity(c) for c in q]),
+        qdd=nodes([names.acceleration(c) for c in q]),
+        Q=nodes([names.generalized_force(c) for c in q]),
+        plain=nodes([u.name for u in mechanism.plain_inputs]),
+        motions=tuple(
+            (graph.symbol(u.name), graph.symbol(names.velocity(u.name)), graph.symbol(names.acceleration(u.name)))
+            for u in mechanism.motions
+        ),
+        parameters=nodes([p.name for p in mechanism.parameters if p.value is not None]),
+    )
+
+
+def translator(graph: Graph, mechanism: Mechanism, variables: Variables) -> Translator:
+    """A translator that knows the variables, the dependent parameters and the definitions of ``mechanism``."""
+    known = [variables.t, *variables.q, *variables.qd, *variables.inputs, *variables.parameters]
+    translate = Translator(
+        graph, {str(graph.first[node]): node for node in known}, (e for _, e in mechanism.expressions())
+    )
+    named = {p.name: p.expression for p in mechanism.parameters if p.expression is not None}
+    named |= {d.name: d.expression for d in mechanism.definitions}
+    uses = {name: sorted({s.name for s in e.free_symbols} & named.keys()) for name, e in named.items()}
+    for name in TopologicalSorter(uses).static_order():
+        translate.define(name, translate(named[name]))
+    return translate
