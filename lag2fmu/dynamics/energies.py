@@ -1,46 +1,72 @@
 """The energies and forces of a mechanism, composed on the graph from bodies, gravity, springs, dampers and loads.
 
-Kinetic energy by Koenig's theorem: T = 1/2 sum(m v.v + I omega^2), velocities by forward AD of the positions. Potential
-energy of uniform gravity a: V = -m a.r. Springs: V = 1/2 k e^2; dampers: R = 1/2 c rate^2 with force -dR/dqd.
+Kinetic energy by Koenig's theorem: T = 1/2 sum(m v.v + omega.I.omega), velocities by forward AD of the positions or
+from frame to frame. Potential energy of uniform gravity a: V = -m a.r. Springs: V = 1/2 k e^2; dampers: R = 1/2 c
+rate^2 with the force -dR/dqd.
 Source: Hand, Finch, Analytical Mechanics, chapters 1 and 8; Goldstein, Classical Mechanics, sections 1.5 and 1.6.
 """
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 
 from lag2fmu.dynamics.autodiff import forward
+from lag2fmu.dynamics.frames import Frames, Velocity
 from lag2fmu.dynamics.graph import Graph
 from lag2fmu.dynamics.translate import Translator
 from lag2fmu.dynamics.variables import Variables
-from lag2fmu.mechanism import Body, Damper, Mechanism, Spring
+from lag2fmu.dynamics.vectors import Vector, apply, times
+from lag2fmu.mechanism import Body, Damper, Load, Mechanism, Output, Spring
+from lag2fmu.mechanism.parts import WORLD
 
 
 @dataclass(frozen=True)
 class Inertia:
-    """A mass or moment of inertia ``weight`` that moves along ``place``: T = 1/2 weight (d place/dt)^2."""
+    """A mass or moment of inertia ``weight`` that moves along ``place``: T = 1/2 weight (d place/dt)^2.
+
+    ``gravity`` is the acceleration of gravity along ``place``.
+    """
 
     weight: int
     place: int
+    gravity: int
+
+
+@dataclass(frozen=True)
+class RigidInertia:
+    """A spatial body: ``mass`` and inertia ``tensor`` (3, 3) about its mass centre, all vectors in its frame's axes.
+
+    ``velocity`` of the mass centre with the angular velocity, (3,) each; ``shift``: their parts J qd, without what
+    moves by itself; ``gravity``: the acceleration of gravity. T = 1/2 m v.v + 1/2 omega.I.omega.
+    """
+
+    mass: int
+    tensor: tuple[Vector, ...]
+    velocity: Velocity
+    shift: Velocity
+    gravity: Vector
 
 
 @dataclass(frozen=True)
 class Energies:
     """What the Lagrange equations are made of, as nodes.
 
-    ``inertias``: the bodies, each mass along every axis and each moment of inertia; ``potential``: V of gravity,
-    springs and the user, as far as it is free of velocities; ``remainder``: the user's part of L beside these (further
-    kinetic energy, velocity-dependent potentials, a whole Lagrangian); ``dissipation``: R; ``effort``: {place: force}
-    of the loads, generalized forces being Q = sum force * dplace/dq; ``direct``: forces on the coordinates themselves,
-    (n,), the external inputs Q among them. ``split``: whether T and V are told apart.
+    ``inertias``: the particles and planar bodies, each mass along every axis and each moment of inertia; ``rigid``: the
+    spatial bodies; ``potential``: V of springs and the user, as far as it is free of velocities; ``remainder``: the
+    user's part of L beside these (further kinetic energy, velocity-dependent potentials, a whole Lagrangian);
+    ``dissipation``: R; ``effort``: {place: force} of the loads, generalized forces being Q = sum force * dplace/dq;
+    ``impetus``: the same at velocities, Q = sum force * dvelocity/dqd; ``direct``: forces on the coordinates
+    themselves, (n,), the external inputs Q among them. ``split``: whether T and V are told apart.
     """
 
     inertias: tuple[Inertia, ...]
+    rigid: tuple[RigidInertia, ...]
     potential: int
     remainder: int
     dissipation: int
     effort: dict[int, int]
+    impetus: dict[int, int]
     direct: tuple[int, ...]
     kinetic_energy: int
     potential_energy: int
@@ -52,36 +78,41 @@ class Energies:
         return bodies if self.split else graph.add(bodies, self.remainder)
 
 
-def compose(graph: Graph, mechanism: Mechanism, translate: Translator, variables: Variables) -> Energies:
-    """The energies and forces of ``mechanism`` on ``graph``."""
-    return _Composer(graph, mechanism, translate, variables).energies()
-
-
-class _Composer:
-    """Puts the parts of a mechanism on the graph."""
+class Composer:
+    """Puts the parts of a mechanism on the graph: ``energies`` and forces, and each ``output``."""
 
     def __init__(self, graph: Graph, mechanism: Mechanism, translate: Translator, variables: Variables) -> None:
         self.g, self.mechanism, self.put, self.variables = graph, mechanism, translate, variables
         self.direction = variables.direction(graph, accelerating=False)
+        self.frames = Frames(graph, mechanism, translate)
+        self.velocities = self.frames.velocities(self.direction)
+        self.effort: dict[int, int] = {}
+        self.impetus: dict[int, int] = {}
 
     def energies(self) -> Energies:
+        """The energies and forces of the whole mechanism"""
         g, given = self.g, self.mechanism.energy
-        inertias = tuple(self._inertias())
+        inertias, rigid = tuple(self._inertias()), tuple(self._rigid())
+        self._loads()
         user_kinetic, user_potential, whole = (
             g.zero if e is None else self.put(e) for e in (given.kinetic, given.potential, given.lagrangian)
         )
-        bodies_kinetic = g.total(self._half_square(i.weight, *self.rate([i.place])) for i in inertias)
-        own_potential = g.add(self._gravity(), g.total(self._spring(s) for s in self.mechanism.springs))
+        bodies_kinetic = g.total(
+            [*(self._half_square(i.weight, *self.rate([i.place])) for i in inertias), *map(self._rigid_energy, rigid)]
+        )
+        springs = g.total(self._spring(s) for s in self.mechanism.springs)
         moving = self.variables.moves(g, user_potential)
         return Energies(
             inertias=inertias,
-            potential=own_potential if moving else g.add(own_potential, user_potential),
+            rigid=rigid,
+            potential=springs if moving else g.add(springs, user_potential),
             remainder=g.total([user_kinetic, whole, g.negate(user_potential) if moving else g.zero]),
             dissipation=self._dissipation(),
-            effort=self._effort(),
+            effort=self.effort,
+            impetus=self.impetus,
             direct=self._direct(),
             kinetic_energy=g.add(bodies_kinetic, user_kinetic),
-            potential_energy=g.add(own_potential, user_potential),
+            potential_energy=g.total([self._gravity_energy(), springs, user_potential]),
             split=given.lagrangian is None,
         )
 
@@ -94,30 +125,69 @@ class _Composer:
         return self.g.multiply(self.g.constant_half, self.g.multiply(factor, self.g.dot(components, components)))
 
     def _inertias(self) -> Iterator[Inertia]:
+        falling = times(self.g, self._gravity_acceleration(), self._gravity_direction())
         for body in self.mechanism.bodies:
-            mass = self.put(body.mass)
-            yield from (Inertia(mass, place) for place in self._place(body))
-            if body.angle is not None:
-                yield Inertia(self.put(body.inertia), self.put(body.angle))
+            if body.frame is None:
+                mass = self.put(body.mass)
+                yield from (Inertia(mass, x, a) for x, a in zip(self.place(body.name), falling, strict=True))
+                if body.angle is not None:
+                    yield Inertia(self.put(body.inertia), self.put(body.angle), self.g.zero)
 
-    def _place(self, part: Body | str) -> tuple[int, ...]:
-        """The position of a body, or of a point or body by name"""
-        position = self.mechanism.place(part) if isinstance(part, str) else tuple(part.position)
-        return self.put.vector(position)
+    def _rigid(self) -> Iterator[RigidInertia]:
+        g, v = self.g, self.variables
+        shifts = self.frames.velocities(dict(zip(v.q, v.qd, strict=True)))
+        framed = [body for body in self.mechanism.bodies if body.frame is not None]
+        down = self.frames.spread(times(g, self._gravity_acceleration(), self._gravity_direction())) if framed else {}
+        for body in framed:
+            center, frame = self.put.vector(tuple(body.center)), str(body.frame)
+            motion = dict(zip(v.q, v.qd, strict=True))
+            yield RigidInertia(
+                mass=self.put(body.mass),
+                tensor=self._tensor(body),
+                velocity=self._moved(self.velocities[frame], center, self.direction),
+                shift=self._moved(shifts[frame], center, motion),
+                gravity=down[frame],
+            )
 
-    def _gravity(self) -> int:
+    def _moved(self, velocity: Velocity, place: Vector, direction: Mapping[int, int]) -> Velocity:
+        """The velocity of a point of a frame, with the frame's angular velocity"""
+        return Velocity(velocity.at(self.g, place, tuple(forward(self.g, place, direction))), velocity.angular)
+
+    def _tensor(self, body: Body) -> tuple[Vector, ...]:
+        if body.inertia is None:
+            return ((self.g.zero,) * 3,) * 3
+        xx, yy, zz, xy, xz, yz = self.put.vector(tuple(body.inertia))
+        return ((xx, xy, xz), (xy, yy, yz), (xz, yz, zz))
+
+    def _rigid_energy(self, body: RigidInertia) -> int:
+        """1/2 m v.v + 1/2 omega.I.omega"""
+        g, omega = self.g, body.velocity.angular
+        spin = g.multiply(g.constant_half, g.dot(omega, apply(g, body.tensor, omega)))
+        return g.add(self._half_square(body.mass, *body.velocity.linear), spin)
+
+    def place(self, name: str) -> Vector:
+        """The position of a point or body in the fixed frame, 2 or 3 entries"""
+        frame, position = self.mechanism.location(name)
+        place = self.put.vector(position)
+        return place if frame == WORLD else self.frames.position(frame, place)
+
+    def _gravity_direction(self) -> Vector:
+        gravity, zero = self.mechanism.gravity, self.g.zero
+        if gravity is None or gravity.direction is None:
+            return (zero,) * (self.mechanism.dimension - 1) + (self.g.minus_one,)
+        return self.put.vector(gravity.direction)
+
+    def _gravity_acceleration(self) -> int:
+        return self.g.zero if self.mechanism.gravity is None else self.put(self.mechanism.gravity.acceleration)
+
+    def _gravity_energy(self) -> int:
         """V = -sum m a.r"""
-        g, gravity = self.g, self.mechanism.gravity
-        if gravity is None:
+        g, bodies = self.g, self.mechanism.bodies
+        if self.mechanism.gravity is None:
             return g.zero
-        terms = []
-        for body in self.mechanism.bodies:
-            place = self._place(body)
-            down = [g.zero] * (len(place) - 1) + [g.minus_one]
-            direction = down if gravity.direction is None else self.put.vector(gravity.direction)
-            weight = g.multiply(self.put(body.mass), self.put(gravity.acceleration))
-            terms.append(g.multiply(weight, g.negate(g.dot(direction, place))))
-        return g.total(terms)
+        direction, acceleration = self._gravity_direction(), self._gravity_acceleration()
+        falls = ((self.put(body.mass), g.dot(direction, self.place(body.name))) for body in bodies)
+        return g.negate(g.total(g.multiply(g.multiply(mass, acceleration), depth) for mass, depth in falls))
 
     def _spring(self, spring: Spring) -> int:
         """V = 1/2 k e^2"""
@@ -134,7 +204,7 @@ class _Composer:
         return self._half_square(self.put(damper.damping), *self.rate([self._distance(damper.between)]))
 
     def _distance(self, ends: Sequence[object]) -> int:
-        a, b = (self._place(str(end)) for end in ends)
+        a, b = (self.place(str(end)) for end in ends)
         difference = [self.g.subtract(x, y) for x, y in zip(a, b, strict=True)]
         return self.g.apply("sqrt", self.g.dot(difference, difference))
 
@@ -143,19 +213,46 @@ class _Composer:
         terms = [self._damper(damper) for damper in self.mechanism.dampers]
         return self.g.total([*terms, self.g.zero if user is None else self.put(user)])
 
-    def _effort(self) -> dict[int, int]:
-        """The loads: forces at positions, torques at angles"""
-        effort: dict[int, int] = {}
+    def _loads(self) -> None:
+        """Forces at positions and torques at angles into ``effort``; those on frames into ``impetus``"""
         for load in self.mechanism.loads:
-            if load.force is not None:
-                place = self._place(str(load.point if load.point is not None else load.body))
-                pairs = list(zip(place, self.put.vector(tuple(load.force)), strict=True))
+            target = str(load.point if load.point is not None else load.body)
+            frame, position = self.mechanism.location(target)
+            if frame != WORLD:
+                self._load_on_frame(load, frame, self.put.vector(position))
+            elif load.force is not None:
+                self._act(self.effort, self.place(target), self.put.vector(tuple(load.force)))
             else:
-                body = next(b for b in self.mechanism.bodies if b.name == load.body)
-                pairs = [(self.put(body.angle), self.put(load.torque))]
-            for where, force in pairs:
-                effort[where] = self.g.add(effort.get(where, self.g.zero), force)
-        return effort
+                body = next(b for b in self.mechanism.bodies if b.name == target)
+                self._act(self.effort, (self.put(body.angle),), (self.put(load.torque),))
+
+    def _load_on_frame(self, load: Load, frame: str, place: Vector) -> None:
+        """A force at the velocity of its point, a torque at the angular velocity, in the frame's axes"""
+        given = load.force if load.force is not None else load.torque
+        vector = self.put.vector(tuple(given))
+        own = vector if load.axes != WORLD else self.frames.to_frame(frame, vector)
+        velocity = self._moved(self.velocities[frame], place, self.direction)
+        self._act(self.impetus, velocity.linear if load.force is not None else velocity.angular, own)
+
+    def _act(self, total: dict[int, int], where: Vector, force: Vector) -> None:
+        for node, component in zip(where, force, strict=True):
+            total[node] = self.g.add(total.get(node, self.g.zero), component)
+
+    def output(self, output: Output) -> Vector:
+        """The nodes of an output, one for each of its names"""
+        if output.quantity is None:
+            return (self.put(output.expression),)
+        name = str(output.point if output.point is not None else output.frame)
+        if output.quantity == "position":
+            return self.place(name)
+        if output.quantity == "velocity":
+            return tuple(self.rate(self.place(name)))
+        if output.quantity == "angular_velocity":
+            own = self.velocities[name].angular
+            return own if output.axes != WORLD else self.frames.to_world(name, own)
+        if output.quantity == "rotation":
+            return tuple(entry for row in zip(*self.frames.axes(name), strict=True) for entry in row)
+        return self.frames.quaternion(name) if output.quantity == "quaternion" else self.frames.angles(name)
 
     def _direct(self) -> tuple[int, ...]:
         given = {force.coordinate: self.put(force.expression) for force in self.mechanism.forces}

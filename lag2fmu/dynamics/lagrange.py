@@ -4,8 +4,9 @@ With L = T - V, generalized forces Q and Rayleigh's dissipation function R the e
 
     d/dt dL/dqd - dL/dq + dR/dqd = Q.
 
-For bodies, T = 1/2 sum w (dr/dt)^2, the first two terms are J^T w d2r/dt2 + dV/dq with J = dr/dq: accelerations by
-forward AD along the motion, then one reverse sweep, without M and without Christoffel symbols. What else the user
+For bodies, T = 1/2 sum w (dr/dt)^2, the first two terms are J^T w (d2r/dt2 - gravity) with J = dr/dq: accelerations by
+forward AD along the motion, then one reverse sweep, without M and without Christoffel symbols. For spatial bodies J is
+dv/dqd and dv/dt takes the turning of the axes along (Kane, Levinson, Dynamics, section 6.1). What else the user
 wrote into L goes through p = dL/dqd by reverse AD and dp/dt by forward AD over it. The accelerations come from the
 quadratic form of T over the velocity graph, see ``elimination``. Source: Hand, Finch, Analytical Mechanics, section
 1.9; Landau, Lifshitz, Mechanics, sections 2, 6 and 7 for h; section 25 for R.
@@ -18,12 +19,13 @@ from dataclasses import dataclass
 
 from lag2fmu.dynamics.autodiff import forward, reverse
 from lag2fmu.dynamics.elimination import Entries, Solution, mass_matrix, solve
-from lag2fmu.dynamics.energies import Energies, compose
+from lag2fmu.dynamics.energies import Composer, Energies, RigidInertia
 from lag2fmu.dynamics.graph import Graph
 from lag2fmu.dynamics.operations import NEGATE
 from lag2fmu.dynamics.quadratic import second_degree
 from lag2fmu.dynamics.samples import check_agreement, check_quadratic, check_rank, check_start
 from lag2fmu.dynamics.variables import Variables, declare, translator
+from lag2fmu.dynamics.vectors import apply, cross, minus, plus, times
 from lag2fmu.mechanism import Mechanism, names
 
 METHODS = ("elimination", "factorisation")
@@ -97,7 +99,8 @@ def _derive(mechanism: Mechanism, method: str) -> EquationsOfMotion:
     graph = Graph()
     variables = declare(graph, mechanism)
     translate = translator(graph, mechanism, variables)
-    energies = compose(graph, mechanism, translate, variables)
+    composer = Composer(graph, mechanism, translate, variables)
+    energies = composer.energies()
     entries = _quadratic_form(graph, mechanism, variables, energies)
     forcing = tuple(graph.negate(r) for r in _residual(graph, variables, energies, accelerating=False))
     solution = solve(graph, entries, variables.qd, forcing, early=method == "elimination")
@@ -114,7 +117,7 @@ def _derive(mechanism: Mechanism, method: str) -> EquationsOfMotion:
         residual=tuple(_residual(graph, variables, energies, accelerating=True)),
         momenta=tuple(momenta),
         energies=_named_energies(graph, variables, energies, momenta),
-        outputs={o.name: translate(o.expression) for o in mechanism.outputs},
+        outputs={name: node for o in mechanism.outputs for name, node in zip(o.names, composer.output(o), strict=True)},
         dependent={p.name: translate.names[p.name] for p in mechanism.parameters if p.expression is not None},
     )
 
@@ -126,17 +129,35 @@ def _residual(graph: Graph, v: Variables, energies: Energies, accelerating: bool
     accelerations = forward(graph, forward(graph, places, v.direction(graph, accelerating=False)), direction)
     effort = {place: graph.negate(force) for place, force in energies.effort.items()}
     for inertia, acceleration in zip(energies.inertias, accelerations, strict=True):
-        force = graph.multiply(inertia.weight, acceleration)
+        force = graph.multiply(inertia.weight, graph.subtract(acceleration, inertia.gravity))
         effort[inertia.place] = graph.add(effort.get(inertia.place, graph.zero), force)
     effort[energies.potential] = graph.add(effort.get(energies.potential, graph.zero), graph.one)
     rows = zip(
         reverse(graph, effort, v.q),
+        reverse(graph, _inertial_impetus(graph, energies, direction), v.qd),
         _remainder(graph, v, energies.remainder, direction),
         reverse(graph, {energies.dissipation: graph.one}, v.qd),
         energies.direct,
         strict=True,
     )
-    return [graph.subtract(graph.total([bodies, others, damping]), Q) for bodies, others, damping, Q in rows]
+    return [graph.subtract(graph.total(terms), Q) for *terms, Q in rows]
+
+
+def _inertial_impetus(graph: Graph, energies: Energies, direction: Mapping[int, int]) -> dict[int, int]:
+    """{velocity: inertial force - load} of the spatial bodies, in their axes.
+
+    Force m (dv/dt + omega x v - gravity) and torque I domega/dt + omega x I omega (Euler's equations).
+    """
+    impetus = {velocity: graph.negate(force) for velocity, force in energies.impetus.items()}
+    for body in energies.rigid:
+        v, omega = body.velocity.linear, body.velocity.angular
+        dv, alpha = tuple(forward(graph, v, direction)), tuple(forward(graph, omega, direction))
+        acceleration = minus(graph, plus(graph, dv, cross(graph, omega, v)), body.gravity)
+        gyroscopic = cross(graph, omega, apply(graph, body.tensor, omega))
+        torque = plus(graph, apply(graph, body.tensor, alpha), gyroscopic)
+        for where, force in zip((*v, *omega), (*times(graph, body.mass, acceleration), *torque), strict=True):
+            impetus[where] = graph.add(impetus.get(where, graph.zero), force)
+    return impetus
 
 
 def _remainder(graph: Graph, v: Variables, remainder: int, direction: Mapping[int, int]) -> list[int]:
@@ -148,41 +169,50 @@ def _remainder(graph: Graph, v: Variables, remainder: int, direction: Mapping[in
 
 def _quadratic_form(graph: Graph, mechanism: Mechanism, v: Variables, energies: Energies) -> Entries:
     """The entries of 2 T2: weights on the velocities J qd of the bodies, and the user's terms of second degree."""
-    entries: dict[tuple[int, int], int] = {}
-
-    def add(a: int, b: int, value: int) -> None:
-        if graph.zero not in (a, b, value):
-            key = (min(a, b), max(a, b))
-            entries[key] = graph.add(entries.get(key, graph.zero), value)
-
     motion = dict(zip(v.q, v.qd, strict=True))
     speeds = forward(graph, [inertia.place for inertia in energies.inertias], motion)
-    for inertia, speed in zip(energies.inertias, speeds, strict=True):
-        unsigned = graph.operands(speed)[0] if graph.code[speed] == NEGATE else speed
-        add(unsigned, unsigned, inertia.weight)
+    terms = [(speed, speed, i.weight) for speed, i in zip(speeds, energies.inertias, strict=True)]
+    for body in energies.rigid:
+        terms += _rigid_terms(body)
     form = second_degree(graph, energies.remainder, v.qd)
     if form is not None:
-        rows = form.rows
-        pairs = [(a, b, rows[a][b]) for a in rows for b in rows[a] if a <= b]
+        terms += [(a, b, value) for a, row in form.rows.items() for b, value in row.items()]
     else:
-        pairs = _hessian(graph, mechanism, v, energies.remainder)
-    for a, b, value in pairs:
-        add(a, b, value)
+        terms += _hessian(graph, mechanism, v, energies.remainder)
+
+    entries: dict[tuple[int, int], int] = {}
+    for x, y, value in terms:
+        (a, same), (b, equal) = _unsigned(graph, x), _unsigned(graph, y)
+        if graph.zero not in (a, b, value) and a <= b:
+            signed = value if same == equal else graph.negate(value)
+            entries[a, b] = graph.add(entries.get((a, b), graph.zero), signed)
     return entries
 
 
-def _hessian(graph: Graph, mechanism: Mechanism, v: Variables, remainder: int) -> list[tuple[int, int, int]]:
+def _unsigned(graph: Graph, node: int) -> tuple[int, bool]:
+    """The node without a minus sign in front, and whether it had none."""
+    return (graph.operands(node)[0], False) if graph.code[node] == NEGATE else (node, True)
+
+
+Term = tuple[int, int, int]
+"""value * a * b in 2 T2, as (a, b, value); terms of different nodes stand twice, as (a, b) and as (b, a)."""
+
+
+def _rigid_terms(body: RigidInertia) -> list[Term]:
+    """The terms of m v.v + omega.I.omega"""
+    v, omega = body.shift.linear, body.shift.angular
+    spin = [(omega[i], omega[j], body.tensor[i][j]) for i in range(3) for j in range(3)]
+    return [*((x, x, body.mass) for x in v), *spin]
+
+
+def _hessian(graph: Graph, mechanism: Mechanism, v: Variables, remainder: int) -> list[Term]:
     """The second derivatives by qd of a part of L that is no evident polynomial; refused unless they are constant."""
     momenta = reverse(graph, {remainder: graph.one}, v.qd)
-    pairs = [
-        (v.qd[k], v.qd[k + j], entry)
-        for k, velocity in enumerate(v.qd)
-        for j, entry in enumerate(forward(graph, momenta[k:], {velocity: graph.one}))
-    ]
-    entries = [entry for *_, entry in pairs]
+    columns = [forward(graph, momenta, {velocity: graph.one}) for velocity in v.qd]
+    entries = [entry for column in columns for entry in column]
     check_quadratic(mechanism, graph, entries)
-    resting = graph.substitute(entries, dict.fromkeys(v.qd, graph.zero))
-    return [(a, b, entry) for (a, b, _), entry in zip(pairs, resting, strict=True)]
+    resting = iter(graph.substitute(entries, dict.fromkeys(v.qd, graph.zero)))
+    return [(a, b, next(resting)) for a in v.qd for b in v.qd]
 
 
 def _named_energies(graph: Graph, v: Variables, energies: Energies, momenta: Sequence[int]) -> dict[str, int]:
@@ -193,7 +223,10 @@ def _named_energies(graph: Graph, v: Variables, energies: Energies, momenta: Seq
         if not v.moves(graph, energies.potential_energy):
             named["total_energy"] = graph.add(energies.kinetic_energy, energies.potential_energy)
     named["generalized_energy"] = graph.subtract(graph.dot(v.qd, momenta), energies.lagrangian(graph))
-    forces = [graph.add(a, b) for a, b in zip(reverse(graph, energies.effort, v.q), energies.direct, strict=True)]
+    rows = zip(
+        reverse(graph, energies.effort, v.q), reverse(graph, energies.impetus, v.qd), energies.direct, strict=True
+    )
+    forces = [graph.total(row) for row in rows]
     silent = graph.substitute(forces, dict.fromkeys((*v.Q, *v.plain), graph.zero))
     external = [graph.subtract(a, b) for a, b in zip(forces, silent, strict=True)]
     named["external_power"] = graph.dot(external, v.qd)

@@ -94,4 +94,7 @@ def compile_library(
             raise BuildError(
                 f"the compiler failed with exit code {done.returncode} ({' '.join(command[:5])} ...):\n{shown}"
             )
-        return (Path(folder) / library).read_bytes()
+        try:
+            return (Path(folder) / library).read_bytes()
+        except OSError as error:
+            raise BuildError(f"the compiler '{command[0]}' ended without an error but wrote no library") from error

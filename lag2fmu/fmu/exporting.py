@@ -23,6 +23,8 @@ from lag2fmu.mechanism.write import write
 from lag2fmu.version import VERSION
 
 MECHANISM_ENTRY = "extra/org.lag2fmu/mechanism.toml"
+_NOT_IN_XML = re.compile("[^\t\n\r -\ud7ff\ue000-\ufffd\U00010000-\U0010ffff]")
+"""Characters that no XML document can hold (XML 1.0, production 2)."""
 
 
 @dataclass(frozen=True)
@@ -55,6 +57,7 @@ def export(
         raise ExportError(f"unknown solver '{solver}'; known are {', '.join(METHODS)}")
     target = Path(path) if path is not None else Path(f"{mechanism.name}.fmu")
     _check_target(target)
+    _check_texts(mechanism)
     equations = derive(mechanism)
     program = lower(equations)
     description, sources = describe(mechanism, equations, program, solver, outputs)
@@ -117,3 +120,17 @@ def _check_target(path: Path) -> None:
         raise ExportError(f"the output '{path}' does not end in .fmu; importers know FMUs by this ending")
     if not path.parent.is_dir():
         raise ExportError(f"the folder '{path.parent}' does not exist; create it or choose another one with -o")
+
+
+def _check_texts(mechanism: Mechanism) -> None:
+    """Refuse titles and descriptions that modelDescription.xml cannot hold."""
+    texts = {"title": mechanism.title, "source": mechanism.source}
+    for table in ("coordinates", "parameters", "inputs", "outputs"):
+        texts |= {f"{table}.{part.name}.doc": part.doc for part in getattr(mechanism, table)}
+    for place, text in texts.items():
+        found = _NOT_IN_XML.search(text)
+        if found is not None:
+            raise ExportError(
+                f"mechanism '{mechanism.name}', {place}: "
+                f"the character {found.group()!r} cannot stand in an FMU; remove it"
+            )

@@ -181,11 +181,11 @@ def _add_calculated(builder: _Builder, equations: EquationsOfMotion, program: Pr
         unit, doc = _per(_per(q.unit, SECOND), SECOND), f"acceleration of {q.name}"
         name = names.acceleration(q.name)
         builder.add(Variable(name, 0, "local", "continuous", "calculated", None, unit, doc), "VARIABLE_ACCELERATION", i)
-    outputs = {o.name: o for o in mechanism.outputs}
+    outputs = mechanism.output_names
     momenta = {names.momentum(q.name): q for q in mechanism.coordinates}
     for i, name in enumerate(program.locals):
         if name in outputs:
-            unit, doc = outputs[name].unit, outputs[name].doc
+            unit, doc = _resolved(outputs[name].unit), outputs[name].doc
         elif name in momenta:
             q = momenta[name]
             unit, doc = (None if q.unit is None else JOULE * SECOND / q.unit), f"generalized momentum of {q.name}"
@@ -193,6 +193,10 @@ def _add_calculated(builder: _Builder, equations: EquationsOfMotion, program: Pr
             unit, doc = (WATT if name == "external_power" else JOULE), _ENERGY_DOCS[name]
         causality = "output" if name in outputs else "local"
         builder.add(Variable(name, 0, causality, "continuous", "calculated", None, unit, doc), "VARIABLE_LOCAL", i)
+
+
+def _resolved(unit: Unit | str | None) -> Unit | None:
+    return parse_unit(unit) if isinstance(unit, str) else unit
 
 
 def _add_derivatives(builder: _Builder, mechanism: Mechanism) -> None:

@@ -79,10 +79,12 @@ def _generated(mechanism: Mechanism) -> Iterator[tuple[str, str]]:
 
 
 def _declared(mechanism: Mechanism) -> Iterator[tuple[str, str]]:
-    tables = ("coordinates", "parameters", "inputs", "definitions", "outputs")
-    for table in tables:
+    for table in ("coordinates", "parameters", "inputs", "definitions"):
         for part in getattr(mechanism, table):
             yield part.name, f"{table}.{part.name}"
+    for output in mechanism.outputs:
+        for name in output.names:
+            yield name, f"outputs.{output.name}"
 
 
 def check_names(mechanism: Mechanism) -> None:
@@ -104,7 +106,7 @@ def check_names(mechanism: Mechanism) -> None:
         if other is not None and not (what.startswith("outputs.") and other.startswith("definitions.")):
             raise MechanismError(f"{what}: the name '{name}' is already taken by {other}; choose another one")
         taken[name] = what
-    for table in ("springs", "dampers", "loads"):
+    for table in ("frames", "springs", "dampers", "loads"):
         _check_unique([part.name for part in getattr(mechanism, table)], table)
     _check_unique([part.name for part in mechanism.places], "bodies and points")
     _check_unique([part.coordinate for part in mechanism.forces], "forces")

@@ -1,334 +1,70 @@
-"""The record ``Mechanism`` and its parts: what the textbook procedure asks for, as data.
+"""The record ``Mechanism``: what the textbook procedure asks for, as data. Its parts are in ``symbols`` and ``parts``.
 
-All parts are frozen; their expressions are in the normal form of ``expressions`` and compute in SI units. Numbers of
-coordinates, parameters and inputs are kept in SI; the unit says how they are shown.
+Numbers of coordinates, parameters and inputs are kept in SI; the unit says how they are shown.
 """
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator, Mapping, Sequence
-from dataclasses import dataclass, field, fields
-from typing import TypeAlias, TypeVar
+from collections.abc import Iterable, Iterator, Mapping
+from dataclasses import dataclass, field, fields, replace
+from typing import TypeVar
 
 import sympy as sp
 
 from lag2fmu.errors import MechanismError
-from lag2fmu.mechanism.expressions import normal_form, symbol
-from lag2fmu.mechanism.units import Unit, parse_unit
-
-Expression: TypeAlias = "sp.Expr | int | float"
-Vector = tuple[sp.Expr, ...]
-
-
-@dataclass(frozen=True)
-class Coordinate:
-    """A generalized coordinate q: start values of q and qd, nominal value and bounds in SI."""
-
-    name: str
-    unit: Unit | None = None
-    start: float = 0.0
-    velocity: float = 0.0
-    nominal: float = 1.0
-    minimum: float | None = None
-    maximum: float | None = None
-    doc: str = ""
-
-
-@dataclass(frozen=True)
-class Parameter:
-    """A constant of the mechanism: an independent one has a ``value`` (SI), a dependent one an ``expression``."""
-
-    name: str
-    value: float | None = None
-    unit: Unit | None = None
-    doc: str = ""
-    expression: sp.Expr | None = None
-    minimum: float | None = None
-    maximum: float | None = None
-
-
-@dataclass(frozen=True)
-class Input:
-    """A signal from outside, start value in SI. A ``motion`` input y0 comes with its derivatives y0_dot and y0_ddot."""
-
-    name: str
-    unit: Unit | None = None
-    start: float = 0.0
-    motion: bool = False
-    doc: str = ""
-    minimum: float | None = None
-    maximum: float | None = None
-
-
-@dataclass(frozen=True)
-class Definition:
-    """A name for an expression that other expressions use."""
-
-    name: str
-    expression: sp.Expr
-
-    def __post_init__(self) -> None:
-        _normalise(self, "definition", "expression")
-
-
-@dataclass(frozen=True)
-class Energy:
-    """Energies beside those of bodies and springs, or the whole Lagrangian; ``dissipation`` is Rayleigh's function."""
-
-    kinetic: Expression | None = None
-    potential: Expression | None = None
-    dissipation: Expression | None = None
-    lagrangian: Expression | None = None
-
-    def __post_init__(self) -> None:
-        for item in fields(self):
-            if getattr(self, item.name) is not None:
-                _normalise(self, "energy", item.name)
-
-
-@dataclass(frozen=True)
-class Gravity:
-    """Uniform gravity: ``acceleration`` (m/s2) along ``direction`` (2 or 3 entries; by default -y or -z)."""
-
-    acceleration: Expression
-    direction: Vector | None = None
-
-    def __post_init__(self) -> None:
-        _normalise(self, "gravity", "acceleration", "direction")
-
-
-@dataclass(frozen=True)
-class Body:
-    """A particle, or a planar rigid body if ``angle`` and ``inertia`` are given.
-
-    ``position`` holds the 2 or 3 coordinates of the mass centre in the fixed frame, r(t, q), in m; ``mass`` in kg;
-    ``inertia`` about the mass centre in kg.m2; ``angle`` in rad, counter-clockwise.
-    """
-
-    name: str
-    mass: Expression
-    position: Sequence[Expression]
-    angle: Expression | None = None
-    inertia: Expression | None = None
-
-    def __post_init__(self) -> None:
-        _normalise(self, f"bodies.{self.name}", "mass", "position", "angle", "inertia")
-
-
-@dataclass(frozen=True)
-class Point:
-    """A named point in the fixed frame: ``position`` with 2 or 3 entries, in m."""
-
-    name: str
-    position: Sequence[Expression]
-
-    def __post_init__(self) -> None:
-        _normalise(self, f"points.{self.name}", "position")
-
-
-End = str | Body | Point
-
-
-@dataclass(frozen=True)
-class Spring:
-    """A linear spring: ``elongation`` as an expression, or ``between`` two points or bodies with natural ``length``."""
-
-    name: str
-    stiffness: Expression
-    elongation: Expression | None = None
-    between: Sequence[End] | None = None
-    length: Expression | None = None
-
-    def __post_init__(self) -> None:
-        _normalise(self, f"springs.{self.name}", "stiffness", "elongation", "length")
-        _name_ends(self)
-
-
-@dataclass(frozen=True)
-class Damper:
-    """A linear damper: ``rate`` of elongation as an expression, or ``between`` two points or bodies."""
-
-    name: str
-    damping: Expression
-    rate: Expression | None = None
-    between: Sequence[End] | None = None
-
-    def __post_init__(self) -> None:
-        _normalise(self, f"dampers.{self.name}", "damping", "rate")
-        _name_ends(self)
-
-
-@dataclass(frozen=True)
-class Force:
-    """A generalized non-potential force Q on one coordinate."""
-
-    coordinate: str
-    expression: Expression
-
-    def __post_init__(self) -> None:
-        object.__setattr__(self, "coordinate", str(self.coordinate))
-        _normalise(self, f"forces.{self.coordinate}", "expression")
-
-
-@dataclass(frozen=True)
-class Load:
-    """A force (N) at a ``point`` (or at a body's mass centre), or a ``torque`` (N.m) on a planar ``body``.
-
-    With ``input=True`` and no value the load itself becomes FMU inputs: NAME_x, NAME_y (NAME_z), or NAME for a torque.
-    """
-
-    name: str
-    point: End | None = None
-    body: End | None = None
-    force: Sequence[Expression] | None = None
-    torque: Expression | None = None
-    input: bool = False
-
-    def __post_init__(self) -> None:
-        _normalise(self, f"loads.{self.name}", "force", "torque")
-        for attribute in ("point", "body"):
-            end = getattr(self, attribute)
-            if end is not None:
-                object.__setattr__(self, attribute, _end_name(end))
-
-
-@dataclass(frozen=True)
-class Output:
-    """A further output of the FMU, by expression in t, q, qd, inputs and parameters."""
-
-    name: str
-    expression: Expression
-    unit: Unit | str | None = None
-    doc: str = ""
-
-    def __post_init__(self) -> None:
-        _normalise(self, f"outputs.{self.name}", "expression")
-        object.__setattr__(self, "unit", _unit(self.unit))
-
-
-@dataclass(frozen=True)
-class Experiment:
-    """What a default run looks like: stop time and communication step in s, relative tolerance."""
-
-    stop_time: float = 10.0
-    step: float = 0.01
-    tolerance: float = 1e-6
-
-
-def _normalise(part: object, where: str, *names: str) -> None:
-    """Bring the expressions ``names`` of a frozen part to normal form; sequences become tuples."""
-    for name in names:
-        value = getattr(part, name)
-        if value is None:
-            continue
-        if isinstance(value, (tuple, list, sp.MatrixBase)):
-            value = tuple(normal_form(item, f"{where}.{name}[{i}]") for i, item in enumerate(value))
-        else:
-            value = normal_form(value, f"{where}.{name}")
-        object.__setattr__(part, name, value)
-
-
-def _end_name(end: End) -> str:
-    return end if isinstance(end, str) else end.name
-
-
-def _name_ends(part: Spring | Damper) -> None:
-    if part.between is not None:
-        object.__setattr__(part, "between", tuple(_end_name(end) for end in part.between))
-
-
-def _unit(unit: Unit | str | None) -> Unit | None:
-    return parse_unit(unit) if isinstance(unit, str) else unit
-
-
-# ------------------------------------------------------------------------------------ symbols that carry their record
-
-
-class Declared(sp.Symbol):  # type: ignore[misc]
-    """A real symbol that carries the record it was declared with, so that a model is written once.
-
-    It is equal to every symbol declared under the same name; ``Mechanism`` takes the record and keeps plain symbols.
-    """
-
-    __slots__ = ("declaration",)
-    declaration: Coordinate | Parameter | Input
-
-    def __new__(cls, declaration: Coordinate | Parameter | Input) -> Declared:
-        """A new symbol called as ``declaration`` says (SymPy's cache is passed by: it would return an older record)."""
-        new: Declared = sp.Symbol.__xnew__(cls, declaration.name, real=True)
-        new.declaration = declaration
-        return new
-
-    @property
-    def dot(self) -> sp.Symbol:
-        """The velocity of a coordinate or motion input, NAME_dot."""
-        return symbol(f"{self.name}_dot")
-
-    @property
-    def ddot(self) -> sp.Symbol:
-        """The acceleration of a motion input, NAME_ddot."""
-        return symbol(f"{self.name}_ddot")
-
-
-def coordinate(
-    name: str,
-    unit: str | None = None,
-    *,
-    start: float = 0.0,
-    velocity: float = 0.0,
-    nominal: float = 1.0,
-    minimum: float | None = None,
-    maximum: float | None = None,
-    doc: str = "",
-) -> Declared:
-    """A generalized coordinate, its velocity being ``.dot``; numbers are in ``unit`` (``velocity`` in unit/s)."""
-    u = parse_unit(unit or "1")
-    rate, size = u.difference_to_si(velocity), u.difference_to_si(nominal)
-    u_or_none = _unit(unit)
-    return Declared(
-        Coordinate(name, u_or_none, u.to_si(start), rate, size, _si(u_or_none, minimum), _si(u_or_none, maximum), doc)
-    )
-
-
-def parameter(
-    name: str,
-    value: float | sp.Expr,
-    unit: str | None = None,
-    doc: str = "",
-    *,
-    minimum: float | None = None,
-    maximum: float | None = None,
-) -> Declared:
-    """A parameter: independent if ``value`` is a number (in ``unit``), dependent if it is an expression (in SI)."""
-    u = _unit(unit)
-    low, high = _si(u, minimum), _si(u, maximum)
-    if isinstance(value, sp.Expr) and value.free_symbols:
-        expression = normal_form(value, f"parameters.{name}")
-        return Declared(Parameter(name, None, u, doc, expression, low, high))
-    return Declared(Parameter(name, _si(u, float(value)), u, doc, None, low, high))
-
-
-def signal(
-    name: str,
-    unit: str | None = None,
-    *,
-    start: float = 0.0,
-    motion: bool = False,
-    minimum: float | None = None,
-    maximum: float | None = None,
-    doc: str = "",
-) -> Declared:
-    """An FMU input for expressions of forces; with ``motion=True`` a prescribed motion with ``.dot`` and ``.ddot``."""
-    u = _unit(unit)
-    return Declared(Input(name, u, _si(u, start), motion, doc, _si(u, minimum), _si(u, maximum)))
-
-
-def _si(unit: Unit | None, value: float | None) -> float:
-    """SI value of a number given in ``unit`` (None stays None: a bound that is not there)."""
-    return value if value is None else float(value) if unit is None else unit.to_si(float(value))  # type: ignore[return-value]
-
-
-# ------------------------------------------------------------------------------------------------------- the mechanism
+from lag2fmu.mechanism.expressions import symbol
+from lag2fmu.mechanism.names import suggestion
+from lag2fmu.mechanism.outputs import Experiment, Output
+from lag2fmu.mechanism.parts import (
+    AXES,
+    WORLD,
+    Body,
+    Damper,
+    Definition,
+    Energy,
+    Expression,
+    Force,
+    Frame,
+    Gravity,
+    Load,
+    Place,
+    Point,
+    Rotation,
+    Spring,
+    Vector,
+    expressions_of,
+)
+from lag2fmu.mechanism.symbols import Coordinate, Declared, Input, Parameter, coordinate, parameter, signal
+from lag2fmu.mechanism.units import parse_unit
+
+__all__ = [
+    "AXES",
+    "WORLD",
+    "Body",
+    "Coordinate",
+    "Damper",
+    "Declared",
+    "Definition",
+    "Energy",
+    "Experiment",
+    "Expression",
+    "Force",
+    "Frame",
+    "Gravity",
+    "Input",
+    "Load",
+    "Mechanism",
+    "Output",
+    "Parameter",
+    "Place",
+    "Point",
+    "Rotation",
+    "Spring",
+    "Vector",
+    "coordinate",
+    "parameter",
+    "signal",
+]
 
 
 @dataclass(frozen=True, init=False)
@@ -337,7 +73,7 @@ class Mechanism:
 
     Built in Python from symbols that ``coordinate``, ``parameter`` and ``signal`` declare, or read from text by
     ``lag2fmu.load``. Raises MechanismError (UnitError for dimensions when ``strict_units``), naming part and remedy.
-    ``warnings`` lists mismatching dimensions that were let pass.
+    ``warnings`` lists what was let pass: mismatching dimensions, inertia tensors that no body has.
     """
 
     name: str
@@ -350,6 +86,7 @@ class Mechanism:
     energy: Energy
     forces: tuple[Force, ...]
     gravity: Gravity | None
+    frames: tuple[Frame, ...]
     bodies: tuple[Body, ...]
     points: tuple[Point, ...]
     springs: tuple[Spring, ...]
@@ -373,6 +110,7 @@ class Mechanism:
         energy: Energy | None = None,
         forces: Iterable[Force] | Mapping[sp.Symbol, Expression] = (),
         gravity: Gravity | Expression | None = None,
+        frames: Iterable[Frame] = (),
         bodies: Iterable[Body] = (),
         points: Iterable[Point] = (),
         springs: Iterable[Spring] = (),
@@ -389,7 +127,9 @@ class Mechanism:
             forces = [Force(str(q), Q) for q, Q in forces.items()]
         if gravity is not None and not isinstance(gravity, Gravity):
             gravity = Gravity(gravity)
-        loads, load_inputs = _expand_loads(loads, bodies := tuple(bodies), points := tuple(points))
+        bodies, points = tuple(bodies), tuple(points)
+        places: dict[str, Place] = {part.name: part for part in (*bodies, *points)}
+        loads, load_inputs = _expand_loads(loads, places)
         values = {
             "name": name,
             "title": title or str(name).replace("_", " ").capitalize(),
@@ -401,12 +141,13 @@ class Mechanism:
             "energy": energy or Energy(),
             "forces": tuple(forces),
             "gravity": gravity,
+            "frames": tuple(frames),
             "bodies": bodies,
             "points": points,
             "springs": tuple(springs),
             "dampers": tuple(dampers),
             "loads": loads,
-            "outputs": tuple(outputs),
+            "outputs": tuple(replace(x, dimension=_size(places.get(str(x.point)), 3)) for x in outputs),
             "experiment": experiment or Experiment(),
             "strict_units": strict_units,
             "warnings": (),
@@ -426,30 +167,64 @@ class Mechanism:
         return tuple(item for item in self.inputs if item.motion)
 
     @property
-    def places(self) -> tuple[Body | Point, ...]:
+    def places(self) -> tuple[Place, ...]:
         """The bodies and points: what a spring, damper or force can be attached to."""
         return (*self.bodies, *self.points)
 
+    @property
+    def dimension(self) -> int:
+        """The number of entries of positions and forces: 2 in the plane, 3 in space or where there are no positions."""
+        return 3 if self.frames else next((_size(part, 3) for part in self.places), 3)
+
+    @property
+    def output_names(self) -> dict[str, Output]:
+        """Every name that the outputs bring (NAME, or NAME_x ... of a quantity) -> its output, with unit and doc."""
+        return {name: output for output in self.outputs for name in output.names}
+
+    def frame(self, name: str) -> Frame:
+        """The frame called ``name``; raises MechanismError if there is none ("world" is none: it does not move)."""
+        return _named(self.frames, name, f"frame '{name}' in mechanism '{self.name}'")
+
+    def location(self, name: str) -> tuple[str, Vector]:
+        """Frame and position (m, in its axes) of the point or body ``name``; the frame is "world" for a fixed one.
+
+        Of a body it is the mass centre. Raises MechanismError if there is no such point or body.
+        """
+        part = _named(self.places, name, f"point or body '{name}' in mechanism '{self.name}'")
+        if isinstance(part, Body) and part.frame is not None:
+            return str(part.frame), tuple(part.center)
+        return str(part.frame or WORLD), tuple(part.position or ())
+
     def place(self, name: str) -> Vector:
-        """The position (m) of the point or body called ``name``; raises MechanismError if there is none."""
-        for part in self.places:
-            if part.name == name:
-                return tuple(part.position)
-        known = ", ".join(part.name for part in self.places) or "none"
-        raise MechanismError(f"there is no point or body '{name}' in mechanism '{self.name}'; known are {known}")
+        """The position (m) in the fixed frame of the point or body ``name``.
+
+        Raises MechanismError if there is none, or if it is on a frame: ``location`` says where, and composing frames
+        is left to those who compute with them.
+        """
+        frame, position = self.location(name)
+        if frame != WORLD:
+            raise MechanismError(f"'{name}' is on frame '{frame}'; its position is composed along the frames")
+        return position
 
     def expressions(self) -> Iterator[tuple[str, sp.Expr]]:
         """Every expression of the record with its place, e.g. ('bodies.bob.position[0]', x)."""
         for table in fields(self):
             content = getattr(self, table.name)
-            parts = content if isinstance(content, tuple) else (content,)
-            for part in parts:
-                if not isinstance(part, str):
-                    label = getattr(part, "name", getattr(part, "coordinate", ""))
-                    yield from _expressions_of(part, f"{table.name}.{label}" if label else table.name)
+            for part in content if isinstance(content, tuple) else (content,):
+                label = getattr(part, "name", getattr(part, "coordinate", ""))
+                yield from expressions_of(part, f"{table.name}.{label}" if label else table.name)
 
 
 Record = TypeVar("Record", Coordinate, Parameter, Input)
+Part = TypeVar("Part", Frame, Place)
+
+
+def _named(parts: Iterable[Part], name: str, what: str) -> Part:
+    """The one of ``parts`` called ``name``; raises MechanismError that there is no ``what``."""
+    found = {part.name: part for part in parts}
+    if name not in found:
+        raise MechanismError(f"there is no {what}; {suggestion(name, found)}")
+    return found[name]
 
 
 def _records(declared: Iterable[Declared | Record], kind: type[Record], table: str) -> tuple[Record, ...]:
@@ -463,37 +238,33 @@ def _records(declared: Iterable[Declared | Record], kind: type[Record], table: s
     return tuple(records)
 
 
-def _expand_loads(
-    loads: Iterable[Load], bodies: tuple[Body, ...], points: tuple[Point, ...]
-) -> tuple[tuple[Load, ...], tuple[Input, ...]]:
+def _size(place: Place | None, otherwise: int) -> int:
+    """The number of entries of the position of ``place``."""
+    if place is None:
+        return otherwise
+    return 3 if place.frame is not None or place.position is None else len(place.position)
+
+
+def _expand_loads(loads: Iterable[Load], places: Mapping[str, Place]) -> tuple[tuple[Load, ...], tuple[Input, ...]]:
     """Loads that are inputs, written out: the load refers to the inputs it brings."""
-    places: tuple[Body | Point, ...] = (*bodies, *points)
-    dimension = {part.name: len(part.position) for part in places}
     expanded: list[Load] = []
     inputs: list[Input] = []
     for load in loads:
         if not load.input:
             expanded.append(load)
-        elif load.force is not None or load.torque is not None:
+            continue
+        if load.force is not None or load.torque is not None:
             raise MechanismError(f"loads.{load.name}: 'input' and a value exclude each other; leave one out")
-        elif load.point is not None:
-            names = [f"{load.name}_{axis}" for axis in "xyz"[: dimension.get(str(load.point), 2)]]
-            inputs += [
-                Input(n, parse_unit("N"), doc=f"force '{load.name}' at {load.point}, along {n[-1]}") for n in names
-            ]
-            expanded.append(Load(load.name, point=load.point, force=[symbol(n) for n in names]))
-        else:
-            inputs.append(Input(load.name, parse_unit("N.m"), doc=f"torque on {load.body}"))
-            expanded.append(Load(load.name, body=load.body, torque=symbol(load.name)))
+        kind, place = ("torque", load.body) if load.point is None else ("force", load.point)
+        target = places.get(str(place))
+        planar_torque = kind == "torque" and (target is None or target.frame is None)
+        suffixes = ("",) if planar_torque else tuple(f"_{axis}" for axis in AXES[: _size(target, 2)])
+        unit = parse_unit("N.m" if kind == "torque" else "N")
+        for suffix in suffixes:
+            along = f", along {suffix[-1:]}{' of its frame' if load.axes == 'frame' else ''}" if suffix else ""
+            doc = f"force '{load.name}' at {place}{along}" if kind == "force" else f"torque on {place}{along}"
+            inputs.append(Input(f"{load.name}{suffix}", unit, doc=doc))
+        entries = [symbol(f"{load.name}{suffix}") for suffix in suffixes]
+        value = entries[0] if planar_torque else entries
+        expanded.append(replace(load, input=False, **{kind: value}))  # type: ignore[arg-type]
     return tuple(expanded), tuple(inputs)
-
-
-def _expressions_of(part: object, where: str) -> Iterator[tuple[str, sp.Expr]]:
-    for item in fields(part) if hasattr(part, "__dataclass_fields__") else ():  # type: ignore[arg-type]
-        value = getattr(part, item.name)
-        if isinstance(value, sp.Expr):
-            yield f"{where}.{item.name}", value
-        elif isinstance(value, tuple):
-            for i, entry in enumerate(value):
-                if isinstance(entry, sp.Expr):
-                    yield f"{where}.{item.name}[{i}]", entry

@@ -85,6 +85,10 @@ class Table:
         value = self._array(key, "expressions")
         return value and tuple(read_expression(item, f"{self.place(key)}[{i}]") for i, item in enumerate(value))
 
+    def scalar_or_vector(self, key: str) -> sp.Expr | tuple[sp.Expr, ...] | None:
+        """The expression ``key``, or the expressions of the array ``key``; None if it is not there."""
+        return self.vector(key) if isinstance(self.content.get(key), list) else self.expression(key)
+
     def names(self, key: str) -> tuple[str, ...] | None:
         """The strings of the array ``key``, None if it is not there; raises TextError for other entries."""
         value = self._array(key, "names")
@@ -92,6 +96,22 @@ class Table:
             if not isinstance(item, str):
                 raise TextError(f"{self.place(key)}[{i}]: expected a name, got {describe(item)}")
         return value
+
+    def rotations(self, key: str) -> tuple[tuple[str | tuple[sp.Expr, ...], sp.Expr], ...]:
+        """The pairs [axis, angle] of the array ``key``, an axis being a string or an array; may be empty or absent."""
+        turns = []
+        pairs = () if self.content.get(key) == [] else self._array(key, "pairs of axis and angle")
+        for i, item in enumerate(pairs or ()):
+            place = f"{self.place(key)}[{i}]"
+            if not isinstance(item, list) or len(item) != 2:
+                raise TextError(f'{place}: expected a pair of axis and angle, e.g. ["z", "q"], got {describe(item)}')
+            axis, angle = item
+            if isinstance(axis, list):
+                axis = tuple(read_expression(x, f"{place}.axis[{j}]") for j, x in enumerate(axis))
+            elif not isinstance(axis, str):
+                raise TextError(f"{place}.axis: expected 'x', 'y', 'z' or an array of 3, got {describe(axis)}")
+            turns.append((axis, read_expression(angle, f"{place}.angle")))
+        return tuple(turns)
 
     def _array(self, key: str, entries: str) -> tuple[Any, ...] | None:
         value = self.content.get(key)

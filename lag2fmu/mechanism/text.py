@@ -16,6 +16,7 @@ import sympy as sp
 
 from lag2fmu.errors import MechanismError, TextError
 from lag2fmu.mechanism.record import (
+    WORLD,
     Body,
     Coordinate,
     Damper,
@@ -23,6 +24,7 @@ from lag2fmu.mechanism.record import (
     Energy,
     Experiment,
     Force,
+    Frame,
     Gravity,
     Input,
     Load,
@@ -43,10 +45,10 @@ else:
 MAX_BYTES = 1_000_000
 MAX_KEY_PARTS = 16
 
-_LATER_TABLES = ("frames", "constraints")
+_LATER_TABLES = ("constraints",)
 _TABLES = (
     *("mechanism", "parameters", "coordinates", "inputs", "definitions", "energy", "forces", "gravity"),
-    *("bodies", "points", "springs", "dampers", "loads", "outputs", "experiment"),
+    *("frames", "bodies", "points", "springs", "dampers", "loads", "outputs", "experiment"),
 )
 
 
@@ -125,12 +127,13 @@ def _mechanism(content: dict[str, Any]) -> Mechanism:
         energy=_energy(root),
         forces=_expressions(root, "forces", Force),
         gravity=_gravity(root) if "gravity" in content else None,
-        bodies=_named(root, "bodies", _body, ("mass", "inertia", "position", "angle"), ("frame", "center")),
-        points=_named(root, "points", _point, ("position",), ("frame",)),
+        frames=_named(root, "frames", _frame, ("parent", "origin", "rotations", "quaternion")),
+        bodies=_named(root, "bodies", _body, ("mass", "inertia", "position", "angle", "frame", "center")),
+        points=_named(root, "points", _point, ("frame", "position")),
         springs=_named(root, "springs", _spring, ("stiffness", "elongation", "between", "length")),
         dampers=_named(root, "dampers", _damper, ("damping", "rate", "between")),
-        loads=_named(root, "loads", _load, ("point", "body", "force", "torque", "input"), ("axes",)),
-        outputs=_named(root, "outputs", _output, ("expression", "unit", "doc")),
+        loads=_named(root, "loads", _load, ("point", "body", "force", "torque", "input", "axes")),
+        outputs=_named(root, "outputs", _output, ("expression", "frame", "point", "quantity", "axes", "unit", "doc")),
         experiment=_experiment(root),
     )
 
@@ -193,18 +196,29 @@ def _gravity(root: Table) -> Gravity:
     return Gravity(table.expression("acceleration", required=True), table.vector("direction"))
 
 
-def _position(table: Table) -> tuple[sp.Expr, ...]:
-    table.require("position")
-    return table.vector("position") or ()
+_ORIGIN = (sp.S.Zero,) * 3
+
+
+def _frame(name: str, table: Table) -> Frame:
+    origin, quaternion = table.vector("origin") or _ORIGIN, table.vector("quaternion")
+    return Frame(name, table.text("parent", WORLD) or "", origin, table.rotations("rotations"), quaternion)
 
 
 def _body(name: str, table: Table) -> Body:
-    mass = table.expression("mass", required=True)
-    return Body(name, mass, _position(table), angle=table.expression("angle"), inertia=table.expression("inertia"))
+    return Body(
+        name,
+        table.expression("mass", required=True),
+        table.vector("position"),
+        table.expression("angle"),
+        table.scalar_or_vector("inertia"),
+        table.text("frame", None),
+        table.vector("center") or _ORIGIN,
+    )
 
 
 def _point(name: str, table: Table) -> Point:
-    return Point(name, _position(table))
+    table.require("position")
+    return Point(name, table.vector("position") or (), table.text("frame", None))
 
 
 def _spring(name: str, table: Table) -> Spring:
@@ -217,12 +231,22 @@ def _damper(name: str, table: Table) -> Damper:
 
 
 def _load(name: str, table: Table) -> Load:
-    point, body = table.text("point", None), table.text("body", None)
-    return Load(name, point, body, table.vector("force"), table.expression("torque"), table.flag("input"))
+    point, body, axes = table.text("point", None), table.text("body", None), table.text("axes", WORLD) or ""
+    force, torque = table.vector("force"), table.scalar_or_vector("torque")
+    return Load(name, point, body, force, torque, table.flag("input"), axes)
 
 
 def _output(name: str, table: Table) -> Output:
-    return Output(name, table.expression("expression", required=True), table.unit(), table.text("doc") or "")
+    return Output(
+        name,
+        table.expression("expression"),
+        table.unit(),
+        table.text("doc") or "",
+        table.text("frame", None),
+        table.text("point", None),
+        table.text("quantity", None),
+        table.text("axes", WORLD) or "",
+    )
 
 
 def _experiment(root: Table) -> Experiment:

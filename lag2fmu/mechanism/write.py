@@ -10,7 +10,22 @@ from fractions import Fraction
 import sympy as sp
 
 from lag2fmu.mechanism.expressions import to_text
-from lag2fmu.mechanism.record import Coordinate, Damper, Experiment, Input, Mechanism, Output, Parameter, Spring
+from lag2fmu.mechanism.outputs import QUANTITIES
+from lag2fmu.mechanism.record import (
+    WORLD,
+    Body,
+    Coordinate,
+    Damper,
+    Experiment,
+    Frame,
+    Input,
+    Load,
+    Mechanism,
+    Output,
+    Parameter,
+    Rotation,
+    Spring,
+)
 from lag2fmu.mechanism.units import DIMENSIONLESS, Unit, exact
 
 Entries = Mapping[str, str | None]
@@ -30,14 +45,12 @@ def write(mechanism: Mechanism) -> str:
         _table("energy", _expressions(m.energy, "kinetic", "potential", "dissipation", "lagrangian")),
         _table("forces", {f.coordinate: _expression(f.expression) for f in m.forces}),
         _table("gravity", _expressions(m.gravity, "acceleration", "direction") if m.gravity else {}),
-        *(_table(f"bodies.{b.name}", _expressions(b, "mass", "inertia", "position", "angle")) for b in m.bodies),
-        *(_table(f"points.{p.name}", _expressions(p, "position")) for p in m.points),
+        *(_table(f"frames.{f.name}", _frame(f)) for f in m.frames),
+        *(_table(f"bodies.{b.name}", _body(b)) for b in m.bodies),
+        *(_table(f"points.{p.name}", {**_names(p, "frame"), **_expressions(p, "position")}) for p in m.points),
         *(_table(f"springs.{s.name}", _element(s, "stiffness", "elongation", "length")) for s in m.springs),
         *(_table(f"dampers.{d.name}", _element(d, "damping", "rate")) for d in m.dampers),
-        *(
-            _table(f"loads.{x.name}", {**_names(x, "point", "body"), **_expressions(x, "force", "torque")})
-            for x in m.loads
-        ),
+        *(_table(f"loads.{x.name}", _load(x)) for x in m.loads),
         _table("outputs", {o.name: _inline(_output(o)) for o in m.outputs}),
         _table("experiment", _experiment(m.experiment)),
     ]
@@ -84,9 +97,43 @@ def _bounds(part: Parameter | Coordinate | Input) -> Entries:
     return {"min": _number(part.minimum, unit), "max": _number(part.maximum, unit)}
 
 
+def _frame(f: Frame) -> Entries:
+    return {
+        "parent": _string(str(f.parent)),
+        **_expressions(f, "origin"),
+        "rotations": _rotations(f) if f.rotations else None,
+        **_expressions(f, "quaternion"),
+    }
+
+
+def _rotations(f: Frame) -> str:
+    pairs = (Rotation(*turn) for turn in f.rotations)  # type: ignore[arg-type]
+    written = [
+        f"[{_string(axis) if isinstance(axis, str) else _vector(axis)}, {_expression(angle)}]" for axis, angle in pairs
+    ]
+    return f"[{', '.join(written)}]"
+
+
+def _body(b: Body) -> Entries:
+    if b.frame is None:
+        return _expressions(b, "mass", "inertia", "position", "angle")
+    return {**_names(b, "frame"), **_expressions(b, "center", "mass", "inertia")}
+
+
+def _load(x: Load) -> Entries:
+    return {**_names(x, "point", "body"), **_expressions(x, "force", "torque"), "axes": _axes(x)}
+
+
 def _output(o: Output) -> Entries:
     unit = o.unit if isinstance(o.unit, Unit) else None
-    return {"expression": _expression(o.expression), "unit": _unit(unit), "doc": _doc(o.doc)}
+    if o.quantity in QUANTITIES and unit == QUANTITIES[o.quantity][2]:
+        unit = None
+    keys = {**_expressions(o, "expression"), **_names(o, "frame", "point", "quantity"), "axes": _axes(o)}
+    return {**keys, "unit": _unit(unit), "doc": _doc(o.doc)}
+
+
+def _axes(part: Load | Output) -> str | None:
+    return None if part.axes == WORLD else _string(part.axes)
 
 
 def _element(part: Spring | Damper, *keys: str) -> Entries:
@@ -108,9 +155,12 @@ def _expressions(part: object, *keys: str) -> Entries:
     written: dict[str, str | None] = {}
     for key in keys:
         value = getattr(part, key)
-        entries = [_expression(entry) for entry in value] if isinstance(value, tuple) else []
-        written[key] = f"[{', '.join(entries)}]" if entries else _expression(value) if value is not None else None
+        written[key] = None if value is None else _vector(value) if isinstance(value, tuple) else _expression(value)
     return written
+
+
+def _vector(entries: Iterable[sp.Expr]) -> str:
+    return f"[{', '.join(_expression(entry) for entry in entries)}]"
 
 
 # ------------------------------------------------------------------------------------------------------------ TOML

@@ -2,7 +2,8 @@
 
 T by Koenig's theorem, T = 1/2 m v^2 + 1/2 I w^2 (J. Koenig, 1751; H. Goldstein, Classical Mechanics, section 1.2), with
 v = (dr/dq) qd + dr/dt + (dr/dy) y_dot for motion inputs y; generalized forces Q = F . dr/dq (Goldstein, section 1.4).
-Only positions and angles are differentiated here. All expressions are in SI units.
+Only positions and angles are differentiated here. All expressions are in SI units. What is on frames is left out:
+composed expressions would grow without bounds, so ``spatial`` adds it as numbers.
 """
 
 from __future__ import annotations
@@ -12,7 +13,7 @@ from dataclasses import dataclass, field
 
 import sympy as sp
 
-from lag2fmu.mechanism import Mechanism
+from lag2fmu.mechanism import Body, Mechanism, Output
 from lag2fmu.mechanism.expressions import TIME, symbol
 from lag2fmu.mechanism.names import acceleration, generalized_force, velocity
 
@@ -57,8 +58,9 @@ def symbols_of(mechanism: Mechanism) -> Symbols:
 
 @dataclass(frozen=True)
 class Composition:
-    """T, V, Rayleigh's R (J, J, W), the non-potential forces Q (n,) and the outputs as expressions; L = T - V.
+    """T, V, Rayleigh's R (J, J, W), the non-potential forces Q (n,), the outputs by name as expressions; L = T - V.
 
+    Without the parts that are on frames.
     Where the user gives a whole Lagrangian its part of second degree in qd counts as T and the rest as -V: V then
     holds velocity-dependent potentials, and terms of moving supports too.
     """
@@ -69,7 +71,7 @@ class Composition:
     potential: sp.Expr = field(init=False)
     dissipation: sp.Expr = field(init=False)
     forces: Vector = field(init=False)
-    outputs: Vector = field(init=False)
+    outputs: dict[str, sp.Expr] = field(init=False)
     _meaning: dict[sp.Symbol, sp.Expr] = field(init=False, repr=False)
 
     def __post_init__(self) -> None:
@@ -82,7 +84,7 @@ class Composition:
             potential=sp.Add(potential, *self._gravity(), *self._springs()),
             dissipation=sp.Add(self.written(self.mechanism.energy.dissipation), *self._dampers()),
             forces=self._forces(),
-            outputs=tuple(self.written(output.expression) for output in self.mechanism.outputs),
+            outputs={name: x for output in self.mechanism.outputs for name, x in self._output(output)},
         )
 
     def _set(self, **values: object) -> None:
@@ -113,8 +115,12 @@ class Composition:
         return sp.Add(*moving), -sp.Add(*resting)
 
     def place(self, name: str) -> Vector:
-        """The position (m) of a point or body; 2 or 3 entries."""
+        """The position (m) of a point or body; 2 or 3 entries. Raises MechanismError for one on a frame."""
         return tuple(self.written(x) for x in self.mechanism.place(name))
+
+    def on_frame(self, name: object) -> bool:
+        """Is ``name`` a point or body that is on a frame (be it the world)?"""
+        return any(part.name == name and part.frame is not None for part in self.mechanism.places)
 
     def _given_energies(self) -> tuple[sp.Expr, sp.Expr]:
         energy = self.mechanism.energy
@@ -126,19 +132,32 @@ class Composition:
         return quadratic, quadratic - whole
 
     def _koenig(self) -> Iterable[sp.Expr]:
-        for body in self.mechanism.bodies:
-            speeds = (self.rate(self.written(x)) for x in body.position)
+        for body in self._fixed_bodies():
+            speeds = (self.rate(self.written(x)) for x in body.position or ())
             yield self.written(body.mass) * sp.Add(*(v**2 for v in speeds)) / 2
             if body.angle is not None:
                 yield self.written(body.inertia) * self.rate(self.written(body.angle)) ** 2 / 2
+
+    def _fixed_bodies(self) -> list[Body]:
+        """The bodies whose position is given in the fixed frame."""
+        return [body for body in self.mechanism.bodies if body.frame is None]
+
+    def _output(self, output: Output) -> Iterable[tuple[str, sp.Expr]]:
+        if output.expression is not None:
+            yield output.name, self.written(output.expression)
+        elif output.point is not None and not self.on_frame(output.point):
+            position = self.place(str(output.point))
+            entries = position if output.quantity == "position" else map(self.rate, position)
+            yield from zip(output.names, entries, strict=True)
 
     def _gravity(self) -> Iterable[sp.Expr]:
         gravity = self.mechanism.gravity
         if gravity is None:
             return
-        for body in self.mechanism.bodies:
-            direction = gravity.direction or (*[0] * (len(body.position) - 1), -1)
-            height = _dot([self.written(x) for x in direction], self.place(body.name))
+        for body in self._fixed_bodies():
+            place = self.place(body.name)
+            direction = gravity.direction or (*[0] * (len(place) - 1), -1)
+            height = _dot([self.written(x) for x in direction], place)
             yield -self.written(body.mass) * self.written(gravity.acceleration) * height
 
     def _springs(self) -> Iterable[sp.Expr]:
@@ -146,6 +165,8 @@ class Composition:
             stiffness, length = self.written(spring.stiffness), self.written(spring.length)
             if spring.between is None:
                 square = self.written(spring.elongation) ** 2
+            elif self._any_on_frame(spring.between):
+                continue
             else:
                 gap = self._gap(spring.between)
                 # |gap| has no derivative at 0; the energy of a spring without natural length has one
@@ -156,10 +177,15 @@ class Composition:
         for damper in self.mechanism.dampers:
             if damper.between is None:
                 rate = self.written(damper.rate)
+            elif self._any_on_frame(damper.between):
+                continue
             else:
                 gap = self._gap(damper.between)
                 rate = _dot(gap, [self.rate(x) for x in gap]) / sp.sqrt(_dot(gap, gap))
             yield self.written(damper.damping) * rate**2 / 2
+
+    def _any_on_frame(self, ends: Sequence[object]) -> bool:
+        return any(self.on_frame(end) for end in ends)
 
     def _gap(self, ends: Sequence[object]) -> Vector:
         a, b = (self.place(str(end)) for end in ends)
@@ -172,11 +198,14 @@ class Composition:
         for force in self.mechanism.forces:
             total[symbol(force.coordinate)] += self.written(force.expression)
         for load in self.mechanism.loads:
+            place = load.point if load.point is not None else load.body
+            if self.on_frame(place):
+                continue
             if load.torque is not None:
                 places: Vector = (self.written(_angle(self.mechanism, str(load.body))),)
                 values: Vector = (self.written(load.torque),)
             else:
-                places = self.place(str(load.point if load.point is not None else load.body))
+                places = self.place(str(place))
                 values = tuple(self.written(x) for x in load.force or ())
             for q in s.q:
                 total[q] += _dot(values, [x.diff(q) for x in places])

@@ -18,6 +18,7 @@ from lag2fmu.mechanism import Mechanism, Parameter
 from lag2fmu.mechanism.expressions import TIME
 from lag2fmu.reference.composition import Composition
 from lag2fmu.reference.functions import Array, compiled
+from lag2fmu.reference.spatial import Spatial
 
 Floats = NDArray[np.float64]
 InputValues = Mapping[str, ArrayLike]
@@ -62,7 +63,8 @@ class Energies:
         self._energies = compiled((*self._configuration, *s.parameters), (c.kinetic, c.potential, c.dissipation))
         arguments = (TIME, *s.q, *s.qd, *s.inputs, *s.parameters)
         self._forces = compiled(arguments, c.forces)
-        self._outputs = compiled(arguments, c.outputs)
+        self._outputs = compiled(arguments, tuple(c.outputs.values()))
+        self.spatial = Spatial(c, self._constants)
         starts = {u.name: u.start for u in mechanism.inputs}
         self._starts = np.array([starts.get(x.name, 0.0) for x in s.inputs])
         self._row = {x.name: i for i, x in enumerate(s.inputs)}
@@ -101,23 +103,41 @@ class Energies:
 
     def energies(self, state: State) -> Floats:
         """T, V (J) and R (W) at ``state``: (3, *batch)."""
-        rows = state.rows[: len(self._configuration)]
-        return self._energies(np.ascontiguousarray(rows), self._constants)
+        rows = self._rows(state)
+        values = self._energies(rows, self._constants)
+        return values if self.spatial.empty else values + self.spatial.energies(rows)
 
     def forces(self, state: State) -> Floats:
         """The non-potential forces Q without dissipation, external ones included: (n, *batch)."""
-        return self._forces(state.rows, self._constants)
+        values = self._forces(state.rows, self._constants)
+        return values if self.spatial.empty else values + self.spatial.forces(self._rows(state), state.inputs)
 
-    def outputs(self, state: State) -> Floats:
-        """The outputs of the mechanism, in its order, in SI units: (outputs, *batch)."""
-        return self._outputs(state.rows, self._constants)
+    def outputs(self, state: State) -> dict[str, Floats]:
+        """The outputs of the mechanism by name, in its order, in SI units, each (*batch)."""
+        values = dict(zip(self.composition.outputs, self._outputs(state.rows, self._constants), strict=True))
+        if not self.spatial.empty:
+            values |= self.spatial.outputs(self._rows(state))
+        return {name: values[name] for name in self.mechanism.output_names}
+
+    def position(self, state: State, name: str) -> Floats:
+        """The position (m) in the fixed frame of the point or body ``name``: (2 or 3, *batch)."""
+        if self.composition.on_frame(name):
+            return self.spatial.position(self._rows(state), name)
+        arguments = (*self._configuration, *self.composition.symbols.parameters)
+        return compiled(arguments, self.composition.place(name))(self._rows(state), self._constants)
 
     def velocity_part(self) -> Callable[[Array], Array]:
         """rows (t, q, qd, y, y_dot), real or complex -> K, U, R: L = K - U, with all that velocities change in K."""
         moving, resting = self.composition.velocity_part()
         expressions: tuple[sp.Expr, ...] = (moving, resting, self.composition.dissipation)
         function = compiled((*self._configuration, *self.composition.symbols.parameters), expressions)
-        return lambda rows: function(rows, self._constants)
+        if self.spatial.empty:
+            return lambda rows: function(rows, self._constants)
+        return lambda rows: function(rows, self._constants) + self.spatial.energies(rows)
+
+    def _rows(self, state: State) -> Floats:
+        """t, q, qd, y, y_dot of ``state``, (1 + 2 n + 2 k, *batch)."""
+        return np.ascontiguousarray(state.rows[: len(self._configuration)])
 
 
 def parameter_values(mechanism: Mechanism, overrides: Mapping[str, float]) -> dict[str, float]:

@@ -126,9 +126,8 @@ class Equations:
     def outputs(
         self, t: ArrayLike, q: ArrayLike, qd: ArrayLike, inputs: InputValues | None = None
     ) -> dict[str, Floats]:
-        """The mechanism's outputs: name -> () or (m,), in SI units."""
-        values = self.energies.outputs(self.energies.state(t, q, qd, inputs))
-        return {output.name: value for output, value in zip(self.mechanism.outputs, values, strict=True)}
+        """The mechanism's outputs, one for each entry: name -> () or (m,), in SI units."""
+        return self.energies.outputs(self.energies.state(t, q, qd, inputs))
 
     def balance(
         self, t: ArrayLike, q: ArrayLike, qd: ArrayLike, qdd: ArrayLike, inputs: InputValues | None = None

@@ -52,7 +52,7 @@ def sympy_accelerations(mechanism: Mechanism) -> Callable[[float, ArrayLike, Arr
 def lagrange_equations(energies: Energies) -> tuple[sp.Matrix, sp.Matrix]:
     """M (n, n) and forcing (n, 1) of M qdd = forcing as expressions in plain symbols, by LagrangesMethod.
 
-    Forces and dissipation -dR/dqd are added to its forcing.
+    Forces and dissipation -dR/dqd are added to its forcing. What is on frames is composed into expressions here.
     """
     from sympy.physics.mechanics import LagrangesMethod, dynamicsymbols
 
@@ -62,7 +62,11 @@ def lagrange_equations(energies: Energies) -> tuple[sp.Matrix, sp.Matrix]:
     to_time = {TIME: clock, **moving}
     for x, x_dot in zip((*s.q, *s.motion), (*s.qd, *s.motion_dot), strict=True):
         to_time[x_dot] = moving[x].diff(clock)
-    method = LagrangesMethod((c.kinetic - c.potential).xreplace(to_time), [moving[q] for q in s.q])
+    kinetic, potential, dissipation = (
+        own + sp.sympify(framed)
+        for own, framed in zip((c.kinetic, c.potential, c.dissipation), energies.spatial.symbolic(), strict=True)
+    )
+    method = LagrangesMethod((kinetic - potential).xreplace(to_time), [moving[q] for q in s.q])
     method.form_lagranges_equations()
 
     def plain(matrix: sp.Matrix) -> sp.Matrix:
@@ -72,5 +76,6 @@ def lagrange_equations(energies: Energies) -> tuple[sp.Matrix, sp.Matrix]:
         zeroth = {value: x for x, value in to_time.items() if value not in first}
         return matrix.xreplace(second).xreplace(first).xreplace(zeroth).doit()  # SymPy leaves d|x|/dx undone
 
-    others = sp.Matrix([force - c.dissipation.diff(v) for force, v in zip(c.forces, s.qd, strict=True)])
+    loads = energies.spatial.symbolic_forces()
+    others = sp.Matrix([Q + load - dissipation.diff(v) for Q, load, v in zip(c.forces, loads, s.qd, strict=True)])
     return plain(method.mass_matrix), plain(method.forcing) + others

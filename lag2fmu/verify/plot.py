@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -10,7 +11,7 @@ from matplotlib.figure import Figure
 from numpy.typing import NDArray
 
 from lag2fmu.errors import ExportError, LoadError
-from lag2fmu.mechanism import Mechanism
+from lag2fmu.mechanism import Mechanism, Output
 from lag2fmu.reference import Trajectory
 
 Floats = NDArray[np.float64]
@@ -76,12 +77,14 @@ def configuration(mechanism: Mechanism) -> Figure:
     """
     from lag2fmu.reference import integrate
 
-    parts = [*mechanism.bodies, *mechanism.points]
+    parts = mechanism.places
     if not parts:
         raise LoadError(f"mechanism '{mechanism.name}' has no bodies or points: there is nothing to draw")
+    positions = {part.name: Output(f"place{i}", point=part.name, quantity="position") for i, part in enumerate(parts)}
     times = np.linspace(0.0, mechanism.experiment.stop_time, 400)
-    run = integrate(mechanism, times, rtol=1e-8).trajectory
-    paths = {part.name: _path(mechanism, part.name, run) for part in parts}
+    run = integrate(replace(mechanism, outputs=tuple(positions.values())), times, rtol=1e-8).trajectory
+    vertical = "xyz"[mechanism.dimension - 1]
+    paths = {name: run.columns([f"{o.name}_x", f"{o.name}_{vertical}"]) for name, o in positions.items()}
     figure = Figure(figsize=(6.5, 6.5), layout="constrained")
     axes = figure.subplots()
     for part in parts:
@@ -99,27 +102,7 @@ def configuration(mechanism: Mechanism) -> Figure:
                 axes.plot(ends[:, 0], ends[:, 1], f"C3{style}", label=element.name, zorder=2)
     axes.set_title(f"{mechanism.title}\nstart position, and the paths over {times[-1]:g} s", fontsize=11)
     axes.set_xlabel("x in m")
-    axes.set_ylabel("y in m" if len(parts[0].position) == 2 else "z in m")
+    axes.set_ylabel(f"{vertical} in m")
     axes.set_aspect("equal", adjustable="datalim")
     axes.grid(True, alpha=0.3)
     return figure
-
-
-def _path(mechanism: Mechanism, name: str, run: Trajectory) -> Floats:
-    """The horizontal and vertical position (m) of a point or body along ``run``, (m, 2)."""
-    import sympy as sp
-
-    from lag2fmu.mechanism import names
-    from lag2fmu.reference.composition import Composition
-    from lag2fmu.reference.energies import parameter_values
-
-    place = Composition(mechanism).place(name)
-    values = parameter_values(mechanism, {}) | {u.name: u.start for u in mechanism.inputs}
-    values |= {f(u.name): 0.0 for u in mechanism.motions for f in (names.velocity, names.acceleration)}
-    coordinates = [c.name for c in mechanism.coordinates]
-    symbols = {s.name: s for x in place for s in x.free_symbols}
-    known = {symbols[n]: v for n, v in values.items() if n in symbols}
-    free = [symbols.get(n, sp.Dummy()) for n in ("t", *coordinates)]
-    function = sp.lambdify(free, [place[0].subs(known), place[-1].subs(known)], "numpy")
-    columns = function(run.time, *(run[c] for c in coordinates))
-    return np.stack([np.broadcast_to(np.asarray(c, dtype=float), run.time.shape) for c in columns], axis=1)

@@ -13,7 +13,7 @@ from functools import cached_property
 
 import sympy as sp
 
-from lag2fmu.mechanism import Mechanism, names
+from lag2fmu.mechanism import Frame, Mechanism, names
 from lag2fmu.mechanism.expressions import TIME, symbol, to_text
 from lag2fmu.reference.composition import Composition
 
@@ -56,8 +56,8 @@ class _Steps:
     def all(self) -> Iterator[tuple[str, Sequence[str]]]:
         """(title, lines) of each step."""
         m = self.mechanism
-        rigid = [b.name for b in m.bodies if b.angle is not None]
-        particles = [b.name for b in m.bodies if b.angle is None]
+        rigid = [b.name for b in m.bodies if b.inertia is not None]
+        particles = [b.name for b in m.bodies if b.inertia is None]
         yield (
             "Particles and rigid bodies",
             [
@@ -75,6 +75,9 @@ class _Steps:
             ],
         )
         yield "Coordinate system", [self._say(self._axes())]
+        if m.frames:
+            yield from self._on_frames()
+            return
         yield "Transformation equations", self._formulas(self._positions())
         yield "Velocities", self._formulas(self._velocities())
         yield "Kinetic energy", self._formulas([("T", _tidy(self.composition.kinetic))])
@@ -92,6 +95,29 @@ class _Steps:
         yield "Derivatives of L", self._formulas(self._derivatives())
         yield "Equations of motion", self._formulas(self._equations())
 
+    def _on_frames(self) -> Iterator[tuple[str, Sequence[str]]]:
+        """The steps of a spatial mechanism: its frames as they are given; the rest is composed, not written out."""
+        m = self.mechanism
+        frames = [f"frame {f.name} on {f.parent}: {_pose(f)}" for f in m.frames]
+        places = [
+            f"{part.name} at {_vector(m.location(part.name)[1])} in {m.location(part.name)[0]}" for part in m.places
+        ]
+        yield "Transformation equations", [self._say(line) for line in (*frames, *places)]
+        yield (
+            "Velocities",
+            [self._say("from frame to frame: v = R^T (v_P + omega_P x d + d_dot), omega = R^T omega_P + rates")],
+        )
+        yield "Kinetic energy", [self._say("T = 1/2 sum (m v.v + omega.I.omega)")]
+        yield "Potential energy", [self._say(f"V = - sum m a.r{' + springs' if m.springs else ''}")]
+        yield "Lagrangian L = T - V", [self._say("composed on the graph, not written out")]
+        loads = [f"{load.name} at {load.point or load.body}" for load in m.loads]
+        yield (
+            "Non-potential forces",
+            [self._say(", ".join([*loads, *(f"on {f.coordinate}" for f in m.forces)]) or "none")],
+        )
+        yield "Derivatives of L", [self._say("by automatic differentiation")]
+        yield "Equations of motion", [self._say(f"{len(m.coordinates)} equations M(q, t) qdd = forcing")]
+
     # ------------------------------------------------------------------------------------------------- the steps
 
     @cached_property
@@ -100,7 +126,7 @@ class _Steps:
 
     def _axes(self) -> str:
         m = self.mechanism
-        dimension = max((len(b.position) for b in (*m.bodies, *m.points)), default=2)
+        dimension = m.dimension
         axes = "fixed Cartesian axes " + "xyz"[:dimension]
         if m.gravity is None:
             return axes
@@ -178,6 +204,20 @@ def _listed(items: Sequence[str]) -> str:
 def _unit(unit: object) -> str:
     name = getattr(unit, "si_name", "")
     return f" [{name}]" if name else ""
+
+
+def _vector(entries: Sequence[sp.Expr]) -> str:
+    return f"({', '.join(to_text(sp.sympify(x)) for x in entries)})"
+
+
+def _pose(frame: Frame) -> str:
+    """Origin and rotation of a frame in words."""
+    if frame.quaternion is not None:
+        return f"origin {_vector(frame.origin)}, quaternion {_vector(frame.quaternion)}"
+    turns = [
+        f"{axis if isinstance(axis, str) else _vector(axis)} by {to_text(angle)}" for axis, angle in frame.rotations
+    ]
+    return f"origin {_vector(frame.origin)}" + (f", turned about {', then '.join(turns)}" if turns else "")
 
 
 def _latex_name(name: str) -> str:

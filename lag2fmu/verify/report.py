@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import math
 from collections.abc import Mapping
 from dataclasses import asdict, dataclass, field
 from pathlib import Path
@@ -31,6 +32,11 @@ class Check:
         return self.value <= self.bar
 
 
+def _json(value: float) -> float | str:
+    """``value`` as JSON has it: 'nan' and 'inf' are text there."""
+    return value if math.isfinite(value) else str(value)
+
+
 @dataclass(frozen=True)
 class Report:
     """The outcome of ``validate``.
@@ -52,9 +58,11 @@ class Report:
 
     def table(self) -> Table:
         """The checks as a table of rich."""
+        from rich.markup import escape
         from rich.table import Table
 
-        table = Table(title=self.title, title_justify="left", caption="\n".join(self.notes), caption_justify="left")
+        notes = escape("\n".join(self.notes))
+        table = Table(title=escape(self.title), title_justify="left", caption=notes, caption_justify="left")
         for column, justify in (
             ("compared", "left"),
             ("value", "right"),
@@ -65,7 +73,7 @@ class Report:
             table.add_column(column, justify=justify)  # type: ignore[arg-type]
         for check in self.checks:
             mark = "[green]ok[/green]" if check.passed else "[bold red]FAILED[/bold red]"
-            table.add_row(check.name, f"{check.value:.2e}", f"{check.bar:.2e}", mark, check.detail)
+            table.add_row(escape(check.name), f"{check.value:.2e}", f"{check.bar:.2e}", mark, escape(check.detail))
         return table
 
     def __str__(self) -> str:
@@ -83,7 +91,7 @@ class Report:
         content = {
             "title": self.title,
             "passed": self.passed,
-            "checks": [asdict(check) | {"passed": check.passed} for check in self.checks],
+            "checks": [asdict(check) | {"value": _json(check.value), "passed": check.passed} for check in self.checks],
             "notes": list(self.notes),
         }
         return json.dumps(content, indent=2) + "\n"

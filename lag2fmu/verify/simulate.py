@@ -69,7 +69,11 @@ def simulate_fmu(
     )
     _check_known(names, [v.name for v in description.modelVariables], "variable")
     _check_values(values or {}, description)
-    signals = None if inputs is None else _signals(inputs, description)
+    signals = None
+    if inputs is not None:
+        _check_inputs(inputs, description)
+        points = np.minimum(step * np.arange(math.ceil(stop_time / step * (1 - 1e-9)) + 1), stop_time)
+        signals = _signals(inputs, _constant_inputs(description, values or {}, inputs), points, kind)
     log = _Log()
     try:
         result = fmpy.simulate_fmu(
@@ -188,8 +192,8 @@ def _check_values(values: Mapping[str, float], description: Any) -> None:
             raise LoadError(f"{name} = {value!r} is not finite or outside of [{low}, {high}]")
 
 
-def _signals(inputs: Trajectory, description: Any) -> Any:
-    """The structured array fmpy wants; a motion input needs its derivatives beside it."""
+def _check_inputs(inputs: Trajectory, description: Any) -> None:
+    """Raise LoadError for a signal that is no input, and for a motion without its derivatives."""
     known = [v.name for v in description.modelVariables if v.causality == "input"]
     _check_known(inputs.names, known, "input")
     for name in known:
@@ -201,10 +205,29 @@ def _signals(inputs: Trajectory, description: Any) -> Any:
                 raise LoadError(
                     f"the inputs give {', '.join(given)} but not {missing}; a motion input needs all three columns"
                 )
-    table = np.empty(len(inputs), dtype=[("time", float), *((name, float) for name in inputs.names)])
-    table["time"] = inputs.time
-    for name in inputs.names:
-        table[name] = inputs[name]
+
+
+def _constant_inputs(description: Any, values: Mapping[str, float], inputs: Trajectory) -> dict[str, float]:
+    """The inputs without a signal, with their values: fmpy prints a warning for each that it is not given."""
+    variables = [v for v in description.modelVariables if v.causality == "input" and v.name not in inputs]
+    return {v.name: float(values.get(v.name, v.start)) for v in variables}
+
+
+def _signals(inputs: Trajectory, constants: Mapping[str, float], points: Floats, kind: Kind) -> Any:
+    """The structured array fmpy wants, for a run with communication ``points`` (s).
+
+    fmpy's CVode does not see inputs change between communication points, so that it gets stairs: two rows at each
+    point, where fmpy starts it anew.
+    """
+    times, columns = inputs.time, dict(zip(inputs.names, inputs.values.T, strict=True))
+    if kind == "model-exchange":
+        times = np.repeat(points, 2)[1:-1]
+        columns = {name: np.repeat(np.interp(points[:-1], inputs.time, x), 2) for name, x in columns.items()}
+    columns |= {name: np.full(len(times), value) for name, value in constants.items()}
+    table = np.empty(len(times), dtype=[("time", float), *((name, float) for name in columns)])
+    table["time"] = times
+    for name, column in columns.items():
+        table[name] = column
     return table
 
 

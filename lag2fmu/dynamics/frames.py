@@ -1,0 +1,178 @@
+"""Frames composed on the graph: velocities from parent to child in the child's axes, poses in the world's axes.
+
+The velocity v of a frame's origin and its angular velocity omega are vectors in the frame's own axes. From the parent
+P to a child at d with the rotation R (r_P = d + R r):
+
+    v = R^T (v_P + omega_P x d + d_dot),    omega = R^T omega_P + (rotation rates about their own axes).
+
+Source: R. Featherstone, Rigid Body Dynamics Algorithms, section 2.8; J. J. Craig, Introduction to Robotics, 5.6.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass
+
+from lag2fmu.dynamics.autodiff import forward
+from lag2fmu.dynamics.graph import Graph
+from lag2fmu.dynamics.translate import Translator
+from lag2fmu.dynamics.vectors import (
+    Turn,
+    Vector,
+    apply,
+    cross,
+    minus,
+    plus,
+    quaternion_product,
+    times,
+    turn_by_quaternion,
+)
+from lag2fmu.mechanism import Frame, Mechanism
+from lag2fmu.mechanism.parts import WORLD
+
+Rate = Callable[[Sequence[int]], Sequence[int]]
+
+
+@dataclass(frozen=True)
+class Velocity:
+    """The velocity (3,) of a frame's origin and its angular velocity (3,), both in the frame's axes."""
+
+    linear: Vector
+    angular: Vector
+
+    def at(self, g: Graph, place: Vector, rate: Vector) -> Vector:
+        """The velocity of the point ``place``, which moves with ``rate`` relative to the frame, in the frame's axes."""
+        return plus(g, plus(g, self.linear, cross(g, self.angular, place)), rate)
+
+
+class Frames:
+    """All frames of a mechanism; ``direction`` is that of time, {variable: its rate}."""
+
+    def __init__(self, graph: Graph, mechanism: Mechanism, put: Translator) -> None:
+        self.g, self.put = graph, put
+        self.by_name: dict[str, Frame] = {frame.name: frame for frame in mechanism.frames}
+        zero, one = graph.zero, graph.one
+        self.unit: tuple[Vector, ...] = ((one, zero, zero), (zero, one, zero), (zero, zero, one))
+        self._axes: dict[str, tuple[Vector, ...]] = {WORLD: self.unit}
+        self._origin: dict[str, Vector] = {WORLD: (zero, zero, zero)}
+
+    # -------------------------------------------------------------------------------------------------- one frame
+
+    def _turns(self, frame: Frame) -> tuple[Turn, ...]:
+        return tuple(Turn(self._unit_axis(axis), self.put(angle)) for axis, angle in frame.rotations)
+
+    def _unit_axis(self, axis: str | Sequence[object]) -> Vector:
+        if isinstance(axis, str):
+            return self.unit["xyz".index(axis)]
+        vector = self.put.vector(tuple(axis))
+        norm = self.g.apply("sqrt", self.g.dot(vector, vector))
+        return tuple(self.g.divide(x, norm) for x in vector)
+
+    def _down(self, frame: Frame, a: Vector) -> Vector:
+        """``a`` from the parent's axes to those of ``frame``"""
+        if frame.quaternion is not None:
+            return turn_by_quaternion(self.g, self.put.vector(tuple(frame.quaternion)), a, back=True)
+        for turn in self._turns(frame):
+            a = turn.turn(self.g, a, back=True)
+        return a
+
+    def _up(self, frame: Frame, a: Vector) -> Vector:
+        """``a`` from the axes of ``frame`` to those of its parent"""
+        if frame.quaternion is not None:
+            return turn_by_quaternion(self.g, self.put.vector(tuple(frame.quaternion)), a)
+        for turn in reversed(self._turns(frame)):
+            a = turn.turn(self.g, a)
+        return a
+
+    def _angular(self, frame: Frame, parent: Vector, rate: Rate) -> Vector:
+        """omega of ``frame`` in its own axes, from that of the parent in the parent's"""
+        g = self.g
+        if frame.quaternion is not None:
+            e = self.put.vector(tuple(frame.quaternion))
+            de = tuple(rate(e))
+            own = minus(g, minus(g, times(g, e[0], de[1:]), times(g, de[0], e[1:])), cross(g, e[1:], de[1:]))
+            return plus(g, self._down(frame, parent), times(g, g.constant(2), own))
+        for turn in self._turns(frame):
+            (spin,) = rate([turn.angle])
+            parent = plus(g, turn.turn(g, parent, back=True), turn.angular_velocity(g, spin))
+        return parent
+
+    # -------------------------------------------------------------------------------------------------- velocities
+
+    def velocities(self, direction: Mapping[int, int]) -> dict[str, Velocity]:
+        """{frame: Velocity} along ``direction`` {variable: its rate}, the world at rest."""
+        rest = (self.g.zero,) * 3
+        known = {WORLD: Velocity(rest, rest)}
+        for name in self.by_name:
+            self._extend(name, known, lambda nodes: forward(self.g, nodes, direction))
+        return known
+
+    def _extend(self, name: str, known: dict[str, Velocity], rate: Rate) -> None:
+        """Add the velocity of ``name``, and before it those of the frames it is on."""
+        chain = [name]
+        while chain[-1] not in known:
+            chain.append(str(self.by_name[chain[-1]].parent))
+        for child, parent in zip(reversed(chain[:-1]), reversed(chain[1:]), strict=True):
+            frame = self.by_name[child]
+            place = self.put.vector(tuple(frame.origin))
+            linear = known[parent].at(self.g, place, tuple(rate(place)))
+            angular = self._angular(frame, known[parent].angular, rate)
+            known[child] = Velocity(self._down(frame, linear), angular)
+
+    def spread(self, vector: Vector) -> dict[str, Vector]:
+        """A vector in world axes, in the axes of every frame."""
+        known = {WORLD: vector}
+        for name in self.by_name:
+            chain = [name]
+            while chain[-1] not in known:
+                chain.append(str(self.by_name[chain[-1]].parent))
+            for child, parent in zip(reversed(chain[:-1]), reversed(chain[1:]), strict=True):
+                known[child] = self._down(self.by_name[child], known[parent])
+        return known
+
+    # -------------------------------------------------------------------------------------------------- poses
+
+    def axes(self, name: str) -> tuple[Vector, ...]:
+        """The rotation matrix of a frame, r_world = R r, as its three columns."""
+        if name not in self._axes:
+            frame = self.by_name[name]
+            columns = [self._up(frame, unit) for unit in self.unit]
+            self._axes[name] = tuple(self.to_world(str(frame.parent), column) for column in columns)
+        return self._axes[name]
+
+    def to_world(self, name: str, a: Vector) -> Vector:
+        """A vector of the frame ``name`` in world axes."""
+        return a if name == WORLD else apply(self.g, tuple(zip(*self.axes(name), strict=True)), a)
+
+    def to_frame(self, name: str, a: Vector) -> Vector:
+        """A vector in world axes in those of the frame ``name``."""
+        return a if name == WORLD else apply(self.g, self.axes(name), a)
+
+    def position(self, name: str, place: Vector) -> Vector:
+        """The position in world axes of the point ``place`` of a frame."""
+        return plus(self.g, self.origin(name), self.to_world(name, place))
+
+    def origin(self, name: str) -> Vector:
+        """The origin of a frame in world axes."""
+        if name not in self._origin:
+            frame = self.by_name[name]
+            self._origin[name] = self.position(str(frame.parent), self.put.vector(tuple(frame.origin)))
+        return self._origin[name]
+
+    def quaternion(self, name: str) -> Vector:
+        """The unit quaternion of a frame against the world, the product of those of the rotations."""
+        if name == WORLD:
+            return (self.g.one, *(self.g.zero,) * 3)
+        frame = self.by_name[name]
+        result = self.quaternion(str(frame.parent))
+        if frame.quaternion is not None:
+            return quaternion_product(self.g, result, self.put.vector(tuple(frame.quaternion)))
+        for turn in self._turns(frame):
+            result = quaternion_product(self.g, result, turn.quaternion(self.g))
+        return result
+
+    def angles(self, name: str) -> Vector:
+        """The Cardan angles (x, y, z) of a frame against the world, R = Rx Ry Rz; singular at y = +-pi/2."""
+        g, (first, second, third) = self.g, self.axes(name)
+        y = g.apply("atan2", third[0], g.apply("sqrt", g.dot(third[1:], third[1:])))
+        return (g.apply("atan2", g.negate(third[1]), third[2]), y, g.apply("atan2", g.negate(second[0]), first[0]))

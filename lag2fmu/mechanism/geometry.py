@@ -1,0 +1,236 @@
+"""Is the geometry of a mechanism sound? Frames form trees on the world, positions fit, inertia tensors are such."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator
+from contextlib import suppress
+from typing import TYPE_CHECKING
+
+import sympy as sp
+
+from lag2fmu.errors import MechanismError
+from lag2fmu.mechanism.expressions import value_of
+from lag2fmu.mechanism.names import suggestion
+from lag2fmu.mechanism.parts import WORLD, Body, Frame, Rotation
+from lag2fmu.mechanism.scope import Scope, in_order
+
+if TYPE_CHECKING:
+    from lag2fmu.mechanism.record import Mechanism
+
+Values = dict[str, float]
+Matrix = list[list[float]]
+
+ROUNDING = 1e-12
+"""Relative error up to which a tensor at the edge of being positive, or a norm, counts as what it is meant to be."""
+
+_NO_VALUE = (KeyError, ValueError, ArithmeticError)
+
+
+def check_geometry(m: Mechanism) -> None:
+    """Raise MechanismError for the first fault of frames, bodies, points and the direction of gravity."""
+    frames = {frame.name: frame for frame in m.frames}
+    for frame in m.frames:
+        _check_frame(frame)
+    _check_parents(frames)
+    for table, parts in (("bodies", m.bodies), ("points", m.points)):
+        for part in parts:
+            if part.frame is not None:
+                _check_known(str(part.frame), frames, f"{table}.{part.name}.frame")
+    for body in m.bodies:
+        _check_body(body)
+    for point in m.points:
+        if point.frame is not None and len(point.position) != 3:
+            raise MechanismError(
+                f"points.{point.name}.position: has {len(point.position)} entries; on a frame it has 3"
+            )
+    _check_entries(m)
+
+
+def _check_frame(frame: Frame) -> None:
+    where = f"frames.{frame.name}"
+    if frame.name == WORLD:
+        raise MechanismError(f"{where}: '{WORLD}' is the fixed frame; choose another name")
+    if len(frame.origin) != 3:
+        raise MechanismError(f"{where}.origin: has {len(frame.origin)} entries; give 3")
+    if frame.quaternion is not None:
+        if frame.rotations:
+            raise MechanismError(f"{where}: 'rotations' and 'quaternion' exclude each other; leave one out")
+        if len(frame.quaternion) != 4:
+            raise MechanismError(f"{where}.quaternion: has {len(frame.quaternion)} entries; give 4, the scalar first")
+
+
+def _check_parents(frames: dict[str, Frame]) -> None:
+    """All parents exist and end at the world."""
+    sound = {WORLD}
+    for name in frames:
+        chain, walked = [name], {name}
+        while chain[-1] not in sound:
+            parent = str(frames[chain[-1]].parent)
+            _check_known(parent, frames, f"frames.{chain[-1]}.parent")
+            if parent in walked:
+                circle = [*chain[chain.index(parent) :], parent]
+                shown = circle if len(circle) <= 8 else [*circle[:4], "...", *circle[-3:]]
+                raise MechanismError(
+                    f"frames.{parent}.parent: is on itself: {' <- '.join(shown)}; put one of them on '{WORLD}'"
+                )
+            chain.append(parent)
+            walked.add(parent)
+        sound |= walked
+
+
+def _check_known(name: str, frames: dict[str, Frame], where: str) -> None:
+    if name != WORLD and name not in frames:
+        raise MechanismError(f"{where}: there is no frame '{name}'; {suggestion(name, [WORLD, *frames])}")
+
+
+def _check_body(body: Body) -> None:
+    """A body has the keys of a particle, a planar body or a spatial body, and no others."""
+    where = f"bodies.{body.name}"
+    tensor = isinstance(body.inertia, tuple)
+    if body.frame is not None:
+        for key in ("position", "angle"):
+            if getattr(body, key) is not None:
+                raise MechanismError(f"{where}: '{key}' and 'frame' exclude each other; leave one out")
+        if len(body.center) != 3:
+            raise MechanismError(f"{where}.center: has {len(body.center)} entries; give 3")
+        if body.inertia is not None and not (tensor and len(body.inertia) == 6):  # type: ignore[arg-type]
+            raise MechanismError(
+                f"{where}.inertia: a body of a frame has the 6 entries Ixx, Iyy, Izz, Ixy, Ixz, Iyz, got {body.inertia}"
+            )
+        return
+    if body.position is None:
+        raise MechanismError(f"{where}: 'position' is missing; give it, or the 'frame' that carries the body")
+    if any(body.center):
+        raise MechanismError(f"{where}.center: goes with 'frame'; add it to the position instead")
+    if tensor:
+        raise MechanismError(f"{where}.inertia: an inertia tensor goes with 'frame'; a planar body has one inertia")
+    if (body.inertia is None) != (body.angle is None):
+        missing = "inertia" if body.inertia is None else "angle"
+        raise MechanismError(f"{where}: '{missing}' is missing; a rigid body has both, a particle neither")
+    if body.angle is not None and len(body.position) == 3:
+        raise MechanismError(
+            f"{where}: a body with an angle is planar; give its position 2 entries, or put it on a frame"
+        )
+
+
+def _check_entries(m: Mechanism) -> None:
+    """All positions have 2 entries, or all 3; the direction of gravity has as many."""
+    fixed = {len(part.position) for part in m.places if part.frame is None and part.position is not None}
+    if fixed - {2, 3} or len(fixed) > 1:
+        raise MechanismError(
+            f"bodies and points: positions have {sorted(fixed)} entries; give all of them 2, or all of them 3"
+        )
+    if fixed == {2} and (m.frames or any(part.frame is not None for part in m.places)):
+        raise MechanismError("bodies and points: positions have 2 entries; beside frames they need 3")
+    direction = None if m.gravity is None else m.gravity.direction
+    if direction is not None and (m.frames or m.places) and len(direction) != m.dimension:
+        raise MechanismError(f"gravity.direction: has {len(direction)} entries, positions have {m.dimension}")
+
+
+# ----------------------------------------------------------------------------- what depends on the parameters' values
+
+
+def check_values(m: Mechanism, scope: Scope) -> tuple[str, ...]:
+    """Raise MechanismError for axes, quaternions and inertia tensors that are none at the parameters' values.
+
+    Returns warnings of tensors that no distribution of mass has. Time is 0, motion inputs have their start values;
+    what depends on coordinates, or has no value there, is passed over.
+    """
+    values = _values(m)
+    for frame in m.frames:
+        _check_rotations(frame, values)
+        if frame.quaternion is not None:
+            _check_quaternion(m, frame, scope, values)
+    return tuple(warning for body in m.bodies for warning in _check_inertia(body, values))
+
+
+def _values(m: Mechanism) -> Values:
+    """The values of parameters, motion inputs, time, and of the definitions that follow from them."""
+    values = {"t": 0.0} | {u.name: u.start for u in m.motions}
+    values |= {p.name: p.value for p in m.parameters if p.value is not None}
+    dependent = in_order([p for p in m.parameters if p.expression is not None], "parameters")
+    followers = [(p.name, p.expression) for p in dependent]
+    followers += [(d.name, d.expression) for d in in_order(m.definitions, "definitions")]
+    for name, expression in followers:
+        with suppress(*_NO_VALUE):
+            values[name] = value_of(expression, values)
+    return values
+
+
+def _numbers(entries: tuple[sp.Expr, ...], values: Values) -> list[float] | None:
+    try:
+        return [value_of(entry, values) for entry in entries]
+    except _NO_VALUE:
+        return None
+
+
+def _check_rotations(frame: Frame, values: Values) -> None:
+    for i, turn in enumerate(frame.rotations):
+        axis = Rotation(*turn).axis  # type: ignore[arg-type]
+        if isinstance(axis, str):
+            continue
+        numbers = _numbers(axis, values)
+        if numbers is not None and not any(numbers):
+            raise MechanismError(
+                f"frames.{frame.name}.rotations[{i}].axis: {list(axis)} is the zero vector, which is no axis"
+            )
+
+
+def _check_quaternion(m: Mechanism, frame: Frame, scope: Scope, values: Values) -> None:
+    where, entries = f"frames.{frame.name}.quaternion", tuple(frame.quaternion or ())
+    used = {name for i, entry in enumerate(entries) for name in scope.names_in(f"{where}[{i}]", entry)}
+    coordinates = [q.name for q in m.coordinates if q.name in used]
+    if coordinates:
+        raise MechanismError(
+            f"{where}: contains the coordinate '{coordinates[0]}'; constraints come later, and a quaternion of "
+            "coordinates needs one for its norm; use rotations"
+        )
+    numbers = _numbers(entries, values)
+    norm = 1.0 if numbers is None else math.hypot(*numbers)
+    if not abs(norm - 1.0) <= ROUNDING:
+        raise MechanismError(f"{where}: has the norm {norm!r} instead of 1; divide its entries by that, exactly")
+
+
+def _check_inertia(body: Body, values: Values) -> Iterator[str]:
+    """Raise MechanismError unless the tensor is positive definite; a warning if it breaks the triangle inequality."""
+    numbers = _numbers(body.inertia, values) if isinstance(body.inertia, tuple) else None
+    if numbers is None:
+        return
+    least, middle, greatest = principal_moments(*numbers)
+    where, shown = f"bodies.{body.name}.inertia", ", ".join(f"{x:.6g}" for x in (least, middle, greatest))
+    if not least > ROUNDING * abs(greatest):
+        raise MechanismError(
+            f"{where}: {numbers} is not positive definite, its principal moments are {shown} kg.m2; "
+            "Ixy is the entry of the tensor, minus the integral of x y dm"
+        )
+    if least + middle < greatest * (1 - ROUNDING):
+        yield (
+            f"{where}: {numbers} violates the triangle inequality, its principal moments are {shown} kg.m2; "
+            "no body has a moment greater than the sum of the other two"
+        )
+
+
+def principal_moments(xx: float, yy: float, zz: float, xy: float, xz: float, yz: float) -> list[float]:
+    """The eigenvalues of a symmetric matrix of 3 rows, ascending, by Jacobi's rotations.
+
+    Source: G. H. Golub, C. F. Van Loan, Matrix Computations, section 8.5.
+    """
+    a = [[xx, xy, xz], [xy, yy, yz], [xz, yz, zz]]
+    for _ in range(12):  # sweeps; convergence is quadratic
+        for i, j in ((0, 1), (0, 2), (1, 2)):
+            if a[i][j]:
+                _annihilate(a, i, j)
+    return sorted(a[i][i] for i in range(3))
+
+
+def _annihilate(a: Matrix, i: int, j: int) -> None:
+    """Turn ``a`` in the plane of ``i`` and ``j`` such that a[i][j] vanishes."""
+    angle = 0.5 * math.atan2(2 * a[i][j], a[j][j] - a[i][i])
+    c, s = math.cos(angle), math.sin(angle)
+    for row in a:
+        row[i], row[j] = c * row[i] - s * row[j], s * row[i] + c * row[j]
+    a[i], a[j] = (
+        [c * x - s * y for x, y in zip(a[i], a[j], strict=True)],
+        [s * x + c * y for x, y in zip(a[i], a[j], strict=True)],
+    )

@@ -1,0 +1,270 @@
+"""The parts of a mechanism beside its variables and outputs: energies, frames, bodies, springs, dampers, loads.
+
+All are frozen; their expressions are in the normal form of ``expressions`` and compute in SI units. Parts refer to each
+other by name; Python may give the part itself.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass, fields
+from typing import NamedTuple, TypeAlias
+
+import sympy as sp
+
+from lag2fmu.errors import MechanismError
+from lag2fmu.mechanism.expressions import normal_form
+
+Expression: TypeAlias = "sp.Expr | int | float"
+Vector = tuple[sp.Expr, ...]
+
+WORLD = "world"
+"""The name of the fixed frame, and of its axes."""
+
+AXES = ("x", "y", "z")
+
+
+@dataclass(frozen=True)
+class Definition:
+    """A name for an expression that other expressions use."""
+
+    name: str
+    expression: sp.Expr
+
+    def __post_init__(self) -> None:
+        normalise(self, "definition", "expression")
+
+
+@dataclass(frozen=True)
+class Energy:
+    """Energies beside those of bodies and springs, or the whole Lagrangian; ``dissipation`` is Rayleigh's function."""
+
+    kinetic: Expression | None = None
+    potential: Expression | None = None
+    dissipation: Expression | None = None
+    lagrangian: Expression | None = None
+
+    def __post_init__(self) -> None:
+        for item in fields(self):
+            if getattr(self, item.name) is not None:
+                normalise(self, "energy", item.name)
+
+
+@dataclass(frozen=True)
+class Gravity:
+    """Uniform gravity: ``acceleration`` (m/s2) along ``direction`` (2 or 3 entries; by default -y or -z)."""
+
+    acceleration: Expression
+    direction: Vector | None = None
+
+    def __post_init__(self) -> None:
+        normalise(self, "gravity", "acceleration", "direction")
+
+
+# --------------------------------------------------------------------------------------------------------- geometry
+
+
+class Rotation(NamedTuple):
+    """A turn by ``angle`` (rad) about ``axis``: "x", "y", "z" or a constant vector of 3 entries, of any length."""
+
+    axis: str | Vector
+    angle: sp.Expr
+
+
+@dataclass(frozen=True)
+class Frame:
+    """A frame that moves relative to its ``parent``: r_world = parent(origin + R r).
+
+    ``origin`` (m) is in the parent's axes. ``rotations`` are turns (axis, angle) about the moving axes in turn,
+    R = R1 R2 ...; instead a unit ``quaternion`` (e0, e1, e2, e3) may be given, e0 being its scalar part:
+    R v = v + 2 e0 e x v + 2 e x (e x v).
+    """
+
+    name: str
+    parent: str | Frame = WORLD
+    origin: Sequence[Expression] = (0, 0, 0)
+    rotations: Sequence[tuple[str | Sequence[Expression], Expression]] = ()
+    quaternion: Sequence[Expression] | None = None
+
+    def __post_init__(self) -> None:
+        where = f"frames.{self.name}"
+        name_parts(self, "parent")
+        normalise(self, where, "origin", "quaternion")
+        if isinstance(self.rotations, str) or not isinstance(self.rotations, Sequence):
+            raise MechanismError(f"{where}.rotations: expected pairs of axis and angle, got {self.rotations!r}")
+        turns = tuple(_rotation(item, f"{where}.rotations[{i}]") for i, item in enumerate(self.rotations))
+        object.__setattr__(self, "rotations", turns)
+
+
+def _rotation(item: object, where: str) -> Rotation:
+    """The pair (axis, angle) ``item``; raises MechanismError for anything else."""
+    if isinstance(item, str) or not isinstance(item, Sequence) or len(item) != 2:
+        raise MechanismError(f"{where}: expected a pair of axis and angle, e.g. ('z', q), got {item!r}")
+    axis, angle = item
+    if isinstance(axis, str):
+        if axis not in AXES:
+            raise MechanismError(f"{where}.axis: '{axis}' is no axis; give 'x', 'y', 'z' or a vector of 3 entries")
+    elif not isinstance(axis, (tuple, list, sp.MatrixBase)) or len(axis) != 3:
+        raise MechanismError(f"{where}.axis: {axis!r} is no axis; give 'x', 'y', 'z' or a vector of 3 entries")
+    else:
+        axis = tuple(normal_form(x, f"{where}.axis[{i}]") for i, x in enumerate(axis))
+        if all(x.is_zero for x in axis):
+            raise MechanismError(f"{where}.axis: the zero vector is no axis; give a vector with a direction")
+    return Rotation(axis, normal_form(angle, f"{where}.angle"))
+
+
+class Place:
+    """What bodies and points have in common: something can be attached to them."""
+
+    name: str
+    position: Sequence[Expression] | None
+    frame: str | Frame | None
+
+
+@dataclass(frozen=True)
+class Body(Place):
+    """A particle, a planar rigid body if ``angle`` and ``inertia`` are given, a spatial body if it has a ``frame``.
+
+    ``mass`` in kg. Without a frame ``position`` holds the 2 or 3 coordinates (m) of the mass centre in the fixed frame,
+    r(t, q); ``inertia`` about the mass centre is in kg.m2, ``angle`` in rad, counter-clockwise. A spatial body has its
+    mass centre at ``center`` (m) and the inertia tensor (Ixx, Iyy, Izz, Ixy, Ixz, Iyz) about it, both in the axes of
+    its frame; the entries are those of the tensor, Ixy = - integral of x y dm. Without inertia it is a particle.
+    """
+
+    name: str
+    mass: Expression
+    position: Sequence[Expression] | None = None
+    angle: Expression | None = None
+    inertia: Expression | Sequence[Expression] | None = None
+    frame: str | Frame | None = None
+    center: Sequence[Expression] = (0, 0, 0)
+
+    def __post_init__(self) -> None:
+        name_parts(self, "frame")
+        normalise(self, f"bodies.{self.name}", "mass", "position", "angle", "inertia", "center")
+
+
+@dataclass(frozen=True)
+class Point(Place):
+    """A named point: ``position`` with 2 or 3 entries, in m, in the fixed frame, or with 3 in the axes of ``frame``."""
+
+    name: str
+    position: Sequence[Expression]
+    frame: str | Frame | None = None
+
+    def __post_init__(self) -> None:
+        name_parts(self, "frame")
+        normalise(self, f"points.{self.name}", "position")
+
+
+End = str | Place
+
+
+# ----------------------------------------------------------------------------------------------------------- forces
+
+
+@dataclass(frozen=True)
+class Spring:
+    """A linear spring: ``elongation`` as an expression, or ``between`` two points or bodies with natural ``length``."""
+
+    name: str
+    stiffness: Expression
+    elongation: Expression | None = None
+    between: Sequence[End] | None = None
+    length: Expression | None = None
+
+    def __post_init__(self) -> None:
+        normalise(self, f"springs.{self.name}", "stiffness", "elongation", "length")
+        _name_ends(self)
+
+
+@dataclass(frozen=True)
+class Damper:
+    """A linear damper: ``rate`` of elongation as an expression, or ``between`` two points or bodies."""
+
+    name: str
+    damping: Expression
+    rate: Expression | None = None
+    between: Sequence[End] | None = None
+
+    def __post_init__(self) -> None:
+        normalise(self, f"dampers.{self.name}", "damping", "rate")
+        _name_ends(self)
+
+
+@dataclass(frozen=True)
+class Force:
+    """A generalized non-potential force Q on one coordinate."""
+
+    coordinate: str
+    expression: Expression
+
+    def __post_init__(self) -> None:
+        object.__setattr__(self, "coordinate", str(self.coordinate))
+        normalise(self, f"forces.{self.coordinate}", "expression")
+
+
+@dataclass(frozen=True)
+class Load:
+    """A force (N) at a ``point`` (or at a body's mass centre), or a ``torque`` (N.m) on a ``body``.
+
+    The torque on a planar body is one expression, on a spatial one (of a frame) 3. The entries are along the ``axes``
+    of the "world" or of the "frame" of point or body. With ``input=True`` and no value the load itself becomes FMU
+    inputs: NAME_x, NAME_y (NAME_z) for a force, NAME for a planar torque, NAME_x, NAME_y, NAME_z for a spatial one.
+    """
+
+    name: str
+    point: End | None = None
+    body: End | None = None
+    force: Sequence[Expression] | None = None
+    torque: Expression | Sequence[Expression] | None = None
+    input: bool = False
+    axes: str = WORLD
+
+    def __post_init__(self) -> None:
+        normalise(self, f"loads.{self.name}", "force", "torque")
+        name_parts(self, "point", "body")
+
+
+# ----------------------------------------------------------------------------------------------------- normal forms
+
+
+def normalise(part: object, where: str, *names: str) -> None:
+    """Bring the expressions ``names`` of a frozen part to normal form; sequences become tuples."""
+    for name in names:
+        value = getattr(part, name)
+        if value is None:
+            continue
+        if isinstance(value, (tuple, list, sp.MatrixBase)):
+            value = tuple(normal_form(item, f"{where}.{name}[{i}]") for i, item in enumerate(value))
+        else:
+            value = normal_form(value, f"{where}.{name}")
+        object.__setattr__(part, name, value)
+
+
+def name_parts(part: object, *keys: str) -> None:
+    """Put the names of the parts that ``keys`` refer to in their place."""
+    for key in keys:
+        value = getattr(part, key)
+        if isinstance(value, (Place, Frame)):
+            object.__setattr__(part, key, value.name)
+
+
+def _name_ends(part: Spring | Damper) -> None:
+    if part.between is not None:
+        object.__setattr__(part, "between", tuple(end if isinstance(end, str) else end.name for end in part.between))
+
+
+def expressions_of(part: object, where: str) -> Iterator[tuple[str, sp.Expr]]:
+    """Every expression of ``part`` with its place, e.g. ('frames.arm.rotations[0].angle', q1)."""
+    if isinstance(part, sp.Expr):
+        yield where, part
+    elif isinstance(part, Rotation):
+        yield from expressions_of(part.axis, f"{where}.axis")
+        yield from expressions_of(part.angle, f"{where}.angle")
+    elif isinstance(part, tuple):
+        for i, entry in enumerate(part):
+            yield from expressions_of(entry, f"{where}[{i}]")
+    elif hasattr(part, "__dataclass_fields__"):
+        for item in fields(part):  # type: ignore[arg-type]
+            yield from expressions_of(getattr(part, item.name), f"{where}.{item.name}")

@@ -1,0 +1,118 @@
+"""Which names an expression of a mechanism may use, and the order of what is defined by other things."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from graphlib import CycleError, TopologicalSorter
+from typing import TYPE_CHECKING, TypeVar
+
+import sympy as sp
+
+from lag2fmu.errors import MechanismError
+from lag2fmu.mechanism import names
+from lag2fmu.mechanism.expressions import free_names
+from lag2fmu.mechanism.parts import Definition
+from lag2fmu.mechanism.symbols import Parameter
+
+if TYPE_CHECKING:
+    from lag2fmu.mechanism.record import Mechanism
+
+Part = TypeVar("Part", Definition, Parameter)
+
+
+class Scope:
+    """Which names an expression may use, and what each of them is."""
+
+    def __init__(self, m: Mechanism) -> None:
+        self.meaning: dict[str, str] = {"t": "time"}
+        for q in m.coordinates:
+            self.meaning |= {q.name: "coordinate", names.velocity(q.name): "velocity"}
+        self.meaning |= {p.name: "parameter" for p in m.parameters}
+        for u in m.inputs:
+            self.meaning[u.name] = "motion" if u.motion else "input"
+            if u.motion:
+                self.meaning |= {
+                    names.velocity(u.name): "motion velocity",
+                    names.acceleration(u.name): "motion acceleration",
+                }
+        self.meaning |= {d.name: "definition" for d in m.definitions}
+        self.uses: dict[str, set[str]] = {}
+        """Definition -> the names it uses, definitions written out."""
+        for d in in_order(m.definitions, "definitions"):
+            self.uses[d.name] = self.names_in(f"definitions.{d.name}", d.expression)
+
+    def names_in(self, where: str, expression: sp.Expr) -> set[str]:
+        """The names ``expression`` uses, definitions written out; raises MechanismError for an unknown one."""
+        found: set[str] = set()
+        for s in sorted(expression.free_symbols, key=str):
+            if s.name not in self.meaning:
+                remedy = names.suggestion(s.name, self.meaning)
+                raise MechanismError(f"{where}: undefined symbol '{s.name}'; {remedy}")
+            found |= self.uses.get(s.name, {s.name})
+        return found
+
+
+_CONFIGURATION = {"time", "coordinate", "parameter", "motion"}
+_STATE = {*_CONFIGURATION, "velocity", "motion velocity"}
+_ANY = {*_STATE, "input", "motion acceleration"}
+
+
+def check_symbols(m: Mechanism, scope: Scope) -> None:
+    """Raise MechanismError for the first expression that uses a name which cannot stand there."""
+    in_order([p for p in m.parameters if p.expression is not None], "parameters")
+    for where, expression in m.expressions():
+        allowed = _allowed(where)
+        for name in sorted(scope.names_in(where, expression)):
+            meaning = scope.meaning[name]
+            if meaning not in allowed:
+                remedy = "; a signal that moves a support is declared with motion = true" if meaning == "input" else ""
+                raise MechanismError(
+                    f"{where}: '{name}' is {_article(meaning)} {meaning} and cannot stand here{remedy}"
+                )
+
+
+def _article(noun: str) -> str:
+    return "an" if noun[0] in "aeiou" else "a"
+
+
+def _allowed(where: str) -> set[str]:
+    """What kinds of names the expression at ``where`` may use."""
+    table, key = where.split(".", maxsplit=1)[0], where.rsplit(".", maxsplit=1)[-1].split("[", maxsplit=1)[0]
+    if table == "parameters":
+        return {"parameter"}
+    if table in ("forces", "loads", "outputs", "definitions"):
+        return _ANY
+    if key in ("mass", "inertia", "direction"):
+        return {"time", "parameter"}
+    if key == "axis":
+        return {"parameter"}
+    if table == "energy" or key == "rate":
+        return _STATE
+    return _CONFIGURATION
+
+
+def in_order(parts: Iterable[Part], table: str) -> list[Part]:
+    """``parts`` (definitions, dependent parameters), each after those it uses; raises MechanismError for a circle."""
+    by_name = {part.name: part for part in parts}
+    uses = {name: sorted(free_names([part.expression]) & by_name.keys()) for name, part in by_name.items()}
+    try:
+        return [by_name[name] for name in TopologicalSorter(uses).static_order()]
+    except CycleError as error:
+        chain: list[str] = error.args[1]
+        shown = chain if len(chain) <= 8 else [*chain[:4], "...", *chain[-3:]]
+        raise MechanismError(
+            f"{table}.{chain[0]}: is defined by itself: {' <- '.join(shown)}; break the circle"
+        ) from None
+
+
+def check_presence(m: Mechanism, scope: Scope) -> None:
+    """Every coordinate appears in an energy, dissipation or position."""
+    used: set[str] = set()
+    for where, expression in m.expressions():
+        if where.split(".")[0] in ("energy", "frames", "bodies", "points", "springs", "dampers"):
+            used |= scope.names_in(where, expression)
+    for q in m.coordinates:
+        if not used & {q.name, names.velocity(q.name)}:
+            raise MechanismError(
+                f"coordinates.{q.name}: appears in no energy, frame, body, spring or damper; leave it out"
+            )

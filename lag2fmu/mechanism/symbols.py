@@ -1,0 +1,138 @@
+"""Coordinates, parameters and inputs, and the symbols that declare them in Python."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import sympy as sp
+
+from lag2fmu.mechanism.expressions import normal_form, symbol
+from lag2fmu.mechanism.units import Unit, parse_unit
+
+
+@dataclass(frozen=True)
+class Coordinate:
+    """A generalized coordinate q: start values of q and qd, nominal value and bounds in SI."""
+
+    name: str
+    unit: Unit | None = None
+    start: float = 0.0
+    velocity: float = 0.0
+    nominal: float = 1.0
+    minimum: float | None = None
+    maximum: float | None = None
+    doc: str = ""
+
+
+@dataclass(frozen=True)
+class Parameter:
+    """A constant of the mechanism: an independent one has a ``value`` (SI), a dependent one an ``expression``."""
+
+    name: str
+    value: float | None = None
+    unit: Unit | None = None
+    doc: str = ""
+    expression: sp.Expr | None = None
+    minimum: float | None = None
+    maximum: float | None = None
+
+
+@dataclass(frozen=True)
+class Input:
+    """A signal from outside, start value in SI. A ``motion`` input y0 comes with its derivatives y0_dot and y0_ddot."""
+
+    name: str
+    unit: Unit | None = None
+    start: float = 0.0
+    motion: bool = False
+    doc: str = ""
+    minimum: float | None = None
+    maximum: float | None = None
+
+
+class Declared(sp.Symbol):  # type: ignore[misc]
+    """A real symbol that carries the record it was declared with, so that a model is written once.
+
+    It is equal to every symbol declared under the same name; ``Mechanism`` takes the record and keeps plain symbols.
+    """
+
+    __slots__ = ("declaration",)
+    declaration: Coordinate | Parameter | Input
+
+    def __new__(cls, declaration: Coordinate | Parameter | Input) -> Declared:
+        """A new symbol called as ``declaration`` says (SymPy's cache is passed by: it would return an older record)."""
+        new: Declared = sp.Symbol.__xnew__(cls, declaration.name, real=True)
+        new.declaration = declaration
+        return new
+
+    @property
+    def dot(self) -> sp.Symbol:
+        """The velocity of a coordinate or motion input, NAME_dot."""
+        return symbol(f"{self.name}_dot")
+
+    @property
+    def ddot(self) -> sp.Symbol:
+        """The acceleration of a motion input, NAME_ddot."""
+        return symbol(f"{self.name}_ddot")
+
+
+def coordinate(
+    name: str,
+    unit: str | None = None,
+    *,
+    start: float = 0.0,
+    velocity: float = 0.0,
+    nominal: float = 1.0,
+    minimum: float | None = None,
+    maximum: float | None = None,
+    doc: str = "",
+) -> Declared:
+    """A generalized coordinate, its velocity being ``.dot``; numbers are in ``unit`` (``velocity`` in unit/s)."""
+    u = parse_unit(unit or "1")
+    rate, size = u.difference_to_si(velocity), u.difference_to_si(nominal)
+    u_or_none = _unit(unit)
+    return Declared(
+        Coordinate(name, u_or_none, u.to_si(start), rate, size, _si(u_or_none, minimum), _si(u_or_none, maximum), doc)
+    )
+
+
+def parameter(
+    name: str,
+    value: float | sp.Expr,
+    unit: str | None = None,
+    doc: str = "",
+    *,
+    minimum: float | None = None,
+    maximum: float | None = None,
+) -> Declared:
+    """A parameter: independent if ``value`` is a number (in ``unit``), dependent if it is an expression (in SI)."""
+    u = _unit(unit)
+    low, high = _si(u, minimum), _si(u, maximum)
+    if isinstance(value, sp.Expr) and value.free_symbols:
+        expression = normal_form(value, f"parameters.{name}")
+        return Declared(Parameter(name, None, u, doc, expression, low, high))
+    return Declared(Parameter(name, _si(u, float(value)), u, doc, None, low, high))
+
+
+def signal(
+    name: str,
+    unit: str | None = None,
+    *,
+    start: float = 0.0,
+    motion: bool = False,
+    minimum: float | None = None,
+    maximum: float | None = None,
+    doc: str = "",
+) -> Declared:
+    """An FMU input for expressions of forces; with ``motion=True`` a prescribed motion with ``.dot`` and ``.ddot``."""
+    u = _unit(unit)
+    return Declared(Input(name, u, _si(u, start), motion, doc, _si(u, minimum), _si(u, maximum)))
+
+
+def _unit(unit: str | None) -> Unit | None:
+    return None if unit is None else parse_unit(unit)
+
+
+def _si(unit: Unit | None, value: float | None) -> float:
+    """SI value of a number given in ``unit`` (None stays None: a bound that is not there)."""
+    return value if value is None else float(value) if unit is None else unit.to_si(float(value))  # type: ignore[return-value]

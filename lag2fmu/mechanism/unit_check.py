@@ -1,0 +1,113 @@
+"""Do the units of a mechanism fit? The dimension of every expression, where known, is held against the expected one."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterable, Iterator
+from typing import TYPE_CHECKING
+
+import sympy as sp
+
+from lag2fmu.errors import UnitError
+from lag2fmu.mechanism import names
+from lag2fmu.mechanism.dimensions import ONE, Dimension, DimensionOf, describe, dimension
+from lag2fmu.mechanism.outputs import QUANTITIES
+from lag2fmu.mechanism.parts import Damper, Spring
+from lag2fmu.mechanism.scope import in_order
+from lag2fmu.mechanism.symbols import Coordinate, Input, Parameter
+from lag2fmu.mechanism.units import JOULE, KILOGRAM, METRE, NEWTON, SECOND, TORQUE, WATT, Unit
+
+if TYPE_CHECKING:
+    from lag2fmu.mechanism.record import Mechanism
+
+
+def _known_dimensions(m: Mechanism) -> dict[str, Dimension | None]:
+    second = dimension(SECOND.exponents)
+
+    def per_second(d: Dimension | None, times: int) -> Dimension | None:
+        return None if d is None else tuple(a - times * b for a, b in zip(d, second, strict=True))
+
+    known: dict[str, Dimension | None] = {"t": second}
+    parts: list[Coordinate | Parameter | Input] = [*m.coordinates, *m.parameters, *m.inputs]
+    for part in parts:
+        known[part.name] = d = _dimension_of(part.unit)
+        known[names.velocity(part.name)] = per_second(d, 1)
+        known[names.acceleration(part.name)] = per_second(d, 2)
+    return known
+
+
+def _dimension_of(unit: Unit | str | None) -> Dimension | None:
+    return dimension(unit.exponents) if isinstance(unit, Unit) else None
+
+
+def mismatches(m: Mechanism) -> Iterator[str]:
+    """One sentence for every expression whose known dimension is not the expected one."""
+    known = _known_dimensions(m)
+    infer = DimensionOf(known)
+    for definition in in_order(m.definitions, "definitions"):
+        try:
+            known[definition.name] = infer(definition.expression)
+        except UnitError as error:
+            known[definition.name] = None
+            yield f"definitions.{definition.name}: {error}"
+    for where, expression, expected in _expectations(m, infer):
+        try:
+            found = infer(expression)
+        except UnitError as error:
+            yield f"{where}: {error}"
+            continue
+        if found is not None and expected is not None and found != expected and not expression.is_zero:
+            yield f"{where}: '{expression}' is in {describe(found)}, expected {describe(expected)}"
+    for output in m.outputs:
+        given = _dimension_of(output.unit)
+        measured = _dimension_of(QUANTITIES[output.quantity][2]) if output.quantity is not None else given
+        if given is not None and measured is not None and given != measured:
+            yield f"outputs.{output.name}.unit: the {output.quantity} is in {describe(measured)}, not {describe(given)}"
+
+
+def _expectations(m: Mechanism, infer: DimensionOf) -> Iterator[tuple[str, sp.Expr, Dimension | None]]:
+    """(place, expression, expected dimension) of every expression that should have a certain one."""
+    fixed = {
+        ("energy", "kinetic"): JOULE, ("energy", "potential"): JOULE, ("energy", "lagrangian"): JOULE,
+        ("energy", "dissipation"): WATT, ("bodies", "mass"): KILOGRAM, ("bodies", "position"): METRE,
+        ("points", "position"): METRE, ("bodies", "center"): METRE, ("frames", "origin"): METRE,
+        ("bodies", "inertia"): KILOGRAM * METRE * METRE, ("springs", "length"): METRE,
+        ("gravity", "acceleration"): METRE / SECOND / SECOND, ("loads", "force"): NEWTON, ("loads", "torque"): TORQUE,
+    }  # fmt: skip
+    declared = {(t, p.name): p.unit for t, ps in (("parameters", m.parameters), ("outputs", m.outputs)) for p in ps}
+    coordinates = {q.name: q.unit for q in m.coordinates}
+    for where, expression in m.expressions():
+        table, key, label = where.split(".")[0], where.split(".")[-1].split("[")[0], where.split(".")[1]
+        if (table, key) in fixed:
+            yield where, expression, _dimension_of(fixed[table, key])
+        elif key in ("angle", "direction", "quaternion"):
+            yield where, expression, ONE
+        elif key == "axis":
+            yield where, expression, None
+        elif (table, label) in declared:
+            yield where, expression, _dimension_of(declared[table, label])
+        elif table == "forces":
+            unit = coordinates[label]
+            yield where, expression, None if unit is None else _dimension_of(JOULE / unit)
+    yield from _element_expectations(m.springs, JOULE, "elongation", infer)
+    yield from _element_expectations(m.dampers, WATT, "rate", infer)
+
+
+def _element_expectations(
+    parts: Iterable[Spring | Damper], total: Unit, key: str, infer: Callable[[sp.Expr], Dimension | None]
+) -> Iterator[tuple[str, sp.Expr, Dimension | None]]:
+    """stiffness * elongation^2 is an energy, damping * rate^2 a power; between points the elongation is a length."""
+    table, constant = ("springs", "stiffness") if key == "elongation" else ("dampers", "damping")
+    for part in parts:
+        measure = getattr(part, key)
+        if measure is None:
+            length = METRE if key == "elongation" else METRE / SECOND
+            measured: Dimension | None = _dimension_of(length)
+        else:
+            yield f"{table}.{part.name}.{key}", measure, None
+            try:
+                measured = infer(measure)
+            except UnitError:
+                continue
+        if measured is not None:
+            expected = tuple(a - 2 * b for a, b in zip(dimension(total.exponents), measured, strict=True))
+            yield f"{table}.{part.name}.{constant}", getattr(part, constant), expected

@@ -1,0 +1,187 @@
+"""Poses and velocities of frames, composed one after the other along their parents; nothing here is differentiated.
+
+With R the rotation matrix of a frame (r_world = x + R r), o its origin in the parent's axes and turns by a_k about
+axes u_k, each seen in the axes that the turns before have reached (R_k),
+
+    x = x_p + R_p o,   v = v_p + w_p x R_p o + R_p o_dot,   R_k+1 = R_k R(u_k, a_k),   w_k+1 = w_k + a_k_dot R_k u_k,
+
+and for a unit quaternion w = w_p + 2 R_p (e0 e_dot - e0_dot e + e x e_dot). The algebra is + - * of NumPy arrays: real,
+complex (safe for the complex step), or of SymPy expressions. Vectors are (3, *shape), matrices (3, 3, *shape).
+Source: J. Wittenburg, Dynamics of Multibody Systems, 2nd edition, sections 2.1-2.6.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+import sympy as sp
+
+from lag2fmu.mechanism import Frame, Mechanism
+from lag2fmu.mechanism.record import AXES, WORLD
+from lag2fmu.reference.composition import Composition
+from lag2fmu.reference.functions import Array
+
+
+class Slots:
+    """Expressions that are evaluated together; each user keeps the slice of values that is his."""
+
+    def __init__(self) -> None:
+        self.expressions: list[sp.Expr] = []
+
+    def add(self, expressions: Sequence[sp.Expr]) -> slice:
+        """Where the values of ``expressions`` will be."""
+        start = len(self.expressions)
+        self.expressions += expressions
+        return slice(start, len(self.expressions))
+
+
+@dataclass(frozen=True)
+class Pose:
+    """Where a frame is and how it moves, in world axes: R (3, 3), x (m), v (m/s), w (rad/s), each (3,)."""
+
+    R: Array
+    x: Array
+    v: Array
+    w: Array
+
+
+@dataclass(frozen=True)
+class Turn:
+    """A turn about an axis (0, 1, 2, or the slice of a unit vector); ``values``: cos and sin of the angle, its rate."""
+
+    axis: int | slice
+    values: slice
+
+
+@dataclass(frozen=True)
+class Link:
+    """A frame on its parent. ``origin``: o and o_dot; ``quaternion``, if there is one: e and e_dot."""
+
+    name: str
+    parent: str
+    origin: slice
+    turns: tuple[Turn, ...]
+    quaternion: slice | None
+
+
+@dataclass(frozen=True)
+class Spot:
+    """A point fixed to or moving in a frame; ``values``: its position in the frame's axes and the rate of that."""
+
+    frame: str
+    values: slice
+
+    def motion(self, poses: dict[str, Pose], values: Array) -> tuple[Array, Array]:
+        """Position (m) and velocity (m/s) in world axes, (3, *shape) each."""
+        pose, here = poses[self.frame], values[self.values]
+        arm = apply(pose.R, here[:3])
+        return pose.x + arm, pose.v + cross(pose.w, arm) + apply(pose.R, here[3:])
+
+
+def links_of(composition: Composition, slots: Slots) -> list[Link]:
+    """The frames, parents first, their local expressions in ``slots``."""
+    return [_link(frame, composition, slots) for frame in _parents_first(composition.mechanism)]
+
+
+def spot_of(composition: Composition, slots: Slots, name: str) -> Spot:
+    """The point or mass centre called ``name``, its local expressions in ``slots``."""
+    frame, position = composition.mechanism.location(name)
+    here = [composition.written(x) for x in position]
+    return Spot(frame, slots.add([*here, *map(composition.rate, here)]))
+
+
+def poses_of(links: Sequence[Link], values: Array) -> dict[str, Pose]:
+    """The poses of all frames and of the world for the ``values`` of the slots, (slots, *shape)."""
+    one = np.eye(3, dtype=values.dtype if values.dtype == object else float).reshape(3, 3, *(1,) * (values.ndim - 1))
+    zero = 0 * one[0]
+    poses = {WORLD: Pose(one, zero, zero, zero)}
+    for link in links:
+        parent, origin = poses[link.parent], values[link.origin]
+        arm = apply(parent.R, origin[:3])
+        x, v = parent.x + arm, parent.v + cross(parent.w, arm) + apply(parent.R, origin[3:])
+        R, w = parent.R, parent.w
+        for turn in link.turns:
+            axis = turn.axis if isinstance(turn.axis, int) else values[turn.axis]
+            R, w = _turned(R, w, axis, values[turn.values])
+        if link.quaternion is not None:
+            R, w = _by_quaternion(R, w, values[link.quaternion])
+        poses[link.name] = Pose(R, x, v, w)
+    return poses
+
+
+def apply(matrix: Array, vector: Array) -> Array:
+    """matrix . vector, (3, *shape)."""
+    product: Array = (matrix * vector[None]).sum(axis=1)
+    return product
+
+
+def apply_transposed(matrix: Array, vector: Array) -> Array:
+    """vector . matrix: a vector of world axes in those of the frame, (3, *shape)."""
+    product: Array = (matrix * vector[:, None]).sum(axis=0)
+    return product
+
+
+def dot(a: Array, b: Array) -> Array:
+    """a . b, (*shape)."""
+    product: Array = (a * b).sum(axis=0)
+    return product
+
+
+def cross(a: Array, b: Array) -> Array:
+    """a x b, (3, *shape)."""
+    return np.stack([a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]])
+
+
+# ------------------------------------------------------------------------------------------------------ one frame
+
+
+def _parents_first(mechanism: Mechanism) -> list[Frame]:
+    """The frames of ``mechanism`` in an order in which each comes after its parent (the record refuses circles)."""
+    left, ordered, known = list(mechanism.frames), [], {WORLD}
+    while left:
+        ready = [frame for frame in left if frame.parent in known]
+        ordered += ready
+        known |= {frame.name for frame in ready}
+        left = [frame for frame in left if frame.name not in known]
+    return ordered
+
+
+def _link(frame: Frame, composition: Composition, slots: Slots) -> Link:
+    written, rate = composition.written, composition.rate
+    origin = [written(x) for x in frame.origin]
+    turns = []
+    for axis, angle in frame.rotations:
+        a = written(angle)
+        values = slots.add([sp.cos(a), sp.sin(a), rate(a)])
+        turns.append(Turn(AXES.index(axis) if isinstance(axis, str) else slots.add(_unit(axis, composition)), values))
+    e = None if frame.quaternion is None else [written(x) for x in frame.quaternion]
+    quaternion = None if e is None else slots.add([*e, *map(rate, e)])
+    return Link(frame.name, str(frame.parent), slots.add([*origin, *map(rate, origin)]), tuple(turns), quaternion)
+
+
+def _unit(axis: Sequence[sp.Expr | int | float], composition: Composition) -> list[sp.Expr]:
+    vector = [composition.written(x) for x in axis]
+    length = sp.sqrt(sp.Add(*(x**2 for x in vector)))
+    return [x / length for x in vector]
+
+
+def _turned(R: Array, w: Array, axis: int | Array, values: Array) -> tuple[Array, Array]:
+    """R and w after a turn about ``axis``, one of the axes of R or a unit vector in them."""
+    c, s, rate = values
+    if isinstance(axis, int):
+        i, j = (axis + 1) % 3, (axis + 2) % 3
+        columns = [R[:, k] for k in range(3)]
+        columns[i], columns[j] = c * R[:, i] + s * R[:, j], c * R[:, j] - s * R[:, i]
+        return np.stack(np.broadcast_arrays(*columns), axis=1), w + rate * R[:, axis]
+    # Rodrigues: each row r of R becomes c r + s r x u + (1 - c)(r . u) u
+    rows = [c * r + s * cross(r, axis) + (1 - c) * dot(r, axis) * axis for r in R]
+    return np.stack(rows), w + rate * apply(R, axis)
+
+
+def _by_quaternion(R: Array, w: Array, values: Array) -> tuple[Array, Array]:
+    """R and w after the rotation of a unit quaternion, r -> r + 2 e0 e x r + 2 e x (e x r)."""
+    e0, e, e0_dot, e_dot = values[0], values[1:4], values[4], values[5:]
+    rows = [r + 2 * e0 * cross(r, e) + 2 * cross(cross(r, e), e) for r in R]
+    return np.stack(rows), w + 2 * apply(R, e0 * e_dot - e0_dot * e + cross(e, e_dot))

@@ -1,0 +1,260 @@
+"""Energies, forces and outputs of what is on frames, as numbers; or, for small mechanisms, as SymPy expressions.
+
+T = 1/2 m v . v + 1/2 w . J w with v of the mass centre and the full inertia tensor J about it in the axes of the frame
+(Koenig; H. Goldstein, Classical Mechanics, sections 1.2 and 5.3). A force F at a point of velocity v has the
+generalized forces Q_j = F . dv/dqd_j, a torque tau on a frame of angular velocity w has tau . dw/dqd_j (T. Kane,
+D. Levinson, Dynamics, section 4.4). v and w are affine in the velocities: unit velocities give these derivatives.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator, Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+import sympy as sp
+
+from lag2fmu.mechanism import Body, Damper, Load, Output, Spring
+from lag2fmu.mechanism.expressions import TIME
+from lag2fmu.mechanism.record import WORLD
+from lag2fmu.reference.composition import Composition
+from lag2fmu.reference.frames import (
+    Pose,
+    Slots,
+    Spot,
+    apply,
+    apply_transposed,
+    dot,
+    links_of,
+    poses_of,
+    spot_of,
+)
+from lag2fmu.reference.functions import BLOCK, Array, atan2, compiled
+from lag2fmu.reference.quaternions import Quaternions
+
+Terms = tuple[Any, Any, Any]
+"""T, V (J) and R (W): arrays, or expressions."""
+
+
+@dataclass(frozen=True)
+class _Mass:
+    """A body: mass, and the tensor (6) if it has one."""
+
+    spot: Spot
+    mass: slice
+    inertia: slice | None
+
+
+@dataclass(frozen=True)
+class _Element:
+    """A spring or damper between two spots: its constant, and for a spring the natural length."""
+
+    ends: tuple[Spot, Spot]
+    values: slice
+    free: bool
+
+
+class Spatial:
+    """What is on frames in a mechanism; rows are t, q, qd, y, y_dot, (1 + 2 n + 2 k, *shape)."""
+
+    def __init__(self, composition: Composition, constants: Sequence[np.float64]) -> None:
+        self._composition, self._constants = composition, constants
+        m, s, slots = composition.mechanism, composition.symbols, Slots()
+        self.n = len(s.q)
+        self._links = links_of(composition, slots)
+        self._bodies = [self._mass(body, slots) for body in m.bodies if body.frame is not None]
+        self._springs = [self._element(spring, slots) for spring in m.springs if self._framed(spring)]
+        self._dampers = [self._element(damper, slots) for damper in m.dampers if self._framed(damper)]
+        self._loads = [x for x in m.loads if composition.on_frame(x.point if x.point is not None else x.body)]
+        self._outputs = [x for x in m.outputs if x.frame is not None or composition.on_frame(x.point)]
+        self._spots = {place.name: spot_of(composition, slots, place.name) for place in m.places if place.frame}
+        self._pull = slots.add(self._gravity())
+        self._configuration = (TIME, *s.q, *s.qd, *s.motion, *s.motion_dot)
+        self._expressions = slots.expressions
+        self._local = compiled((*self._configuration, *s.parameters), self._expressions)
+        entries = [x for load in self._loads for x in _entries(composition, load)]
+        self._entries = compiled((TIME, *s.q, *s.qd, *s.inputs, *s.parameters), entries)
+        wanted = [str(x.frame) for x in self._outputs if x.quantity == "quaternion"]
+        self._quaternions = Quaternions(composition, wanted, constants)
+
+    @property
+    def empty(self) -> bool:
+        """Is nothing on a frame?"""
+        return not self._links and not self._spots
+
+    # ------------------------------------------------------------------------------------------------- what users ask
+
+    def energies(self, rows: Array) -> Array:
+        """T, V (J) and R (W) of the parts on frames, (3, *shape)."""
+
+        def evaluate(block: Array) -> Array:
+            values = self._local(block, self._constants)
+            return np.stack(np.broadcast_arrays(*self._terms(values, np.sqrt, np.zeros(block.shape[1:], block.dtype))))
+
+        return _in_blocks(evaluate, rows, 3)
+
+    def symbolic(self) -> Terms:
+        """The same as expressions, which grow with every frame: for small mechanisms only."""
+        return self._terms(np.array(self._expressions, dtype=object), sp.sqrt, sp.S.Zero)
+
+    def forces(self, rows: Array, inputs: Array) -> Array:
+        """Q of the loads on frames (n, *shape); ``inputs`` are those of ``Symbols.inputs``."""
+        if not self._loads:
+            return np.zeros((self.n, *rows.shape[1:]))
+        n = self.n
+        entries = self._entries(np.concatenate([rows[: 1 + 2 * n], inputs]), self._constants)
+
+        def evaluate(block: Array) -> Array:
+            unit, at = block[: len(rows), None].repeat(n + 1, axis=1), block[len(rows) :]
+            unit[1 + n : 1 + 2 * n] = np.eye(n, n + 1, 1)[..., None]
+            values = self._local(unit, self._constants)
+            poses = poses_of(self._links, values)
+            return self._generalized(poses, values, at)
+
+        return _in_blocks(evaluate, np.concatenate([rows, entries]), n, width=n + 1)
+
+    def symbolic_forces(self) -> list[sp.Expr]:
+        """Q of the loads on frames as expressions, (n,)."""
+        s, values = self._composition.symbols, np.array(self._expressions, dtype=object)
+        poses, total = poses_of(self._links, values), [sp.S.Zero] * self.n
+        for load in self._loads:
+            moved, R = self._moved(load, poses, values)
+            vector = np.array(_entries(self._composition, load), dtype=object)
+            if load.axes != WORLD:
+                vector = apply(R, vector)
+            total = [Q + dot(vector, np.array([x.diff(v) for x in moved])) for Q, v in zip(total, s.qd, strict=True)]
+        return total
+
+    def outputs(self, rows: Array) -> dict[str, Array]:
+        """The outputs that are quantities on frames: name -> (*shape)."""
+        names = [name for output in self._outputs for name in output.names]
+
+        def evaluate(block: Array) -> Array:
+            values = self._local(block, self._constants)
+            poses = poses_of(self._links, values)
+            found = [self._quantity(output, poses, values, block) for output in self._outputs]
+            return np.concatenate([np.broadcast_to(x, (len(x), block.shape[1])) for x in found])
+
+        return dict(zip(names, _in_blocks(evaluate, rows, len(names)), strict=True)) if names else {}
+
+    def position(self, rows: Array, name: str) -> Array:
+        """The position (m) in world axes of the point or body ``name`` on a frame, (3, *shape)."""
+
+        def evaluate(block: Array) -> Array:
+            values = self._local(block, self._constants)
+            return self._spots[name].motion(poses_of(self._links, values), values)[0]
+
+        return _in_blocks(evaluate, rows, 3)
+
+    # -------------------------------------------------------------------------------------------------- how it is done
+
+    def _framed(self, part: Spring | Damper) -> bool:
+        return part.between is not None and any(self._composition.on_frame(end) for end in part.between)
+
+    def _mass(self, body: Body, slots: Slots) -> _Mass:
+        spot, written = spot_of(self._composition, slots, body.name), self._composition.written
+        tensor = None if body.inertia is None else slots.add([written(x) for x in body.inertia])  # type: ignore[union-attr]
+        return _Mass(spot, slots.add([written(body.mass)]), tensor)
+
+    def _element(self, part: Spring | Damper, slots: Slots) -> _Element:
+        a, b = (spot_of(self._composition, slots, str(end)) for end in part.between or ())
+        written = self._composition.written
+        if isinstance(part, Damper):
+            return _Element((a, b), slots.add([written(part.damping)]), True)
+        length = written(part.length)
+        return _Element((a, b), slots.add([written(part.stiffness), length]), length == 0)
+
+    def _gravity(self) -> list[sp.Expr]:
+        """The vector of the acceleration of gravity."""
+        gravity, written = self._composition.mechanism.gravity, self._composition.written
+        if gravity is None:
+            return [sp.S.Zero] * 3
+        return [written(gravity.acceleration) * written(x) for x in gravity.direction or (0, 0, -1)]
+
+    def _terms(self, values: Array, root: Callable[[Any], Any], zero: Any) -> Terms:
+        poses = poses_of(self._links, values)
+        T, V, R = zero, zero, zero
+        for body in self._bodies:
+            x, v = body.spot.motion(poses, values)
+            (mass,) = values[body.mass]
+            T = T + mass * dot(v, v) / 2
+            V = V - mass * dot(values[self._pull], x)
+            if body.inertia is not None:
+                pose = poses[body.spot.frame]
+                T = T + _rotational(apply_transposed(pose.R, pose.w), values[body.inertia]) / 2
+        for spring in self._springs:
+            gap, _ = self._gap(spring, poses, values)
+            stiffness, length = values[spring.values]
+            square = dot(gap, gap) if spring.free else (root(dot(gap, gap)) - length) ** 2
+            V = V + stiffness * square / 2
+        for damper in self._dampers:
+            gap, rate = self._gap(damper, poses, values)
+            (damping,) = values[damper.values]
+            R = R + damping * dot(gap, rate) ** 2 / dot(gap, gap) / 2
+        return T, V, R
+
+    def _gap(self, part: _Element, poses: dict[str, Pose], values: Array) -> tuple[Array, Array]:
+        (xa, va), (xb, vb) = (end.motion(poses, values) for end in part.ends)
+        return xa - xb, va - vb
+
+    def _moved(self, load: Load, poses: dict[str, Pose], values: Array) -> tuple[Array, Array]:
+        """The velocity that ``load`` works on, v or w, and the axes R of its frame."""
+        spot = self._spots[str(load.body if load.point is None else load.point)]
+        pose = poses[spot.frame]
+        return (pose.w if load.force is None else spot.motion(poses, values)[1]), pose.R
+
+    def _generalized(self, poses: dict[str, Pose], values: Array, entries: Array) -> Array:
+        """Q (n, N) from velocities at zero and unit velocities, (..., n + 1, N), and the ``entries`` of loads."""
+        total = np.zeros((self.n, entries.shape[1]))
+        for i, load in enumerate(self._loads):
+            vector = entries[3 * i : 3 * i + 3]
+            moved, R = self._moved(load, poses, values)
+            if load.axes != WORLD:
+                vector = apply(np.broadcast_to(R, (3, 3, *values.shape[1:]))[:, :, 0], vector)
+            moved = np.broadcast_to(moved, (3, *values.shape[1:]))
+            total = total + dot(vector[:, None], moved[:, 1:] - moved[:, :1])
+        return total
+
+    def _quantity(self, output: Output, poses: dict[str, Pose], values: Array, rows: Array) -> Array:
+        """The entries of ``output``, (k, N)."""
+        if output.point is not None:
+            return self._spots[str(output.point)].motion(poses, values)[output.quantity == "velocity"]
+        pose = poses[str(output.frame)]
+        R = pose.R
+        if output.quantity == "angular_velocity":
+            return pose.w if output.axes == WORLD else apply_transposed(R, pose.w)
+        if output.quantity == "rotation":
+            return R.reshape(9, *R.shape[2:])
+        if output.quantity == "quaternion":
+            return self._quaternions(rows, str(output.frame))
+        cosine = np.sqrt(R[0, 0] ** 2 + R[0, 1] ** 2)
+        return np.stack([atan2(-R[1, 2], R[2, 2]), atan2(R[0, 2], cosine), atan2(-R[0, 1], R[0, 0])])
+
+
+def _entries(composition: Composition, load: Load) -> list[sp.Expr]:
+    """The 3 entries of the force or torque of ``load``."""
+    vector = load.torque if load.force is None else load.force
+    return [composition.written(x) for x in vector or ()]  # type: ignore[union-attr]
+
+
+def _rotational(w: Array, inertia: Array) -> Array:
+    """w . J w for the tensor's entries xx, yy, zz, xy, xz, yz."""
+    xx, yy, zz, xy, xz, yz = inertia
+    x, y, z = w
+    product: Array = xx * x * x + yy * y * y + zz * z * z + 2 * (xy * x * y + xz * x * z + yz * y * z)
+    return product
+
+
+def _in_blocks(evaluate: Callable[[Array], Array], rows: Array, count: int, width: int = 1) -> Array:
+    """``evaluate`` (rows, N) -> (count, N) for rows of any shape, at most BLOCK / width points a call."""
+    flat, size = rows.reshape(len(rows), -1), max(1, BLOCK // width)
+    out = np.empty((count, flat.shape[1]), rows.dtype)
+    with np.errstate(all="ignore"):
+        for block in _blocks(flat.shape[1], size):
+            out[:, block] = evaluate(flat[:, block])
+    return out.reshape(count, *rows.shape[1:])
+
+
+def _blocks(count: int, size: int) -> Iterator[slice]:
+    return (slice(start, start + size) for start in range(0, count, size))
