@@ -52,6 +52,35 @@ def test_equal_expressions_are_one_node() -> None:
     assert graph.divide(x, x) == graph.one
 
 
+@pytest.mark.parametrize(
+    ("a", "b"),
+    [
+        ("sin(x)**2 + cos(x)**2", "1"),
+        ("sin(x + y)", "sin(x)*cos(y) + cos(x)*sin(y)"),
+        ("cos(x - y)", "cos(x)*cos(y) + sin(x)*sin(y)"),
+        ("cos(x + y + z)", "cos(x)*cos(y + z) - sin(x)*sin(y + z)"),
+        ("(x*y)*z", "x*(z*y)"),
+        ("x*(y + z)", "x*y + x*z"),
+        ("(x + y)**2 - x**2 - y**2", "2*x*y"),
+        ("x/(y*z)", "x/y/z"),
+        ("0.1*x + 0.2*x", "0.3*x"),
+    ],
+)
+def test_expressions_of_equal_value_are_one_node(a: str, b: str) -> None:
+    """The fingerprint knows them as equal, whatever their form; SymPy agrees."""
+    graph = Graph()
+    translate = Translator(graph, {name: graph.symbol(name) for name in NAMES})
+    assert translate(parse(a)) == translate(parse(b))
+    assert sp.simplify(sp.expand_trig(parse(a) - parse(b))) == 0
+
+
+@pytest.mark.parametrize(("a", "b"), [("sin(x)", "cos(x)"), ("x + y", "x - y"), ("exp(x)*exp(y)", "exp(x - y)")])
+def test_different_expressions_are_different_nodes(a: str, b: str) -> None:
+    graph = Graph()
+    translate = Translator(graph, {name: graph.symbol(name) for name in NAMES})
+    assert translate(parse(a)) != translate(parse(b))
+
+
 def test_constants_stay_exact_but_not_without_bound() -> None:
     graph = Graph()
     tenth = graph.constant(Fraction(1, 10))
@@ -71,11 +100,8 @@ def test_powers_multiply() -> None:
         assert graph.evaluate([node], {"x": 1.3}) == [pytest.approx(1.3 ** float(power), rel=1e-14)]
 
 
-COMPLEX = {
-    "sqrt": cmath.sqrt, "exp": cmath.exp, "log": cmath.log, "sin": cmath.sin, "cos": cmath.cos, "tan": cmath.tan,
-    "asin": cmath.asin, "acos": cmath.acos, "atan": cmath.atan, "sinh": cmath.sinh, "cosh": cmath.cosh, "tanh": cmath.tanh,
-    "negate": lambda z: -z,
-}  # fmt: skip
+FUNCTIONS = ("sqrt", "exp", "log", "sin", "cos", "tan", "asin", "acos", "atan", "sinh", "cosh", "tanh")
+COMPLEX = {name: getattr(cmath, name) for name in FUNCTIONS} | {"negate": lambda z: -z}
 
 
 @pytest.mark.parametrize("name", COMPLEX)
