@@ -15,7 +15,7 @@ are singular at theta = 0; the top starts away from it, with a spin that is fast
 Source: H. Goldstein, Classical Mechanics, 2nd edition, section 5-7; values: a top of turned wood, chosen.
 """
 
-from lag2fmu.mechanism import Body, Frame, Mechanism, Output, coordinate, parameter
+from lag2fmu.mechanism import Body, Experiment, Frame, Mechanism, Output, coordinate, parameter
 
 
 def heavy_top() -> Mechanism:
@@ -44,5 +44,6 @@ def heavy_top() -> Mechanism:
             Output("centre", point="rotor", quantity="position", doc="mass centre"),
             Output("omega", frame=top, quantity="angular_velocity", axes="frame", doc="angular velocity, body axes"),
         ],
+        experiment=Experiment(stop_time=5.0),
         strict_units=True,
     )

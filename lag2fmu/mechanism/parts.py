@@ -229,13 +229,24 @@ class Load:
 # ----------------------------------------------------------------------------------------------------- normal forms
 
 
+_VECTORS = frozenset({"position", "origin", "center", "quaternion", "direction", "force"})
+_EITHER = frozenset({"inertia", "torque"})
+
+
 def normalise(part: object, where: str, *names: str) -> None:
-    """Bring the expressions ``names`` of a frozen part to normal form; sequences become tuples."""
+    """Bring the expressions ``names`` of a frozen part to normal form; sequences become tuples.
+
+    Raises MechanismError for a vector where one expression is expected, and the other way round.
+    """
     for name in names:
         value = getattr(part, name)
         if value is None:
             continue
-        if isinstance(value, (tuple, list, sp.MatrixBase)):
+        is_vector = isinstance(value, (tuple, list, sp.MatrixBase))
+        if is_vector != (name in _VECTORS) and name not in _EITHER:
+            expected = "one expression" if is_vector else "a tuple of expressions"
+            raise MechanismError(f"{where}.{name}: expected {expected}, got {value!r}")
+        if is_vector:
             value = tuple(normal_form(item, f"{where}.{name}[{i}]") for i, item in enumerate(value))
         else:
             value = normal_form(value, f"{where}.{name}")

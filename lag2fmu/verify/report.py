@@ -97,7 +97,7 @@ class Report:
         return json.dumps(content, indent=2) + "\n"
 
     def write(self, path: Path) -> None:
-        """Write JSON (.json), text (.txt), a plot (.png, .svg, .pdf) by the ending of ``path``; or raise ExportError."""
+        """Write JSON (.json), text (.txt) or a plot (.png, .svg, .pdf) by the ending; raises ExportError."""
         try:
             if path.suffix == ".json":
                 path.write_text(self.to_json(), "utf-8")
