@@ -36,8 +36,8 @@ def test_the_commands_run(tmp_path: Path) -> None:
     lines = [line for language, text in BLOCKS if language == "sh" for line in text.splitlines()]
     commands = [line for line in lines if line.startswith("lag2fmu")]
     assert len(commands) == 4
-    for line in commands:
-        line, _, target = line.partition(" > ")
+    for command in commands:
+        line, _, target = command.partition(" > ")
         done = _run([sys.executable, "-m", "lag2fmu.cli", *shlex.split(line)[1:]], tmp_path)
         if target:
             (tmp_path / target).write_text(done.stdout, "utf-8")

@@ -11,6 +11,8 @@ from __future__ import annotations
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 
+import sympy as sp
+
 from lag2fmu.dynamics.autodiff import forward
 from lag2fmu.dynamics.frames import Frames, Velocity
 from lag2fmu.dynamics.graph import Graph
@@ -156,7 +158,7 @@ class Composer:
     def _tensor(self, body: Body) -> tuple[Vector, ...]:
         if body.inertia is None:
             return ((self.g.zero,) * 3,) * 3
-        xx, yy, zz, xy, xz, yz = self.put.vector(tuple(body.inertia))
+        xx, yy, zz, xy, xz, yz = self.put.vector(_entries(body.inertia))
         return ((xx, xy, xz), (xy, yy, yz), (xz, yz, zz))
 
     def _rigid_energy(self, body: RigidInertia) -> int:
@@ -228,8 +230,7 @@ class Composer:
 
     def _load_on_frame(self, load: Load, frame: str, place: Vector) -> None:
         """A force at the velocity of its point, a torque at the angular velocity, in the frame's axes"""
-        given = load.force if load.force is not None else load.torque
-        vector = self.put.vector(tuple(given))
+        vector = self.put.vector(_entries(load.force if load.force is not None else load.torque))
         own = vector if load.axes != WORLD else self.frames.to_frame(frame, vector)
         velocity = self._moved(self.velocities[frame], place, self.direction)
         self._act(self.impetus, velocity.linear if load.force is not None else velocity.angular, own)
@@ -261,3 +262,9 @@ class Composer:
             self.g.add(given.get(c.name, self.g.zero), external)
             for c, external in zip(coordinates, self.variables.Q, strict=True)
         )
+
+
+def _entries(vector: object) -> tuple[sp.Expr, ...]:
+    """The entries of a quantity that the record has checked to be a vector"""
+    assert isinstance(vector, tuple)
+    return vector
