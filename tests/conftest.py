@@ -15,10 +15,16 @@ from lag2fmu.mechanism.loading import load
 Exported = Callable[..., Fmu]
 
 
+def pytest_addoption(parser: pytest.Parser) -> None:
+    """``--update``: write the golden files of tests/codegen anew instead of comparing with them."""
+    parser.addoption("--update", action="store_true", help="write golden files anew; read the diff before you commit")
+
+
 @pytest.fixture(scope="session")
 def exported(tmp_path_factory: pytest.TempPathFactory) -> Exported:
     """``exported(name_or_mechanism, solver=..., outputs=..., **arguments)``: an FMU, built once a session."""
     built: dict[object, Fmu] = {}
+    seen: list[str | Mechanism] = []  # kept, so that no other mechanism gets the id of one that is in use
 
     def build(
         model: str | Mechanism, *, solver: str = DEFAULT_SOLVER, outputs: tuple[str, ...] = (), **arguments: object
@@ -27,6 +33,7 @@ def exported(tmp_path_factory: pytest.TempPathFactory) -> Exported:
         if key not in built:
             mechanism = load(model, arguments) if isinstance(model, str) else model
             path: Path = tmp_path_factory.mktemp("fmu") / f"{mechanism.name}.fmu"
+            seen.append(model)
             built[key] = export(mechanism, path, solver=solver, outputs=outputs)
         return built[key]
 

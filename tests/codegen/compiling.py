@@ -1,0 +1,32 @@
+"""Compiling C text with each compiler at hand, warnings being errors, and calling the result."""
+
+from __future__ import annotations
+
+import ctypes
+import shutil
+import subprocess
+import sys
+from collections.abc import Mapping
+from pathlib import Path
+
+from lag2fmu.fmu.exporting import fmi_headers
+
+STRICT = ["-std=c99", "-O2", "-Wall", "-Wextra", "-Wpedantic", "-Wconversion", "-Werror", "-ffp-contract=off", "-fPIC"]
+COMPILERS = {"zig": [sys.executable, "-m", "ziglang", "cc"]}
+if shutil.which("gcc"):
+    COMPILERS["gcc"] = ["gcc"]
+
+
+def compiled(
+    folder: Path, sources: Mapping[str, str], compiler: str = "zig", units: tuple[str, ...] = ()
+) -> ctypes.CDLL:
+    """The shared library of ``units`` (default: all .c files) of ``sources``, compiled in ``folder``."""
+    for name, text in sources.items():
+        (folder / name).write_text(text, "utf-8")
+    chosen = units or tuple(sorted(name for name in sources if name.endswith(".c")))
+    library = folder / f"{compiler}.so"
+    command = [*COMPILERS[compiler], *STRICT, f"-I{fmi_headers()}", "-shared", "-o", str(library), *chosen, "-lm"]
+    done = subprocess.run(command, cwd=folder, capture_output=True, text=True, check=False)
+    assert done.returncode == 0, done.stderr
+    assert done.stderr == ""
+    return ctypes.CDLL(str(library))

@@ -1,0 +1,218 @@
+"""The source tree: complete, free of template marks, clean for compilers, and computing what the graph computes."""
+
+from __future__ import annotations
+
+import ctypes
+import difflib
+import math
+import random
+from collections.abc import Mapping
+from pathlib import Path
+
+import pytest
+from compiling import COMPILERS, compiled
+from jinja2 import UndefinedError
+from sympy import (
+    Abs,
+    Heaviside,
+    Max,
+    Min,
+    acos,
+    asin,
+    atan,
+    atan2,
+    cos,
+    cosh,
+    exp,
+    log,
+    sign,
+    sin,
+    sinh,
+    sqrt,
+    tan,
+    tanh,
+)
+
+from lag2fmu.codegen import DEFAULT_SOLVER, METHODS
+from lag2fmu.codegen.sources import GENERATED
+from lag2fmu.codegen.templates import render
+from lag2fmu.dynamics import Program, derive, lower
+from lag2fmu.dynamics.graph import Graph
+from lag2fmu.dynamics.operations import OPERATIONS, SYMBOL
+from lag2fmu.fmu.exporting import describe
+from lag2fmu.mechanism import Energy, Mechanism, Output, coordinate, parameter
+from lag2fmu.mechanism.expressions import TIME
+from lag2fmu.mechanism.loading import bundled, load
+
+SIZE = 512
+"""Longer than any array of these mechanisms."""
+GOLDEN = Path(__file__).parent / "golden" / "pendulum_mechanism.c"
+
+
+def every_function() -> Mechanism:
+    """A mechanism whose equations use every function of the language, each with an argument in its domain."""
+    x, y, p = coordinate("x", start=0.3), coordinate("y", start=0.4), parameter("p", 1.7)
+    smooth = (
+        sin(x) + cos(p * y) + tan(x / 2) + asin(x / 9) + acos(y / 9) + atan(p * x) + sinh(x) + cosh(y) + tanh(x * y)
+    )
+    others = exp(-(x**2)) + log(3 + x**2) + sqrt(2 + y**2) + atan2(x + 3, y + 4) + (2 + sin(x)) ** (1 + y**2 / 5)
+    powers = (3 + x) ** p + (4 + y) ** -3 + (5 + x) ** 2.5 + x**7
+    kinks = Abs(x - y) ** 3 + Min(x, y, p) ** 3 + Max(x, p * y) ** 3 + sign(x) * x**2 + Heaviside(y) * y**3
+    return Mechanism(
+        "every_function",
+        coordinates=[x, y],
+        parameters=[p, parameter("follows", exp(p) / 3)],
+        energy=Energy(
+            kinetic=(2 + sin(x)) * x.dot**2 / 2 + (3 + tanh(y)) * y.dot**2 / 2 + sin(x * y) * x.dot * y.dot / 4,
+            potential=smooth + others + powers + kinks * cos(TIME),
+            dissipation=(1 + x**2) * (x.dot - y.dot) ** 2 / 2,
+        ),
+        outputs=[Output("all", smooth * others - kinks / powers)],
+    )
+
+
+def sources_of(mechanism: Mechanism, solver: str = DEFAULT_SOLVER) -> tuple[Program, Mapping[str, str]]:
+    equations = derive(mechanism)
+    program = lower(equations)
+    return program, describe(mechanism, equations, program, solver)[1]
+
+
+def test_every_function_is_used() -> None:
+    program, _ = sources_of(every_function())
+    used = {
+        OPERATIONS[program.graph.code[node]].name
+        for function in program.functions
+        for node in program.graph.cone(node for *_, node in function.results)
+    }
+    assert used == {row.name for row in OPERATIONS}
+
+
+@pytest.mark.parametrize("solver", METHODS)
+@pytest.mark.parametrize("model", bundled())
+def test_no_mark_of_a_template_survives(model: str, solver: str) -> None:
+    _, sources = sources_of(load(model), solver)
+    assert set(GENERATED) < set(sources)
+    assert list(sources) == sorted(sources)
+    for name, text in sources.items():
+        assert not any(mark in text for mark in ("{{", "{%", "{#", "}}", "%}", "Undefined")), name
+        assert text.isascii(), name
+        assert "\r" not in text
+        assert "\t" not in text
+        assert text.endswith("\n"), name
+
+
+@pytest.mark.parametrize("name", GENERATED)
+def test_an_undefined_name_in_a_template_is_an_error(name: str) -> None:
+    with pytest.raises(UndefinedError, match="is undefined"):
+        render(f"mechanism/{name}.jinja", {})
+
+
+def test_the_text_is_a_function_of_the_mechanism() -> None:
+    assert sources_of(load("cart_pole"))[1] == sources_of(load("cart_pole"))[1]
+
+
+def test_names_of_the_user_stand_in_comments_and_strings_only() -> None:
+    lambda_, q = parameter("lambda", 2.0), coordinate("int", start=1.0)
+    energy = Energy(kinetic=lambda_ * q.dot**2 / 2, potential=lambda_ * q**2)
+    mechanism = Mechanism("plain", coordinates=[q], parameters=[lambda_], energy=energy)
+    text = sources_of(mechanism)[1]["mechanism.c"]
+    code = [line for line in text[text.index("#include") :].splitlines() if not line.startswith("/*")]
+    assert not any("lambda" in line or "int " in line for line in code)
+
+
+# ------------------------------------------------------------------------------------------------------ compiled
+
+
+@pytest.mark.fmu
+@pytest.mark.parametrize("compiler", COMPILERS)
+@pytest.mark.parametrize("solver", METHODS)
+def test_compilers_have_nothing_to_say(compiler: str, solver: str, tmp_path) -> None:
+    """The whole tree, with -Wall -Wextra -Wpedantic -Wconversion -Werror."""
+    for mechanism in (load("double_pendulum"), every_function()):
+        folder = tmp_path / mechanism.name
+        folder.mkdir()
+        compiled(folder, sources_of(mechanism, solver)[1], compiler)
+
+
+@pytest.mark.fmu
+@pytest.mark.parametrize("compiler", COMPILERS)
+@pytest.mark.parametrize("model", ["every_function", "double_pendulum", "cart_pole", "vertically_driven_pendulum"])
+def test_the_compiled_functions_compute_what_the_graph_computes(model: str, compiler: str, tmp_path) -> None:
+    mechanism = every_function() if model == "every_function" else load(model)
+    program, sources = sources_of(mechanism)
+    library = compiled(tmp_path, sources, compiler, units=("mechanism.c",))
+    generator, graph = random.Random(6), program.graph
+    for function in program.functions:
+        called = getattr(library, function.name)
+        called.restype = None
+        # arguments may be any nodes: what is handed from one function to the next takes any value here
+        entries = [node for argument in function.arguments for node in argument.entries if not graph.is_constant(node)]
+        given = {node: node if graph.code[node] == SYMBOL else graph.symbol(f"given {node}") for node in entries}
+        nodes = graph.substitute([node for *_, node in function.results], given)
+        for _ in range(20):
+            values = {
+                name: generator.uniform(0.1, 1.5) * generator.choice([-1.0, 1.0]) for name in _names(graph, given)
+            }
+            values |= {"p": generator.uniform(0.5, 2.0)} if "p" in values else {}
+            arguments: list[object] = []
+            for argument in function.arguments:
+                numbers = graph.evaluate([given.get(node, node) for node in argument.entries], values)
+                scalar = ctypes.c_double(numbers[0]) if argument.scalar else None
+                arguments.append(scalar or (ctypes.c_double * max(1, len(numbers)))(*numbers))
+            arrays = {name: (ctypes.c_double * SIZE)(*[math.nan] * SIZE) for name in function.arrays}
+            called(*arguments, *arrays.values())
+            written: dict[str, set[int]] = {name: set() for name in arrays}
+            for (array, index, _), value in zip(function.results, graph.evaluate(nodes, values), strict=True):
+                assert math.isfinite(value)
+                # the same operations in the same order: only functions of libm and of Python may differ by rounding
+                assert arrays[array][index] == pytest.approx(value, rel=1e-12, abs=1e-12), (function.name, array, index)
+                written[array].add(index)
+            for name, array in arrays.items():
+                assert all(math.isnan(array[i]) for i in range(SIZE) if i not in written[name]), (
+                    "nothing else is written"
+                )
+
+
+def _names(graph: Graph, given: Mapping[int, int]) -> list[str]:
+    return sorted(graph.symbols(given.values()))
+
+
+@pytest.mark.fmu
+def test_functions_with_kinks_at_their_kinks(tmp_path) -> None:
+    """sign(0) = 0, heaviside(0) = 1/2, and min, max of equals, in C as on the graph."""
+    x, y = coordinate("x"), coordinate("y")
+    kinks = sign(x) + 2 * Heaviside(x) + 4 * Max(x, y) + 8 * Min(x, y) + 16 * Abs(x)
+    mechanism = Mechanism(
+        "kinks",
+        coordinates=[x, y],
+        energy=Energy(kinetic=(x.dot**2 + y.dot**2) / 2, potential=x * y),
+        outputs=[Output("kinks", kinks)],
+    )
+    program, sources = sources_of(mechanism)
+    called = compiled(tmp_path, sources, units=("mechanism.c",)).mechanism_locals
+    place = program.locals.index("kinks")
+    node = next(n for f in program.functions if f.name == "mechanism_locals" for _, i, n in f.results if i == place)
+    for values in ((0.0, 0.0), (-0.0, 0.0), (1.0, 1.0), (-2.0, -2.0), (0.0, -1.0)):
+        found = (ctypes.c_double * 64)()
+        empty = (ctypes.c_double * 8)()
+        called(ctypes.c_double(0.0), (ctypes.c_double * 4)(*values, 0.0, 0.0), empty, empty, empty, found)
+        graph = program.graph.evaluate([node], {"x": values[0], "y": values[1]})
+        by_hand = {0.0: 0.0 + 1.0, 1.0: 1.0 + 2.0, -2.0: -1.0}[values[0]]
+        by_hand += 4 * max(values) + 8 * min(values) + 16 * abs(values[0])
+        assert found[place] == graph[0] == by_hand
+
+
+# ------------------------------------------------------------------------------------------------------ golden text
+
+
+def test_golden_text(request) -> None:
+    """The emitted mechanism.c of the pendulum; ``pytest tests/codegen --update`` writes it anew."""
+    text = sources_of(load("pendulum"))[1]["mechanism.c"]
+    if request.config.getoption("--update"):
+        GOLDEN.write_text(text, "utf-8")
+    golden = GOLDEN.read_text("utf-8")
+    if text != golden:
+        difference = difflib.unified_diff(
+            golden.splitlines(), text.splitlines(), str(GOLDEN), "emitted now", lineterm=""
+        )
+        pytest.fail("\n".join(difference) + "\nif this is meant, run pytest tests/codegen --update")

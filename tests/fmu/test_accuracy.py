@@ -1,0 +1,225 @@
+"""What the FMUs compute in co-simulation: errors, orders, periods; against direct integration and mathematics."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from numpy.typing import NDArray
+from scipy.special import ellipk
+from stepping import Stepping, bits
+
+import lag2fmu
+from lag2fmu.fmu import Fmu
+from lag2fmu.mechanism.loading import bundled, load
+from lag2fmu.mechanism.names import velocity
+from lag2fmu.reference import Reference
+
+pytestmark = pytest.mark.fmu
+
+STEPS = (0.01, 0.1, 1.0)
+"""Communication steps in s; the two long ones leave the solver free, the short one cuts its steps."""
+BARS = {1e-6: 1e-4, 1e-10: 1e-8}
+"""Tolerance -> largest error that is allowed over 10 s."""
+
+
+def states_of(fmu: Fmu) -> list[str]:
+    names = [c.name for c in fmu.mechanism.coordinates]
+    return [*names, *map(velocity, names)]
+
+
+def run(fmu: Fmu, step: float, tolerance: float, stop: float = 10.0, **values: float) -> NDArray[np.float64]:
+    """The states at the communication points up to ``stop`` (s), (points, 2n)."""
+    names = states_of(fmu)
+    found = lag2fmu.simulate(fmu, stop_time=stop, step=step, tolerance=tolerance, outputs=names, values=values)
+    return found.columns(names)
+
+
+def error(fmu: Fmu, reference: Reference, step: float, tolerance: float, **values: float) -> float:
+    """The largest error over the time of ``reference``, relative to max(range, nominal) of each state."""
+    names = states_of(fmu)
+    scales = np.array([reference.scales[name] for name in names])
+    expected = reference.trajectory.columns(names)[:: round(step / 0.01)]
+    found = run(fmu, step, tolerance, float(reference.trajectory.time[-1]), **values)
+    return float((np.abs(found - expected) / scales).max())
+
+
+def regular(reference: Reference) -> Reference:
+    """``reference``; skips the test if small errors grow more than 50 times in it, as the promise has it."""
+    if reference.amplification.max() >= 50:
+        pytest.skip(f"start perturbations grow {reference.amplification.max():.3g} times")
+    return reference
+
+
+@pytest.mark.parametrize("model", bundled())
+def test_error_against_direct_integration(model: str, exported, directly) -> None:
+    """Below its bar for three communication steps, and proportional to the tolerance from 1e-3 to 1e-10."""
+    fmu, reference = exported(model), regular(directly(model))
+    for tolerance, bar in BARS.items():
+        errors = {step: error(fmu, reference, step, tolerance) for step in STEPS}
+        assert max(errors.values()) < bar, (tolerance, errors)
+    tolerances = 10.0 ** np.arange(-3, -10.5, -0.5)
+    errors = [error(fmu, reference, 1.0, tolerance) for tolerance in tolerances]
+    slope = np.polyfit(np.log(tolerances), np.log(errors), 1)[0]
+    assert 0.8 <= slope <= 1.2, dict(zip(tolerances, errors, strict=True))
+
+
+@pytest.mark.parametrize("model", bundled())
+def test_order_of_runge_kutta_4(model: str, exported, directly) -> None:
+    """Over the first second: later, errors of different states cancel and the order shows at tiny steps only."""
+    fmu, steps = exported(model, solver="rk4"), np.array([0.02, 0.01, 0.005, 0.0025])
+    errors = [error(fmu, directly(model, 1.0), 0.1, 1e-6, solver_step=h) for h in steps]
+    slope = np.polyfit(np.log(steps), np.log(errors), 1)[0]
+    assert 3.8 <= slope <= 4.2, dict(zip(steps, errors, strict=True))
+
+
+@pytest.mark.parametrize("tolerance", BARS)
+@pytest.mark.parametrize("model", ["cart_pole", "double_pendulum", "elastic_pendulum", "vertically_driven_pendulum"])
+def test_result_does_not_depend_on_the_communication_step(model: str, tolerance: float, exported, directly) -> None:
+    scales = np.array([directly(model).scales[name] for name in states_of(exported(model))])
+    ends = [run(exported(model), step, tolerance)[-1] for step in (1e-3, 2e-3, 1e-2, 0.0625, 0.1, 0.5, 1.0)]
+    spread = np.ptp(ends, axis=0) / scales
+    assert spread.max() < 100 * tolerance
+    assert spread.max() > 0, "the solver steps of short and long communication steps are not the same ones"
+
+
+# ------------------------------------------------------------------------------------------------------------ periods
+
+
+def falling_zero_crossings(fmu: Fmu, angle: str, start: float, count: int) -> list[float]:
+    """Times (s) where ``angle`` falls through 0, by Newton's method on the length of the last communication step.
+
+    The FMU goes back to its saved state before each try, so that the times are exact up to the error of the motion.
+    """
+    times: list[float] = []
+    with Stepping(fmu.path) as host:
+        host.start({angle: start}, tolerance=1e-10)
+        above = start
+        while len(times) < count:
+            before, time = host.unit.getFMUstate(), host.time
+            below = host.step(0.05)[0]
+            if above > 0 >= below:
+                length = 0.05
+                for _ in range(6):
+                    theta, theta_dot = host.get([angle, velocity(angle)])
+                    length -= theta / theta_dot
+                    host.unit.setFMUstate(before)
+                    host.time = time
+                    host.step(length)
+                assert abs(host.get([angle])[0]) < 1e-14
+                times.append(host.time)
+                below = host.step(0.05)[0]
+            above = below
+            host.unit.freeFMUstate(before)
+    return times
+
+
+@pytest.mark.parametrize("start", [0.1, 0.5, 2.0, 3.0])
+@pytest.mark.parametrize(("model", "angle"), [("pendulum", "theta"), ("n_pendulum", "theta1")])
+def test_elliptic_period(model: str, angle: str, start: float, exported) -> None:
+    """T = 4 sqrt(l/g) K(sin^2(start/2)); Landau, Lifshitz, Mechanics, section 11, problem 1."""
+    fmu = exported(model, n="1") if model == "n_pendulum" else exported(model)
+    period = 4 * np.sqrt(1.0 / 9.81) * ellipk(np.sin(start / 2) ** 2)
+    times = falling_zero_crossings(fmu, angle, start, 4)
+    assert times[0] == pytest.approx(period / 4, rel=1e-8)
+    assert np.diff(times) == pytest.approx(period, rel=1e-8)
+
+
+@pytest.mark.parametrize(("model", "angle"), [("pendulum", "theta"), ("n_pendulum", "theta1")])
+def test_the_pendulum_is_back_after_analytic_quarters(model: str, angle: str, exported) -> None:
+    fmu = exported(model, n="1") if model == "n_pendulum" else exported(model)
+    quarter = np.sqrt(1.0 / 9.81) * ellipk(np.sin(0.25) ** 2)
+    fastest = 2 * np.sqrt(9.81) * np.sin(0.25)
+    expected = [(0.0, -fastest), (-0.5, 0.0), (0.0, fastest), (0.5, 0.0)]
+    with Stepping(fmu.path) as host:
+        host.start({angle: 0.5}, tolerance=1e-10)
+        for number in range(12):
+            assert host.step(quarter) == pytest.approx(expected[number % 4], abs=1e-8)
+
+
+# --------------------------------------------------------------------------------------------------- solver settings
+
+
+def test_a_fixed_step_that_does_not_divide_the_communication_step_is_shortened(exported) -> None:
+    fmu = exported("double_pendulum", solver="rk4")
+    uneven = run(fmu, 0.1, 1e-6, solver_step=0.03)
+    assert bits(uneven[-1]) == bits(run(fmu, 0.1, 1e-6, solver_step=0.025)[-1]), (
+        "4 equal steps, none longer than 0.03 s"
+    )
+    assert bits(uneven[-1]) != bits(run(fmu, 0.1, 1e-6, solver_step=0.1 / 3)[-1])
+
+
+def test_a_fixed_step_longer_than_the_communication_step_is_the_communication_step(exported, directly) -> None:
+    fmu = exported("pendulum", solver="rk4")
+    assert bits(run(fmu, 0.01, 1e-6, solver_step=5.0)[-1]) == bits(run(fmu, 0.01, 1e-6, solver_step=0.01)[-1])
+    assert error(fmu, directly("pendulum"), 0.01, 1e-6, solver_step=5.0) < 1e-6
+
+
+def test_a_communication_step_of_ten_solver_steps_takes_ten(exported) -> None:
+    fmu = exported("pendulum", solver="rk4")
+    with Stepping(fmu.path) as long, Stepping(fmu.path) as short:
+        long.start({"solver_step": 0.01})
+        short.start({"solver_step": 0.01})
+        assert long.step(0.1) == pytest.approx(short.steps(10, 0.01)[-1], rel=1e-14)
+
+
+def test_solver_tolerance_wins_over_the_importer(exported) -> None:
+    fmu = exported("double_pendulum")
+    with (
+        Stepping(fmu.path) as own,
+        Stepping(fmu.path) as asked,
+        Stepping(fmu.path) as loose,
+        Stepping(fmu.path) as default,
+    ):
+        own.start({"solver_tolerance": 1e-9}, tolerance=1e-3)
+        asked.start(tolerance=1e-9)
+        loose.start(tolerance=1e-3)
+        default.start()
+        assert bits(own.step(5.0)) == bits(asked.step(5.0)) != bits(loose.step(5.0))
+        with Stepping(fmu.path) as explicit:
+            assert bits(explicit.start(tolerance=1e-6).step(5.0)) == bits(default.step(5.0))
+
+
+def test_a_longest_step_makes_a_loose_run_exact(exported, directly) -> None:
+    fmu, reference = exported("double_pendulum"), directly("double_pendulum")
+    assert error(fmu, reference, 1.0, 1e-2) > 1e-4
+    assert error(fmu, reference, 1.0, 1e-2, solver_max_step=0.005) < 1e-9
+
+
+# ---------------------------------------------------------------------------------------------------- motion inputs
+
+
+def driven(fmu: Fmu, step: float, sampled_at: float) -> NDArray[np.float64]:
+    """theta, theta_dot at 2 s with y0 = A cos(Omega t) held in each step as it is at ``sampled_at`` of the step."""
+    amplitude, omega = 0.05, 10.0
+    with Stepping(fmu.path) as host:
+        host.start(tolerance=1e-11)
+        for number in range(round(2.0 / step)):
+            t = (number + sampled_at) * step
+            host.set(
+                {
+                    "y0": amplitude * np.cos(omega * t),
+                    "y0_dot": -amplitude * omega * np.sin(omega * t),
+                    "y0_ddot": -amplitude * omega**2 * np.cos(omega * t),
+                }
+            )
+            found = host.step(step)
+    return np.array(found)
+
+
+@pytest.mark.parametrize(("sampled_at", "order"), [(0.0, 1), (0.5, 2)])
+def test_a_driven_motion_converges_to_the_explicit_one(sampled_at: float, order: int, exported) -> None:
+    """Held inputs are of order 1 in H where they are sampled at the start of the step, of order 2 at its middle."""
+    with Stepping(exported("vertically_driven_pendulum").path) as host:
+        explicit = np.array(host.start(tolerance=1e-11).step(2.0))
+    steps = np.array([0.02, 0.01, 0.005, 0.0025])
+    errors = [np.abs(driven(exported("motion_driven_pendulum"), step, sampled_at) - explicit).max() for step in steps]
+    assert np.polyfit(np.log(steps), np.log(errors), 1)[0] == pytest.approx(order, abs=0.1), errors
+    assert errors[-1] < {1: 3e-3, 2: 1e-5}[order]
+
+
+def test_a_resting_support_is_the_plain_pendulum(exported) -> None:
+    with Stepping(exported("motion_driven_pendulum").path) as moved, Stepping(exported("pendulum").path) as plain:
+        moved.start({"y0": 7.0}, tolerance=1e-10)
+        plain.start(tolerance=1e-10)
+        assert moved.step(10.0) == pytest.approx(plain.step(10.0), abs=1e-9)
+        assert load("motion_driven_pendulum").coordinates == load("pendulum").coordinates

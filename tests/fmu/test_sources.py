@@ -1,0 +1,170 @@
+"""The folder sources/: declared in both places, complete, and rebuilt by several compilers with the same results."""
+
+from __future__ import annotations
+
+import shutil
+import subprocess
+import sys
+import xml.etree.ElementTree as ET
+import zipfile
+from pathlib import Path
+
+import pytest
+from elf import Library
+from fmpy.build import build_platform_binary
+from fmpy.model_description import read_build_description
+from stepping import Stepping, bits
+from test_archive import functions_of_fmi, xml
+
+from lag2fmu.fmu import Fmu
+from lag2fmu.fmu.compilers import FLAGS, host_platform
+from lag2fmu.fmu.exporting import fmi_headers
+
+pytestmark = pytest.mark.fmu
+on_linux = pytest.mark.skipif(sys.platform != "linux", reason="reads ELF libraries")
+
+MODELS = ["double_pendulum", "motion_driven_pendulum", "slides_problem_6"]
+
+
+@pytest.fixture(params=MODELS)
+def fmu(request, exported) -> Fmu:
+    return exported(request.param)
+
+
+@pytest.fixture
+def folder(fmu: Fmu, tmp_path: Path) -> Path:
+    """The FMU, unpacked."""
+    with zipfile.ZipFile(fmu.path) as archive:
+        archive.extractall(tmp_path / "unpacked")
+    return tmp_path / "unpacked"
+
+
+def library_of(folder: Path) -> Path:
+    (path,) = (folder / "binaries").glob("*/*.*")
+    return path
+
+
+def build(folder: Path, *command: str) -> bytes:
+    """Put the library that ``command`` makes of the sources in the place of the one that was shipped; its bytes."""
+    units = sorted(path.name for path in (folder / "sources").glob("*.c"))
+    library = library_of(folder)
+    library.unlink()
+    arguments = [*command, f"-I{fmi_headers()}", "-shared", "-fPIC", "-o", str(library), *units, "-lm"]
+    subprocess.run(arguments, cwd=folder / "sources", check=True)
+    return library.read_bytes()
+
+
+def packed(folder: Path) -> Path:
+    target = folder.parent / "rebuilt.fmu"
+    with zipfile.ZipFile(target, "w") as archive:
+        for path in sorted(folder.rglob("*")):
+            archive.write(path, path.relative_to(folder).as_posix())
+    return target
+
+
+def run(path: Path) -> list[list[float]]:
+    """States in co-simulation, with a force, and after it."""
+    with Stepping(path) as host:
+        host.start(tolerance=1e-9)
+        found = host.steps(10, 0.1)
+        host.set({name: 0.5 for name in host.references if name.startswith("Q_")})
+        return found + host.steps(10, 0.1)
+
+
+# --------------------------------------------------------------------------------------------------------- what is said
+
+
+def test_source_files_are_declared_in_both_places(fmu: Fmu) -> None:
+    with zipfile.ZipFile(fmu.path) as archive:
+        names = {name.removeprefix("sources/") for name in archive.namelist() if name.startswith("sources/")}
+        described = ET.fromstring(archive.read("sources/buildDescription.xml"))
+    compiled = sorted(name for name in names if name.endswith(".c"))
+    assert len(compiled) > 5
+    assert {name.rpartition(".")[2] for name in names} == {"c", "h", "xml"}
+    assert not any(name.startswith("fmi2") and name.endswith(".h") for name in names), (
+        "FMI's headers are the importer's"
+    )
+    for kind in ("ModelExchange", "CoSimulation"):
+        assert [f.get("name") for f in xml(fmu).find(kind).find("SourceFiles")] == compiled
+    assert [f.get("name") for f in described.iter("SourceFile")] == compiled
+    assert described.find("BuildConfiguration").get("modelIdentifier") == fmu.description.model_identifier
+
+
+def test_fmpy_reads_the_build_description(fmu: Fmu) -> None:
+    """With validation against the schema of FMI 3.0."""
+    (configuration,) = read_build_description(str(fmu.path))
+    (file_set,) = configuration.sourceFileSets
+    assert file_set.language == "C99"
+    assert file_set.preprocessorDefinitions[0].name == "FMI2_OVERRIDE_FUNCTION_PREFIX"
+
+
+def test_the_header_of_fmi_gets_the_prefix(fmu: Fmu, folder: Path) -> None:
+    """FMI 2.0.5, section 2.1.1: the define, immediately followed by the include."""
+    prefix = f"#define FMI2_FUNCTION_PREFIX {fmu.description.model_identifier}_\n"
+    texts = [path.read_text("utf-8") for path in sorted((folder / "sources").glob("*.[ch]"))]
+    including = [text for text in texts if '#include "fmi2Functions.h"' in text]
+    assert including
+    for text in including:
+        assert f'{prefix}#include "fmi2Functions.h"\n' in text
+
+
+# -------------------------------------------------------------------------------------------------------------- rebuilt
+
+
+@on_linux
+def test_zig_gives_the_library_that_was_shipped(fmu: Fmu, folder: Path) -> None:
+    shipped = library_of(folder).read_bytes()
+    (target,) = host_platform().targets
+    again = build(folder, sys.executable, "-m", "ziglang", "cc", "-target", target, *FLAGS, "-s")
+    assert again == shipped
+
+
+@pytest.mark.parametrize("compiler", ["gcc", "clang"])
+def test_other_compilers_give_the_same_motion(compiler: str, fmu: Fmu, folder: Path) -> None:
+    if shutil.which(compiler) is None:
+        pytest.skip(f"there is no {compiler} on this machine")
+    build(folder, compiler, "-std=c99", "-O2", "-ffp-contract=off", "-Wall", "-Wextra", "-Wpedantic", "-Werror")
+    for one, other in zip(run(packed(folder)), run(fmu.path), strict=True):
+        assert one == pytest.approx(other, rel=1e-8, abs=1e-8)
+
+
+@pytest.mark.skipif(shutil.which("cmake") is None, reason="fmpy compiles with CMake, which is not on this machine")
+def test_fmpy_compiles(fmu: Fmu, folder: Path, tmp_path: Path) -> None:
+    library_of(folder).unlink()
+    (tmp_path / "build").mkdir()
+    build_platform_binary(folder, tmp_path / "build")
+    expected = run(fmu.path)
+    for one, other in zip(run(packed(folder)), expected, strict=True):
+        assert one == pytest.approx(other, rel=1e-8, abs=1e-8)
+    assert len({bits(states) for states in expected}) > 1
+
+
+@on_linux
+@pytest.mark.skipif(shutil.which("gcc") is None, reason="there is no gcc on this machine")
+def test_the_prefix_and_its_override(fmu: Fmu, folder: Path, tmp_path: Path) -> None:
+    """With the header of FMI 2.0.5, whose macros these are: prefixed names for linking, plain ones for a library."""
+    headers = tmp_path / "headers"
+    headers.mkdir()
+    for header in fmi_headers().glob("fmi2*.h"):
+        text = header.read_text("utf-8").replace("#define fmi2FullName(name) name", HEADER_OF_FMI_2_0_5)
+        (headers / header.name).write_text(text, "utf-8")
+    prefix = f"{fmu.description.model_identifier}_"
+    flags = ("gcc", f"-I{headers}", "-fvisibility=hidden")
+    plain = build(folder, *flags, "-DFMI2_OVERRIDE_FUNCTION_PREFIX")
+    assert Library(plain).exported == functions_of_fmi()
+    prefixed = build(folder, *flags)
+    assert Library(prefixed).exported == {prefix + name for name in functions_of_fmi()}
+
+
+HEADER_OF_FMI_2_0_5 = """
+#if !defined(FMI2_OVERRIDE_FUNCTION_PREFIX) && defined(FMI2_FUNCTION_PREFIX)
+  #define FMI2_ACTUAL_FUNCTION_PREFIX FMI2_FUNCTION_PREFIX
+#endif
+#if defined(FMI2_ACTUAL_FUNCTION_PREFIX)
+  #define fmi2Paste(a,b) a ## b
+  #define fmi2PasteB(a,b) fmi2Paste(a,b)
+  #define fmi2FullName(name) fmi2PasteB(FMI2_ACTUAL_FUNCTION_PREFIX, name)
+#else
+  #define fmi2FullName(name) name
+#endif
+"""

@@ -1,0 +1,167 @@
+"""Runs of FMUs by fmpy: what comes back, inputs, and errors that say what is wrong."""
+
+from __future__ import annotations
+
+import math
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+import lag2fmu
+from lag2fmu.errors import LoadError, SimulationError
+from lag2fmu.fmu import export
+from lag2fmu.mechanism import Energy, Mechanism, coordinate
+from lag2fmu.mechanism.loading import load
+from lag2fmu.reference import Trajectory, held, integrate, read_csv
+
+pytestmark = pytest.mark.fmu
+
+
+def test_outputs_and_times_by_default(exported) -> None:
+    run = lag2fmu.simulate(exported("cart_pole"))
+    assert run.names == ("x", "theta", "x_dot", "theta_dot", "x_tip", "y_tip")
+    assert run.time == pytest.approx(np.arange(1001) * 0.01, abs=1e-9)
+
+
+@pytest.mark.parametrize("kind", ["co-simulation", "model-exchange"])
+def test_values_step_and_stop_time(kind, exported) -> None:
+    values = {"theta": 1.2, "l": 0.5, "Q_theta": 0.3}
+    run = lag2fmu.simulate(
+        exported("pendulum"), stop_time=2.0, step=0.05, tolerance=1e-9, values=values, outputs=["theta"], kind=kind
+    )
+    assert run.names == ("theta",)
+    assert len(run) == 41
+    expected = integrate(
+        load("pendulum"), run.time, starts={"theta": 1.2}, parameters={"l": 0.5}, inputs={"Q_theta": 0.3}
+    )
+    assert run["theta"] == pytest.approx(expected.trajectory["theta"], abs=1e-6)
+
+
+def test_a_name_a_record_a_path_and_an_fmu_are_the_same(exported) -> None:
+    fmu = exported("pendulum")
+    runs = [
+        lag2fmu.simulate(model, stop_time=0.5) for model in (fmu, fmu.path, str(fmu.path), "pendulum", load("pendulum"))
+    ]
+    assert all((run.values == runs[0].values).all() for run in runs)
+
+
+def test_progress_is_told(exported) -> None:
+    times: list[float] = []
+    lag2fmu.simulate(exported("pendulum"), stop_time=0.5, step=0.1, progress=times.append)
+    assert times == sorted(times)
+    assert times[-1] == pytest.approx(0.5)
+    assert len(times) >= 5
+
+
+@pytest.mark.parametrize("step", [0.3, 0.07, 0.011, 1 / 3])
+def test_the_last_step_ends_at_the_stop_time(step: float, exported) -> None:
+    """Also where the step does not divide it."""
+    run = lag2fmu.simulate(exported("pendulum"), stop_time=1.0, step=step, tolerance=1e-9, outputs=["theta"])
+    assert run.time[-1] == pytest.approx(1.0, abs=1e-9)
+    expected = integrate(load("pendulum"), run.time).trajectory
+    assert run["theta"] == pytest.approx(expected["theta"], abs=1e-6)
+
+
+# ------------------------------------------------------------------------------------------------------------ inputs
+
+
+@pytest.mark.parametrize("kind", ["co-simulation", "model-exchange"])
+def test_inputs_from_csv_are_held_during_a_step(kind, exported, tmp_path: Path) -> None:
+    """Interpolated where a communication step begins, constant until it ends; by hand: F = 10 t, steps of 0.5 s."""
+    path = tmp_path / "push.csv"
+    path.write_text("time,F\n0,0\n2,20\n", encoding="utf-8")
+    inputs = read_csv(path)
+    run = lag2fmu.simulate(exported("cart_pole"), stop_time=2.0, step=0.5, tolerance=1e-9, inputs=inputs, kind=kind)
+    steps = Trajectory.of([0.0, 0.5, 1.0, 1.5, 2.0], {"F": [0.0, 5.0, 10.0, 15.0, 20.0]})
+    names = ["x", "theta", "x_dot", "theta_dot"]
+    stairs = integrate(load("cart_pole"), run.time, inputs=held(steps)).trajectory
+    ramp = integrate(load("cart_pole"), run.time, inputs=inputs).trajectory
+    assert run.columns(names) == pytest.approx(stairs.columns(names), abs=1e-5)
+    assert np.abs(run["x"] - ramp["x"]).max() > 0.5
+
+
+@pytest.mark.parametrize("kind", ["co-simulation", "model-exchange"])
+def test_inputs_without_a_signal_keep_their_values_and_nothing_is_printed(kind, exported, capfd) -> None:
+    inputs = Trajectory.of([0.0, 1.0], {"F": [1.0, 1.0]})
+    run = lag2fmu.simulate(
+        exported("cart_pole"), stop_time=1.0, tolerance=1e-9, inputs=inputs, values={"Q_theta": 0.2}, kind=kind
+    )
+    expected = integrate(load("cart_pole"), run.time, inputs={"F": 1.0, "Q_theta": 0.2}).trajectory
+    assert run["theta"] == pytest.approx(expected["theta"], abs=1e-6)
+    assert capfd.readouterr() == ("", "")
+
+
+@pytest.mark.parametrize("kind", ["co-simulation", "model-exchange"])
+def test_inputs_that_end_early_keep_their_last_value(kind, exported) -> None:
+    inputs = Trajectory.of([0.0, 0.5], {"F": [0.0, 5.0]})
+    run = lag2fmu.simulate(exported("cart_pole"), stop_time=1.0, step=0.25, tolerance=1e-9, inputs=inputs, kind=kind)
+    steps = Trajectory.of([0.0, 0.25, 0.5], {"F": [0.0, 2.5, 5.0]})
+    expected = integrate(load("cart_pole"), run.time, inputs=held(steps)).trajectory
+    assert run["x"] == pytest.approx(expected["x"], abs=1e-6)
+
+
+# ------------------------------------------------------------------------------------------------------------ errors
+
+
+@pytest.mark.parametrize(
+    ("settings", "sentence"),
+    [
+        ({"outputs": ["thetta"]}, "no variable 'thetta'"),
+        ({"values": {"thetta": 1.0}}, "no settable variable 'thetta'"),
+        ({"values": {"p_theta": 1.0}}, "no settable variable 'p_theta'"),
+        ({"values": {"theta": math.nan}}, "theta = nan is not finite"),
+        ({"values": {"g": math.inf}}, "g = inf is not finite"),
+        ({"values": {"solver_step": -1.0}}, "solver_step = -1.0 is not finite or outside"),
+        ({"inputs": Trajectory.of([0.0, 1.0], {"F": [0.0, 1.0]})}, "no input 'F'"),
+        ({"inputs": Trajectory.of([0.0, 1.0], {"theta": [0.0, 1.0]})}, "no input 'theta'"),
+        ({"stop_time": 0.0}, "stop time 0.0 s is not positive"),
+        ({"stop_time": -1.0}, "stop time -1.0 s is not positive"),
+        ({"stop_time": math.nan}, "stop time nan s is not positive"),
+        ({"stop_time": math.inf}, "stop time inf s is not positive"),
+        ({"step": 0.0}, "step 0.0 s is not positive"),
+        ({"step": math.nan}, "step nan s is not positive"),
+        ({"stop_time": 1.0, "step": 2.0}, "step 2.0 s is longer than the stop time 1.0 s"),
+    ],
+)
+def test_wrong_settings(settings: dict, sentence: str, exported) -> None:
+    with pytest.raises(LoadError, match=sentence):
+        lag2fmu.simulate(exported("pendulum"), **settings)
+
+
+@pytest.mark.parametrize("given", [["y0"], ["y0", "y0_dot"], ["y0_ddot"], ["y0", "y0_ddot"]])
+def test_a_motion_needs_its_derivatives(given: list[str], exported) -> None:
+    missing = ", ".join(name for name in ("y0", "y0_dot", "y0_ddot") if name not in given)
+    inputs = Trajectory.of([0.0, 1.0], {name: [0.0, 1.0] for name in given})
+    with pytest.raises(LoadError, match=f"but not {missing}; a motion input needs all three columns"):
+        lag2fmu.simulate(exported("motion_driven_pendulum"), inputs=inputs)
+
+
+def test_values_of_inputs_that_are_not_finite() -> None:
+    with pytest.raises(SimulationError, match=r"'F' is nan at time 1\.0 s"):
+        Trajectory.of([0.0, 1.0], {"F": [0.0, math.nan]})
+
+
+@pytest.mark.parametrize(
+    ("content", "sentence"), [(None, "there is no such FMU"), (b"text", "is no FMU that can be read")]
+)
+def test_files_that_are_no_fmus(content: bytes | None, sentence: str, tmp_path: Path) -> None:
+    path = tmp_path / "other.fmu"
+    if content is not None:
+        path.write_bytes(content)
+    with pytest.raises(LoadError, match=sentence):
+        lag2fmu.simulate(path)
+
+
+def runaway() -> Mechanism:
+    """x_ddot = 2 x^3 from x = 1, x_dot = 1: x = 1/(1 - t) is infinite at 1 s."""
+    x = coordinate("x", start=1.0, velocity=1.0)
+    return Mechanism("runaway", coordinates=[x], energy=Energy(kinetic=x.dot**2 / 2, potential=-(x**4) / 2))
+
+
+def test_a_motion_that_ends_is_an_error_in_the_words_of_the_fmu(tmp_path: Path) -> None:
+    fmu = export(runaway(), tmp_path / "runaway.fmu")
+    with pytest.raises(SimulationError, match=r"(?s)runaway\.fmu.*fmi2DoStep: at time (1\.0|0\.99)\d* .*x"):
+        lag2fmu.simulate(fmu, stop_time=2.0, step=0.1)
+    before = lag2fmu.simulate(fmu, stop_time=0.9, step=0.1, tolerance=1e-9)
+    assert before["x"] == pytest.approx(1 / (1 - before.time), rel=1e-6)

@@ -1,0 +1,212 @@
+"""The comparison finds faults, says where, and knows how far it can compare."""
+
+from __future__ import annotations
+
+import sys
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from sympy import Rational
+
+import lag2fmu
+from lag2fmu.errors import ExportError, LoadError, MechanismError
+from lag2fmu.mechanism import Mechanism
+from lag2fmu.mechanism.loading import load, with_values
+from lag2fmu.reference import Trajectory
+from lag2fmu.verify import Report
+from lag2fmu.verify.validate import validate_fmu
+
+pytestmark = pytest.mark.fmu
+
+TRAJECTORIES = {"co-simulation", "model exchange"}
+ACCELERATIONS = {"accelerations, random states", "accelerations, SymPy's equations"}
+OUTPUTS = {"momenta, energy, outputs, random states"}
+POINTWISE_ENERGY = "energy: dh/dt - power, every point"
+LITTLE = Rational(1001, 1000)
+"""A change by a thousandth: too small to be seen in a plot."""
+
+
+def failed(report: Report) -> set[str]:
+    """The names of the checks that failed, those of trajectories without their steps."""
+    return {check.name.split(", CVode")[0].split(", step")[0] for check in report.checks if not check.passed}
+
+
+def compared(exported, model: str, mechanism: Mechanism, **settings) -> Report:
+    """The FMU of ``model`` as it is, against another mechanism."""
+    return validate_fmu(mechanism, exported(model).path, stop_time=5.0, **settings)
+
+
+def test_the_untouched_mechanism_passes(exported) -> None:
+    report = compared(exported, "cart_pole", load("cart_pole"))
+    assert failed(report) == set()
+    assert len(report.checks) == 1 + 4 + 2 + 3 + 1
+
+
+@pytest.mark.parametrize("name", ["M", "m", "l", "g"])
+def test_another_value_of_a_parameter(name: str, exported) -> None:
+    """The equations are the same: only what starts from the declared values can differ."""
+    mechanism = load("cart_pole")
+    value = next(p.value for p in mechanism.parameters if p.name == name)
+    report = compared(exported, "cart_pole", with_values(mechanism, {name: 1.001 * value}))
+    assert failed(report) & TRAJECTORIES == TRAJECTORIES
+    assert not failed(report) & (ACCELERATIONS | OUTPUTS)
+
+
+@pytest.mark.parametrize("name", ["theta", "theta_dot", "x_dot"])
+def test_another_start(name: str, exported) -> None:
+    mechanism = load("cart_pole")
+    start = {"theta": 0.5005}.get(name, 1e-3)
+    found = failed(compared(exported, "cart_pole", with_values(mechanism, {name: start})))
+    assert found & TRAJECTORIES == TRAJECTORIES
+    assert not found & (ACCELERATIONS | OUTPUTS | {POINTWISE_ENERGY})
+
+
+def test_another_stiffness_in_the_equations(exported) -> None:
+    mechanism = load("slides_problem_3")
+    springs = [replace(spring, stiffness=LITTLE * spring.stiffness) for spring in mechanism.springs]
+    found = failed(compared(exported, "slides_problem_3", replace(mechanism, springs=springs)))
+    assert found == TRAJECTORIES | ACCELERATIONS | OUTPUTS | {POINTWISE_ENERGY}
+
+
+def test_another_inertia_in_the_equations(exported) -> None:
+    mechanism = load("slides_problem_3")
+    bodies = [replace(body, inertia=LITTLE * body.inertia) if body.inertia else body for body in mechanism.bodies]
+    found = failed(compared(exported, "slides_problem_3", replace(mechanism, bodies=bodies)))
+    assert found >= TRAJECTORIES | ACCELERATIONS | OUTPUTS | {POINTWISE_ENERGY}
+
+
+def test_another_damping_in_the_equations(exported) -> None:
+    """Forces without a potential leave momenta and energy alone."""
+    mechanism = load("cart_pole")
+    dampers = [replace(damper, damping=LITTLE * damper.damping) for damper in mechanism.dampers]
+    found = failed(compared(exported, "cart_pole", replace(mechanism, dampers=dampers)))
+    assert found >= ACCELERATIONS | {POINTWISE_ENERGY}
+    assert not found & OUTPUTS
+
+
+def test_another_output(exported) -> None:
+    mechanism = load("cart_pole")
+    outputs = [replace(output, expression=LITTLE * output.expression) for output in mechanism.outputs]
+    assert failed(compared(exported, "cart_pole", replace(mechanism, outputs=outputs))) == OUTPUTS
+
+
+def test_a_force_of_the_wrong_sign(exported) -> None:
+    """It shows at random states although no force acts during the run."""
+    mechanism = load("cart_pole")
+    loads = [replace(item, force=tuple(-f for f in item.force)) for item in mechanism.loads]
+    assert failed(compared(exported, "cart_pole", replace(mechanism, loads=loads))) == ACCELERATIONS
+
+
+def test_a_dependent_parameter_of_another_factor(exported) -> None:
+    mechanism = load("cart_pole")
+    parameters = [
+        p if p.expression is None else replace(p, expression=LITTLE * p.expression) for p in mechanism.parameters
+    ]
+    found = failed(compared(exported, "cart_pole", replace(mechanism, parameters=parameters)))
+    assert found >= ACCELERATIONS | OUTPUTS | {POINTWISE_ENERGY}
+
+
+def test_a_support_of_another_frequency(exported) -> None:
+    mechanism = load("vertically_driven_pendulum")
+    found = failed(compared(exported, "vertically_driven_pendulum", with_values(mechanism, {"Omega": 10.01})))
+    assert found >= TRAJECTORIES | {POINTWISE_ENERGY}
+
+
+# ------------------------------------------------------------------------------------------------------------- chaos
+
+
+@pytest.mark.slow
+def test_a_chaotic_motion_is_compared_as_long_as_that_means_something(tmp_path) -> None:
+    wild = {"theta1": 2.6, "theta2": 2.9}
+    report = lag2fmu.validate("double_pendulum", values=wild, stop_time=20.0)
+    assert report.passed, str(report)
+    (note,) = [note for note in report.notes if "Chaotic" in note]
+    horizon = float(note.split("t = ")[1].split()[0])
+    assert 1.0 < horizon < 10.0
+    direct = report.trajectories["direct integration"]
+    run = report.trajectories["co-simulation, step 0.01 s"]
+    difference = np.abs(run["theta1"] - direct.interpolated(run.time)["theta1"])
+    assert difference[run.time < horizon].max() < 1e-2
+    assert difference.max() > 0.5, "afterwards the motions have nothing in common"
+
+
+@pytest.mark.slow
+def test_the_horizon_grows_with_the_accuracy() -> None:
+    wild = {"theta1": 2.6, "theta2": 2.9}
+    horizons = []
+    for tolerance in (1e-5, 1e-8):
+        report = lag2fmu.validate("double_pendulum", values=wild, stop_time=8.0, tolerance=tolerance)
+        assert report.passed, str(report)
+        notes = [note for note in report.notes if "Chaotic" in note]
+        horizons.append(float(notes[0].split("t = ")[1].split()[0]) if notes else 8.0)
+    assert horizons[0] < horizons[1]
+
+
+# ------------------------------------------------------------------------------------------------------------ inputs
+
+
+def test_inputs_drive_both_sides(exported) -> None:
+    times = np.linspace(0.0, 0.6, 13)
+    inputs = Trajectory.of(times, {"F": 3 * np.sin(4 * times), "Q_theta": 0.2 * np.cos(7 * times)})
+    report = lag2fmu.validate(exported("cart_pole"), stop_time=0.6, inputs=inputs)
+    assert report.passed, str(report)
+    without = lag2fmu.simulate(exported("cart_pole"), stop_time=0.6)
+    ends = {label: run["x"][-1] for label, run in report.trajectories.items()}
+    assert all(abs(end - without["x"][-1]) > 0.05 for end in ends.values()), "the inputs act"
+    held = [ends[label] for label in ends if label.startswith("co-simulation")]
+    assert len({round(end, 9) for end in held}) == 3, "inputs held longer are other inputs"
+
+
+def test_motion_inputs_drive_both_sides(exported) -> None:
+    times = np.linspace(0.0, 0.6, 61)
+    columns = {"y0": 0.1 * np.sin(5 * times), "y0_dot": 0.5 * np.cos(5 * times), "y0_ddot": -2.5 * np.sin(5 * times)}
+    report = lag2fmu.validate(exported("motion_driven_pendulum"), stop_time=0.6, inputs=Trajectory.of(times, columns))
+    assert report.passed, str(report)
+    names = [check.name for check in report.checks if check.name.startswith("energy")]
+    assert names == [POINTWISE_ENERGY], "motions that are held jump, and the energy with them"
+
+
+def test_other_inputs_on_the_two_sides_would_show(exported, monkeypatch) -> None:
+    """The reference with inputs of the last step, as if the FMU took them one step late."""
+    module = sys.modules["lag2fmu.verify.validate"]  # lag2fmu.verify.validate is the function
+    original = module.held
+    times = np.linspace(0.0, 0.6, 13)
+    late = lambda run: original(Trajectory(run.time, run.names, np.roll(run.values, 1, axis=0)))  # noqa: E731
+    monkeypatch.setattr(module, "held", late)
+    inputs = Trajectory.of(times, {"F": 3 * np.sin(4 * times)})
+    report = lag2fmu.validate(exported("cart_pole"), stop_time=0.6, inputs=inputs)
+    assert failed(report) >= TRAJECTORIES
+
+
+# ------------------------------------------------------------------------------------------------------------ errors
+
+
+def test_an_fmu_without_a_mechanism(tmp_path) -> None:
+    other = tmp_path / "other.fmu"
+    other.write_bytes(b"PK")
+    with pytest.raises(ExportError, match="is it an FMU of lag2fmu"):
+        lag2fmu.validate(other)
+
+
+def test_values_that_do_not_exist() -> None:
+    with pytest.raises(LoadError, match="'theta9'"):
+        lag2fmu.validate("double_pendulum", values={"theta9": 1.0})
+    with pytest.raises((LoadError, MechanismError), match="l0"):
+        lag2fmu.validate("elastic_pendulum", values={"l0": -1.0})
+
+
+def test_the_report_says_what_was_compared(exported) -> None:
+    report = lag2fmu.validate(exported("pendulum"), stop_time=1.0, tolerance=1e-8)
+    assert report.title == "Mathematical pendulum: FMU against direct integration, 1 s, tolerance 1e-08"
+    assert report.coordinates == ("theta",)
+    assert list(report.trajectories) == [
+        "direct integration",
+        "co-simulation, step 0.1 s",
+        "co-simulation, step 0.01 s",
+        "co-simulation, step 0.002 s",
+        "model exchange, CVode of fmpy",
+    ]
+    bars = {check.name: check.bar for check in report.checks}
+    assert bars["co-simulation, step 0.1 s"] == pytest.approx(100 * 1e-8)
+    assert all(np.isfinite(check.value) for check in report.checks)
