@@ -25,7 +25,9 @@ check: $(READY)
 test-all: test
 
 bench: $(READY)
+	-$(BIN)/python -m pip install --quiet --disable-pip-version-check -e ".[bench]"
 	$(BIN)/python -m benchmarks.export
+	$(BIN)/python -m benchmarks.derivation --folder build/benchmarks $(BENCH)
 
 $(READY): pyproject.toml
 	$(PYTHON) -m venv $(VENV)
