@@ -122,7 +122,11 @@ def show(model: str, style: str, plot: Path | None, settings: tuple[str, ...]) -
 @click.argument("model")
 @click.option("-o", "--out", "path", type=click.Path(path_type=Path), metavar="FILE", help="The FMU; default NAME.fmu.")
 @click.option(
-    "--platform", type=click.Choice(["host"]), default="host", show_default=True, help="Platform of the binary."
+    "--platform",
+    type=click.Choice(["host", "linux64", "win64", "darwin", "aarch64-linux", "all"]),
+    default="host",
+    show_default=True,
+    help="Platform of the binary, or all of them.",
 )
 @click.option("--solver", metavar="NAME", help="Integrator of co-simulation: dopri5 (default) or rk4.")
 @click.option("--compiler", type=click.Choice(["zig", "host"]), default="zig", show_default=True)
@@ -133,6 +137,7 @@ def show(model: str, style: str, plot: Path | None, settings: tuple[str, ...]) -
     metavar="NAME",
     help="Make a local variable an output ('all': each); repeatable.",
 )
+@click.option("--reference", is_flag=True, help="Put a reference trajectory in, to check the FMU with.")
 @_SET
 def export_command(
     model: str,
@@ -141,13 +146,29 @@ def export_command(
     solver: str | None,
     compiler: str,
     outputs: tuple[str, ...],
+    reference: bool,
     settings: tuple[str, ...],
 ) -> None:
     """Write the FMU of MODEL."""
     from lag2fmu.codegen import DEFAULT_SOLVER
     from lag2fmu.fmu import export
 
-    fmu = export(_load(model, settings), path, solver=solver or DEFAULT_SOLVER, compiler=compiler, outputs=outputs)
+    mechanism, extra = _load(model, settings), {}
+    if reference:
+        from lag2fmu.verify.experiment import reference_files
+
+        extra = reference_files(mechanism)
+    with _build_progress() as progress:
+        fmu = export(
+            mechanism,
+            path,
+            solver=solver or DEFAULT_SOLVER,
+            compiler=compiler,
+            platform=platform,
+            outputs=outputs,
+            extra=extra,
+            progress=progress,
+        )
     click.echo(f"wrote {fmu.path}")
 
 
@@ -310,17 +331,32 @@ def _folder() -> Iterator[Path]:
 
 
 @contextmanager
-def _progress(stop_time: float | None) -> Iterator[Callable[[float], None] | None]:
-    """A progress bar on a terminal's standard error, else nothing."""
+def _bar(title: str, total: float | None) -> Iterator[Callable[[float], None] | None]:
+    """A progress bar with the elapsed time on a terminal's standard error, else nothing."""
     if not sys.stderr.isatty():
         yield None
         return
     from rich.console import Console
-    from rich.progress import Progress
+    from rich.progress import BarColumn, Progress, SpinnerColumn, TextColumn, TimeElapsedColumn
 
-    with Progress(console=Console(stderr=True), transient=True) as bar:
-        task = bar.add_task("simulating", total=stop_time)
-        yield lambda time: bar.update(task, completed=time)
+    columns = (SpinnerColumn(), TextColumn("{task.description}"), BarColumn(), TimeElapsedColumn())
+    with Progress(*columns, console=Console(stderr=True), transient=True) as bar:
+        task = bar.add_task(title, total=total)
+        yield lambda completed: bar.update(task, completed=completed)
+
+
+@contextmanager
+def _progress(stop_time: float | None) -> Iterator[Callable[[float], None] | None]:
+    """The progress of a simulation: the time it has reached."""
+    with _bar("simulating", stop_time) as update:
+        yield update
+
+
+@contextmanager
+def _build_progress() -> Iterator[Callable[[int, int, str], None] | None]:
+    """The progress of the compiler: the share of the libraries that are done."""
+    with _bar("building (the first build for a platform takes minutes)", 1.0) as update:
+        yield None if update is None else lambda done, total, _: update(done / total)
 
 
 if __name__ == "__main__":

@@ -18,7 +18,7 @@ ROOMS = {
     "reference": ({"errors", "mechanism"}, {"sympy", "numpy", "scipy"}),
     "dynamics": ({"errors", "mechanism"}, {"sympy", "numpy"}),
     "codegen": ({"errors", "resources", "dynamics"}, {"jinja2"}),
-    "fmu": ({"errors", "version", "mechanism", "dynamics", "codegen"}, set()),
+    "fmu": ({"errors", "resources", "version", "mechanism", "dynamics", "codegen"}, set()),
     "verify": (
         {"errors", "mechanism", "dynamics", "codegen", "fmu", "reference"},
         {"sympy", "numpy", "fmpy", "rich", "matplotlib"},

@@ -14,6 +14,7 @@ quadratic form of T over the velocity graph, see ``elimination``. Source: Hand, 
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 
@@ -88,37 +89,64 @@ def derive(mechanism: Mechanism, method: str | None = None) -> EquationsOfMotion
     the coordinates), or if an energy has no finite value at the start.
     """
     methods = [method] if method else METHODS[: 1 if len(mechanism.coordinates) > MAX_FACTORISED else None]
-    equations = min((_derive(mechanism, m) for m in methods), key=lambda e: (e.solution is None, e.operations))
+    equations = _complete(min((_solved(mechanism, m) for m in methods), key=lambda solved: solved.operations))
     check_start(mechanism, equations.graph, equations.mass_matrix, equations.forcing)
     check_rank(mechanism, equations.graph, equations.mass_matrix)
     check_agreement(mechanism, equations.graph, equations.mass_matrix, equations.forcing, equations.solution)
     return equations
 
 
-def _derive(mechanism: Mechanism, method: str) -> EquationsOfMotion:
+@dataclass(frozen=True)
+class _Solved:
+    """The accelerations by one method, on a graph of their own: equal values are one node, whatever the method."""
+
+    mechanism: Mechanism
+    method: str
+    graph: Graph
+    variables: Variables
+    composer: Composer
+    energies: Energies
+    entries: Entries
+    forcing: tuple[int, ...]
+    solution: Solution | None
+
+    @property
+    def operations(self) -> float:
+        """The number of operations of the accelerations, infinite if there is no solution."""
+        return self.graph.operations(self.solution.x) if self.solution else math.inf
+
+
+def _solved(mechanism: Mechanism, method: str) -> _Solved:
     graph = Graph()
     variables = declare(graph, mechanism)
-    translate = translator(graph, mechanism, variables)
-    composer = Composer(graph, mechanism, translate, variables)
+    composer = Composer(graph, mechanism, translator(graph, mechanism, variables), variables)
     energies = composer.energies()
     entries = _quadratic_form(graph, mechanism, variables, energies)
     forcing = tuple(graph.negate(r) for r in _residual(graph, variables, energies, accelerating=False))
     solution = solve(graph, entries, variables.qd, forcing, early=method == "elimination")
+    return _Solved(mechanism, method, graph, variables, composer, energies, entries, forcing, solution)
+
+
+def _complete(solved: _Solved) -> EquationsOfMotion:
+    """What else follows from the graph of the accelerations."""
+    graph, variables, energies, mechanism = solved.graph, solved.variables, solved.energies, solved.mechanism
     momenta = reverse(graph, {energies.lagrangian(graph): graph.one}, variables.qd)
+    composer = solved.composer
+    outputs = {name: node for o in mechanism.outputs for name, node in zip(o.names, composer.output(o), strict=True)}
     return EquationsOfMotion(
         mechanism=mechanism,
-        method=method,
+        method=solved.method,
         graph=graph,
         variables=variables,
-        entries=entries,
-        mass_matrix=mass_matrix(graph, entries, variables.qd),
-        forcing=forcing,
-        solution=solution,
+        entries=solved.entries,
+        mass_matrix=mass_matrix(graph, solved.entries, variables.qd),
+        forcing=solved.forcing,
+        solution=solved.solution,
         residual=tuple(_residual(graph, variables, energies, accelerating=True)),
         momenta=tuple(momenta),
         energies=_named_energies(graph, variables, energies, momenta),
-        outputs={name: node for o in mechanism.outputs for name, node in zip(o.names, composer.output(o), strict=True)},
-        dependent={p.name: translate.names[p.name] for p in mechanism.parameters if p.expression is not None},
+        outputs=outputs,
+        dependent={p.name: composer.put.names[p.name] for p in mechanism.parameters if p.expression is not None},
     )
 
 

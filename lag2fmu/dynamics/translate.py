@@ -11,7 +11,7 @@ import sympy as sp
 from lag2fmu.dynamics.graph import Graph
 from lag2fmu.errors import DerivationError
 
-_FUNCTIONS = {
+FUNCTIONS = {
     sp.sin: "sin",
     sp.cos: "cos",
     sp.tan: "tan",
@@ -73,7 +73,7 @@ class Translator:
             return self._product(e)
         if e.is_Pow:
             return g.apply("exp", self(e.exp)) if e.base is sp.E else g.power(self(e.base), self(e.exp))
-        name = _FUNCTIONS.get(e.func)
+        name = FUNCTIONS.get(e.func)
         if name is None:
             raise DerivationError(f"'{e}' uses the operation {e.func.__name__}, which the equations cannot be made of")
         arguments = [self(a) for a in (e.args[:1] if name == "heaviside" else e.args)]

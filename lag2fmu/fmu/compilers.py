@@ -1,7 +1,8 @@
-"""Platforms and compilers: C sources in, a shared library out.
+"""Platforms and compilers: C sources in, shared libraries out.
 
-The pinned zig (a dependency) is the default: it needs nothing on the machine, gives the same bytes everywhere and, on
-Linux, a library that needs no glibc newer than 2.17. The only module that starts other programs.
+The pinned zig (a dependency) is the default: it builds for every platform on every platform, needs nothing on the
+machine, gives the same bytes everywhere and, for Linux, libraries that need no glibc newer than 2.17. The only module
+that starts other programs.
 """
 
 from __future__ import annotations
@@ -12,44 +13,77 @@ import shutil
 import subprocess
 import sys
 import tempfile
-from collections.abc import Mapping
-from dataclasses import dataclass
+from collections.abc import Callable, Iterable, Mapping
+from concurrent.futures import Future, ThreadPoolExecutor, as_completed
+from dataclasses import dataclass, replace
 from importlib.util import find_spec
 from pathlib import Path
 
 from lag2fmu.errors import BuildError
+from lag2fmu.fmu.universal import universal
 
 FLAGS = ("-std=c99", "-O2", "-fPIC", "-fvisibility=hidden", "-ffp-contract=off", "-fno-math-errno", "-g0", "-DNDEBUG")
+
+Progress = Callable[[int, int, str], None]
+"""Told (libraries done, libraries in all, what is done or begun) while libraries are built."""
 
 
 @dataclass(frozen=True)
 class Platform:
-    """A platform: its folder in ``binaries/``, the suffix of its libraries, the target as zig calls it."""
+    """A platform: its folders in ``binaries/``, the suffix of its libraries, its targets as zig calls them.
 
-    folder: str
+    Several targets become one file for all of them.
+    """
+
+    folders: tuple[str, ...]
     suffix: str
-    target: str
+    targets: tuple[str, ...]
 
 
 PLATFORMS = {
-    ("Linux", "x86_64"): Platform("linux64", ".so", "x86_64-linux-gnu.2.17"),
-    ("Linux", "aarch64"): Platform("aarch64-linux", ".so", "aarch64-linux-gnu.2.17"),
-    ("Darwin", "x86_64"): Platform("darwin64", ".dylib", "x86_64-macos.11.0"),
-    ("Darwin", "arm64"): Platform("darwin64", ".dylib", "aarch64-macos.11.0"),
-    ("Windows", "AMD64"): Platform("win64", ".dll", "x86_64-windows-gnu"),
+    "linux64": Platform(("linux64",), ".so", ("x86_64-linux-gnu.2.17",)),
+    "win64": Platform(("win64",), ".dll", ("x86_64-windows-gnu",)),
+    "darwin": Platform(("aarch64-darwin", "darwin64"), ".dylib", ("x86_64-macos.11.0", "aarch64-macos.11.0")),
+    "aarch64-linux": Platform(("aarch64-linux",), ".so", ("aarch64-linux-gnu.2.17",)),
 }
-"""(system, machine) as Python's ``platform`` names them -> platform."""
+"""Name -> platform. Importers on Apple silicon look in either folder, hence the same file stands in both."""
+
+_HOSTS = {
+    ("Linux", "x86_64"): "linux64",
+    ("Linux", "aarch64"): "aarch64-linux",
+    ("Darwin", "x86_64"): "darwin",
+    ("Darwin", "arm64"): "darwin",
+    ("Windows", "AMD64"): "win64",
+}
+"""(system, machine) as Python's ``platform`` names them -> name in PLATFORMS."""
 
 
 def host_platform() -> Platform:
-    """The platform of this machine; raises BuildError if FMI 2.0 has no folder for it."""
+    """The platform of this machine; raises BuildError if it is none of PLATFORMS."""
     key = (platform.system(), platform.machine())
-    if key not in PLATFORMS:
-        raise BuildError(f"this machine ({' '.join(key)}) is none of the supported platforms: {sorted(PLATFORMS)}")
-    return PLATFORMS[key]
+    if key not in _HOSTS:
+        raise BuildError(f"this machine ({' '.join(key)}) is none of the supported platforms: {', '.join(PLATFORMS)}")
+    return PLATFORMS[_HOSTS[key]]
 
 
-def compiler_command(compiler: str, target: Platform) -> list[str]:
+def choose_platforms(choice: str, compiler: str = "zig") -> tuple[Platform, ...]:
+    """The platforms that ``choice`` means: 'host', a name in PLATFORMS, or 'all'.
+
+    The compiler 'host' makes libraries of this machine only. Raises BuildError for anything else.
+    """
+    if choice not in {"host", "all", *PLATFORMS}:
+        raise BuildError(f"unknown platform '{choice}'; known are host, {', '.join(PLATFORMS)}, all")
+    if compiler != "host":
+        return tuple(PLATFORMS.values()) if choice == "all" else (PLATFORMS.get(choice) or host_platform(),)
+    host = host_platform()
+    if choice != "host" and PLATFORMS.get(choice) != host:
+        raise BuildError(f"the host compiler builds for this machine only, not for '{choice}'; use --compiler zig")
+    if platform.machine() == "x86_64" and len(host.folders) > 1:  # a library of an Intel Mac is not for Apple silicon
+        host = replace(host, folders=host.folders[1:])
+    return (host,)
+
+
+def compiler_command(compiler: str, target: str) -> list[str]:
     """The command that compiles for ``target``; ``compiler`` is 'zig' or 'host' ($CC, cc, gcc, clang).
 
     Raises BuildError if there is none, naming what was looked for.
@@ -57,7 +91,7 @@ def compiler_command(compiler: str, target: Platform) -> list[str]:
     if compiler == "zig":
         if find_spec("ziglang") is None:
             raise BuildError("the compiler zig is not installed; run 'pip install ziglang', or use --compiler host")
-        return [sys.executable, "-m", "ziglang", "cc", "-target", target.target]
+        return [sys.executable, "-m", "ziglang", "cc", "-target", target]
     if compiler == "host":
         candidates = [os.environ.get("CC", ""), "cc", "gcc", "clang"]
         for candidate in candidates:
@@ -71,19 +105,57 @@ def compiler_command(compiler: str, target: Platform) -> list[str]:
 
 
 def compile_library(
-    sources: Mapping[str, str], include: Path, name: str, target: Platform, compiler: str = "zig"
+    sources: Mapping[str, str], include: Path, name: str, platform: Platform, compiler: str = "zig"
 ) -> bytes:
-    """The shared library ``name`` of the C files in ``sources`` {file name: text}, for ``target``.
+    """The shared library ``name`` of the C files in ``sources`` {file name: text}, for ``platform``.
 
     ``include`` is the folder of the headers of FMI. Raises BuildError with the output of the compiler if it fails.
     """
+    (library,) = compile_libraries(sources, include, name, [platform], compiler)
+    return library
+
+
+def compile_libraries(
+    sources: Mapping[str, str],
+    include: Path,
+    name: str,
+    platforms: Iterable[Platform],
+    compiler: str = "zig",
+    progress: Progress | None = None,
+) -> list[bytes]:
+    """The library for each of ``platforms``, built side by side; see ``compile_library``."""
+    platforms = list(platforms)
+    parts = [(p, target) for p in platforms for target in (p.targets if compiler == "zig" else p.targets[:1])]
+    with ThreadPoolExecutor(max_workers=max(1, min(len(parts), os.cpu_count() or 1))) as pool:
+        running = {part: pool.submit(_compile, sources, include, name, part, compiler) for part in parts}
+        if progress is not None:
+            _report(running, progress)
+        try:
+            built = {part: future.result() for part, future in running.items()}
+        except BaseException:
+            pool.shutdown(cancel_futures=True)
+            raise
+    return [universal([built[part] for part in parts if part[0] == p]) for p in platforms]
+
+
+def _report(running: Mapping[tuple[Platform, str], Future[bytes]], progress: Progress) -> None:
+    """Tell ``progress`` of each target that is done."""
+    futures = {future: target for (_, target), future in running.items()}
+    progress(0, len(futures), "")
+    for done, future in enumerate(as_completed(futures), start=1):
+        progress(done, len(futures), futures[future])
+
+
+def _compile(sources: Mapping[str, str], include: Path, name: str, part: tuple[Platform, str], compiler: str) -> bytes:
+    """The library for one target of a platform."""
+    platform, target = part
     command = compiler_command(compiler, target)
     with tempfile.TemporaryDirectory(prefix="lag2fmu-") as folder:
         for file, text in sources.items():
             (Path(folder) / file).write_text(text, "utf-8", newline="\n")
         units = sorted(file for file in sources if file.endswith(".c"))
-        library = f"{name}{target.suffix}"
-        strip = [] if target.suffix == ".dylib" else ["-s"]
+        library = f"{name}{platform.suffix}"
+        strip = [] if platform.suffix == ".dylib" else ["-s"]
         command += [*FLAGS, *strip, "-shared", f"-I{include}", "-o", library, *units, "-lm"]
         try:
             done = subprocess.run(command, cwd=folder, capture_output=True, text=True, check=False)

@@ -7,15 +7,18 @@ import importlib.metadata
 import re
 import uuid
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 
 from lag2fmu.codegen import DEFAULT_SOLVER, METHODS, Tableau, Tables, render_sources
 from lag2fmu.dynamics import EquationsOfMotion, Program, derive, lower
 from lag2fmu.errors import BuildError, ExportError
-from lag2fmu.fmu.compilers import compile_library, host_platform
+from lag2fmu.fmu.compilers import Progress, choose_platforms, compile_libraries
+from lag2fmu.fmu.documentation import documentation
 from lag2fmu.fmu.model_description import ModelDescription, to_xml
 from lag2fmu.fmu.pack import pack, read_entry
+from lag2fmu.fmu.sources import compiled_files, source_files
+from lag2fmu.fmu.terminals import terminals
 from lag2fmu.fmu.variables import build_table
 from lag2fmu.mechanism import Mechanism
 from lag2fmu.mechanism.text import read
@@ -46,29 +49,39 @@ def export(
     *,
     solver: str = DEFAULT_SOLVER,
     compiler: str = "zig",
+    platform: str = "host",
     outputs: Sequence[str] = (),
+    extra: Mapping[str, bytes] | None = None,
+    progress: Progress | None = None,
 ) -> Fmu:
-    """Write the FMU of ``mechanism`` to ``path`` (default: NAME.fmu in the current folder), for this machine.
+    """Write the FMU of ``mechanism`` to ``path`` (default: NAME.fmu in the current folder).
 
-    ``solver`` is the integrator of co-simulation (see METHODS), ``compiler`` 'zig' or 'host', ``outputs`` names local
-    variables to be outputs too ('all' for each of them). Raises ExportError, DerivationError or BuildError.
+    ``solver`` is the integrator of co-simulation (see METHODS), ``compiler`` 'zig' or 'host', ``platform`` 'host', a
+    name in PLATFORMS or 'all', ``outputs`` names local variables to be outputs too ('all' for each of them), ``extra``
+    holds further files {name in the archive: content}, ``progress`` is told how the compiler gets on.
+    Raises ExportError, DerivationError or BuildError.
     """
     if solver not in METHODS:
         raise ExportError(f"unknown solver '{solver}'; known are {', '.join(METHODS)}")
+    platforms = choose_platforms(platform, compiler)
     target = Path(path) if path is not None else Path(f"{mechanism.name}.fmu")
     _check_target(target)
     _check_texts(mechanism)
     equations = derive(mechanism)
     program = lower(equations)
     description, sources = describe(mechanism, equations, program, solver, outputs)
-    platform = host_platform()
     identifier = description.model_identifier
-    library = compile_library(sources, fmi_headers(), identifier, platform, compiler)
+    libraries = compile_libraries(sources, fmi_headers(), identifier, platforms, compiler, progress)
     files = {
         "modelDescription.xml": to_xml(description),
-        f"binaries/{platform.folder}/{identifier}{platform.suffix}": library,
         MECHANISM_ENTRY: write(mechanism).encode(),
+        **source_files(sources, identifier),
+        "terminalsAndIcons/terminalsAndIcons.xml": terminals(mechanism),
+        **documentation(description, equations, program, platforms, compiler),
+        **(extra or {}),
     }
+    for built_for, library in zip(platforms, libraries, strict=True):
+        files |= {f"binaries/{folder}/{identifier}{built_for.suffix}": library for folder in built_for.folders}
     pack(files, target)
     return Fmu(target, description)
 
@@ -86,8 +99,8 @@ def describe(
     table = build_table(equations, program, outputs)
     blank = ModelDescription(mechanism, table.variables, identifier_of(mechanism.name), "", solver, VERSION)
     guid = _guid(blank, program, table.tables, METHODS[solver])
-    description = ModelDescription(mechanism, table.variables, blank.model_identifier, guid, solver, VERSION)
-    return description, render_sources(program, table.tables, METHODS[solver], guid)
+    sources = render_sources(program, table.tables, METHODS[solver], guid)
+    return replace(blank, guid=guid, source_files=compiled_files(sources)), sources
 
 
 def _guid(blank: ModelDescription, program: Program, tables: Tables, tableau: Tableau) -> str:

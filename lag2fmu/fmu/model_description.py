@@ -9,6 +9,7 @@ from dataclasses import dataclass
 from datetime import datetime, timezone
 
 from lag2fmu.fmu.variables import Variable
+from lag2fmu.fmu.xml_text import document
 from lag2fmu.mechanism import Mechanism
 from lag2fmu.mechanism.units import BASE_UNITS, RADIAN, SECOND, Exponents, Unit, parse_unit
 
@@ -25,7 +26,10 @@ _QUANTITIES = {"N.m": "Torque", "J": "Energy", "W": "Power", "N": "Force"}
 
 @dataclass(frozen=True)
 class ModelDescription:
-    """What modelDescription.xml says: the mechanism, its variables in order, the identifier and the GUID."""
+    """What modelDescription.xml says: the mechanism, its variables in order, the identifier and the GUID.
+
+    ``source_files`` are the files in sources/ that a compiler is called with.
+    """
 
     mechanism: Mechanism
     variables: tuple[Variable, ...]
@@ -33,6 +37,7 @@ class ModelDescription:
     guid: str
     solver: str
     version: str
+    source_files: tuple[str, ...] = ()
 
 
 def to_xml(description: ModelDescription) -> bytes:
@@ -71,9 +76,7 @@ def to_xml(description: ModelDescription) -> bytes:
     for variable in description.variables:
         _scalar_variable(variables, variable, index)
     _structure(root, description.variables, index)
-    ET.indent(root, "  ")
-    body: bytes = ET.tostring(root, encoding="utf-8")
-    return b'<?xml version="1.0" encoding="UTF-8"?>\n' + body + b"\n"
+    return document(root)
 
 
 def _description(mechanism: Mechanism) -> str:
@@ -96,8 +99,16 @@ def _capabilities(root: ET.Element, description: ModelDescription) -> None:
         "canSerializeFMUstate": "true",
         "providesDirectionalDerivative": "true",
     }
-    ET.SubElement(root, "ModelExchange", common | {"completedIntegratorStepNotNeeded": "true"})
-    ET.SubElement(root, "CoSimulation", common | {"canHandleVariableCommunicationStepSize": "true"})
+    own = {
+        "ModelExchange": {"completedIntegratorStepNotNeeded": "true"},
+        "CoSimulation": {"canHandleVariableCommunicationStepSize": "true"},
+    }
+    for kind, capabilities in own.items():
+        parent = ET.SubElement(root, kind, common | capabilities)
+        if description.source_files:
+            files = ET.SubElement(parent, "SourceFiles")
+            for file in description.source_files:
+                ET.SubElement(files, "File", {"name": file})
 
 
 # ------------------------------------------------------------------------------------------------------------- units

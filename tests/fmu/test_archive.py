@@ -41,7 +41,7 @@ for model in ("cart_pole", "n_pendulum"):
 
 def library(fmu: Fmu) -> bytes:
     with zipfile.ZipFile(fmu.path) as archive:
-        (name,) = [name for name in archive.namelist() if name.startswith("binaries/")]
+        name, *_ = (name for name in archive.namelist() if name.startswith("binaries/"))
         return archive.read(name)
 
 

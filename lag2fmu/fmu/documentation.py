@@ -1,0 +1,115 @@
+"""The folder ``documentation/`` of an FMU, and its icon: a page to read offline, and the licences."""
+
+from __future__ import annotations
+
+import platform as host
+from collections.abc import Iterable, Sequence
+
+from lag2fmu.codegen import METHODS
+from lag2fmu.codegen.templates import render
+from lag2fmu.dynamics import EquationsOfMotion, Program
+from lag2fmu.dynamics.formulas import Formula, formulas
+from lag2fmu.fmu.compilers import Platform
+from lag2fmu.fmu.model_description import ModelDescription
+from lag2fmu.fmu.variables import Variable
+from lag2fmu.resources import resource_folder
+
+Row = dict[str, str]
+
+
+def documentation(
+    description: ModelDescription,
+    equations: EquationsOfMotion,
+    program: Program,
+    platforms: Sequence[Platform],
+    compiler: str,
+) -> dict[str, bytes]:
+    """{name in the archive: content} of the page, the licences and the icon."""
+    mechanism = description.mechanism
+    context = {
+        "mechanism": mechanism,
+        "solver": METHODS[description.solver].title,
+        "freedom": 2 * len(mechanism.coordinates),
+        "nomenclature": [(heading, rows) for heading, rows in _nomenclature(description.variables) if rows],
+        "formulas": _formulas(equations),
+        "structure": _structure(equations, program),
+        "binaries": _binaries(platforms, compiler),
+        "version": description.version,
+    }
+    folder = resource_folder("templates") / "documentation"
+    return {
+        "documentation/index.html": render("documentation/index.html.jinja", context).encode(),
+        "documentation/licenses/license.txt": (folder / "license.txt").read_text("utf-8").encode(),
+        "model.png": (folder / "model.png").read_bytes(),
+    }
+
+
+def _nomenclature(variables: Iterable[Variable]) -> list[tuple[str, list[Row]]]:
+    """(heading, rows) for each kind of variable; their derivatives are left out."""
+    shown = [v for v in variables if v.derivative_of is None]
+
+    def rows(causality: str, state: bool = False) -> list[Row]:
+        return [_row(v) for v in shown if v.causality == causality and v.state == state]
+
+    return [
+        ("Coordinates and velocities: states and outputs", rows("output", state=True)),
+        ("Inputs", rows("input")),
+        ("Parameters", rows("parameter")),
+        ("Parameters that follow from others", rows("calculatedParameter")),
+        ("Further outputs", rows("output")),
+        ("Local variables", rows("local")),
+    ]
+
+
+def _row(variable: Variable) -> Row:
+    start = "" if variable.start is None else f"{variable.start:.12g}"
+    unit = variable.unit.si_name if variable.unit is not None else ""
+    return {"name": variable.name, "unit": unit, "start": start, "doc": variable.doc}
+
+
+def _formulas(equations: EquationsOfMotion) -> list[tuple[str, tuple[Formula, ...]]]:
+    """(heading, formulas), nothing for a mechanism whose formulas would fill pages."""
+    found = formulas(equations)
+    if found is None:
+        return []
+    groups = [
+        ("Energies", found.energies),
+        ("Mass matrix", (found.mass_matrix,)),
+        ("Equations of motion", found.motion),
+    ]
+    return [(heading, group) for heading, group in groups if group]
+
+
+def _structure(equations: EquationsOfMotion, program: Program) -> list[tuple[str, str]]:
+    """What there is to say of equations that are not written out: sizes, sparsity, method, operations."""
+    n, zero = len(equations.forcing), equations.graph.zero
+    filled = sum(entry != zero for row in equations.mass_matrix for entry in row)
+    return [
+        ("generalized coordinates", str(n)),
+        ("entries of M that are not identically zero", f"{filled} of {n * n}"),
+        ("blocks of coordinates that M couples", str(_blocks(equations))),
+        ("accelerations by", program.method),
+        ("operations of the accelerations", str(program.operations("mechanism_accelerations"))),
+        ("operations of M and f alone", str(program.operations("mechanism_dynamics"))),
+    ]
+
+
+def _blocks(equations: EquationsOfMotion) -> int:
+    """The number of groups of coordinates that M does not couple with each other."""
+    n, zero = len(equations.forcing), equations.graph.zero
+    group = list(range(n))
+    for i in range(n):
+        for j in range(i):
+            if equations.mass_matrix[i][j] != zero:
+                group = [group[j] if number == group[i] else number for number in group]
+    return len(set(group))
+
+
+def _binaries(platforms: Iterable[Platform], compiler: str) -> str:
+    """Which libraries there are and what they need."""
+    folders = ", ".join(sorted(folder for platform in platforms for folder in platform.folders))
+    if compiler == "host":
+        name, version = host.libc_ver()
+        needed = f"{name} {version}" if name else "the C library"
+        return f"{folders}; built by the compiler of one machine, it needs {needed} as there or newer"
+    return f"{folders}; they need the C library of the system only (on Linux glibc 2.17 or newer, on macOS 11 or newer)"

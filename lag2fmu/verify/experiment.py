@@ -1,0 +1,93 @@
+"""Reference trajectories that travel in an FMU, so that whoever receives it can check it.
+
+In the form of the layered standard FMI-LS-REF 1.0.0-alpha.1 (extra/org.fmi-standard.fmi-ls-ref/) and of the experiments
+format of the Modelica Association, MA-HS-Experiments, that it refers to.
+"""
+
+from __future__ import annotations
+
+import hashlib
+import xml.etree.ElementTree as ET
+
+import numpy as np
+
+from lag2fmu.fmu.xml_text import document
+from lag2fmu.mechanism import Mechanism
+from lag2fmu.mechanism.names import velocity
+from lag2fmu.reference import Reference, Trajectory, integrate
+
+_FOLDER = "extra/org.fmi-standard.fmi-ls-ref"
+_NAMESPACE = "http://fmi-standard.org/fmi-ls-manifest"
+_HEAD = {
+    "name": "org.fmi-standard.fmi-ls-ref",
+    "version": "1.0.0-alpha.1",
+    "description": "Layered Standard providing information on related files included in an FMU.",
+}
+_EXPERIMENT, _RESULT = "validation.exp", "reference.csv"
+
+
+def reference_files(mechanism: Mechanism) -> dict[str, bytes]:
+    """{name in the archive: content}: the default experiment of ``mechanism``, integrated directly, and what it is.
+
+    All inputs keep their start values. Raises SimulationError if the integration fails.
+    """
+    experiment = mechanism.experiment
+    count = max(1, round(experiment.stop_time / experiment.step))
+    reference = integrate(mechanism, np.linspace(0.0, experiment.stop_time, count + 1))
+    columns = [name for q in mechanism.coordinates for name in (q.name, velocity(q.name))]
+    trajectory = Trajectory.of(reference.trajectory.time, {name: reference.trajectory[name] for name in columns})
+    files = {_RESULT: trajectory.to_csv().encode(), _EXPERIMENT: _experiment(mechanism)}
+    return {f"{_FOLDER}/{name}": content for name, content in files.items()} | {
+        f"{_FOLDER}/fmi-ls-manifest.xml": _manifest(files),
+        "documentation/fmi-ls-ref.txt": _remarks(mechanism, reference).encode(),
+    }
+
+
+def _experiment(mechanism: Mechanism) -> bytes:
+    """The experiment: times, communication step, tolerance, expected results."""
+    experiment = mechanism.experiment
+    root = ET.Element("Experiments", {"name": f"Validation of {mechanism.name}"})
+    attributes = {
+        "name": "default",
+        "description": "motion from the start values; all inputs keep their start values",
+        "startTime": "0.0",
+        "stopTime": repr(float(experiment.stop_time)),
+        "tolerance": repr(float(experiment.tolerance)),
+        "stepSize": repr(float(experiment.step)),
+    }
+    ET.SubElement(ET.SubElement(root, "Experiment", attributes), "References", {"source": _RESULT, "type": "text/csv"})
+    return document(root)
+
+
+def _manifest(files: dict[str, bytes]) -> bytes:
+    """fmi-ls-manifest.xml: the role of each file."""
+    ET.register_namespace("fmi-ls", _NAMESPACE)
+    root = ET.Element("fmiReferences", {f"{{{_NAMESPACE}}}fmi-ls-{key}": value for key, value in _HEAD.items()})
+    for kind, source, role, text in (
+        (
+            "application/x-ma-hs-experiments",
+            _EXPERIMENT,
+            "experiment/validation",
+            "an experiment to check this FMU with",
+        ),
+        ("text/csv", _RESULT, "result", "its results by direct integration on an independent path"),
+        ("application/toml", "../org.lag2fmu/mechanism.toml", "model", "the mechanism that this FMU was made of"),
+    ):
+        attributes = {"type": kind, "source": source, "role": role, "description": text}
+        if source in files:
+            attributes |= {"checksum": hashlib.sha3_256(files[source]).hexdigest(), "checksumType": "SHA3-256"}
+        ET.SubElement(root, "Related", attributes)
+    return document(root)
+
+
+def _remarks(mechanism: Mechanism, reference: Reference) -> str:
+    """What the receiver has to know of the reference: how it was made, and how exact it is."""
+    worst, growth = reference.relative_error.max(), reference.amplification.max()
+    return (
+        f"{_FOLDER}/{_RESULT}: the motion of {mechanism.title} over {mechanism.experiment.stop_time:g} s.\n"
+        f"Made by direct integration ({reference.method}, SciPy) of equations of motion that were obtained from the\n"
+        "mechanism on another path than those in this FMU. All values are in SI units.\n"
+        f"Estimated error of the reference, relative to the range of each variable: {worst:.1e}.\n"
+        f"A disturbance of the start grows up to {growth:.1e} times within this time; so does the error of a solver.\n"
+        "Compare with a tolerance that allows for it.\n"
+    )

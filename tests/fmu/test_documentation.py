@@ -1,0 +1,129 @@
+"""The documentation in an FMU: a page that stands on its own, licences, an icon."""
+
+from __future__ import annotations
+
+import re
+import struct
+import zipfile
+from html.parser import HTMLParser
+from pathlib import Path
+
+import pytest
+from test_archive import awkward_names
+
+from lag2fmu.fmu import Fmu, export
+from lag2fmu.fmu.exporting import fmi_headers
+from lag2fmu.mechanism import Energy, Mechanism, coordinate
+
+ROOT = Path(__file__).parents[2]
+VOID = {"meta"}
+
+pytestmark = pytest.mark.fmu
+
+
+class Page(HTMLParser):
+    """Collects the text and the links, and insists that every element is closed."""
+
+    def __init__(self, html: str) -> None:
+        super().__init__()
+        self.open: list[str] = []
+        self.text, self.links = "", []
+        self.tags: set[str] = set()
+        self.feed(html)
+        self.close()
+        assert self.open == []
+
+    def handle_starttag(self, tag: str, attrs: list[tuple[str, str | None]]) -> None:
+        self.tags.add(tag)
+        self.links += [str(value) for name, value in attrs if name in ("href", "src")]
+        if tag not in VOID:
+            self.open.append(tag)
+
+    def handle_endtag(self, tag: str) -> None:
+        assert self.open.pop() == tag
+
+    def handle_data(self, data: str) -> None:
+        self.text += data
+
+
+def entry(fmu: Fmu, name: str) -> bytes:
+    with zipfile.ZipFile(fmu.path) as archive:
+        return archive.read(name)
+
+
+def page(fmu: Fmu) -> Page:
+    return Page(entry(fmu, "documentation/index.html").decode("utf-8"))
+
+
+@pytest.mark.parametrize("model", ["double_pendulum", "motion_driven_pendulum", "six_axis_arm"])
+def test_the_page_stands_on_its_own(model: str, exported) -> None:
+    found = page(exported(model))
+    assert found.links == ["licenses/license.txt"]
+    assert not found.tags & {"script", "img", "link", "iframe", "object"}
+    assert exported(model).mechanism.title in found.text
+    assert "{{" not in found.text
+    assert "{%" not in found.text
+    with zipfile.ZipFile(exported(model).path) as archive:
+        assert "documentation/licenses/license.txt" in archive.namelist()
+
+
+@pytest.mark.parametrize("model", ["double_pendulum", "cart_pole", "six_axis_arm"])
+def test_every_variable_is_in_the_nomenclature(model: str, exported) -> None:
+    text = page(exported(model)).text
+    for variable in exported(model).description.variables:
+        if variable.derivative_of is None and variable.causality != "independent":
+            assert variable.name in text
+            assert variable.doc in text
+
+
+def test_small_mechanisms_have_formulas(exported) -> None:
+    found = page(exported("double_pendulum"))
+    assert "math" in found.tags
+    assert found.text.count(r"\[ ") == found.text.count(r" \]") == 5
+    assert "l_{1} l_{2} m_{2}" in found.text
+
+
+def test_large_mechanisms_have_their_structure(exported) -> None:
+    found = page(exported("six_axis_arm"))
+    assert "math" not in found.tags
+    assert "36 of 36" in re.sub(r"\s+", " ", found.text)
+    assert "operations of the accelerations" in found.text
+
+
+def test_uncoupled_coordinates_are_blocks(tmp_path) -> None:
+    """20 uncoupled oscillators with a stiffness that is no short formula."""
+    q = [coordinate(f"q{i}") for i in range(20)]
+    energy = Energy(kinetic=sum(x.dot**2 for x in q) / 2, potential=sum((1 + x) ** 9 * (2 + x) ** 9 for x in q))
+    fmu = export(Mechanism("many", coordinates=q, energy=energy), tmp_path / "many.fmu")
+    assert "blocks of coordinates that M couples20" in page(fmu).text
+
+
+def test_awkward_texts_are_escaped(tmp_path) -> None:
+    mechanism = awkward_names()
+    text = page(export(mechanism, tmp_path / "static.fmu")).text
+    assert mechanism.title in text
+    assert mechanism.source in text
+    assert "\u00b5 & <b> */" in text
+
+
+def test_licences(exported) -> None:
+    text = " ".join(entry(exported("pendulum"), "documentation/licenses/license.txt").decode().split())
+    assert " ".join((ROOT / "LICENSE").read_text("utf-8").split()) in text
+    header = (fmi_headers() / "fmi2Functions.h").read_text("utf-8")
+    licence = header[header.index("Copyright (C)") : header.index("*/", header.index("Copyright (C)"))]
+    assert " ".join(licence.split()) in text
+
+
+def test_the_icon_is_a_small_picture(exported) -> None:
+    data = entry(exported("pendulum"), "model.png")
+    assert data[:8] == b"\x89PNG\r\n\x1a\n"
+    assert struct.unpack(">2I", data[16:24]) == (100, 100)
+    assert len(data) < 10_000
+
+
+def test_the_host_compiler_is_named(tmp_path, exported) -> None:
+    from lag2fmu.mechanism.loading import load
+
+    fmu = export(load("pendulum"), tmp_path / "pendulum.fmu", compiler="host")
+    assert "built by the compiler of one machine" in page(fmu).text
+    assert "glibc 2.17 or newer" in page(exported("pendulum")).text
