@@ -40,7 +40,10 @@ def _dimension_of(unit: Unit | str | None) -> Dimension | None:
 
 
 def mismatches(m: Mechanism) -> Iterator[str]:
-    """One sentence for every expression whose known dimension is not the expected one."""
+    """One sentence for every expression whose known dimension is not the expected one.
+
+    A plain number stands for a value in SI and fits everywhere; beside a quantity in a sum it does not.
+    """
     known = _known_dimensions(m)
     infer = DimensionOf(known)
     for definition in in_order(m.definitions, "definitions"):
@@ -55,7 +58,7 @@ def mismatches(m: Mechanism) -> Iterator[str]:
         except UnitError as error:
             yield f"{where}: {error}"
             continue
-        if found is not None and expected is not None and found != expected and not expression.is_zero:
+        if found is not None and expected is not None and found != expected and not expression.is_number:
             yield f"{where}: '{expression}' is in {describe(found)}, expected {describe(expected)}"
     for output in m.outputs:
         given = _dimension_of(output.unit)

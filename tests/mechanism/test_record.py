@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import re
-from dataclasses import FrozenInstanceError
+from dataclasses import FrozenInstanceError, replace
 from typing import Any
 
 import pytest
@@ -239,3 +239,18 @@ def test_a_radian_counts_as_one_and_unknown_units_are_let_pass() -> None:
 def test_many_definitions_are_checked_in_no_time() -> None:
     web = {"d0": theta, "d1": 2 * theta} | {f"d{i}": symbol(f"d{i - 1}") * symbol(f"d{i - 2}") for i in range(2, 300)}
     assert len(pendulum(definitions=definitions(**web)).definitions) == 300
+
+
+def test_a_plain_number_is_a_value_in_si_and_fits_everywhere() -> None:
+    x = coordinate("x", "m")
+    m = parameter("m", 1.0, "kg")
+    wall = Point("wall", (0.3, 0))
+    body = Body("b", m, (x, 0))
+    spring = Spring("s", 20.0, between=(body, wall), length=0.1)
+    mechanism = Mechanism(
+        "numbers", coordinates=[x], parameters=[m], bodies=[body], points=[wall], springs=[spring], gravity=9.81,
+        strict_units=True,
+    )  # fmt: skip
+    assert mechanism.warnings == ()
+    with pytest.raises(UnitError, match="they cannot be added"):
+        replace(mechanism, springs=[Spring("s", 20.0, elongation=x - 1)])

@@ -187,8 +187,8 @@ def test_a_tensor_that_no_body_has_is_a_warning() -> None:
 
 
 def test_units_of_frames_are_checked() -> None:
-    warnings = robot(frames=[Frame("base", origin=(1, 0, 0), rotations=[("z", l * q1)]), arm]).warnings
-    assert warnings[0] == "frames.base.origin[0]: '1' is in 1, expected m"
+    warnings = robot(frames=[Frame("base", origin=(q1, 0, 0), rotations=[("z", l * q1)]), arm]).warnings
+    assert warnings[0] == "frames.base.origin[0]: 'q1' is in 1, expected m"
     assert warnings[1] == "frames.base.rotations[0].angle: 'l*q1' is in m, expected 1"
     with pytest.raises(UnitError, match=r"outputs\.o\.unit: the velocity is in m/s, not m"):
         robot(outputs=[Output("o", point=tip, quantity="velocity", unit="m")], strict_units=True)
