@@ -9,6 +9,7 @@ from __future__ import annotations
 
 import os
 import platform
+import shlex
 import shutil
 import subprocess
 import sys
@@ -95,8 +96,9 @@ def compiler_command(compiler: str, target: str) -> list[str]:
     if compiler == "host":
         candidates = [os.environ.get("CC", ""), "cc", "gcc", "clang"]
         for candidate in candidates:
-            if candidate and shutil.which(candidate.split()[0]):
-                return candidate.split()
+            words = shlex.split(candidate, posix=os.name == "posix")
+            if words and shutil.which(words[0]):
+                return words
         raise BuildError(
             f"no C compiler found; looked for $CC{' = ' + candidates[0] if candidates[0] else ''}, cc, gcc, clang; "
             "install one or use --compiler zig"

@@ -2,6 +2,9 @@
 
 from __future__ import annotations
 
+import shlex
+import shutil
+import sys
 from collections.abc import Callable
 
 import numpy as np
@@ -28,3 +31,10 @@ def directly() -> Callable[..., Reference]:
         return done[key]
 
     return run
+
+
+@pytest.fixture
+def host_compiler(monkeypatch: pytest.MonkeyPatch) -> None:
+    """A compiler for ``--compiler host``: that of the machine or, where there is none, zig by way of $CC."""
+    if not any(shutil.which(name) for name in ("cc", "gcc", "clang")):
+        monkeypatch.setenv("CC", shlex.join([sys.executable, "-m", "ziglang", "cc"]))

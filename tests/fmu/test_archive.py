@@ -496,8 +496,8 @@ def test_a_failing_compiler(pendulum, target, tmp_path, monkeypatch) -> None:
 
 
 @needs_shell
-def test_a_compiler_that_fails_without_a_word(pendulum, target, monkeypatch) -> None:
-    monkeypatch.setenv("CC", "false")
+def test_a_compiler_that_fails_without_a_word(pendulum, target, tmp_path, monkeypatch) -> None:
+    monkeypatch.setenv("CC", compiler(tmp_path, "exit 1"))
     with pytest.raises(BuildError, match="failed with exit code 1"):
         export(pendulum, target, compiler="host")
 
@@ -510,8 +510,8 @@ def test_a_compiler_that_is_killed(pendulum, target, tmp_path, monkeypatch) -> N
 
 
 @needs_shell
-def test_a_compiler_that_writes_nothing(pendulum, target, monkeypatch) -> None:
-    monkeypatch.setenv("CC", "true")
+def test_a_compiler_that_writes_nothing(pendulum, target, tmp_path, monkeypatch) -> None:
+    monkeypatch.setenv("CC", compiler(tmp_path, "exit 0"))
     with pytest.raises(BuildError, match="wrote no library"):
         export(pendulum, target, compiler="host")
 
@@ -583,7 +583,7 @@ def test_an_unwritable_folder(pendulum, target) -> None:
 
 
 @on_linux
-@pytest.mark.skipif(not Path("/usr/bin/cc").exists(), reason="there is no compiler on this machine")
+@pytest.mark.usefixtures("host_compiler")
 def test_the_host_compiler_gives_the_same_motion(exported, tmp_path) -> None:
     """Another compiler and C library: equal to rounding, not to the bit."""
     host_built = export(load("double_pendulum"), tmp_path / "double_pendulum.fmu", compiler="host")

@@ -121,6 +121,7 @@ def test_the_icon_is_a_small_picture(exported) -> None:
     assert len(data) < 10_000
 
 
+@pytest.mark.usefixtures("host_compiler")
 def test_the_host_compiler_is_named(tmp_path, exported) -> None:
     from lag2fmu.mechanism.loading import load
 
