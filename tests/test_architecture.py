@@ -14,7 +14,7 @@ import lag2fmu
 PACKAGE = Path(lag2fmu.__file__).parent
 
 ROOMS = {
-    "mechanism": ({"errors", "resources"}, {"sympy", "tomli"}),
+    "mechanism": ({"errors", "resources"}, {"sympy", "tomli", "tomllib"}),
     "reference": ({"errors", "mechanism"}, {"sympy", "numpy", "scipy"}),
     "dynamics": ({"errors", "mechanism"}, {"sympy", "numpy"}),
     "codegen": ({"errors", "resources", "dynamics"}, {"jinja2"}),

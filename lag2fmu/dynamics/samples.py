@@ -6,6 +6,7 @@ import random
 from collections.abc import Iterator, Sequence
 
 import numpy as np
+from numpy.typing import NDArray
 
 from lag2fmu.dynamics.elimination import Solution
 from lag2fmu.dynamics.graph import Graph
@@ -42,7 +43,7 @@ def _samples(mechanism: Mechanism, count: int) -> Iterator[dict[str, float]]:
         }
 
 
-def _matrix(graph: Graph, matrix: Matrix, values: dict[str, float]) -> np.ndarray:
+def _matrix(graph: Graph, matrix: Matrix, values: dict[str, float]) -> NDArray[np.float64]:
     n = len(matrix)
     return np.array(graph.evaluate([entry for row in matrix for entry in row], values)).reshape(n, n)
 

@@ -206,7 +206,7 @@ class Spatial:
 
     def _generalized(self, poses: dict[str, Pose], values: Array, entries: Array) -> Array:
         """Q (n, N) from velocities at zero and unit velocities, (..., n + 1, N), and the ``entries`` of loads."""
-        total = np.zeros((self.n, entries.shape[1]))
+        total: Array = np.zeros((self.n, entries.shape[1]))
         for i, load in enumerate(self._loads):
             vector = entries[3 * i : 3 * i + 3]
             moved, R = self._moved(load, poses, values)

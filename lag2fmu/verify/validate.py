@@ -55,7 +55,8 @@ class _Task:
 
     def grid(self, step: float) -> Floats:
         """The communication points for ``step``, in s."""
-        return np.linspace(0.0, self.stop_time, round(self.stop_time / step) + 1)
+        points: Floats = np.linspace(0.0, self.stop_time, round(self.stop_time / step) + 1, dtype=np.float64)
+        return points
 
 
 def validate_fmu(
