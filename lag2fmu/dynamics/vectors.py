@@ -37,7 +37,7 @@ def apply(g: Graph, matrix: Sequence[Vector], a: Vector) -> Vector:
 
 @dataclass(frozen=True)
 class Turn:
-    """A rotation about the unit vector ``axis`` ((3,) nodes) by ``angle``; ``rate`` is the derivative of the angle."""
+    """A rotation about the unit vector ``axis`` ((3,) nodes) by ``angle``, in rad."""
 
     axis: Vector
     angle: int

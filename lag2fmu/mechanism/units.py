@@ -124,10 +124,6 @@ class Unit:
         """The SI value of a difference, a rate or a nominal value in this unit: as ``to_si`` without the offset."""
         return _linear(self.factor, value, 0.0)
 
-    def from_si(self, value: float) -> float:
-        """The value in this unit of ``value`` in SI."""
-        return (value - self.offset) / self.factor
-
     def __truediv__(self, other: Unit) -> Unit:
         """The SI unit of a quotient, e.g. ``J/rad`` (named ``N.m``)."""
         return _from_exponents(tuple(a - b for a, b in zip(self.exponents, other.exponents, strict=True)))
