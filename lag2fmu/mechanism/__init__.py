@@ -2,6 +2,7 @@
 
 from lag2fmu.mechanism.record import (
     Body,
+    Constraint,
     Coordinate,
     Damper,
     Definition,
@@ -25,6 +26,7 @@ from lag2fmu.mechanism.record import (
 
 __all__ = [
     "Body",
+    "Constraint",
     "Coordinate",
     "Damper",
     "Definition",

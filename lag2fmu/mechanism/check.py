@@ -10,7 +10,7 @@ from lag2fmu.mechanism import names
 from lag2fmu.mechanism.geometry import check_geometry, check_values
 from lag2fmu.mechanism.outputs import QUANTITIES, Output
 from lag2fmu.mechanism.parts import WORLD, Damper, Load, Spring, Vector
-from lag2fmu.mechanism.scope import Scope, check_presence, check_symbols
+from lag2fmu.mechanism.scope import Scope, check_constraints, check_presence, check_symbols
 from lag2fmu.mechanism.symbols import Coordinate, Input, Parameter
 from lag2fmu.mechanism.unit_check import mismatches
 
@@ -33,6 +33,7 @@ def check(mechanism: Mechanism) -> tuple[str, ...]:
     scope = Scope(mechanism)
     check_symbols(mechanism, scope)
     check_presence(mechanism, scope)
+    check_constraints(mechanism, scope)
     warnings = check_values(mechanism, scope)
     unfit = tuple(mismatches(mechanism))
     if unfit and mechanism.strict_units:

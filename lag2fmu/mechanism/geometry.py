@@ -180,12 +180,8 @@ def _check_rotations(frame: Frame, values: Values) -> None:
 def _check_quaternion(m: Mechanism, frame: Frame, scope: Scope, values: Values) -> None:
     where, entries = f"frames.{frame.name}.quaternion", tuple(frame.quaternion or ())
     used = {name for i, entry in enumerate(entries) for name in scope.names_in(f"{where}[{i}]", entry)}
-    coordinates = [q.name for q in m.coordinates if q.name in used]
-    if coordinates:
-        raise MechanismError(
-            f"{where}: contains the coordinate '{coordinates[0]}'; constraints come later, and a quaternion of "
-            "coordinates needs one for its norm; use rotations"
-        )
+    if any(q.name in used for q in m.coordinates):
+        return  # a constraint keeps its norm, see ``norms``
     numbers = _numbers(entries, values)
     norm = 1.0 if numbers is None else math.hypot(*numbers)
     if not abs(norm - 1.0) <= ROUNDING:

@@ -64,6 +64,16 @@ def derivative(name: str) -> str:
     return f"der_{name}"
 
 
+def multiplier(name: str) -> str:
+    """Name of the Lagrange multiplier of the constraint ``name``."""
+    return f"multiplier_{name}"
+
+
+def residual(name: str) -> str:
+    """Name of the residual of the constraint ``name``: what should be zero."""
+    return f"residual_{name}"
+
+
 def _generated(mechanism: Mechanism) -> Iterator[tuple[str, str]]:
     for q in mechanism.coordinates:
         of = f"of coordinate '{q.name}'"
@@ -73,6 +83,9 @@ def _generated(mechanism: Mechanism) -> Iterator[tuple[str, str]]:
         yield momentum(q.name), f"the momentum {of}"
         yield derivative(q.name), f"the derivative {of}"
         yield derivative(velocity(q.name)), f"the derivative of the velocity {of}"
+    for constraint in mechanism.constraints:
+        yield multiplier(constraint.name), f"the multiplier of constraint '{constraint.name}'"
+        yield residual(constraint.name), f"the residual of constraint '{constraint.name}'"
     for motion in mechanism.motions:
         yield velocity(motion.name), f"the velocity of motion input '{motion.name}'"
         yield acceleration(motion.name), f"the acceleration of motion input '{motion.name}'"
@@ -97,7 +110,7 @@ def check_names(mechanism: Mechanism) -> None:
     for name, what in _generated(mechanism):
         if name in taken:
             raise MechanismError(
-                f"coordinates: the name '{name}' is generated twice: {taken[name]}, and {what}; rename one"
+                f"the name '{name}' is generated twice: {taken[name]}, and {what}; rename one"
             )
         taken[name] = what
     for name, what in _declared(mechanism):
@@ -106,7 +119,7 @@ def check_names(mechanism: Mechanism) -> None:
         if other is not None and not (what.startswith("outputs.") and other.startswith("definitions.")):
             raise MechanismError(f"{what}: the name '{name}' is already taken by {other}; choose another one")
         taken[name] = what
-    for table in ("frames", "springs", "dampers", "loads"):
+    for table in ("frames", "springs", "dampers", "loads", "constraints"):
         _check_unique([part.name for part in getattr(mechanism, table)], table)
     _check_unique([part.name for part in mechanism.places], "bodies and points")
     _check_unique([part.coordinate for part in mechanism.forces], "forces")

@@ -14,6 +14,7 @@ import sympy as sp
 
 from lag2fmu.errors import MechanismError
 from lag2fmu.mechanism.expressions import normal_form
+from lag2fmu.mechanism.units import Unit, parse_unit
 
 Expression: TypeAlias = "sp.Expr | int | float"
 Vector = tuple[sp.Expr, ...]
@@ -224,6 +225,36 @@ class Load:
     def __post_init__(self) -> None:
         normalise(self, f"loads.{self.name}", "force", "torque")
         name_parts(self, "point", "body")
+
+
+# ------------------------------------------------------------------------------------------------------ constraints
+
+
+KINDS = ("holonomic", "nonholonomic")
+
+
+@dataclass(frozen=True)
+class Constraint:
+    """``expression`` = 0: holonomic in t, q and motions, or nonholonomic and affine in the velocities.
+
+    ``unit`` is that of the expression; None: what follows from the units of the names in it.
+    """
+
+    name: str
+    expression: Expression
+    kind: str = "holonomic"
+    unit: Unit | str | None = None
+
+    def __post_init__(self) -> None:
+        normalise(self, f"constraints.{self.name}", "expression")
+        if self.kind not in KINDS:
+            raise MechanismError(f"constraints.{self.name}: '{self.kind}' is no kind; give one of {', '.join(KINDS)}")
+        object.__setattr__(self, "unit", parse_unit(self.unit) if isinstance(self.unit, str) else self.unit)
+
+    @property
+    def holonomic(self) -> bool:
+        """Whether it restricts the coordinates themselves, not only the velocities."""
+        return self.kind == "holonomic"
 
 
 # ----------------------------------------------------------------------------------------------------- normal forms

@@ -13,12 +13,14 @@ import sympy as sp
 
 from lag2fmu.errors import MechanismError
 from lag2fmu.mechanism.expressions import symbol
-from lag2fmu.mechanism.names import suggestion
+from lag2fmu.mechanism.names import check_names, suggestion
 from lag2fmu.mechanism.outputs import Experiment, Output
 from lag2fmu.mechanism.parts import (
     AXES,
     WORLD,
+    KINDS,
     Body,
+    Constraint,
     Damper,
     Definition,
     Energy,
@@ -41,6 +43,7 @@ __all__ = [
     "AXES",
     "WORLD",
     "Body",
+    "Constraint",
     "Coordinate",
     "Damper",
     "Declared",
@@ -92,6 +95,7 @@ class Mechanism:
     springs: tuple[Spring, ...]
     dampers: tuple[Damper, ...]
     loads: tuple[Load, ...]
+    constraints: tuple[Constraint, ...]
     outputs: tuple[Output, ...]
     experiment: Experiment
     strict_units: bool
@@ -116,12 +120,14 @@ class Mechanism:
         springs: Iterable[Spring] = (),
         dampers: Iterable[Damper] = (),
         loads: Iterable[Load] = (),
+        constraints: Iterable[Constraint] = (),
         outputs: Iterable[Output] = (),
         experiment: Experiment | None = None,
         strict_units: bool = False,
     ) -> None:
         """See the class and DESIGN of the text format: the keywords are the tables of a .toml file."""
         from lag2fmu.mechanism.check import check
+        from lag2fmu.mechanism.norms import missing_norms
 
         if isinstance(forces, Mapping):
             forces = [Force(str(q), Q) for q, Q in forces.items()]
@@ -147,6 +153,7 @@ class Mechanism:
             "springs": tuple(springs),
             "dampers": tuple(dampers),
             "loads": loads,
+            "constraints": _in_kinds(constraints),
             "outputs": tuple(replace(x, dimension=_size(places.get(str(x.point)), 3)) for x in outputs),
             "experiment": experiment or Experiment(),
             "strict_units": strict_units,
@@ -155,6 +162,28 @@ class Mechanism:
         for key, value in values.items():
             object.__setattr__(self, key, value)
         object.__setattr__(self, "warnings", check(self))
+        object.__setattr__(self, "constraints", _in_kinds((*self.constraints, *missing_norms(self))))
+        object.__setattr__(self, "coordinates", self._decided())
+        check_names(self)
+
+    def _decided(self) -> tuple[Coordinate, ...]:
+        """The coordinates with it said whether their start is given: it is, unless a constraint may determine it."""
+        from lag2fmu.mechanism.scope import constrained
+
+        q_bound, qd_bound = constrained(self)
+        return tuple(
+            replace(
+                q,
+                given=q.name not in q_bound if q.given is None else q.given,
+                velocity_given=q.name not in qd_bound if q.velocity_given is None else q.velocity_given,
+            )
+            for q in self.coordinates
+        )
+
+    @property
+    def holonomic(self) -> tuple[Constraint, ...]:
+        """The constraints on the coordinates; in ``constraints`` they come first."""
+        return tuple(item for item in self.constraints if item.holonomic)
 
     @property
     def plain_inputs(self) -> tuple[Input, ...]:
@@ -213,6 +242,11 @@ class Mechanism:
             for part in content if isinstance(content, tuple) else (content,):
                 label = getattr(part, "name", getattr(part, "coordinate", ""))
                 yield from expressions_of(part, f"{table.name}.{label}" if label else table.name)
+
+
+def _in_kinds(constraints: Iterable[Constraint]) -> tuple[Constraint, ...]:
+    """The holonomic ones first."""
+    return tuple(sorted(constraints, key=lambda item: KINDS.index(item.kind)))
 
 
 Record = TypeVar("Record", Coordinate, Parameter, Input)

@@ -35,6 +35,7 @@ class Scope:
                     names.velocity(u.name): "motion velocity",
                     names.acceleration(u.name): "motion acceleration",
                 }
+        self.meaning |= {names.multiplier(c.name): "multiplier" for c in m.constraints}
         self.meaning |= {d.name: "definition" for d in m.definitions}
         self.uses: dict[str, set[str]] = {}
         """Definition -> the names it uses, definitions written out."""
@@ -60,8 +61,9 @@ _ANY = {*_STATE, "input", "motion acceleration"}
 def check_symbols(m: Mechanism, scope: Scope) -> None:
     """Raise MechanismError for the first expression that uses a name which cannot stand there."""
     in_order([p for p in m.parameters if p.expression is not None], "parameters")
+    nonholonomic = {f"constraints.{c.name}.expression" for c in m.constraints if not c.holonomic}
     for where, expression in m.expressions():
-        allowed = _allowed(where)
+        allowed = _allowed(where) if where not in nonholonomic else _STATE
         for name in sorted(scope.names_in(where, expression)):
             meaning = scope.meaning[name]
             if meaning not in allowed:
@@ -80,7 +82,9 @@ def _allowed(where: str) -> set[str]:
     table, key = where.split(".", maxsplit=1)[0], where.rsplit(".", maxsplit=1)[-1].split("[", maxsplit=1)[0]
     if table == "parameters":
         return {"parameter"}
-    if table in ("forces", "loads", "outputs", "definitions"):
+    if table == "outputs":
+        return {*_ANY, "multiplier"}
+    if table in ("forces", "loads", "definitions"):
         return _ANY
     if key in ("mass", "inertia", "direction"):
         return {"time", "parameter"}
@@ -105,14 +109,52 @@ def in_order(parts: Iterable[Part], table: str) -> list[Part]:
         ) from None
 
 
+def check_constraints(m: Mechanism, scope: Scope) -> None:
+    """A holonomic constraint contains a coordinate, a nonholonomic one a velocity."""
+    for constraint in m.constraints:
+        where = f"constraints.{constraint.kind}.{constraint.name}"
+        meanings = {scope.meaning[name] for name in scope.names_in(where, constraint.expression)}
+        wanted = "coordinate" if constraint.holonomic else "velocity"
+        if wanted not in meanings:
+            other = "" if constraint.holonomic or "coordinate" not in meanings else "; it belongs to the holonomic ones"
+            raise MechanismError(
+                f"{where}: '{constraint.expression}' contains no {wanted}, so it cannot restrict the motion{other}"
+            )
+
+
+def constrained(m: Mechanism) -> tuple[frozenset[str], frozenset[str]]:
+    """The coordinates that constraints restrict, and those whose velocities they restrict."""
+    if not m.constraints:
+        return frozenset(), frozenset()
+    scope = Scope(m)
+    used = {c: scope.names_in(f"constraints.{c.name}", c.expression) for c in m.constraints}
+    places = {name for c, found in used.items() if c.holonomic for name in found}
+    rates = places | {q.name for q in m.coordinates for found in used.values() if names.velocity(q.name) in found}
+    known = {q.name for q in m.coordinates}
+    return frozenset(places & known), frozenset(rates & known)
+
+
+def fixed_parameters(m: Mechanism) -> frozenset[str]:
+    """The parameters in holonomic constraints, dependent ones with all they depend on: they cannot change in a run."""
+    scope, dependent = Scope(m), {p.name: p.expression for p in m.parameters if p.expression is not None}
+    found: set[str] = set()
+    left = [name for c in m.holonomic for name in scope.names_in(f"constraints.{c.name}", c.expression)]
+    while left:
+        name = left.pop()
+        if scope.meaning[name] == "parameter" and name not in found:
+            found.add(name)
+            left += [s.name for s in dependent[name].free_symbols] if name in dependent else []
+    return frozenset(found)
+
+
 def check_presence(m: Mechanism, scope: Scope) -> None:
     """Every coordinate appears in an energy, dissipation or position."""
     used: set[str] = set()
     for where, expression in m.expressions():
-        if where.split(".")[0] in ("energy", "frames", "bodies", "points", "springs", "dampers"):
+        if where.split(".")[0] in ("energy", "frames", "bodies", "points", "springs", "dampers", "constraints"):
             used |= scope.names_in(where, expression)
     for q in m.coordinates:
         if not used & {q.name, names.velocity(q.name)}:
             raise MechanismError(
-                f"coordinates.{q.name}: appears in no energy, frame, body, spring or damper; leave it out"
+                f"coordinates.{q.name}: appears in no energy, frame, body, spring, damper or constraint; leave it out"
             )

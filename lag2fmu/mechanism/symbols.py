@@ -6,13 +6,18 @@ from dataclasses import dataclass
 
 import sympy as sp
 
+from lag2fmu.errors import MechanismError
 from lag2fmu.mechanism.expressions import normal_form, symbol
 from lag2fmu.mechanism.units import Unit, parse_unit
 
 
 @dataclass(frozen=True)
 class Coordinate:
-    """A generalized coordinate q: start values of q and qd, nominal value and bounds in SI."""
+    """A generalized coordinate q: start values of q and qd, nominal value and bounds in SI.
+
+    ``start`` is exact if ``given``, else a first guess, from which constraints determine it; likewise ``velocity``.
+    None is for the Mechanism to decide: given, if there are no constraints on it.
+    """
 
     name: str
     unit: Unit | None = None
@@ -22,6 +27,8 @@ class Coordinate:
     minimum: float | None = None
     maximum: float | None = None
     doc: str = ""
+    given: bool | None = None
+    velocity_given: bool | None = None
 
 
 @dataclass(frozen=True)
@@ -80,20 +87,45 @@ def coordinate(
     name: str,
     unit: str | None = None,
     *,
-    start: float = 0.0,
-    velocity: float = 0.0,
+    start: float | None = None,
+    velocity: float | None = None,
+    guess: float | None = None,
+    guess_velocity: float | None = None,
     nominal: float = 1.0,
     minimum: float | None = None,
     maximum: float | None = None,
     doc: str = "",
 ) -> Declared:
-    """A generalized coordinate, its velocity being ``.dot``; numbers are in ``unit`` (``velocity`` in unit/s)."""
+    """A generalized coordinate, its velocity being ``.dot``; numbers are in ``unit`` (``velocity`` in unit/s).
+
+    ``start`` is given and exact, ``guess`` is where constraints are solved from. Raises MechanismError for both.
+    """
     u = parse_unit(unit or "1")
-    rate, size = u.difference_to_si(velocity), u.difference_to_si(nominal)
-    u_or_none = _unit(unit)
+    place, given = start_or_guess(start, guess, f"coordinates.{name}", "start", "guess")
+    rate, rate_given = start_or_guess(velocity, guess_velocity, f"coordinates.{name}", "velocity", "guess_velocity")
     return Declared(
-        Coordinate(name, u_or_none, u.to_si(start), rate, size, _si(u_or_none, minimum), _si(u_or_none, maximum), doc)
+        Coordinate(
+            name,
+            _unit(unit),
+            u.to_si(0.0 if place is None else place),
+            u.difference_to_si(0.0 if rate is None else rate),
+            u.difference_to_si(nominal),
+            _si(_unit(unit), minimum),
+            _si(_unit(unit), maximum),
+            doc,
+            given,
+            rate_given,
+        )
     )
+
+
+def start_or_guess(
+    start: float | None, guess: float | None, where: str, key: str, guess_key: str
+) -> tuple[float | None, bool | None]:
+    """The one of the two that is there, and whether it is ``start``; raises MechanismError for both."""
+    if start is not None and guess is not None:
+        raise MechanismError(f"{where}: '{key}' and '{guess_key}' exclude each other; leave one out")
+    return (start, True) if start is not None else (guess, None if guess is None else False)
 
 
 def parameter(

@@ -20,17 +20,13 @@ MAX_EXPONENT, MAX_BITS, MAX_NUMBER = 330, 1024, 1600
 class Table:
     """One table of the text with its place; hands out each entry in the type it should have, or raises TextError."""
 
-    def __init__(
-        self, where: str, content: object, keys: Iterable[str] | None = None, later: Iterable[str] = ()
-    ) -> None:
-        """``keys`` are the ones that may stand here (None: any), ``later`` those of a later version."""
+    def __init__(self, where: str, content: object, keys: Iterable[str] | None = None) -> None:
+        """``keys`` are the ones that may stand here (None: any)."""
         if not isinstance(content, dict):
             raise TextError(f"{where}: expected a table {{ ... }}, got {describe(content)}")
         self.where, self.content = where, content
         known = content if keys is None else tuple(keys)
         for key in content:
-            if key in later:
-                raise TextError(f"{self.place(key)}: not supported yet in this version of lag2fmu")
             if key not in known:
                 raise TextError(f"{self.place(key)}: unknown key; {suggestion(key, known)}")
 

@@ -18,6 +18,7 @@ from lag2fmu.errors import MechanismError, TextError
 from lag2fmu.mechanism.record import (
     WORLD,
     Body,
+    Constraint,
     Coordinate,
     Damper,
     Definition,
@@ -34,6 +35,8 @@ from lag2fmu.mechanism.record import (
     Point,
     Spring,
 )
+from lag2fmu.mechanism.parts import KINDS
+from lag2fmu.mechanism.symbols import start_or_guess
 from lag2fmu.mechanism.tables import Table
 from lag2fmu.mechanism.units import DIMENSIONLESS
 
@@ -45,10 +48,10 @@ else:
 MAX_BYTES = 1_000_000
 MAX_KEY_PARTS = 16
 
-_LATER_TABLES = ("constraints",)
 _TABLES = (
     *("mechanism", "parameters", "coordinates", "inputs", "definitions", "energy", "forces", "gravity"),
-    *("frames", "bodies", "points", "springs", "dampers", "loads", "outputs", "experiment"),
+    *("frames", "bodies", "points", "springs", "dampers", "loads", "constraints", "outputs"),
+    "experiment",
 )
 
 
@@ -105,7 +108,7 @@ Part = TypeVar("Part")
 
 
 def _mechanism(content: dict[str, Any]) -> Mechanism:
-    root = Table("", content, _TABLES, _LATER_TABLES)
+    root = Table("", content, _TABLES)
     root.require("mechanism")
     head = root.table("mechanism", ("name", "title", "source", "strict_units"))
     head.require("name")
@@ -119,8 +122,7 @@ def _mechanism(content: dict[str, Any]) -> Mechanism:
             root,
             "coordinates",
             _coordinate,
-            ("unit", "start", "velocity", "nominal", "min", "max", "doc"),
-            ("guess", "guess_velocity"),
+            ("unit", "start", "velocity", "guess", "guess_velocity", "nominal", "min", "max", "doc"),
         ),
         inputs=_named(root, "inputs", _input, ("unit", "start", "motion", "min", "max", "doc")),
         definitions=_expressions(root, "definitions", Definition),
@@ -133,17 +135,18 @@ def _mechanism(content: dict[str, Any]) -> Mechanism:
         springs=_named(root, "springs", _spring, ("stiffness", "elongation", "between", "length")),
         dampers=_named(root, "dampers", _damper, ("damping", "rate", "between")),
         loads=_named(root, "loads", _load, ("point", "body", "force", "torque", "input", "axes")),
+        constraints=_constraints(root),
         outputs=_named(root, "outputs", _output, ("expression", "frame", "point", "quantity", "axes", "unit", "doc")),
         experiment=_experiment(root),
     )
 
 
 def _named(
-    root: Table, table: str, build: Callable[[str, Table], Part], keys: tuple[str, ...], later: tuple[str, ...] = ()
+    root: Table, table: str, build: Callable[[str, Table], Part], keys: tuple[str, ...]
 ) -> list[Part]:
     """The parts of ``table``, one for each of its sub-tables, built by ``build(name, sub-table)``."""
     parts = root.table(table)
-    return [build(name, Table(parts.place(name), content, keys, later)) for name, content in parts.content.items()]
+    return [build(name, Table(parts.place(name), content, keys)) for name, content in parts.content.items()]
 
 
 def _expressions(root: Table, table: str, kind: Callable[[str, Any], Part]) -> list[Part]:
@@ -167,16 +170,39 @@ def _parameter(name: str, table: Table) -> Parameter:
 def _coordinate(name: str, table: Table) -> Coordinate:
     unit = table.unit()
     si, rate = (unit or DIMENSIONLESS).to_si, (unit or DIMENSIONLESS).difference_to_si
+    start, given = start_or_guess(
+        table.number("start", si), table.number("guess", si), table.where, "start", "guess"
+    )
+    velocity, velocity_given = start_or_guess(
+        table.number("velocity", rate), table.number("guess_velocity", rate), table.where, "velocity", "guess_velocity"
+    )
     return Coordinate(
         name,
         unit,
-        start=_or(table.number("start", si), si(0.0)),
-        velocity=_or(table.number("velocity", rate), 0.0),
+        start=_or(start, si(0.0)),
+        velocity=_or(velocity, 0.0),
         nominal=_or(table.number("nominal", rate), rate(1.0)),
         minimum=table.number("min", si),
         maximum=table.number("max", si),
         doc=table.text("doc") or "",
+        given=given,
+        velocity_given=velocity_given,
     )
+
+
+def _constraints(root: Table) -> list[Constraint]:
+    """An expression alone, or a table with its unit."""
+    kinds = root.table("constraints", KINDS)
+    found = []
+    for kind in kinds.content:
+        table = kinds.table(kind)
+        for name, content in table.content.items():
+            if isinstance(content, dict):
+                entry = Table(table.place(name), content, ("expression", "unit"))
+                found.append(Constraint(name, entry.expression("expression", required=True), kind, entry.unit()))
+            else:
+                found.append(Constraint(name, table.expression(name), kind))
+    return found
 
 
 def _input(name: str, table: Table) -> Input:

@@ -14,7 +14,7 @@ from lag2fmu.mechanism.outputs import QUANTITIES
 from lag2fmu.mechanism.parts import Damper, Spring
 from lag2fmu.mechanism.scope import in_order
 from lag2fmu.mechanism.symbols import Coordinate, Input, Parameter
-from lag2fmu.mechanism.units import JOULE, KILOGRAM, METRE, NEWTON, SECOND, TORQUE, WATT, Unit
+from lag2fmu.mechanism.units import JOULE, KILOGRAM, METRE, NEWTON, SECOND, TORQUE, WATT, Unit, si_name
 
 if TYPE_CHECKING:
     from lag2fmu.mechanism.record import Mechanism
@@ -28,6 +28,8 @@ def _known_dimensions(m: Mechanism) -> dict[str, Dimension | None]:
 
     known: dict[str, Dimension | None] = {"t": second}
     parts: list[Coordinate | Parameter | Input] = [*m.coordinates, *m.parameters, *m.inputs]
+    for c in m.constraints:
+        known[names.multiplier(c.name)] = None
     for part in parts:
         known[part.name] = d = _dimension_of(part.unit)
         known[names.velocity(part.name)] = per_second(d, 1)
@@ -67,6 +69,29 @@ def mismatches(m: Mechanism) -> Iterator[str]:
             yield f"outputs.{output.name}.unit: the {output.quantity} is in {describe(measured)}, not {describe(given)}"
 
 
+def constraint_units(m: Mechanism) -> dict[str, Unit | None]:
+    """The unit of every constraint's expression: as given, or as it follows from the names in it; None if unknown."""
+    known = _known_dimensions(m)
+    infer = DimensionOf(known)
+    for definition in in_order(m.definitions, "definitions"):
+        known[definition.name] = _inferred(infer, definition.expression)
+    units: dict[str, Unit | None] = {}
+    for c in m.constraints:
+        d = _inferred(infer, c.expression)
+        whole = d is not None and all(e.denominator == 1 for e in d)
+        exponents = (*(int(e) for e in d), 0) if d is not None and whole else None
+        found = None if exponents is None else Unit(si_name(exponents) or "1", exponents)
+        units[c.name] = c.unit if isinstance(c.unit, Unit) else found
+    return units
+
+
+def _inferred(infer: DimensionOf, expression: sp.Expr) -> Dimension | None:
+    try:
+        return infer(expression)
+    except UnitError:
+        return None
+
+
 def _expectations(m: Mechanism, infer: DimensionOf) -> Iterator[tuple[str, sp.Expr, Dimension | None]]:
     """(place, expression, expected dimension) of every expression that should have a certain one."""
     fixed = {
@@ -78,6 +103,7 @@ def _expectations(m: Mechanism, infer: DimensionOf) -> Iterator[tuple[str, sp.Ex
     }  # fmt: skip
     declared = {(t, p.name): p.unit for t, ps in (("parameters", m.parameters), ("outputs", m.outputs)) for p in ps}
     coordinates = {q.name: q.unit for q in m.coordinates}
+    units = {c.name: _dimension_of(c.unit) for c in m.constraints}
     for where, expression in m.expressions():
         table, key, label = where.split(".")[0], where.split(".")[-1].split("[")[0], where.split(".")[1]
         if (table, key) in fixed:
@@ -86,6 +112,8 @@ def _expectations(m: Mechanism, infer: DimensionOf) -> Iterator[tuple[str, sp.Ex
             yield where, expression, ONE
         elif key == "axis":
             yield where, expression, None
+        elif table == "constraints":
+            yield where, expression, units[label]
         elif (table, label) in declared:
             yield where, expression, _dimension_of(declared[table, label])
         elif table == "forces":

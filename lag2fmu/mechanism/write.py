@@ -11,6 +11,7 @@ import sympy as sp
 
 from lag2fmu.mechanism.expressions import to_text
 from lag2fmu.mechanism.outputs import QUANTITIES
+from lag2fmu.mechanism.parts import KINDS
 from lag2fmu.mechanism.record import (
     WORLD,
     Body,
@@ -39,7 +40,7 @@ def write(mechanism: Mechanism) -> str:
     blocks = [
         _table("mechanism", {**head, "strict_units": "true" if m.strict_units else None}),
         _table("parameters", {p.name: _inline(_parameter(p)) for p in m.parameters}),
-        _table("coordinates", {q.name: _inline(_coordinate(q)) for q in m.coordinates}),
+        _table("coordinates", {q.name: _inline(_coordinate(q, bool(m.constraints))) for q in m.coordinates}),
         _table("inputs", {u.name: _inline(_input(u)) for u in m.inputs}),
         _table("definitions", {d.name: _expression(d.expression) for d in m.definitions}),
         _table("energy", _expressions(m.energy, "kinetic", "potential", "dissipation", "lagrangian")),
@@ -51,6 +52,7 @@ def write(mechanism: Mechanism) -> str:
         *(_table(f"springs.{s.name}", _element(s, "stiffness", "elongation", "length")) for s in m.springs),
         *(_table(f"dampers.{d.name}", _element(d, "damping", "rate")) for d in m.dampers),
         *(_table(f"loads.{x.name}", _load(x)) for x in m.loads),
+        *(_table(f"constraints.{kind}", _constraints(m, kind)) for kind in KINDS),
         _table("outputs", {o.name: _inline(_output(o)) for o in m.outputs}),
         _table("experiment", _experiment(m.experiment)),
     ]
@@ -69,15 +71,26 @@ def _parameter(p: Parameter) -> Entries:
     return {**value, "unit": _unit(p.unit), **_bounds(p), "doc": _doc(p.doc)}
 
 
-def _coordinate(q: Coordinate) -> Entries:
+def _coordinate(q: Coordinate, constrained: bool) -> Entries:
     unit = q.unit or DIMENSIONLESS
+    rate = _difference(q.velocity, unit)
     return {
         "unit": _unit(q.unit),
-        "start": _number(q.start, unit),
-        "velocity": _difference(q.velocity, unit) if q.velocity else None,
+        "start" if q.given else "guess": _number(q.start, unit),
+        "velocity" if q.velocity_given else "guess_velocity": rate if q.velocity or constrained else None,
         "nominal": _difference(q.nominal, unit) if q.nominal != unit.difference_to_si(1.0) else None,
         **_bounds(q),
         "doc": _doc(q.doc),
+    }
+
+
+def _constraints(m: Mechanism, kind: str) -> Entries:
+    return {
+        c.name: _expression(c.expression)
+        if c.unit is None
+        else _inline({"expression": _expression(c.expression), "unit": _unit(_resolved(c.unit))})
+        for c in m.constraints
+        if c.kind == kind
     }
 
 
@@ -125,11 +138,15 @@ def _load(x: Load) -> Entries:
 
 
 def _output(o: Output) -> Entries:
-    unit = o.unit if isinstance(o.unit, Unit) else None
+    unit = _resolved(o.unit)
     if o.quantity in QUANTITIES and unit == QUANTITIES[o.quantity][2]:
         unit = None
     keys = {**_expressions(o, "expression"), **_names(o, "frame", "point", "quantity"), "axes": _axes(o)}
     return {**keys, "unit": _unit(unit), "doc": _doc(o.doc)}
+
+
+def _resolved(unit: Unit | str | None) -> Unit | None:
+    return unit if isinstance(unit, Unit) else None
 
 
 def _axes(part: Load | Output) -> str | None:

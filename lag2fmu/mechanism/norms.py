@@ -1,0 +1,69 @@
+"""The norm of a quaternion whose entries are coordinates: a constraint that comes with it, unless it is written."""
+
+from __future__ import annotations
+
+import math
+import random
+from collections.abc import Iterator
+from typing import TYPE_CHECKING
+
+import sympy as sp
+
+from lag2fmu.mechanism.expressions import free_names, symbol, value_of
+from lag2fmu.mechanism.parts import Constraint
+from lag2fmu.mechanism.scope import in_order
+
+if TYPE_CHECKING:
+    from lag2fmu.mechanism.record import Mechanism
+
+_TRIALS, _ROUNDING = 5, 1e-9
+
+
+def missing_norms(m: Mechanism) -> Iterator[Constraint]:
+    """e0^2 + e1^2 + e2^2 + e3^2 - 1 = 0, called FRAME_norm, of every frame that needs it.
+
+    It is not needed where the norm is 1 for all q, as of [cos(q/2), sin(q/2), 0, 0], nor where constraints of the user
+    say the same. Both are decided by values at random points.
+    """
+    written = in_order(m.definitions, "definitions")
+    coordinates = {q.name for q in m.coordinates}
+
+    def resolved(expression: sp.Expr) -> sp.Expr:
+        for definition in reversed(written):
+            expression = expression.subs(symbol(definition.name), definition.expression)
+        return expression
+
+    for frame in m.frames:
+        if frame.quaternion is None:
+            continue
+        entries = [resolved(entry) for entry in frame.quaternion]
+        if not free_names(entries) & coordinates:
+            continue
+        norm = sum((entry**2 for entry in entries), sp.S.Zero) - 1
+        present = [resolved(sp.sympify(c.expression)) for c in m.holonomic]
+        if not _vanishes(norm) and not any(_says(other, norm, coordinates) for other in present):
+            yield Constraint(f"{frame.name}_norm", norm)
+
+
+def _points(names: set[str]) -> Iterator[dict[str, float]]:
+    generator = random.Random(4)
+    for _ in range(_TRIALS):
+        yield {name: generator.uniform(0.2, 1.0) for name in sorted(names)}
+
+
+def _vanishes(expression: sp.Expr) -> bool:
+    """Whether it is zero for all values."""
+    return all(abs(value_of(expression, point)) < _ROUNDING for point in _points(free_names([expression])))
+
+
+def _says(other: sp.Expr, norm: sp.Expr, coordinates: set[str]) -> bool:
+    """Whether ``other`` contains the coordinates of ``norm`` alone and vanishes where it does."""
+    names = free_names([norm])
+    if not free_names([other]) & coordinates <= names or not free_names([other]) & names:
+        return False
+    for point in _points(names | free_names([other])):
+        scale = math.sqrt(value_of(norm, point) + 1)
+        unit = {name: value / scale if name in names else value for name, value in point.items()}
+        if abs(value_of(norm, unit)) > _ROUNDING or abs(value_of(other, unit)) > _ROUNDING:
+            return False
+    return True
