@@ -14,12 +14,14 @@ test: $(READY)
 	$(BIN)/ruff check .
 	$(BIN)/ruff format --check .
 	$(BIN)/mypy
+	$(BIN)/mypy templates/python/runtime
 	$(BIN)/python -m pytest -n $(JOBS)
 
 check: $(READY)
 	$(BIN)/ruff check .
 	$(BIN)/ruff format --check .
 	$(BIN)/mypy
+	$(BIN)/mypy templates/python/runtime
 	$(BIN)/python -m pytest -n $(JOBS) -m "not slow and not fmu and not toolchain"
 
 test-all: test
@@ -27,6 +29,7 @@ test-all: test
 bench: $(READY)
 	-$(BIN)/python -m pip install --quiet --disable-pip-version-check -e ".[bench]"
 	$(BIN)/python -m benchmarks.export
+	$(BIN)/python -m benchmarks.stepping
 	$(BIN)/python -m benchmarks.derivation --folder build/benchmarks $(BENCH)
 
 $(READY): pyproject.toml

@@ -137,6 +137,13 @@ def show(model: str, style: str, plot: Path | None, settings: tuple[str, ...]) -
     metavar="NAME",
     help="Make a local variable an output ('all': each); repeatable.",
 )
+@click.option(
+    "--backend",
+    type=click.Choice(["c", "python"]),
+    default="c",
+    show_default=True,
+    help="Native library, or readable Python (needs Python on the importing side).",
+)
 @click.option("--reference", is_flag=True, help="Put a reference trajectory in, to check the FMU with.")
 @_SET
 def export_command(
@@ -145,6 +152,7 @@ def export_command(
     platform: str,
     solver: str | None,
     compiler: str,
+    backend: str,
     outputs: tuple[str, ...],
     reference: bool,
     settings: tuple[str, ...],
@@ -165,6 +173,7 @@ def export_command(
             solver=solver or DEFAULT_SOLVER,
             compiler=compiler,
             platform=platform,
+            backend=backend,
             outputs=outputs,
             extra=extra,
             progress=progress,
@@ -271,6 +280,18 @@ def validate(
         report.write(path)
         click.echo(f"wrote {path}")
     sys.exit(0 if report.passed else 1)
+
+
+@main.command()
+@click.argument("fmu", type=click.Path(path_type=Path))
+@click.option("--run/--no-run", default=True, show_default=True, help="Run its library, in a process of its own.")
+def check(fmu: Path, run: bool) -> None:
+    """Check FMU, of any tool, by the rules of FMI 2.0; running it executes code that is in it."""
+    from lag2fmu.verify.checking import check_fmu
+
+    findings = check_fmu(fmu, run=run)
+    _console().print(findings.table())
+    sys.exit(0 if findings.passed else 1)
 
 
 # ----------------------------------------------------------------------------------------------------------- helpers

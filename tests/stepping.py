@@ -28,8 +28,8 @@ _LOGS: dict[bytes, list[tuple[int, str, str]]] = {}
 _NUMBERS = itertools.count()
 
 
-def _hear(environment: object, name: bytes, status: int, category: bytes, message: bytes) -> None:
-    _LOGS.setdefault(name, []).append((status, category.decode(), message.decode()))
+def _hear(environment: object, name: bytes, status: int, category: bytes | None, message: bytes) -> None:
+    _LOGS.setdefault(name, []).append((status, (category or b"").decode(), message.decode()))
 
 
 _LOGGER = fmi2CallbackLoggerTYPE(_hear)

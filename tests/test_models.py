@@ -11,7 +11,7 @@ from lag2fmu.mechanism.loading import bundled, load
 
 pytestmark = pytest.mark.fmu
 
-FAMILIES = [("n_pendulum", {"n": "1"}), ("n_pendulum", {"n": "5", "relative": "true"})]
+FAMILIES = [("n_pendulum", {"n": "1"}), ("n_pendulum", {"n": "5", "relative": "true"}), ("coupled_masses", {"n": "9"})]
 
 
 @pytest.mark.parametrize("model", bundled())

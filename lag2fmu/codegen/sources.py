@@ -21,13 +21,17 @@ _HELPERS = {
 
 @dataclass(frozen=True)
 class Slot:
-    """What a value reference stands for: ``index`` in the vector of ``kind`` (a VariableKind of the runtime)."""
+    """What a value reference stands for: ``index`` in the vector of ``kind`` (a VariableKind of the runtime).
+
+    ``output``: its time derivatives can be asked for.
+    """
 
     name: str
     kind: str
     index: int
     minimum: float | None = None
     maximum: float | None = None
+    output: bool = False
 
 
 @dataclass(frozen=True)
@@ -39,9 +43,13 @@ class Tables:
     coordinate_names: tuple[str, ...]
     start_states: tuple[float, ...]
     nominal_states: tuple[float, ...]
+    given_states: tuple[bool, ...]
+    constraint_names: tuple[str, ...]
+    holonomic: int
     start_inputs: tuple[float, ...]
     start_parameters: tuple[float, ...]
     default_solver_step: float
+    stabilisation: float
 
     @property
     def starts(self) -> list[tuple[str, str, Sequence[float]]]:
@@ -60,6 +68,10 @@ class Tables:
         return [(letter, [s.name for s in self.slots if s.kind == kind]) for letter, kind in letters.items()]
 
 
+CONSTRAINT_FILES = "constraint_"
+"""How the names of the runtime files begin that only a mechanism with constraints needs."""
+
+
 def render_sources(program: Program, tables: Tables, tableau: Tableau, guid: str) -> Mapping[str, str]:
     """{file name: text} of all C sources and headers, sorted; the headers of FMI are not among them."""
     used = {
@@ -72,6 +84,8 @@ def render_sources(program: Program, tables: Tables, tableau: Tableau, guid: str
         "guid": guid,
         "helpers": [text for name, text in _HELPERS.items() if CODE[name] in used],
     }
-    files = {path.name: path.read_text("utf-8") for path in (resource_folder("templates") / "runtime").glob("*.[ch]")}
+    runtime = (resource_folder("templates") / "runtime").glob("*.[ch]")
+    unused = () if tables.constraint_names else (CONSTRAINT_FILES,)
+    files = {path.name: path.read_text("utf-8") for path in runtime if not path.name.startswith(unused)}
     files |= {name: render(f"mechanism/{name}.jinja", context) for name in GENERATED}
     return dict(sorted(files.items()))

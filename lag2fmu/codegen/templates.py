@@ -7,6 +7,7 @@ from functools import lru_cache
 from jinja2 import Environment, FileSystemLoader, StrictUndefined
 
 from lag2fmu.codegen.c import c_function, c_number, c_prototype, c_string
+from lag2fmu.codegen.python import python_text
 from lag2fmu.resources import resource_folder
 
 
@@ -18,7 +19,7 @@ def _environment() -> Environment:
         trim_blocks=True,
         lstrip_blocks=True,
         keep_trailing_newline=True,
-        autoescape=False,  # noqa: S701  # the result is C; XML is written by an XML library
+        autoescape=False,  # noqa: S701  # the result is C or Python; XML is written by an XML library
     )
     environment.filters |= {
         "c_number": c_number,
@@ -26,6 +27,7 @@ def _environment() -> Environment:
         "c_prototype": c_prototype,
         "c_bound": _c_bound,
         "c_comment": _c_comment,
+        "python_text": python_text,
     }
     environment.globals["c_function"] = c_function
     return environment

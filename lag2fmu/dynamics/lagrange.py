@@ -1,5 +1,6 @@
 """The Lagrange equations of a mechanism, M(q, t) qdd = forcing(t, q, qd, inputs), derived on the graph.
 
+With constraints they read M qdd = forcing + G^T multiplier, see ``constraints``.
 With L = T - V, generalized forces Q and Rayleigh's dissipation function R the equations are
 
     d/dt dL/dqd - dL/dq + dR/dqd = Q.
@@ -16,15 +17,16 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 from lag2fmu.dynamics.autodiff import forward, reverse
+from lag2fmu.dynamics.constraints import Constraints, compose, starting_consistently
 from lag2fmu.dynamics.elimination import Entries, Solution, mass_matrix, solve
-from lag2fmu.dynamics.energies import Composer, Energies, RigidInertia
+from lag2fmu.dynamics.energies import Composer, Energies, Inertia, RigidInertia
 from lag2fmu.dynamics.graph import Graph
 from lag2fmu.dynamics.operations import NEGATE
 from lag2fmu.dynamics.quadratic import second_degree
-from lag2fmu.dynamics.samples import check_agreement, check_quadratic, check_rank, check_start
+from lag2fmu.dynamics.samples import check_agreement, check_quadratic, check_rank, check_start, massless_directions
 from lag2fmu.dynamics.variables import Variables, declare, translator
 from lag2fmu.dynamics.vectors import apply, cross, minus, plus, times
 from lag2fmu.mechanism import Mechanism, names
@@ -38,12 +40,15 @@ MAX_FACTORISED = 16
 
 @dataclass(frozen=True)
 class EquationsOfMotion:
-    """M qdd = forcing and what follows from the same graph; all entries are nodes of ``graph``.
+    """M qdd = forcing + G^T multiplier and what follows from the same graph; all entries are nodes of ``graph``.
+
+    ``mechanism`` is the one given, with start values that meet its constraints.
 
     ``entries``: the quadratic form 2 T2 over the velocity graph; ``mass_matrix``: (n, n), its Hessian in qd;
-    ``forcing``: (n,); ``solution``: the accelerations (n,) with their pivots, by ``method``, None if every order meets
-    a pivot that is identically zero; ``residual``: (n,), M qdd - forcing with qdd as variables; ``momenta``: (n,),
-    dL/dqd; ``energies``, ``outputs`` and ``dependent`` (parameters) by name.
+    ``forcing``: (n,); ``solution``: M^-1 forcing (n,) with its pivots, by ``method``, None if every order meets a pivot
+    that is identically zero; ``constraints``: of m equations; ``residual``: (n + m,), M qdd - forcing - G^T multiplier
+    and the constraints' accelerations, with qdd and multipliers as variables; ``momenta``: (n,), dL/dqd; ``energies``,
+    ``outputs`` and ``dependent`` (parameters) by name.
     """
 
     mechanism: Mechanism
@@ -54,6 +59,7 @@ class EquationsOfMotion:
     mass_matrix: tuple[tuple[int, ...], ...]
     forcing: tuple[int, ...]
     solution: Solution | None
+    constraints: Constraints
     residual: tuple[int, ...]
     momenta: tuple[int, ...]
     energies: Mapping[str, int]
@@ -71,15 +77,22 @@ class EquationsOfMotion:
             yield names.momentum(coordinate.name), momentum
         yield from self.energies.items()
         yield from self.outputs.items()
+        for constraint, residual in zip(self.mechanism.constraints, self.constraints.residuals, strict=True):
+            yield names.residual(constraint.name), residual
 
-    def acceleration_dependencies(self) -> tuple[frozenset[str], ...]:
-        """The names of the variables each acceleration depends on, (n,): those of its block of coupled coordinates."""
-        n = len(self.forcing)
-        blocks = [{i} | {j for j in range(n) if self.mass_matrix[i][j] != self.graph.zero} for i in range(n)]
-        for _ in range(n):
-            blocks = [set().union(*(blocks[j] for j in block)) for block in blocks]
-        rows = [self.graph.symbols([self.forcing[i], *self.mass_matrix[i]]) for i in range(n)]
-        return tuple(frozenset(set().union(*(rows[j] for j in block))) for block in blocks)
+    def unknown_dependencies(self) -> tuple[frozenset[str], ...]:
+        """The names of the variables each acceleration and multiplier depends on, (n + m,): those of its block."""
+        g, c, n = self.graph, self.constraints, len(self.forcing)
+        matrix = [*([*row] for row in self.mass_matrix), *([*row] for row in c.jacobian)]
+        rows = [g.symbols([self.forcing[i], *self.mass_matrix[i]]) for i in range(n)]
+        rows += [g.symbols([*c.equation(k), *c.jacobian[k]]) for k in range(len(c))]
+        blocks = [{i, *(j for j in range(n) if row[j] != g.zero)} for i, row in enumerate(matrix)]
+        merged: list[set[int]] = []
+        for block in blocks:
+            apart = [other for other in merged if not other & block]
+            merged = [*apart, block.union(*(other for other in merged if other & block))]
+        names_of = {i: frozenset().union(*(rows[j] for j in block)) for block in merged for i in block}
+        return tuple(names_of[i] for i in range(len(rows)))
 
 
 def derive(mechanism: Mechanism, method: str | None = None) -> EquationsOfMotion:
@@ -89,11 +102,28 @@ def derive(mechanism: Mechanism, method: str | None = None) -> EquationsOfMotion
     the coordinates), or if an energy has no finite value at the start.
     """
     methods = [method] if method else METHODS[: 1 if len(mechanism.coordinates) > MAX_FACTORISED else None]
-    equations = _complete(min((_solved(mechanism, m) for m in methods), key=lambda solved: solved.operations))
-    check_start(mechanism, equations.graph, equations.mass_matrix, equations.forcing)
-    check_rank(mechanism, equations.graph, equations.mass_matrix)
-    check_agreement(mechanism, equations.graph, equations.mass_matrix, equations.forcing, equations.solution)
+    carried = _carried(mechanism)
+    candidates = (_solved(mechanism, m, carried) for m in methods)
+    equations = _complete(min(candidates, key=lambda solved: solved.operations))
+    mechanism, g = equations.mechanism, equations.graph
+    check_start(mechanism, g, equations.mass_matrix, equations.forcing)
+    check_rank(mechanism, g, equations.mass_matrix)
+    check_agreement(mechanism, g, equations.mass_matrix, equations.forcing, equations.solution)
     return equations
+
+
+def _carried(mechanism: Mechanism) -> frozenset[int]:
+    """The constraints whose equations have to carry what has no mass: where M is singular, the KKT matrix need not be.
+
+    A fictitious energy 1/2 phi_dot^2 changes neither motion nor multipliers, since phi_dot is 0, and makes M regular.
+    Source: M. Benzi, G. Golub, J. Liesen, Numerical solution of saddle point problems, Acta Numerica 2005, section 5.
+    """
+    if not mechanism.holonomic:
+        return frozenset()
+    bare = _solved(mechanism, METHODS[-1], frozenset())
+    mass = mass_matrix(bare.graph, bare.entries, bare.variables.qd)
+    rows = bare.constraints.jacobian[: len(mechanism.holonomic)]
+    return massless_directions(mechanism, bare.graph, mass, rows)
 
 
 @dataclass(frozen=True)
@@ -109,6 +139,7 @@ class _Solved:
     entries: Entries
     forcing: tuple[int, ...]
     solution: Solution | None
+    constraints: Constraints
 
     @property
     def operations(self) -> float:
@@ -116,20 +147,25 @@ class _Solved:
         return self.graph.operations(self.solution.x) if self.solution else math.inf
 
 
-def _solved(mechanism: Mechanism, method: str) -> _Solved:
+def _solved(mechanism: Mechanism, method: str, carried: frozenset[int]) -> _Solved:
+    """``carried`` are the holonomic constraints that count as inertias, see ``_carried``."""
     graph = Graph()
     variables = declare(graph, mechanism)
     composer = Composer(graph, mechanism, translator(graph, mechanism, variables), variables)
+    constraints = compose(graph, mechanism, composer.put, variables)
+    fictitious = [Inertia(graph.one, constraints.positions[k], graph.zero) for k in sorted(carried)]
     energies = composer.energies()
+    energies = replace(energies, inertias=(*energies.inertias, *fictitious))
     entries = _quadratic_form(graph, mechanism, variables, energies)
     forcing = tuple(graph.negate(r) for r in _residual(graph, variables, energies, accelerating=False))
     solution = solve(graph, entries, variables.qd, forcing, early=method == "elimination")
-    return _Solved(mechanism, method, graph, variables, composer, energies, entries, forcing, solution)
+    return _Solved(mechanism, method, graph, variables, composer, energies, entries, forcing, solution, constraints)
 
 
 def _complete(solved: _Solved) -> EquationsOfMotion:
     """What else follows from the graph of the accelerations."""
-    graph, variables, energies, mechanism = solved.graph, solved.variables, solved.energies, solved.mechanism
+    graph, variables, energies, constraints = solved.graph, solved.variables, solved.energies, solved.constraints
+    mechanism = starting_consistently(solved.mechanism, graph, constraints)
     momenta = reverse(graph, {energies.lagrangian(graph): graph.one}, variables.qd)
     composer = solved.composer
     outputs = {name: node for o in mechanism.outputs for name, node in zip(o.names, composer.output(o), strict=True)}
@@ -142,7 +178,8 @@ def _complete(solved: _Solved) -> EquationsOfMotion:
         mass_matrix=mass_matrix(graph, solved.entries, variables.qd),
         forcing=solved.forcing,
         solution=solved.solution,
-        residual=tuple(_residual(graph, variables, energies, accelerating=True)),
+        constraints=constraints,
+        residual=_with_constraints(graph, variables, _residual(graph, variables, energies, True), constraints),
         momenta=tuple(momenta),
         energies=_named_energies(graph, variables, energies, momenta),
         outputs=outputs,
@@ -169,6 +206,13 @@ def _residual(graph: Graph, v: Variables, energies: Energies, accelerating: bool
         strict=True,
     )
     return [graph.subtract(graph.total(terms), Q) for *terms, Q in rows]
+
+
+def _with_constraints(graph: Graph, v: Variables, residual: Sequence[int], c: Constraints) -> tuple[int, ...]:
+    """The equations with the constraints' forces G^T multiplier, and G qdd + gamma below, (n + m,)."""
+    forces = reverse(graph, dict(zip(c.velocities, v.multipliers, strict=True)), v.qd)
+    moved = forward(graph, c.velocities, v.direction(graph, accelerating=True))
+    return (*(graph.subtract(r, force) for r, force in zip(residual, forces, strict=True)), *moved)
 
 
 def _inertial_impetus(graph: Graph, energies: Energies, direction: Mapping[int, int]) -> dict[int, int]:

@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Collection, Iterable
 from dataclasses import dataclass
 
 from lag2fmu.dynamics.elimination import solve
 from lag2fmu.dynamics.graph import Graph
 from lag2fmu.dynamics.lagrange import EquationsOfMotion
 from lag2fmu.dynamics.tangent import Tangent, differentiate
+from lag2fmu.dynamics.time_derivatives import SecondDerivatives, differentiate_twice
 
 
 @dataclass(frozen=True)
@@ -41,7 +42,8 @@ class Program:
     """The functions of one mechanism on one graph; the names of the FMU's vectors in order.
 
     ``locals`` are the names of the entries of ``mechanism_locals``, ``dependent`` of ``mechanism_dependent``;
-    ``factor_size`` is the length of what ``mechanism_factor`` hands to ``mechanism_solve``; ``method`` how M is solved.
+    ``factor_size`` is the length of what ``mechanism_factor`` hands to ``mechanism_solve``; ``method`` how M is solved;
+    ``outputs`` names what is an output beside q and qd, with a second time derivative.
     """
 
     graph: Graph
@@ -51,6 +53,7 @@ class Program:
     inputs: tuple[str, ...]
     locals: tuple[str, ...]
     dependent: tuple[str, ...]
+    outputs: frozenset[str] = frozenset()
 
     def operations(self, name: str) -> int:
         """The number of arithmetic operations and function calls of the function ``name``."""
@@ -58,16 +61,21 @@ class Program:
         return self.graph.operations((node for *_, node in function.results), function.given)
 
 
-def lower(equations: EquationsOfMotion) -> Program:
-    """The functions an FMU needs: accelerations, what is calculated from them, and the tangents of all of it.
+def lower(equations: EquationsOfMotion, promoted: Collection[str] = ()) -> Program:
+    """The functions an FMU needs: accelerations, what is calculated from them, the tangents, second time derivatives.
+
+    ``promoted`` names the accelerations and locals that are outputs beside those of the mechanism.
 
     Arguments: t; x = (q, qd), 2n; u, the inputs (Q first, then the user's, then y0, y0_dot, y0_ddot of each motion); p,
-    the independent parameters; qdd, n. M is row-major with only its lower triangle written.
+    the independent parameters; qdd, n, and behind it the m multipliers. M is row-major with only its lower triangle
+    written.
     """
     g, v = equations.graph, equations.variables
     p = Array("p", v.parameters)
     state = (Array("t", (v.t,), True), Array("x", (*v.q, *v.qd)), Array("u", v.inputs), p)
     factor, solution = _factor_and_solve(equations, state)
+    outputs = frozenset((*equations.mechanism.output_names, *promoted))
+    qdd = Array("qdd", v.unknowns)
     return Program(
         graph=g,
         functions=(
@@ -76,19 +84,22 @@ def lower(equations: EquationsOfMotion) -> Program:
             _dynamics(equations, state),
             factor,
             solution,
+            *_constraints(equations, state, factor),
             _function(
                 "mechanism_locals",
                 "Momenta, energies and outputs y.",
-                (*state, Array("qdd", v.qdd)),
+                (*state, qdd),
                 y=(node for _, node in equations.locals()),
             ),
-            *_tangents(differentiate(equations), state, Array("qdd", v.qdd)),
+            *_tangents(differentiate(equations), state, qdd, len(equations.constraints) > 0),
+            *_second_derivatives(differentiate_twice(equations, outputs), state, qdd),
         ),
         method=equations.method,
         factor_size=len(factor.results) - len(v.q),
         inputs=tuple(str(g.first[node]) for node in v.inputs),
         locals=tuple(name for name, _ in equations.locals()),
         dependent=tuple(equations.dependent),
+        outputs=outputs,
     )
 
 
@@ -128,14 +139,37 @@ def _factor_and_solve(equations: EquationsOfMotion, state: tuple[Array, ...]) ->
     return factor, _function("mechanism_solve", "The solution a of M a = b.", (Array("w", w), Array("b", rhs)), a=x)
 
 
-def _tangents(tangent: Tangent, state: tuple[Array, ...], qdd: Array) -> tuple[Function, ...]:
+def _constraints(equations: EquationsOfMotion, state: tuple[Array, ...], factor: Function) -> tuple[Function, ...]:
+    """All that a solution under constraints takes, and what tells how far they are met; none without constraints."""
+    c = equations.constraints
+    if not len(c):
+        return ()
+    jacobian = tuple(entry for row in c.jacobian for entry in row)
+    met = {"phi": c.positions, "v": c.velocities, "G": jacobian}
+    names = "positions phi, velocities v = G qd + b and their Jacobian G (m x n, row-major)"
+    whole = _function("", "", state, f=equations.forcing, **met, gamma=c.accelerations)
+    doc = f"What mechanism_factor gives, forcing f, and of the constraints {names}, and gamma of G qdd + gamma = 0."
+    return (
+        _function("mechanism_constraints", f"Of the constraints: {names}.", state, **met),
+        Function(
+            "mechanism_constrained",
+            doc,
+            state,
+            (*factor.arrays, *whole.arrays),
+            (*factor.results, *whole.results),
+        ),
+    )
+
+
+def _tangents(tangent: Tangent, state: tuple[Array, ...], qdd: Array, constrained: bool) -> tuple[Function, ...]:
     """Directional derivatives along (dt, dx, du, dp)."""
     p, dp, dqdd = state[-1], Array("dp", tangent.dp), Array("dqdd", tangent.dqdd)
     seed = (Array("dt", (tangent.dt,), True), Array("dx", tangent.dx), Array("du", tangent.du), dp)
     return (
         _function(
             "mechanism_residual_tangent",
-            "Directional derivative dr of r = M qdd - f at fixed qdd.",
+            "Directional derivative dr of r = M qdd - f at fixed qdd."
+            + (" Behind M qdd - f - G^T multiplier: G qdd + gamma, v, phi." if constrained else ""),
             (*state, qdd, *seed),
             dr=tangent.residual,
         ),
@@ -152,3 +186,22 @@ def _tangents(tangent: Tangent, state: tuple[Array, ...], qdd: Array) -> tuple[F
             dc=tangent.dependent,
         ),
     )
+
+
+def _second_derivatives(second: SecondDerivatives, state: tuple[Array, ...], qdd: Array) -> tuple[Function, Function]:
+    """Second time derivatives along a motion: of the residual for d4q, then of the outputs."""
+    motion = (*state, qdd, Array("du", second.du), Array("d2u", second.d2u), Array("d3q", second.d3q))
+    residual = _function(
+        "mechanism_residual_second",
+        "Second time derivative d2r of r = M qdd - f without M d4q, the inputs moving with du and d2u.",
+        motion,
+        d2r=second.residual,
+    )
+    outputs = Function(
+        "mechanism_locals_second",
+        "Second time derivatives d2y of those momenta, energies and outputs that are outputs of the FMU.",
+        (*motion, Array("d4q", second.d4q)),
+        ("d2y",),
+        tuple(("d2y", index, node) for index, node in second.locals.items()),
+    )
+    return residual, outputs

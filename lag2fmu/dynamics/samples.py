@@ -22,6 +22,7 @@ def start_values(mechanism: Mechanism) -> dict[str, float]:
     for c in mechanism.coordinates:
         values |= {c.name: c.start, names.velocity(c.name): c.velocity, names.acceleration(c.name): 0.0}
         values[names.generalized_force(c.name)] = 0.0
+    values |= {names.multiplier(c.name): 0.0 for c in mechanism.constraints}
     for u in mechanism.inputs:
         values |= {u.name: u.start, names.velocity(u.name): 0.0, names.acceleration(u.name): 0.0}
     values |= {p.name: p.value for p in mechanism.parameters if p.value is not None}
@@ -46,6 +47,26 @@ def _samples(mechanism: Mechanism, count: int) -> Iterator[dict[str, float]]:
 def _matrix(graph: Graph, matrix: Matrix, values: dict[str, float]) -> NDArray[np.float64]:
     n = len(matrix)
     return np.array(graph.evaluate([entry for row in matrix for entry in row], values)).reshape(n, n)
+
+
+def massless_directions(
+    mechanism: Mechanism, graph: Graph, mass: Matrix, jacobian: Sequence[Sequence[int]]
+) -> frozenset[int]:
+    """The rows of ``jacobian`` (h, n) along which motion without mass is restricted; none if M is regular somewhere."""
+    found: set[int] = set()
+    for values in _samples(mechanism, 5):
+        matrix = _matrix(graph, mass, values)
+        rows = np.array(graph.evaluate([entry for row in jacobian for entry in row], values)).reshape(-1, len(mass))
+        if not (np.all(np.isfinite(matrix)) and np.all(np.isfinite(rows))):
+            continue
+        scale = np.sqrt(np.abs(np.diag(matrix)))
+        scale[scale == 0] = 1.0
+        _, singular, vectors = np.linalg.svd(matrix / np.outer(scale, scale))
+        null = vectors[singular <= 1e-12 * max(singular[0], 1e-300)]
+        if len(null) == 0:
+            return frozenset()
+        found |= {k for k, row in enumerate(rows / scale) if np.any(np.abs(null @ row) > 1e-9 * np.linalg.norm(row))}
+    return frozenset(found)
 
 
 def check_start(mechanism: Mechanism, graph: Graph, mass: Matrix, forcing: Sequence[int]) -> None:

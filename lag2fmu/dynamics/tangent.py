@@ -2,6 +2,7 @@
 
 Differentiating M qdd - forcing = 0 at fixed qdd gives M dqdd = -dr, where dr is the directional derivative of the
 residual r(t, q, qd, inputs, parameters; qdd) along the seeds. The factorisation of M is that of the function itself.
+With constraints the multipliers stand beside qdd, and the factorisation is that of the whole KKT matrix.
 Source: A. Griewank, A. Walther, Evaluating Derivatives, SIAM 2008, section 15.3 (implicit functions).
 """
 
@@ -15,10 +16,10 @@ from lag2fmu.dynamics.lagrange import EquationsOfMotion
 
 @dataclass(frozen=True)
 class Tangent:
-    """Seeds and derivatives as nodes: seeds dt, dx (q then qd, 2n), du (inputs), dp (parameters), dqdd (n).
+    """Seeds and derivatives as nodes: seeds dt, dx (q then qd, 2n), du (inputs), dp (parameters), dqdd (n + m).
 
-    ``residual``: (n,), dr; ``locals``: derivatives of ``EquationsOfMotion.locals()`` in order; ``dependent``: those of
-    the dependent parameters.
+    ``residual``: (n + m,), dr, and behind it the derivatives of the constraints' velocities (m,) and positions (h,);
+    ``locals``: derivatives of ``EquationsOfMotion.locals()`` in order; ``dependent``: those of dependent parameters.
     """
 
     dt: int
@@ -38,19 +39,19 @@ def differentiate(equations: EquationsOfMotion) -> Tangent:
     def seeds(nodes: tuple[int, ...]) -> tuple[int, ...]:
         return tuple(g.symbol(f"d {g.first[node]}") for node in nodes)
 
-    states, inputs = (*v.q, *v.qd), v.inputs
+    states, inputs, c = (*v.q, *v.qd), v.inputs, equations.constraints
     (dt,) = seeds((v.t,))
-    dx, du, dp, dqdd = seeds(states), seeds(inputs), seeds(v.parameters), seeds(v.qdd)
+    dx, du, dp, dqdd = seeds(states), seeds(inputs), seeds(v.parameters), seeds(v.unknowns)
     variables = (v.t, *states, *inputs, *v.parameters)
     direction = dict(zip(variables, (dt, *dx, *du, *dp), strict=True))
-    moving = direction | dict(zip(v.qdd, dqdd, strict=True))
+    moving = direction | dict(zip(v.unknowns, dqdd, strict=True))
     return Tangent(
         dt=dt,
         dx=dx,
         du=du,
         dp=dp,
         dqdd=dqdd,
-        residual=tuple(forward(g, equations.residual, direction)),
+        residual=tuple(forward(g, (*equations.residual, *c.velocities, *c.positions), direction)),
         locals=tuple(forward(g, [node for _, node in equations.locals()], moving)),
         dependent=tuple(forward(g, list(equations.dependent.values()), direction)),
     )

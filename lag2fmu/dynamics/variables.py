@@ -15,17 +15,23 @@ from lag2fmu.mechanism import Mechanism, names
 class Variables:
     """The variables as nodes: t; q, qd, qdd, Q of n entries each; plain inputs, motions and independent parameters.
 
-    ``motions`` holds (y0, y0_dot, y0_ddot) for each motion input, in order.
+    ``multipliers``: one for each constraint, (m,). ``motions`` holds (y0, y0_dot, y0_ddot) for each motion input.
     """
 
     t: int
     q: tuple[int, ...]
     qd: tuple[int, ...]
     qdd: tuple[int, ...]
+    multipliers: tuple[int, ...]
     Q: tuple[int, ...]
     plain: tuple[int, ...]
     motions: tuple[tuple[int, int, int], ...]
     parameters: tuple[int, ...]
+
+    @property
+    def unknowns(self) -> tuple[int, ...]:
+        """What the equations of motion determine: accelerations and multipliers, n + m."""
+        return (*self.qdd, *self.multipliers)
 
     @property
     def inputs(self) -> tuple[int, ...]:
@@ -56,6 +62,7 @@ def declare(graph: Graph, mechanism: Mechanism) -> Variables:
         q=nodes(q),
         qd=nodes([names.velocity(c) for c in q]),
         qdd=nodes([names.acceleration(c) for c in q]),
+        multipliers=nodes([names.multiplier(c.name) for c in mechanism.constraints]),
         Q=nodes([names.generalized_force(c) for c in q]),
         plain=nodes([u.name for u in mechanism.plain_inputs]),
         motions=tuple(
@@ -68,7 +75,8 @@ def declare(graph: Graph, mechanism: Mechanism) -> Variables:
 
 def translator(graph: Graph, mechanism: Mechanism, variables: Variables) -> Translator:
     """A translator that knows the variables, the dependent parameters and the definitions of ``mechanism``."""
-    known = [variables.t, *variables.q, *variables.qd, *variables.inputs, *variables.parameters]
+    v = variables
+    known = [v.t, *v.q, *v.qd, *v.multipliers, *v.inputs, *v.parameters]
     translate = Translator(
         graph, {str(graph.first[node]): node for node in known}, (e for _, e in mechanism.expressions())
     )

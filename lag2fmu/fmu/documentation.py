@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import platform as host
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable
 
 from lag2fmu.codegen import METHODS
 from lag2fmu.codegen.templates import render
@@ -18,13 +18,9 @@ Row = dict[str, str]
 
 
 def documentation(
-    description: ModelDescription,
-    equations: EquationsOfMotion,
-    program: Program,
-    platforms: Sequence[Platform],
-    compiler: str,
+    description: ModelDescription, equations: EquationsOfMotion, program: Program, binaries: str
 ) -> dict[str, bytes]:
-    """{name in the archive: content} of the page, the licences and the icon."""
+    """{name in the archive: content} of the page, the licences and the icon; ``binaries`` says what these are."""
     mechanism = description.mechanism
     context = {
         "mechanism": mechanism,
@@ -33,7 +29,8 @@ def documentation(
         "nomenclature": [(heading, rows) for heading, rows in _nomenclature(description.variables) if rows],
         "formulas": _formulas(equations),
         "structure": _structure(equations, program),
-        "binaries": _binaries(platforms, compiler),
+        "python": description.backend == "python",
+        "binaries": binaries,
         "version": description.version,
     }
     folder = resource_folder("templates") / "documentation"
@@ -105,8 +102,8 @@ def _blocks(equations: EquationsOfMotion) -> int:
     return len(set(group))
 
 
-def _binaries(platforms: Iterable[Platform], compiler: str) -> str:
-    """Which libraries there are and what they need."""
+def binaries_text(platforms: Iterable[Platform], compiler: str) -> str:
+    """Which libraries there are and what they need, as a phrase."""
     folders = ", ".join(sorted(folder for platform in platforms for folder in platform.folders))
     if compiler == "host":
         name, version = host.libc_ver()

@@ -6,7 +6,7 @@ import hashlib
 import importlib.metadata
 import re
 import uuid
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 
@@ -14,17 +14,19 @@ from lag2fmu.codegen import DEFAULT_SOLVER, METHODS, Tableau, Tables, render_sou
 from lag2fmu.dynamics import EquationsOfMotion, Program, derive, lower
 from lag2fmu.errors import BuildError, ExportError
 from lag2fmu.fmu.compilers import Progress, choose_platforms, compile_libraries
-from lag2fmu.fmu.documentation import documentation
+from lag2fmu.fmu.documentation import binaries_text, documentation
 from lag2fmu.fmu.model_description import ModelDescription, to_xml
 from lag2fmu.fmu.pack import pack, read_entry
+from lag2fmu.fmu.python_backend import binaries_of_pythonfmu, check_choices, python_fmu
 from lag2fmu.fmu.sources import compiled_files, source_files
 from lag2fmu.fmu.terminals import terminals
-from lag2fmu.fmu.variables import build_table
+from lag2fmu.fmu.variables import build_table, promotable
 from lag2fmu.mechanism import Mechanism
 from lag2fmu.mechanism.text import read
 from lag2fmu.mechanism.write import write
 from lag2fmu.version import VERSION
 
+BACKENDS = ("c", "python")
 MECHANISM_ENTRY = "extra/org.lag2fmu/mechanism.toml"
 _NOT_IN_XML = re.compile("[^\t\n\r -\ud7ff\ue000-\ufffd\U00010000-\U0010ffff]")
 """Characters that no XML document can hold (XML 1.0, production 2)."""
@@ -50,6 +52,7 @@ def export(
     solver: str = DEFAULT_SOLVER,
     compiler: str = "zig",
     platform: str = "host",
+    backend: str = "c",
     outputs: Sequence[str] = (),
     extra: Mapping[str, bytes] | None = None,
     progress: Progress | None = None,
@@ -57,33 +60,65 @@ def export(
     """Write the FMU of ``mechanism`` to ``path`` (default: NAME.fmu in the current folder).
 
     ``solver`` is the integrator of co-simulation (see METHODS), ``compiler`` 'zig' or 'host', ``platform`` 'host', a
-    name in PLATFORMS or 'all', ``outputs`` names local variables to be outputs too ('all' for each of them), ``extra``
-    holds further files {name in the archive: content}, ``progress`` is told how the compiler gets on.
+    name in PLATFORMS or 'all', ``backend`` 'c' or 'python' (a slave of PythonFMU), ``outputs`` names local variables to
+    be outputs too ('all' for each of them), ``extra`` holds further files {name in the archive: content}, ``progress``
+    is told how the compiler gets on.
     Raises ExportError, DerivationError or BuildError.
     """
     if solver not in METHODS:
         raise ExportError(f"unknown solver '{solver}'; known are {', '.join(METHODS)}")
-    platforms = choose_platforms(platform, compiler)
+    if backend not in BACKENDS:
+        raise ExportError(f"unknown backend '{backend}'; known are {', '.join(BACKENDS)}")
+    contribute = (_python if backend == "python" else _native)(solver, platform, compiler, progress)
     target = Path(path) if path is not None else Path(f"{mechanism.name}.fmu")
     _check_target(target)
     _check_texts(mechanism)
     equations = derive(mechanism)
-    program = lower(equations)
-    description, sources = describe(mechanism, equations, program, solver, outputs)
-    identifier = description.model_identifier
-    libraries = compile_libraries(sources, fmi_headers(), identifier, platforms, compiler, progress)
+    program = lower(equations, promotable(equations, outputs))
+    description, binaries, own_files = contribute(equations, program)
     files = {
+        **own_files,
         "modelDescription.xml": to_xml(description),
         MECHANISM_ENTRY: write(mechanism).encode(),
-        **source_files(sources, identifier),
         "terminalsAndIcons/terminalsAndIcons.xml": terminals(mechanism),
-        **documentation(description, equations, program, platforms, compiler),
+        **documentation(description, equations, program, binaries),
         **(extra or {}),
     }
-    for built_for, library in zip(platforms, libraries, strict=True):
-        files |= {f"binaries/{folder}/{identifier}{built_for.suffix}": library for folder in built_for.folders}
     pack(files, target)
     return Fmu(target, description)
+
+
+_Contribution = Callable[[EquationsOfMotion, Program], tuple[ModelDescription, str, dict[str, bytes]]]
+"""What a backend makes of equations: the description, a phrase on the binaries, {name in the archive: content}."""
+
+
+def _native(solver: str, platform: str, compiler: str, progress: Progress | None) -> _Contribution:
+    """The c backend: libraries and their sources. What was chosen is checked at once."""
+    platforms = choose_platforms(platform, compiler)
+
+    def contribute(equations: EquationsOfMotion, program: Program) -> tuple[ModelDescription, str, dict[str, bytes]]:
+        description, sources = describe(equations.mechanism, equations, program, solver)
+        identifier = description.model_identifier
+        libraries = compile_libraries(sources, fmi_headers(), identifier, platforms, compiler, progress)
+        files = source_files(sources, identifier)
+        for built_for, library in zip(platforms, libraries, strict=True):
+            files |= {f"binaries/{folder}/{identifier}{built_for.suffix}": library for folder in built_for.folders}
+        return description, binaries_text(platforms, compiler), files
+
+    return contribute
+
+
+def _python(solver: str, platform: str, compiler: str, _: Progress | None) -> _Contribution:
+    """The python backend: Python files and the libraries of PythonFMU."""
+    platforms = check_choices(platform, compiler)
+
+    def contribute(equations: EquationsOfMotion, program: Program) -> tuple[ModelDescription, str, dict[str, bytes]]:
+        mechanism = equations.mechanism
+        blank = ModelDescription(mechanism, (), identifier_of(mechanism.name), "", solver, VERSION, backend="python")
+        description, files = python_fmu(equations, program, platforms, blank)
+        return description, binaries_of_pythonfmu(platforms), files
+
+    return contribute
 
 
 def read_mechanism(path: Path) -> Mechanism:
@@ -93,10 +128,10 @@ def read_mechanism(path: Path) -> Mechanism:
 
 
 def describe(
-    mechanism: Mechanism, equations: EquationsOfMotion, program: Program, solver: str, outputs: Sequence[str] = ()
+    mechanism: Mechanism, equations: EquationsOfMotion, program: Program, solver: str
 ) -> tuple[ModelDescription, Mapping[str, str]]:
     """The model description and the C sources {file name: text}; they share the GUID, which is a hash of both."""
-    table = build_table(equations, program, outputs)
+    table = build_table(equations, program)
     blank = ModelDescription(mechanism, table.variables, identifier_of(mechanism.name), "", solver, VERSION)
     guid = _guid(blank, program, table.tables, METHODS[solver])
     sources = render_sources(program, table.tables, METHODS[solver], guid)

@@ -21,6 +21,13 @@ LOG_CATEGORIES = {
     "logAll": "everything, tolerated calls included",
 }
 
+PYTHON_LOG_CATEGORIES = {
+    "logSingularLinearSystems": LOG_CATEGORIES["logSingularLinearSystems"],
+    "logStatusDiscard": LOG_CATEGORIES["logStatusDiscard"],
+    "logStatusFatal": "calls that were refused; PythonFMU's library reports no status between discard and fatal",
+    "logAll": LOG_CATEGORIES["logAll"],
+}
+
 _QUANTITIES = {"N.m": "Torque", "J": "Energy", "W": "Power", "N": "Force"}
 
 
@@ -28,7 +35,7 @@ _QUANTITIES = {"N.m": "Torque", "J": "Energy", "W": "Power", "N": "Force"}
 class ModelDescription:
     """What modelDescription.xml says: the mechanism, its variables in order, the identifier and the GUID.
 
-    ``source_files`` are the files in sources/ that a compiler is called with.
+    ``source_files`` are the files in sources/ that a compiler is called with; ``backend`` is 'c' or 'python'.
     """
 
     mechanism: Mechanism
@@ -38,6 +45,7 @@ class ModelDescription:
     solver: str
     version: str
     source_files: tuple[str, ...] = ()
+    backend: str = "c"
 
 
 def to_xml(description: ModelDescription) -> bytes:
@@ -52,13 +60,13 @@ def to_xml(description: ModelDescription) -> bytes:
             "generationTool": f"lag2fmu {description.version}",
             **_generation_time(),
             "variableNamingConvention": "flat",
-            "numberOfEventIndicators": "0",
+            **({"numberOfEventIndicators": "0"} if description.backend == "c" else {}),
         },
     )
     _capabilities(root, description)
     _units(root, description.variables)
     categories = ET.SubElement(root, "LogCategories")
-    for name, text in LOG_CATEGORIES.items():
+    for name, text in (LOG_CATEGORIES if description.backend == "c" else PYTHON_LOG_CATEGORIES).items():
         ET.SubElement(categories, "Category", {"name": name, "description": text})
     experiment = description.mechanism.experiment
     ET.SubElement(
@@ -91,19 +99,32 @@ def _generation_time() -> dict[str, str]:
     return {"generationDateAndTime": datetime.fromtimestamp(int(epoch), timezone.utc).strftime("%Y-%m-%dT%H:%M:%SZ")}
 
 
+_CAPABILITIES = {
+    "c": {
+        "ModelExchange": {"providesDirectionalDerivative": "true", "completedIntegratorStepNotNeeded": "true"},
+        "CoSimulation": {
+            "providesDirectionalDerivative": "true",
+            "canHandleVariableCommunicationStepSize": "true",
+            "canInterpolateInputs": "true",
+            "maxOutputDerivativeOrder": "2",
+        },
+    },
+    "python": {"CoSimulation": {"needsExecutionTool": "true", "canHandleVariableCommunicationStepSize": "true"}},
+}
+"""Backend -> kind of FMU -> what it can do beside what all of them can."""
+
+
 def _capabilities(root: ET.Element, description: ModelDescription) -> None:
     common = {
         "modelIdentifier": description.model_identifier,
         "canNotUseMemoryManagementFunctions": "true",
         "canGetAndSetFMUstate": "true",
         "canSerializeFMUstate": "true",
-        "providesDirectionalDerivative": "true",
     }
-    own = {
-        "ModelExchange": {"completedIntegratorStepNotNeeded": "true"},
-        "CoSimulation": {"canHandleVariableCommunicationStepSize": "true"},
-    }
-    for kind, capabilities in own.items():
+    for kind, capabilities in _CAPABILITIES[description.backend].items():
+        if kind == "ModelExchange" and description.mechanism.holonomic:
+            # what drifts off the constraints beyond the importer's tolerance is brought back by an event
+            capabilities = {**capabilities, "completedIntegratorStepNotNeeded": "false"}
         parent = ET.SubElement(root, kind, common | capabilities)
         if description.source_files:
             files = ET.SubElement(parent, "SourceFiles")
@@ -191,12 +212,14 @@ def _structure(root: ET.Element, variables: tuple[Variable, ...], index: dict[st
     structure = ET.SubElement(root, "ModelStructure")
     continuous = {v.name for v in variables if v.causality in ("input", "independent") or v.state}
     exact = continuous | {v.name for v in variables if v.initial == "exact"}
+    # starts that constraints determine: what depends on them depends on everything, which no list says
+    solved = {v.name for v in variables if v.initial == "approx"}
     outputs = [v for v in variables if v.causality == "output"]
     derivatives = [v for v in variables if v.derivative_of is not None]
     initial = [
         v
         for v in variables
-        if v.initial == "calculated"
+        if v.initial in ("calculated", "approx")
         and (v.causality in ("output", "calculatedParameter") or v.derivative_of is not None)
     ]
     for tag, unknowns, knowns in (
@@ -207,7 +230,10 @@ def _structure(root: ET.Element, variables: tuple[Variable, ...], index: dict[st
         if unknowns:
             parent = ET.SubElement(structure, tag)
             for unknown in unknowns:
-                _unknown(parent, unknown, knowns, index)
+                if tag == "InitialUnknowns" and solved & {unknown.name, *(unknown.dependencies or ())}:
+                    ET.SubElement(parent, "Unknown", {"index": str(index[unknown.name])})
+                else:
+                    _unknown(parent, unknown, knowns, index)
 
 
 def _unknown(parent: ET.Element, unknown: Variable, knowns: set[str], index: dict[str, int]) -> None:

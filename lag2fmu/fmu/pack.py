@@ -1,16 +1,20 @@
-"""The archive: files in, an .fmu out, byte for byte reproducible and never half-written."""
+"""The archive: files in, an .fmu out, byte for byte reproducible, never half-written; and reading others' archives."""
 
 from __future__ import annotations
 
 import os
 import tempfile
 import zipfile
-from collections.abc import Mapping
+import zlib
+from collections.abc import Iterator, Mapping
+from contextlib import contextmanager
 from pathlib import Path
 
-from lag2fmu.errors import ExportError
+from lag2fmu.errors import ExportError, LoadError
 
 _EPOCH = (1980, 1, 1, 0, 0, 0)  # the earliest time a zip entry can have
+_UNREADABLE = (OSError, zipfile.BadZipFile, zlib.error, NotImplementedError, RuntimeError, EOFError, ValueError)
+"""What zipfile raises for damaged, encrypted and unusually compressed entries."""
 
 
 def pack(files: Mapping[str, bytes], path: Path) -> None:
@@ -43,3 +47,24 @@ def read_entry(path: Path, name: str) -> bytes:
             return archive.read(name)
     except (OSError, zipfile.BadZipFile, KeyError) as error:
         raise ExportError(f"'{path}': cannot read '{name}' from it ({error}); is it an FMU of lag2fmu?") from error
+
+
+@contextmanager
+def opened(path: Path) -> Iterator[zipfile.ZipFile]:
+    """The archive ``path``, of any origin, for reading; raises LoadError if it is none or cannot be read."""
+    try:
+        with zipfile.ZipFile(path) as archive:
+            yield archive
+    except _UNREADABLE as error:
+        raise LoadError(f"'{path}': is no archive (zip) that can be read, so no FMU: {error}") from error
+
+
+def damage(archive: zipfile.ZipFile, entry: zipfile.ZipInfo) -> str:
+    """Why ``entry`` cannot be read to its end; nothing if it can."""
+    try:
+        with archive.open(entry) as stream:
+            while stream.read(1 << 20):
+                pass
+    except _UNREADABLE as error:
+        return str(error) or type(error).__name__
+    return ""

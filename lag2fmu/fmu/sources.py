@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 import xml.etree.ElementTree as ET
 from collections.abc import Iterable, Mapping
 
@@ -9,6 +10,9 @@ from lag2fmu.fmu.xml_text import document
 
 HEADER = '#include "fmi2Functions.h"'
 NO_PREFIX = "FMI2_OVERRIDE_FUNCTION_PREFIX"
+PREFIX_HEADER = "prefix.h"
+_DECLARATION = re.compile(r"^(?!typedef|static)[A-Za-z][\w *]*?(\w+)(?:\(|\[|;)", re.MULTILINE)
+"""A function or variable that a header of the runtime declares: it begins in the first column."""
 
 
 def compiled_files(sources: Mapping[str, str]) -> tuple[str, ...]:
@@ -20,11 +24,24 @@ def source_files(sources: Mapping[str, str], identifier: str) -> dict[str, bytes
     """{name in the archive: content} of ``sources`` {file name: text} with buildDescription.xml.
 
     Where FMI's header is included its functions get the prefix IDENTIFIER_, so that several FMUs can be linked into
-    one program; for a shared library, whose functions have plain names, FMI2_OVERRIDE_FUNCTION_PREFIX takes it back.
+    one program, and with them, by prefix.h, all other names that the linker sees; for a shared library, whose functions
+    have plain names, FMI2_OVERRIDE_FUNCTION_PREFIX takes it back.
     """
     prefixed = f"#define FMI2_FUNCTION_PREFIX {identifier}_\n{HEADER}"
-    files = {f"sources/{file}": text.replace(HEADER, prefixed).encode() for file, text in sources.items()}
+    texts = {file: text.replace(HEADER, prefixed) for file, text in sources.items()}
+    texts |= {file: f'#include "{PREFIX_HEADER}"\n{texts[file]}' for file in compiled_files(sources)}
+    texts[PREFIX_HEADER] = _prefix_header(sources, prefixed)
+    files = {f"sources/{file}": text.encode() for file, text in texts.items()}
     return files | {"sources/buildDescription.xml": build_description(compiled_files(sources), identifier)}
+
+
+def _prefix_header(sources: Mapping[str, str], prefixed: str) -> str:
+    """A header that gives the functions and variables declared in the headers among ``sources`` FMI's prefix too."""
+    headers = (text for file, text in sorted(sources.items()) if file.endswith(".h"))
+    names = sorted({name for text in headers for name in _DECLARATION.findall(text)})
+    lines = [f"#define {name} fmi2FullName({name})" for name in names]
+    comment = "/* The names that the linker sees, with the prefix of this FMU, so that several go into one program. */"
+    return "\n".join([comment, "#ifndef PREFIX_H", "#define PREFIX_H", "", prefixed, "", *lines, "", "#endif", ""])
 
 
 def build_description(files: Iterable[str], identifier: str) -> bytes:

@@ -14,8 +14,11 @@ from difflib import get_close_matches
 from lag2fmu.codegen import Slot, Tables
 from lag2fmu.dynamics import EquationsOfMotion, Program
 from lag2fmu.errors import ExportError
-from lag2fmu.mechanism import Mechanism, names
+from lag2fmu.mechanism import Constraint, Mechanism, names
+from lag2fmu.mechanism.norms import norm_constraints
 from lag2fmu.mechanism.record import Coordinate
+from lag2fmu.mechanism.scope import fixed_parameters
+from lag2fmu.mechanism.unit_check import constraint_units
 from lag2fmu.mechanism.units import JOULE, SECOND, WATT, Unit, parse_unit
 
 _ENERGY_DOCS = {
@@ -25,6 +28,7 @@ _ENERGY_DOCS = {
     "generalized_energy": "h = sum qd dL/dqd - L",
     "external_power": "power of the external forces, sum Q qd",
 }
+_PARAMETER = {False: ("tunable", "VARIABLE_PARAMETER"), True: ("fixed", "VARIABLE_FIXED_PARAMETER")}
 _SETTINGS = {
     "solver_tolerance": ("1", "relative tolerance of the solver; 0: as the importer asks, else 1e-6"),
     "solver_step": ("s", "first step of an adaptive solver, step of a fixed-step solver; 0: automatic"),
@@ -77,17 +81,15 @@ class _Builder:
     def add(self, variable: Variable, kind: str, index: int) -> None:
         """A variable with a value reference of its own."""
         self.variables.append(replace(variable, value_reference=len(self.slots)))
-        self.slots.append(Slot(variable.name, kind, index, variable.minimum, variable.maximum))
+        output = variable.causality == "output"
+        self.slots.append(Slot(variable.name, kind, index, variable.minimum, variable.maximum, output))
 
     def reference(self, name: str) -> int:
         return next(i for i, slot in enumerate(self.slots) if slot.name == name)
 
 
-def build_table(equations: EquationsOfMotion, program: Program, outputs: Sequence[str] = ()) -> VariableTable:
-    """The variables of the FMU of ``equations``; ``outputs`` names locals to promote (or 'all').
-
-    Raises ExportError for a name in ``outputs`` that is no local variable.
-    """
+def build_table(equations: EquationsOfMotion, program: Program) -> VariableTable:
+    """The variables of the FMU of ``equations``; ``program.outputs`` are outputs beside q and qd."""
     mechanism = equations.mechanism
     builder = _Builder()
     builder.add(Variable("time", 0, "independent", "continuous", unit=SECOND, doc="time"), "VARIABLE_TIME", 0)
@@ -97,11 +99,28 @@ def build_table(equations: EquationsOfMotion, program: Program, outputs: Sequenc
     _add_parameters(builder, mechanism)
     _add_calculated(builder, equations, program)
     _add_derivatives(builder, mechanism)
-    variables = _promote(builder.variables, outputs)
     return VariableTable(
-        variables=tuple(_with_dependencies(equations, variables)),
-        tables=_tables(mechanism, program, builder, variables),
+        variables=tuple(_with_dependencies(equations, builder.variables)),
+        tables=_tables(mechanism, program, builder, builder.variables),
     )
+
+
+def promotable(equations: EquationsOfMotion, wanted: Sequence[str]) -> frozenset[str]:
+    """The local variables that ``wanted`` makes outputs: names, or 'all'; outputs may be named once more.
+
+    Raises ExportError for a name that is neither.
+    """
+    mechanism = equations.mechanism
+    states = {name for q in mechanism.coordinates for name in (q.name, names.velocity(q.name))}
+    known = [names.acceleration(q.name) for q in mechanism.coordinates]
+    known += [names.multiplier(c.name) for c in mechanism.constraints]
+    known += [name for name, _ in equations.locals() if name not in mechanism.output_names]
+    if "all" in wanted:
+        wanted = [*known, *(name for name in wanted if name != "all")]
+    for name in sorted({*wanted} - {*known, *states, *mechanism.output_names}):
+        near = get_close_matches(name, known) or known
+        raise ExportError(f"--output {name}: there is no such variable; known are {', '.join(near)}")
+    return frozenset(wanted) & frozenset(known)
 
 
 def _per(unit: Unit | None, other: Unit) -> Unit | None:
@@ -111,9 +130,8 @@ def _per(unit: Unit | None, other: Unit) -> Unit | None:
 def _velocity(q: Coordinate) -> Variable:
     name = names.velocity(q.name)
     doc = f"velocity of {q.name}"
-    return Variable(
-        name, 0, "output", "continuous", "exact", q.velocity, _per(q.unit, SECOND), doc, nominal=q.nominal, state=True
-    )
+    unit, initial = _per(q.unit, SECOND), "exact" if q.velocity_given else "approx"
+    return Variable(name, 0, "output", "continuous", initial, q.velocity, unit, doc, nominal=q.nominal, state=True)
 
 
 def _add_states(builder: _Builder, mechanism: Mechanism) -> None:
@@ -124,7 +142,7 @@ def _add_states(builder: _Builder, mechanism: Mechanism) -> None:
             0,
             "output",
             "continuous",
-            "exact",
+            "exact" if q.given else "approx",
             q.start,
             q.unit,
             doc,
@@ -159,9 +177,11 @@ def _inputs(mechanism: Mechanism) -> Iterable[Variable]:
 
 def _add_parameters(builder: _Builder, mechanism: Mechanism) -> None:
     independent = [p for p in mechanism.parameters if p.value is not None]
+    fixed = fixed_parameters(mechanism)
     for i, p in enumerate(independent):
-        variable = Variable(p.name, 0, "parameter", "tunable", "exact", p.value, p.unit, p.doc, p.minimum, p.maximum)
-        builder.add(variable, "VARIABLE_PARAMETER", i)
+        variability, kind = _PARAMETER[p.name in fixed]
+        variable = Variable(p.name, 0, "parameter", variability, "exact", p.value, p.unit, p.doc, p.minimum, p.maximum)
+        builder.add(variable, kind, i)
     for i, (name, (unit, doc)) in enumerate(_SETTINGS.items()):
         variable = Variable(name, 0, "parameter", "fixed", "exact", 0.0, parse_unit(unit), doc, minimum=0.0)
         builder.add(variable, "VARIABLE_SETTING", i)
@@ -169,19 +189,24 @@ def _add_parameters(builder: _Builder, mechanism: Mechanism) -> None:
 
 def _add_calculated(builder: _Builder, equations: EquationsOfMotion, program: Program) -> None:
     mechanism = equations.mechanism
+    fixed = fixed_parameters(mechanism)
     dependent = {p.name: p for p in mechanism.parameters if p.expression is not None}
     for i, name in enumerate(program.dependent):
         p = dependent[name]
         builder.add(
-            Variable(name, 0, "calculatedParameter", "tunable", "calculated", None, p.unit, p.doc),
+            Variable(name, 0, "calculatedParameter", _PARAMETER[name in fixed][0], "calculated", None, p.unit, p.doc),
             "VARIABLE_DEPENDENT",
             i,
         )
     for i, q in enumerate(mechanism.coordinates):
         unit, doc = _per(_per(q.unit, SECOND), SECOND), f"acceleration of {q.name}"
         name = names.acceleration(q.name)
-        builder.add(Variable(name, 0, "local", "continuous", "calculated", None, unit, doc), "VARIABLE_ACCELERATION", i)
+        causality = "output" if name in program.outputs else "local"
+        variable = Variable(name, 0, causality, "continuous", "calculated", None, unit, doc)
+        builder.add(variable, "VARIABLE_ACCELERATION", i)
+    _add_multipliers(builder, mechanism, program)
     outputs = mechanism.output_names
+    residuals = {names.residual(c.name): (c, unit) for c, unit in _constraints(mechanism)}
     momenta = {names.momentum(q.name): q for q in mechanism.coordinates}
     for i, name in enumerate(program.locals):
         if name in outputs:
@@ -189,10 +214,31 @@ def _add_calculated(builder: _Builder, equations: EquationsOfMotion, program: Pr
         elif name in momenta:
             q = momenta[name]
             unit, doc = (None if q.unit is None else JOULE * SECOND / q.unit), f"generalized momentum of {q.name}"
+        elif name in residuals:
+            c, unit = residuals[name]
+            doc = f"residual of the {c.kind} constraint {c.name}"
         else:
             unit, doc = (WATT if name == "external_power" else JOULE), _ENERGY_DOCS[name]
-        causality = "output" if name in outputs else "local"
+        causality = "output" if name in program.outputs else "local"
         builder.add(Variable(name, 0, causality, "continuous", "calculated", None, unit, doc), "VARIABLE_LOCAL", i)
+
+
+def _constraints(mechanism: Mechanism) -> Iterable[tuple[Constraint, Unit | None]]:
+    """The constraints with the units of their expressions."""
+    units = constraint_units(mechanism) if mechanism.constraints else {}
+    return [(c, units[c.name]) for c in mechanism.constraints]
+
+
+def _add_multipliers(builder: _Builder, mechanism: Mechanism, program: Program) -> None:
+    """The multipliers: multiplier * expression is an energy, for a nonholonomic constraint a power."""
+    norms = norm_constraints(mechanism) if mechanism.constraints else frozenset()
+    for k, (c, unit) in enumerate(_constraints(mechanism)):
+        name, doc = names.multiplier(c.name), f"multiplier of the constraint {c.name}"
+        doc += " (a norm: no force belongs to it)" if c.name in norms else ""
+        causality = "output" if name in program.outputs else "local"
+        other = None if unit is None else (JOULE if c.holonomic else WATT) / unit
+        variable = Variable(name, 0, causality, "continuous", "calculated", None, other, doc)
+        builder.add(variable, "VARIABLE_MULTIPLIER", k)
 
 
 def _resolved(unit: Unit | str | None) -> Unit | None:
@@ -219,17 +265,6 @@ def _add_derivatives(builder: _Builder, mechanism: Mechanism) -> None:
         )
 
 
-def _promote(variables: list[Variable], outputs: Sequence[str]) -> list[Variable]:
-    """Locals named in ``outputs`` become outputs."""
-    known = [v.name for v in variables if v.causality == "local" and v.derivative_of is None]
-    wanted = set(known) if "all" in outputs else set(outputs)
-    existing = {v.name for v in variables if v.causality == "output"}
-    for name in sorted(wanted - set(known) - existing):
-        near = get_close_matches(name, known) or known
-        raise ExportError(f"--output {name}: there is no such variable; known are {', '.join(near)}")
-    return [replace(v, causality="output") if v.name in wanted and v.causality == "local" else v for v in variables]
-
-
 # ------------------------------------------------------------------------------------------------------ dependencies
 
 
@@ -238,8 +273,13 @@ def _with_dependencies(equations: EquationsOfMotion, variables: Sequence[Variabl
     graph = equations.graph
     named: dict[str, Iterable[str]] = {name: graph.symbols([node]) for name, node in equations.locals()}
     named |= {name: graph.symbols([node]) for name, node in equations.dependent.items()}
-    for q, block in zip(equations.mechanism.coordinates, equations.acceleration_dependencies(), strict=True):
-        named[names.acceleration(q.name)] = block
+    m, unknown = equations.mechanism, equations.unknown_dependencies()
+    unknowns = (*(names.acceleration(q.name) for q in m.coordinates), *(names.multiplier(c.name) for c in m.constraints))
+    blocks = dict(zip(unknowns, unknown, strict=True))
+    named |= blocks
+    named = {name: _without_unknowns(found, blocks) for name, found in named.items()}
+    for q in m.coordinates:
+        block = blocks[names.acceleration(q.name)]
         named[names.derivative(names.velocity(q.name))] = block
         named[names.derivative(q.name)] = [names.velocity(q.name)]
     order = {("t" if v.name == "time" else v.name): i for i, v in enumerate(variables)}
@@ -251,6 +291,11 @@ def _with_dependencies(equations: EquationsOfMotion, variables: Sequence[Variabl
             yield replace(variable, dependencies=tuple("time" if name == "t" else name for name in found))
         else:
             yield variable
+
+
+def _without_unknowns(found: Iterable[str], blocks: Mapping[str, frozenset[str]]) -> frozenset[str]:
+    """Multipliers replaced by what they depend on."""
+    return frozenset().union(*(blocks.get(name, {name}) for name in found))
 
 
 # ----------------------------------------------------------------------------------------------------------- for C
@@ -266,7 +311,12 @@ def _tables(mechanism: Mechanism, program: Program, builder: _Builder, variables
         coordinate_names=tuple(c.name for c in q),
         start_states=(*(c.start for c in q), *(c.velocity for c in q)),
         nominal_states=(*nominal, *nominal),
+        given_states=(*(bool(c.given) for c in q), *(bool(c.velocity_given) for c in q)),
+        constraint_names=tuple(c.name for c in mechanism.constraints),
+        holonomic=len(mechanism.holonomic),
         start_inputs=tuple(starts[name] for name in program.inputs),
         start_parameters=tuple(p.value for p in mechanism.parameters if p.value is not None),
         default_solver_step=min(1e-3, mechanism.experiment.step),
+        # drift is damped as fast as the motion is sampled, about: much faster would make the equations stiff
+        stabilisation=0.1 / mechanism.experiment.step,
     )

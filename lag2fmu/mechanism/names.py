@@ -109,9 +109,7 @@ def check_names(mechanism: Mechanism) -> None:
     taken: dict[str, str] = dict(GLOBAL_NAMES)
     for name, what in _generated(mechanism):
         if name in taken:
-            raise MechanismError(
-                f"the name '{name}' is generated twice: {taken[name]}, and {what}; rename one"
-            )
+            raise MechanismError(f"the name '{name}' is generated twice: {taken[name]}, and {what}; rename one")
         taken[name] = what
     for name, what in _declared(mechanism):
         _check_identifier(name, what)

@@ -25,8 +25,20 @@ def missing_norms(m: Mechanism) -> Iterator[Constraint]:
     It is not needed where the norm is 1 for all q, as of [cos(q/2), sin(q/2), 0, 0], nor where constraints of the user
     say the same. Both are decided by values at random points.
     """
-    written = in_order(m.definitions, "definitions")
+    for frame, norm, present in _norms(m):
+        if not present:
+            yield Constraint(f"{frame}_norm", norm)
+
+
+def norm_constraints(m: Mechanism) -> frozenset[str]:
+    """The constraints that keep the norm of a quaternion: their multipliers mean nothing, no force acts that way."""
+    return frozenset(name for _, _, present in _norms(m) for name in present)
+
+
+def _norms(m: Mechanism) -> Iterator[tuple[str, sp.Expr, list[str]]]:
+    """(frame, norm^2 - 1, constraints that say that it vanishes) of every quaternion that does not see to it itself."""
     coordinates = {q.name for q in m.coordinates}
+    written = in_order(m.definitions, "definitions") if any(f.quaternion is not None for f in m.frames) else []
 
     def resolved(expression: sp.Expr) -> sp.Expr:
         for definition in reversed(written):
@@ -34,15 +46,12 @@ def missing_norms(m: Mechanism) -> Iterator[Constraint]:
         return expression
 
     for frame in m.frames:
-        if frame.quaternion is None:
-            continue
-        entries = [resolved(entry) for entry in frame.quaternion]
-        if not free_names(entries) & coordinates:
-            continue
-        norm = sum((entry**2 for entry in entries), sp.S.Zero) - 1
-        present = [resolved(sp.sympify(c.expression)) for c in m.holonomic]
-        if not _vanishes(norm) and not any(_says(other, norm, coordinates) for other in present):
-            yield Constraint(f"{frame.name}_norm", norm)
+        entries = [resolved(entry) for entry in frame.quaternion or ()]
+        if free_names(entries) & coordinates:
+            norm = sum((entry**2 for entry in entries), sp.S.Zero) - 1
+            if not _vanishes(norm):
+                said = [c.name for c in m.holonomic if _says(resolved(sp.sympify(c.expression)), norm, coordinates)]
+                yield frame.name, norm, said
 
 
 def _points(names: set[str]) -> Iterator[dict[str, float]]:

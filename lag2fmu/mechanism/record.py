@@ -17,8 +17,8 @@ from lag2fmu.mechanism.names import check_names, suggestion
 from lag2fmu.mechanism.outputs import Experiment, Output
 from lag2fmu.mechanism.parts import (
     AXES,
-    WORLD,
     KINDS,
+    WORLD,
     Body,
     Constraint,
     Damper,

@@ -15,6 +15,7 @@ from typing import Any, TypeVar
 import sympy as sp
 
 from lag2fmu.errors import MechanismError, TextError
+from lag2fmu.mechanism.parts import KINDS
 from lag2fmu.mechanism.record import (
     WORLD,
     Body,
@@ -35,7 +36,6 @@ from lag2fmu.mechanism.record import (
     Point,
     Spring,
 )
-from lag2fmu.mechanism.parts import KINDS
 from lag2fmu.mechanism.symbols import start_or_guess
 from lag2fmu.mechanism.tables import Table
 from lag2fmu.mechanism.units import DIMENSIONLESS
@@ -141,9 +141,7 @@ def _mechanism(content: dict[str, Any]) -> Mechanism:
     )
 
 
-def _named(
-    root: Table, table: str, build: Callable[[str, Table], Part], keys: tuple[str, ...]
-) -> list[Part]:
+def _named(root: Table, table: str, build: Callable[[str, Table], Part], keys: tuple[str, ...]) -> list[Part]:
     """The parts of ``table``, one for each of its sub-tables, built by ``build(name, sub-table)``."""
     parts = root.table(table)
     return [build(name, Table(parts.place(name), content, keys)) for name, content in parts.content.items()]
@@ -170,9 +168,7 @@ def _parameter(name: str, table: Table) -> Parameter:
 def _coordinate(name: str, table: Table) -> Coordinate:
     unit = table.unit()
     si, rate = (unit or DIMENSIONLESS).to_si, (unit or DIMENSIONLESS).difference_to_si
-    start, given = start_or_guess(
-        table.number("start", si), table.number("guess", si), table.where, "start", "guess"
-    )
+    start, given = start_or_guess(table.number("start", si), table.number("guess", si), table.where, "start", "guess")
     velocity, velocity_given = start_or_guess(
         table.number("velocity", rate), table.number("guess_velocity", rate), table.where, "velocity", "guess_velocity"
     )

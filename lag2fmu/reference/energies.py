@@ -7,41 +7,20 @@ every row is one argument of a vectorised function.
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass
 
 import numpy as np
 import sympy as sp
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
 from lag2fmu.errors import LoadError, SimulationError
 from lag2fmu.mechanism import Mechanism, Parameter
-from lag2fmu.mechanism.expressions import TIME
+from lag2fmu.mechanism.expressions import TIME, symbol
+from lag2fmu.mechanism.names import multiplier
 from lag2fmu.reference.composition import Composition
+from lag2fmu.reference.constraints import Constraints
 from lag2fmu.reference.functions import Array, compiled
 from lag2fmu.reference.spatial import Spatial
-
-Floats = NDArray[np.float64]
-InputValues = Mapping[str, ArrayLike]
-"""Input name -> SI value, or (m,) values of a batch."""
-
-
-@dataclass(frozen=True)
-class State:
-    """Where a mechanism is: t (*batch), q and qd (n, *batch), inputs (3 k + m + n, *batch) as ``Symbols.inputs``."""
-
-    t: Floats
-    q: Floats
-    qd: Floats
-    inputs: Floats
-
-    @property
-    def rows(self) -> Floats:
-        """Everything stacked: t, q, qd, inputs."""
-        return np.concatenate([self.t[None], self.q, self.qd, self.inputs])
-
-    def part(self, block: slice) -> State:
-        """The states ``block`` of a batch."""
-        return State(self.t[block], self.q[:, block], self.qd[:, block], self.inputs[:, block])
+from lag2fmu.reference.state import Floats, InputValues, State
 
 
 class Energies:
@@ -63,7 +42,10 @@ class Energies:
         self._energies = compiled((*self._configuration, *s.parameters), (c.kinetic, c.potential, c.dissipation))
         arguments = (TIME, *s.q, *s.qd, *s.inputs, *s.parameters)
         self._forces = compiled(arguments, c.forces)
-        self._outputs = compiled(arguments, tuple(c.outputs.values()))
+        multipliers = [symbol(multiplier(item.name)) for item in mechanism.constraints]
+        with_multipliers = (TIME, *s.q, *s.qd, *s.inputs, *multipliers, *s.parameters)
+        self._outputs = compiled(with_multipliers, tuple(c.outputs.values()))
+        self.constraints = Constraints(c, self._constants)
         self.spatial = Spatial(c, self._constants)
         starts = {u.name: u.start for u in mechanism.inputs}
         self._starts = np.array([starts.get(x.name, 0.0) for x in s.inputs])
@@ -74,10 +56,26 @@ class Energies:
         """The inputs by name: y, y_dot, y_ddot of motion inputs, plain inputs, Q_<coordinate>."""
         return tuple(self._row)
 
-    def start(self) -> tuple[Floats, Floats]:
-        """The declared start values of q and qd, (n,) each, in SI units."""
+    def start(self, time: float = 0.0, inputs: InputValues | None = None) -> tuple[Floats, Floats]:
+        """The start values of q and qd, (n,) each, in SI units: as declared, guesses solved for the constraints."""
         coordinates = self.mechanism.coordinates
-        return np.array([c.start for c in coordinates]), np.array([c.velocity for c in coordinates])
+        q, qd = np.array([c.start for c in coordinates]), np.array([c.velocity for c in coordinates])
+        if not self.constraints.m:
+            return q, qd
+        free = [not c.given for c in coordinates], [not c.velocity_given for c in coordinates]
+        return self.consistent(q, qd, time, inputs, free)
+
+    def consistent(
+        self,
+        q: Floats,
+        qd: Floats,
+        time: float = 0.0,
+        inputs: InputValues | None = None,
+        free: tuple[list[bool], list[bool]] | None = None,
+    ) -> tuple[Floats, Floats]:
+        """q and qd, (n,) each, moved onto the constraints, see ``Constraints.consistent``."""
+        nominal = np.array([c.nominal for c in self.mechanism.coordinates])
+        return self.constraints.consistent(lambda a, b: self.state(time, a, b, inputs), q, qd, nominal, free)
 
     def state(self, t: ArrayLike, q: ArrayLike, qd: ArrayLike, inputs: InputValues | None = None) -> State:
         """The state with t in s, q and qd (n,) or (m, n), inputs name -> value or (m,).
@@ -112,9 +110,10 @@ class Energies:
         values = self._forces(state.rows, self._constants)
         return values if self.spatial.empty else values + self.spatial.forces(self._rows(state), state.inputs)
 
-    def outputs(self, state: State) -> dict[str, Floats]:
-        """The outputs of the mechanism by name, in its order, in SI units, each (*batch)."""
-        values = dict(zip(self.composition.outputs, self._outputs(state.rows, self._constants), strict=True))
+    def outputs(self, state: State, multipliers: Floats) -> dict[str, Floats]:
+        """The outputs of the mechanism by name, in its order, in SI units, each (*batch); multipliers (m, *batch)."""
+        rows = np.concatenate([state.rows, multipliers])
+        values = dict(zip(self.composition.outputs, self._outputs(rows, self._constants), strict=True))
         if not self.spatial.empty:
             values |= self.spatial.outputs(self._rows(state))
         return {name: values[name] for name in self.mechanism.output_names}

@@ -8,7 +8,9 @@ gives
 and p = dL/dqd = M qd + b. All these points are moved along the motion by a complex step i h (qd, 1, y_dot, y_ddot), so
 that their imaginary parts are h dM/dt and h db/dt; further points give dL/dq, dR/dqd and the explicit dL/dt. Then
 
-    M qdd = Q + dL/dq - dR/dqd - dM/dt qd - db/dt.
+    M qdd = Q + dL/dq - dR/dqd - dM/dt qd - db/dt,
+
+and constraints add their forces G^T multiplier, see ``constraints``.
 
 Sources: H. Goldstein, Classical Mechanics, sections 1.5 and 2.7; for the complex step see ``functions``.
 """
@@ -23,8 +25,9 @@ from numpy.typing import ArrayLike
 
 from lag2fmu.errors import DerivationError, SimulationError
 from lag2fmu.mechanism import Mechanism
-from lag2fmu.reference.energies import Energies, Floats, InputValues, State
+from lag2fmu.reference.energies import Energies
 from lag2fmu.reference.functions import BLOCK, STEP, Array
+from lag2fmu.reference.state import Floats, InputValues, State
 
 
 @dataclass(frozen=True)
@@ -48,8 +51,8 @@ class Terms:
 class Balance:
     """The balance of the generalized energy h = qd . p - L: ``rate`` dh/dt and ``power`` of what changes it, in W.
 
-    power = Q . qd - qd . dR/dqd - dL/dt. ``scale`` is the sum of the magnitudes of all powers that flow at that
-    instant; over a run divide by its largest value. All have the shape of the batch.
+    power = Q . qd - qd . dR/dqd - dL/dt - multiplier . b, constraints being G qd + b = 0. ``scale`` is the sum of the
+    magnitudes of all powers that flow at that instant; over a run divide by its largest value. All have the shape of the batch.
     """
 
     rate: Floats
@@ -81,7 +84,7 @@ class Equations:
         state = self.energies.state(0.0, q, qd)
         # velocities of about equal energy: no digits are lost between coordinates of different units (powers of two)
         diagonal = np.diagonal(self.terms(state).mass_matrix)
-        usable = np.isfinite(diagonal) & (diagonal > 0)
+        usable = np.isfinite(diagonal) & (diagonal > 1e-20 * np.nanmax(np.abs(diagonal)))
         self._scale = np.exp2(-np.round(0.5 * np.log2(np.where(usable, diagonal, 1.0))))
         self._units = self._unit_velocities()
         self._check_degree(state)
@@ -91,12 +94,20 @@ class Equations:
     def accelerations(self, t: ArrayLike, q: ArrayLike, qd: ArrayLike, inputs: InputValues | None = None) -> Floats:
         """qdd (n,) or (m, n). Raises SimulationError where M is singular or a value is not finite."""
         state = self.energies.state(t, q, qd, inputs)
-        qdd, _ = self.rates(state)
+        qdd, _, _ = self.rates(state)
         if not np.isfinite(qdd).all():
             raise SimulationError(
                 f"{self._where(state, qdd)}: the accelerations are not finite ({self.weakness(state)})"
             )
         return np.moveaxis(qdd, 0, -1)
+
+    def multipliers(self, t: ArrayLike, q: ArrayLike, qd: ArrayLike, inputs: InputValues | None = None) -> Floats:
+        """The constraints' multipliers (m,) or (batch, m)."""
+        return np.moveaxis(self.rates(self.energies.state(t, q, qd, inputs))[1], 0, -1)
+
+    def residuals(self, t: ArrayLike, q: ArrayLike, qd: ArrayLike, inputs: InputValues | None = None) -> Floats:
+        """What the constraints say is zero: phi, or A qd + b, (m,) or (batch, m)."""
+        return np.moveaxis(self.energies.constraints(self.energies.state(t, q, qd, inputs))[0], 0, -1)
 
     def kinetic_energy(self, t: ArrayLike, q: ArrayLike, qd: ArrayLike, inputs: InputValues | None = None) -> Floats:
         """T in J, () or (m,)."""
@@ -127,7 +138,8 @@ class Equations:
         self, t: ArrayLike, q: ArrayLike, qd: ArrayLike, inputs: InputValues | None = None
     ) -> dict[str, Floats]:
         """The mechanism's outputs, one for each entry: name -> () or (m,), in SI units."""
-        return self.energies.outputs(self.energies.state(t, q, qd, inputs))
+        state = self.energies.state(t, q, qd, inputs)
+        return self.energies.outputs(state, self.rates(state)[1])
 
     def balance(
         self, t: ArrayLike, q: ArrayLike, qd: ArrayLike, qdd: ArrayLike, inputs: InputValues | None = None
@@ -145,24 +157,37 @@ class Equations:
         terms = self.terms(state)
         inertia = np.einsum("ij...,j...->i...", np.abs(terms.mass_matrix), np.abs(x))
         parts = (terms.forces, terms.dissipation_slope, terms.lagrangian_slope, terms.inertial, inertia)
-        scale = np.abs(terms.explicit_rate) + sum(
-            (np.abs(state.qd * part).sum(axis=0) for part in parts), np.float64(0)
+        multipliers = self.rates(state)[1]
+        scale = (
+            np.abs(terms.explicit_rate)
+            + np.abs(self._constraint_power(state, multipliers))
+            + sum((np.abs(state.qd * part).sum(axis=0) for part in parts), np.float64(0))
         )
-        return Balance(rate, self._power(state, terms), scale)
+        return Balance(rate, self._power(state, terms) + self._constraint_power(state, multipliers), scale)
 
     # ------------------------------------------------------------------------------------------------- how it is done
 
-    def rates(self, state: State) -> tuple[Floats, Floats]:
-        """qdd (n, *batch) and the power of all that changes h (*batch), in W; NaN where there is no solution."""
+    def rates(self, state: State, damping: float = 0.0) -> tuple[Floats, Floats, Floats]:
+        """qdd (n, *batch), multipliers (m, *batch), the power (*batch, W) of what changes h; NaN without a solution.
+
+        ``damping`` (1/s) is what pulls back onto the constraints, see ``Constraints.solve``.
+        """
         terms = self.terms(state)
         forcing = terms.forces + terms.lagrangian_slope - terms.dissipation_slope - terms.inertial
+        if self.energies.constraints.m:
+            qdd, multipliers = self.energies.constraints.solve(terms.mass_matrix, forcing, state, damping)
+            return qdd, multipliers, self._power(state, terms) + self._constraint_power(state, multipliers)
+        return self._unconstrained(terms, forcing), np.empty((0, *state.t.shape)), self._power(state, terms)
+
+    def _unconstrained(self, terms: Terms, forcing: Floats) -> Floats:
+        """M^-1 forcing"""
         matrix = np.moveaxis(terms.mass_matrix, (0, 1), (-2, -1))
         try:
             solution = np.linalg.solve(matrix, np.moveaxis(forcing, 0, -1)[..., None])
             qdd: Floats = np.asarray(np.moveaxis(solution[..., 0], -1, 0), dtype=np.float64)
         except np.linalg.LinAlgError:
             qdd = np.full_like(forcing, np.nan)
-        return qdd, self._power(state, terms)
+        return qdd
 
     def terms(self, state: State) -> Terms:
         """The parts of the equations at ``state``; long batches in blocks, for the memory they take."""
@@ -176,6 +201,10 @@ class Equations:
         """What is wrong with the mass matrix at one of the states, in words that name the coordinates."""
         names = [c.name for c in self.mechanism.coordinates]
         matrices = np.moveaxis(self.terms(state).mass_matrix, (0, 1), (-2, -1)).reshape(-1, self.n, self.n)
+        if self.energies.constraints.m:
+            jacobian = np.moveaxis(self.energies.constraints(state)[3], (0, 1), (-2, -1)).reshape(-1, *self._shape)
+            size = np.abs(matrices).max(axis=(1, 2)) / np.maximum((jacobian**2).max(axis=(1, 2)), 1e-300)
+            matrices = matrices + np.swapaxes(jacobian, 1, 2) @ (size[:, None, None] * jacobian)
         for matrix in matrices:
             if not np.isfinite(matrix).all():
                 return "the mass matrix is not finite"
@@ -254,6 +283,19 @@ class Equations:
     def _power(self, state: State, terms: Terms) -> Floats:
         """Q . qd - qd . dR/dqd - dL/dt, in W."""
         power: Floats = (state.qd * (terms.forces - terms.dissipation_slope)).sum(axis=0) - terms.explicit_rate
+        return power
+
+    @property
+    def _shape(self) -> tuple[int, int]:
+        return self.energies.constraints.m, self.n
+
+    def _constraint_power(self, state: State, multipliers: Floats) -> Floats:
+        """-multiplier . b, in W: what moving constraints put in."""
+        if not self.energies.constraints.m:
+            return np.zeros(state.t.shape)
+        _, velocities, _, jacobian = self.energies.constraints(state)
+        moving = velocities - np.einsum("ki...,i...->k...", jacobian, state.qd)
+        power: Floats = -(multipliers * moving).sum(axis=0)
         return power
 
     def _where(self, state: State, values: Floats) -> str:

@@ -19,13 +19,14 @@ from numpy.typing import ArrayLike
 
 from lag2fmu.errors import LoadError, SimulationError
 from lag2fmu.mechanism import Mechanism
-from lag2fmu.mechanism.names import acceleration, velocity
-from lag2fmu.reference.energies import Floats, State
+from lag2fmu.mechanism.names import acceleration, multiplier, residual, velocity
 from lag2fmu.reference.equations import Equations
 from lag2fmu.reference.signals import Inputs, Signals, signals_of
+from lag2fmu.reference.state import Floats, State
 from lag2fmu.reference.trajectory import Trajectory
 
 PERTURBATION = 1e-8
+DAMPING = 0.1
 METHODS = ("DOP853", "Radau")
 MAX_EVALUATIONS = 500_000
 """Evaluations of the equations in one run before a method counts as failed (stiff equations stall DOP853)."""
@@ -35,7 +36,8 @@ MAX_EVALUATIONS = 500_000
 class Reference:
     """A direct integration at m times; SI units.
 
-    ``trajectory``: q, qd, qdd, outputs, kinetic_energy, potential_energy, generalized_energy.
+    ``trajectory``: q, qd, qdd, outputs, multipliers and residuals of constraints, kinetic_energy, potential_energy,
+    generalized_energy.
     ``work`` (m,): integral of Q.qd - qd.dR/dqd - dL/dt in J, so that generalized_energy - work is constant.
     ``scales``: max(range, nominal) of every q and qd (nominal of qd: the same by 1 s).
     ``error``: |difference| of the runs at rtol and 10 rtol, for q, qd; an estimate from above for the trajectory.
@@ -88,14 +90,15 @@ def integrate(
         )
     equations = Equations(mechanism, parameters)
     signals = signals_of(mechanism, inputs, float(grid[0]))
-    run = _Run(equations, signals, grid, _start(mechanism, starts or {}))
+    run = _Run(equations, signals, grid, _start(equations, starts or {}, float(grid[0]), signals))
     run.check_start()
     for name in METHODS[METHODS.index(method) :]:
         try:
-            fine, evaluations = run.solve(name, rtol, run.start[None], pieces=2)
-            scales = _scales(fine[:, 0], run.nominal)
+            raw, evaluations = run.solve(name, rtol, run.start[None], pieces=2)
+            fine = run.projected(grid, raw[:, 0])
+            scales = _scales(fine, run.nominal)
             coarse, more = run.solve(name, 10 * rtol, np.stack([run.start, run.perturbed(scales)]), pieces=1)
-            return _assembled(run, fine[:, 0], coarse, scales, name, evaluations + more)
+            return _assembled(run, fine, coarse, scales, name, evaluations + more)
         except SimulationError:
             if name == METHODS[-1]:
                 raise
@@ -108,6 +111,8 @@ class _Run:
     def __init__(self, equations: Equations, signals: Signals, times: Floats, start: Floats) -> None:
         self.equations, self.signals, self.times, self.n = equations, signals, times, equations.n
         self.start = start
+        # what pulls back onto the constraints, in units of the resolution that the experiment asks for
+        self.damping = DAMPING / equations.mechanism.experiment.step if equations.energies.constraints.m else 0.0
         nominal = np.array([c.nominal for c in equations.mechanism.coordinates])
         self.nominal = np.concatenate([nominal, nominal])
         self.evaluations, self.end = 0, np.inf
@@ -121,7 +126,7 @@ class _Run:
     def check_start(self) -> None:
         """Raise SimulationError where the mechanism cannot start: M singular, something not finite."""
         state = self.state(float(self.times[0]), self.start[None])
-        qdd, power = self.equations.rates(state)
+        qdd, _, power = self.equations.rates(state)
         if not (np.isfinite(qdd).all() and np.isfinite(power).all()):
             raise SimulationError(
                 f"{self._place(self.times[0])}: no accelerations at the start, {self.equations.weakness(state)}"
@@ -135,7 +140,19 @@ class _Run:
         direction = np.cos(np.arange(1, 2 * self.n + 1))
         moved: Floats = self.start.copy()
         moved[: 2 * self.n] += PERTURBATION * scales * direction / np.abs(direction).max()
-        return moved
+        back: Floats = self.projected(self.times[:1], moved[None])[0]
+        return back
+
+    def projected(self, times: Floats, z: Floats) -> Floats:
+        """z (m, 2 n + 1) at ``times`` moved onto the constraints; nothing without constraints."""
+        if not self.equations.energies.constraints.m:
+            return z
+        found: Floats = z.copy()
+        for row, t in zip(found, times, strict=True):
+            inputs = self.signals.at(float(t))
+            q, qd = self.equations.energies.consistent(row[: self.n], row[self.n : 2 * self.n], float(t), inputs)
+            row[: 2 * self.n] = [*q, *qd]
+        return found
 
     def solve(self, method: str, rtol: float, start: Floats, pieces: int) -> tuple[Floats, int]:
         """z at the times, (m, copies, 2 n + 1), from ``start`` (copies, 2 n + 1), and the evaluations it took.
@@ -182,7 +199,7 @@ class _Run:
             raise _TooLongError(t)
         self.last = (t, z)
         copies = z.reshape(-1, 2 * self.n + 1)
-        qdd, power = self.equations.rates(self.state(t, copies))
+        qdd, _, power = self.equations.rates(self.state(t, copies), self.damping)
         return np.concatenate([copies[:, self.n : 2 * self.n], qdd.T, power[:, None]], axis=1).ravel()
 
     def _energy_scale(self) -> float:
@@ -215,8 +232,12 @@ def _checked_times(times: ArrayLike) -> Floats:
     return Trajectory(grid, (), np.empty((len(grid), 0))).time
 
 
-def _start(mechanism: Mechanism, overrides: Mapping[str, float]) -> Floats:
-    """z at the start, (2 n + 1,): declared values, ``overrides`` by NAME or NAME_dot; raises LoadError."""
+def _start(equations: Equations, overrides: Mapping[str, float], time: float, signals: Signals) -> Floats:
+    """z at the start, (2 n + 1,): declared values, ``overrides`` by NAME or NAME_dot; raises LoadError.
+
+    Guesses are solved for the constraints at ``time``.
+    """
+    mechanism, energies = equations.mechanism, equations.energies
     coordinates = mechanism.coordinates
     values = {c.name: c.start for c in coordinates} | {velocity(c.name): c.velocity for c in coordinates}
     bounds = {c.name: (c.minimum, c.maximum) for c in coordinates}
@@ -227,7 +248,11 @@ def _start(mechanism: Mechanism, overrides: Mapping[str, float]) -> Floats:
         if not np.isfinite(value) or (low is not None and value < low) or (high is not None and value > high):
             raise LoadError(f"start value '{name}': {value!r} is not a finite number within [{low}, {high}]")
         values[name] = float(value)
-    return np.array([*values.values(), 0.0])
+    found: Floats = np.array(list(values.values()))
+    if energies.constraints.m:
+        free = [not c.given for c in coordinates], [not c.velocity_given for c in coordinates]
+        found = np.concatenate(energies.consistent(found[: energies.n], found[energies.n :], time, signals.at(time), free))
+    return np.append(found, 0.0)
 
 
 def _scales(z: Floats, nominal: Floats) -> Floats:
@@ -246,6 +271,9 @@ def _assembled(run: _Run, fine: Floats, coarse: Floats, scales: Floats, method: 
     columns = dict(zip(states, fine.T, strict=False))
     columns |= dict(zip(map(acceleration, names), equations.accelerations(times, q, qd, inputs).T, strict=True))
     columns |= equations.outputs(times, q, qd, inputs)
+    constraints = equations.energies.constraints.names
+    for name, found in ((multiplier, equations.multipliers), (residual, equations.residuals)):
+        columns |= dict(zip(map(name, constraints), found(times, q, qd, inputs).T, strict=True))
     for energy in ("kinetic_energy", "potential_energy", "generalized_energy"):
         columns[energy] = getattr(equations, energy)(times, q, qd, inputs)
     distance = (np.abs(coarse[:, 1, : 2 * n] - coarse[:, 0, : 2 * n]) / scales).max(axis=1)

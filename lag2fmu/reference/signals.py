@@ -14,8 +14,8 @@ from lag2fmu.mechanism import Mechanism
 from lag2fmu.mechanism.expressions import TIME, normal_form
 from lag2fmu.mechanism.names import acceleration, velocity
 from lag2fmu.reference.composition import symbols_of
-from lag2fmu.reference.energies import Floats
 from lag2fmu.reference.functions import compiled
+from lag2fmu.reference.state import Floats
 from lag2fmu.reference.trajectory import Trajectory
 
 Signal: TypeAlias = float | sp.Expr | Callable[[float], float]

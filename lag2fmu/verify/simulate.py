@@ -109,8 +109,13 @@ def problems(path: Path) -> list[str]:
     return [str(problem) for problem in validate_fmu(str(path))]
 
 
+def offers_model_exchange(path: Path) -> bool:
+    """Whether the FMU ``path`` can be run in model exchange; an FMU of the python backend cannot."""
+    return _description(path).modelExchange is not None
+
+
 class Instance:
-    """A model-exchange instance in continuous-time mode, for evaluating the FMU's equations at single states."""
+    """An instance in a mode where states can be set, for evaluating the FMU's equations at single states."""
 
     def __init__(self, unit: Any, description: Any, log: _Log) -> None:
         self._unit, self._log = unit, log
@@ -127,22 +132,27 @@ class Instance:
 
 @contextmanager
 def instance(path: Path) -> Iterator[Instance]:
-    """An ``Instance`` of the FMU ``path``, freed at the end; raises SimulationError if it cannot be made."""
+    """An ``Instance`` of the FMU ``path``, freed at the end; raises SimulationError if it cannot be made.
+
+    In continuous-time mode of model exchange or, where the FMU has none, in initialization mode of co-simulation.
+    """
     import fmpy
     from fmpy.simulation import instantiate_fmu
 
     description, log = _description(path), _Log()
     folder = fmpy.extract(str(path))
     try:
-        unit = instantiate_fmu(folder, description, "ModelExchange", logger=log, debug_logging=True)
+        kind = "ModelExchange" if description.modelExchange is not None else "CoSimulation"
+        unit = instantiate_fmu(folder, description, kind, logger=log, debug_logging=True)
     except Exception as error:  # fmpy raises bare exceptions
         raise SimulationError(f"'{path}': cannot be instantiated: {error}; {log.tail()}") from error
     try:
         unit.setupExperiment(startTime=0.0)
         unit.enterInitializationMode()
-        unit.exitInitializationMode()
-        unit.newDiscreteStates()
-        unit.enterContinuousTimeMode()
+        if kind == "ModelExchange":
+            unit.exitInitializationMode()
+            unit.newDiscreteStates()
+            unit.enterContinuousTimeMode()
         yield Instance(unit, description, log)
     finally:
         unit.freeInstance()

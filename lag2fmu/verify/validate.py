@@ -7,7 +7,7 @@ comparison ends where that exceeds 1e-2: from there on the motion is chaotic at 
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -16,10 +16,12 @@ from numpy.typing import NDArray
 
 from lag2fmu.errors import SimulationError
 from lag2fmu.mechanism import Mechanism, names
+from lag2fmu.mechanism.norms import norm_constraints
+from lag2fmu.mechanism.scope import fixed_parameters
 from lag2fmu.reference import Equations, Reference, Trajectory, held, integrate, sympy_accelerations
 from lag2fmu.reference.signals import Inputs
 from lag2fmu.verify.report import Check, Report
-from lag2fmu.verify.simulate import Instance, Kind, instance, problems, simulate_fmu
+from lag2fmu.verify.simulate import Instance, Kind, instance, offers_model_exchange, problems, simulate_fmu
 
 Floats = NDArray[np.float64]
 
@@ -79,7 +81,8 @@ def validate_fmu(
     shared = _reference(task, task.grid(task.steps[-1]), None) if inputs is None else None
     runs: dict[str, Trajectory] = {}
     plan: list[tuple[Kind, float]] = [("co-simulation", step) for step in task.steps]
-    plan.append(("model-exchange", task.steps[1]))
+    if offers_model_exchange(path):
+        plan.append(("model-exchange", task.steps[1]))
     for kind, step in plan:
         label = f"co-simulation, step {step:.3g} s" if kind == "co-simulation" else "model exchange, CVode of fmpy"
         reference = shared or _reference(task, task.grid(step), _driving(task, step))
@@ -87,7 +90,7 @@ def validate_fmu(
         checks.append(_compare(task, label, run, reference))
         if (kind, step) == ("co-simulation", task.steps[1]):
             energy = _energy_checks(task, run, reference)
-    checks += [*energy, *_pointwise_checks(task, reference)]
+    checks += [*energy, *_constraint_checks(task, runs), *_pointwise_checks(task, reference)]
     checks.append(Check("direct integration, own error", _own_error(task, reference), SAFETY * task.tolerance / 10))
     return Report(
         title=f"{mechanism.title}: FMU against direct integration, {task.stop_time:g} s, tolerance {task.tolerance:g}",
@@ -111,6 +114,7 @@ def _reference(task: _Task, grid: Floats, inputs: Inputs | None) -> Reference:
 def _run(task: _Task, kind: Kind, step: float) -> Trajectory:
     """One run of the FMU; CVode gets a hundredth of the tolerance, for its global errors exceed its local ones."""
     outputs = [*task.states, *(names.acceleration(c.name) for c in task.mechanism.coordinates), "generalized_energy"]
+    outputs += [names.residual(c.name) for c in task.mechanism.constraints]
     tolerance = task.tolerance if kind == "co-simulation" else max(task.tolerance / 100, 1e-13)
     return simulate_fmu(
         task.path,
@@ -162,6 +166,26 @@ def _compare(task: _Task, label: str, run: Trajectory, reference: Reference) -> 
     )
 
 
+def _constraint_checks(task: _Task, runs: Mapping[str, Trajectory]) -> Iterator[Check]:
+    """The residuals at all communication points, in units of what a coordinate's nominal value makes."""
+    if not task.mechanism.constraints:
+        return
+    labels = [names.residual(c.name) for c in task.mechanism.constraints]
+    scales = _constraint_scales(task)
+    for label, run in runs.items():
+        bar = ROUNDING if label.startswith("co-simulation") else SAFETY * task.tolerance
+        yield Check(f"constraints, {label}", float((np.abs(run.columns(labels)) / scales).max()), bar)
+
+
+def _constraint_scales(task: _Task) -> Floats:
+    """How much each residual changes with a coordinate's (for nonholonomic ones a velocity's) nominal value, (m,)."""
+    energies = Equations(task.mechanism).energies
+    jacobian = energies.constraints(energies.state(0.0, *energies.start()))[3]
+    nominal = np.array([c.nominal for c in task.mechanism.coordinates])
+    found: Floats = np.abs(jacobian * nominal).max(axis=1)
+    return np.where(found > 0, found, 1.0)
+
+
 def _energy_checks(task: _Task, run: Trajectory, reference: Reference) -> list[Check]:
     """dh/dt = power at every point, and h - work constant over the run where no motion input drives it."""
     coordinates = [c.name for c in task.mechanism.coordinates]
@@ -203,7 +227,7 @@ def _pointwise_checks(task: _Task, reference: Reference) -> list[Check]:
         for _ in range(3):
             parameters = _random_parameters(task.mechanism, generator)
             equations = Equations(task.mechanism, parameters)
-            for q, qd, inputs in _random_states(task, reference, generator):
+            for q, qd, inputs in _random_states(task, reference, generator, equations):
                 own.append(_calculated_by_fmu(task, fmu, q, qd, inputs | parameters))
                 independent.append(_calculated(equations, q, qd, inputs))
         relative = _relative(own, independent)
@@ -211,14 +235,16 @@ def _pointwise_checks(task: _Task, reference: Reference) -> list[Check]:
             Check("accelerations, random states", float(relative[:n].max()), ROUNDING),
             Check("momenta, energy, outputs, random states", float(relative[n:].max()), ROUNDING),
         ]
-        if n <= _SYMPY_LIMIT:
+        if n <= _SYMPY_LIMIT and not task.mechanism.constraints:
             checks.append(_sympy_check(task, fmu, reference, generator))
     return checks
 
 
 def _random_parameters(mechanism: Mechanism, generator: np.random.Generator) -> dict[str, float]:
-    """The independent parameters, each moved by up to a tenth within its bounds."""
-    moved = {p: p.value * generator.uniform(0.9, 1.1) for p in mechanism.parameters if p.value is not None}
+    """The independent parameters that may change, each moved by up to a tenth within its bounds."""
+    fixed = fixed_parameters(mechanism)
+    free = [p for p in mechanism.parameters if p.value is not None and p.name not in fixed]
+    moved = {p: (p.value or 0.0) * generator.uniform(0.9, 1.1) for p in free}
     return {p.name: _clipped(value, p.minimum, p.maximum) for p, value in moved.items()}
 
 
@@ -227,21 +253,29 @@ def _clipped(value: float, low: float | None, high: float | None) -> float:
 
 
 def _random_states(
-    task: _Task, reference: Reference, generator: np.random.Generator, count: int = 8
+    task: _Task, reference: Reference, generator: np.random.Generator, equations: Equations, count: int = 8
 ) -> list[tuple[Floats, Floats, dict[str, float]]]:
-    """(q, qd, inputs) near points of the trajectory, q and qd (n,)."""
-    n = len(task.mechanism.coordinates)
-    inputs = Equations(task.mechanism).energies.input_names
+    """(q, qd, inputs) near points of the trajectory, q and qd (n,), on the constraints."""
+    n, energies = len(task.mechanism.coordinates), equations.energies
+    moving = {name for m in task.mechanism.motions for name in (m.name, names.velocity(m.name))}
+    held = moving if energies.constraints.m else set()
     scales = np.array([reference.scales[name] for name in task.states])
     rows = generator.integers(0, len(reference.trajectory), count)
     points = reference.trajectory.columns(task.states)[rows] + 0.05 * scales * generator.uniform(-1, 1, (count, 2 * n))
-    return [(x[:n], x[n:], {name: float(generator.uniform(-1, 1)) for name in inputs}) for x in points]
+    states = []
+    for x in points:
+        inputs = {name: float(generator.uniform(-1, 1)) for name in energies.input_names if name not in held}
+        q, qd = energies.consistent(x[:n], x[n:], 0.0, inputs) if energies.constraints.m else (x[:n], x[n:])
+        states.append((q, qd, inputs))
+    return states
 
 
 def _calculated_by_fmu(task: _Task, fmu: Instance, q: Floats, qd: Floats, values: Mapping[str, float]) -> Floats:
     """Accelerations, momenta, generalized energy and outputs of the FMU, (2n + 1 + outputs,)."""
     coordinates = [c.name for c in task.mechanism.coordinates]
     wanted = [*map(names.acceleration, coordinates), *map(names.momentum, coordinates), "generalized_energy"]
+    norms = norm_constraints(task.mechanism)
+    wanted += [names.multiplier(c.name) for c in task.mechanism.constraints if c.name not in norms]
     wanted += task.mechanism.output_names
     return fmu.evaluate({**dict(zip(task.states, [*q, *qd], strict=True)), **values}, wanted)
 
@@ -250,12 +284,19 @@ def _calculated(equations: Equations, q: Floats, qd: Floats, inputs: Mapping[str
     """The same from the independent path."""
     state = (0.0, q, qd, inputs)
     energy, outputs = equations.generalized_energy(*state), equations.outputs(*state)
-    return np.array([*equations.accelerations(*state), *equations.momenta(*state), energy, *outputs.values()])
+    norms, constraints = norm_constraints(equations.mechanism), equations.mechanism.constraints
+    multipliers = zip(constraints, equations.multipliers(*state), strict=True)
+    forces = [value for c, value in multipliers if c.name not in norms]
+    return np.array([*equations.accelerations(*state), *equations.momenta(*state), energy, *forces, *outputs.values()])
 
 
 def _relative(own: Sequence[Floats], independent: Sequence[Floats]) -> Floats:
-    """The largest difference of each quantity over all states, relative to its largest value, (k,)."""
+    """The largest difference of each quantity over all states, relative to its largest value, (k,).
+
+    What stays below a ten-thousandth of the largest quantity is compared with that: it may be zero but for rounding.
+    """
     size = np.abs(independent).max(axis=0)
+    size = np.maximum(size, 1e-4 * size.max())
     ratio: Floats = np.abs(np.subtract(own, independent)).max(axis=0) / np.where(size > 0, size, 1.0)
     return ratio
 
@@ -263,7 +304,7 @@ def _relative(own: Sequence[Floats], independent: Sequence[Floats]) -> Floats:
 def _sympy_check(task: _Task, fmu: Instance, reference: Reference, generator: np.random.Generator) -> Check:
     symbolic = sympy_accelerations(task.mechanism)
     declared = {p.name: p.value for p in task.mechanism.parameters if p.value is not None}
-    states = _random_states(task, reference, generator)
+    states = _random_states(task, reference, generator, Equations(task.mechanism))
     own = [_calculated_by_fmu(task, fmu, q, qd, inputs | declared) for q, qd, inputs in states]
     independent = [symbolic(0.0, q, qd, inputs) for q, qd, inputs in states]
     n = len(task.mechanism.coordinates)
@@ -280,6 +321,8 @@ def _notes(task: _Task, reference: Reference) -> list[str]:
         f"which reaches {amplification:.3g}.",
         f"Direct integration: {reference.method} of SciPy, {reference.evaluations} evaluations.",
     ]
+    if not offers_model_exchange(task.path):
+        notes.append("The FMU offers co-simulation only.")
     if horizon < task.stop_time * (1 - 1e-9):
         notes.append(f"Chaotic at this tolerance: trajectories are compared until t = {horizon:.4g} s only.")
     return notes

@@ -1,95 +1,101 @@
 /* Evaluating the generated functions of mechanism.h, at the present point and at the stages of the solver.
 
    The generated code solves M qdd = f without pivoting, in an order that suits the mechanism, and reports its pivots.
-   Where one of them is no better than rounding error, the dense solver of linear_solve.h takes over. */
+   Where one of them is no better than rounding error, the dense solver of linear_solve.h takes over. With constraints
+   the generated code serves M, and the multipliers come from a system of their number, see system.h. */
 #include "equations.h"
 
-#include <float.h>
 #include <math.h>
 #include <string.h>
 
-/* A pivot below the inertia of its coordinate times this is suspicious; the dense solver decides. */
-static const double SUSPICIOUS = 1e4 * DBL_EPSILON;
+#include "finite.h"
+#include "inputs.h"
+#include "system.h"
+#if N_CONSTRAINTS > 0
+#include "constraint_projection.h"
+#endif
 
-/* Brings the least acceptable pivots up to date: relative to the diagonal of M at the start, with the present
-   parameters, so that they follow from the State and a restored run repeats itself. */
-static const double *least_pivots(Instance *instance) {
-    Cache *cache = &instance->cache;
-    const State *state = &instance->state;
-    if (!cache->least_pivots_valid) {
-        double *mass = instance->scratch.mass;
-        mechanism_dynamics(state->start_time, START_STATES, START_INPUTS, state->parameters, mass,
-                           instance->scratch.forcing);
-        for (int i = 0; i < N_COORDINATES; i++) {
-            const double inertia = fabs(mass[i * N_COORDINATES + i]);
-            cache->least_pivots[i] = isfinite(inertia) ? SUSPICIOUS * inertia : 0.0;
-        }
-        cache->least_pivots_valid = true;
-    }
-    return cache->least_pivots;
-}
-
-/* Are all pivots clearly positive? False for a NaN. */
-static bool pivots_sound(Instance *instance, const double pivots[]) {
-    const double *least = least_pivots(instance);
-    for (int i = 0; i < N_COORDINATES; i++) {
-        if (!(pivots[i] > least[i])) {
-            return false;
-        }
-    }
-    return true;
-}
-
-/* Are all values finite? Flags those that are not. */
-static bool all_finite(const double values[], bool concerned[]) {
-    bool finite = true;
-    for (int i = 0; i < N_COORDINATES; i++) {
-        concerned[i] = !isfinite(values[i]);
-        finite = finite && !concerned[i];
-    }
-    return finite;
-}
-
-static bool report(Instance *instance, FailureKind kind, double time, const bool concerned[]) {
-    instance->failure.kind = kind;
-    instance->failure.time = time;
-    memcpy(instance->failure.coordinates, concerned, sizeof instance->failure.coordinates);
-    return false;
-}
-
-/* The cold path: M is written out and factorised with pivoting where it must be. Leaves the forcing in scratch. */
-static bool factorize_densely(Instance *instance, double time, const double states[], Factorization *factorization) {
-    const State *state = &instance->state;
-    bool concerned[N_COORDINATES] = {false};
-    mechanism_dynamics(time, states, state->inputs, state->parameters, instance->scratch.mass,
-                       instance->scratch.forcing);
-    const MassOutcome outcome = mass_factorize(instance->scratch.mass, factorization, concerned);
-    if (outcome == MASS_REGULAR) {
-        return true;
-    }
-    return report(instance, outcome == MASS_SINGULAR ? FAILURE_SINGULAR : FAILURE_NOT_FINITE, time, concerned);
-}
-
-/* qdd[n] at the given time and states. */
-static bool accelerations_at(Instance *instance, double time, const double states[], double accelerations[]) {
-    const State *state = &instance->state;
-    double pivots[N_COORDINATES];
+/* Names the coordinates whose accelerations are not finite. */
+static bool report_not_finite(Instance *instance, double time, const double accelerations[]) {
     bool concerned[N_COORDINATES];
+    for (int i = 0; i < N_COORDINATES; i++) {
+        concerned[i] = !isfinite(accelerations[i]);
+    }
+    return report_coordinates(instance, FAILURE_NOT_FINITE, time, concerned);
+}
 
-    mechanism_accelerations(time, states, state->inputs, state->parameters, accelerations, pivots);
+#if N_CONSTRAINTS > 0
+
+/* In model exchange the importer's solver lets the constraints drift; their accelerations then are aimed at
+
+       d2phi/dt2 = -2 s dphi/dt - s^2 phi,   s = STABILISATION,
+
+   which brings phi back. Co-simulation projects instead. Ascher, Chin, Reich, Stabilization of DAEs and invariant
+   manifolds, Numerische Mathematik 67, 1994. */
+static double stabilisation(const Instance *instance) {
+    return instance->type == fmi2ModelExchange ? STABILISATION : 0.0;
+}
+
+/* below[m]: what G qdd is to be, less what the constraints' positions and velocities ask for. */
+static void aim(double rate, const double gamma[], const double velocities[], const double positions[],
+                double below[]) {
+    for (int k = 0; k < N_CONSTRAINTS; k++) {
+        below[k] = -gamma[k] - 2.0 * rate * velocities[k] - (k < N_HOLONOMIC ? rate * rate * positions[k] : 0.0);
+    }
+}
+
+/* qdd[n] and the multipliers behind it at the given time, states and inputs. */
+static bool accelerations_at(Instance *instance, double time, const double states[], const double inputs[],
+                             double unknowns[]) {
+    System *system = &instance->scratch.system;
+    double below[N_CONSTRAINTS];
+    if (!system_factorize(instance, time, states, inputs, N_CONSTRAINTS, 0.0, system)) {
+        return false;
+    }
+    aim(stabilisation(instance), system->gamma, system->velocities, system->positions, below);
+    system_solve(system, system->forcing, below, unknowns);
+    return all_finite(unknowns, N_UNKNOWNS) || report_not_finite(instance, time, unknowns);
+}
+
+#else
+
+/* qdd[n] at the given time, states and inputs. */
+static bool accelerations_at(Instance *instance, double time, const double states[], const double inputs[],
+                             double accelerations[]) {
+    const State *state = &instance->state;
+    System *system = &instance->scratch.system;
+    double pivots[N_COORDINATES];
+
+    mechanism_accelerations(time, states, inputs, state->parameters, accelerations, pivots);
     if (!pivots_sound(instance, pivots)) {
-        if (!factorize_densely(instance, time, states, &instance->scratch.factorization)) {
+        system->dense = true;
+        if (!system_factorize_densely(instance, time, states, inputs, system)) {
             return false;
         }
-        memcpy(accelerations, instance->scratch.forcing, N_COORDINATES * sizeof(double));
-        mass_solve(&instance->scratch.factorization, accelerations);
+        system_solve(system, instance->scratch.forcing, NULL, accelerations);
     }
-    return all_finite(accelerations, concerned) || report(instance, FAILURE_NOT_FINITE, time, concerned);
+    return all_finite(accelerations, N_COORDINATES) || report_not_finite(instance, time, accelerations);
 }
+
+#endif
 
 bool equations_derivative(Instance *instance, double time, const double states[], double derivatives[]) {
+    double unknowns[N_UNKNOWNS];
     memcpy(derivatives, states + N_COORDINATES, N_COORDINATES * sizeof(double));
-    return accelerations_at(instance, time, states, derivatives + N_COORDINATES);
+    const bool found = accelerations_at(instance, time, states, inputs_at(instance, time), unknowns);
+    memcpy(derivatives + N_COORDINATES, unknowns, N_COORDINATES * sizeof(double));
+    return found;
+}
+
+bool equations_settle(Instance *instance) {
+#if N_CONSTRAINTS > 0
+    if (instance->state.mode == MODE_INITIALIZATION) {
+        return constraints_settle(instance);
+    }
+#else
+    (void)instance;
+#endif
+    return true;
 }
 
 void equations_dependent(Instance *instance) {
@@ -103,7 +109,8 @@ bool equations_accelerations(Instance *instance) {
     Cache *cache = &instance->cache;
     const State *state = &instance->state;
     if (!cache->accelerations_valid) {
-        cache->accelerations_valid = accelerations_at(instance, state->time, state->states, cache->accelerations);
+        cache->accelerations_valid =
+            accelerations_at(instance, state->time, state->states, state->inputs, cache->accelerations);
     }
     return cache->accelerations_valid;
 }
@@ -119,47 +126,100 @@ bool equations_locals(Instance *instance) {
     return cache->locals_valid;
 }
 
+bool equations_settle_seed(Instance *instance, Seed *seed) {
+#if N_CONSTRAINTS > 0
+    if (instance->state.mode == MODE_INITIALIZATION) {
+        return constraints_settle_seed(instance, seed);
+    }
+#else
+    (void)instance;
+    (void)seed;
+#endif
+    return true;
+}
+
 void equations_dependent_tangent(const Instance *instance, const Seed *seed, Tangent *tangent) {
     mechanism_dependent_tangent(instance->state.parameters, seed->parameters, tangent->dependent);
 }
 
-/* Brings the factorisation of M at the present point up to date; it serves all seeds. */
-static bool update_factor(Instance *instance) {
+/* Brings the factorisation at the present point up to date; it serves all seeds. */
+static bool update_system(Instance *instance) {
     Cache *cache = &instance->cache;
     const State *state = &instance->state;
-    double pivots[N_COORDINATES];
-    if (cache->factor_valid) {
-        return true;
+    if (!cache->system_valid) {
+        cache->system_valid = system_factorize(instance, state->time, state->states, state->inputs, N_CONSTRAINTS, 0.0,
+                                               &cache->system);
     }
-    mechanism_factor(state->time, state->states, state->inputs, state->parameters, cache->factor, pivots);
-    cache->factor_dense = !pivots_sound(instance, pivots);
-    cache->factor_valid = !cache->factor_dense ||
-                          factorize_densely(instance, state->time, state->states, &cache->dense);
-    return cache->factor_valid;
+    return cache->system_valid;
+}
+
+/* unknowns = - K^-1 change, with the present factorisation of the matrix K of the system. */
+static void solve_for_change(const Cache *cache, double change[], double unknowns[]) {
+    for (int i = 0; i < N_UNKNOWNS; i++) {
+        change[i] = -change[i];
+    }
+    system_solve(&cache->system, change, change + N_COORDINATES, unknowns);
 }
 
 /* With r = M qdd - f = 0 the accelerations change by dqdd = -M^-1 dr, where dr is the derivative of r along the seed
-   with qdd held fixed. */
+   with qdd held fixed; with constraints likewise for all unknowns. */
 bool equations_tangent(Instance *instance, const Seed *seed, Tangent *tangent) {
     const State *state = &instance->state;
     Cache *cache = &instance->cache;
-    double change[N_COORDINATES];
-    if (!equations_accelerations(instance) || !update_factor(instance)) {
+    double change[N_RESIDUALS];
+    if (!equations_accelerations(instance) || !update_system(instance)) {
         return false;
     }
     mechanism_residual_tangent(state->time, state->states, state->inputs, state->parameters, cache->accelerations,
                                seed->time, seed->states, seed->inputs, seed->parameters, change);
-    if (cache->factor_dense) {
-        memcpy(tangent->accelerations, change, sizeof change);
-        mass_solve(&cache->dense, tangent->accelerations);
-    } else {
-        mechanism_solve(cache->factor, change, tangent->accelerations);
+#if N_CONSTRAINTS > 0
+    const double rate = stabilisation(instance);
+    for (int k = 0; k < N_CONSTRAINTS; k++) {
+        change[N_COORDINATES + k] += 2.0 * rate * change[N_UNKNOWNS + k];
     }
-    for (int i = 0; i < N_COORDINATES; i++) {
-        tangent->accelerations[i] = -tangent->accelerations[i];
+    for (int k = 0; k < N_HOLONOMIC; k++) {
+        change[N_COORDINATES + k] += rate * rate * change[N_UNKNOWNS + N_CONSTRAINTS + k];
     }
+#endif
+    solve_for_change(cache, change, tangent->accelerations);
     mechanism_locals_tangent(state->time, state->states, state->inputs, state->parameters, cache->accelerations,
                              seed->time, seed->states, seed->inputs, seed->parameters, tangent->accelerations,
                              tangent->locals);
+    return true;
+}
+
+/* Differentiating r = 0 twice along the motion gives d4q = -M^-1 d2r, where d2r is the second derivative at d4q = 0. */
+bool equations_motion(Instance *instance, int order, Motion *motion) {
+    const State *state = &instance->state;
+    const Cache *cache = &instance->cache;
+    const double *du = state->input_derivatives[0], *d2u = state->input_derivatives[1];
+    double change[N_UNKNOWNS];
+    memcpy(motion->q[0], state->states, N_COORDINATES * sizeof(double));
+    memcpy(motion->q[1], state->states + N_COORDINATES, N_COORDINATES * sizeof(double));
+    if (order >= 0) {
+        if (!equations_accelerations(instance)) {
+            return false;
+        }
+        memcpy(motion->q[2], cache->accelerations, sizeof cache->accelerations);
+    }
+    if (order >= 1) {
+        Seed seed = {.time = 1.0};
+        Tangent tangent;
+        memcpy(seed.states, motion->q[1], N_COORDINATES * sizeof(double));
+        memcpy(seed.states + N_COORDINATES, motion->q[2], N_COORDINATES * sizeof(double));
+        memcpy(seed.inputs, du, sizeof seed.inputs);
+        if (!equations_tangent(instance, &seed, &tangent)) {
+            return false;
+        }
+        memcpy(motion->q[3], tangent.accelerations, sizeof tangent.accelerations);
+        memcpy(motion->locals[0], tangent.locals, sizeof tangent.locals);
+    }
+    if (order >= 2) {
+        mechanism_residual_second(state->time, state->states, state->inputs, state->parameters, cache->accelerations,
+                                  du, d2u, motion->q[3], change);
+        solve_for_change(cache, change, motion->q[4]);
+        mechanism_locals_second(state->time, state->states, state->inputs, state->parameters, cache->accelerations,
+                                du, d2u, motion->q[3], motion->q[4], motion->locals[1]);
+    }
     return true;
 }

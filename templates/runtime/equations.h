@@ -16,22 +16,40 @@ typedef struct {
 
 /* The derivatives along a Seed. */
 typedef struct {
-    double accelerations[N_COORDINATES];
+    double accelerations[N_UNKNOWNS]; /* and of the multipliers behind them */
     double dependent[SIZE_DEPENDENT];
     double locals[SIZE_LOCALS];
 } Tangent;
 
-/* dx/dt = [qd, qdd] at any time and states, with the present inputs and parameters. Touches no cache: the solver
-   does not depend on which variables were read in between. */
+/* The motion at the present point: q and its time derivatives, (order of derivative, coordinate), and the first and
+   second time derivatives of the locals (the second ones of outputs only). */
+typedef struct {
+    double q[3 + MAX_OUTPUT_ORDER][N_UNKNOWNS]; /* from the second order on the multipliers stand behind */
+    double locals[MAX_OUTPUT_ORDER][SIZE_LOCALS];
+} Motion;
+
+/* dx/dt = [qd, qdd] at any time and states in a communication step, with the inputs at that time. Touches no cache:
+   the solver does not depend on which variables were read in between. */
 bool equations_derivative(Instance *instance, double time, const double states[], double derivatives[]);
+
+/* In initialization mode: solves for the start values that constraints determine; nothing else ever. All that reads
+   states then calls this first. */
+bool equations_settle(Instance *instance);
 
 /* These bring one part of the cache up to date with the State. */
 void equations_dependent(Instance *instance);
 bool equations_accelerations(Instance *instance);
 bool equations_locals(Instance *instance);
 
+/* In initialization mode: completes the seed by how the start values that constraints determine answer to it. */
+bool equations_settle_seed(Instance *instance, Seed *seed);
+
 /* The tangent of the dependent parameters, and of accelerations and locals, at the present point along the seed. */
 void equations_dependent_tangent(const Instance *instance, const Seed *seed, Tangent *tangent);
 bool equations_tangent(Instance *instance, const Seed *seed, Tangent *tangent);
+
+/* The motion with derivatives of q up to 2 + order and of the locals up to order, -1 to 2, the inputs moving
+   with their present derivatives. */
+bool equations_motion(Instance *instance, int order, Motion *motion);
 
 #endif

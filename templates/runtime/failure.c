@@ -21,6 +21,23 @@ static void list_coordinates(const bool flags[N_COORDINATES], char text[], size_
     }
 }
 
+/* "... residuals: a = 0.1, b = -2e-05; ..." */
+static void constraints_sentence(const Failure *failure, char text[], size_t size) {
+#if N_CONSTRAINTS > 0
+    char residuals[NAMES_SIZE] = "";
+    size_t used = 0;
+    for (int k = 0; k < failure->count && k < NAMES_SHOWN && used < sizeof residuals; k++) {
+        const int written = snprintf(residuals + used, sizeof residuals - used, "%s%s = %.3g", k > 0 ? ", " : "",
+                                     CONSTRAINT_NAMES[k], failure->residuals[k]);
+        used += written > 0 ? (size_t)written : 0;
+    }
+    snprintf(text, size, "at time %.17g no states near the present ones meet the constraints; residuals: %s; start "
+             "nearer to a solution, or check what moves the supports", failure->time, residuals);
+#else
+    snprintf(text, size, "at time %.17g constraints are not met", failure->time);
+#endif
+}
+
 void failure_sentence(const Failure *failure, char text[], size_t size) {
     char names[NAMES_SIZE];
     list_coordinates(failure->coordinates, names, sizeof names);
@@ -45,6 +62,9 @@ void failure_sentence(const Failure *failure, char text[], size_t size) {
     case FAILURE_STEP_COUNT:
         snprintf(text, size, "from time %.17g the communication step would take %.3g solver steps; raise solver_step",
                  failure->time, failure->amount);
+        break;
+    case FAILURE_CONSTRAINTS:
+        constraints_sentence(failure, text, size);
         break;
     case FAILURE_NONE:
         snprintf(text, size, "no failure is recorded");

@@ -57,33 +57,6 @@ fmi2Status fmi2CancelStep(fmi2Component c) {
     return fmi2Error;
 }
 
-fmi2Status fmi2SetRealInputDerivatives(fmi2Component c, const fmi2ValueReference vr[], size_t nvr,
-                                       const fmi2Integer order[], const fmi2Real value[]) {
-    Instance *instance = instance_enter(c, CALL_SetRealInputDerivatives);
-    (void)vr;
-    (void)order;
-    (void)value;
-    if (instance == NULL) {
-        return fmi2Error;
-    }
-    return nvr == 0 ? fmi2OK : fail(instance, "inputs are constant during a communication step "
-                                    "(canInterpolateInputs is false); expected no derivatives, but got %u",
-                                    (unsigned)nvr);
-}
-
-fmi2Status fmi2GetRealOutputDerivatives(fmi2Component c, const fmi2ValueReference vr[], size_t nvr,
-                                        const fmi2Integer order[], fmi2Real value[]) {
-    Instance *instance = instance_enter(c, CALL_GetRealOutputDerivatives);
-    (void)vr;
-    (void)order;
-    (void)value;
-    if (instance == NULL) {
-        return fmi2Error;
-    }
-    return nvr == 0 ? fmi2OK : fail(instance, "derivatives of outputs are not offered (maxOutputDerivativeOrder is 0); "
-                                    "read the velocities and accelerations by fmi2GetReal instead");
-}
-
 /* The common body of the status functions: NULL if value is NULL or the call illegal. */
 static Instance *enter_status(fmi2Component c, Call call, const void *value) {
     Instance *instance = instance_enter(c, call);

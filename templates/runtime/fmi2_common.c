@@ -3,6 +3,7 @@
 #include <stdlib.h>
 #include <string.h>
 
+#include "equations.h"
 #include "instance.h"
 #include "logging.h"
 
@@ -129,6 +130,7 @@ fmi2Status fmi2SetupExperiment(fmi2Component c, fmi2Boolean toleranceDefined, fm
     State *state = &instance->state;
     instance_assign(instance, &state->time, startTime);
     state->start_time = startTime;
+    instance_forget_cache(instance);
     state->stop_time_defined = stopTimeDefined != fmi2False;
     state->stop_time = stopTimeDefined ? stopTime : 0.0;
     state->tolerance = toleranceDefined ? tolerance : 0.0;
@@ -152,6 +154,9 @@ fmi2Status fmi2ExitInitializationMode(fmi2Component c) {
     Instance *instance = instance_enter(c, CALL_ExitInitializationMode);
     if (instance == NULL) {
         return fmi2Error;
+    }
+    if (!equations_settle(instance)) {
+        return report_failure(instance, fmi2Error);
     }
     instance->state.mode = instance->type == fmi2ModelExchange ? MODE_EVENT : MODE_STEP_COMPLETE;
     return fmi2OK;

@@ -25,6 +25,7 @@ static fmi2Status add_to_seed(Instance *instance, Seed *seed, fmi2ValueReference
     case VARIABLE_TIME:      seed->time += component; return fmi2OK;
     case VARIABLE_STATE:     seed->states[variable->index] += component; return fmi2OK;
     case VARIABLE_INPUT:     seed->inputs[variable->index] += component; return fmi2OK;
+    case VARIABLE_FIXED_PARAMETER:
     case VARIABLE_PARAMETER: seed->parameters[variable->index] += component; return fmi2OK;
     default: break;
     }
@@ -38,9 +39,9 @@ static fmi2Status check_unknown(Instance *instance, fmi2ValueReference reference
                     reference, N_VARIABLES - 1);
     }
     const VariableKind kind = VARIABLES[reference].kind;
-    *needs_accelerations = *needs_accelerations || kind == VARIABLE_ACCELERATION || kind == VARIABLE_LOCAL;
-    if (kind == VARIABLE_STATE || kind == VARIABLE_DEPENDENT || kind == VARIABLE_ACCELERATION ||
-        kind == VARIABLE_LOCAL) {
+    const bool calculated = kind == VARIABLE_ACCELERATION || kind == VARIABLE_MULTIPLIER || kind == VARIABLE_LOCAL;
+    *needs_accelerations = *needs_accelerations || calculated;
+    if (kind == VARIABLE_STATE || kind == VARIABLE_DEPENDENT || calculated) {
         return fmi2OK;
     }
     return fail(instance, "variable %s is not an unknown; expected derivatives, outputs and calculated variables",
@@ -51,6 +52,7 @@ static fmi2Status check_unknown(Instance *instance, fmi2ValueReference reference
 static double component_of(const Variable *variable, const Seed *seed, const Tangent *tangent) {
     switch (variable->kind) {
     case VARIABLE_ACCELERATION: return tangent->accelerations[variable->index];
+    case VARIABLE_MULTIPLIER:   return tangent->accelerations[N_COORDINATES + variable->index];
     case VARIABLE_DEPENDENT:    return tangent->dependent[variable->index];
     case VARIABLE_LOCAL:        return tangent->locals[variable->index];
     default:                    return seed->states[variable->index];
@@ -98,6 +100,9 @@ fmi2Status fmi2GetDirectionalDerivative(fmi2Component c, const fmi2ValueReferenc
         if (check_unknown(instance, vUnknown_ref[i], &needs_accelerations) != fmi2OK) {
             return fmi2Error;
         }
+    }
+    if (!equations_settle(instance) || !equations_settle_seed(instance, &seed)) {
+        return report_failure(instance, fmi2Error);
     }
     equations_dependent_tangent(instance, &seed, &tangent);
     if (needs_accelerations && !equations_tangent(instance, &seed, &tangent)) {

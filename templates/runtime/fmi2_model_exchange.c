@@ -6,6 +6,9 @@
 #include "equations.h"
 #include "instance.h"
 #include "logging.h"
+#if N_CONSTRAINTS > 0
+#include "constraint_projection.h"
+#endif
 
 /* fmi2OK if an array over the continuous states is there and has their number. */
 static fmi2Status check_size(Instance *instance, const void *array, size_t nx) {
@@ -15,6 +18,36 @@ static fmi2Status check_size(Instance *instance, const void *array, size_t nx) {
     }
     return array != NULL ? fmi2OK : fail(instance, "the array of %d elements is NULL", N_STATES);
 }
+
+#if N_CONSTRAINTS > 0
+/* The stabilised accelerations keep the drift at the importer's tolerance. Where that was not enough, by this factor,
+   the states are pulled back by an event. */
+static const double TOLERATED_DRIFT = 1e3;
+
+static bool drifted(const Instance *instance) {
+    const State *state = &instance->state;
+    const double tolerance = state->tolerance > 0.0 ? state->tolerance : 1e-6;
+    return constraints_drift(instance, state->time, state->states, state->inputs) > TOLERATED_DRIFT * tolerance;
+}
+
+static fmi2Status pull_back(Instance *instance, fmi2EventInfo *eventInfo) {
+    State *state = &instance->state;
+    double states[N_STATES];
+    bool moved = false;
+    if (!drifted(instance)) {
+        return fmi2OK;
+    }
+    memcpy(states, state->states, sizeof states);
+    if (!constraints_project(instance, state->time, state->inputs, states, &moved)) {
+        return report_failure(instance, fmi2Error);
+    }
+    for (int i = 0; i < N_STATES; i++) {
+        instance_assign(instance, &state->states[i], states[i]);
+    }
+    eventInfo->valuesOfContinuousStatesChanged = moved ? fmi2True : fmi2False;
+    return fmi2OK;
+}
+#endif
 
 fmi2Status fmi2EnterEventMode(fmi2Component c) {
     Instance *instance = instance_enter(c, CALL_EnterEventMode);
@@ -34,7 +67,11 @@ fmi2Status fmi2NewDiscreteStates(fmi2Component c, fmi2EventInfo *eventInfo) {
         return fail(instance, "the argument eventInfo is NULL; expected the address of an fmi2EventInfo");
     }
     memset(eventInfo, 0, sizeof *eventInfo); /* all flags fmi2False, no next event */
+#if N_CONSTRAINTS > 0
+    return pull_back(instance, eventInfo);
+#else
     return fmi2OK;
+#endif
 }
 
 fmi2Status fmi2EnterContinuousTimeMode(fmi2Component c) {
@@ -59,6 +96,9 @@ fmi2Status fmi2CompletedIntegratorStep(fmi2Component c, fmi2Boolean noSetFMUStat
     }
     *enterEventMode = fmi2False;
     *terminateSimulation = fmi2False;
+#if N_CONSTRAINTS > 0
+    *enterEventMode = drifted(instance) ? fmi2True : fmi2False;
+#endif
     return fmi2OK;
 }
 
@@ -98,6 +138,9 @@ fmi2Status fmi2GetDerivatives(fmi2Component c, fmi2Real derivatives[], size_t nx
     if (instance == NULL || check_size(instance, derivatives, nx) != fmi2OK) {
         return fmi2Error;
     }
+    if (!equations_settle(instance)) {
+        return report_failure(instance, fmi2Error);
+    }
     if (!equations_accelerations(instance)) {
         return report_failure(instance, fmi2Discard);
     }
@@ -120,6 +163,9 @@ fmi2Status fmi2GetContinuousStates(fmi2Component c, fmi2Real x[], size_t nx) {
     Instance *instance = instance_enter(c, CALL_GetContinuousStates);
     if (instance == NULL || check_size(instance, x, nx) != fmi2OK) {
         return fmi2Error;
+    }
+    if (!equations_settle(instance)) {
+        return report_failure(instance, fmi2Error);
     }
     memcpy(x, instance->state.states, sizeof instance->state.states);
     return fmi2OK;

@@ -12,9 +12,11 @@ static double *slot_of(Instance *instance, const Variable *variable) {
     switch (variable->kind) {
     case VARIABLE_STATE:        return &state->states[variable->index];
     case VARIABLE_INPUT:        return &state->inputs[variable->index];
-    case VARIABLE_PARAMETER:    return &state->parameters[variable->index];
+    case VARIABLE_PARAMETER:
+    case VARIABLE_FIXED_PARAMETER: return &state->parameters[variable->index];
     case VARIABLE_SETTING:      return &state->settings[variable->index];
     case VARIABLE_ACCELERATION: return &cache->accelerations[variable->index];
+    case VARIABLE_MULTIPLIER:   return &cache->accelerations[N_COORDINATES + variable->index];
     case VARIABLE_DEPENDENT:    return &cache->dependent[variable->index];
     case VARIABLE_LOCAL:        return &cache->locals[variable->index];
     case VARIABLE_TIME:
@@ -28,9 +30,10 @@ static bool update(Instance *instance, VariableKind kind) {
     if (kind == VARIABLE_DEPENDENT) {
         equations_dependent(instance);
     }
-    return kind == VARIABLE_ACCELERATION ? equations_accelerations(instance)
-         : kind == VARIABLE_LOCAL        ? equations_locals(instance)
-                                         : true;
+    if (kind == VARIABLE_ACCELERATION || kind == VARIABLE_MULTIPLIER) {
+        return equations_accelerations(instance);
+    }
+    return kind != VARIABLE_LOCAL || equations_locals(instance);
 }
 
 /* fmi2OK if there is a variable with this value reference. */
@@ -71,6 +74,9 @@ fmi2Status fmi2GetReal(fmi2Component c, const fmi2ValueReference vr[], size_t nv
     Instance *instance = instance_enter(c, CALL_GetReal);
     if (instance == NULL || check_arrays(instance, vr, nvr, value) != fmi2OK) {
         return fmi2Error;
+    }
+    if (!equations_settle(instance)) {
+        return report_failure(instance, fmi2Error);
     }
     for (size_t i = 0; i < nvr; i++) {
         fmi2Status status = check_reference(instance, vr[i]);

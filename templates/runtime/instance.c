@@ -28,22 +28,25 @@ void instance_assign(Instance *instance, double *slot, double value) {
         return;
     }
     *slot = value;
+    state->settled = 0;
     if (slot >= state->parameters && slot < state->parameters + SIZE_PARAMETERS) {
         instance->cache.dependent_valid = false;
         instance->cache.least_pivots_valid = false;
     }
-    instance->cache.accelerations_valid = false;
-    instance->cache.locals_valid = false;
-    instance->cache.factor_valid = false;
+    instance_forget_motion(instance);
     state->first_stage_valid = 0;
 }
 
 void instance_forget_cache(Instance *instance) {
     instance->cache.dependent_valid = false;
     instance->cache.least_pivots_valid = false;
+    instance_forget_motion(instance);
+}
+
+void instance_forget_motion(Instance *instance) {
     instance->cache.accelerations_valid = false;
     instance->cache.locals_valid = false;
-    instance->cache.factor_valid = false;
+    instance->cache.system_valid = false;
 }
 
 const char *variable_name(VariableKind kind, int index) {

@@ -13,6 +13,14 @@
 #include "linear_solve.h"
 #include "mechanism.h"
 #include "runge_kutta.h"
+#if N_CONSTRAINTS > 0
+#include "constraint_factorization.h"
+#endif
+
+#define N_UNKNOWNS (N_COORDINATES + N_CONSTRAINTS)                    /* accelerations and multipliers */
+#define N_RESIDUALS (N_UNKNOWNS + N_CONSTRAINTS + N_HOLONOMIC) /* and the constraints' velocities and positions */
+
+enum { MAX_INPUT_ORDER = 3, MAX_OUTPUT_ORDER = 2 }; /* the highest time derivatives taken and given */
 
 /* What changes with time. Members are double and int64_t only and there are no pointers: the layout is the same in
    32 and 64 bits, without padding, and a plain copy is a complete copy. */
@@ -26,10 +34,13 @@ typedef struct {
     int64_t stop_time_defined;
     int64_t experiment_defined; /* fmi2SetupExperiment was called */
     int64_t step_failed;        /* the last fmi2DoStep returned fmi2Discard */
+    int64_t settled;            /* the states meet the constraints at the start */
     double tolerance;           /* of fmi2SetupExperiment; 0 if it gave none */
 
     double states[N_STATES]; /* [q, qd] */
     double inputs[N_INPUTS];
+    double input_derivatives[MAX_INPUT_ORDER][N_INPUTS]; /* by time, of order 1, 2, 3, at the present time */
+    int64_t input_derivatives_set; /* for the next communication step; else they are those of the end of the last one */
     double parameters[SIZE_PARAMETERS];
     double settings[N_SETTINGS]; /* by Setting */
 
@@ -39,27 +50,43 @@ typedef struct {
     double first_stage[N_STATES]; /* dx/dt at the present point */
 } State;
 
+/* The factorised system behind the accelerations, see system.h. */
+typedef struct {
+    bool dense;                 /* M is factorised in ... */
+    double factor[SIZE_FACTOR]; /* ... generated code, or ... */
+    Factorization pivoted;      /* ... densely */
+#if N_CONSTRAINTS > 0
+    double weight[N_CONSTRAINTS];
+    ConstraintFactorization constraints;
+    double forcing[N_COORDINATES]; /* and what the generated code gives along with it */
+    double positions[N_HOLONOMIC + 1];
+    double velocities[N_CONSTRAINTS];
+    double gamma[N_CONSTRAINTS];
+#endif
+} System;
+
 /* Values that follow from the State, each with a flag whether they do at present. */
 typedef struct {
-    bool dependent_valid, least_pivots_valid, accelerations_valid, locals_valid, factor_valid;
+    bool dependent_valid, least_pivots_valid, accelerations_valid, locals_valid, system_valid;
     double dependent[SIZE_DEPENDENT];
-    double accelerations[N_COORDINATES];
+    double accelerations[N_UNKNOWNS]; /* and the multipliers behind them */
     double locals[SIZE_LOCALS];
     double least_pivots[N_COORDINATES]; /* of the generated solution of M qdd = f; smaller ones are suspicious */
-    double factor[SIZE_FACTOR];         /* M at the present point, factorised for the tangents by generated code ... */
-    bool factor_dense;
-    Factorization dense; /* ... or, if factor_dense, here */
+    System system;                      /* at the present point, for tangents */
 } Cache;
 
 /* Memory that is written before it is read, within one call. */
 typedef struct {
     double mass[N_COORDINATES * N_COORDINATES]; /* lower triangle, row-major */
     double forcing[N_COORDINATES];
-    Factorization factorization;                /* of a stage of the solver */
+    System system;                              /* at a stage of the solver */
     double stages[STAGES][N_STATES];            /* dx/dt at the stages of a trial step */
     double stage_states[N_STATES];
     double new_states[N_STATES]; /* the result of a trial step */
     double new_derivatives[N_STATES];
+    bool inputs_move;        /* some input is not constant in the running communication step, ... */
+    double step_start;       /* ... which began at this time, s */
+    double inputs[N_INPUTS]; /* at a stage of the solver */
 } Scratch;
 
 typedef enum {
@@ -68,7 +95,8 @@ typedef enum {
     FAILURE_NOT_FINITE, /* the accelerations of the flagged coordinates are not finite */
     FAILURE_OVERFLOW,   /* a state left the range of double */
     FAILURE_ACCURACY,   /* the error of a state exceeds the tolerance however short the step */
-    FAILURE_STEP_COUNT  /* a fixed-step method would need too many steps */
+    FAILURE_STEP_COUNT, /* a fixed-step method would need too many steps */
+    FAILURE_CONSTRAINTS /* no states were found that meet the constraints */
 } FailureKind;
 
 /* Why the last evaluation or solver step failed; failure_sentence (failure.h) puts it in words. */
@@ -79,6 +107,10 @@ typedef struct {
     int state;                       /* of OVERFLOW and ACCURACY: the worst state */
     double amount;                   /* of ACCURACY: error in units of the tolerance; of STEP_COUNT: steps */
     double step;                     /* of OVERFLOW and ACCURACY: length of the trial step, s */
+#if N_CONSTRAINTS > 0
+    double residuals[N_CONSTRAINTS]; /* of CONSTRAINTS: of the first ones, ... */
+    int count;                       /* ... that many */
+#endif
 } Failure;
 
 typedef struct {
@@ -104,8 +136,9 @@ void instance_start(Instance *instance);
    The same bits once more change nothing, so that a solver may go on with its stored derivative. */
 void instance_assign(Instance *instance, double *slot, double value);
 
-/* Marks all values outside the State as outdated. */
+/* Marks all values outside the State as outdated, or those that depend on time, states or inputs. */
 void instance_forget_cache(Instance *instance);
+void instance_forget_motion(Instance *instance);
 
 /* The name of the variable of this kind and index, "?" if it has none. */
 const char *variable_name(VariableKind kind, int index);

@@ -9,6 +9,10 @@
 #include <string.h>
 
 #include "equations.h"
+#include "inputs.h"
+#if N_CONSTRAINTS > 0
+#include "constraint_projection.h"
+#endif
 
 static const double DEFAULT_TOLERANCE = 1e-6;
 static const double SAFETY = 0.9;
@@ -69,13 +73,35 @@ static double first_step(Instance *instance) {
     return fmin(100.0 * h0, h1);
 }
 
-/* Makes state->first_stage the derivative at the present point. */
+/* Moves states onto the constraints, and takes their derivatives anew if that changed them. */
+static bool bring_back(Instance *instance, double time, double states[], double derivatives[]) {
+#if N_CONSTRAINTS > 0
+    bool moved;
+    return constraints_project(instance, time, inputs_at(instance, time), states, &moved) &&
+           (!moved || equations_derivative(instance, time, states, derivatives));
+#else
+    (void)instance;
+    (void)time;
+    (void)states;
+    (void)derivatives;
+    return true;
+#endif
+}
+
+/* Makes state->first_stage the derivative at the present point, on the constraints as the inputs now move them. */
 static bool update_first_stage(Instance *instance) {
     State *state = &instance->state;
     if (!state->first_stage_valid) {
+        if (!bring_back(instance, state->time, state->states, state->first_stage)) {
+            return false;
+        }
         state->first_stage_valid = equations_derivative(instance, state->time, state->states, state->first_stage);
     }
     return state->first_stage_valid != 0;
+}
+
+static bool bring_back_result(Instance *instance, Step step) {
+    return bring_back(instance, step.end, instance->scratch.new_states, instance->scratch.new_derivatives);
 }
 
 /* Makes the result of a trial step the present point. */
@@ -145,14 +171,14 @@ static bool integrate_adaptively(Instance *instance, double end) {
         state->next_step = fmax(state->next_step, shortest);
         const Step step = choose_step(state, end);
         const double error = try_step(instance, step);
-        if (error <= 1.0) {
+        if (error <= 1.0 && bring_back_result(instance, step)) {
             propose(state, step, error, rejected);
             accept(instance, step);
             rejected = false;
         } else {
-            const double factor = SAFETY * pow(error, -1.0 / error_power());
+            const double factor = error > 1.0 && isfinite(error) ? SAFETY * pow(error, -1.0 / error_power()) : 0.25;
             rejected = true;
-            state->next_step = step.length * (isfinite(error) ? fmax(factor, LARGEST_REDUCTION) : 0.25);
+            state->next_step = step.length * fmax(factor, LARGEST_REDUCTION);
             if (state->next_step < shortest) {
                 return false;
             }
@@ -168,17 +194,19 @@ static bool integrate_in_equal_steps(Instance *instance, double end) {
     const double start = state->time;
     const double setting = state->settings[SETTING_STEP];
     const double longest = fmin(setting > 0.0 ? setting : DEFAULT_SOLVER_STEP, longest_step(state));
-    const double count = fmax(1.0, ceil((end - start) / longest * (1.0 - 1e-9))); /* 1e-9: H = 10 h takes 10 steps */
+    const double whole = (end - start) * (1.0 - 1e-9); /* 1e-9: H = 10 h takes 10 steps */
+    const double count = whole <= longest ? 1.0 : ceil(whole / longest);
     if (!(count <= MOST_STEPS)) {
         instance->failure.kind = FAILURE_STEP_COUNT;
         instance->failure.time = start;
         instance->failure.amount = count;
         return false;
     }
+    const double length = (end - start) / count;
     for (double i = 1.0; i <= count; i++) {
         const double next = i < count ? start + (end - start) * (i / count) : end;
-        const Step step = {(end - start) / count, next, false};
-        if (!runge_kutta_step(instance, step)) {
+        const Step step = {length, next, false};
+        if (!runge_kutta_step(instance, step) || !bring_back_result(instance, step)) {
             return false;
         }
         accept(instance, step);
@@ -188,13 +216,13 @@ static bool integrate_in_equal_steps(Instance *instance, double end) {
 
 bool integrate(Instance *instance, double end) {
     instance->failure.kind = FAILURE_NONE;
-    instance_forget_cache(instance);
-    if (!update_first_stage(instance)) {
-        return false;
+    instance_forget_motion(instance);
+    inputs_begin(instance);
+    const bool completed = update_first_stage(instance) && (TABLEAU.e != NULL ? integrate_adaptively(instance, end)
+                                                                              : integrate_in_equal_steps(instance, end));
+    if (completed) {
+        instance->state.time = end;
     }
-    if (!(TABLEAU.e != NULL ? integrate_adaptively(instance, end) : integrate_in_equal_steps(instance, end))) {
-        return false;
-    }
-    instance->state.time = end;
-    return true;
+    inputs_end(instance);
+    return completed;
 }

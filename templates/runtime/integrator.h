@@ -11,8 +11,8 @@ typedef struct {
     bool cut_short; /* shorter than proposed, because the communication step ends there */
 } Step;
 
-/* Advances time and states of instance->state to exactly end, s. Returns false if a step could not be completed;
-   time and states are then those of the last one that was, and instance->failure tells why. */
+/* Advances time, states and inputs of instance->state to exactly end, s. Returns false if a step could not be completed;
+   all are then those of the last one that was, and instance->failure tells why. */
 bool integrate(Instance *instance, double end);
 
 /* runge_kutta.c: one trial step with the method TABLEAU, from the present point and its state->first_stage. Fills

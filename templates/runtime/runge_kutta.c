@@ -6,26 +6,33 @@
 #include <string.h>
 
 #include "equations.h"
+#include "finite.h"
 #include "integrator.h"
 
-/* result = x + h sum_j weights[j] k_j over the first count stages. */
+/* result = x + sum_j h weights[j] k_j over the first count stages; the last weight is not 0. The last stage was computed
+   just now and is waited for: it takes part in one multiplication and two additions. */
 static void combine(const Instance *instance, double h, const double weights[], int count, double result[]) {
     double sum[N_STATES] = {0.0};
-    for (int j = 0; j < count; j++) {
-        if (weights[j] == 0.0) {
+    for (int j = 0; j < count - 1; j++) {
+        const double weight = h * weights[j];
+        if (weight == 0.0) {
             continue;
         }
         for (int i = 0; i < N_STATES; i++) {
-            sum[i] += weights[j] * instance->scratch.stages[j][i];
+            sum[i] += weight * instance->scratch.stages[j][i];
         }
     }
+    const double weight = h * weights[count - 1];
     for (int i = 0; i < N_STATES; i++) {
-        result[i] = instance->state.states[i] + h * sum[i];
+        result[i] = instance->state.states[i] + (sum[i] + weight * instance->scratch.stages[count - 1][i]);
     }
 }
 
 /* Are the new states finite? If not, sets instance->failure. */
 static bool new_states_finite(Instance *instance, Step step) {
+    if (all_finite(instance->scratch.new_states, N_STATES)) {
+        return true;
+    }
     for (int i = 0; i < N_STATES; i++) {
         if (!isfinite(instance->scratch.new_states[i])) {
             instance->failure.kind = FAILURE_OVERFLOW;

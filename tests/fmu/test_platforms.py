@@ -21,6 +21,7 @@ from lag2fmu.fmu import export
 from lag2fmu.fmu.compilers import PLATFORMS, choose_platforms, host_platform
 from lag2fmu.fmu.universal import universal
 from lag2fmu.mechanism.loading import load
+from lag2fmu.verify.checking.binaries import read_libraries
 
 FILES = {
     "binaries/aarch64-darwin/double_pendulum.dylib",
@@ -84,6 +85,21 @@ class TestAll:
             assert library.needed == {"/usr/lib/libSystem.B.dylib"}
             assert library.minimum_system == (11, 0)
         assert found[macho.ARM64].signed, "Apple silicon loads signed libraries only"
+
+    def test_the_checker_reads_the_same(self, everywhere) -> None:
+        """``lag2fmu check`` reads libraries by LIEF; here they are read from the bytes."""
+        for name, data in everywhere.items():
+            if name.endswith(".dylib"):
+                parts = macho.libraries(data)
+                own = [parts[macho.X86_64], parts[macho.ARM64]]
+            else:
+                own = [elf.Library(data) if name.endswith(".so") else pe.Dll(data)]
+            found = read_libraries(data)
+            assert [part.exported for part in found] == [library.exported for library in own]
+            assert [part.needed for part in found] == [library.needed for library in own]
+            if name.endswith(".so"):
+                versions = {tuple(map(int, v.removeprefix("GLIBC_").split("."))) for v in own[0].versions}
+                assert found[0].glibc == max(versions)
 
     def test_no_path_of_this_machine(self, everywhere) -> None:
         for name, data in everywhere.items():

@@ -16,6 +16,7 @@ from fmpy.model_description import read_build_description
 from stepping import Stepping, bits
 from test_archive import functions_of_fmi, xml
 
+from lag2fmu.codegen.c import c_string
 from lag2fmu.fmu import Fmu
 from lag2fmu.fmu.compilers import FLAGS, host_platform
 from lag2fmu.fmu.exporting import fmi_headers
@@ -23,6 +24,7 @@ from lag2fmu.fmu.exporting import fmi_headers
 pytestmark = pytest.mark.fmu
 on_linux = pytest.mark.skipif(sys.platform != "linux", reason="reads ELF libraries")
 
+COMPILER = ["gcc"] if shutil.which("gcc") else [sys.executable, "-m", "ziglang", "cc"]
 MODELS = ["double_pendulum", "motion_driven_pendulum", "slides_problem_6"]
 
 
@@ -143,17 +145,80 @@ def test_fmpy_compiles(fmu: Fmu, folder: Path, tmp_path: Path) -> None:
 @pytest.mark.skipif(shutil.which("gcc") is None, reason="there is no gcc on this machine")
 def test_the_prefix_and_its_override(fmu: Fmu, folder: Path, tmp_path: Path) -> None:
     """With the header of FMI 2.0.5, whose macros these are: prefixed names for linking, plain ones for a library."""
-    headers = tmp_path / "headers"
-    headers.mkdir()
-    for header in fmi_headers().glob("fmi2*.h"):
-        text = header.read_text("utf-8").replace("#define fmi2FullName(name) name", HEADER_OF_FMI_2_0_5)
-        (headers / header.name).write_text(text, "utf-8")
+    headers = headers_of_fmi(tmp_path)
     prefix = f"{fmu.description.model_identifier}_"
     flags = ("gcc", f"-I{headers}", "-fvisibility=hidden")
     plain = build(folder, *flags, "-DFMI2_OVERRIDE_FUNCTION_PREFIX")
     assert Library(plain).exported == functions_of_fmi()
     prefixed = build(folder, *flags)
     assert Library(prefixed).exported == {prefix + name for name in functions_of_fmi()}
+
+
+def test_two_fmus_in_one_program(exported, tmp_path: Path) -> None:
+    """All sources linked together, without hiding a symbol; each moves as its own library does."""
+    headers, host, objects, expected = headers_of_fmi(tmp_path), [], [], []
+    for model in ("double_pendulum", "cart_pole"):
+        fmu = exported(model)
+        with zipfile.ZipFile(fmu.path) as archive:
+            archive.extractall(tmp_path / model)
+        folder = tmp_path / model / "sources"
+        flags = ["-std=c99", "-O2", "-ffp-contract=off", "-Wall", "-Wextra", "-Wpedantic", "-Werror", f"-I{headers}"]
+        for unit in sorted(folder.glob("*.c")):
+            objects.append(str(unit.with_suffix(".o")))
+            subprocess.run([*COMPILER, *flags, "-c", str(unit), "-o", objects[-1]], check=True)
+        host.append(f"RUN({model}_, {c_string(fmu.description.guid)}, 4)")
+        with Stepping(fmu.path) as alone:
+            expected.append(alone.start().steps(20, 0.1)[-1])
+    (tmp_path / "host.c").write_text(HOST.replace("RUNS", "\n".join(host)), "utf-8")
+    program = str(tmp_path / "program")
+    command = [*COMPILER, f"-I{headers}", str(tmp_path / "host.c"), *objects, "-lm", "-o", program]
+    subprocess.run(command, check=True)
+    lines = subprocess.run([program], check=True, capture_output=True, text=True).stdout.splitlines()
+    found = [[float(number) for number in line.split()] for line in lines]
+    assert [len(row) for row in found] == [4, 4]
+    for one, other in zip(found, expected, strict=True):
+        assert one == pytest.approx(other, rel=1e-9, abs=1e-9)
+
+
+HOST = """
+#include <stdio.h>
+#include <string.h>
+#include "fmi2FunctionTypes.h"
+#define RUN(prefix, guid, states) {                                                                             \\
+    extern fmi2Component prefix##fmi2Instantiate(fmi2String, fmi2Type, fmi2String, fmi2String,                  \\
+                                                 const fmi2CallbackFunctions *, fmi2Boolean, fmi2Boolean);      \\
+    extern fmi2EnterInitializationModeTYPE prefix##fmi2EnterInitializationMode;                                 \\
+    extern fmi2ExitInitializationModeTYPE prefix##fmi2ExitInitializationMode;                                   \\
+    extern fmi2DoStepTYPE prefix##fmi2DoStep;                                                                   \\
+    extern fmi2GetRealTYPE prefix##fmi2GetReal;                                                                 \\
+    fmi2Component c = prefix##fmi2Instantiate("it", fmi2CoSimulation, guid, NULL, &callbacks, 0, 0);            \\
+    prefix##fmi2EnterInitializationMode(c);                                                                     \\
+    prefix##fmi2ExitInitializationMode(c);                                                                      \\
+    for (int i = 0; i < 20; i++) prefix##fmi2DoStep(c, 0.1 * i, 0.1, fmi2True);                                 \\
+    for (fmi2ValueReference i = 1; i <= states; i++) {                                                          \\
+        prefix##fmi2GetReal(c, &i, 1, &value);                                                                  \\
+        printf("%.17g ", value);                                                                                \\
+    }                                                                                                           \\
+    printf("\\n");                                                                                              \\
+}
+int main(void) {
+    fmi2CallbackFunctions callbacks;
+    double value = 0.0;
+    memset(&callbacks, 0, sizeof callbacks);
+    RUNS
+    return 0;
+}
+"""
+
+
+def headers_of_fmi(folder: Path) -> Path:
+    """The headers of FMI 2.0.5, made of fmpy's, which know no prefix."""
+    headers = folder / "headers"
+    headers.mkdir()
+    for header in fmi_headers().glob("fmi2*.h"):
+        text = header.read_text("utf-8").replace("#define fmi2FullName(name) name", HEADER_OF_FMI_2_0_5)
+        (headers / header.name).write_text(text, "utf-8")
+    return headers
 
 
 HEADER_OF_FMI_2_0_5 = """

@@ -39,6 +39,13 @@ void check_directional_derivatives(void);
 void check_directional_refusals(void);
 void check_singular_model_exchange(void);
 
+/* checks_time_derivatives.c */
+void check_polynomials(void);
+void check_polynomials_hold_for_one_step(void);
+void check_polynomials_in_states(void);
+void check_output_derivatives(void);
+void check_time_derivative_refusals(void);
+
 /* checks_solver.c */
 void check_stored_derivative(void);
 void check_step_proposal(void);

@@ -54,8 +54,13 @@ static fmi2Status get_derivatives(fmi2Component c) { double x[N]; return fmi2Get
 static fmi2Status get_indicators(fmi2Component c) { return fmi2GetEventIndicators(c, NULL, 0); }
 static fmi2Status get_states(fmi2Component c) { double x[N]; return fmi2GetContinuousStates(c, x, N); }
 static fmi2Status get_nominals(fmi2Component c) { double x[N]; return fmi2GetNominalsOfContinuousStates(c, x, N); }
-static fmi2Status input_derivatives(fmi2Component c) { return fmi2SetRealInputDerivatives(c, NULL, 0, NULL, NULL); }
-static fmi2Status output_derivatives(fmi2Component c) { return fmi2GetRealOutputDerivatives(c, NULL, 0, NULL, NULL); }
+static fmi2Status input_derivatives(fmi2Component c) {
+    return fmi2SetRealInputDerivatives(c, &(fmi2ValueReference){Q_THETA1}, 1, &(fmi2Integer){1}, &(double){0.5});
+}
+static fmi2Status output_derivatives(fmi2Component c) {
+    double value;
+    return fmi2GetRealOutputDerivatives(c, &theta1, 1, &(fmi2Integer){1}, &value);
+}
 static fmi2Status do_step(fmi2Component c) { return fmi2DoStep(c, 0.0, 0.01, fmi2True); }
 static fmi2Status status(fmi2Component c) { fmi2Status s; return fmi2GetStatus(c, fmi2DoStepStatus, &s); }
 static fmi2Status real_status(fmi2Component c) { double t; return fmi2GetRealStatus(c, fmi2LastSuccessfulTime, &t); }

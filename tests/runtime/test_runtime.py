@@ -16,6 +16,8 @@ import pytest
 from fmpy.fmi2 import FMU2Model, FMU2Slave
 from scipy.integrate import solve_ivp
 
+from lag2fmu.codegen.sources import CONSTRAINT_FILES
+
 HERE = Path(__file__).parent
 RUNTIME = HERE.parents[1] / "templates" / "runtime"
 HEADERS = Path(fmpy.__file__).parent / "c-code"
@@ -32,7 +34,8 @@ TABLEAUS = sorted(path.stem for path in (HERE / "tableaus").glob("*.c"))
 
 def build(target: Path, mechanism: str, tableau: str, compiler: list[str], flags: list[str], extra: list[Path]) -> Path:
     """Compile the runtime with a mechanism and a tableau; returns target, raises AssertionError with the messages."""
-    sources = [*sorted(RUNTIME.glob("*.c")), HERE / mechanism / "mechanism.c", HERE / "tableaus" / f"{tableau}.c"]
+    runtime = [path for path in sorted(RUNTIME.glob("*.c")) if not path.name.startswith(CONSTRAINT_FILES)]
+    sources = [*runtime, HERE / mechanism / "mechanism.c", HERE / "tableaus" / f"{tableau}.c"]
     folders = [f"-I{folder}" for folder in (RUNTIME, HERE / mechanism, HERE, HEADERS)]
     command = [*compiler, *STRICT, *flags, *folders, *map(str, sources + extra), "-lm", "-o", str(target)]
     done = subprocess.run(command, check=False, capture_output=True, text=True)

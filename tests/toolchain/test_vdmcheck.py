@@ -95,6 +95,11 @@ def test_nothing_is_found_in_the_fullest_fmu(checker: Path, tmp_path: Path) -> N
     assert findings(checker, fmu.path) == ""
 
 
+def test_nothing_is_found_in_an_fmu_of_the_python_backend(checker: Path, tmp_path: Path) -> None:
+    fmu = export(load("double_pendulum"), tmp_path / "python.fmu", backend="python", outputs=("kinetic_energy",))
+    assert findings(checker, fmu.path) == ""
+
+
 def test_a_fault_is_found(checker: Path, exported, tmp_path: Path) -> None:
     """So that silence means something: a stop time before the start time, which both models know."""
     fmu: Fmu = exported("pendulum")

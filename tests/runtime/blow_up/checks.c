@@ -95,6 +95,58 @@ static void check_long_steps(void) {
     fmi2FreeInstance(c);
 }
 
+/* With F = -v0^2 + a - 2 v0 a t - a^2 t^2 the motion is xi_dot = v0 + a t, which all methods solve exactly; time
+   derivatives of outputs are those of this motion. */
+static void check_polynomial_force(void) {
+    static const double v0 = 1.0, a = -0.75;
+    static const fmi2ValueReference FORCE[] = {F, F}, OUTPUTS[] = {XI, XI, XI_DOT, XI_DOT, XI_DDOT, XI_DDOT};
+    static const fmi2Integer ORDERS[] = {1, 2, 1, 2, 1, 2};
+    const double rates[] = {-2.0 * v0 * a, -2.0 * a * a};
+    Log log;
+    fmi2Component c = start_at(0.0, 1e-10, 0.0, &log);
+    CHECK(set(c, F, a - v0 * v0) == fmi2OK && fmi2SetRealInputDerivatives(c, FORCE, 2, ORDERS, rates) == fmi2OK);
+    CHECK(fmi2DoStep(c, 0.0, 2.0, fmi2True) == fmi2OK);
+    const double v = v0 + 2.0 * a;
+    CHECK(fabs(get(c, XI_DOT) - v) < 1e-9 && fabs(get(c, XI) - 2.0 * v0 - 2.0 * a) < 1e-9);
+    CHECK(fabs(get(c, F) - a + v * v) < 1e-12 && fabs(get(c, XI_DDOT) - a) < 1e-8);
+
+    const double expected[] = {v, a, a, 0.0, 0.0, 0.0};
+    double found[6];
+    CHECK(fmi2GetRealOutputDerivatives(c, OUTPUTS, 6, ORDERS, found) == fmi2OK);
+    for (int i = 0; i < 6; i++) {
+        CHECK(fabs(found[i] - expected[i]) < 1e-7);
+    }
+    fmi2FreeInstance(c);
+}
+
+/* xi = -ln(1 - t): the derivatives of order n are (n - 1)! / (1 - t)^n. */
+static void check_free_derivatives(void) {
+    static const fmi2ValueReference OUTPUTS[] = {XI_DDOT, XI_DDOT, XI_DOT};
+    double found[3];
+    Log log;
+    fmi2Component c = start_at(0.0, 1e-10, 1e-3, &log);
+    CHECK(fmi2DoStep(c, 0.0, 0.5, fmi2True) == fmi2OK);
+    CHECK(fmi2GetRealOutputDerivatives(c, OUTPUTS, 3, (const fmi2Integer[]){1, 2, 2}, found) == fmi2OK);
+    CHECK(fabs(found[0] - 16.0) < 1e-6 && fabs(found[1] - 96.0) < 1e-5 && fabs(found[2] - 16.0) < 1e-6);
+    fmi2FreeInstance(c);
+}
+
+/* Where the motion ends within a step, the input belongs to the time reached. */
+static void check_input_of_a_discarded_step(void) {
+    double reached = 0.0, slope = 0.0;
+    Log log;
+    fmi2Component c = start_at(0.0, 1e-6, 0.0, &log);
+    CHECK(set(c, F, -0.5) == fmi2OK);
+    CHECK(fmi2SetRealInputDerivatives(c, &(fmi2ValueReference){F}, 1, &(fmi2Integer){1}, &(double){2.0}) == fmi2OK);
+    CHECK(fmi2DoStep(c, 0.0, 10.0, fmi2True) == fmi2Discard);
+    CHECK(fmi2GetRealStatus(c, fmi2LastSuccessfulTime, &reached) == fmi2OK && reached > 0.1 && reached < 10.0);
+    CHECK(fabs(get(c, F) + 0.5 - 2.0 * reached) < 1e-12 * reached);
+    const double expected = 2.0 * get(c, XI_DOT) * get(c, XI_DDOT) + 2.0; /* xi''' = 2 xi' xi'' + F' */
+    CHECK(fmi2GetRealOutputDerivatives(c, &(fmi2ValueReference){XI_DDOT}, 1, &(fmi2Integer){1}, &slope) == fmi2OK);
+    CHECK(fabs(slope - expected) <= 1e-12 * fabs(expected));
+    fmi2FreeInstance(c);
+}
+
 int main(void) {
     printf("- %s\n", TABLEAU.name);
     check_order();
@@ -102,5 +154,8 @@ int main(void) {
     check_end(20.0, 1.0, "logStatusDiscard", "xi");
     check_return();
     check_long_steps();
+    check_polynomial_force();
+    check_free_derivatives();
+    check_input_of_a_discarded_step();
     return summary() == 0 ? 0 : 1;
 }

@@ -4,14 +4,14 @@
 #include <math.h>
 
 const Variable VARIABLES[N_VARIABLES] = {
-    {"time", VARIABLE_TIME, 0, -HUGE_VAL, HUGE_VAL},
-    {"xi", VARIABLE_STATE, 0, -HUGE_VAL, HUGE_VAL},
-    {"xi_dot", VARIABLE_STATE, 1, -HUGE_VAL, HUGE_VAL},
-    {"xi_ddot", VARIABLE_ACCELERATION, 0, -HUGE_VAL, HUGE_VAL},
-    {"F", VARIABLE_INPUT, 0, -HUGE_VAL, HUGE_VAL},
-    {"solver_tolerance", VARIABLE_SETTING, SETTING_TOLERANCE, 0.0, HUGE_VAL},
-    {"solver_step", VARIABLE_SETTING, SETTING_STEP, 0.0, HUGE_VAL},
-    {"solver_max_step", VARIABLE_SETTING, SETTING_MAX_STEP, 0.0, HUGE_VAL},
+    {"time", VARIABLE_TIME, 0, -HUGE_VAL, HUGE_VAL, 0},
+    {"xi", VARIABLE_STATE, 0, -HUGE_VAL, HUGE_VAL, 1},
+    {"xi_dot", VARIABLE_STATE, 1, -HUGE_VAL, HUGE_VAL, 1},
+    {"xi_ddot", VARIABLE_ACCELERATION, 0, -HUGE_VAL, HUGE_VAL, 1},
+    {"F", VARIABLE_INPUT, 0, -HUGE_VAL, HUGE_VAL, 0},
+    {"solver_tolerance", VARIABLE_SETTING, SETTING_TOLERANCE, 0.0, HUGE_VAL, 0},
+    {"solver_step", VARIABLE_SETTING, SETTING_STEP, 0.0, HUGE_VAL, 0},
+    {"solver_max_step", VARIABLE_SETTING, SETTING_MAX_STEP, 0.0, HUGE_VAL, 0},
 };
 
 const double START_STATES[N_STATES] = {0.0, 1.0};
@@ -65,4 +65,16 @@ void mechanism_locals_tangent(double t, const double x[], const double u[], cons
                               double dt, const double dx[], const double du[], const double dp[], const double dqdd[],
                               double dy[]) {
     (void)t, (void)x, (void)u, (void)p, (void)qdd, (void)dt, (void)dx, (void)du, (void)dp, (void)dqdd, (void)dy;
+}
+
+void mechanism_residual_second(double t, const double x[], const double u[], const double p[], const double qdd[],
+                               const double du[], const double d2u[], const double d3q[], double d2r[]) {
+    (void)t, (void)u, (void)p, (void)du;
+    d2r[0] = -2.0 * (qdd[0] * qdd[0] + x[1] * d3q[0]) - d2u[0];
+}
+
+void mechanism_locals_second(double t, const double x[], const double u[], const double p[], const double qdd[],
+                             const double du[], const double d2u[], const double d3q[], const double d4q[],
+                             double d2y[]) {
+    (void)t, (void)x, (void)u, (void)p, (void)qdd, (void)du, (void)d2u, (void)d3q, (void)d4q, (void)d2y;
 }

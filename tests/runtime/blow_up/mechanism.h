@@ -9,6 +9,8 @@
 #define MODEL_GUID "{0f7a2b5e-93a1-4a0f-b3a4-5d2c8e6f1b02}"
 #define N_COORDINATES 1
 #define N_STATES (2 * N_COORDINATES)
+#define N_CONSTRAINTS 0
+#define N_HOLONOMIC 0
 #define N_INPUTS 1
 #define N_PARAMETERS 0
 #define SIZE_PARAMETERS 1
@@ -42,5 +44,10 @@ void mechanism_locals_tangent(double t, const double x[], const double u[], cons
                               double dt, const double dx[], const double du[], const double dp[], const double dqdd[],
                               double dy[]);
 void mechanism_dependent_tangent(const double p[], const double dp[], double dc[]);
+void mechanism_residual_second(double t, const double x[], const double u[], const double p[], const double qdd[],
+                               const double du[], const double d2u[], const double d3q[], double d2r[]);
+void mechanism_locals_second(double t, const double x[], const double u[], const double p[], const double qdd[],
+                             const double du[], const double d2u[], const double d3q[], const double d4q[],
+                             double d2y[]);
 
 #endif

@@ -10,31 +10,31 @@
 #define NOT_NEGATIVE 0.0, HUGE_VAL
 
 const Variable VARIABLES[N_VARIABLES] = {
-    {"time", VARIABLE_TIME, 0, ANY},
-    {"theta1", VARIABLE_STATE, 0, ANY},
-    {"theta2", VARIABLE_STATE, 1, -100.0, 100.0},
-    {"theta1_dot", VARIABLE_STATE, 2, ANY},
-    {"theta2_dot", VARIABLE_STATE, 3, ANY},
-    {"theta1_ddot", VARIABLE_ACCELERATION, 0, ANY},
-    {"theta2_ddot", VARIABLE_ACCELERATION, 1, ANY},
-    {"Q_theta1", VARIABLE_INPUT, 0, ANY},
-    {"Q_theta2", VARIABLE_INPUT, 1, -50.0, 50.0},
-    {"m1", VARIABLE_PARAMETER, 0, NOT_NEGATIVE},
-    {"m2", VARIABLE_PARAMETER, 1, NOT_NEGATIVE},
-    {"l1", VARIABLE_PARAMETER, 2, NOT_NEGATIVE},
-    {"l2", VARIABLE_PARAMETER, 3, NOT_NEGATIVE},
-    {"g", VARIABLE_PARAMETER, 4, ANY},
-    {"solver_tolerance", VARIABLE_SETTING, SETTING_TOLERANCE, NOT_NEGATIVE},
-    {"solver_step", VARIABLE_SETTING, SETTING_STEP, NOT_NEGATIVE},
-    {"solver_max_step", VARIABLE_SETTING, SETTING_MAX_STEP, NOT_NEGATIVE},
-    {"reach", VARIABLE_DEPENDENT, 0, ANY},
-    {"kinetic_energy", VARIABLE_LOCAL, 0, ANY},
-    {"potential_energy", VARIABLE_LOCAL, 1, ANY},
-    {"total_energy", VARIABLE_LOCAL, 2, ANY},
-    {"p_theta1", VARIABLE_LOCAL, 3, ANY},
-    {"p_theta2", VARIABLE_LOCAL, 4, ANY},
-    {"external_power", VARIABLE_LOCAL, 5, ANY},
-    {"x_tip_ddot", VARIABLE_LOCAL, 6, ANY},
+    {"time", VARIABLE_TIME, 0, ANY, 0},
+    {"theta1", VARIABLE_STATE, 0, ANY, 1},
+    {"theta2", VARIABLE_STATE, 1, -100.0, 100.0, 1},
+    {"theta1_dot", VARIABLE_STATE, 2, ANY, 1},
+    {"theta2_dot", VARIABLE_STATE, 3, ANY, 1},
+    {"theta1_ddot", VARIABLE_ACCELERATION, 0, ANY, 1},
+    {"theta2_ddot", VARIABLE_ACCELERATION, 1, ANY, 0},
+    {"Q_theta1", VARIABLE_INPUT, 0, ANY, 0},
+    {"Q_theta2", VARIABLE_INPUT, 1, -50.0, 50.0, 0},
+    {"m1", VARIABLE_PARAMETER, 0, NOT_NEGATIVE, 0},
+    {"m2", VARIABLE_PARAMETER, 1, NOT_NEGATIVE, 0},
+    {"l1", VARIABLE_PARAMETER, 2, NOT_NEGATIVE, 0},
+    {"l2", VARIABLE_PARAMETER, 3, NOT_NEGATIVE, 0},
+    {"g", VARIABLE_PARAMETER, 4, ANY, 0},
+    {"solver_tolerance", VARIABLE_SETTING, SETTING_TOLERANCE, NOT_NEGATIVE, 0},
+    {"solver_step", VARIABLE_SETTING, SETTING_STEP, NOT_NEGATIVE, 0},
+    {"solver_max_step", VARIABLE_SETTING, SETTING_MAX_STEP, NOT_NEGATIVE, 0},
+    {"reach", VARIABLE_DEPENDENT, 0, ANY, 0},
+    {"kinetic_energy", VARIABLE_LOCAL, 0, ANY, 0},
+    {"potential_energy", VARIABLE_LOCAL, 1, ANY, 0},
+    {"total_energy", VARIABLE_LOCAL, 2, ANY, 1},
+    {"p_theta1", VARIABLE_LOCAL, 3, ANY, 0},
+    {"p_theta2", VARIABLE_LOCAL, 4, ANY, 1},
+    {"external_power", VARIABLE_LOCAL, 5, ANY, 1},
+    {"x_tip_ddot", VARIABLE_LOCAL, 6, ANY, 1},
 };
 
 const double START_STATES[N_STATES] = {1.0, -0.5, 0.0, 0.25};
@@ -137,4 +137,65 @@ void mechanism_locals_tangent(double t, const double x[], const double u[], cons
     dy[6] = dl1 * (c1 * qdd[0] - s1 * x[2] * x[2]) + dl2 * (c2 * qdd[1] - s2 * x[3] * x[3]) +
             l1 * (-s1 * dx[0] * qdd[0] + c1 * dqdd[0] - c1 * dx[0] * x[2] * x[2] - 2.0 * s1 * x[2] * dx[2]) +
             l2 * (-s2 * dx[1] * qdd[1] + c2 * dqdd[1] - c2 * dx[1] * x[3] * x[3] - 2.0 * s2 * x[3] * dx[3]);
+}
+
+/* A function of time with its first two derivatives: Taylor arithmetic. */
+typedef struct {
+    double value, first, second;
+} Jet;
+
+static Jet plus(Jet a, Jet b) {
+    return (Jet){a.value + b.value, a.first + b.first, a.second + b.second};
+}
+
+static Jet times(Jet a, Jet b) {
+    return (Jet){a.value * b.value, a.first * b.value + a.value * b.first,
+                 a.second * b.value + 2.0 * a.first * b.first + a.value * b.second};
+}
+
+static Jet scaled(double factor, Jet a) {
+    return (Jet){factor * a.value, factor * a.first, factor * a.second};
+}
+
+static Jet sine(Jet a) {
+    const double s = sin(a.value), c = cos(a.value);
+    return (Jet){s, c * a.first, c * a.second - s * a.first * a.first};
+}
+
+static Jet cosine(Jet a) {
+    const double s = sin(a.value), c = cos(a.value);
+    return (Jet){c, -s * a.first, -c * a.first * a.first - s * a.second};
+}
+
+void mechanism_residual_second(double t, const double x[], const double u[], const double p[], const double qdd[],
+                               const double du[], const double d2u[], const double d3q[], double d2r[]) {
+    const double m = p[0] + p[1], m2 = p[1], l1 = p[2], l2 = p[3], g = p[4], k = m2 * l1 * l2;
+    const Jet q1 = {x[0], x[2], qdd[0]}, w1 = {x[2], qdd[0], d3q[0]}, a1 = {qdd[0], d3q[0], 0.0};
+    const Jet q2 = {x[1], x[3], qdd[1]}, w2 = {x[3], qdd[1], d3q[1]}, a2 = {qdd[1], d3q[1], 0.0};
+    const Jet difference = plus(q1, scaled(-1.0, q2));
+    const Jet kc = scaled(k, cosine(difference)), ks = scaled(k, sine(difference));
+    (void)t, (void)u, (void)du;
+    d2r[0] = plus(plus(scaled(m * l1 * l1, a1), times(kc, a2)),
+                  plus(times(ks, times(w2, w2)), scaled(m * g * l1, sine(q1)))).second - d2u[0];
+    d2r[1] = plus(plus(scaled(m2 * l2 * l2, a2), times(kc, a1)),
+                  plus(scaled(-1.0, times(ks, times(w1, w1))), scaled(m2 * g * l2, sine(q2)))).second - d2u[1];
+}
+
+/* Of the outputs: total_energy (its first derivative is the power), p_theta2, external_power, x_tip_ddot. */
+void mechanism_locals_second(double t, const double x[], const double u[], const double p[], const double qdd[],
+                             const double du[], const double d2u[], const double d3q[], const double d4q[],
+                             double d2y[]) {
+    const double m2 = p[1], l1 = p[2], l2 = p[3];
+    const Jet q1 = {x[0], x[2], qdd[0]}, w1 = {x[2], qdd[0], d3q[0]}, a1 = {qdd[0], d3q[0], d4q[0]};
+    const Jet q2 = {x[1], x[3], qdd[1]}, w2 = {x[3], qdd[1], d3q[1]}, a2 = {qdd[1], d3q[1], d4q[1]};
+    const Jet u1 = {u[0], du[0], d2u[0]}, u2 = {u[1], du[1], d2u[1]};
+    const Jet power = plus(times(u1, w1), times(u2, w2));
+    const Jet kc = scaled(m2 * l1 * l2, cosine(plus(q1, scaled(-1.0, q2))));
+    const Jet x1 = plus(times(cosine(q1), a1), scaled(-1.0, times(sine(q1), times(w1, w1))));
+    const Jet x2 = plus(times(cosine(q2), a2), scaled(-1.0, times(sine(q2), times(w2, w2))));
+    (void)t;
+    d2y[2] = power.first;
+    d2y[4] = plus(scaled(m2 * l2 * l2, w2), times(kc, w1)).second;
+    d2y[5] = power.second;
+    d2y[6] = plus(scaled(l1, x1), scaled(l2, x2)).second;
 }

@@ -14,6 +14,8 @@
 #define MODEL_GUID "{6c1e5f0a-0d6b-4b0e-8a55-3f1d3b7a9c01}"
 #define N_COORDINATES 2
 #define N_STATES (2 * N_COORDINATES)
+#define N_CONSTRAINTS 0
+#define N_HOLONOMIC 0
 #define N_INPUTS 2
 #define N_PARAMETERS 5
 #define SIZE_PARAMETERS 5
@@ -47,5 +49,10 @@ void mechanism_locals_tangent(double t, const double x[], const double u[], cons
                               double dt, const double dx[], const double du[], const double dp[], const double dqdd[],
                               double dy[]);
 void mechanism_dependent_tangent(const double p[], const double dp[], double dc[]);
+void mechanism_residual_second(double t, const double x[], const double u[], const double p[], const double qdd[],
+                               const double du[], const double d2u[], const double d3q[], double d2r[]);
+void mechanism_locals_second(double t, const double x[], const double u[], const double p[], const double qdd[],
+                             const double du[], const double d2u[], const double d3q[], const double d4q[],
+                             double d2y[]);
 
 #endif

@@ -1,0 +1,66 @@
+"""The cost of a communication step in a C host: fmi2DoStep beside the evaluations of the equations that it makes.
+
+Run with `make bench` or `python -m benchmarks.stepping [MODEL ...]`: RK4 with communication and solver step 1 ms. The
+bar: beyond its 4 evaluations a step of the double pendulum takes at most 20 %. Times are the least of many short
+rounds, in turn, for what else runs on a machine only adds; medians stand beside them.
+"""
+
+from __future__ import annotations
+
+import statistics
+import subprocess
+import sys
+import tempfile
+from pathlib import Path
+
+from rich.console import Console
+from rich.table import Table
+
+from benchmarks.running import KERNELS
+from lag2fmu.dynamics import derive, lower
+from lag2fmu.fmu.compilers import FLAGS, host_platform
+from lag2fmu.fmu.exporting import describe, fmi_headers
+from lag2fmu.mechanism.loading import load
+
+STEPS, ROUNDS = 500, 3000
+
+
+def build(model: str, folder: Path) -> Path:
+    """The C host with the sources of ``model``, compiled as an FMU is."""
+    mechanism = load(model)
+    equations = derive(mechanism)
+    _, sources = describe(mechanism, equations, lower(equations), "rk4")
+    for name, text in sources.items():
+        (folder / name).write_text(text, "utf-8")
+    units = [name for name in sources if name.endswith(".c")]
+    flags = [flag for flag in FLAGS if flag != "-fPIC"]
+    zig = [sys.executable, "-m", "ziglang", "cc", "-target", host_platform().targets[0]]
+    command = [*zig, *flags, "-I.", f"-I{fmi_headers()}", "-o", "host"]
+    subprocess.run([*command, *units, str(KERNELS / "stepping.c"), "-lm"], cwd=folder, check=True)
+    return folder / "host"
+
+
+def measure(host: Path) -> list[str]:
+    """Of a step and of its evaluations the least and the median time (ns); what a step takes beyond them."""
+    done = subprocess.run([str(host), str(STEPS), str(ROUNDS)], check=True, capture_output=True, text=True)
+    steps, evaluations = zip(*(map(float, line.split()) for line in done.stdout.splitlines()), strict=True)
+    pairs = [(function(steps), function(evaluations)) for function in (min, statistics.median)]
+    columns = [f"{least:.0f}, {median:.0f}" for least, median in zip(*pairs, strict=True)]
+    return [*columns, ", ".join(f"{step / evaluation - 1:.1%}" for step, evaluation in pairs)]
+
+
+def main() -> None:
+    """Measure and print."""
+    title = f"a communication step of 1 ms, RK4: least and median of {ROUNDS} interleaved rounds"
+    table = Table(title=title, title_justify="left")
+    for heading in ("model", "step (ns)", "4 evaluations (ns)", "beyond them", "bar"):
+        table.add_column(heading, justify="right")
+    for model in sys.argv[1:] or ["double_pendulum", "cart_pole", "six_axis_arm"]:
+        with tempfile.TemporaryDirectory() as folder:
+            columns = measure(build(model, Path(folder)))
+        table.add_row(model, *columns, "20%" if model == "double_pendulum" else "")
+    Console().print(table)
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,199 @@
+"""Constraints on the graph, and start values that meet them.
+
+A holonomic constraint phi(t, q) = 0 and a nonholonomic one A(t, q) qd + b(t, q) = 0 restrict velocities alike: the
+former by G qd + phi_t = 0, G = dphi/dq. With one more derivative, and the forces G^T multiplier of d'Alembert's
+principle,
+
+    [M  -G^T] [qdd       ]   [forcing]
+    [G    0 ] [multiplier] = [-gamma ],     gamma = d/dt (G qd + b) at qdd = 0.
+
+Source: Hand, Finch, Analytical Mechanics, sections 2.5 and 2.6; Goldstein, Classical Mechanics, section 2.4.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from lag2fmu.dynamics.autodiff import forward, reverse
+from lag2fmu.dynamics.graph import Graph
+from lag2fmu.dynamics.samples import start_values
+from lag2fmu.dynamics.translate import Translator
+from lag2fmu.dynamics.variables import Variables
+from lag2fmu.errors import DerivationError
+from lag2fmu.mechanism import Mechanism, names
+
+Floats = NDArray[np.float64]
+
+MET, PROJECTED = 1e-12, 1e-6
+"""Residuals, relative to the mechanism's size: below the first a constraint is met, below the second it is made so."""
+
+_RANK, _ITERATIONS, _HALVINGS = 1e-12, 60, 12
+
+
+@dataclass(frozen=True)
+class Constraints:
+    """The constraints as nodes, the h holonomic ones first, m in all.
+
+    ``positions``: phi (h,); ``velocities``: G qd + b (m,); ``accelerations``: gamma (m,); ``jacobian``: G (m, n).
+    """
+
+    positions: tuple[int, ...]
+    velocities: tuple[int, ...]
+    accelerations: tuple[int, ...]
+    jacobian: tuple[tuple[int, ...], ...]
+
+    def __len__(self) -> int:
+        return len(self.velocities)
+
+    @property
+    def residuals(self) -> tuple[int, ...]:
+        """What each constraint says is zero: phi, or A qd + b, (m,)."""
+        return (*self.positions, *self.velocities[len(self.positions) :])
+
+    def equation(self, k: int) -> tuple[int, int, int]:
+        """Residual, velocity and acceleration of the constraint ``k``."""
+        return self.residuals[k], self.velocities[k], self.accelerations[k]
+
+
+def compose(graph: Graph, mechanism: Mechanism, put: Translator, v: Variables) -> Constraints:
+    """The constraints of ``mechanism``; raises DerivationError for one that is not affine in the velocities."""
+    direction = v.direction(graph, accelerating=False)
+    values = [put(c.expression) for c in mechanism.constraints]
+    holonomic = len(mechanism.holonomic)
+    velocities = [*forward(graph, values[:holonomic], direction), *values[holonomic:]]
+    jacobian = [tuple(reverse(graph, {velocity: graph.one}, v.qd)) for velocity in velocities]
+    for constraint, row in zip(mechanism.constraints, jacobian, strict=True):
+        if any(v.moves(graph, entry) for entry in row):
+            raise DerivationError(
+                f"constraints.{constraint.kind}.{constraint.name}: '{constraint.expression}' is not affine in the "
+                "velocities; write it as a sum of velocities with factors that contain none"
+            )
+    return Constraints(
+        tuple(values[:holonomic]), tuple(velocities), tuple(forward(graph, velocities, direction)), tuple(jacobian)
+    )
+
+
+# ------------------------------------------------------------------------------------------------- consistent starts
+
+
+def starting_consistently(mechanism: Mechanism, graph: Graph, constraints: Constraints) -> Mechanism:
+    """``mechanism`` with start values that meet its constraints.
+
+    Given values stay, guesses are moved: by Newton's method with steps of least norm, coordinates measured by their
+    nominal values. Given values that miss by less than ``PROJECTED`` are moved too. Raises DerivationError with the
+    residuals where that does not lead to a solution.
+    """
+    if not mechanism.constraints:
+        return mechanism
+    start = _Start(mechanism, graph, constraints)
+    start.solve_positions()
+    start.solve_velocities()
+    return start.moved()
+
+
+class _Start:
+    """The start values q and qd, (n,), on their way to the constraints."""
+
+    def __init__(self, mechanism: Mechanism, graph: Graph, constraints: Constraints) -> None:
+        self.mechanism, self.graph, self.constraints = mechanism, graph, constraints
+        q = mechanism.coordinates
+        self.values = start_values(mechanism)
+        self.q, self.qd = np.array([c.start for c in q]), np.array([c.velocity for c in q])
+        self.nominal = np.array([c.nominal for c in q])
+        self.given = np.array([bool(c.given) for c in q])
+        self.velocity_given = np.array([bool(c.velocity_given) for c in q])
+
+    def _evaluate(self, nodes: Sequence[int], q: Floats, qd: Floats) -> Floats:
+        for c, place, rate in zip(self.mechanism.coordinates, q, qd, strict=True):
+            self.values |= {c.name: float(place), names.velocity(c.name): float(rate)}
+        return np.array(self.graph.evaluate(list(nodes), self.values))
+
+    def _jacobian(self, q: Floats) -> Floats:
+        """G in units of the nominal values, (m, n)."""
+        c = self.constraints
+        entries = self._evaluate([entry for row in c.jacobian for entry in row], q, self.qd)
+        return entries.reshape(len(c), len(q)) * self.nominal
+
+    def solve_positions(self) -> None:
+        """Move q: what is free first, then everything if little is left."""
+        count = len(self.constraints.positions)
+
+        def measure(q: Floats) -> tuple[Floats, Floats]:
+            return self._evaluate(self.constraints.positions, q, self.qd), self._jacobian(q)[:count]
+
+        for free, bar in ((~self.given, np.inf), (np.ones_like(self.given), PROJECTED)):
+            if MET < _size(*measure(self.q)) <= bar:
+                self.q = self._newton(self.q, measure, free)
+        self._check(*measure(self.q), "the start")
+
+    def solve_velocities(self) -> None:
+        """Move qd likewise; the equations are linear."""
+
+        def measure(qd: Floats) -> tuple[Floats, Floats]:
+            pace = max(1.0, float(np.abs(qd / self.nominal).max()))
+            return self._evaluate(self.constraints.velocities, self.q, qd) / pace, self._jacobian(self.q)
+
+        for free, bar in ((~self.velocity_given, np.inf), (np.ones_like(self.given), PROJECTED)):
+            if MET < _size(*measure(self.qd)) <= bar:
+                self.qd = self._newton(self.qd, measure, free)
+        self._check(*measure(self.qd), "the velocities at the start")
+
+    def _newton(self, x: Floats, measure: Callable[[Floats], tuple[Floats, Floats]], free: NDArray[np.bool_]) -> Floats:
+        """Newton's method in the ``free`` entries of x, steps halved where the residual grows."""
+        r, jacobian = measure(x)
+        for _ in range(_ITERATIONS if free.any() else 0):
+            if not np.isfinite(r).all() or not np.isfinite(jacobian).all() or _size(r, jacobian) <= 1e-3 * MET:
+                break
+            step = np.zeros_like(x)
+            step[free] = _least_step(jacobian[:, free], r)
+            for halving in range(_HALVINGS):
+                trial = x + 0.5**halving * step * self.nominal
+                found, slopes = measure(trial)
+                if np.abs(found).max() < np.abs(r).max():
+                    break
+            else:
+                break
+            x, r, jacobian = trial, found, slopes
+        return x
+
+    def _check(self, residual: Floats, jacobian: Floats, what: str) -> None:
+        if not _size(residual, jacobian) <= MET:
+            constraints = self.mechanism.constraints[: len(residual)]
+            listed = ", ".join(f"{c.name} = {r:.3g}" for c, r in zip(constraints, residual, strict=True))
+            raise DerivationError(
+                f"mechanism '{self.mechanism.name}': {what} cannot meet the constraints; residuals: {listed}. Give "
+                "'start' to fewer coordinates and 'guess' to the others, nearer to a solution, or look for constraints "
+                "that contradict each other"
+            )
+
+    def moved(self) -> Mechanism:
+        """The mechanism with the values found."""
+        found = zip(self.mechanism.coordinates, self.q, self.qd, strict=True)
+        coordinates = [replace(c, start=float(q), velocity=float(qd)) for c, q, qd in found]
+        return replace(self.mechanism, coordinates=coordinates)  # type: ignore[arg-type]
+
+
+def _least_step(jacobian: Floats, residual: Floats) -> Floats:
+    """The step of least norm that takes the ``residual`` away to first order, damped by the square of its size.
+
+    The damping keeps the convergence quadratic where constraints are redundant, so that solutions are not isolated.
+    Source: N. Yamashita, M. Fukushima, On the rate of convergence of the Levenberg-Marquardt method, Computing 15, 2001.
+    """
+    length = np.linalg.norm(jacobian, axis=1)
+    scale = 1.0 / np.where(length > 0, length, 1.0)
+    rows, r = scale[:, None] * jacobian, scale * residual
+    matrix = rows @ rows.T + min(1.0, float(np.max(np.abs(r))) ** 2) * np.eye(len(r))
+    step: Floats = rows.T @ np.linalg.lstsq(matrix, -r, rcond=_RANK)[0]
+    return step
+
+
+def _size(residual: Floats, jacobian: Floats) -> float:
+    """The greatest residual relative to what a change of a coordinate by its nominal value makes; NaN counts."""
+    if residual.size == 0:
+        return 0.0
+    scale = np.abs(jacobian).max(axis=1)
+    return float(np.max(np.abs(residual) / np.where(scale > 0, scale, 1.0)))

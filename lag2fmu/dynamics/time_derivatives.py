@@ -1,0 +1,56 @@
+"""Second derivatives by time along a motion: what the outputs of an FMU need beyond the tangent program.
+
+First derivatives are tangents along (1, qd, qdd, du/dt). Differentiating M qdd - forcing = 0 twice along the motion
+gives M d4q = -d2r, where d2r is the second derivative at d4q = 0: the factorisation of M serves once more.
+Source: A. Griewank, A. Walther, Evaluating Derivatives, SIAM 2008, chapter 13 (higher derivatives by nesting).
+"""
+
+from __future__ import annotations
+
+from collections.abc import Collection
+from dataclasses import dataclass
+
+from lag2fmu.dynamics.autodiff import forward
+from lag2fmu.dynamics.lagrange import EquationsOfMotion
+
+
+@dataclass(frozen=True)
+class SecondDerivatives:
+    """Time derivatives as nodes: du, d2u of the inputs; d3q, d4q (n + m,) of accelerations and multipliers.
+
+    ``residual``: (n + m,), d2r with d4q = 0; ``locals``: {index in ``EquationsOfMotion.locals()``: second derivative}.
+    """
+
+    du: tuple[int, ...]
+    d2u: tuple[int, ...]
+    d3q: tuple[int, ...]
+    d4q: tuple[int, ...]
+    residual: tuple[int, ...]
+    locals: dict[int, int]
+
+
+def differentiate_twice(equations: EquationsOfMotion, outputs: Collection[str]) -> SecondDerivatives:
+    """The second total time derivatives of the residual and of the locals named in ``outputs``.
+
+    The inputs move with rates of their own, a motion y0 and its y0_dot too: an importer gives each its polynomial.
+    """
+    g, v = equations.graph, equations.variables
+
+    def rates(order: str, nodes: tuple[int, ...]) -> tuple[int, ...]:
+        return tuple(g.symbol(f"{order} {g.first[node]}") for node in nodes)
+
+    du, d2u = rates("d", v.inputs), rates("dd", v.inputs)
+    d3q, d4q = rates("d", v.unknowns), rates("dd", v.unknowns)
+    moving = (*v.q, *v.qd, *v.unknowns, *v.inputs, *du)
+    along = {v.t: g.one} | dict(zip(moving, (*v.qd, *v.qdd, *d3q, *du, *d2u), strict=True))
+    chosen = {i: node for i, (name, node) in enumerate(equations.locals()) if name in outputs}
+    further = along | dict(zip(d3q, d4q, strict=True))
+    second = forward(g, forward(g, list(chosen.values()), further), further)
+    return SecondDerivatives(
+        du=du,
+        d2u=d2u,
+        d3q=d3q,
+        d4q=d4q,
+        residual=tuple(forward(g, forward(g, equations.residual, along), along)),
+        locals=dict(zip(chosen, second, strict=True)),
+    )

@@ -1,0 +1,172 @@
+"""The python backend: the mechanism as a slave of PythonFMU, with equations that a user can open and change.
+
+The archive is packed here and not by PythonFMU's own builder, whose modelDescription.xml is not valid. Of PythonFMU it
+holds the library for each platform and the package.
+"""
+
+from __future__ import annotations
+
+import hashlib
+import importlib.metadata
+import re
+import uuid
+from collections.abc import Mapping, Sequence
+from dataclasses import replace
+from pathlib import Path
+
+from lag2fmu.codegen import METHODS, Tables
+from lag2fmu.codegen.python_sources import printable, render_mechanism, runtime_files
+from lag2fmu.dynamics import EquationsOfMotion, Program
+from lag2fmu.errors import BuildError, ExportError
+from lag2fmu.fmu.compilers import PLATFORMS, host_platform
+from lag2fmu.fmu.model_description import ModelDescription
+from lag2fmu.fmu.variables import Variable, build_table
+
+LIBRARIES = {
+    "linux64": ("linux64", "libpythonfmu-export.so", ".so"),
+    "win64": ("win64", "pythonfmu-export.dll", ".dll"),
+}
+"""Platform -> folder and file of PythonFMU's library, suffix in the FMU."""
+
+
+def check_choices(platform: str, compiler: str) -> tuple[str, ...]:
+    """The platforms that the FMU gets a library for; raises ExportError where PythonFMU has none."""
+    if compiler != "zig":
+        raise ExportError(f"--compiler {compiler}: the python backend compiles nothing; leave --compiler out")
+    if platform == "all":
+        return tuple(LIBRARIES)
+    name = platform
+    if platform == "host":
+        name = next((key for key, row in PLATFORMS.items() if row == host_platform()), platform)
+    if name not in LIBRARIES:
+        place = f"this machine ({name})" if platform == "host" else f"'{name}'"
+        raise ExportError(
+            f"the python backend has no library for {place}: PythonFMU brings those for {' and '.join(LIBRARIES)} "
+            "(x86-64) only; use --platform all for these, or --backend c"
+        )
+    return (name,)
+
+
+def binaries_of_pythonfmu(platforms: Sequence[str]) -> str:
+    """Which libraries there are and what they need, as a phrase."""
+    return f"{', '.join(platforms)}; the library of PythonFMU, which runs the Python in resources/"
+
+
+def python_fmu(
+    equations: EquationsOfMotion, program: Program, platforms: Sequence[str], blank: ModelDescription
+) -> tuple[ModelDescription, dict[str, bytes]]:
+    """The FMU's description and files {name in the archive: content}; ``blank`` lacks GUID and variables.
+
+    Raises ExportError for equations that this backend cannot print, BuildError if PythonFMU is not installed.
+    """
+    if equations.mechanism.constraints or not printable(program):
+        raise ExportError(
+            f"the python backend cannot write the equations of '{equations.mechanism.name}': "
+            "it knows M qdd = f without constraints, with energies and outputs; use --backend c"
+        )
+    table = build_table(equations, program)
+    description = replace(blank, variables=table.variables)
+    shared = _runtime() | _pythonfmu()
+    guid = _guid(description, shared | {"": _module(program, table.tables, description)})
+    description = replace(description, guid=f"{{{guid}}}")
+    module = f"{description.model_identifier}_{guid.hex[:12]}"
+    return description, {
+        **shared,
+        **_libraries(platforms, description.model_identifier),
+        f"resources/{module}.py": _module(program, table.tables, description),
+        "resources/slavemodule.txt": module.encode(),
+        "documentation/externalDependencies.txt": _dependencies().encode(),
+        "documentation/licenses/pythonfmu.txt": _content("LICENSE"),
+    }
+
+
+def _guid(description: ModelDescription, files: Mapping[str, bytes]) -> uuid.UUID:
+    """A GUID made of a SHA-256 of the Python files and the variables, so that the same input gives the same FMU."""
+    mechanism = description.mechanism
+    digest = hashlib.sha256(repr((mechanism.title, mechanism.experiment, description.variables)).encode())
+    for name, content in sorted(files.items()):
+        digest.update(name.encode() + b"\0" + content + b"\0")
+    return uuid.UUID(bytes=digest.digest()[:16], version=5)
+
+
+def _module(program: Program, tables: Tables, description: ModelDescription) -> bytes:
+    """The Python module of the equations."""
+    mechanism = description.mechanism
+    return render_mechanism(
+        program,
+        tables,
+        METHODS[description.solver],
+        description.guid,
+        {"title": mechanism.title, "source": mechanism.source},
+        {v.name: (_unit(v), v.doc) for v in description.variables},
+    ).encode()
+
+
+def _unit(variable: Variable) -> str:
+    return variable.unit.si_name if variable.unit is not None else ""
+
+
+def _runtime() -> dict[str, bytes]:
+    """lag2fmu's part in Python, in a package whose name tells its content."""
+    package, files = runtime_files()
+    return {f"resources/{package}/{name}": text.encode() for name, text in files.items()}
+
+
+def _installed() -> dict[str, Path]:
+    """The files of the installed PythonFMU by their path in it; raises BuildError if there is none.
+
+    Found without an import, which could meet the copy inside an FMU that runs in the same process.
+    """
+    try:
+        files = importlib.metadata.files("pythonfmu") or []
+    except importlib.metadata.PackageNotFoundError as error:
+        raise BuildError("PythonFMU is not installed; run 'pip install pythonfmu', or use --backend c") from error
+    return {file.as_posix(): Path(str(file.locate())) for file in files}
+
+
+def _content(place: str) -> bytes:
+    """The only file of PythonFMU whose path ends with ``place``; raises BuildError if it is not there."""
+    found = [path for name, path in _installed().items() if name.endswith(place) and path.is_file()]
+    if len(found) != 1:
+        raise BuildError(f"the installed PythonFMU has no '{place}'; run 'pip install pythonfmu==0.7.0'")
+    return found[0].read_bytes()
+
+
+def _pythonfmu() -> dict[str, bytes]:
+    """The package pythonfmu, so that the importing side need not install it."""
+    modules = sorted(name for name in _installed() if re.fullmatch(r"pythonfmu/\w+\.py", name))
+    return {f"resources/{name}": _content(name) for name in modules}
+
+
+def _libraries(platforms: Sequence[str], identifier: str) -> dict[str, bytes]:
+    """PythonFMU's library for each of ``platforms``."""
+    rows = [LIBRARIES[platform] for platform in platforms]
+    return {
+        f"binaries/{folder}/{identifier}{suffix}": _content(f"binaries/{folder}/{file}")
+        for folder, file, suffix in rows
+    }
+
+
+def _dependencies() -> str:
+    """documentation/externalDependencies.txt (FMI 2.0.5, section 2.3)."""
+    version = importlib.metadata.version("pythonfmu")
+    return (
+        "What this FMU needs on the importing side\n"
+        "\n"
+        "- Python 3.10 or newer, 64 bits; its standard library only. A tool that is no Python itself must find it: on\n"
+        "  Linux start it with LD_PRELOAD=/path/to/libpython3.x.so, on Windows put python3.dll on the PATH.\n"
+        f"- The library in binaries/ is that of PythonFMU {version} (MIT, see licenses/pythonfmu.txt). On Linux it\n"
+        "  needs glibc 2.32, libgcc_s and a libstdc++ of GCC 12 (GLIBCXX_3.4.30), on Windows the Visual C++ runtime\n"
+        "  of 2015 or newer. There is none for macOS and for arm64.\n"
+        "\n"
+        "What PythonFMU's library does its own way\n"
+        "\n"
+        "- It does not look at the GUID: another one than that of modelDescription.xml is not refused.\n"
+        "- A wrong call returns fmi2Fatal instead of fmi2Error, after a sentence in the log. fmi2Reset and\n"
+        "  fmi2SetFMUstate repair the instance.\n"
+        "- A communication step that cannot be completed is undone and returns fmi2Discard; fmi2Terminated then stays\n"
+        "  true until the instance is freed.\n"
+        "- A saved state of another FMU, or a damaged one, is refused by fmi2SetFMUstate, not by\n"
+        "  fmi2DeSerializeFMUstate. fmi2FreeFMUstate leaves the pointer as it is: do not use it again.\n"
+        "- There are no directional derivatives and no derivatives of inputs and outputs.\n"
+    )

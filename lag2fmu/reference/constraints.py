@@ -1,0 +1,180 @@
+"""Constraints as numbers, and the dense solution of the KKT system with them.
+
+A constraint is differentiated by SymPy, once or twice along the motion. The system
+
+    [M  -G^T] [qdd       ]   [forcing]
+    [G    0 ] [multiplier] = [-gamma ]
+
+is solved by its pseudo-inverse after scaling: accelerations are unique also with redundant constraints (Gauss's
+principle), multipliers are of least norm with rows of G of unit length in the metric M^-1.
+Source: F. Udwadia, R. Kalaba, Analytical Dynamics, Cambridge 1996, chapters 2 and 3.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+
+import numpy as np
+import sympy as sp
+
+from lag2fmu.errors import SimulationError
+from lag2fmu.mechanism.expressions import TIME
+from lag2fmu.reference.composition import Composition
+from lag2fmu.reference.functions import compiled
+from lag2fmu.reference.state import Floats, State
+
+RANK = 1e-10
+"""Eigenvalues of the scaled KKT matrix below this count as zero; they are squares of distances between rows of G."""
+
+TIGHT, LOOSE = 1e-12, 1e-6
+_ITERATIONS, _HALVINGS = 60, 12
+
+
+class Constraints:
+    """The constraints of a mechanism: h holonomic ones first, m in all, at states of n coordinates."""
+
+    def __init__(self, composition: Composition, constants: Sequence[float]) -> None:
+        mechanism, s = composition.mechanism, composition.symbols
+        self.names = [c.name for c in mechanism.constraints]
+        self.h, self.m, self.n = len(mechanism.holonomic), len(mechanism.constraints), len(s.q)
+        self._constants = tuple(constants)
+        self._full_rank: bool | None = None  # of G, where it is asked for the first time
+        values = [composition.written(c.expression) for c in mechanism.constraints]
+        velocities = [*(composition.rate(x) for x in values[: self.h]), *values[self.h :]]
+        jacobian = [velocity.diff(v) for velocity in velocities for v in s.qd]
+        moving = {s.q[i]: s.qd[i] for i in range(self.n)} | {TIME: sp.S.One}
+        moving |= dict(zip(s.motion, s.motion_dot, strict=True)) | dict(zip(s.motion_dot, s.motion_ddot, strict=True))
+        gamma = [sp.Add(*(w.diff(x) * rate for x, rate in moving.items())) for w in velocities]
+        self._function = compiled(
+            (TIME, *s.q, *s.qd, *s.inputs, *s.parameters), [*values, *velocities, *gamma, *jacobian]
+        )
+
+    def __call__(self, state: State) -> tuple[Floats, Floats, Floats, Floats]:
+        """phi or A qd + b (m, *batch), velocities (m, *batch), gamma (m, *batch), G (m, n, *batch)."""
+        m = self.m
+        values: Floats = self._function(state.rows, self._constants)
+        return values[:m], values[m : 2 * m], values[2 * m : 3 * m], values[3 * m :].reshape(m, self.n, *state.t.shape)
+
+    def solve(self, mass: Floats, forcing: Floats, state: State, rate: float = 0.0) -> tuple[Floats, Floats]:
+        """qdd (n, *batch) and multipliers (m, *batch) for M (n, n, *batch) and forcing (n, *batch).
+
+        With a ``rate`` (1/s) the constraints' accelerations are -2 rate velocity - rate^2 position instead of 0, which
+        damps what an integration lets drift (J. Baumgarte, Comp. Meth. Appl. Mech. Eng. 1, 1972).
+        """
+        phi, velocity, gamma, jacobian = self(state)
+        position = np.concatenate([phi[: self.h], np.zeros_like(phi[self.h :])])
+        aim = gamma + 2 * rate * velocity + rate**2 * position
+        M, G = np.moveaxis(mass, (0, 1), (-2, -1)), np.moveaxis(jacobian, (0, 1), (-2, -1))
+        right = np.concatenate([np.moveaxis(forcing, 0, -1), -np.moveaxis(aim, 0, -1)], axis=-1)
+        if not (np.isfinite(M).all() and np.isfinite(G).all() and np.isfinite(right).all()):
+            return np.full_like(forcing, np.nan), np.full_like(phi, np.nan)
+        if self._full_rank is None:
+            rows = G / np.maximum(np.linalg.norm(G, axis=-1, keepdims=True), 1e-300)
+            self._full_rank = bool((np.linalg.matrix_rank(rows, tol=1e-6) == self.m).all())
+        scale = _scales(M, G, self._full_rank)
+        matrix = np.zeros((*M.shape[:-2], self.n + self.m, self.n + self.m))
+        matrix[..., : self.n, : self.n] = M
+        matrix[..., : self.n, self.n :] = np.swapaxes(G, -1, -2)
+        matrix[..., self.n :, : self.n] = G
+        matrix *= scale[..., :, None] * scale[..., None, :]
+        inverse = np.linalg.pinv(matrix, rcond=RANK, hermitian=True)
+        found = scale * (inverse @ (scale * right)[..., None])[..., 0]
+        return np.moveaxis(found[..., : self.n], -1, 0), -np.moveaxis(found[..., self.n :], -1, 0)
+
+    # ------------------------------------------------------------------------------------------- onto the constraints
+
+    def consistent(
+        self,
+        state: Callable[[Floats, Floats], State],
+        q: Floats,
+        qd: Floats,
+        nominal: Floats,
+        free: tuple[Sequence[bool], Sequence[bool]] | None = None,
+    ) -> tuple[Floats, Floats]:
+        """q and qd, (n,) each, moved until the constraints hold; by ``free`` entries first, if they are given.
+
+        Newton's method with steps of least norm in nominal values, halved where the residual grows. Raises
+        SimulationError with the residuals if a relative residual of 1e-6 is left for the coordinates that are given.
+        """
+        q_free, qd_free = (np.array(x, dtype=bool) for x in (free or ([True] * self.n, [True] * self.n)))
+        everything = np.ones(self.n, dtype=bool)
+
+        def positions(x: Floats) -> tuple[Floats, Floats]:
+            phi, _, _, jacobian = self(state(x, qd))
+            return phi[: self.h], jacobian[: self.h] * nominal
+
+        for chosen in (q_free, everything):
+            q = _newton(positions, q, chosen, nominal)
+            self._refuse(*positions(q), LOOSE if chosen is q_free and free else TIGHT)
+
+        def velocities(x: Floats) -> tuple[Floats, Floats]:
+            _, velocity, _, jacobian = self(state(q, x))
+            return velocity, jacobian * nominal
+
+        for chosen in (qd_free, everything):
+            qd = _newton(velocities, qd, chosen, nominal)
+            pace = max(1.0, float(np.abs(qd / nominal).max()))
+            residual, jacobian = velocities(qd)
+            self._refuse(residual, jacobian * pace, LOOSE if chosen is qd_free and free else TIGHT)
+        return q, qd
+
+    def _refuse(self, residual: Floats, jacobian: Floats, bar: float) -> None:
+        if not _relative(residual, jacobian) <= bar:
+            listed = ", ".join(f"{name} = {r:.3g}" for name, r in zip(self.names, residual, strict=False))
+            raise SimulationError(f"the constraints cannot be met from the start values; residuals: {listed}")
+
+
+def _newton(
+    function: Callable[[Floats], tuple[Floats, Floats]], x: Floats, free: np.ndarray, nominal: Floats
+) -> Floats:
+    """x (n,) moved in its ``free`` entries until the residuals vanish or do not fall any more."""
+    residual, jacobian = function(x)
+    for _ in range(_ITERATIONS):
+        if not free.any() or not np.isfinite(jacobian).all() or _relative(residual, jacobian) <= 1e-3 * TIGHT:
+            break
+        step = np.zeros_like(x)
+        # with redundant constraints solutions are not isolated; damping by the square of the residual keeps the
+        # convergence quadratic (N. Yamashita, M. Fukushima, Computing 15, 2001)
+        length = np.linalg.norm(jacobian[:, free], axis=1)
+        unit = 1.0 / np.where(length > 0, length, 1.0)
+        rows, r = unit[:, None] * jacobian[:, free], unit * residual
+        damped = rows @ rows.T + min(1.0, float(np.max(np.abs(r))) ** 2) * np.eye(len(r))
+        step[free] = rows.T @ np.linalg.lstsq(damped, -r, rcond=1e-12)[0]
+        for halving in range(_HALVINGS):
+            trial = x + 0.5**halving * step * nominal
+            found = function(trial)
+            if np.abs(found[0]).max() < np.abs(residual).max():
+                break
+        else:
+            break
+        x, (residual, jacobian) = trial, found
+    return x
+
+
+def _relative(residual: Floats, jacobian: Floats) -> float:
+    """The greatest residual relative to what a change of a coordinate by its nominal value makes."""
+    if not len(residual):
+        return 0.0
+    size = np.abs(jacobian).max(axis=1)
+    return float(np.max(np.abs(residual) / np.where(size > 0, size, 1.0)))
+
+
+def _scales(M: Floats, G: Floats, plain: bool) -> Floats:
+    """Factors of rows and columns of the KKT matrix (*batch, n + m): all of one size, rows of G of unit length in M^-1.
+
+    Where M is singular, M + G^T W G takes its place, W making both of one size. ``plain``: G has full rank, so that the
+    length of its rows does not matter.
+    """
+    size = np.abs(np.diagonal(M, axis1=-2, axis2=-1)).max(axis=-1)[..., None] / np.maximum((G**2).sum(-1), 1e-300)
+    full = M + np.swapaxes(G, -1, -2) @ (size[..., None] * G)
+    own = np.abs(np.diagonal(full, axis1=-2, axis2=-1))
+    columns = 1.0 / np.sqrt(np.where(own > 0, own, 1.0))
+    rows = G * columns[..., None, :]
+    if plain:
+        square = (rows**2).sum(axis=-1)
+    else:
+        scaled = M * columns[..., :, None] * columns[..., None, :]
+        metric = np.where((np.linalg.cond(scaled) < 1e12)[..., None, None], M, full)
+        inverse = np.linalg.pinv(metric * columns[..., :, None] * columns[..., None, :], hermitian=True)
+        square = np.einsum("...ki,...ij,...kj->...k", rows, inverse, rows)
+    return np.concatenate([columns, 1.0 / np.sqrt(np.where(square > 0, square, 1.0))], axis=-1)

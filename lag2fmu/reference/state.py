@@ -1,0 +1,32 @@
+"""The state of a mechanism, or a batch of states, as arrays."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+Floats = NDArray[np.float64]
+InputValues = Mapping[str, ArrayLike]
+"""Input name -> SI value, or (m,) values of a batch."""
+
+
+@dataclass(frozen=True)
+class State:
+    """Where a mechanism is: t (*batch), q and qd (n, *batch), inputs (3 k + m + n, *batch) as ``Symbols.inputs``."""
+
+    t: Floats
+    q: Floats
+    qd: Floats
+    inputs: Floats
+
+    @property
+    def rows(self) -> Floats:
+        """Everything stacked: t, q, qd, inputs."""
+        return np.concatenate([self.t[None], self.q, self.qd, self.inputs])
+
+    def part(self, block: slice) -> State:
+        """The states ``block`` of a batch."""
+        return State(self.t[block], self.q[:, block], self.qd[:, block], self.inputs[:, block])

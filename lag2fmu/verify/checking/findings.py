@@ -1,0 +1,82 @@
+"""The records ``Finding`` and ``Findings``: what is wrong with an FMU, where, and what to do about it."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from pathlib import Path
+from typing import TYPE_CHECKING, Literal
+
+if TYPE_CHECKING:
+    from rich.table import Table
+
+Severity = Literal["error", "warning"]
+
+
+@dataclass(frozen=True)
+class Finding:
+    """One problem: the ``rule`` that is broken, the ``place`` in the FMU, the ``problem`` and its ``remedy``.
+
+    An 'error' breaks the standard; a 'warning' is allowed, or tolerated by some importers, but known to hurt.
+    """
+
+    rule: str
+    place: str
+    problem: str
+    remedy: str
+    severity: Severity = "error"
+
+
+@dataclass(frozen=True)
+class Findings:
+    """The outcome of ``check_fmu``: the problems, errors first, and ``notes`` on what was done and what was not."""
+
+    path: Path
+    findings: tuple[Finding, ...]
+    notes: tuple[str, ...] = ()
+
+    @property
+    def errors(self) -> tuple[Finding, ...]:
+        """The findings that break the standard."""
+        return tuple(f for f in self.findings if f.severity == "error")
+
+    @property
+    def warnings(self) -> tuple[Finding, ...]:
+        """The other findings."""
+        return tuple(f for f in self.findings if f.severity == "warning")
+
+    @property
+    def passed(self) -> bool:
+        """Whether there is no error."""
+        return not self.errors
+
+    def table(self) -> Table:
+        """The findings as a table of rich; without findings only the title and the notes."""
+        from rich.markup import escape
+        from rich.table import Table
+
+        title = f"{self.path.name}: {_count(self.errors, 'error')}, {_count(self.warnings, 'warning')}"
+        notes = escape("\n".join(self.notes))
+        table = Table(title=escape(title), title_justify="left", caption=notes, caption_justify="left")
+        if not self.findings:
+            table.box, table.show_header = None, False
+        table.add_column("")
+        table.add_column("rule and place", overflow="fold")
+        table.add_column("problem and remedy", overflow="fold", ratio=1)
+        for f in self.findings:
+            mark = "[bold red]error[/bold red]" if f.severity == "error" else "[yellow]warning[/yellow]"
+            table.add_row(mark, escape(f"{f.rule}\n{f.place}"), escape(f"{f.problem};\n{f.remedy}"))
+        return table
+
+    def __str__(self) -> str:
+        """The table as plain text, 110 columns wide."""
+        from io import StringIO
+
+        from rich.console import Console
+
+        stream = StringIO()
+        Console(file=stream, width=110, color_system=None).print(self.table())
+        return stream.getvalue()
+
+
+def _count(findings: tuple[Finding, ...], word: str) -> str:
+    return f"{len(findings)} {word}{'' if len(findings) == 1 else 's'}"

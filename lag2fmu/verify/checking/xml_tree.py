@@ -1,0 +1,79 @@
+"""XML from strangers: elements with their lines, document types refused, so that no entity can grow or fetch."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass, field
+from xml.parsers import expat
+
+from lag2fmu.errors import LoadError
+
+
+@dataclass(frozen=True)
+class Element:
+    """An element: its tag, its attributes, the line it begins in and its children (text is not kept)."""
+
+    tag: str
+    attributes: dict[str, str]
+    line: int
+    children: list[Element] = field(default_factory=list)
+
+    def get(self, name: str, default: str = "") -> str:
+        """The attribute ``name``, or ``default`` where it is absent."""
+        return self.attributes.get(name, default)
+
+    def child(self, tag: str) -> Element | None:
+        """The first child with ``tag``, if any."""
+        return next((c for c in self.children if c.tag == tag), None)
+
+    def all(self, *path: str) -> Iterator[Element]:
+        """The elements at ``path`` below this one, in the document's order."""
+        tag, *rest = path
+        for child in self.children:
+            if child.tag == tag:
+                yield from child.all(*rest) if rest else iter((child,))
+
+    def walk(self) -> Iterator[Element]:
+        """The element itself and all below it, in the document's order."""
+        waiting = [self]
+        while waiting:
+            element = waiting.pop()
+            yield element
+            waiting.extend(reversed(element.children))
+
+
+@dataclass(frozen=True)
+class Document:
+    """A root element and what its XML declaration says of the encoding ('' if there is none)."""
+
+    root: Element
+    encoding: str
+
+
+def parse(data: bytes, place: str) -> Document:
+    """The XML in ``data``; ``place`` names it in errors. Raises LoadError if it is malformed or has a document type."""
+    root = Element("", {}, 0)
+    open_elements, encoding = [root], [""]
+    parser = expat.ParserCreate()
+
+    def begin(tag: str, attributes: dict[str, str]) -> None:
+        element = Element(tag, attributes, parser.CurrentLineNumber)
+        open_elements[-1].children.append(element)
+        open_elements.append(element)
+
+    def end(tag: str) -> None:
+        open_elements.pop()
+
+    def doctype(name: str, *_: object) -> None:
+        raise LoadError(f"'{place}' has a document type ('<!DOCTYPE {name}'), which could define entities; remove it")
+
+    def declaration(version: str, stated: str | None, standalone: int) -> None:
+        encoding[0] = stated or ""
+
+    parser.StartElementHandler, parser.EndElementHandler = begin, end
+    parser.StartDoctypeDeclHandler, parser.XmlDeclHandler = doctype, declaration
+    try:
+        parser.Parse(data, True)
+    except (expat.ExpatError, LookupError, ValueError) as error:  # the latter two for unknown encodings
+        raise LoadError(f"'{place}' is no well-formed XML: {error}") from error
+    return Document(root.children[0], encoding[0])

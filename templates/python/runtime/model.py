@@ -1,0 +1,91 @@
+"""One mechanism as data: its variables, its equations of motion and the method that integrates them."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from math import inf
+
+Vector = Sequence[float]
+Matrix = Sequence[Sequence[float]]
+
+TIME, STATE, ACCELERATION, INPUT = "time", "state", "acceleration", "input"
+PARAMETER, SETTING, DEPENDENT, LOCAL = "parameter", "setting", "dependent", "local"
+"""The kinds of variables; states are (q, qd)."""
+
+
+class Unsolvable(Exception):  # noqa: N818
+    """The equations have no finite result, or a step of the solver could not be done; the message is a sentence."""
+
+    def __init__(self, sentence: str, singular: bool = False) -> None:
+        super().__init__(sentence)
+        self.singular = singular
+
+
+@dataclass(frozen=True)
+class Variable:
+    """A variable of the FMU: ``index`` in the vector of its ``kind``; start and bounds in ``unit`` (SI)."""
+
+    name: str
+    kind: str
+    index: int
+    start: float = 0.0
+    minimum: float = -inf
+    maximum: float = inf
+    unit: str = ""
+    doc: str = ""
+
+
+@dataclass(frozen=True)
+class Tableau:
+    """An explicit Runge-Kutta method of s stages.
+
+    k_i = f(t + c_i h, x + h sum_j a_ij k_j),  x_new = x + h sum_i b_i k_i,  error = h sum_i e_i k_i;
+    ``a`` holds i weights for stage i = 0 ... s-1; ``e`` is empty for a fixed step. ``order`` is that of x_new,
+    ``error_order`` that of x_new - error.
+    """
+
+    order: int
+    error_order: int
+    a: Sequence[Vector]
+    b: Vector
+    c: Vector
+    e: Vector
+
+    @property
+    def first_same_as_last(self) -> bool:
+        """Whether the last stage is the first stage of the next step."""
+        return [*self.a[-1], 0.0] == list(self.b) and self.c[-1] == 1.0
+
+
+@dataclass(frozen=True)
+class Model:
+    """A mechanism: M(q, t) qdd = f(q, qd, t), and what follows from it.
+
+    ``variables`` are in the order of their value references. ``equations(t, states, inputs, parameters)`` gives M (the
+    rows of its lower triangle) and f; ``calculate(..., accelerations)`` the local variables; ``follow(parameters)``
+    the dependent parameters. ``nominal`` (n,) is the size of each coordinate, ``default_step`` is in s.
+    """
+
+    name: str
+    guid: str
+    variables: Sequence[Variable]
+    nominal: Vector
+    default_step: float
+    tableau: Tableau
+    equations: Callable[[float, Vector, Vector, Vector], tuple[Matrix, Vector]]
+    calculate: Callable[[float, Vector, Vector, Vector, Vector], Vector]
+    follow: Callable[[Vector], Vector]
+
+    def of(self, kind: str) -> list[Variable]:
+        """The variables of one kind, by index."""
+        return sorted((v for v in self.variables if v.kind == kind), key=lambda v: v.index)
+
+    def starts(self, kind: str) -> list[float]:
+        """The start values of the variables of one kind."""
+        return [float(v.start) for v in self.of(kind)]
+
+    @property
+    def coordinates(self) -> list[str]:
+        """The names of the coordinates, (n,)."""
+        return [v.name for v in self.of(STATE)][: len(self.nominal)]

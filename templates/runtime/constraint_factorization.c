@@ -1,0 +1,154 @@
+/* Cholesky with diagonal pivoting, which shows the rank. Golub and Van Loan, Matrix Computations, 4th edition, sections
+   4.2.8 (pivoting) and 5.5 (solutions of least norm). */
+#include "constraint_factorization.h"
+
+#include <math.h>
+#include <stddef.h>
+
+enum { N = N_COORDINATES, M = N_CONSTRAINTS };
+
+/* Squared: a constraint counts as redundant if it is that near to the span of the others, seen from 1. Small enough for
+   mechanisms that work near their singular positions, large enough to pass through one on the continuous branch. */
+static const double RANK_TOLERANCE = 1e-10;
+
+static double inner_product(const double a[], const double b[], int count) {
+    double sum = 0.0;
+    for (int i = 0; i < count; i++) {
+        sum += a[i] * b[i];
+    }
+    return sum;
+}
+
+/* The full matrix D G M^-1 G^T D in factor, and D. A row that restricts nothing gets the scale 0. */
+static void scale_rows(ConstraintFactorization *result) {
+    for (int k = 0; k < result->rows; k++) {
+        const double square = inner_product(result->jacobian + k * N, result->response + k * N, N);
+        result->scale[k] = square > 0.0 ? 1.0 / sqrt(square) : 0.0;
+    }
+    for (int k = 0; k < result->rows; k++) {
+        for (int l = 0; l < result->rows; l++) {
+            const double entry = inner_product(result->jacobian + k * N, result->response + l * N, N);
+            result->factor[k * M + l] = result->scale[k] * entry * result->scale[l];
+        }
+    }
+}
+
+static void swap(double *a, double *b) {
+    const double kept = *a;
+    *a = *b;
+    *b = kept;
+}
+
+/* Brings the largest remaining diagonal entry to row k; returns it. */
+static double bring_pivot(ConstraintFactorization *result, int k) {
+    double *a = result->factor;
+    int best = k;
+    for (int i = k + 1; i < result->rows; i++) {
+        best = a[i * M + i] > a[best * M + best] ? i : best;
+    }
+    if (best != k) {
+        const int kept = result->order[k];
+        result->order[k] = result->order[best];
+        result->order[best] = kept;
+        for (int j = 0; j < result->rows; j++) {
+            swap(&a[k * M + j], &a[best * M + j]);
+        }
+        for (int i = 0; i < result->rows; i++) {
+            swap(&a[i * M + k], &a[i * M + best]);
+        }
+    }
+    return a[k * M + k];
+}
+
+/* Column k of L, and the rest of the matrix without its part. */
+static void eliminate(double a[], int rows, int k) {
+    a[k * M + k] = sqrt(a[k * M + k]);
+    for (int i = k + 1; i < rows; i++) {
+        a[i * M + k] /= a[k * M + k];
+    }
+    for (int i = k + 1; i < rows; i++) {
+        for (int j = k + 1; j <= i; j++) {
+            a[i * M + j] -= a[i * M + k] * a[j * M + k];
+            a[j * M + i] = a[i * M + j];
+        }
+    }
+}
+
+/* L^T L = normal normal^T. */
+static void factorize_normal(ConstraintFactorization *result) {
+    const double *a = result->factor;
+    for (int i = 0; i < result->rank; i++) {
+        for (int j = 0; j <= i; j++) {
+            double sum = 0.0;
+            for (int k = i; k < result->rows; k++) {
+                sum += a[k * M + i] * a[k * M + j];
+            }
+            result->normal[i * M + j] = sum;
+            result->normal[j * M + i] = sum;
+        }
+    }
+    for (int k = 0; k < result->rank; k++) {
+        eliminate(result->normal, result->rank, k);
+    }
+}
+
+void constraints_factorize(ConstraintFactorization *result, int rows, double damping) {
+    result->rows = rows;
+    result->rank = 0;
+    scale_rows(result);
+    for (int k = 0; k < rows; k++) {
+        result->order[k] = k;
+        result->factor[k * M + k] += result->scale[k] > 0.0 ? damping : 0.0;
+    }
+    while (result->rank < rows && bring_pivot(result, result->rank) > RANK_TOLERANCE) {
+        eliminate(result->factor, rows, result->rank);
+        result->rank++;
+    }
+    if (result->rank < rows) {
+        factorize_normal(result);
+    }
+}
+
+/* Overwrites b[size] by L^-1 b. */
+static void solve_lower(const double lower[], int size, double b[]) {
+    for (int i = 0; i < size; i++) {
+        b[i] = (b[i] - inner_product(lower + i * M, b, i)) / lower[i * M + i];
+    }
+}
+
+/* Overwrites b[size] by L^-T b. */
+static void solve_upper(const double lower[], int size, double b[]) {
+    for (int i = size - 1; i >= 0; i--) {
+        b[i] /= lower[i * M + i];
+        for (int j = 0; j < i; j++) {
+            b[j] -= lower[i * M + j] * b[i];
+        }
+    }
+}
+
+void constraints_solve(const ConstraintFactorization *f, const double b[], double multipliers[]) {
+    double z[M];
+    for (int i = 0; i < f->rank; i++) {
+        z[i] = f->scale[f->order[i]] * b[f->order[i]];
+    }
+    solve_lower(f->factor, f->rank, z); /* L^T times any solution */
+    if (f->rank == f->rows) {
+        solve_upper(f->factor, f->rank, z);
+    } else {
+        solve_lower(f->normal, f->rank, z);
+        solve_upper(f->normal, f->rank, z);
+    }
+    for (int i = 0; i < f->rows; i++) {
+        const double least = f->rank == f->rows ? z[i]
+                                                : inner_product(f->factor + i * M, z, i < f->rank ? i + 1 : f->rank);
+        multipliers[f->order[i]] = f->scale[f->order[i]] * least;
+    }
+}
+
+void constraints_respond(const ConstraintFactorization *f, const double multipliers[], double a[]) {
+    for (int k = 0; k < f->rows; k++) {
+        for (int i = 0; i < N; i++) {
+            a[i] += multipliers[k] * f->response[k * N + i];
+        }
+    }
+}

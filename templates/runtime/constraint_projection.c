@@ -1,0 +1,289 @@
+/* Projections. Sources: Hairer, Wanner, Solving Ordinary Differential Equations II, 2nd edition, section VII.2
+   (projection methods, simplified Newton iteration); Deuflhard, Newton Methods for Nonlinear Problems, section 4.4
+   (steps of least norm). */
+#include "constraint_projection.h"
+
+#include <float.h>
+#include <math.h>
+#include <string.h>
+
+#include "logging.h"
+#include "system.h"
+
+enum { N = N_COORDINATES, MOST_ITERATIONS = 60, MOST_HALVINGS = 12, MOST_CORRECTIONS = 12 };
+
+static const double ROUNDING = 1e-13;  /* relative residuals: as good as zero, ... */
+static const double MET = 1e-12;       /* ... met at the start, ... */
+static const double ACCEPTED = 1e-10;  /* ... met after a step, where rounding leaves more ... */
+static const double PROJECTED = 1e-6;  /* ... and near enough for given starts to be moved */
+
+/* The constraints at some states. */
+typedef struct {
+    double positions[N_HOLONOMIC + 1]; /* one more: there may be none */
+    double velocities[N_CONSTRAINTS];
+    double jacobian[N_CONSTRAINTS * N_COORDINATES];
+} Values;
+
+/* Positions (of the holonomic constraints) or velocities (of all). */
+typedef enum { POSITIONS, VELOCITIES } Level;
+
+static int rows_of(Level level) {
+    return level == POSITIONS ? N_HOLONOMIC : N_CONSTRAINTS;
+}
+
+static void evaluate(const Instance *instance, double time, const double states[], const double inputs[],
+                     Values *values) {
+    mechanism_constraints(time, states, inputs, instance->state.parameters, values->positions, values->velocities,
+                          values->jacobian);
+}
+
+/* The greatest velocity in nominal values, at least 1/s. */
+static double pace(const double states[]) {
+    double greatest = 1.0;
+    for (int i = 0; i < N; i++) {
+        greatest = fmax(greatest, fabs(states[N + i]) / NOMINAL_STATES[N + i]);
+    }
+    return greatest;
+}
+
+/* The greatest relative residual; infinite for one that is not finite. */
+static double residual_size(const Values *values, Level level, const double states[]) {
+    const double unit = level == POSITIONS ? 1.0 : pace(states);
+    double greatest = 0.0;
+    for (int k = 0; k < rows_of(level); k++) {
+        const double residual = level == POSITIONS ? values->positions[k] : values->velocities[k];
+        double scale = 0.0;
+        for (int i = 0; i < N; i++) {
+            scale = fmax(scale, fabs(values->jacobian[k * N + i]) * NOMINAL_STATES[i]);
+        }
+        const double relative = fabs(residual) / (unit * (scale > 0.0 ? scale : 1.0));
+        if (!(relative <= greatest)) {
+            greatest = isfinite(relative) ? relative : HUGE_VAL;
+        }
+    }
+    return greatest;
+}
+
+static bool report_constraints(Instance *instance, double time, const Values *values, Level level) {
+    instance->failure.kind = FAILURE_CONSTRAINTS;
+    instance->failure.time = time;
+    instance->failure.count = rows_of(level);
+    memset(instance->failure.residuals, 0, sizeof instance->failure.residuals);
+    memcpy(instance->failure.residuals, level == POSITIONS ? values->positions : values->velocities,
+           (size_t)rows_of(level) * sizeof(double));
+    return false;
+}
+
+double constraints_drift(const Instance *instance, double time, const double states[], const double inputs[]) {
+    Values values;
+    evaluate(instance, time, states, inputs, &values);
+    return residual_size(&values, POSITIONS, states);
+}
+
+/* states[of the level] += the shortest change, in the metric M, that takes the residuals away to first order. */
+static void correct(const Values *values, Level level, const System *system, double states[]) {
+    const double zero[N_COORDINATES] = {0.0};
+    double right[N_CONSTRAINTS];
+    double change[N_UNKNOWNS];
+    for (int k = 0; k < rows_of(level); k++) {
+        right[k] = level == POSITIONS ? -values->positions[k] : -values->velocities[k];
+    }
+    system_solve(system, zero, right, change);
+    for (int i = 0; i < N; i++) {
+        states[(level == POSITIONS ? 0 : N) + i] += change[i];
+    }
+}
+
+/* The damping of a correction of residuals of this relative size: with redundant constraints solutions are not isolated,
+   and the convergence stays quadratic. Yamashita, Fukushima, On the rate of convergence of the Levenberg-Marquardt
+   method, Computing 15, 2001. */
+static double damping_of(double size) {
+    return fmin(1.0, size * size);
+}
+
+/* Simplified Newton iteration: the system is factorised again only where that is needed to go on. *factorized is the
+   number of rows that the factorisation in scratch stands for. */
+static bool project(Instance *instance, Level level, double time, const double inputs[], double states[],
+                    int *factorized, bool *moved) {
+    System *system = &instance->scratch.system;
+    Values values;
+    double previous = HUGE_VAL;
+    bool fresh = false;
+    for (int i = 0; i < MOST_CORRECTIONS; i++) {
+        evaluate(instance, time, states, inputs, &values);
+        const double size = residual_size(&values, level, states);
+        if (size <= ROUNDING || (fresh && i > 0 && size <= ACCEPTED && size > 0.5 * previous)) {
+            return true;
+        }
+        fresh = *factorized != rows_of(level) || size > 0.1 * previous;
+        if (fresh && !system_factorize(instance, time, states, inputs, rows_of(level), damping_of(size),
+                                       system)) {
+            return false;
+        }
+        *factorized = rows_of(level);
+        correct(&values, level, system, states);
+        *moved = true;
+        previous = size;
+    }
+    evaluate(instance, time, states, inputs, &values);
+    return residual_size(&values, level, states) <= ACCEPTED || report_constraints(instance, time, &values, level);
+}
+
+bool constraints_project(Instance *instance, double time, const double inputs[], double states[], bool *moved) {
+    int factorized = 0;
+    *moved = false;
+    return (N_HOLONOMIC == 0 || project(instance, POSITIONS, time, inputs, states, &factorized, moved)) &&
+           project(instance, VELOCITIES, time, inputs, states, &factorized, moved);
+}
+
+/* ------------------------------------------------------------------------------------------------------ at the start */
+
+/* Which states may move: those of the level that are guesses, or all of the level. */
+typedef enum { GUESSES, ALL_STATES } Freedom;
+
+static bool is_free(Level level, Freedom freedom, int i) {
+    return freedom == ALL_STATES || !GIVEN_STATES[(level == POSITIONS ? 0 : N) + i];
+}
+
+/* change[n]: the least one in nominal values, of the free states, that takes the residuals[rows] away to first order. */
+static void least_change(ConstraintFactorization *work, const double jacobian[], const double residuals[], Level level,
+                         Freedom freedom, double damping, double change[]) {
+    double right[N_CONSTRAINTS];
+    double multipliers[N_CONSTRAINTS];
+    memcpy(work->jacobian, jacobian, sizeof work->jacobian);
+    for (int k = 0; k < rows_of(level); k++) {
+        right[k] = -residuals[k];
+        for (int i = 0; i < N; i++) {
+            const double weight = is_free(level, freedom, i) ? NOMINAL_STATES[i] * NOMINAL_STATES[i] : 0.0;
+            work->response[k * N + i] = weight * jacobian[k * N + i];
+        }
+    }
+    constraints_factorize(work, rows_of(level), damping);
+    constraints_solve(work, right, multipliers);
+    memset(change, 0, N * sizeof(double));
+    constraints_respond(work, multipliers, change);
+}
+
+static double greatest_residual(const Values *values, Level level) {
+    const double *residuals = level == POSITIONS ? values->positions : values->velocities;
+    double greatest = 0.0;
+    for (int k = 0; k < rows_of(level); k++) {
+        greatest = isfinite(residuals[k]) ? fmax(greatest, fabs(residuals[k])) : HUGE_VAL;
+    }
+    return greatest;
+}
+
+/* Newton's method with steps of least norm, halved where the residual grows. */
+static void newton(Instance *instance, Level level, Freedom freedom, double states[]) {
+    const State *state = &instance->state;
+    ConstraintFactorization *work = &instance->scratch.system.constraints;
+    double *moving = states + (level == POSITIONS ? 0 : N);
+    double change[N_COORDINATES];
+    double kept[N_COORDINATES];
+    Values values, trial;
+    evaluate(instance, state->time, states, state->inputs, &values);
+    for (int i = 0; i < MOST_ITERATIONS && residual_size(&values, level, states) > 1e-3 * MET; i++) {
+        least_change(work, values.jacobian, level == POSITIONS ? values.positions : values.velocities, level, freedom,
+                     damping_of(residual_size(&values, level, states)), change);
+        memcpy(kept, moving, sizeof kept);
+        double length = 1.0;
+        for (int halvings = 0; ; halvings++, length *= 0.5) {
+            for (int j = 0; j < N; j++) {
+                moving[j] = kept[j] + length * change[j];
+            }
+            evaluate(instance, state->time, states, state->inputs, &trial);
+            if (greatest_residual(&trial, level) < greatest_residual(&values, level)) {
+                break;
+            }
+            if (halvings == MOST_HALVINGS) {
+                memcpy(moving, kept, sizeof kept);
+                return;
+            }
+        }
+        values = trial;
+    }
+}
+
+/* Says how far a given start was moved. */
+static void note_projection(Instance *instance, const double before[], const double after[]) {
+    int worst = 0;
+    double furthest = 0.0;
+    for (int i = 0; i < N_STATES; i++) {
+        const double distance = fabs(after[i] - before[i]) / NOMINAL_STATES[i];
+        worst = distance > furthest ? i : worst;
+        furthest = fmax(furthest, distance);
+    }
+    note(instance, "the given start values missed the constraints by little and were moved, furthest %s from %.17g to "
+         "%.17g", variable_name(VARIABLE_STATE, worst), before[worst], after[worst]);
+}
+
+static bool settle(Instance *instance, Level level, double states[]) {
+    const State *state = &instance->state;
+    double before[N_STATES];
+    Values values;
+    for (int freedom = GUESSES; freedom <= ALL_STATES; freedom++) {
+        evaluate(instance, state->time, states, state->inputs, &values);
+        const double size = residual_size(&values, level, states);
+        if (size <= MET) {
+            return true;
+        }
+        if (freedom == ALL_STATES && size > PROJECTED) {
+            break;
+        }
+        memcpy(before, states, sizeof before);
+        newton(instance, level, (Freedom)freedom, states);
+        if (freedom == ALL_STATES) {
+            note_projection(instance, before, states);
+        }
+    }
+    evaluate(instance, state->time, states, state->inputs, &values);
+    return residual_size(&values, level, states) <= MET ||
+           report_constraints(instance, state->time, &values, level);
+}
+
+bool constraints_settle(Instance *instance) {
+    State *state = &instance->state;
+    double states[N_STATES];
+    if (state->settled) {
+        return true;
+    }
+    memcpy(states, state->states, sizeof states);
+    if ((N_HOLONOMIC > 0 && !settle(instance, POSITIONS, states)) || !settle(instance, VELOCITIES, states)) {
+        return false;
+    }
+    for (int i = 0; i < N_STATES; i++) {
+        instance_assign(instance, &state->states[i], states[i]);
+    }
+    state->settled = 1;
+    return true;
+}
+
+/* The rows of the residuals' tangent that belong to a level. */
+static const double *rows_in(const double change[], Level level) {
+    return change + N_UNKNOWNS + (level == POSITIONS ? N_CONSTRAINTS : 0);
+}
+
+bool constraints_settle_seed(Instance *instance, Seed *seed) {
+    const State *state = &instance->state;
+    double change[N_RESIDUALS];
+    double answer[N_COORDINATES];
+    Values values;
+    if (!equations_accelerations(instance)) {
+        return false;
+    }
+    evaluate(instance, state->time, state->states, state->inputs, &values);
+    for (int i = 0; i < N_STATES; i++) {
+        seed->states[i] = GIVEN_STATES[i] ? seed->states[i] : 0.0;
+    }
+    for (int level = N_HOLONOMIC > 0 ? POSITIONS : VELOCITIES; level <= VELOCITIES; level++) {
+        mechanism_residual_tangent(state->time, state->states, state->inputs, state->parameters,
+                                   instance->cache.accelerations, seed->time, seed->states, seed->inputs,
+                                   seed->parameters, change);
+        least_change(&instance->scratch.system.constraints, values.jacobian, rows_in(change, (Level)level),
+                     (Level)level, GUESSES, 0.0, answer);
+        for (int i = 0; i < N; i++) {
+            seed->states[(level == POSITIONS ? 0 : N) + i] += answer[i];
+        }
+    }
+    return true;
+}

@@ -1,0 +1,32 @@
+/* The linear system behind the accelerations, factorised at a point:
+
+       M qdd = right,   or with constraints   [M  -G^T] [qdd       ]   [right]
+                                              [G    0 ] [multiplier] = [below]
+
+   M is factorised by generated code or, where the pivots of that are not sound, densely. With constraints M may be
+   singular as long as the whole system is not: then M + G^T W G takes its place, with W = diag(weight). */
+#ifndef SYSTEM_H
+#define SYSTEM_H
+
+#include "instance.h"
+
+/* Are these pivots of the generated code clearly positive? */
+bool pivots_sound(Instance *instance, const double pivots[]);
+
+/* M written out and factorised with pivoting where it must be; leaves the forcing in scratch. With mend, a singular M is
+   replaced as said above. Returns false, with instance->failure, if the system determines no accelerations. */
+bool system_factorize_densely(Instance *instance, double time, const double states[], const double inputs[],
+                              System *system);
+
+/* Factorises at a point, with the first rows of the constraints, damped as constraints_factorize says. Returns false
+   likewise. */
+bool system_factorize(Instance *instance, double time, const double states[], const double inputs[], int rows,
+                      double damping, System *system);
+
+/* unknowns = qdd[n] and multipliers[rows] behind it, for right[n] and below[rows]. */
+void system_solve(const System *system, const double right[], const double *below, double unknowns[]);
+
+/* Sets instance->failure to this kind at this time, flagging coordinates[n]; returns false. */
+bool report_coordinates(Instance *instance, FailureKind kind, double time, const bool coordinates[]);
+
+#endif

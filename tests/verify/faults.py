@@ -1,0 +1,52 @@
+"""FMUs with one fault each, made from a good one."""
+
+from __future__ import annotations
+
+import xml.etree.ElementTree as ET
+import zipfile
+from collections.abc import Callable, Mapping
+from pathlib import Path
+
+DESCRIPTION = "modelDescription.xml"
+Fault = Callable[[ET.Element], None]
+
+
+def files_of(path: Path) -> dict[str, bytes]:
+    """The files in the archive ``path``."""
+    with zipfile.ZipFile(path) as archive:
+        return {name: archive.read(name) for name in archive.namelist()}
+
+
+def written(files: Mapping[str, bytes], path: Path) -> Path:
+    """An archive of ``files`` at ``path``."""
+    with zipfile.ZipFile(path, "w", zipfile.ZIP_DEFLATED) as archive:
+        for name, data in files.items():
+            archive.writestr(name, data)
+    return path
+
+
+def spoiled(good: Path, path: Path, fault: Fault) -> Path:
+    """A copy of ``good`` at ``path``, with ``fault`` done to the root of its modelDescription.xml."""
+    files = files_of(good)
+    root = ET.fromstring(files[DESCRIPTION])
+    before = ET.tostring(root)
+    fault(root)
+    assert ET.tostring(root) != before, "nothing was changed"
+    return written(files | {DESCRIPTION: ET.tostring(root, "UTF-8", xml_declaration=True)}, path)
+
+
+def variable(root: ET.Element, name: str) -> ET.Element:
+    """The ScalarVariable ``name``."""
+    (found,) = (v for v in root.iter("ScalarVariable") if v.get("name") == name)
+    return found
+
+
+def index(root: ET.Element, name: str) -> str:
+    """The index of the variable ``name``, from 1."""
+    return str(1 + [v.get("name") for v in root.iter("ScalarVariable")].index(name))
+
+
+def unknown(root: ET.Element, group: str, name: str) -> ET.Element:
+    """The entry of the variable ``name`` in a list of ModelStructure."""
+    (found,) = (u for u in root.find(f"ModelStructure/{group}") if u.get("index") == index(root, name))
+    return found
