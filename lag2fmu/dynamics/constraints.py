@@ -95,6 +95,18 @@ def starting_consistently(mechanism: Mechanism, graph: Graph, constraints: Const
     return start.moved()
 
 
+def ambiguous(mechanism: Mechanism, graph: Graph, constraints: Constraints) -> frozenset[str]:
+    """The constraints whose multipliers are not unique at the start, because constraints are redundant."""
+    if not len(constraints):
+        return frozenset()
+    jacobian = _Start(mechanism, graph, constraints).jacobian()
+    length = np.linalg.norm(jacobian, axis=1, keepdims=True)
+    left, singular, _ = np.linalg.svd(jacobian / np.where(length > 0, length, 1.0))
+    null = left[:, int(np.sum(singular > 1e-8)) :]
+    loose = np.abs(null).max(axis=1, initial=0.0) > 1e-6
+    return frozenset(c.name for c, found in zip(mechanism.constraints, loose, strict=True) if found)
+
+
 class _Start:
     """The start values q and qd, (n,), on their way to the constraints."""
 
@@ -110,13 +122,19 @@ class _Start:
     def _evaluate(self, nodes: Sequence[int], q: Floats, qd: Floats) -> Floats:
         for c, place, rate in zip(self.mechanism.coordinates, q, qd, strict=True):
             self.values |= {c.name: float(place), names.velocity(c.name): float(rate)}
-        return np.array(self.graph.evaluate(list(nodes), self.values))
+        values: Floats = np.array(self.graph.evaluate(list(nodes), self.values))
+        return values
 
     def _jacobian(self, q: Floats) -> Floats:
         """G in units of the nominal values, (m, n)."""
         c = self.constraints
         entries = self._evaluate([entry for row in c.jacobian for entry in row], q, self.qd)
-        return entries.reshape(len(c), len(q)) * self.nominal
+        jacobian: Floats = entries.reshape(len(c), len(q)) * self.nominal
+        return jacobian
+
+    def jacobian(self) -> Floats:
+        """G at the start in units of the nominal values, (m, n)."""
+        return self._jacobian(self.q)
 
     def solve_positions(self) -> None:
         """Move q: what is free first, then everything if little is left."""
@@ -181,7 +199,8 @@ def _least_step(jacobian: Floats, residual: Floats) -> Floats:
     """The step of least norm that takes the ``residual`` away to first order, damped by the square of its size.
 
     The damping keeps the convergence quadratic where constraints are redundant, so that solutions are not isolated.
-    Source: N. Yamashita, M. Fukushima, On the rate of convergence of the Levenberg-Marquardt method, Computing 15, 2001.
+    Source: N. Yamashita, M. Fukushima, On the rate of convergence of the Levenberg-Marquardt method, Computing 15,
+    2001.
     """
     length = np.linalg.norm(jacobian, axis=1)
     scale = 1.0 / np.where(length > 0, length, 1.0)

@@ -44,11 +44,12 @@ class Formula:
 
 @dataclass(frozen=True)
 class Formulas:
-    """T and V as far as they are apart, M(q), and one equation of motion for each coordinate."""
+    """T and V as far as they are apart, M(q), one equation of motion for each coordinate, and the constraints."""
 
     energies: tuple[Formula, ...]
     mass_matrix: Formula
     motion: tuple[Formula, ...]
+    constraints: tuple[Formula, ...]
 
 
 def formulas(equations: EquationsOfMotion) -> Formulas | None:
@@ -57,9 +58,11 @@ def formulas(equations: EquationsOfMotion) -> Formulas | None:
     n = len(v.q)
     energies = [(letter, equations.energies.get(name)) for letter, name in _ENERGIES.items()]
     known = [(letter, node) for letter, node in energies if node is not None]
-    rest = [g.subtract(Q, f) for Q, f in zip(v.Q, equations.forcing, strict=True)]
+    reactions = [g.dot(v.multipliers, [row[i] for row in equations.constraints.jacobian]) for i in range(n)]
+    rest = [g.subtract(g.subtract(Q, f), R) for Q, f, R in zip(v.Q, equations.forcing, reactions, strict=True)]
+    residuals = equations.constraints.residuals
     mass = [equations.mass_matrix[i][j] for i in range(n) for j in range(i + 1)]
-    nodes = [*(node for _, node in known), *mass, *rest]
+    nodes = [*(node for _, node in known), *mass, *rest, *residuals]
     if _written_operations(g, nodes) > MAX_OPERATIONS:
         return None
     written = iter([_tidy(e) for e in _written(g, nodes)])
@@ -71,7 +74,8 @@ def formulas(equations: EquationsOfMotion) -> Formulas | None:
     for i in range(n):
         terms = [matrix[i, j] * paper.symbol(v.qdd[j]) for j in range(n)]
         motion.append(paper.equation(sp.Add(*terms, next(written)), paper.symbol(v.Q[i])))
-    return Formulas(printed, paper.equation(sp.Symbol("M"), matrix), tuple(motion))
+    constraints = tuple(paper.equation(next(written), sp.S.Zero) for _ in residuals)
+    return Formulas(printed, paper.equation(sp.Symbol("M"), matrix), tuple(motion), constraints)
 
 
 _ENERGIES = {"T": "kinetic_energy", "V": "potential_energy"}

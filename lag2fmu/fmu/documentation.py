@@ -73,6 +73,7 @@ def _formulas(equations: EquationsOfMotion) -> list[tuple[str, tuple[Formula, ..
         ("Energies", found.energies),
         ("Mass matrix", (found.mass_matrix,)),
         ("Equations of motion", found.motion),
+        ("Constraints", found.constraints),
     ]
     return [(heading, group) for heading, group in groups if group]
 

@@ -121,10 +121,11 @@ def _capabilities(root: ET.Element, description: ModelDescription) -> None:
         "canGetAndSetFMUstate": "true",
         "canSerializeFMUstate": "true",
     }
-    for kind, capabilities in _CAPABILITIES[description.backend].items():
+    for kind, offered in _CAPABILITIES[description.backend].items():
+        capabilities = dict(offered)
         if kind == "ModelExchange" and description.mechanism.holonomic:
             # what drifts off the constraints beyond the importer's tolerance is brought back by an event
-            capabilities = {**capabilities, "completedIntegratorStepNotNeeded": "false"}
+            capabilities["completedIntegratorStepNotNeeded"] = "false"
         parent = ET.SubElement(root, kind, common | capabilities)
         if description.source_files:
             files = ET.SubElement(parent, "SourceFiles")

@@ -13,6 +13,7 @@ from difflib import get_close_matches
 
 from lag2fmu.codegen import Slot, Tables
 from lag2fmu.dynamics import EquationsOfMotion, Program
+from lag2fmu.dynamics.constraints import ambiguous
 from lag2fmu.errors import ExportError
 from lag2fmu.mechanism import Constraint, Mechanism, names
 from lag2fmu.mechanism.norms import norm_constraints
@@ -204,7 +205,7 @@ def _add_calculated(builder: _Builder, equations: EquationsOfMotion, program: Pr
         causality = "output" if name in program.outputs else "local"
         variable = Variable(name, 0, causality, "continuous", "calculated", None, unit, doc)
         builder.add(variable, "VARIABLE_ACCELERATION", i)
-    _add_multipliers(builder, mechanism, program)
+    _add_multipliers(builder, equations, program)
     outputs = mechanism.output_names
     residuals = {names.residual(c.name): (c, unit) for c, unit in _constraints(mechanism)}
     momenta = {names.momentum(q.name): q for q in mechanism.coordinates}
@@ -229,12 +230,15 @@ def _constraints(mechanism: Mechanism) -> Iterable[tuple[Constraint, Unit | None
     return [(c, units[c.name]) for c in mechanism.constraints]
 
 
-def _add_multipliers(builder: _Builder, mechanism: Mechanism, program: Program) -> None:
+def _add_multipliers(builder: _Builder, equations: EquationsOfMotion, program: Program) -> None:
     """The multipliers: multiplier * expression is an energy, for a nonholonomic constraint a power."""
+    mechanism = equations.mechanism
+    loose = ambiguous(mechanism, equations.graph, equations.constraints)
     norms = norm_constraints(mechanism) if mechanism.constraints else frozenset()
     for k, (c, unit) in enumerate(_constraints(mechanism)):
         name, doc = names.multiplier(c.name), f"multiplier of the constraint {c.name}"
         doc += " (a norm: no force belongs to it)" if c.name in norms else ""
+        doc += " (not unique, as constraints are redundant: the one of least norm)" if c.name in loose else ""
         causality = "output" if name in program.outputs else "local"
         other = None if unit is None else (JOULE if c.holonomic else WATT) / unit
         variable = Variable(name, 0, causality, "continuous", "calculated", None, other, doc)
@@ -274,7 +278,10 @@ def _with_dependencies(equations: EquationsOfMotion, variables: Sequence[Variabl
     named: dict[str, Iterable[str]] = {name: graph.symbols([node]) for name, node in equations.locals()}
     named |= {name: graph.symbols([node]) for name, node in equations.dependent.items()}
     m, unknown = equations.mechanism, equations.unknown_dependencies()
-    unknowns = (*(names.acceleration(q.name) for q in m.coordinates), *(names.multiplier(c.name) for c in m.constraints))
+    unknowns = (
+        *(names.acceleration(q.name) for q in m.coordinates),
+        *(names.multiplier(c.name) for c in m.constraints),
+    )
     blocks = dict(zip(unknowns, unknown, strict=True))
     named |= blocks
     named = {name: _without_unknowns(found, blocks) for name, found in named.items()}

@@ -83,7 +83,7 @@ class Declared(sp.Symbol):  # type: ignore[misc]
         return symbol(f"{self.name}_ddot")
 
 
-def coordinate(
+def coordinate(  # noqa: PLR0913 (the keys of the text format)
     name: str,
     unit: str | None = None,
     *,

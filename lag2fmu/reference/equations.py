@@ -52,7 +52,8 @@ class Balance:
     """The balance of the generalized energy h = qd . p - L: ``rate`` dh/dt and ``power`` of what changes it, in W.
 
     power = Q . qd - qd . dR/dqd - dL/dt - multiplier . b, constraints being G qd + b = 0. ``scale`` is the sum of the
-    magnitudes of all powers that flow at that instant; over a run divide by its largest value. All have the shape of the batch.
+    magnitudes of all powers that flow at that instant; over a run divide by its largest value. All have the shape of
+    the batch.
     """
 
     rate: Floats

@@ -251,7 +251,9 @@ def _start(equations: Equations, overrides: Mapping[str, float], time: float, si
     found: Floats = np.array(list(values.values()))
     if energies.constraints.m:
         free = [not c.given for c in coordinates], [not c.velocity_given for c in coordinates]
-        found = np.concatenate(energies.consistent(found[: energies.n], found[energies.n :], time, signals.at(time), free))
+        found = np.concatenate(
+            energies.consistent(found[: energies.n], found[energies.n :], time, signals.at(time), free)
+        )
     return np.append(found, 0.0)
 
 

@@ -11,10 +11,12 @@ from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
 from functools import cached_property
 
+import numpy as np
 import sympy as sp
 
 from lag2fmu.mechanism import Frame, Mechanism, names
 from lag2fmu.mechanism.expressions import TIME, symbol, to_text
+from lag2fmu.reference import Energies
 from lag2fmu.reference.composition import Composition
 
 MAX_OPERATIONS = 400
@@ -66,7 +68,7 @@ class _Steps:
                 )
             ],
         )
-        yield "Degrees of freedom", [self._say(f"s = {len(m.coordinates)}")]
+        yield "Degrees of freedom", [self._say(self._freedom())]
         yield (
             "Generalized coordinates",
             [
@@ -78,7 +80,7 @@ class _Steps:
         if m.frames:
             yield from self._on_frames()
             return
-        yield "Transformation equations", self._formulas(self._positions())
+        yield "Transformation equations", [*self._formulas(self._positions()), *self._constraints()]
         yield "Velocities", self._formulas(self._velocities())
         yield "Kinetic energy", self._formulas([("T", _tidy(self.composition.kinetic))])
         yield "Potential energy", self._formulas([("V", _tidy(self.composition.potential))])
@@ -89,7 +91,7 @@ class _Steps:
             yield "Derivatives of L", [self._say(count)]
             yield (
                 "Equations of motion",
-                [self._say(f"{len(m.coordinates)} equations M(q, t) qdd = forcing, derived on the graph")],
+                [self._say(f"{len(m.coordinates)} equations {self._form}, derived on the graph")],
             )
             return
         yield "Derivatives of L", self._formulas(self._derivatives())
@@ -102,7 +104,7 @@ class _Steps:
         places = [
             f"{part.name} at {_vector(m.location(part.name)[1])} in {m.location(part.name)[0]}" for part in m.places
         ]
-        yield "Transformation equations", [self._say(line) for line in (*frames, *places)]
+        yield "Transformation equations", [*(self._say(line) for line in (*frames, *places)), *self._constraints()]
         yield (
             "Velocities",
             [self._say("from frame to frame: v = R^T (v_P + omega_P x d + d_dot), omega = R^T omega_P + rates")],
@@ -116,13 +118,45 @@ class _Steps:
             [self._say(", ".join([*loads, *(f"on {f.coordinate}" for f in m.forces)]) or "none")],
         )
         yield "Derivatives of L", [self._say("by automatic differentiation")]
-        yield "Equations of motion", [self._say(f"{len(m.coordinates)} equations M(q, t) qdd = forcing")]
+        yield "Equations of motion", [self._say(f"{len(m.coordinates)} equations {self._form}")]
 
     # ------------------------------------------------------------------------------------------------- the steps
+
+    @property
+    def _form(self) -> str:
+        return "M(q, t) qdd = forcing" + " + G^T multiplier" * bool(self.mechanism.constraints)
 
     @cached_property
     def _lagrangian(self) -> sp.Expr:
         return _tidy(self.composition.kinetic) - _tidy(self.composition.potential)
+
+    def _freedom(self) -> str:
+        """s, which is smaller than the number of coordinates where independent constraints hold."""
+        m = self.mechanism
+        if not m.constraints:
+            return f"s = {len(m.coordinates)}"
+        energies = Energies(m)
+        jacobian = energies.constraints(energies.state(0.0, *energies.start()))[3]
+        rank = int(np.linalg.matrix_rank(jacobian, tol=1e-8))
+        redundant = f", {len(jacobian) - rank} of {len(jacobian)} constraints redundant" * (rank < len(jacobian))
+        return f"s = {len(m.coordinates)} coordinates - {rank} constraints = {len(m.coordinates) - rank}{redundant}"
+
+    def _constraints(self) -> list[str]:
+        """The constraints as equations, with what kind they are."""
+        lines = []
+        for constraint in self.mechanism.constraints:
+            lines.append(self._say(f"{constraint.kind} constraint {constraint.name}:"))
+            written = self.notation.expression(self.composition.written(constraint.expression))
+            lines.append(self.notation.formula(written, "0"))
+        return lines
+
+    def _reactions(self) -> list[sp.Expr]:
+        """G^T multiplier, (n,)"""
+        c, s, m = self.composition, self.composition.symbols, self.mechanism
+        values = [c.written(item.expression) for item in m.constraints]
+        rates = [c.rate(x) if item.holonomic else x for x, item in zip(values, m.constraints, strict=True)]
+        multipliers = [symbol(names.multiplier(item.name)) for item in m.constraints]
+        return [sp.Add(*(x * rate.diff(v) for x, rate in zip(multipliers, rates, strict=True))) for v in s.qd]
 
     def _axes(self) -> str:
         m = self.mechanism
@@ -167,10 +201,10 @@ class _Steps:
     def _equations(self) -> Iterator[Formula]:
         c, s = self.composition, self.composition.symbols
         accelerations = [symbol(names.acceleration(q.name)) for q in s.q]
-        for q, qd, force in zip(s.q, s.qd, c.forces, strict=True):
+        for qd, q, force, reaction in zip(s.qd, s.q, c.forces, self._reactions(), strict=True):
             left = _tidy(self._rate(self._lagrangian.diff(qd)) - self._lagrangian.diff(q))
             left = sp.collect(sp.expand(left), accelerations)
-            yield self.notation.expression(left), force - c.dissipation.diff(qd)
+            yield self.notation.expression(left), force - c.dissipation.diff(qd) + reaction
 
     def _rate(self, expression: sp.Expr) -> sp.Expr:
         """The total time derivative of a function of t, q, qd and motions."""
