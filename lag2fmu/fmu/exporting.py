@@ -110,7 +110,7 @@ def _native(solver: str, platform: str, compiler: str, progress: Progress | None
 
 def _python(solver: str, platform: str, compiler: str, _: Progress | None) -> _Contribution:
     """The python backend: Python files and the libraries of PythonFMU."""
-    platforms = check_choices(platform, compiler)
+    platforms = check_choices(solver, platform, compiler)
 
     def contribute(equations: EquationsOfMotion, program: Program) -> tuple[ModelDescription, str, dict[str, bytes]]:
         mechanism = equations.mechanism

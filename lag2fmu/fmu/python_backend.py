@@ -27,10 +27,14 @@ LIBRARIES = {
     "win64": ("win64", "pythonfmu-export.dll", ".dll"),
 }
 """Platform -> folder and file of PythonFMU's library, suffix in the FMU."""
+SOLVERS = ("dopri5", "rk4")
+"""The methods that the runtime in Python can run: explicit, with one error estimate at most."""
 
 
-def check_choices(platform: str, compiler: str) -> tuple[str, ...]:
-    """The platforms that the FMU gets a library for; raises ExportError where PythonFMU has none."""
+def check_choices(solver: str, platform: str, compiler: str) -> tuple[str, ...]:
+    """The platforms that the FMU gets a library for; raises ExportError for what this backend does not have."""
+    if solver not in SOLVERS:
+        raise ExportError(f"--solver {solver}: the python backend has {', '.join(SOLVERS)} only; or use --backend c")
     if compiler != "zig":
         raise ExportError(f"--compiler {compiler}: the python backend compiles nothing; leave --compiler out")
     if platform == "all":

@@ -451,8 +451,13 @@ def test_a_machine_without_library_is_named(monkeypatch: pytest.MonkeyPatch) -> 
     monkeypatch.setattr("platform.system", lambda: "Darwin")
     monkeypatch.setattr("platform.machine", lambda: "arm64")
     with pytest.raises(ExportError, match=r"no library for this machine \(darwin\)"):
-        check_choices("host", "zig")
-    assert check_choices("all", "zig") == ("linux64", "win64")
+        check_choices("rk4", "host", "zig")
+    assert check_choices("rk4", "all", "zig") == ("linux64", "win64")
+
+
+def test_a_solver_of_the_c_backend_alone_is_refused() -> None:
+    with pytest.raises(ExportError, match="--solver radau5: the python backend has dopri5, rk4 only"):
+        check_choices("radau5", "host", "zig")
 
 
 def test_an_unknown_backend_is_refused(tmp_path: Path) -> None:

@@ -28,11 +28,7 @@ TIME_TOLERANCE, STOP_TIME_TOLERANCE = 1e-3, 1e-6
 
 
 class RefusedError(Exception):
-    """A call that could not be done; the log tells why."""
-
-    def __repr__(self) -> str:
-        """What PythonFMU's library logs in its turn."""
-        return "refused; the message before this one tells why"
+    """A call that could not be done; the log tells why, for PythonFMU's library loses the text of an exception."""
 
 
 class MechanismSlave(Fmi2Slave):  # type: ignore[misc]  # pythonfmu has no types
