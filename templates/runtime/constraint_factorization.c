@@ -3,6 +3,7 @@
 #include "constraint_factorization.h"
 
 #include <math.h>
+#include <stdbool.h>
 #include <stddef.h>
 
 enum { N = N_COORDINATES, M = N_CONSTRAINTS };
@@ -10,6 +11,9 @@ enum { N = N_COORDINATES, M = N_CONSTRAINTS };
 /* Squared: a constraint counts as redundant if it is that near to the span of the others, seen from 1. Small enough for
    mechanisms that work near their singular positions, large enough to pass through one on the continuous branch. */
 static const double RANK_TOLERANCE = 1e-10;
+
+/* The same for rows that were redundant before: drift must not bring them in. */
+static const double CLEARLY_INDEPENDENT = 1e-3;
 
 static double inner_product(const double a[], const double b[], int count) {
     double sum = 0.0;
@@ -75,37 +79,68 @@ static void eliminate(double a[], int rows, int k) {
 }
 
 /* L^T L = normal normal^T. */
-static void factorize_normal(ConstraintFactorization *result) {
-    const double *a = result->factor;
-    for (int i = 0; i < result->rank; i++) {
+static void factorize_normal(const ConstraintFactorization *f, double normal[]) {
+    for (int i = 0; i < f->rank; i++) {
         for (int j = 0; j <= i; j++) {
             double sum = 0.0;
-            for (int k = i; k < result->rows; k++) {
-                sum += a[k * M + i] * a[k * M + j];
+            for (int k = i; k < f->rows; k++) {
+                sum += f->factor[k * M + i] * f->factor[k * M + j];
             }
-            result->normal[i * M + j] = sum;
-            result->normal[j * M + i] = sum;
+            normal[i * M + j] = sum;
+            normal[j * M + i] = sum;
         }
     }
-    for (int k = 0; k < result->rank; k++) {
-        eliminate(result->normal, result->rank, k);
+    for (int k = 0; k < f->rank; k++) {
+        eliminate(normal, f->rank, k);
     }
 }
 
-void constraints_factorize(ConstraintFactorization *result, int rows, double damping) {
+/* The order to begin with: the known independent rows first. Returns how many of them there are. */
+static int order_rows(ConstraintFactorization *result, const IndependentRows *known) {
+    int placed = 0;
+    int independent = 0;
+    for (int i = 0; i < M; i++) {
+        const int row = known == NULL ? i : (int)known->order[i];
+        if (row < result->rows) {
+            independent += known != NULL && i < known->rank;
+            result->order[placed++] = row;
+        }
+    }
+    return independent;
+}
+
+/* Puts the rows and columns of the scaled matrix in the order. */
+static void permute(ConstraintFactorization *result) {
+    double *copy = result->work;
+    for (int i = 0; i < result->rows; i++) {
+        for (int j = 0; j < result->rows; j++) {
+            copy[i * M + j] = result->factor[result->order[i] * M + result->order[j]];
+        }
+    }
+    for (int i = 0; i < result->rows; i++) {
+        for (int j = 0; j < result->rows; j++) {
+            result->factor[i * M + j] = copy[i * M + j];
+        }
+    }
+}
+
+void constraints_factorize(ConstraintFactorization *result, int rows, const IndependentRows *known, double damping) {
     result->rows = rows;
     result->rank = 0;
     scale_rows(result);
     for (int k = 0; k < rows; k++) {
-        result->order[k] = k;
         result->factor[k * M + k] += result->scale[k] > 0.0 ? damping : 0.0;
     }
-    while (result->rank < rows && bring_pivot(result, result->rank) > RANK_TOLERANCE) {
-        eliminate(result->factor, rows, result->rank);
+    const int independent = order_rows(result, known);
+    permute(result);
+    for (int k = 0; k < rows; k++) {
+        const double least = known != NULL && k >= independent && damping <= 0.0 ? CLEARLY_INDEPENDENT : RANK_TOLERANCE;
+        const bool kept = k < independent && result->factor[k * M + k] > RANK_TOLERANCE;
+        if (!kept && !(bring_pivot(result, k) > least)) {
+            break;
+        }
+        eliminate(result->factor, rows, k);
         result->rank++;
-    }
-    if (result->rank < rows) {
-        factorize_normal(result);
     }
 }
 
@@ -131,17 +166,32 @@ void constraints_solve(const ConstraintFactorization *f, const double b[], doubl
     for (int i = 0; i < f->rank; i++) {
         z[i] = f->scale[f->order[i]] * b[f->order[i]];
     }
-    solve_lower(f->factor, f->rank, z); /* L^T times any solution */
-    if (f->rank == f->rows) {
-        solve_upper(f->factor, f->rank, z);
-    } else {
-        solve_lower(f->normal, f->rank, z);
-        solve_upper(f->normal, f->rank, z);
-    }
+    solve_lower(f->factor, f->rank, z);
+    solve_upper(f->factor, f->rank, z);
     for (int i = 0; i < f->rows; i++) {
-        const double least = f->rank == f->rows ? z[i]
-                                                : inner_product(f->factor + i * M, z, i < f->rank ? i + 1 : f->rank);
-        multipliers[f->order[i]] = f->scale[f->order[i]] * least;
+        multipliers[f->order[i]] = i < f->rank ? f->scale[f->order[i]] * z[i] : 0.0;
+    }
+}
+
+/* L^T times any solution is the same; the one of least norm is L (L^T L)^-1 times that. */
+void constraints_spread(const ConstraintFactorization *f, double multipliers[]) {
+    double normal[M * M];
+    double z[M];
+    if (f->rank == f->rows) {
+        return;
+    }
+    factorize_normal(f, normal);
+    for (int i = 0; i < f->rank; i++) {
+        z[i] = 0.0;
+        for (int k = i; k < f->rank; k++) {
+            z[i] += f->factor[k * M + i] * multipliers[f->order[k]] / f->scale[f->order[k]];
+        }
+    }
+    solve_lower(normal, f->rank, z);
+    solve_upper(normal, f->rank, z);
+    for (int i = 0; i < f->rows; i++) {
+        const int columns = i < f->rank ? i + 1 : f->rank;
+        multipliers[f->order[i]] = f->scale[f->order[i]] * inner_product(f->factor + i * M, z, columns);
     }
 }
 

@@ -2,29 +2,40 @@
 #ifndef CONSTRAINT_FACTORIZATION_H
 #define CONSTRAINT_FACTORIZATION_H
 
+#include <stdint.h>
+
 #include "mechanism.h"
 
 /* D G M^-1 G^T D = P^T L L^T P: D = diag(scale) makes all rows of D G of unit length in the metric M^-1, P is the
-   permutation order. With redundant constraints L has fewer columns, rank, than rows; normal then is the Cholesky
-   factor of L^T L. All row-major. */
+   permutation order. With redundant constraints L has fewer columns, rank, than rows. All row-major. */
 typedef struct {
     double jacobian[N_CONSTRAINTS * N_COORDINATES]; /* G */
     double response[N_CONSTRAINTS * N_COORDINATES]; /* row k: M^-1 g_k, how the accelerations answer multiplier k */
     double scale[N_CONSTRAINTS];
     double factor[N_CONSTRAINTS * N_CONSTRAINTS]; /* L */
-    double normal[N_CONSTRAINTS * N_CONSTRAINTS];
+    double work[N_CONSTRAINTS * N_CONSTRAINTS];
     int order[N_CONSTRAINTS];
     int rows; /* the first ones count, the others are left out */
-    int rank;
+    int rank; /* the first ones in the order are independent */
 } ConstraintFactorization;
 
-/* Fills the rest from jacobian and response. With damping > 0 that times the identity is added to the scaled matrix:
-   the solutions are then damped as in the method of Levenberg and Marquardt. */
-void constraints_factorize(ConstraintFactorization *result, int rows, double damping);
+/* Which rows were found to be independent of each other, and are to be taken again, so that the accelerations remain
+   smooth functions of the states. */
+typedef struct {
+    int64_t order[N_CONSTRAINTS];
+    int64_t rank;
+} IndependentRows;
 
-/* The multipliers[rows] that solve for b[rows]; of all solutions with redundant constraints, the one of least norm in
-   units of the scaled rows. A b that contradicts itself is met in the rows chosen by the pivoting only. */
+/* Fills the rest from jacobian and response. Of the known rows, if they are not NULL, all are taken that still are
+   independent, and others only where they clearly are. With damping > 0 that times the identity is added to the scaled
+   matrix: the solutions are then damped as in the method of Levenberg and Marquardt. */
+void constraints_factorize(ConstraintFactorization *result, int rows, const IndependentRows *known, double damping);
+
+/* The multipliers[rows] that solve for b[rows]; those of redundant rows are 0. */
 void constraints_solve(const ConstraintFactorization *factorization, const double b[], double multipliers[]);
+
+/* From such a solution to the one of least norm in units of the scaled rows. */
+void constraints_spread(const ConstraintFactorization *factorization, double multipliers[]);
 
 /* a[n] += M^-1 G^T multipliers. */
 void constraints_respond(const ConstraintFactorization *factorization, const double multipliers[], double a[]);

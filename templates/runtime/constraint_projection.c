@@ -158,7 +158,7 @@ static void least_change(ConstraintFactorization *work, const double jacobian[],
             work->response[k * N + i] = weight * jacobian[k * N + i];
         }
     }
-    constraints_factorize(work, rows_of(level), damping);
+    constraints_factorize(work, rows_of(level), NULL, damping);
     constraints_solve(work, right, multipliers);
     memset(change, 0, N * sizeof(double));
     constraints_respond(work, multipliers, change);
@@ -241,6 +241,21 @@ static bool settle(Instance *instance, Level level, double states[]) {
            report_constraints(instance, state->time, &values, level);
 }
 
+static bool find_independent_rows(Instance *instance) {
+    State *state = &instance->state;
+    System *system = &instance->scratch.system;
+    state->rows_known = 0;
+    if (!system_factorize(instance, state->time, state->states, state->inputs, N_CONSTRAINTS, 0.0, system)) {
+        return false;
+    }
+    state->rows_known = 1;
+    state->rows.rank = system->constraints.rank;
+    for (int k = 0; k < N_CONSTRAINTS; k++) {
+        state->rows.order[k] = system->constraints.order[k];
+    }
+    return true;
+}
+
 bool constraints_settle(Instance *instance) {
     State *state = &instance->state;
     double states[N_STATES];
@@ -255,7 +270,7 @@ bool constraints_settle(Instance *instance) {
         instance_assign(instance, &state->states[i], states[i]);
     }
     state->settled = 1;
-    return true;
+    return find_independent_rows(instance);
 }
 
 /* The rows of the residuals' tangent that belong to a level. */

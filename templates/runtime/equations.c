@@ -57,7 +57,17 @@ static bool accelerations_at(Instance *instance, double time, const double state
     return all_finite(unknowns, N_UNKNOWNS) || report_not_finite(instance, time, unknowns);
 }
 
+/* Multipliers of redundant constraints are not unique; shown is the solution of least norm. */
+static void spread(const System *system, double unknowns[]) {
+    constraints_spread(&system->constraints, unknowns + N_COORDINATES);
+}
+
 #else
+
+static void spread(const System *system, double unknowns[]) {
+    (void)system;
+    (void)unknowns;
+}
 
 /* qdd[n] at the given time, states and inputs. */
 static bool accelerations_at(Instance *instance, double time, const double states[], const double inputs[],
@@ -111,6 +121,8 @@ bool equations_accelerations(Instance *instance) {
     if (!cache->accelerations_valid) {
         cache->accelerations_valid =
             accelerations_at(instance, state->time, state->states, state->inputs, cache->accelerations);
+        memcpy(cache->reported, cache->accelerations, sizeof cache->reported);
+        spread(&instance->scratch.system, cache->reported);
     }
     return cache->accelerations_valid;
 }
@@ -119,7 +131,7 @@ bool equations_locals(Instance *instance) {
     Cache *cache = &instance->cache;
     const State *state = &instance->state;
     if (!cache->locals_valid && equations_accelerations(instance)) {
-        mechanism_locals(state->time, state->states, state->inputs, state->parameters, cache->accelerations,
+        mechanism_locals(state->time, state->states, state->inputs, state->parameters, cache->reported,
                          cache->locals);
         cache->locals_valid = true;
     }
@@ -182,7 +194,8 @@ bool equations_tangent(Instance *instance, const Seed *seed, Tangent *tangent) {
     }
 #endif
     solve_for_change(cache, change, tangent->accelerations);
-    mechanism_locals_tangent(state->time, state->states, state->inputs, state->parameters, cache->accelerations,
+    spread(&cache->system, tangent->accelerations);
+    mechanism_locals_tangent(state->time, state->states, state->inputs, state->parameters, cache->reported,
                              seed->time, seed->states, seed->inputs, seed->parameters, tangent->accelerations,
                              tangent->locals);
     return true;
@@ -218,7 +231,7 @@ bool equations_motion(Instance *instance, int order, Motion *motion) {
         mechanism_residual_second(state->time, state->states, state->inputs, state->parameters, cache->accelerations,
                                   du, d2u, motion->q[3], change);
         solve_for_change(cache, change, motion->q[4]);
-        mechanism_locals_second(state->time, state->states, state->inputs, state->parameters, cache->accelerations,
+        mechanism_locals_second(state->time, state->states, state->inputs, state->parameters, cache->reported,
                                 du, d2u, motion->q[3], motion->q[4], motion->locals[1]);
     }
     return true;

@@ -16,7 +16,7 @@ static double *slot_of(Instance *instance, const Variable *variable) {
     case VARIABLE_FIXED_PARAMETER: return &state->parameters[variable->index];
     case VARIABLE_SETTING:      return &state->settings[variable->index];
     case VARIABLE_ACCELERATION: return &cache->accelerations[variable->index];
-    case VARIABLE_MULTIPLIER:   return &cache->accelerations[N_COORDINATES + variable->index];
+    case VARIABLE_MULTIPLIER:   return &cache->reported[N_COORDINATES + variable->index];
     case VARIABLE_DEPENDENT:    return &cache->dependent[variable->index];
     case VARIABLE_LOCAL:        return &cache->locals[variable->index];
     case VARIABLE_TIME:

@@ -35,6 +35,10 @@ typedef struct {
     int64_t experiment_defined; /* fmi2SetupExperiment was called */
     int64_t step_failed;        /* the last fmi2DoStep returned fmi2Discard */
     int64_t settled;            /* the states meet the constraints at the start */
+#if N_CONSTRAINTS > 0
+    int64_t rows_known;
+    IndependentRows rows; /* found at the start, if rows_known */
+#endif
     double tolerance;           /* of fmi2SetupExperiment; 0 if it gave none */
 
     double states[N_STATES]; /* [q, qd] */
@@ -69,7 +73,8 @@ typedef struct {
 typedef struct {
     bool dependent_valid, least_pivots_valid, accelerations_valid, locals_valid, system_valid;
     double dependent[SIZE_DEPENDENT];
-    double accelerations[N_UNKNOWNS]; /* and the multipliers behind them */
+    double accelerations[N_UNKNOWNS]; /* and the multipliers behind them, those of redundant constraints being 0 */
+    double reported[N_UNKNOWNS];      /* the same with multipliers of least norm */
     double locals[SIZE_LOCALS];
     double least_pivots[N_COORDINATES]; /* of the generated solution of M qdd = f; smaller ones are suspicious */
     System system;                      /* at the present point, for tangents */

@@ -114,7 +114,7 @@ bool system_factorize(Instance *instance, double time, const double states[], co
     for (int k = 0; k < rows; k++) {
         solve_mass(system, constraints->jacobian + k * N, constraints->response + k * N);
     }
-    constraints_factorize(constraints, rows, damping);
+    constraints_factorize(constraints, rows, instance->state.rows_known ? &instance->state.rows : NULL, damping);
     return true;
 }
 
