@@ -1,4 +1,4 @@
-r"""Free particle in a uniformly moving frame of reference.
+r"""Moving frame: a free particle seen from a frame of reference that moves uniformly.
 
 ::
 

@@ -154,7 +154,7 @@ QUARTIC = HEAD + (
 )
 MASSLESS = HEAD + (
     "def massless():\n    x, y = coordinate('x'), coordinate('y')\n"
-    "    return Mechanism('massless', coordinates=[x, y], energy=Energy(x.dot**2, (x - y)**2))\n"
+    "    return Mechanism('massless', coordinates=[x, y], energy=Energy(x.dot**2, x*y))\n"
 )
 
 BAD_MODELS = [

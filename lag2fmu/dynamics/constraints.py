@@ -116,8 +116,8 @@ class _Start:
         self.values = start_values(mechanism)
         self.q, self.qd = np.array([c.start for c in q]), np.array([c.velocity for c in q])
         self.nominal = np.array([c.nominal for c in q])
-        self.given = np.array([bool(c.given) for c in q])
-        self.velocity_given = np.array([bool(c.velocity_given) for c in q])
+        self.given = np.array([c.given is not False for c in q])
+        self.velocity_given = np.array([c.velocity_given is not False for c in q])
 
     def _evaluate(self, nodes: Sequence[int], q: Floats, qd: Floats) -> Floats:
         for c, place, rate in zip(self.mechanism.coordinates, q, qd, strict=True):

@@ -80,10 +80,10 @@ class _Elimination:
         self.pivot_of[leaf] = pivot
         return True
 
-    def back_substitute(self) -> dict[int, int]:
-        """{leaf: x}, from the velocity eliminated last to the first."""
+    def back_substitute(self, known: Mapping[int, int] | None = None) -> dict[int, int]:
+        """{leaf: x}, from the velocity eliminated last to the first; ``known`` are those that were not eliminated."""
         g = self.g
-        value: dict[int, int] = {}
+        value: dict[int, int] = dict(known or {})
         for pivot in reversed(self.pivots):
             rest = pivot.load
             for node, entry in pivot.couplings:
@@ -149,6 +149,26 @@ def solve(
         put_off.remove(done)
     value = work.back_substitute()
     return Solution(tuple(value[v] for v in velocities), tuple(work.pivot_of[v] for v in velocities))
+
+
+def null_vectors(graph: Graph, entries: Entries, velocities: Sequence[int]) -> dict[int, tuple[int, ...]]:
+    """{velocity: null vector (n,)} of M, the Hessian of ``entries``: as many as its rank misses identically.
+
+    Each velocity is the one whose entry is 1; the last ones of ``velocities`` are taken where there is a choice.
+    """
+    work = _Elimination(graph, entries, velocities)
+    for node in sorted(work.nodes.combinations, reverse=True):
+        work.substitute(node)
+    left = list(velocities)
+    while (done := next((v for v in left if work.eliminate(v)), None)) is not None:
+        left.remove(done)
+    if any(entry != graph.zero for v in left for entry in work.form.rows.get(v, {}).values()):
+        return {}
+    found = {}
+    for velocity in left:
+        value = work.back_substitute({other: graph.one if other == velocity else graph.zero for other in left})
+        found[velocity] = tuple(value[v] for v in velocities)
+    return found
 
 
 def mass_matrix(graph: Graph, entries: Entries, velocities: Sequence[int]) -> tuple[tuple[int, ...], ...]:

@@ -9,7 +9,7 @@ Source: Hand, Finch, Analytical Mechanics, chapters 1 and 8; Goldstein, Classica
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
 import sympy as sp
 
@@ -60,6 +60,8 @@ class Energies:
     ``dissipation``: R; ``effort``: {place: force} of the loads, generalized forces being Q = sum force * dplace/dq;
     ``impetus``: the same at velocities, Q = sum force * dvelocity/dqd; ``direct``: forces on the coordinates
     themselves, (n,), the external inputs Q among them. ``split``: whether T and V are told apart.
+    ``carried``: {velocity: inertia} of velocities that vanish along the motion and count with an inertia, to make M
+    regular.
     """
 
     inertias: tuple[Inertia, ...]
@@ -73,6 +75,7 @@ class Energies:
     kinetic_energy: int
     potential_energy: int
     split: bool
+    carried: Mapping[int, int] = field(default_factory=dict)
 
     def lagrangian(self, graph: Graph) -> int:
         """L, the inertias included."""

@@ -18,12 +18,14 @@ from __future__ import annotations
 import math
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
+from fractions import Fraction
 
 from lag2fmu.dynamics.autodiff import forward, reverse
 from lag2fmu.dynamics.constraints import Constraints, compose, starting_consistently
 from lag2fmu.dynamics.elimination import Entries, Solution, mass_matrix, solve
-from lag2fmu.dynamics.energies import Composer, Energies, Inertia, RigidInertia
+from lag2fmu.dynamics.energies import Composer, Energies, RigidInertia
 from lag2fmu.dynamics.graph import Graph
+from lag2fmu.dynamics.massless import with_equilibria
 from lag2fmu.dynamics.operations import NEGATE
 from lag2fmu.dynamics.quadratic import second_degree
 from lag2fmu.dynamics.samples import check_agreement, check_quadratic, check_rank, check_start, massless_directions
@@ -103,8 +105,13 @@ def derive(mechanism: Mechanism, method: str | None = None) -> EquationsOfMotion
     """
     methods = [method] if method else METHODS[: 1 if len(mechanism.coordinates) > MAX_FACTORISED else None]
     carried = _carried(mechanism)
-    candidates = (_solved(mechanism, m, carried) for m in methods)
-    equations = _complete(min(candidates, key=lambda solved: solved.operations))
+    best = min((_solved(mechanism, m, carried) for m in methods), key=lambda solved: solved.operations)
+    if best.solution is None and not any(c.massless for c in mechanism.constraints):
+        v = best.variables
+        completed = with_equilibria(mechanism, best.graph, v, best.entries, best.forcing)
+        if completed is not mechanism:
+            return derive(completed, method)
+    equations = _complete(best)
     mechanism, g = equations.mechanism, equations.graph
     check_start(mechanism, g, equations.mass_matrix, equations.forcing)
     check_rank(mechanism, g, equations.mass_matrix)
@@ -112,18 +119,30 @@ def derive(mechanism: Mechanism, method: str | None = None) -> EquationsOfMotion
     return equations
 
 
-def _carried(mechanism: Mechanism) -> frozenset[int]:
-    """The constraints whose equations have to carry what has no mass: where M is singular, the KKT matrix need not be.
+def complete(mechanism: Mechanism, equations: EquationsOfMotion | None = None) -> Mechanism:
+    """``mechanism`` with what derivation adds to it: the equilibria of what has no mass. Start values stay as they are.
 
-    A fictitious energy 1/2 phi_dot^2 changes neither motion nor multipliers, since phi_dot is 0, and makes M regular.
+    ``equations`` are those of the mechanism, if they are known. Raises what ``derive`` raises.
+    """
+    found = (equations or derive(mechanism)).mechanism
+    if len(found.constraints) == len(mechanism.constraints):
+        return mechanism
+    pairs = zip(found.coordinates, mechanism.coordinates, strict=True)
+    coordinates = [replace(new, start=old.start, velocity=old.velocity) for new, old in pairs]
+    return replace(found, coordinates=coordinates)  # type: ignore[arg-type]
+
+
+def _carried(mechanism: Mechanism) -> dict[int, float]:
+    """{constraint: weight} of those that have to carry what has no mass: M may be singular, the KKT matrix not.
+
+    A fictitious energy 1/2 weight (G qd + b)^2 makes M regular and changes neither motion nor multipliers: it is 0.
     Source: M. Benzi, G. Golub, J. Liesen, Numerical solution of saddle point problems, Acta Numerica 2005, section 5.
     """
-    if not mechanism.holonomic:
-        return frozenset()
-    bare = _solved(mechanism, METHODS[-1], frozenset())
+    if not mechanism.constraints:
+        return {}
+    bare = _solved(mechanism, METHODS[-1], {})
     mass = mass_matrix(bare.graph, bare.entries, bare.variables.qd)
-    rows = bare.constraints.jacobian[: len(mechanism.holonomic)]
-    return massless_directions(mechanism, bare.graph, mass, rows)
+    return massless_directions(mechanism, bare.graph, mass, bare.constraints.jacobian)
 
 
 @dataclass(frozen=True)
@@ -147,15 +166,14 @@ class _Solved:
         return self.graph.operations(self.solution.x) if self.solution else math.inf
 
 
-def _solved(mechanism: Mechanism, method: str, carried: frozenset[int]) -> _Solved:
-    """``carried`` are the holonomic constraints that count as inertias, see ``_carried``."""
+def _solved(mechanism: Mechanism, method: str, carried: Mapping[int, float]) -> _Solved:
+    """``carried`` are the constraints that count as inertias, see ``_carried``."""
     graph = Graph()
     variables = declare(graph, mechanism)
     composer = Composer(graph, mechanism, translator(graph, mechanism, variables), variables)
     constraints = compose(graph, mechanism, composer.put, variables)
-    fictitious = [Inertia(graph.one, constraints.positions[k], graph.zero) for k in sorted(carried)]
-    energies = composer.energies()
-    energies = replace(energies, inertias=(*energies.inertias, *fictitious))
+    inertias = {constraints.velocities[k]: graph.constant(Fraction(weight)) for k, weight in sorted(carried.items())}
+    energies = replace(composer.energies(), carried=inertias)
     entries = _quadratic_form(graph, mechanism, variables, energies)
     forcing = tuple(graph.negate(r) for r in _residual(graph, variables, energies, accelerating=False))
     solution = solve(graph, entries, variables.qd, forcing, early=method == "elimination")
@@ -221,6 +239,9 @@ def _inertial_impetus(graph: Graph, energies: Energies, direction: Mapping[int, 
     Force m (dv/dt + omega x v - gravity) and torque I domega/dt + omega x I omega (Euler's equations).
     """
     impetus = {velocity: graph.negate(force) for velocity, force in energies.impetus.items()}
+    rates = forward(graph, list(energies.carried), direction)
+    for (velocity, weight), rate in zip(energies.carried.items(), rates, strict=True):
+        impetus[velocity] = graph.add(impetus.get(velocity, graph.zero), graph.multiply(weight, rate))
     for body in energies.rigid:
         v, omega = body.velocity.linear, body.velocity.angular
         dv, alpha = tuple(forward(graph, v, direction)), tuple(forward(graph, omega, direction))
@@ -246,6 +267,9 @@ def _quadratic_form(graph: Graph, mechanism: Mechanism, v: Variables, energies: 
     terms = [(speed, speed, i.weight) for speed, i in zip(speeds, energies.inertias, strict=True)]
     for body in energies.rigid:
         terms += _rigid_terms(body)
+    for velocity, weight in energies.carried.items():
+        shift = graph.dot(reverse(graph, {velocity: graph.one}, v.qd), v.qd)
+        terms.append((shift, shift, weight))
     form = second_degree(graph, energies.remainder, v.qd)
     if form is not None:
         terms += [(a, b, value) for a, row in form.rows.items() for b, value in row.items()]

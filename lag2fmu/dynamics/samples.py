@@ -51,9 +51,12 @@ def _matrix(graph: Graph, matrix: Matrix, values: dict[str, float]) -> NDArray[n
 
 def massless_directions(
     mechanism: Mechanism, graph: Graph, mass: Matrix, jacobian: Sequence[Sequence[int]]
-) -> frozenset[int]:
-    """The rows of ``jacobian`` (h, n) along which motion without mass is restricted; none if M is regular somewhere."""
-    found: set[int] = set()
+) -> dict[int, float]:
+    """{row of ``jacobian`` (m, n): weight} of those that restrict motion without mass; none if M is regular somewhere.
+
+    The weights, powers of two, make w g g^T as large as M.
+    """
+    found: dict[int, float] = {}
     for values in _samples(mechanism, 5):
         matrix = _matrix(graph, mass, values)
         rows = np.array(graph.evaluate([entry for row in jacobian for entry in row], values)).reshape(-1, len(mass))
@@ -64,9 +67,12 @@ def massless_directions(
         _, singular, vectors = np.linalg.svd(matrix / np.outer(scale, scale))
         null = vectors[singular <= 1e-12 * max(singular[0], 1e-300)]
         if len(null) == 0:
-            return frozenset()
-        found |= {k for k, row in enumerate(rows / scale) if np.any(np.abs(null @ row) > 1e-9 * np.linalg.norm(row))}
-    return frozenset(found)
+            return {}
+        largest = float(np.abs(matrix).max()) or 1.0
+        for k, row in enumerate(rows):
+            if k not in found and np.any(np.abs(null @ (row / scale)) > 1e-9 * np.linalg.norm(row / scale)):
+                found[k] = 2.0 ** round(float(np.log2(largest / (row @ row))))
+    return found
 
 
 def check_start(mechanism: Mechanism, graph: Graph, mass: Matrix, forcing: Sequence[int]) -> None:

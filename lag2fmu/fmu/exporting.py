@@ -12,6 +12,7 @@ from pathlib import Path
 
 from lag2fmu.codegen import DEFAULT_SOLVER, METHODS, Tableau, Tables, render_sources
 from lag2fmu.dynamics import EquationsOfMotion, Program, derive, lower
+from lag2fmu.dynamics.lagrange import complete
 from lag2fmu.errors import BuildError, ExportError
 from lag2fmu.fmu.compilers import Progress, choose_platforms, compile_libraries
 from lag2fmu.fmu.documentation import binaries_text, documentation
@@ -79,7 +80,7 @@ def export(
     files = {
         **own_files,
         "modelDescription.xml": to_xml(description),
-        MECHANISM_ENTRY: write(mechanism).encode(),
+        MECHANISM_ENTRY: write(complete(mechanism, equations)).encode(),
         "terminalsAndIcons/terminalsAndIcons.xml": terminals(mechanism),
         **documentation(description, equations, program, binaries),
         **(extra or {}),

@@ -131,7 +131,7 @@ def _per(unit: Unit | None, other: Unit) -> Unit | None:
 def _velocity(q: Coordinate) -> Variable:
     name = names.velocity(q.name)
     doc = f"velocity of {q.name}"
-    unit, initial = _per(q.unit, SECOND), "exact" if q.velocity_given else "approx"
+    unit, initial = _per(q.unit, SECOND), "approx" if q.velocity_given is False else "exact"
     return Variable(name, 0, "output", "continuous", initial, q.velocity, unit, doc, nominal=q.nominal, state=True)
 
 
@@ -143,7 +143,7 @@ def _add_states(builder: _Builder, mechanism: Mechanism) -> None:
             0,
             "output",
             "continuous",
-            "exact" if q.given else "approx",
+            "approx" if q.given is False else "exact",
             q.start,
             q.unit,
             doc,
@@ -318,7 +318,7 @@ def _tables(mechanism: Mechanism, program: Program, builder: _Builder, variables
         coordinate_names=tuple(c.name for c in q),
         start_states=(*(c.start for c in q), *(c.velocity for c in q)),
         nominal_states=(*nominal, *nominal),
-        given_states=(*(bool(c.given) for c in q), *(bool(c.velocity_given) for c in q)),
+        given_states=(*(c.given is not False for c in q), *(c.velocity_given is not False for c in q)),
         constraint_names=tuple(c.name for c in mechanism.constraints),
         holonomic=len(mechanism.holonomic),
         start_inputs=tuple(starts[name] for name in program.inputs),

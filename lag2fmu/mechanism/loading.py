@@ -226,7 +226,13 @@ def with_values(mechanism: Mechanism, settings: Mapping[str, float]) -> Mechanis
             listed = "" if near.startswith("known") else f" known are {', '.join(known)}"
             raise LoadError(f"'{name}' is no parameter, coordinate, velocity or input of '{m.name}'; {near}{listed}")
     coordinates = [
-        replace(q, start=left.get(q.name, q.start), velocity=left.get(names.velocity(q.name), q.velocity))
+        replace(
+            q,
+            start=left.get(q.name, q.start),
+            velocity=left.get(names.velocity(q.name), q.velocity),
+            given=True if q.given is None and q.name in left else q.given,
+            velocity_given=True if q.velocity_given is None and names.velocity(q.name) in left else q.velocity_given,
+        )
         for q in m.coordinates
     ]
     parameters = [replace(p, value=left.get(p.name, p.value)) for p in m.parameters]

@@ -69,6 +69,11 @@ def multiplier(name: str) -> str:
     return f"multiplier_{name}"
 
 
+def massless(coordinate: str) -> str:
+    """Name of the constraint that keeps the forces on a ``coordinate`` without mass in equilibrium."""
+    return f"massless_{coordinate}"
+
+
 def residual(name: str) -> str:
     """Name of the residual of the constraint ``name``: what should be zero."""
     return f"residual_{name}"

@@ -50,7 +50,11 @@ def _norms(m: Mechanism) -> Iterator[tuple[str, sp.Expr, list[str]]]:
         if free_names(entries) & coordinates:
             norm = sum((entry**2 for entry in entries), sp.S.Zero) - 1
             if not _vanishes(norm):
-                said = [c.name for c in m.holonomic if _says(resolved(sp.sympify(c.expression)), norm, coordinates)]
+                said = [
+                    c.name
+                    for c in m.holonomic
+                    if not c.massless and _says(resolved(sp.sympify(c.expression)), norm, coordinates)
+                ]
                 yield frame.name, norm, said
 
 

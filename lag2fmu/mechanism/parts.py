@@ -230,12 +230,15 @@ class Load:
 # ------------------------------------------------------------------------------------------------------ constraints
 
 
-KINDS = ("holonomic", "nonholonomic")
+KINDS = ("holonomic", "equilibrium", "nonholonomic", "damped_equilibrium")
 
 
 @dataclass(frozen=True)
 class Constraint:
     """``expression`` = 0: holonomic in t, q and motions, or nonholonomic and affine in the velocities.
+
+    An ``equilibrium`` is that of the forces on a coordinate without mass, which may contain all inputs: it ties the
+    coordinates without a force of its own; a ``damped_equilibrium`` ties velocities. The derivation finds them.
 
     ``unit`` is that of the expression; None: what follows from the units of the names in it.
     """
@@ -254,7 +257,12 @@ class Constraint:
     @property
     def holonomic(self) -> bool:
         """Whether it restricts the coordinates themselves, not only the velocities."""
-        return self.kind == "holonomic"
+        return self.kind in KINDS[:2]
+
+    @property
+    def massless(self) -> bool:
+        """Whether it is the equilibrium of forces on something without mass."""
+        return self.kind.endswith("equilibrium")
 
 
 # ----------------------------------------------------------------------------------------------------- normal forms

@@ -167,15 +167,15 @@ class Mechanism:
         check_names(self)
 
     def _decided(self) -> tuple[Coordinate, ...]:
-        """The coordinates with it said whether their start is given: it is, unless a constraint may determine it."""
+        """The coordinates; starts that nobody gave are guesses where a constraint may determine them."""
         from lag2fmu.mechanism.scope import constrained
 
         q_bound, qd_bound = constrained(self)
         return tuple(
             replace(
                 q,
-                given=q.name not in q_bound if q.given is None else q.given,
-                velocity_given=q.name not in qd_bound if q.velocity_given is None else q.velocity_given,
+                given=False if q.given is None and q.name in q_bound else q.given,
+                velocity_given=False if q.velocity_given is None and q.name in qd_bound else q.velocity_given,
             )
             for q in self.coordinates
         )

@@ -11,7 +11,7 @@ import sympy as sp
 from lag2fmu.errors import MechanismError
 from lag2fmu.mechanism import names
 from lag2fmu.mechanism.expressions import free_names
-from lag2fmu.mechanism.parts import Definition
+from lag2fmu.mechanism.parts import Constraint, Definition
 from lag2fmu.mechanism.symbols import Parameter
 
 if TYPE_CHECKING:
@@ -35,6 +35,7 @@ class Scope:
                     names.velocity(u.name): "motion velocity",
                     names.acceleration(u.name): "motion acceleration",
                 }
+        self.meaning |= {names.generalized_force(q.name): "external force" for q in m.coordinates}
         self.meaning |= {names.multiplier(c.name): "multiplier" for c in m.constraints}
         self.meaning |= {d.name: "definition" for d in m.definitions}
         self.uses: dict[str, set[str]] = {}
@@ -61,9 +62,9 @@ _ANY = {*_STATE, "input", "motion acceleration"}
 def check_symbols(m: Mechanism, scope: Scope) -> None:
     """Raise MechanismError for the first expression that uses a name which cannot stand there."""
     in_order([p for p in m.parameters if p.expression is not None], "parameters")
-    nonholonomic = {f"constraints.{c.name}.expression" for c in m.constraints if not c.holonomic}
+    special = {f"constraints.{c.name}.expression": _kind_allows(c) for c in m.constraints if c.kind != "holonomic"}
     for where, expression in m.expressions():
-        allowed = _allowed(where) if where not in nonholonomic else _STATE
+        allowed = special.get(where) or _allowed(where)
         for name in sorted(scope.names_in(where, expression)):
             meaning = scope.meaning[name]
             if meaning not in allowed:
@@ -71,6 +72,14 @@ def check_symbols(m: Mechanism, scope: Scope) -> None:
                 raise MechanismError(
                     f"{where}: '{name}' is {_article(meaning)} {meaning} and cannot stand here{remedy}"
                 )
+
+
+def _kind_allows(constraint: Constraint) -> set[str]:
+    """What a constraint that is not holonomic may use."""
+    state = _CONFIGURATION if constraint.holonomic else _STATE
+    return (
+        {*state, "input", "external force", "motion velocity", "motion acceleration"} if constraint.massless else state
+    )
 
 
 def _article(noun: str) -> str:
@@ -135,10 +144,14 @@ def constrained(m: Mechanism) -> tuple[frozenset[str], frozenset[str]]:
 
 
 def fixed_parameters(m: Mechanism) -> frozenset[str]:
-    """The parameters in holonomic constraints, dependent ones with all they depend on: they cannot change in a run."""
+    """The parameters in holonomic constraints, dependent ones with all they depend on: they cannot change in a run.
+
+    Those of an equilibrium may: what has no mass follows at once.
+    """
     scope, dependent = Scope(m), {p.name: p.expression for p in m.parameters if p.expression is not None}
     found: set[str] = set()
-    left = [name for c in m.holonomic for name in scope.names_in(f"constraints.{c.name}", c.expression)]
+    holonomic = [c for c in m.holonomic if not c.massless]
+    left = [name for c in holonomic for name in scope.names_in(f"constraints.{c.name}", c.expression)]
     while left:
         name = left.pop()
         if scope.meaning[name] == "parameter" and name not in found:

@@ -16,7 +16,7 @@ class Coordinate:
     """A generalized coordinate q: start values of q and qd, nominal value and bounds in SI.
 
     ``start`` is exact if ``given``, else a first guess, from which constraints determine it; likewise ``velocity``.
-    None is for the Mechanism to decide: given, if there are no constraints on it.
+    None: nobody gave it; then it is exact too, unless a constraint determines it.
     """
 
     name: str

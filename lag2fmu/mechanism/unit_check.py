@@ -30,11 +30,18 @@ def _known_dimensions(m: Mechanism) -> dict[str, Dimension | None]:
     parts: list[Coordinate | Parameter | Input] = [*m.coordinates, *m.parameters, *m.inputs]
     for c in m.constraints:
         known[names.multiplier(c.name)] = None
+    for q in m.coordinates:
+        d = _dimension_of(q.unit)
+        known[names.generalized_force(q.name)] = None if d is None else _quotient(_dimension_of(JOULE), d)
     for part in parts:
         known[part.name] = d = _dimension_of(part.unit)
         known[names.velocity(part.name)] = per_second(d, 1)
         known[names.acceleration(part.name)] = per_second(d, 2)
     return known
+
+
+def _quotient(a: Dimension | None, b: Dimension) -> Dimension | None:
+    return None if a is None else tuple(x - y for x, y in zip(a, b, strict=True))
 
 
 def _dimension_of(unit: Unit | str | None) -> Dimension | None:

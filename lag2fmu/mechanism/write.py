@@ -40,7 +40,7 @@ def write(mechanism: Mechanism) -> str:
     blocks = [
         _table("mechanism", {**head, "strict_units": "true" if m.strict_units else None}),
         _table("parameters", {p.name: _inline(_parameter(p)) for p in m.parameters}),
-        _table("coordinates", {q.name: _inline(_coordinate(q, bool(m.constraints))) for q in m.coordinates}),
+        _table("coordinates", {q.name: _inline(_coordinate(q)) for q in m.coordinates}),
         _table("inputs", {u.name: _inline(_input(u)) for u in m.inputs}),
         _table("definitions", {d.name: _expression(d.expression) for d in m.definitions}),
         _table("energy", _expressions(m.energy, "kinetic", "potential", "dissipation", "lagrangian")),
@@ -71,13 +71,13 @@ def _parameter(p: Parameter) -> Entries:
     return {**value, "unit": _unit(p.unit), **_bounds(p), "doc": _doc(p.doc)}
 
 
-def _coordinate(q: Coordinate, constrained: bool) -> Entries:
+def _coordinate(q: Coordinate) -> Entries:
     unit = q.unit or DIMENSIONLESS
     rate = _difference(q.velocity, unit)
     return {
         "unit": _unit(q.unit),
-        "start" if q.given else "guess": _number(q.start, unit),
-        "velocity" if q.velocity_given else "guess_velocity": rate if q.velocity or constrained else None,
+        "guess" if q.given is False else "start": None if q.given is None else _number(q.start, unit),
+        "guess_velocity" if q.velocity_given is False else "velocity": None if q.velocity_given is None else rate,
         "nominal": _difference(q.nominal, unit) if q.nominal != unit.difference_to_si(1.0) else None,
         **_bounds(q),
         "doc": _doc(q.doc),

@@ -62,7 +62,7 @@ class Energies:
         q, qd = np.array([c.start for c in coordinates]), np.array([c.velocity for c in coordinates])
         if not self.constraints.m:
             return q, qd
-        free = [not c.given for c in coordinates], [not c.velocity_given for c in coordinates]
+        free = [c.given is False for c in coordinates], [c.velocity_given is False for c in coordinates]
         return self.consistent(q, qd, time, inputs, free)
 
     def consistent(

@@ -250,7 +250,7 @@ def _start(equations: Equations, overrides: Mapping[str, float], time: float, si
         values[name] = float(value)
     found: Floats = np.array(list(values.values()))
     if energies.constraints.m:
-        free = [not c.given for c in coordinates], [not c.velocity_given for c in coordinates]
+        free = [c.given is False for c in coordinates], [c.velocity_given is False for c in coordinates]
         found = np.concatenate(
             energies.consistent(found[: energies.n], found[energies.n :], time, signals.at(time), free)
         )

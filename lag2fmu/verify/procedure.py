@@ -14,6 +14,7 @@ from functools import cached_property
 import numpy as np
 import sympy as sp
 
+from lag2fmu.dynamics.lagrange import complete
 from lag2fmu.mechanism import Frame, Mechanism, names
 from lag2fmu.mechanism.expressions import TIME, symbol, to_text
 from lag2fmu.reference import Energies
@@ -42,6 +43,7 @@ class _Notation:
 def procedure(mechanism: Mechanism, style: str = "text") -> str:
     """The twelve steps for ``mechanism`` as plain text or as LaTeX (``style`` 'text' or 'latex')."""
     notation = _TEXT if style == "text" else _LATEX
+    mechanism = complete(mechanism)
     steps = _Steps(mechanism, Composition(mechanism), notation)
     lines: list[str] = []
     for number, (title, content) in enumerate(steps.all(), start=1):

@@ -72,7 +72,7 @@ def validate(
     mechanism = model if isinstance(model, Mechanism) else load(model)  # type: ignore[arg-type]
     mechanism = with_values(mechanism, values or {})
     with as_fmu(mechanism, solver) as path:
-        return validate_fmu(mechanism, path, stop_time=stop_time, tolerance=tolerance, inputs=inputs)
+        return validate_fmu(read_mechanism(path), path, stop_time=stop_time, tolerance=tolerance, inputs=inputs)
 
 
 def is_fmu(model: Model) -> bool:

@@ -15,7 +15,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from lag2fmu.errors import SimulationError
-from lag2fmu.mechanism import Mechanism, names
+from lag2fmu.mechanism import Constraint, Mechanism, names
 from lag2fmu.mechanism.norms import norm_constraints
 from lag2fmu.mechanism.scope import fixed_parameters
 from lag2fmu.reference import Equations, Reference, Trajectory, held, integrate, sympy_accelerations
@@ -90,7 +90,7 @@ def validate_fmu(
         checks.append(_compare(task, label, run, reference))
         if (kind, step) == ("co-simulation", task.steps[1]):
             energy = _energy_checks(task, run, reference)
-    checks += [*energy, *_constraint_checks(task, runs), *_pointwise_checks(task, reference)]
+    checks += [*energy, *_constraint_checks(task, runs, reference), *_pointwise_checks(task, reference)]
     checks.append(Check("direct integration, own error", _own_error(task, reference), SAFETY * task.tolerance / 10))
     return Report(
         title=f"{mechanism.title}: FMU against direct integration, {task.stop_time:g} s, tolerance {task.tolerance:g}",
@@ -166,7 +166,7 @@ def _compare(task: _Task, label: str, run: Trajectory, reference: Reference) -> 
     )
 
 
-def _constraint_checks(task: _Task, runs: Mapping[str, Trajectory]) -> Iterator[Check]:
+def _constraint_checks(task: _Task, runs: Mapping[str, Trajectory], reference: Reference) -> Iterator[Check]:
     """The residuals at all communication points, in units of what a coordinate's nominal value makes."""
     if not task.mechanism.constraints:
         return
@@ -175,6 +175,10 @@ def _constraint_checks(task: _Task, runs: Mapping[str, Trajectory]) -> Iterator[
     for label, run in runs.items():
         bar = ROUNDING if label.startswith("co-simulation") else SAFETY * task.tolerance
         yield Check(f"constraints, {label}", float((np.abs(run.columns(labels)) / scales).max()), bar)
+    for k, c in enumerate(task.mechanism.constraints):
+        if c.massless:  # whatever keeps to the equilibrium must do so without a force
+            force = np.abs(reference.trajectory[names.multiplier(c.name)]).max() * scales[k]
+            yield Check(f"no force belongs to {c.name}", float(force / max(_sizes(reference), default=1.0)), 1e-8)
 
 
 def _constraint_scales(task: _Task) -> Floats:
@@ -274,8 +278,7 @@ def _calculated_by_fmu(task: _Task, fmu: Instance, q: Floats, qd: Floats, values
     """Accelerations, momenta, generalized energy and outputs of the FMU, (2n + 1 + outputs,)."""
     coordinates = [c.name for c in task.mechanism.coordinates]
     wanted = [*map(names.acceleration, coordinates), *map(names.momentum, coordinates), "generalized_energy"]
-    norms = norm_constraints(task.mechanism)
-    wanted += [names.multiplier(c.name) for c in task.mechanism.constraints if c.name not in norms]
+    wanted += [names.multiplier(c.name) for c in _bearing(task.mechanism)]
     wanted += task.mechanism.output_names
     return fmu.evaluate({**dict(zip(task.states, [*q, *qd], strict=True)), **values}, wanted)
 
@@ -284,10 +287,15 @@ def _calculated(equations: Equations, q: Floats, qd: Floats, inputs: Mapping[str
     """The same from the independent path."""
     state = (0.0, q, qd, inputs)
     energy, outputs = equations.generalized_energy(*state), equations.outputs(*state)
-    norms, constraints = norm_constraints(equations.mechanism), equations.mechanism.constraints
-    multipliers = zip(constraints, equations.multipliers(*state), strict=True)
-    forces = [value for c, value in multipliers if c.name not in norms]
+    constraints, bearing = equations.mechanism.constraints, _bearing(equations.mechanism)
+    forces = [value for c, value in zip(constraints, equations.multipliers(*state), strict=True) if c in bearing]
     return np.array([*equations.accelerations(*state), *equations.momenta(*state), energy, *forces, *outputs.values()])
+
+
+def _bearing(mechanism: Mechanism) -> list[Constraint]:
+    """The constraints that forces belong to: no norms, and no equilibria of what has no mass."""
+    norms = norm_constraints(mechanism)
+    return [c for c in mechanism.constraints if c.name not in norms and not c.massless]
 
 
 def _relative(own: Sequence[Floats], independent: Sequence[Floats]) -> Floats:

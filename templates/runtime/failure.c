@@ -43,7 +43,7 @@ void failure_sentence(const Failure *failure, char text[], size_t size) {
     list_coordinates(failure->coordinates, names, sizeof names);
     switch (failure->kind) {
     case FAILURE_SINGULAR:
-        snprintf(text, size, "at time %.17g the mass matrix is singular and does not determine the acceleration of %s; "
+        snprintf(text, size, "at time %.17g the mass matrix becomes singular and does not determine the acceleration of %s; "
                  "check the masses and inertias, or start elsewhere", failure->time, names);
         break;
     case FAILURE_NOT_FINITE:

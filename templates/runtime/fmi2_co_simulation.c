@@ -5,6 +5,7 @@
 #include "instance.h"
 #include "integrator.h"
 #include "logging.h"
+#include "system.h"
 
 /* Importers compute times in many ways, so times are never compared exactly: a difference of this part of the
    communication step is bridged, and a stop time may be passed by that part. */
@@ -47,6 +48,7 @@ fmi2Status fmi2DoStep(fmi2Component c, fmi2Real currentCommunicationPoint, fmi2R
     if (!integrate(instance, currentCommunicationPoint + communicationStepSize)) {
         instance->state.mode = MODE_STEP_FAILED;
         instance->state.step_failed = 1;
+        system_explain_failure(instance);
         return report_failure(instance, fmi2Discard);
     }
     return fmi2OK;

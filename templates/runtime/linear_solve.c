@@ -10,6 +10,9 @@ enum { N = N_COORDINATES };
 /* A pivot below its own scale times this is rounding error. */
 static const double RELATIVE_ZERO = N_COORDINATES * DBL_EPSILON;
 
+/* A pivot that far below the largest one explains why a solver cannot go on. */
+static const double NEARLY_SINGULAR = 1e-6;
+
 /* Row by row: w_ij = M_ij - sum_k<j w_ik L_jk, L_ij = w_ij / d_j, d_i = M_ii - sum_j w_ij L_ij. All inner loops run
    along rows. Returns false at the first pivot d_i that is not clearly positive against M_ii. */
 static bool factorize_positive(const double mass[], double factor[]) {
@@ -127,8 +130,9 @@ static void flag_null_space(const Factorization *result, int rank, bool concerne
     }
 }
 
-/* The cold path: full pivoting also takes symmetric matrices that are not positive definite. */
-static MassOutcome factorize_pivoted(const double mass[], Factorization *result, bool concerned[]) {
+/* The cold path: full pivoting also takes symmetric matrices that are not positive definite. Singular is what has a pivot
+   below the largest one times zero. */
+static MassOutcome factorize_pivoted(const double mass[], double zero, Factorization *result, bool concerned[]) {
     double *a = result->factor;
     double largest = 0.0;
     if (!all_finite(mass, concerned)) {
@@ -142,7 +146,7 @@ static MassOutcome factorize_pivoted(const double mass[], Factorization *result,
     for (int k = 0; k < N; k++) {
         const double pivot = bring_pivot(result, k);
         largest = k == 0 ? pivot : largest;
-        if (!(pivot > RELATIVE_ZERO * largest)) {
+        if (!(pivot > zero * largest)) {
             flag_null_space(result, k, concerned);
             return MASS_SINGULAR;
         }
@@ -159,7 +163,11 @@ static MassOutcome factorize_pivoted(const double mass[], Factorization *result,
 
 MassOutcome mass_factorize(const double mass[], Factorization *result, bool concerned[]) {
     result->pivoted = !factorize_positive(mass, result->factor);
-    return result->pivoted ? factorize_pivoted(mass, result, concerned) : MASS_REGULAR;
+    return result->pivoted ? factorize_pivoted(mass, RELATIVE_ZERO, result, concerned) : MASS_REGULAR;
+}
+
+bool mass_nearly_singular(const double mass[], Factorization *work, bool concerned[]) {
+    return factorize_pivoted(mass, NEARLY_SINGULAR, work, concerned) == MASS_SINGULAR;
 }
 
 /* Solves with L D L^T: forward, diagonal, backward. */

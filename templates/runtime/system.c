@@ -88,6 +88,18 @@ bool system_factorize_densely(Instance *instance, double time, const double stat
                               concerned);
 }
 
+void system_explain_failure(Instance *instance) {
+    const State *state = &instance->state;
+    bool concerned[N_COORDINATES] = {false};
+    if (instance->failure.kind == FAILURE_ACCURACY && N_CONSTRAINTS == 0) {
+        mechanism_dynamics(state->time, state->states, state->inputs, state->parameters, instance->scratch.mass,
+                           instance->scratch.forcing);
+        if (mass_nearly_singular(instance->scratch.mass, &instance->scratch.system.pivoted, concerned)) {
+            report_coordinates(instance, FAILURE_SINGULAR, state->time, concerned);
+        }
+    }
+}
+
 /* a[n] = M^-1 b[n] */
 static void solve_mass(const System *system, const double b[], double a[]) {
     if (system->dense) {

@@ -26,6 +26,10 @@ bool system_factorize(Instance *instance, double time, const double states[], co
 /* unknowns = qdd[n] and multipliers[rows] behind it, for right[n] and below[rows]. */
 void system_solve(const System *system, const double right[], const double *below, double unknowns[]);
 
+/* Where a solver step has failed for its error: puts a mass matrix that is about to become singular in the place of the
+   error as the reason. */
+void system_explain_failure(Instance *instance);
+
 /* Sets instance->failure to this kind at this time, flagging coordinates[n]; returns false. */
 bool report_coordinates(Instance *instance, FailureKind kind, double time, const bool coordinates[]);
 

@@ -9,7 +9,8 @@ import pytest
 import sympy as sp
 
 from lag2fmu.dynamics import derive
-from lag2fmu.dynamics.formulas import _tidy, _written, formulas
+from lag2fmu.dynamics.formulas import formulas
+from lag2fmu.dynamics.written import tidy, written
 from lag2fmu.mechanism.loading import bundled, load
 
 LARGE = {"six_axis_arm", "humanoid_planar"}
@@ -26,11 +27,11 @@ def test_written_formulas_mean_what_the_graph_computes(model: str) -> None:
         *(entry for row in equations.mass_matrix for entry in row),
     ]
     names = sorted(g.symbols(nodes))
-    written = [_tidy(e) for e in _written(g, nodes)]
+    texts = [tidy(e) for e in written(g, nodes)]
     generator = np.random.default_rng(3)
     for _ in range(3):
         values = dict(zip(names, generator.uniform(0.3, 1.7, len(names)), strict=True))
-        found = [float(e.subs({sp.Symbol(n, real=True): x for n, x in values.items()})) for e in written]
+        found = [float(e.subs({sp.Symbol(n, real=True): x for n, x in values.items()})) for e in texts]
         assert found == pytest.approx(g.evaluate(nodes, values), rel=1e-10, abs=1e-10)
 
 
@@ -49,7 +50,7 @@ def test_written_formulas_mean_what_the_graph_computes(model: str) -> None:
     ],
 )
 def test_addition_theorems(long: sp.Expr, short: sp.Expr) -> None:
-    assert sp.expand(_tidy(long) - short) == 0
+    assert sp.expand(tidy(long) - short) == 0
 
 
 def test_the_double_pendulum_as_on_paper() -> None:

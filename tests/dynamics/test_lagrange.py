@@ -8,6 +8,7 @@ import random
 import numpy as np
 import pytest
 import sympy as sp
+from kkt import solve
 
 from lag2fmu.dynamics import derive, lower
 from lag2fmu.dynamics.lagrange import EquationsOfMotion
@@ -19,11 +20,11 @@ from lag2fmu.mechanism.loading import bundled, load
 from lag2fmu.reference import Equations
 
 
+NAMES = {name: sp.Symbol(name, real=True) for name in ("Q_slider", "k", "x", "slider")}
+
+
 def accelerations(equations: EquationsOfMotion, values: dict[str, float]) -> np.ndarray:
-    n = len(equations.forcing)
-    entries = [e for row in equations.mass_matrix for e in row]
-    numbers = equations.graph.evaluate([*entries, *equations.forcing], values)
-    return np.linalg.solve(np.array(numbers[: n * n]).reshape(n, n), numbers[n * n :])
+    return solve(equations, values)[0]
 
 
 def random_values(mechanism: Mechanism, generator: random.Random) -> dict[str, float]:
@@ -54,13 +55,18 @@ def test_double_pendulum_by_hand() -> None:
 @pytest.mark.parametrize("name", bundled())
 def test_bundled_models_agree_with_the_independent_path(name: str) -> None:
     mechanism = load(name)
-    equations, independent = derive(mechanism), Equations(mechanism)
+    equations = derive(mechanism)
+    mechanism = equations.mechanism
+    independent = Equations(mechanism)
     generator = random.Random(2)
     coordinates = [c.name for c in mechanism.coordinates]
     for _ in range(5):
         v = random_values(mechanism, generator)
         q, qd = ([v[f(c)] for c in coordinates] for f in (str, names.velocity))
         inputs = {k: v[k] for k in independent.energies.input_names}
+        if mechanism.constraints:
+            q, qd = independent.energies.consistent(np.array(q), np.array(qd), v["t"], inputs)
+            v |= {f(c): x for f, row in ((str, q), (names.velocity, qd)) for c, x in zip(coordinates, row, strict=True)}
         expected = independent.accelerations(v["t"], np.array(q), np.array(qd), inputs)
         assert accelerations(equations, v) == pytest.approx(expected, rel=1e-9, abs=1e-9)
         h = equations.graph.evaluate([equations.energies["generalized_energy"]], v)[0]
@@ -79,9 +85,10 @@ def test_tangents_against_central_differences(name: str) -> None:
     variables = [v.t, *v.q, *v.qd, *v.inputs, *v.parameters]
     seeds = {str(g.first[node]): generator.uniform(-1, 1) for node in variables}
     own = g.evaluate([*tangent.residual, *tangent.locals], values | {f"d {k}": x for k, x in seeds.items()} | {
-        f"d {g.first[node]}": 0.0 for node in v.qdd
+        f"d {g.first[node]}": 0.0 for node in v.unknowns
     })  # fmt: skip
-    nodes = [*equations.residual, *(node for _, node in equations.locals())]
+    c = equations.constraints
+    nodes = [*equations.residual, *c.velocities, *c.positions, *(node for _, node in equations.locals())]
     e = 1e-6
     ahead, behind = (
         np.array(g.evaluate(nodes, {k: x + s * e * seeds.get(k, 0.0) for k, x in values.items()})) for s in (1, -1)
@@ -164,8 +171,14 @@ def test_a_coordinate_without_mass_is_named() -> None:
     m, k = parameter("m", 1.0), parameter("k", 1.0)
     energy = Energy(m * x.dot**2 / 2, k * (x - slider) ** 2 / 2)
     mechanism = Mechanism("massless", coordinates=[x, slider], parameters=[m, k], energy=energy)
-    with pytest.raises(DerivationError, match=r"singular for every q; the motion along slider has no mass"):
-        derive(mechanism)
+    (equilibrium,) = derive(mechanism).mechanism.constraints
+    assert equilibrium.name == "massless_slider"
+    assert sp.expand(equilibrium.expression - sp.sympify("Q_slider + k*(x - slider)", locals=NAMES)) == 0
+    unmoved = Energy(m * x.dot**2 / 2, k * x * slider)
+    with pytest.raises(
+        DerivationError, match=r"the motion along slider has no mass, and the force on it depends on no"
+    ):
+        derive(Mechanism("massless", coordinates=[x, slider], parameters=[m, k], energy=unmoved))
 
 
 def test_a_start_without_a_finite_value_is_refused() -> None:

@@ -22,8 +22,9 @@ def test_second_derivatives_along_a_curve(name: str) -> None:
     second = differentiate_twice(equations, [name for name, _ in equations.locals()])
     program = lower(equations)
     nodes = [*equations.residual, *(node for _, node in equations.locals())]
-    label = {node: str(g.first[node]) for node in (v.t, *v.q, *v.qd, *v.qdd, *v.inputs, *v.parameters)}
+    label = {node: str(g.first[node]) for node in (v.t, *v.q, *v.qd, *v.unknowns, *v.inputs, *v.parameters)}
     curves = [np.polynomial.Polynomial([generator.uniform(0.2, 0.9) for _ in range(5)]) for _ in v.q]
+    forces = [np.polynomial.Polynomial([generator.uniform(-1, 1) for _ in range(5)]) for _ in v.multipliers]
     inputs = [np.polynomial.Polynomial([generator.uniform(-1, 1) for _ in range(3)]) for _ in v.inputs]
     parameters = {label[node]: generator.uniform(0.5, 2.0) for node in v.parameters}
 
@@ -31,18 +32,22 @@ def test_second_derivatives_along_a_curve(name: str) -> None:
         """The variables at ``time``; for the residual q is followed up to ``order``."""
         moving = {label[node]: curve.deriv(k)(time) for k, row in enumerate((v.q, v.qd, v.qdd))
                   for node, curve in zip(row, curves, strict=True)}  # fmt: skip
-        driven = {label[node]: curve(time) for node, curve in zip(v.inputs, inputs, strict=True)}
+        pairs = ((v.inputs, inputs), (v.multipliers, forces))
+        driven = {label[node]: curve(time) for nodes, row in pairs for node, curve in zip(nodes, row, strict=True)}
         return {label[v.t]: 0.3 + time, **parameters, **moving, **driven}
 
     found = np.array([g.evaluate(nodes, values(k * STEP)) for k in (-3, -2, -1, 0, 1, 2, 3)])
     expected = np.array([2, -27, 270, -490, 270, -27, 2]) / 180 @ found / STEP**2
     rates = {f"d {label[n]}": c.deriv()(0.0) for n, c in zip(v.inputs, inputs, strict=True)}
     rates |= {f"dd {label[n]}": c.deriv(2)(0.0) for n, c in zip(v.inputs, inputs, strict=True)}
-    rates |= {f"d {label[n]}": c.deriv(3)(0.0) for n, c in zip(v.qdd, curves, strict=True)}
-    rates |= {f"dd {label[n]}": c.deriv(4)(0.0) for n, c in zip(v.qdd, curves, strict=True)}
+    highest = [*(c.deriv(2) for c in curves), *forces]
+    rates |= {f"d {label[n]}": c.deriv(1)(0.0) for n, c in zip(v.unknowns, highest, strict=True)}
+    rates |= {f"dd {label[n]}": c.deriv(2)(0.0) for n, c in zip(v.unknowns, highest, strict=True)}
     own = g.evaluate([*second.residual, *second.locals.values()], values(0.0) | rates)
-    d4q = np.array([c.deriv(4)(0.0) for c in curves])
-    M = np.array(g.evaluate([node for row in equations.mass_matrix for node in row], values(0.0))).reshape(len(d4q), -1)
-    own[: len(d4q)] += M @ d4q
+    n, m = len(v.q), len(v.multipliers)
+    entries = [node for rows in (equations.mass_matrix, equations.constraints.jacobian) for row in rows for node in row]
+    M, G = np.split(np.array(g.evaluate(entries, values(0.0))).reshape(n + m, n), [n])
+    d4q = np.array([c.deriv(2)(0.0) for c in highest])
+    own[: n + m] += np.block([[M, -G.T], [G, np.zeros((m, m))]]) @ d4q
     assert own == pytest.approx(expected, abs=1e-6 * (1 + np.abs(expected).max()))
     assert {f.name for f in program.functions} > {"mechanism_residual_second", "mechanism_locals_second"}

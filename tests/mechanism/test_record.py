@@ -52,7 +52,7 @@ def pendulum(**changes: Any) -> Mechanism:
 
 def test_declared_symbols_leave_their_records() -> None:
     mechanism = pendulum()
-    assert mechanism.coordinates == (Coordinate("theta", parse_unit("rad"), given=True, velocity_given=True),)
+    assert mechanism.coordinates == (Coordinate("theta", parse_unit("rad")),)
     assert [p.name for p in mechanism.parameters] == ["m", "l", "g"]
     assert mechanism.gravity == Gravity(symbol("g"))
     assert mechanism.place("bob") == (symbol("l") * sin(symbol("theta")), -symbol("l") * cos(symbol("theta")))

@@ -1,0 +1,136 @@
+"""What has no mass: problem 5 of the slides in its massless forms, against closed forms and equations by hand."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from scipy.integrate import solve_ivp
+from scipy.linalg import expm
+from stepping import Stepping
+
+from lag2fmu.dynamics import derive
+from lag2fmu.errors import DerivationError, Lag2FmuError
+from lag2fmu.mechanism import Energy, Mechanism, coordinate, parameter, signal
+from lag2fmu.mechanism.loading import load
+from lag2fmu.mechanism.text import read
+from lag2fmu.mechanism.write import write
+from lag2fmu.verify.running import simulate, validate
+
+m, l, k, g, c = 1.0, 0.5, 100.0, 9.81, 10.0
+
+
+def with_friction(friction: bool = True) -> Mechanism:
+    """Small vibrations, with a damper c on the massless slider."""
+    x, phi = coordinate("x", "m", nominal=0.1), coordinate("phi", "rad", start=0.1)
+    F = signal("F", "N")
+    mass, rod = parameter("m", m, "kg"), parameter("l", l, "m")
+    return Mechanism(
+        "rubbed_slider",
+        coordinates=[x, phi],
+        parameters=[mass, rod],
+        inputs=[F],
+        energy=Energy(
+            kinetic=mass * (x.dot + rod * phi.dot) ** 2 / 2,
+            potential=k * x**2 + mass * g * rod * phi**2 / 2,
+            dissipation=c * x.dot**2 / 2 if friction else None,
+        ),
+        forces={x: F, phi: F * rod},
+    )
+
+
+@pytest.mark.fmu
+def test_small_vibrations_have_the_frequency_of_a_longer_pendulum(exported) -> None:
+    omega = np.sqrt(g / (l + m * g / (2 * k)))
+    with Stepping(exported("slides_problem_5_small").path) as s:
+        assert {v.name: v.initial for v in s.description.modelVariables}["x"] == "approx"
+        s.start({"solver_tolerance": 1e-11, "phi": 0.15})
+        for _ in range(20):
+            s.step(0.37)
+            x, phi, phi_dot = s.get(["x", "phi", "phi_dot"])
+            assert phi == pytest.approx(0.15 * np.cos(omega * s.time), abs=1e-9)
+            assert phi_dot == pytest.approx(-0.15 * omega * np.sin(omega * s.time), abs=4e-9)
+            assert x == pytest.approx(m * g * phi / (2 * k), abs=1e-15)
+
+
+@pytest.mark.fmu
+def test_what_has_no_mass_follows_a_force_at_once(exported) -> None:
+    with Stepping(exported("slides_problem_5_small").path) as s:
+        s.start({"phi": 0.0})
+        s.set({"Q_x": 20.0})  # on the slider alone: it jumps, and the rod's end stays where it is
+        s.step(1e-6)
+        x, phi, end = s.get(["x", "phi", "x_m"])
+        assert end == pytest.approx(0.0, abs=1e-9)
+        assert 2 * k * x == pytest.approx(20.0 + m * g * phi, abs=1e-9)
+
+
+@pytest.mark.fmu
+def test_friction_on_what_has_no_mass_gives_an_equation_of_first_order(exported) -> None:
+    # s = x + l phi:  s'' = -g (s - x) / l,  c x' = m g (s - x) / l - 2 k x
+    A = np.array([[0, 1, 0], [-g / l, 0, g / l], [m * g / (l * c), 0, -m * g / (l * c) - 2 * k / c]])
+    with Stepping(exported(with_friction()).path) as s:
+        s.start({"solver_tolerance": 1e-11, "x": 0.03})
+        x, phi, x_dot, phi_dot = s.get(["x", "phi", "x_dot", "phi_dot"])
+        z = np.array([x + l * phi, x_dot + l * phi_dot, x])
+        assert x == pytest.approx(0.03, abs=1e-15)
+        for i in range(1, 15):
+            s.step(0.11)
+            x, phi = s.get(["x", "phi"])
+            truth = expm(A * 0.11 * i) @ z
+            assert (x, x + l * phi) == pytest.approx((truth[2], truth[0]), abs=1e-9)
+
+
+@pytest.mark.fmu
+@pytest.mark.slow
+@pytest.mark.parametrize("friction", [True, False])
+def test_the_fmu_agrees_with_direct_integration(friction: bool) -> None:
+    report = validate(with_friction(friction))
+    assert report.passed
+    assert friction or any("no force belongs to massless_x" in check.name for check in report.checks)
+
+
+@pytest.mark.fmu
+def test_the_exact_form_runs_to_its_singular_position_and_stops_there() -> None:
+    """By hand: with p = x + l sin(phi), q = -l cos(phi) of the bob, m p'' = -2 k x, and the rod's force along the rod."""
+
+    def slope(t: float, z: np.ndarray) -> list[float]:
+        x, phi, x_dot, phi_dot = z
+        # the rod pulls with S along itself: 2 k x = -S sin(phi) on the slider, which has no mass
+        pull = 2 * k * x / np.sin(phi)
+        p, q = -pull * np.sin(phi) / m, pull * np.cos(phi) / m - g
+        # p = x'' + l (phi'' cos - phi'^2 sin), q = l (phi'' sin + phi'^2 cos)
+        phi_ddot = (q / l - phi_dot**2 * np.cos(phi)) / np.sin(phi)
+        return [x_dot, phi_dot, p - l * (phi_ddot * np.cos(phi) - phi_dot**2 * np.sin(phi)), phi_ddot]
+
+    mechanism = load("slides_problem_5_massless")
+    truth = solve_ivp(slope, (0, 0.2), [0.02, 1.0, 0, 0], method="DOP853", rtol=1e-12, atol=1e-13).y[:, -1]
+    run = simulate(mechanism, stop_time=0.2, step=0.01, tolerance=1e-11)
+    assert [run[name][-1] for name in ("x", "phi", "x_dot", "phi_dot")] == pytest.approx(truth, rel=1e-8)
+    with pytest.raises(Lag2FmuError, match="mass matrix becomes singular and does not determine .* of x, phi"):
+        simulate(mechanism, stop_time=1.0, step=0.01)
+
+
+def test_the_equilibrium_is_part_of_the_record_and_of_its_text() -> None:
+    completed = derive(load("slides_problem_5_small")).mechanism
+    (equilibrium,) = completed.constraints
+    assert (equilibrium.name, equilibrium.kind) == ("massless_x", "equilibrium")
+    assert read(write(completed), "text") == completed
+    assert derive(with_friction()).mechanism.constraints[0].kind == "damped_equilibrium"
+
+
+@pytest.mark.parametrize(
+    ("energy", "sentence"),
+    [
+        ({"kinetic": "y_dot**2/2", "potential": "y**2", "dissipation": "0*x_dot"}, "appears in no energy"),
+        (
+            {"kinetic": "y_dot**2/2", "potential": "x*y"},
+            "along x has no mass, and the force on it depends on no coordi",
+        ),
+        ({"kinetic": "x*y_dot**2/2 + y_dot**2", "potential": "x**2"}, "is not affine|depends on no velocity along it"),
+    ],
+)
+def test_a_massless_coordinate_that_nothing_determines_is_refused(energy: dict[str, str], sentence: str) -> None:
+    lines = "\n".join(f'{key} = "{value}"' for key, value in energy.items())
+    text = f'[mechanism]\nname = "odd"\n[coordinates]\nx = {{ start = 1 }}\ny = {{ start = 1 }}\n[energy]\n{lines}\n'
+    with pytest.raises(Lag2FmuError, match=sentence) as caught:
+        derive(read(text, "odd.toml"))
+    assert isinstance(caught.value, DerivationError) or "appears" in sentence

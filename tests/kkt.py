@@ -1,0 +1,27 @@
+"""The accelerations of a constrained mechanism from the parts that ``derive`` returns, by dense linear algebra."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+
+import numpy as np
+
+from lag2fmu.dynamics.lagrange import EquationsOfMotion
+
+
+def solve(equations: EquationsOfMotion, values: Mapping[str, float]) -> tuple[np.ndarray, np.ndarray]:
+    """qdd (n,) and multipliers (m,) at ``values`` (by name, everything the graph asks for).
+
+    The KKT system by least squares: accelerations are unique also where constraints are redundant, multipliers are not.
+    """
+    n, c = len(equations.forcing), equations.constraints
+    m = len(c)
+    nodes = [*(e for row in equations.mass_matrix for e in row), *equations.forcing]
+    nodes += [*(e for row in c.jacobian for e in row), *c.accelerations]
+    numbers = np.array(equations.graph.evaluate(nodes, dict(values)))
+    mass, forcing, jacobian, gamma = np.split(numbers, np.cumsum([n * n, n, m * n]))
+    G = jacobian.reshape(m, n)
+    matrix = np.block([[mass.reshape(n, n), -G.T], [G, np.zeros((m, m))]])
+    scale = 1 / np.maximum(np.abs(matrix).max(axis=1), 1e-300)
+    found = np.linalg.lstsq(scale[:, None] * matrix, scale * np.concatenate([forcing, -gamma]), rcond=1e-12)[0]
+    return found[:n], found[n:]
