@@ -9,8 +9,8 @@ r"""Slides, problem 5, as small vibrations: the slider has no mass, and M has ra
                     o m -->       k       stiffness of each spring
                        F          g       gravity, along -y
 
-T = m (x_dot + l phi_dot)^2 / 2 does not see the motion (l, -1): the forces along it are in equilibrium at every instant,
-2 k x = m g phi. The rod vibrates with omega^2 = g / (l + m g / (2 k)).
+T = m (x_dot + l phi_dot)^2 / 2 does not see the motion (l, -1): the forces along it are in equilibrium at every
+instant, 2 k x = m g phi. The rod vibrates with omega^2 = g / (l + m g / (2 k)).
 
 Source: slides "Lagrangian Dynamics", section 4, problem 5, small vibrations.
 """

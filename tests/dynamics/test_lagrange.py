@@ -19,7 +19,6 @@ from lag2fmu.mechanism import Body, Energy, Mechanism, coordinate, names, parame
 from lag2fmu.mechanism.loading import bundled, load
 from lag2fmu.reference import Equations
 
-
 NAMES = {name: sp.Symbol(name, real=True) for name in ("Q_slider", "k", "x", "slider")}
 
 
@@ -175,9 +174,7 @@ def test_a_coordinate_without_mass_is_named() -> None:
     assert equilibrium.name == "massless_slider"
     assert sp.expand(equilibrium.expression - sp.sympify("Q_slider + k*(x - slider)", locals=NAMES)) == 0
     unmoved = Energy(m * x.dot**2 / 2, k * x * slider)
-    with pytest.raises(
-        DerivationError, match=r"the motion along slider has no mass, and the force on it depends on no"
-    ):
+    with pytest.raises(DerivationError, match=r"along slider has no mass, and the force on it depends on no"):
         derive(Mechanism("massless", coordinates=[x, slider], parameters=[m, k], energy=unmoved))
 
 

@@ -13,7 +13,6 @@ from lag2fmu.errors import MechanismError, UnitError
 from lag2fmu.mechanism import (
     Body,
     Damper,
-    Definition,
     Frame,
     Gravity,
     Load,
