@@ -12,6 +12,7 @@ Source: Hand, Finch, Analytical Mechanics, sections 2.5 and 2.6; Goldstein, Clas
 
 from __future__ import annotations
 
+import random
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 
@@ -32,6 +33,7 @@ MET, PROJECTED = 1e-12, 1e-6
 """Residuals, relative to the mechanism's size: below the first a constraint is met, below the second it is made so."""
 
 _RANK, _ITERATIONS, _HALVINGS = 1e-12, 60, 12
+_INDEPENDENT, _TRIALS = 1e-8, 3
 
 
 @dataclass(frozen=True)
@@ -85,13 +87,16 @@ def starting_consistently(mechanism: Mechanism, graph: Graph, constraints: Const
 
     Given values stay, guesses are moved: by Newton's method with steps of least norm, coordinates measured by their
     nominal values. Given values that miss by less than ``PROJECTED`` are moved too. Raises DerivationError with the
-    residuals where that does not lead to a solution.
+    residuals where that does not lead to a solution, for a constraint that is constant, and for constraints that leave
+    nothing to move.
     """
     if not mechanism.constraints:
         return mechanism
     start = _Start(mechanism, graph, constraints)
+    start.check_variation()
     start.solve_positions()
     start.solve_velocities()
+    start.check_freedom()
     return start.moved()
 
 
@@ -102,7 +107,7 @@ def ambiguous(mechanism: Mechanism, graph: Graph, constraints: Constraints) -> f
     jacobian = _Start(mechanism, graph, constraints).jacobian()
     length = np.linalg.norm(jacobian, axis=1, keepdims=True)
     left, singular, _ = np.linalg.svd(jacobian / np.where(length > 0, length, 1.0))
-    null = left[:, int(np.sum(singular > 1e-8)) :]
+    null = left[:, int(np.sum(singular > _INDEPENDENT)) :]
     loose = np.abs(null).max(axis=1, initial=0.0) > 1e-6
     return frozenset(c.name for c, found in zip(mechanism.constraints, loose, strict=True) if found)
 
@@ -136,6 +141,40 @@ class _Start:
         """G at the start in units of the nominal values, (m, n)."""
         return self._jacobian(self.q)
 
+    def check_variation(self) -> None:
+        """Raise DerivationError for a constraint that contains coordinates, or velocities, and yet is constant."""
+        generator = random.Random(20)
+        moves = np.zeros(len(self.constraints), dtype=bool)
+        for _ in range(_TRIALS):
+            q = self.q + self.nominal * [generator.uniform(-1, 1) for _ in self.q]
+            jacobian = self._jacobian(q)
+            # sines and cosines that cancel leave their rounding
+            moves |= ~(np.abs(jacobian).max(axis=1) <= MET)
+        for k, constraint in enumerate(self.mechanism.constraints):
+            if not moves[k]:
+                (value,) = self._evaluate([self.constraints.residuals[k]], self.q, self.qd)
+                raise DerivationError(
+                    f"constraints.{constraint.kind}.{constraint.name}: '{constraint.expression}' is {value:.3g} "
+                    "whatever the coordinates are, so it cannot restrict the motion; leave it out or correct it"
+                )
+
+    def check_freedom(self) -> None:
+        """Raise DerivationError if the constraints leave no degree of freedom at the start, and nothing drives them."""
+        c, jacobian = self.constraints, self.jacobian()
+        rank = int(np.linalg.matrix_rank(_row_scales(jacobian)[:, None] * jacobian, tol=_INDEPENDENT))
+        drives = {"t", *(name for u in self.mechanism.motions for name in (u.name, names.velocity(u.name)))}
+        driven = self.graph.symbols([*c.residuals, *c.velocities]) & drives
+        if (
+            rank == len(self.q)
+            and not driven
+            and not self._evaluate(c.velocities, self.q, np.zeros_like(self.qd)).any()
+        ):
+            listed = ", ".join(c.name for c in self.mechanism.constraints)
+            raise DerivationError(
+                f"mechanism '{self.mechanism.name}': nothing can move: {rank} of its {len(c)} constraints ({listed}) "
+                f"are independent at the start, for {rank} coordinates; take at least one out"
+            )
+
     def solve_positions(self) -> None:
         """Move q: what is free first, then everything if little is left."""
         count = len(self.constraints.positions)
@@ -149,16 +188,19 @@ class _Start:
         self._check(*measure(self.q), "the start")
 
     def solve_velocities(self) -> None:
-        """Move qd likewise; the equations are linear."""
+        """Move qd likewise; the equations are linear, and their residuals count relative to the greatest velocity."""
 
         def measure(qd: Floats) -> tuple[Floats, Floats]:
-            pace = max(1.0, float(np.abs(qd / self.nominal).max()))
-            return self._evaluate(self.constraints.velocities, self.q, qd) / pace, self._jacobian(self.q)
+            return self._evaluate(self.constraints.velocities, self.q, qd), self._jacobian(self.q)
+
+        def relative(qd: Floats) -> tuple[Floats, Floats]:
+            residual, jacobian = measure(qd)
+            return residual, jacobian * max(1.0, float(np.abs(qd / self.nominal).max()))
 
         for free, bar in ((~self.velocity_given, np.inf), (np.ones_like(self.given), PROJECTED)):
-            if MET < _size(*measure(self.qd)) <= bar:
+            if MET < _size(*relative(self.qd)) <= bar:
                 self.qd = self._newton(self.qd, measure, free)
-        self._check(*measure(self.qd), "the velocities at the start")
+        self._check(*relative(self.qd), "the velocities at the start")
 
     def _newton(self, x: Floats, measure: Callable[[Floats], tuple[Floats, Floats]], free: NDArray[np.bool_]) -> Floats:
         """Newton's method in the ``free`` entries of x, steps halved where the residual grows."""
@@ -167,11 +209,12 @@ class _Start:
             if not np.isfinite(r).all() or not np.isfinite(jacobian).all() or _size(r, jacobian) <= 1e-3 * MET:
                 break
             step = np.zeros_like(x)
-            step[free] = _least_step(jacobian[:, free], r)
+            scale = _row_scales(jacobian[:, free])
+            step[free] = _least_step(scale[:, None] * jacobian[:, free], scale * r)
             for halving in range(_HALVINGS):
                 trial = x + 0.5**halving * step * self.nominal
                 found, slopes = measure(trial)
-                if np.abs(found).max() < np.abs(r).max():
+                if np.linalg.norm(scale * found) < np.linalg.norm(scale * r):  # the norm in which the step goes down
                     break
             else:
                 break
@@ -195,18 +238,22 @@ class _Start:
         return replace(self.mechanism, coordinates=coordinates)  # type: ignore[arg-type]
 
 
-def _least_step(jacobian: Floats, residual: Floats) -> Floats:
+def _row_scales(jacobian: Floats) -> Floats:
+    """Factors (m,) that make the rows of unit length."""
+    length = np.linalg.norm(jacobian, axis=1)
+    scales: Floats = 1.0 / np.where(length > 0, length, 1.0)
+    return scales
+
+
+def _least_step(rows: Floats, residual: Floats) -> Floats:
     """The step of least norm that takes the ``residual`` away to first order, damped by the square of its size.
 
     The damping keeps the convergence quadratic where constraints are redundant, so that solutions are not isolated.
     Source: N. Yamashita, M. Fukushima, On the rate of convergence of the Levenberg-Marquardt method, Computing 15,
     2001.
     """
-    length = np.linalg.norm(jacobian, axis=1)
-    scale = 1.0 / np.where(length > 0, length, 1.0)
-    rows, r = scale[:, None] * jacobian, scale * residual
-    matrix = rows @ rows.T + min(1.0, float(np.max(np.abs(r))) ** 2) * np.eye(len(r))
-    step: Floats = rows.T @ np.linalg.lstsq(matrix, -r, rcond=_RANK)[0]
+    matrix = rows @ rows.T + min(1.0, float(np.max(np.abs(residual))) ** 2) * np.eye(len(residual))
+    step: Floats = rows.T @ np.linalg.lstsq(matrix, -residual, rcond=_RANK)[0]
     return step
 
 

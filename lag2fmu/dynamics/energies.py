@@ -208,6 +208,13 @@ class Composer:
             return self._half_square(self.put(damper.damping), self.put(damper.rate))
         return self._half_square(self.put(damper.damping), *self.rate([self._distance(damper.between)]))
 
+    def distances(self) -> dict[str, int]:
+        """{place in the mechanism: distance of its ends} of the springs and dampers between two places."""
+        tables = (("springs", self.mechanism.springs), ("dampers", self.mechanism.dampers))
+        return {
+            f"{t}.{p.name}": self._distance(p.between) for t, parts in tables for p in parts if p.between is not None
+        }
+
     def _distance(self, ends: Sequence[object]) -> int:
         a, b = (self.place(str(end)) for end in ends)
         difference = [self.g.subtract(x, y) for x, y in zip(a, b, strict=True)]

@@ -105,15 +105,14 @@ def derive(mechanism: Mechanism, method: str | None = None) -> EquationsOfMotion
     """
     methods = [method] if method else METHODS[: 1 if len(mechanism.coordinates) > MAX_FACTORISED else None]
     carried = _carried(mechanism)
-    best = min((_solved(mechanism, m, carried) for m in methods), key=lambda solved: solved.operations)
-    if best.solution is None and not any(c.massless for c in mechanism.constraints):
-        v = best.variables
-        completed = with_equilibria(mechanism, best.graph, v, best.entries, best.forcing)
+    solved = min((_solved(mechanism, m, carried) for m in methods), key=lambda solved: solved.operations)
+    if solved.solution is None and not any(c.massless for c in mechanism.constraints):
+        completed = with_equilibria(mechanism, solved.graph, solved.variables, solved.entries, solved.forcing)
         if completed is not mechanism:
             return derive(completed, method)
-    equations = _complete(best)
+    equations = _complete(solved)
     mechanism, g = equations.mechanism, equations.graph
-    check_start(mechanism, g, equations.mass_matrix, equations.forcing)
+    check_start(mechanism, g, equations.mass_matrix, equations.forcing, solved.composer.distances())
     check_rank(mechanism, g, equations.mass_matrix)
     check_agreement(mechanism, g, equations.mass_matrix, equations.forcing, equations.solution)
     return equations

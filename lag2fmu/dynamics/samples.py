@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import random
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 
 import numpy as np
 from numpy.typing import NDArray
@@ -75,16 +75,29 @@ def massless_directions(
     return found
 
 
-def check_start(mechanism: Mechanism, graph: Graph, mass: Matrix, forcing: Sequence[int]) -> None:
-    """Raise DerivationError unless M and the forces are finite at the start."""
+def check_start(
+    mechanism: Mechanism, graph: Graph, mass: Matrix, forcing: Sequence[int], distances: Mapping[str, int]
+) -> None:
+    """Raise DerivationError unless M and the forces are finite at the start.
+
+    ``distances`` of the ends of springs and dampers, by their place: where one is 0 its force has no direction.
+    """
     values = start_values(mechanism)
+    starts = ", ".join(f"{c.name} = {c.start:g}" for c in mechanism.coordinates)
     for what, nodes in (("mass matrix", [e for row in mass for e in row]), ("forces", list(forcing))):
-        if not np.all(np.isfinite(graph.evaluate(nodes, values))):
-            starts = ", ".join(f"{c.name} = {c.start:g}" for c in mechanism.coordinates)
+        if np.all(np.isfinite(graph.evaluate(nodes, values))):
+            continue
+        lengths = zip(distances, graph.evaluate(list(distances.values()), values), strict=True)
+        where = next((name for name, length in lengths if length == 0), None)
+        if where is not None:
             raise DerivationError(
-                f"mechanism '{mechanism.name}': the {what} have no finite value at the start ({starts}); "
-                "choose start values and parameters without a division by zero or a root of a negative number"
+                f"{where}.between: both ends are at the same place at the start ({starts}), at a distance of 0 m, so "
+                "that the force has no direction; start with the ends apart"
             )
+        raise DerivationError(
+            f"mechanism '{mechanism.name}': the {what} have no finite value at the start ({starts}); "
+            "choose start values and parameters without a division by zero or a root of a negative number"
+        )
 
 
 def check_quadratic(mechanism: Mechanism, graph: Graph, entries: Sequence[int]) -> None:

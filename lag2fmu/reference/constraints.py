@@ -143,7 +143,7 @@ def _newton(
         for halving in range(_HALVINGS):
             trial = x + 0.5**halving * step * nominal
             found = function(trial)
-            if np.abs(found[0]).max() < np.abs(residual).max():
+            if np.linalg.norm(unit * found[0]) < np.linalg.norm(r):  # in the norm in which the damped step goes down
                 break
         else:
             break

@@ -13,7 +13,8 @@ from lag2fmu.dynamics.formulas import formulas
 from lag2fmu.dynamics.written import tidy, written
 from lag2fmu.mechanism.loading import bundled, load
 
-LARGE = {"six_axis_arm", "humanoid_planar"}
+LARGE = {"six_axis_arm", "humanoid_planar", "andrews_squeezer", "bricard", "n_four_bar", "parallel_manipulator"}
+LARGE |= {"whipple_bicycle", "rolling_disc", "sphere_on_turntable", "heavy_top_quaternion", "free_body"}
 a, b, c = sp.symbols("a b c", real=True)
 
 

@@ -93,7 +93,7 @@ def test_tangents_against_central_differences(name: str) -> None:
         np.array(g.evaluate(nodes, {k: x + s * e * seeds.get(k, 0.0) for k, x in values.items()})) for s in (1, -1)
     )
     scale = 1 + np.abs(ahead).max()
-    assert np.array(own) / scale == pytest.approx((ahead - behind) / (2 * e) / scale, abs=2e-9)
+    assert np.array(own) / scale == pytest.approx((ahead - behind) / (2 * e) / scale, rel=2e-9, abs=2e-9)
     assert len(program.locals) == len(tangent.locals)
 
 

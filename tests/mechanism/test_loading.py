@@ -53,7 +53,7 @@ def test_bundled_models_read_like_the_textbook(name: str) -> None:
     parts = (*mechanism.coordinates, *mechanism.parameters, *mechanism.inputs, *mechanism.outputs)
     assert [part.name for part in parts if not part.doc or part.unit is None] == []
     text = bundled()[name].read_text(encoding="utf-8")
-    assert len(text.splitlines()) < 80
+    assert len(text.splitlines()) < 110
     assert re.match(r'r?"""[A-Za-z][^\n]*: [^\n]+\.\n', text)
     assert "\n::\n" in text
 
