@@ -128,7 +128,7 @@ def show(model: str, style: str, plot: Path | None, settings: tuple[str, ...]) -
     show_default=True,
     help="Platform of the binary, or all of them.",
 )
-@click.option("--solver", metavar="NAME", help="Integrator of co-simulation: dopri5 (default) or rk4.")
+@click.option("--solver", metavar="NAME", help="Integrator of co-simulation: dopri5 (default), dop853, rk4 or ros2.")
 @click.option("--compiler", type=click.Choice(["zig", "host"]), default="zig", show_default=True)
 @click.option(
     "--output",

@@ -188,7 +188,7 @@ def test_a_bad_model_file_gets_one_sentence(run, name: str, text: str, sentence:
         (["export", "no_such_model"], "unknown model 'no_such_model'"),
         (["export", "doubel_pendulum"], "double_pendulum"),
         (["export", "missing.toml"], "does not exist"),
-        (["export", MODEL, "--solver", "euler"], "unknown solver 'euler'; known are dopri5, rk4"),
+        (["export", MODEL, "--solver", "euler"], "unknown solver 'euler'; known are dopri5, dop853, rk4, ros2"),
         (["export", MODEL, "--wrong"], "No such option"),
         (["export", MODEL, "--set", "m=abc"], "'abc' is not a number"),
         (["export", MODEL, "--set", "m"], "expected NAME=VALUE"),

@@ -1,6 +1,7 @@
 """Code generation: Program -> C text, templates -> source tree."""
 
+from lag2fmu.codegen.solvers import DEFAULT_SOLVER, METHODS, Method
 from lag2fmu.codegen.sources import Slot, Tables, render_sources
-from lag2fmu.codegen.tableaus import DEFAULT_SOLVER, METHODS, Tableau
+from lag2fmu.codegen.tableaus import TABLEAUS, Tableau
 
-__all__ = ["DEFAULT_SOLVER", "METHODS", "Slot", "Tableau", "Tables", "render_sources"]
+__all__ = ["DEFAULT_SOLVER", "METHODS", "TABLEAUS", "Method", "Slot", "Tableau", "Tables", "render_sources"]

@@ -71,6 +71,7 @@ def render_mechanism(
             "b": _fractions(tableau.b),
             "c": _fractions(tableau.c),
             "e": _fractions(tableau.error_weights or ()),
+            "second": _fractions(tableau.second_weights or ()),
         },
         "model_name": repr(tables.model_name),
         "nominal": [repr(x) for x in tables.nominal_states[:n]],

@@ -5,13 +5,14 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
+from lag2fmu.codegen.solvers import Method
 from lag2fmu.codegen.tableaus import Tableau
 from lag2fmu.codegen.templates import render
 from lag2fmu.dynamics import Program
 from lag2fmu.dynamics.operations import CODE
 from lag2fmu.resources import resource_folder
 
-GENERATED = ("mechanism.h", "mechanism.c", "tables.c", "tableau.c")
+GENERATED = ("mechanism.h", "mechanism.c", "tables.c")
 
 _HELPERS = {
     "sign": "static double sign(double x) { return (double)((x > 0.0) - (x < 0.0)); }",
@@ -72,7 +73,11 @@ CONSTRAINT_FILES = "constraint_"
 """How the names of the runtime files begin that only a mechanism with constraints needs."""
 
 
-def render_sources(program: Program, tables: Tables, tableau: Tableau, guid: str) -> Mapping[str, str]:
+SOLVER_FILES = "solver_"
+"""How those begin of which only the chosen solver's is needed."""
+
+
+def render_sources(program: Program, tables: Tables, method: Method, guid: str) -> Mapping[str, str]:
     """{file name: text} of all C sources and headers, sorted; the headers of FMI are not among them."""
     used = {
         program.graph.code[node] for f in program.functions for node in program.graph.cone(n for *_, n in f.results)
@@ -80,12 +85,14 @@ def render_sources(program: Program, tables: Tables, tableau: Tableau, guid: str
     context = {
         "program": program,
         "tables": tables,
-        "tableau": tableau,
+        "method": method,
         "guid": guid,
         "helpers": [text for name, text in _HELPERS.items() if CODE[name] in used],
     }
     runtime = (resource_folder("templates") / "runtime").glob("*.[ch]")
-    unused = () if tables.constraint_names else (CONSTRAINT_FILES,)
-    files = {path.name: path.read_text("utf-8") for path in runtime if not path.name.startswith(unused)}
-    files |= {name: render(f"mechanism/{name}.jinja", context) for name in GENERATED}
+    unused = (SOLVER_FILES,) if tables.constraint_names else (SOLVER_FILES, CONSTRAINT_FILES)
+    used_files = [path for path in runtime if not path.name.startswith(unused) or path.name == method.source_file]
+    files = {path.name: path.read_text("utf-8") for path in used_files}
+    generated = (*GENERATED, "tableau.c") if isinstance(method, Tableau) else GENERATED
+    files |= {name: render(f"mechanism/{name}.jinja", context) for name in generated}
     return dict(sorted(files.items()))

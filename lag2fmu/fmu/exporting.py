@@ -10,7 +10,7 @@ from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 
-from lag2fmu.codegen import DEFAULT_SOLVER, METHODS, Tableau, Tables, render_sources
+from lag2fmu.codegen import DEFAULT_SOLVER, METHODS, Method, Tables, render_sources
 from lag2fmu.dynamics import EquationsOfMotion, Program, derive, lower
 from lag2fmu.dynamics.lagrange import complete
 from lag2fmu.errors import BuildError, ExportError
@@ -139,10 +139,10 @@ def describe(
     return replace(blank, guid=guid, source_files=compiled_files(sources)), sources
 
 
-def _guid(blank: ModelDescription, program: Program, tables: Tables, tableau: Tableau) -> str:
+def _guid(blank: ModelDescription, program: Program, tables: Tables, method: Method) -> str:
     """A GUID made of a SHA-256 of sources and variables, so that the same input gives the same FMU."""
     digest = hashlib.sha256()
-    for file, text in render_sources(program, tables, tableau, "").items():
+    for file, text in render_sources(program, tables, method, "").items():
         digest.update(f"{file}\0{text}\0".encode())
     digest.update(repr((blank.mechanism.title, blank.mechanism.experiment, blank.variables)).encode())
     return "{" + str(uuid.UUID(bytes=digest.digest()[:16], version=5)) + "}"

@@ -14,7 +14,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from pathlib import Path
 
-from lag2fmu.codegen import METHODS, Tables
+from lag2fmu.codegen import TABLEAUS, Tables
 from lag2fmu.codegen.python_sources import printable, render_mechanism, runtime_files
 from lag2fmu.dynamics import EquationsOfMotion, Program
 from lag2fmu.errors import BuildError, ExportError
@@ -27,8 +27,8 @@ LIBRARIES = {
     "win64": ("win64", "pythonfmu-export.dll", ".dll"),
 }
 """Platform -> folder and file of PythonFMU's library, suffix in the FMU."""
-SOLVERS = ("dopri5", "rk4")
-"""The methods that the runtime in Python can run: explicit, with one error estimate at most."""
+SOLVERS = tuple(TABLEAUS)
+"""The methods that the runtime in Python can run: explicit."""
 
 
 def check_choices(solver: str, platform: str, compiler: str) -> tuple[str, ...]:
@@ -99,7 +99,7 @@ def _module(program: Program, tables: Tables, description: ModelDescription) -> 
     return render_mechanism(
         program,
         tables,
-        METHODS[description.solver],
+        TABLEAUS[description.solver],
         description.guid,
         {"title": mechanism.title, "source": mechanism.source},
         {v.name: (_unit(v), v.doc) for v in description.variables},

@@ -97,6 +97,34 @@ bool equations_derivative(Instance *instance, double time, const double states[]
     return found;
 }
 
+/* unknowns = - K^-1 change, with a factorisation of the matrix K of the system. */
+static void solve_for_change(const System *system, double change[], double unknowns[]) {
+    for (int i = 0; i < N_UNKNOWNS; i++) {
+        change[i] = -change[i];
+    }
+    system_solve(system, change, change + N_COORDINATES, unknowns);
+}
+
+bool equations_jacobian(Instance *instance, double time, const double states[], double jacobian[]) {
+    static const double NO_INPUTS[N_INPUTS], NO_PARAMETERS[SIZE_PARAMETERS];
+    const double *inputs = inputs_at(instance, time), *parameters = instance->state.parameters;
+    System *system = &instance->scratch.system;
+    double unknowns[N_UNKNOWNS], changed[N_UNKNOWNS], change[N_RESIDUALS], seed[N_STATES] = {0.0};
+    if (!accelerations_at(instance, time, states, inputs, unknowns) ||
+        !system_factorize(instance, time, states, inputs, N_CONSTRAINTS, 0.0, system)) {
+        return false;
+    }
+    for (int i = 0; i < N_STATES; i++) {
+        seed[i] = 1.0;
+        mechanism_residual_tangent(time, states, inputs, parameters, unknowns, 0.0, seed, NO_INPUTS, NO_PARAMETERS,
+                                   change);
+        seed[i] = 0.0;
+        solve_for_change(system, change, changed);
+        memcpy(jacobian + i * N_COORDINATES, changed, N_COORDINATES * sizeof(double));
+    }
+    return true;
+}
+
 bool equations_settle(Instance *instance) {
 #if N_CONSTRAINTS > 0
     if (instance->state.mode == MODE_INITIALIZATION) {
@@ -165,13 +193,6 @@ static bool update_system(Instance *instance) {
     return cache->system_valid;
 }
 
-/* unknowns = - K^-1 change, with the present factorisation of the matrix K of the system. */
-static void solve_for_change(const Cache *cache, double change[], double unknowns[]) {
-    for (int i = 0; i < N_UNKNOWNS; i++) {
-        change[i] = -change[i];
-    }
-    system_solve(&cache->system, change, change + N_COORDINATES, unknowns);
-}
 
 /* With r = M qdd - f = 0 the accelerations change by dqdd = -M^-1 dr, where dr is the derivative of r along the seed
    with qdd held fixed; with constraints likewise for all unknowns. */
@@ -193,7 +214,7 @@ bool equations_tangent(Instance *instance, const Seed *seed, Tangent *tangent) {
         change[N_COORDINATES + k] += rate * rate * change[N_UNKNOWNS + N_CONSTRAINTS + k];
     }
 #endif
-    solve_for_change(cache, change, tangent->accelerations);
+    solve_for_change(&cache->system, change, tangent->accelerations);
     spread(&cache->system, tangent->accelerations);
     mechanism_locals_tangent(state->time, state->states, state->inputs, state->parameters, cache->reported,
                              seed->time, seed->states, seed->inputs, seed->parameters, tangent->accelerations,
@@ -230,7 +251,7 @@ bool equations_motion(Instance *instance, int order, Motion *motion) {
     if (order >= 2) {
         mechanism_residual_second(state->time, state->states, state->inputs, state->parameters, cache->accelerations,
                                   du, d2u, motion->q[3], change);
-        solve_for_change(cache, change, motion->q[4]);
+        solve_for_change(&cache->system, change, motion->q[4]);
         mechanism_locals_second(state->time, state->states, state->inputs, state->parameters, cache->reported,
                                 du, d2u, motion->q[3], motion->q[4], motion->locals[1]);
     }

@@ -24,8 +24,9 @@ static bool inputs_move(const State *state) {
 
 void inputs_begin(Instance *instance) {
     State *state = &instance->state;
+    const bool set = state->input_derivatives_set != 0;
     inputs_prepare(state);
-    instance->scratch.inputs_move = inputs_move(state);
+    instance->scratch.inputs_move = set && inputs_move(state);
     instance->scratch.step_start = state->time;
 }
 

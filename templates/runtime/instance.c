@@ -35,6 +35,8 @@ void instance_assign(Instance *instance, double *slot, double value) {
     }
     instance_forget_motion(instance);
     state->first_stage_valid = 0;
+    state->ahead = 0;
+    state->undisturbed = 0;
 }
 
 void instance_forget_cache(Instance *instance) {

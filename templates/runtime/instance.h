@@ -12,7 +12,6 @@
 #include "legal_calls.h"
 #include "linear_solve.h"
 #include "mechanism.h"
-#include "runge_kutta.h"
 #if N_CONSTRAINTS > 0
 #include "constraint_factorization.h"
 #endif
@@ -20,7 +19,16 @@
 #define N_UNKNOWNS (N_COORDINATES + N_CONSTRAINTS)                    /* accelerations and multipliers */
 #define N_RESIDUALS (N_UNKNOWNS + N_CONSTRAINTS + N_HOLONOMIC) /* and the constraints' velocities and positions */
 
+enum { HERMITE_TERMS = 3, DENSE_TERMS = HERMITE_TERMS + DENSE_ROWS };
 enum { MAX_INPUT_ORDER = 3, MAX_OUTPUT_ORDER = 2 }; /* the highest time derivatives taken and given */
+
+/* The last solver step, if it went beyond the end of the communication step, see dense_output.h. */
+typedef struct {
+    double start, end, rate; /* s; 1 / its length */
+    double states[N_STATES]; /* at its start, ... */
+    double end_states[N_STATES];
+    double terms[DENSE_TERMS][N_STATES];
+} Dense;
 
 /* What changes with time. Members are double and int64_t only and there are no pointers: the layout is the same in
    32 and 64 bits, without padding, and a plain copy is a complete copy. */
@@ -50,8 +58,11 @@ typedef struct {
 
     double next_step;             /* s; proposal for the next solver step, 0 before the first one */
     double previous_error;        /* of the last full step, in units of the tolerance; memory of the PI controller */
-    int64_t first_stage_valid;    /* first_stage belongs to the present time, states, inputs and parameters */
-    double first_stage[N_STATES]; /* dx/dt at the present point */
+    int64_t first_stage_valid;    /* first_stage belongs to the present time, states, inputs and parameters, or ... */
+    int64_t ahead;                /* ... to the end of the step in dense: there the solver goes on */
+    int64_t undisturbed;          /* nothing was changed since the end of the last communication step */
+    double first_stage[N_STATES]; /* dx/dt */
+    Dense dense;
 } State;
 
 /* The factorised system behind the accelerations, see system.h. */
@@ -85,10 +96,12 @@ typedef struct {
     double mass[N_COORDINATES * N_COORDINATES]; /* lower triangle, row-major */
     double forcing[N_COORDINATES];
     System system;                              /* at a stage of the solver */
-    double stages[STAGES][N_STATES];            /* dx/dt at the stages of a trial step */
+    double stages[STAGES][N_STATES];            /* dx/dt at the stages of a trial step and of dense output */
     double stage_states[N_STATES];
     double new_states[N_STATES]; /* the result of a trial step */
     double new_derivatives[N_STATES];
+    double jacobian[SIZE_JACOBIAN]; /* of linearly implicit solvers: equations_jacobian, ... */
+    double matrix[SIZE_JACOBIAN];   /* ... and the matrix of their systems */
     bool inputs_move;        /* some input is not constant in the running communication step, ... */
     double step_start;       /* ... which began at this time, s */
     double inputs[N_INPUTS]; /* at a stage of the solver */

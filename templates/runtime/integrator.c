@@ -8,7 +8,9 @@
 #include <math.h>
 #include <string.h>
 
+#include "dense_output.h"
 #include "equations.h"
+#include "finite.h"
 #include "inputs.h"
 #if N_CONSTRAINTS > 0
 #include "constraint_projection.h"
@@ -21,6 +23,8 @@ static const double LARGEST_REDUCTION = 0.2;
 static const double SMALLEST_ERROR = 1e-4; /* remembered by the controller */
 static const double STRETCH = 1.05;        /* the last step may be this much longer, instead of leaving a sliver */
 static const double MAX_STEP_SLACK = 1.001;
+static const double WORTHWHILE = 1.25;     /* a step that would pass the communication point by less ends there */
+static const double FARTHEST = 1000.0;     /* communication steps that a solver step may pass */
 static const double MOST_STEPS = 1e12;     /* of a fixed-step method in a communication step */
 
 /* solver_tolerance if given, else the tolerance of fmi2SetupExperiment if given, else the default. */
@@ -36,6 +40,22 @@ static double longest_step(const State *state) {
     return setting > 0.0 ? setting : HUGE_VAL;
 }
 
+bool new_states_finite(Instance *instance, Step step) {
+    if (all_finite(instance->scratch.new_states, N_STATES)) {
+        return true;
+    }
+    for (int i = 0; i < N_STATES; i++) {
+        if (!isfinite(instance->scratch.new_states[i])) {
+            instance->failure.kind = FAILURE_OVERFLOW;
+            instance->failure.time = instance->state.time;
+            instance->failure.state = i;
+            instance->failure.step = step.length;
+            return false;
+        }
+    }
+    return true;
+}
+
 /* The maximum of |v_i| / weight_i over the states, with the weights of the error estimate at the present point. */
 static double weighted_norm(const State *state, const double v[]) {
     const double tolerance = tolerance_of(state);
@@ -48,7 +68,7 @@ static double weighted_norm(const State *state, const double v[]) {
 
 /* The exponent's denominator: the error estimate of a step h is proportional to h to this power. */
 static double error_power(void) {
-    return 1.0 + (TABLEAU.error_order < TABLEAU.order ? TABLEAU.error_order : TABLEAU.order);
+    return 1.0 + (METHOD.error_order < METHOD.order ? METHOD.error_order : METHOD.order);
 }
 
 /* The length of the very first step, s: [HNW], "Starting step size". */
@@ -73,19 +93,24 @@ static double first_step(Instance *instance) {
     return fmin(100.0 * h0, h1);
 }
 
-/* Moves states onto the constraints, and takes their derivatives anew if that changed them. */
-static bool bring_back(Instance *instance, double time, double states[], double derivatives[]) {
+/* Moves states onto the constraints; *moved tells whether that changed them. */
+static bool project(Instance *instance, double time, double states[], bool *moved) {
 #if N_CONSTRAINTS > 0
-    bool moved;
-    return constraints_project(instance, time, inputs_at(instance, time), states, &moved) &&
-           (!moved || equations_derivative(instance, time, states, derivatives));
+    return constraints_project(instance, time, inputs_at(instance, time), states, moved);
 #else
     (void)instance;
     (void)time;
     (void)states;
-    (void)derivatives;
+    *moved = false;
     return true;
 #endif
+}
+
+/* Moves states onto the constraints, and takes their derivatives anew if that changed them. */
+static bool bring_back(Instance *instance, double time, double states[], double derivatives[]) {
+    bool moved;
+    return project(instance, time, states, &moved) &&
+           (!moved || equations_derivative(instance, time, states, derivatives));
 }
 
 /* Makes state->first_stage the derivative at the present point, on the constraints as the inputs now move them. */
@@ -113,13 +138,46 @@ static void accept(Instance *instance, Step step) {
     state->first_stage_valid = 1;
 }
 
-/* The next trial step: as proposed, or to the end if that is about as near. */
-static Step choose_step(const State *state, double end) {
+/* How far (s) steps may go: beyond the end of the communication step only if the same inputs may well hold there. They
+   do not if they move, and are not expected to if something was changed before this communication step. */
+static double horizon_of(const Instance *instance, double end) {
+    const State *state = &instance->state;
+    if (METHOD.dense_order == 0 || !state->undisturbed || instance->scratch.inputs_move) {
+        return end;
+    }
+    const double farthest = end + FARTHEST * (end - state->time);
+    return state->stop_time_defined ? fmax(end, fmin(farthest, state->stop_time)) : farthest;
+}
+
+/* Goes to a time (s) in the step of state->dense, on the constraints. If they cannot be met there, the present point
+   is the last one that does. */
+static bool interpolate(Instance *instance, double time) {
+    State *state = &instance->state;
+    double states[N_STATES];
+    bool moved;
+    dense_states(&state->dense, time, states);
+    const bool found = project(instance, time, states, &moved);
+    if (found) {
+        memcpy(state->states, states, sizeof states);
+    } else {
+        state->ahead = 0;
+        state->first_stage_valid = 0;
+        if (state->time > time) { /* in this communication step */
+            state->time = state->dense.start;
+            memcpy(state->states, state->dense.states, sizeof states);
+        }
+    }
+    return found;
+}
+
+/* The next trial step: as proposed, or to the end or the horizon if that is about as near. */
+static Step choose_step(const State *state, double end, double horizon) {
     const double longest = longest_step(state);
-    const double remaining = end - state->time;
     const double proposed = fmin(state->next_step, longest);
+    const double near = end < horizon && end - state->time < proposed / WORTHWHILE ? horizon : end;
+    const double remaining = near - state->time;
     if (remaining <= STRETCH * proposed && remaining <= MAX_STEP_SLACK * longest) {
-        return (Step){remaining, end, remaining < proposed};
+        return (Step){remaining, near, remaining < proposed};
     }
     const double next = state->time + proposed;
     return (Step){next - state->time, next, false};
@@ -144,10 +202,10 @@ static void propose(State *state, Step step, double error, bool after_rejection)
    is to be rejected and instance->failure holds the reason. */
 static double try_step(Instance *instance, Step step) {
     int worst;
-    if (!runge_kutta_step(instance, step)) {
+    if (!solver_step(instance, step)) {
         return HUGE_VAL;
     }
-    const double error = runge_kutta_error(instance, step, tolerance_of(&instance->state), &worst);
+    const double error = solver_error(instance, step, tolerance_of(&instance->state), &worst);
     if (!(error <= 1.0)) {
         Failure *failure = &instance->failure;
         failure->kind = FAILURE_ACCURACY;
@@ -159,9 +217,11 @@ static double try_step(Instance *instance, Step step) {
     return isfinite(error) ? error : HUGE_VAL;
 }
 
-/* Adaptive steps to the end. Fails when the step would fall below 16 units in the last place of the time. */
-static bool integrate_adaptively(Instance *instance, double end) {
+/* Adaptive steps to the end or beyond, with dense output for the one that goes beyond. Fails when the step would fall
+   below 16 units in the last place of the time. */
+static bool step_adaptively(Instance *instance, double end) {
     State *state = &instance->state;
+    const double horizon = horizon_of(instance, end);
     bool rejected = false;
     if (!(state->next_step > 0.0)) {
         state->next_step = state->settings[SETTING_STEP] > 0.0 ? state->settings[SETTING_STEP] : first_step(instance);
@@ -169,11 +229,12 @@ static bool integrate_adaptively(Instance *instance, double end) {
     while (state->time < end) {
         const double shortest = 16.0 * DBL_EPSILON * fmax(fabs(state->time), fabs(end));
         state->next_step = fmax(state->next_step, shortest);
-        const Step step = choose_step(state, end);
+        const Step step = choose_step(state, end, horizon);
         const double error = try_step(instance, step);
-        if (error <= 1.0 && bring_back_result(instance, step)) {
+        if (error <= 1.0 && bring_back_result(instance, step) && (step.end <= end || dense_begin(instance, step))) {
             propose(state, step, error, rejected);
             accept(instance, step);
+            state->ahead = step.end > end;
             rejected = false;
         } else {
             const double factor = error > 1.0 && isfinite(error) ? SAFETY * pow(error, -1.0 / error_power()) : 0.25;
@@ -185,6 +246,24 @@ static bool integrate_adaptively(Instance *instance, double end) {
         }
     }
     return true;
+}
+
+/* Goes on from where the solver is. If that is beyond the end, the states at the end come from the interpolant. */
+static bool integrate_adaptively(Instance *instance, double end) {
+    State *state = &instance->state;
+    if (state->ahead && instance->scratch.inputs_move) {
+        state->ahead = 0;
+        state->first_stage_valid = 0;
+    }
+    if (state->ahead && state->dense.end <= end) {
+        state->time = state->dense.end;
+        memcpy(state->states, state->dense.end_states, sizeof state->states);
+        state->ahead = 0;
+    }
+    if (!state->ahead && !(update_first_stage(instance) && step_adaptively(instance, end))) {
+        return false;
+    }
+    return !state->ahead || interpolate(instance, end);
 }
 
 /* Equal steps to the end, as many as make them no longer than solver_step. Times are computed from the start of the
@@ -202,11 +281,14 @@ static bool integrate_in_equal_steps(Instance *instance, double end) {
         instance->failure.amount = count;
         return false;
     }
+    if (!update_first_stage(instance)) {
+        return false;
+    }
     const double length = (end - start) / count;
     for (double i = 1.0; i <= count; i++) {
         const double next = i < count ? start + (end - start) * (i / count) : end;
         const Step step = {length, next, false};
-        if (!runge_kutta_step(instance, step) || !bring_back_result(instance, step)) {
+        if (!solver_step(instance, step) || !bring_back_result(instance, step)) {
             return false;
         }
         accept(instance, step);
@@ -218,10 +300,11 @@ bool integrate(Instance *instance, double end) {
     instance->failure.kind = FAILURE_NONE;
     instance_forget_motion(instance);
     inputs_begin(instance);
-    const bool completed = update_first_stage(instance) && (TABLEAU.e != NULL ? integrate_adaptively(instance, end)
-                                                                              : integrate_in_equal_steps(instance, end));
+    const bool completed =
+        METHOD.error_order > 0 ? integrate_adaptively(instance, end) : integrate_in_equal_steps(instance, end);
     if (completed) {
         instance->state.time = end;
+        instance->state.undisturbed = 1;
     }
     inputs_end(instance);
     return completed;

@@ -27,6 +27,7 @@ MODELS = [
     ("double_pendulum", "dopri5"),
     ("cart_pole", "dopri5"),
     ("motion_driven_pendulum", "dopri5"),
+    ("cart_pole", "dop853"),
     ("cart_pole", "rk4"),
 ]
 PUSHES = {

@@ -160,7 +160,7 @@ def test_a_changed_file_changes_the_motion(in_python, tmp_path: Path) -> None:
 # ----------------------------------------------------------------------------------------------------------- numbers
 
 
-@pytest.mark.parametrize("solver", ["dopri5", "rk4"])
+@pytest.mark.parametrize("solver", ["dopri5", "dop853", "rk4"])
 @pytest.mark.parametrize("model", MODELS)
 def test_the_motion_is_that_of_the_c_backend(model: str, solver: str, in_python, exported) -> None:
     """At tolerance 1e-10 within 1e-8, all outputs, with forces and parameters that are not those of the start."""
@@ -456,7 +456,7 @@ def test_a_machine_without_library_is_named(monkeypatch: pytest.MonkeyPatch) -> 
 
 
 def test_a_solver_of_the_c_backend_alone_is_refused() -> None:
-    with pytest.raises(ExportError, match="--solver radau5: the python backend has dopri5, rk4 only"):
+    with pytest.raises(ExportError, match="--solver radau5: the python backend has dopri5, dop853, rk4 only"):
         check_choices("radau5", "host", "zig")
 
 

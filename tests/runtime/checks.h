@@ -50,6 +50,9 @@ void check_time_derivative_refusals(void);
 void check_stored_derivative(void);
 void check_step_proposal(void);
 void check_backward_rounding(void);
+void check_stepping_over(void);
+void check_return_to_a_step_over(void);
+void check_no_stepping_over(void);
 
 /* checks_linear_solve.c */
 void check_mass_solve(void);

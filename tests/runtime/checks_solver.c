@@ -39,10 +39,83 @@ void check_step_proposal(void) {
         CHECK(fmi2EnterInitializationMode(c) == fmi2OK && fmi2ExitInitializationMode(c) == fmi2OK);
         CHECK(fmi2DoStep(c, 0.0, 0.25, fmi2True) == fmi2OK);
         proposals[k] = proposal(c);
+        CHECK(set(c, Q_THETA1, 1e-9) == fmi2OK); /* else the solver steps over the communication point */
         CHECK(fmi2DoStep(c, 0.25, 1e-7, fmi2True) == fmi2OK && proposal(c) >= proposals[k]);
         fmi2FreeInstance(c);
     }
     CHECK(proposals[0] > 4.0 * proposals[1] && proposals[0] < 25.0 * proposals[1]);
+}
+
+static int ahead(fmi2Component c) {
+    return ((const Instance *)c)->state.ahead != 0;
+}
+
+/* Short communication steps leave the solver its own steps; the states in between are as exact as those at their ends. */
+void check_stepping_over(void) {
+    static const double TOLERANCES[] = {1e-5, 1e-7, 1e-9};
+    for (int k = 0; k < 3; k++) {
+        Log log;
+        fmi2Component c = instantiate(fmi2CoSimulation, &log), exact = instantiate(fmi2CoSimulation, &log);
+        CHECK(set(c, SOLVER_TOLERANCE, TOLERANCES[k]) == fmi2OK && set(exact, SOLVER_TOLERANCE, 1e-13) == fmi2OK);
+        CHECK(fmi2EnterInitializationMode(c) == fmi2OK && fmi2ExitInitializationMode(c) == fmi2OK);
+        CHECK(fmi2EnterInitializationMode(exact) == fmi2OK && fmi2ExitInitializationMode(exact) == fmi2OK);
+        int over = 0, steps_made = 0;
+        double end = 0.0, largest = 0.0;
+        for (int i = 0; i < 1000; i++) {
+            CHECK(steps(c, 1e-3 * i, 1e-3, 1) == fmi2OK && steps(exact, 1e-3 * i, 1e-3, 1) == fmi2OK);
+            CHECK(set(c, Q_THETA1, get(c, Q_THETA1)) == fmi2OK); /* the same bits */
+            over += ahead(c);
+            steps_made += ((const Instance *)c)->state.dense.end != end;
+            end = ((const Instance *)c)->state.dense.end;
+            for (fmi2ValueReference x = THETA1; x <= THETA2_DOT; x++) {
+                largest = fmax(largest, fabs(get(c, x) - get(exact, x)));
+            }
+        }
+        CHECK(over > 900 && steps_made < 250);
+        CHECK(largest < 100.0 * TOLERANCES[k] && largest > 0.001 * TOLERANCES[k]);
+        fmi2FreeInstance(c);
+        fmi2FreeInstance(exact);
+    }
+}
+
+/* Where the solver is belongs to the saved state: also when the importer comes back there from another way. */
+void check_return_to_a_step_over(void) {
+    fmi2FMUstate saved = NULL;
+    Log log;
+    fmi2Component a = start(fmi2CoSimulation, &log), b = start(fmi2CoSimulation, &log);
+    CHECK(steps(a, 0.0, 1e-3, 10) == fmi2OK && ahead(a) && fmi2GetFMUstate(a, &saved) == fmi2OK);
+    CHECK(set(a, Q_THETA1, 3.0) == fmi2OK && steps(a, 0.01, 1e-3, 40) == fmi2OK);
+    CHECK(fmi2SetFMUstate(a, saved) == fmi2OK && steps(a, 0.01, 1e-3, 40) == fmi2OK);
+    CHECK(steps(b, 0.0, 1e-3, 10) == fmi2OK && steps(b, 0.01, 1e-3, 40) == fmi2OK);
+    CHECK(same_state(a, b));
+    CHECK(fmi2FreeFMUstate(a, &saved) == fmi2OK);
+    fmi2FreeInstance(a);
+    fmi2FreeInstance(b);
+}
+
+/* Beyond the communication point the inputs must be known and the time must exist. */
+void check_no_stepping_over(void) {
+    Log log;
+    fmi2Component c = start(fmi2CoSimulation, &log);
+    for (int i = 0; i < 20; i++) { /* inputs that change */
+        CHECK(set(c, Q_THETA1, 1e-3 * i) == fmi2OK && steps(c, 1e-3 * i, 1e-3, 1) == fmi2OK && !ahead(c));
+    }
+    CHECK(steps(c, 0.02, 1e-3, 5) == fmi2OK && ahead(c));
+    CHECK(set(c, Q_THETA2, 1.0) == fmi2OK && !ahead(c)); /* goes on from the communication point */
+    CHECK(steps(c, 0.025, 1e-3, 5) == fmi2OK && ahead(c));
+    CHECK(fmi2SetRealInputDerivatives(c, &(fmi2ValueReference){Q_THETA1}, 1, &(fmi2Integer){1}, &(double){2.0}) ==
+          fmi2OK);
+    CHECK(steps(c, 0.03, 1e-3, 1) == fmi2OK && !ahead(c));
+    fmi2FreeInstance(c);
+
+    c = instantiate(fmi2CoSimulation, &log);
+    CHECK(fmi2SetupExperiment(c, fmi2True, 1e-3, 0.0, fmi2True, 0.02) == fmi2OK);
+    CHECK(fmi2EnterInitializationMode(c) == fmi2OK && fmi2ExitInitializationMode(c) == fmi2OK);
+    for (int i = 0; i < 20; i++) {
+        CHECK(steps(c, 1e-3 * i, 1e-3, 1) == fmi2OK && ((const Instance *)c)->state.dense.end <= 0.02);
+    }
+    CHECK(!ahead(c) || ((const Instance *)c)->state.dense.end == 0.02);
+    fmi2FreeInstance(c);
 }
 
 /* A communication step of some units in the last place may end before the present time; it ends where it was told. */

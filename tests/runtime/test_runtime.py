@@ -16,7 +16,7 @@ import pytest
 from fmpy.fmi2 import FMU2Model, FMU2Slave
 from scipy.integrate import solve_ivp
 
-from lag2fmu.codegen.sources import CONSTRAINT_FILES
+from lag2fmu.codegen.sources import CONSTRAINT_FILES, SOLVER_FILES
 
 HERE = Path(__file__).parent
 RUNTIME = HERE.parents[1] / "templates" / "runtime"
@@ -30,12 +30,18 @@ COMPILERS = {"zig": [sys.executable, "-m", "ziglang", "cc"]}
 if shutil.which("gcc"):
     COMPILERS["gcc"] = ["gcc"]
 TABLEAUS = sorted(path.stem for path in (HERE / "tableaus").glob("*.c"))
+WRITTEN_OUT = sorted(path.stem for path in RUNTIME.glob("solver_*.c") if path.stem != "solver_runge_kutta")
+SOLVERS = [*TABLEAUS, *WRITTEN_OUT]
 
 
-def build(target: Path, mechanism: str, tableau: str, compiler: list[str], flags: list[str], extra: list[Path]) -> Path:
-    """Compile the runtime with a mechanism and a tableau; returns target, raises AssertionError with the messages."""
-    runtime = [path for path in sorted(RUNTIME.glob("*.c")) if not path.name.startswith(CONSTRAINT_FILES)]
-    sources = [*runtime, HERE / mechanism / "mechanism.c", HERE / "tableaus" / f"{tableau}.c"]
+def build(target: Path, mechanism: str, solver: str, compiler: list[str], flags: list[str], extra: list[Path]) -> Path:
+    """Compile the runtime with a mechanism and a solver; returns target, raises AssertionError with the messages."""
+    chosen = [RUNTIME / "solver_runge_kutta.c", HERE / "tableaus" / f"{solver}.c"]
+    if solver in WRITTEN_OUT:
+        chosen = [RUNTIME / f"{solver}.c"]
+    unused = (CONSTRAINT_FILES, SOLVER_FILES)
+    runtime = [path for path in sorted(RUNTIME.glob("*.c")) if not path.name.startswith(unused)]
+    sources = [*runtime, *chosen, HERE / mechanism / "mechanism.c"]
     folders = [f"-I{folder}" for folder in (RUNTIME, HERE / mechanism, HERE, HEADERS)]
     command = [*compiler, *STRICT, *flags, *folders, *map(str, sources + extra), "-lm", "-o", str(target)]
     done = subprocess.run(command, check=False, capture_output=True, text=True)
@@ -64,10 +70,10 @@ def test_double_pendulum(compiler: str, tmp_path: Path) -> None:
     run(program)
 
 
-@pytest.mark.parametrize("tableau", TABLEAUS)
+@pytest.mark.parametrize("solver", SOLVERS)
 @pytest.mark.parametrize("compiler", COMPILERS)
-def test_motion_that_ends(compiler: str, tableau: str, tmp_path: Path) -> None:
-    run(build(tmp_path / "host", "blow_up", tableau, COMPILERS[compiler], [], blow_up_sources()))
+def test_motion_that_ends(compiler: str, solver: str, tmp_path: Path) -> None:
+    run(build(tmp_path / "host", "blow_up", solver, COMPILERS[compiler], [], blow_up_sources()))
 
 
 if "gcc" in COMPILERS:  # zig has no runtime library for the address sanitizer
@@ -76,8 +82,8 @@ if "gcc" in COMPILERS:  # zig has no runtime library for the address sanitizer
     def test_sanitized(tmp_path: Path) -> None:
         gcc = COMPILERS["gcc"]
         run(build(tmp_path / "a", "double_pendulum", "dormand_prince", gcc, SANITIZE, pendulum_sources()))
-        for tableau in TABLEAUS:
-            run(build(tmp_path / "b", "blow_up", tableau, gcc, SANITIZE, blow_up_sources()))
+        for solver in SOLVERS:
+            run(build(tmp_path / "b", "blow_up", solver, gcc, SANITIZE, blow_up_sources()))
 
 
 @pytest.fixture(scope="module")

@@ -33,13 +33,14 @@ Derivative = Callable[[float, Vector], list[float]]
 
 @dataclass(frozen=True)
 class _Trial:
-    """The result of a trial step of ``length`` (s): time, states, their derivative, and the error estimate (2n,)."""
+    """The result of a trial step of ``length`` (s): time, states, their derivative, and error estimates (2n,)."""
 
     length: float
     end: float
     states: list[float]
     derivative: list[float]
     error: list[float]
+    second: list[float]  # another estimate of lower order; empty if there is none
 
 
 class Integrator:
@@ -172,8 +173,11 @@ class Integrator:
                     f"{length:.3g} s; the motion ends here"
                 )
         derivative = stages[-1] if tableau.first_same_as_last else self.derivative(end, there)
-        error = [length * sum(map(mul, tableau.e, entries)) for entries in zip(*stages, strict=True)]
-        return _Trial(length, end, there, derivative, error)
+        errors = [
+            [length * sum(map(mul, row, entries)) for entries in zip(*stages, strict=True)] if row else []
+            for row in (tableau.e, tableau.second)
+        ]
+        return _Trial(length, end, there, derivative, *errors)
 
     def _combined(self, length: float, weights: Vector, stages: list[list[float]]) -> list[float]:
         """x + h sum_j weights_j k_j"""
@@ -182,15 +186,22 @@ class Integrator:
         return [x + length * total for x, total in zip(self.state.states, sums, strict=True)]
 
     def _size(self, trial: _Trial) -> tuple[float, int]:
-        """The error in units of the tolerance, [HNW] formula 4.10 with the maximum norm, and the worst state."""
-        weights = (
+        """The error in units of the tolerance and the worst state.
+
+        [HNW] formula 4.10 with the maximum norm; two estimates are combined by formula 10.17.
+        """
+        weights = [
             self.tolerance * (max(abs(old), abs(new)) + size)
             for old, new, size in zip(self.state.states, trial.states, self.nominal, strict=True)
-        )
+        ]
         ratios = [abs(error) / weight for error, weight in zip(trial.error, weights, strict=True)]
         ratios = [math.inf if math.isnan(ratio) else ratio for ratio in ratios]
         largest = max(ratios)
-        return largest, ratios.index(largest)
+        worst = ratios.index(largest)
+        if trial.second and 0.0 < largest < math.inf:
+            second = max(abs(error) / weight for error, weight in zip(trial.second, weights, strict=True))
+            largest *= largest / math.hypot(largest, 0.1 * second)
+        return largest, worst
 
     def _inaccurate(self, length: float, error: float, worst: int) -> Unsolvable:
         return Unsolvable(

@@ -23,6 +23,8 @@
 #define N_VARIABLES 8
 #define DEFAULT_SOLVER_STEP 1e-3
 #define STAGES 7
+#define DENSE_ROWS 1
+#define SIZE_JACOBIAN (2 * N_COORDINATES * N_COORDINATES)
 
 extern const Variable VARIABLES[N_VARIABLES];
 extern const double START_STATES[N_STATES];

@@ -28,6 +28,8 @@
 #define N_VARIABLES 25
 #define DEFAULT_SOLVER_STEP 1e-3
 #define STAGES 7
+#define DENSE_ROWS 1
+#define SIZE_JACOBIAN (2 * N_COORDINATES * N_COORDINATES)
 
 extern const Variable VARIABLES[N_VARIABLES];
 extern const double START_STATES[N_STATES];

@@ -1,7 +1,9 @@
-/* Dormand, Prince, A family of embedded Runge-Kutta formulae, J. Comp. Appl. Math. 6 (1980); order 5(4). */
+/* Dormand, Prince, A family of embedded Runge-Kutta formulae, J. Comp. Appl. Math. 6 (1980); order 5(4); dense
+   output by Hairer, Norsett, Wanner, Solving Ordinary Differential Equations I, section II.6. */
 #include <stddef.h>
 
 #include "runge_kutta.h"
+#include "solver.h"
 
 static const double A[49] = {
     0, 0, 0, 0, 0, 0, 0,
@@ -17,4 +19,10 @@ static const double C[7] = {0, 1.0 / 5, 3.0 / 10, 4.0 / 5, 8.0 / 9, 1, 1};
 static const double E[7] = {71.0 / 57600,       0,           -71.0 / 16695, 71.0 / 1920,
                             -17253.0 / 339200, 22.0 / 525, -1.0 / 40};
 
-const Tableau TABLEAU = {"dormand_prince_5_4", 7, 5, 4, 1, A, B, C, E};
+static const double DENSE[7] = {-12715105075.0 / 11282082432.0, 0,
+                                87487479700.0 / 32700410799.0,  -10690763975.0 / 1880347072.0,
+                                701980252875.0 / 199316789632.0, -1453857185.0 / 822651844.0,
+                                69997945.0 / 29380423.0};
+
+const Method METHOD = {"dormand_prince_5_4", 5, 4, 4};
+const Tableau TABLEAU = {7, 7, 1, A, B, C, E, NULL, DENSE};

@@ -2,6 +2,7 @@
 #include <stddef.h>
 
 #include "runge_kutta.h"
+#include "solver.h"
 
 static const double A[16] = {
     0, 0, 0, 0,
@@ -12,4 +13,5 @@ static const double A[16] = {
 static const double B[4] = {1.0 / 6, 1.0 / 3, 1.0 / 3, 1.0 / 6};
 static const double C[4] = {0, 0.5, 0.5, 1};
 
-const Tableau TABLEAU = {"runge_kutta_4", 4, 4, 0, 0, A, B, C, NULL};
+const Method METHOD = {"runge_kutta_4", 4, 0, 0};
+const Tableau TABLEAU = {4, 4, 0, A, B, C, NULL, NULL, NULL};

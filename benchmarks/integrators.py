@@ -1,0 +1,222 @@
+"""Work and precision of the explicit solvers in a C host, beside CVODE on the same equations.
+
+Run with `make bench` or `python -m benchmarks.integrators [--folder FOLDER]`. CPU time is the median of several runs;
+the error is that of the states at the end, relative to max(|x|, nominal). The bars: less CPU time than CVODE at equal
+error at 80 % of the errors 1e-3 ... 1e-11, nowhere more than 1.5 times; communication steps of 1 ms at tolerance 1e-6
+at most 1.5 times one step.
+"""
+
+from __future__ import annotations
+
+import argparse
+import subprocess
+import sys
+import tempfile
+from collections.abc import Sequence
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+from fmpy.sundials.libraries import sundials_core
+from matplotlib.figure import Figure
+from rich.console import Console
+from rich.table import Table
+from sympy import sqrt
+
+from benchmarks.cases import Floats
+from benchmarks.running import KERNELS
+from lag2fmu.codegen import METHODS
+from lag2fmu.dynamics import derive, lower
+from lag2fmu.fmu.compilers import FLAGS
+from lag2fmu.fmu.exporting import describe, fmi_headers
+from lag2fmu.mechanism import Body, Energy, Mechanism, coordinate, parameter
+from lag2fmu.mechanism.loading import load
+from lag2fmu.reference import integrate
+
+ADAPTIVE = tuple(name for name, method in METHODS.items() if method.error_order > 0)
+CVODE = "CVODE Adams"
+TOLERANCES = 10.0 ** -np.arange(2.0, 13.6, 0.5)
+ERRORS = 10.0 ** -np.arange(3.0, 11.1, 1.0)
+LIBRARIES = ("cvode", "nvecserial", "core")
+
+
+@dataclass(frozen=True)
+class Run:
+    """CPU time (ns), evaluations of the equations, and the error at the end."""
+
+    time: float
+    evaluations: int
+    error: float
+
+
+# ----------------------------------------------------------------------------------------------------------- problems
+
+
+def particles(name: str, masses: Sequence[float], places: Floats, velocities: Floats) -> Mechanism:
+    """Particles in the plane that attract each other, G = 1; ``places`` and ``velocities`` (particles, 2)."""
+    m = [parameter(f"m{i}", float(mass), "kg") for i, mass in enumerate(masses, 1)]
+    G = parameter("G", 1.0, "m3/(kg.s2)", "constant of gravitation")
+    q = [
+        [coordinate(f"{axis}{i}", "m", start=x, velocity=v) for axis, x, v in zip("xy", *row, strict=True)]
+        for i, row in enumerate(zip(places.tolist(), velocities.tolist(), strict=True), 1)
+    ]
+    pairs = [(i, j) for i in range(len(m)) for j in range(i)]
+    potential = sum(-G * m[i] * m[j] / sqrt((q[i][0] - q[j][0]) ** 2 + (q[i][1] - q[j][1]) ** 2) for i, j in pairs)
+    bodies = [Body(f"particle{i}", mass, place) for i, (mass, place) in enumerate(zip(m, q, strict=True), 1)]
+    coordinates = [entry for place in q for entry in place]
+    energy = Energy(potential=potential)
+    return Mechanism(name, coordinates=coordinates, parameters=[*m, G], bodies=bodies, energy=energy)
+
+
+def kepler(e: float = 0.9) -> Mechanism:
+    """Kepler's problem of eccentricity ``e`` in Cartesian coordinates, period 2 pi s, from the perihelion."""
+    x, y = coordinate("x", "m", start=1 - e), coordinate("y", "m", velocity=float(np.sqrt((1 + e) / (1 - e))))
+    m, alpha = parameter("m", 1.0, "kg"), parameter("alpha", 1.0, "N.m2")
+    field = Energy(potential=-alpha / sqrt(x**2 + y**2))
+    return Mechanism("kepler_ellipse", coordinates=[x, y], parameters=[m, alpha], bodies=[Body("planet", m, (x, y))],
+                     energy=field)  # fmt: skip
+
+
+def pleiades() -> Mechanism:
+    """Seven stars in the plane: Hairer, Norsett, Wanner, Solving Ordinary Differential Equations I, section II.10."""
+    x, y = [3, 3, -1, -3, 2, -2, 2], [3, -3, 2, 0, 0, -4, 4]
+    u, v = [0, 0, 0, 0, 0, 1.75, -1.5], [0, 0, 0, -1.25, 1, 0, 0]
+    return particles("pleiades", range(1, 8), np.array([x, y], float).T, np.array([u, v], float).T)
+
+
+PROBLEMS = {
+    "double_pendulum": (lambda: load("double_pendulum"), 10.0),
+    "kepler, e = 0.9": (kepler, 2 * np.pi),
+    "pleiades": (pleiades, 3.0),
+    "six_axis_arm": (lambda: load("six_axis_arm"), 2.0),
+}
+"""name: (mechanism, stop time in s)"""
+
+
+# ------------------------------------------------------------------------------------------------------------ running
+
+
+def build(mechanism: Mechanism, solver: str, folder: Path) -> Path:
+    """The C host with the sources of ``mechanism``, compiled by gcc with the flags of an FMU."""
+    equations = derive(mechanism)
+    _, sources = describe(mechanism, equations, lower(equations), solver)
+    place = folder / f"{mechanism.name}_{solver}"
+    place.mkdir()
+    for name, text in sources.items():
+        (place / name).write_text(text, "utf-8")
+    sundials = Path(sundials_core._name).parent
+    links = [f"libsundials_{library}.so.7" for library in LIBRARIES]
+    for library, link in zip(LIBRARIES, links, strict=True):
+        (place / link).symlink_to(sundials / f"sundials_{library}.so")
+    units = [name for name in sources if name.endswith(".c")]
+    flags = [flag for flag in FLAGS if flag != "-fPIC"]
+    wrap = ["-Wl,--wrap=mechanism_accelerations", f"-Wl,-rpath,{place}", "-Wl,--allow-shlib-undefined"]
+    command = ["gcc", *flags, "-I.", f"-I{fmi_headers()}", *units, str(KERNELS / "integrators.c"), *links, *wrap]
+    subprocess.run([*command, "-lm", "-o", "host"], cwd=place, check=True)
+    return place / "host"
+
+
+def call(host: Path, which: str, tolerance: float, stop: float, step: float, rounds: int) -> Floats:
+    """Least and median CPU time (ns), evaluations, states (2n,) at the end."""
+    command = [str(host), which, *map(repr, (float(tolerance), float(stop), float(step))), str(rounds)]
+    done = subprocess.run(command, check=True, capture_output=True, text=True)
+    return np.array(done.stdout.split(), float)
+
+
+def precision(hosts: dict[str, Path], mechanism: Mechanism, stop: float, rounds: int) -> dict[str, list[Run]]:
+    """The runs of every method over TOLERANCES."""
+    exact = call(hosts["dop853"], "own", 1e-14, stop, stop, 1)[3:]
+    reference = integrate(mechanism, [0.0, stop], rtol=1e-12)
+    names = [c.name for c in mechanism.coordinates]
+    expected = [reference.trajectory[name][-1] for name in [*names, *(f"{name}_dot" for name in names)]]
+    nominal = np.array([c.nominal for c in mechanism.coordinates] * 2)
+    scale = np.maximum(np.abs(exact), nominal)
+    difference = float((np.abs(exact - expected) / scale).max())
+    if difference > 1e-8:
+        raise SystemExit(f"{mechanism.name}: the run at 1e-14 is {difference:.1e} off the direct integration")
+    found: dict[str, list[Run]] = {}
+    for method in (*hosts, CVODE):
+        host, which = (hosts["dop853"], "cvode") if method == CVODE else (hosts[method], "own")
+        rows = [call(host, which, tolerance, stop, stop, rounds) for tolerance in TOLERANCES]
+        found[method] = [Run(row[1], int(row[2]), float((np.abs(row[3:] - exact) / scale).max())) for row in rows]
+    return found
+
+
+def time_at(runs: Sequence[Run], error: float) -> float:
+    """CPU time (ns) for this error, between the runs next to it in logarithms; nan outside of what they reach."""
+    best: list[Run] = []
+    for run in sorted(runs, key=lambda run: run.error):
+        if not best or run.time < best[-1].time:  # the cheapest run that is at least that accurate
+            best.append(run)
+    logs = np.log([[run.error, run.time] for run in best])
+    return float(np.exp(np.interp(np.log(error), logs[:, 0], logs[:, 1], left=np.nan)))
+
+
+# ------------------------------------------------------------------------------------------------------------ showing
+
+
+def plot(name: str, found: dict[str, list[Run]], path: Path) -> None:
+    """CPU time over error."""
+    figure = Figure(figsize=(6, 4.5), layout="constrained")
+    axes = figure.subplots()
+    for method, runs in found.items():
+        axes.loglog([run.error for run in runs], [run.time / 1e3 for run in runs], "o-", ms=3, label=method)
+    axes.invert_xaxis()
+    axes.set(xlabel="relative error at the end", ylabel="CPU time / us", title=name)
+    axes.grid(alpha=0.3)
+    axes.legend()
+    figure.savefig(path, dpi=120)
+
+
+def show_ratios(found: dict[str, dict[str, list[Run]]], console: Console) -> None:
+    """CPU time of each method by that of CVODE at equal errors."""
+    for method in ADAPTIVE:
+        table = Table(title=f"CPU time of {method} / CVODE at equal error", title_justify="left")
+        for heading in ("problem", *(f"{error:.0e}" for error in ERRORS)):
+            table.add_column(heading, justify="right")
+        ratios = np.array([[time_at(r[method], e) / time_at(r[CVODE], e) for e in ERRORS] for r in found.values()])
+        for name, row in zip(found, ratios, strict=True):
+            table.add_row(name, *(f"{ratio:.2f}" for ratio in row))
+        console.print(table)
+        known = ratios[np.isfinite(ratios)]
+        console.print(f"below 1 at {np.mean(known < 1):.0%} of {known.size} points, at most {known.max():.2f}\n")
+
+
+def show_communication(hosts: dict[str, dict[str, Path]], console: Console, rounds: int) -> None:
+    """Cost of communication steps of 1 ms beside one step, at 1e-6; of CVODE likewise."""
+    table = Table(title="CPU time in steps of 1 ms / in one step, at 1e-6", title_justify="left")
+    for heading in ("problem", *ADAPTIVE, CVODE):
+        table.add_column(heading, justify="right")
+    for name, (_, stop) in PROBLEMS.items():
+        cells = []
+        for method in (*ADAPTIVE, CVODE):
+            host, which = (hosts[name]["dop853"], "cvode") if method == CVODE else (hosts[name][method], "own")
+            one, many = (call(host, which, 1e-6, stop, step, rounds) for step in (stop, 1e-3))
+            cells.append(f"{many[1] / one[1]:.2f}  ({one[1] / 1e3:.0f} us, {many[2] / one[2]:.2f} evaluations)")
+        table.add_row(name, *cells)
+    console.print(table)
+
+
+def main() -> None:
+    """Measure, print, plot."""
+    parser = argparse.ArgumentParser(description=__doc__)
+    parser.add_argument("--folder", type=Path, default=Path("build/benchmarks"), help="where the plots go")
+    parser.add_argument("--rounds", type=int, default=21)
+    options = parser.parse_args()
+    options.folder.mkdir(parents=True, exist_ok=True)
+    console = Console(width=160)
+    if sys.platform != "linux":
+        raise SystemExit("this benchmark links fmpy's SUNDIALS on Linux only")
+    found, hosts = {}, {}
+    with tempfile.TemporaryDirectory() as folder:
+        for name, (make, stop) in PROBLEMS.items():
+            mechanism = make()
+            hosts[name] = {solver: build(mechanism, solver, Path(folder)) for solver in ADAPTIVE}
+            found[name] = precision(hosts[name], mechanism, stop, options.rounds)
+            plot(name, found[name], options.folder / f"integrators_{mechanism.name}.png")
+        show_ratios(found, console)
+        show_communication(hosts, console, options.rounds)
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,162 @@
+/* Times an FMU's solver against CVODE (Adams methods with functional iteration) on the same generated equations.
+
+   usage: integrators own|cvode TOLERANCE STOP STEP ROUNDS. Integrates from 0 to STOP (s) in communication steps of STEP,
+   ROUNDS times; prints the least and the median CPU time (ns), the evaluations of one run, the states at the end. */
+#define _POSIX_C_SOURCE 199309L /* clock_gettime */
+#include <stdint.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+#include <time.h>
+
+#include "fmi2Functions.h"
+#include "mechanism.h"
+
+/* What is used of SUNDIALS 7; fmpy carries its libraries, but not its headers. */
+typedef void *SUNContext, *SUNNonlinearSolver;
+typedef struct {
+    struct {
+        int64_t length;
+        int own_data;
+        double *data;
+    } *content;
+    void *ops;
+    SUNContext context;
+} *N_Vector;
+enum { CV_ADAMS = 1, CV_NORMAL = 1 };
+int SUNContext_Create(int communicator, SUNContext *context);
+N_Vector N_VNew_Serial(int64_t length, SUNContext context);
+SUNNonlinearSolver SUNNonlinSol_FixedPoint(N_Vector y, int m, SUNContext context);
+void *CVodeCreate(int method, SUNContext context);
+int CVodeInit(void *memory, int (*f)(double, N_Vector, N_Vector, void *), double t, N_Vector y);
+int CVodeReInit(void *memory, double t, N_Vector y);
+int CVodeSVtolerances(void *memory, double relative, N_Vector absolute);
+int CVodeSetNonlinearSolver(void *memory, SUNNonlinearSolver solver);
+int CVodeSetMaxNumSteps(void *memory, long steps);
+int CVodeSetStopTime(void *memory, double t);
+int CVode(void *memory, double t, N_Vector y, double *reached, int task);
+
+static long evaluations;
+
+/* The linker leads all calls of mechanism_accelerations here (--wrap). */
+void __real_mechanism_accelerations(double t, const double x[], const double u[], const double p[], double qdd[],
+                                    double pivots[]);
+void __wrap_mechanism_accelerations(double t, const double x[], const double u[], const double p[], double qdd[],
+                                    double pivots[]);
+void __wrap_mechanism_accelerations(double t, const double x[], const double u[], const double p[], double qdd[],
+                                    double pivots[]) {
+    evaluations++;
+    __real_mechanism_accelerations(t, x, u, p, qdd, pivots);
+}
+
+static double now(void) {
+    struct timespec t;
+    clock_gettime(CLOCK_PROCESS_CPUTIME_ID, &t);
+    return 1e9 * (double)t.tv_sec + (double)t.tv_nsec;
+}
+
+static void demand(int holds, const char *what) {
+    if (!holds) {
+        fprintf(stderr, "%s failed\n", what);
+        exit(2);
+    }
+}
+
+typedef struct {
+    double tolerance, stop, step;
+} Task;
+
+/* One run of the FMU; returns its CPU time, ns. */
+static double run_own(const Task *task, double x[]) {
+    static fmi2Component c;
+    static fmi2CallbackFunctions callbacks;
+    if (c == NULL) {
+        c = fmi2Instantiate("timed", fmi2CoSimulation, MODEL_GUID, NULL, &callbacks, fmi2False, fmi2False);
+    }
+    demand(c != NULL && fmi2Reset(c) == fmi2OK, "fmi2Reset");
+    const double begin = now();
+    fmi2SetupExperiment(c, fmi2True, task->tolerance, 0.0, fmi2True, task->stop);
+    fmi2EnterInitializationMode(c);
+    fmi2ExitInitializationMode(c);
+    fmi2Status status = fmi2OK;
+    const long count = (long)(task->stop / task->step + 0.5);
+    const double step = task->stop / (double)count;
+    for (long i = 0; i < count && status == fmi2OK; i++) {
+        status = fmi2DoStep(c, step * (double)i, step, fmi2True);
+    }
+    const double time = now() - begin;
+    demand(status == fmi2OK, "fmi2DoStep");
+    for (fmi2ValueReference i = 0; i < N_VARIABLES; i++) {
+        if (VARIABLES[i].kind == VARIABLE_STATE) {
+            fmi2GetReal(c, &i, 1, &x[VARIABLES[i].index]);
+        }
+    }
+    return time;
+}
+
+static int derivatives(double t, N_Vector y, N_Vector dy, void *data) {
+    double pivots[N_COORDINATES];
+    (void)data;
+    memcpy(dy->content->data, y->content->data + N_COORDINATES, N_COORDINATES * sizeof(double));
+    mechanism_accelerations(t, y->content->data, START_INPUTS, START_PARAMETERS, dy->content->data + N_COORDINATES,
+                            pivots);
+    return 0;
+}
+
+/* One run of CVODE with the same error weights. */
+static double run_cvode(const Task *task, double x[]) {
+    static SUNContext context;
+    static N_Vector y, absolute;
+    static void *memory;
+    double reached = 0.0;
+    if (memory == NULL) {
+        demand(SUNContext_Create(0, &context) == 0, "SUNContext_Create");
+        y = N_VNew_Serial(N_STATES, context);
+        absolute = N_VNew_Serial(N_STATES, context);
+        memory = CVodeCreate(CV_ADAMS, context);
+        demand(CVodeInit(memory, derivatives, 0.0, y) == 0, "CVodeInit");
+        CVodeSetNonlinearSolver(memory, SUNNonlinSol_FixedPoint(y, 0, context));
+        CVodeSetMaxNumSteps(memory, 100000000);
+        for (int i = 0; i < N_STATES; i++) {
+            absolute->content->data[i] = task->tolerance * NOMINAL_STATES[i];
+        }
+        demand(CVodeSVtolerances(memory, task->tolerance, absolute) == 0, "CVodeSVtolerances");
+    }
+    memcpy(y->content->data, START_STATES, N_STATES * sizeof(double));
+    const double begin = now();
+    demand(CVodeReInit(memory, 0.0, y) == 0, "CVodeReInit");
+    CVodeSetStopTime(memory, task->stop * (1.0 + 1e-12));
+    const long count = (long)(task->stop / task->step + 0.5);
+    const double step = task->stop / (double)count;
+    for (long i = 1; i <= count; i++) {
+        demand(CVode(memory, step * (double)i, y, &reached, CV_NORMAL) >= 0, "CVode");
+    }
+    const double time = now() - begin;
+    memcpy(x, y->content->data, N_STATES * sizeof(double));
+    return time;
+}
+
+static int ascending(const void *a, const void *b) {
+    const double x = *(const double *)a, y = *(const double *)b;
+    return (x > y) - (x < y);
+}
+
+int main(int count, char *arguments[]) {
+    demand(count == 6, "usage");
+    const Task task = {atof(arguments[2]), atof(arguments[3]), atof(arguments[4])};
+    const int rounds = atoi(arguments[5]);
+    double x[N_STATES];
+    double *times = malloc((size_t)rounds * sizeof(double));
+    for (int i = 0; i < rounds; i++) {
+        evaluations = 0;
+        times[i] = strcmp(arguments[1], "own") == 0 ? run_own(&task, x) : run_cvode(&task, x);
+    }
+    qsort(times, (size_t)rounds, sizeof(double), ascending);
+    printf("%.0f %.0f %ld", times[0], times[rounds / 2], evaluations);
+    for (int i = 0; i < N_STATES; i++) {
+        printf(" %.17g", x[i]);
+    }
+    printf("\n");
+    free(times);
+    return 0;
+}

@@ -1,0 +1,32 @@
+#include "dense_output.h"
+
+#include <string.h>
+
+bool dense_begin(Instance *instance, Step step) {
+    State *state = &instance->state;
+    const Scratch *scratch = &instance->scratch;
+    Dense *dense = &state->dense;
+    dense->start = state->time;
+    dense->rate = 1.0 / step.length;
+    dense->end = step.end;
+    memcpy(dense->end_states, scratch->new_states, sizeof dense->end_states);
+    memcpy(dense->states, state->states, sizeof dense->states);
+    for (int i = 0; i < N_STATES; i++) {
+        dense->terms[0][i] = scratch->new_states[i] - state->states[i];
+        dense->terms[1][i] = step.length * state->first_stage[i] - dense->terms[0][i];
+        dense->terms[2][i] = dense->terms[0][i] - step.length * scratch->new_derivatives[i] - dense->terms[1][i];
+    }
+    return solver_dense(instance, step, dense->terms);
+}
+
+void dense_states(const Dense *dense, double time, double states[]) {
+    const double theta = (time - dense->start) * dense->rate;
+    const double factors[2] = {theta, 1.0 - theta};
+    for (int i = 0; i < N_STATES; i++) {
+        double value = dense->terms[DENSE_TERMS - 1][i];
+        for (int k = DENSE_TERMS - 2; k >= 0; k--) {
+            value = dense->terms[k][i] + factors[(k + 1) % 2] * value;
+        }
+        states[i] = dense->states[i] + theta * value;
+    }
+}

@@ -1,0 +1,19 @@
+/* The states within a solver step, for communication points that the solver steps over. With theta = 0 ... 1 in the step
+
+       x(theta) = x + theta (f0 + (1 - theta) (f1 + theta (f2 + (1 - theta) (f3 + theta (f4 + ...)))))
+
+   where f0, f1, f2 make Hermite's cubic of both ends and solver_dense gives the rest. Hairer, Norsett, Wanner, Solving
+   Ordinary Differential Equations I, 2nd edition, section II.6. */
+#ifndef DENSE_OUTPUT_H
+#define DENSE_OUTPUT_H
+
+#include "solver.h"
+
+/* Fills state->dense for the trial step in scratch, which is about to be accepted. Returns false, with
+   instance->failure set, if an evaluation for it fails. */
+bool dense_begin(Instance *instance, Step step);
+
+/* The states at a time (s) in that step. */
+void dense_states(const Dense *dense, double time, double states[]);
+
+#endif

@@ -1,0 +1,39 @@
+/* What a solver is: a file solver_NAME.c with the functions below. The one that was chosen at export is compiled. */
+#ifndef SOLVER_H
+#define SOLVER_H
+
+#include "instance.h"
+
+typedef struct {
+    const char *name;
+    int order;       /* of the new states */
+    int error_order; /* the error estimate of a step is proportional to its length to this power plus 1; 0: there is
+                        none, and steps have a fixed length */
+    int dense_order; /* of the states within a step, 0 if it gives none */
+} Method;
+
+extern const Method METHOD;
+
+/* One trial step from the present point. */
+typedef struct {
+    double length;  /* s */
+    double end;     /* the time where it ends, s */
+    bool cut_short; /* shorter than proposed, because the communication step ends there */
+} Step;
+
+/* One trial step from the present point and its state->first_stage. Fills scratch new_states and new_derivatives; the
+   State is not changed. Returns false, with instance->failure set, if one of them is not finite. */
+bool solver_step(Instance *instance, Step step);
+
+/* The error estimate of the last trial step, the maximum over the states of |error_i| / weight_i with
+   weight_i = tolerance * (max(|x_i|, |x_new_i|) + nominal_i); worst is the index of that state. */
+double solver_error(const Instance *instance, Step step, double tolerance, int *worst);
+
+/* The terms of the interpolant (dense_output.h) from HERMITE_TERMS on, for the last trial step, which is about to be
+   accepted. Returns false likewise. */
+bool solver_dense(Instance *instance, Step step, double terms[DENSE_TERMS][N_STATES]);
+
+/* integrator.c: whether scratch new_states are finite; if not, sets instance->failure. */
+bool new_states_finite(Instance *instance, Step step);
+
+#endif

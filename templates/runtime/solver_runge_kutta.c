@@ -1,0 +1,107 @@
+/* The explicit Runge-Kutta method TABLEAU. Hairer, Norsett, Wanner, Solving Ordinary Differential Equations I, 2nd
+   edition, sections II.1 (the method), II.4 (the error estimate, formula 4.10, with the maximum norm), II.10 (the
+   combined estimate, formula 10.17) and II.6 (dense output). */
+#include <math.h>
+#include <string.h>
+
+#include "equations.h"
+#include "runge_kutta.h"
+#include "solver.h"
+
+/* result = x + sum_j h weights[j] k_j over the first count stages; the last weight is not 0. The last stage was computed
+   just now and is waited for: it takes part in one multiplication and two additions. */
+static void combine(const Instance *instance, double h, const double weights[], int count, double result[]) {
+    double sum[N_STATES] = {0.0};
+    for (int j = 0; j < count - 1; j++) {
+        const double weight = h * weights[j];
+        if (weight == 0.0) {
+            continue;
+        }
+        for (int i = 0; i < N_STATES; i++) {
+            sum[i] += weight * instance->scratch.stages[j][i];
+        }
+    }
+    const double weight = h * weights[count - 1];
+    for (int i = 0; i < N_STATES; i++) {
+        result[i] = instance->state.states[i] + (sum[i] + weight * instance->scratch.stages[count - 1][i]);
+    }
+}
+
+/* Computes the stages from one up to the one before another; the states of the last one stay in scratch. */
+static bool compute_stages(Instance *instance, Step step, int first, int end) {
+    Scratch *scratch = &instance->scratch;
+    for (int i = first; i < end; i++) {
+        const double time = TABLEAU.c[i] == 1.0 ? step.end : instance->state.time + TABLEAU.c[i] * step.length;
+        combine(instance, step.length, TABLEAU.a + i * TABLEAU.all_stages, i, scratch->stage_states);
+        if (!equations_derivative(instance, time, scratch->stage_states, scratch->stages[i])) {
+            return false;
+        }
+    }
+    return true;
+}
+
+bool solver_step(Instance *instance, Step step) {
+    const State *state = &instance->state;
+    Scratch *scratch = &instance->scratch;
+    const int last = TABLEAU.stages - 1;
+
+    memcpy(scratch->stages[0], state->first_stage, sizeof state->first_stage);
+    if (!compute_stages(instance, step, 1, TABLEAU.stages)) {
+        return false;
+    }
+    if (TABLEAU.first_same_as_last) {
+        memcpy(scratch->new_states, scratch->stage_states, sizeof scratch->new_states);
+        memcpy(scratch->new_derivatives, scratch->stages[last], sizeof scratch->new_derivatives);
+        return new_states_finite(instance, step);
+    }
+    combine(instance, step.length, TABLEAU.b, TABLEAU.stages, scratch->new_states);
+    return new_states_finite(instance, step) &&
+           equations_derivative(instance, step.end, scratch->new_states, scratch->new_derivatives);
+}
+
+/* The maximum over the states of |h sum_j weights[j] k_j| / weight_i, and the index of that state. */
+static double norm_of(const Instance *instance, Step step, double tolerance, const double weights[], int *worst) {
+    const Scratch *scratch = &instance->scratch;
+    double largest = 0.0;
+    *worst = 0;
+    for (int i = 0; i < N_STATES; i++) {
+        double error = 0.0;
+        for (int j = 0; j < TABLEAU.stages; j++) {
+            error += weights[j] * scratch->stages[j][i];
+        }
+        const double size = fmax(fabs(instance->state.states[i]), fabs(scratch->new_states[i]));
+        error = fabs(step.length * error) / (tolerance * (size + NOMINAL_STATES[i]));
+        if (!(error <= largest)) {
+            largest = error;
+            *worst = i;
+        }
+    }
+    return largest;
+}
+
+double solver_error(const Instance *instance, Step step, double tolerance, int *worst) {
+    const double error = norm_of(instance, step, tolerance, TABLEAU.e, worst);
+    if (TABLEAU.second == NULL || error == 0.0) {
+        return error;
+    }
+    int other;
+    const double second = 0.1 * norm_of(instance, step, tolerance, TABLEAU.second, &other);
+    return error * (error / hypot(error, second));
+}
+
+bool solver_dense(Instance *instance, Step step, double terms[DENSE_TERMS][N_STATES]) {
+    if (!compute_stages(instance, step, TABLEAU.stages, TABLEAU.all_stages)) {
+        return false;
+    }
+    for (int row = 0; row < DENSE_ROWS; row++) {
+        double *term = terms[HERMITE_TERMS + row];
+        memset(term, 0, N_STATES * sizeof(double));
+        for (int j = 0; j < TABLEAU.all_stages; j++) {
+            const double weight = step.length * TABLEAU.dense[row * TABLEAU.all_stages + j];
+            for (int i = 0; i < N_STATES && weight != 0.0; i++) {
+                term[i] += weight * instance->scratch.stages[j][i];
+            }
+        }
+    }
+    return true;
+}
