@@ -4,26 +4,29 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
+from lag2fmu.codegen.collocation import COLLOCATIONS, Collocation
 from lag2fmu.codegen.tableaus import TABLEAUS, Row, Tableau
 
 
 @dataclass(frozen=True)
 class LinearlyImplicit:
-    """A method of fixed cost that is written out in ``source_file`` of the runtime; the letters as in Tableau."""
+    """A method of fixed cost that is written out in the runtime; the letters as in Tableau."""
 
     solver: str
     title: str
     source: str
     order: int
-    source_file: str
+    runtime_files: tuple[str, ...]
     all_stages: int
+    generated_files = ()
     implicit = True
+    fully_implicit = variational = False
     error_order = 0
     dense: tuple[Row, ...] = ()
     dense_order = 0
 
 
-Method = Tableau | LinearlyImplicit
+Method = Tableau | LinearlyImplicit | Collocation
 
 METHODS: dict[str, Method] = {
     **TABLEAUS,
@@ -32,9 +35,10 @@ METHODS: dict[str, Method] = {
         title="ROS2, linearly implicit, order 2, L-stable, fixed step",
         source="J. G. Verwer, E. J. Spee, J. G. Blom, W. Hundsdorfer, SIAM J. Sci. Comput. 20 (1999) 1456-1480",
         order=2,
-        source_file="solver_ros2.c",
+        runtime_files=("solver_ros2.c",),
         all_stages=2,
     ),
+    **COLLOCATIONS,
 }
 """The solvers of co-simulation, by name."""
 

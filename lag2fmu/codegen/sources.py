@@ -6,7 +6,6 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
 from lag2fmu.codegen.solvers import Method
-from lag2fmu.codegen.tableaus import Tableau
 from lag2fmu.codegen.templates import render
 from lag2fmu.dynamics import Program
 from lag2fmu.dynamics.operations import CODE
@@ -91,8 +90,8 @@ def render_sources(program: Program, tables: Tables, method: Method, guid: str) 
     }
     runtime = (resource_folder("templates") / "runtime").glob("*.[ch]")
     unused = (SOLVER_FILES,) if tables.constraint_names else (SOLVER_FILES, CONSTRAINT_FILES)
-    used_files = [path for path in runtime if not path.name.startswith(unused) or path.name == method.source_file]
+    used_files = [path for path in runtime if not path.name.startswith(unused) or path.name in method.runtime_files]
     files = {path.name: path.read_text("utf-8") for path in used_files}
-    generated = (*GENERATED, "tableau.c") if isinstance(method, Tableau) else GENERATED
+    generated = (*GENERATED, *method.generated_files)
     files |= {name: render(f"mechanism/{name}.jinja", context) for name in generated}
     return dict(sorted(files.items()))

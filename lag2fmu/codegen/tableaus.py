@@ -38,8 +38,9 @@ class Tableau:
     extra: tuple[Row, ...] = ()
     dense: tuple[Row, ...] = ()
     dense_order: int = 0
-    source_file = "solver_runge_kutta.c"
-    implicit = False
+    runtime_files = ("solver_runge_kutta.c",)
+    generated_files = ("tableau.c",)
+    implicit = fully_implicit = variational = False
 
     def __post_init__(self) -> None:
         """Raise ValueError unless the coefficients have the shape and the orders that are claimed."""

@@ -2,9 +2,10 @@
 
 from __future__ import annotations
 
-from collections.abc import Collection, Iterable
+from collections.abc import Collection, Iterable, Iterator
 from dataclasses import dataclass
 
+from lag2fmu.dynamics.autodiff import forward
 from lag2fmu.dynamics.elimination import solve
 from lag2fmu.dynamics.graph import Graph
 from lag2fmu.dynamics.lagrange import EquationsOfMotion
@@ -61,10 +62,11 @@ class Program:
         return self.graph.operations((node for *_, node in function.results), function.given)
 
 
-def lower(equations: EquationsOfMotion, promoted: Collection[str] = ()) -> Program:
+def lower(equations: EquationsOfMotion, promoted: Collection[str] = (), canonical: bool = False) -> Program:
     """The functions an FMU needs: accelerations, what is calculated from them, the tangents, second time derivatives.
 
-    ``promoted`` names the accelerations and locals that are outputs beside those of the mechanism.
+    ``promoted`` names the accelerations and locals that are outputs beside those of the mechanism; ``canonical`` adds
+    momenta and forces for solvers that work on them.
 
     Arguments: t; x = (q, qd), 2n; u, the inputs (Q first, then the user's, then y0, y0_dot, y0_ddot of each motion); p,
     the independent parameters; qdd, n, and behind it the m multipliers. M is row-major with only its lower triangle
@@ -85,6 +87,7 @@ def lower(equations: EquationsOfMotion, promoted: Collection[str] = ()) -> Progr
             factor,
             solution,
             *_constraints(equations, state, factor),
+            *(_canonical(equations, state) if canonical else ()),
             _function(
                 "mechanism_locals",
                 "Momenta, energies and outputs y.",
@@ -137,6 +140,15 @@ def _factor_and_solve(equations: EquationsOfMotion, state: tuple[Array, ...]) ->
     doc = "What the solution a of M a = b takes beside b, w, and the pivots."
     factor = _function("mechanism_factor", doc, state, w=w, pivots=pivots)
     return factor, _function("mechanism_solve", "The solution a of M a = b.", (Array("w", w), Array("b", rhs)), a=x)
+
+
+def _canonical(equations: EquationsOfMotion, state: tuple[Array, ...]) -> Iterator[Function]:
+    """dp/dt = F with p = dL/dqd and F = dL/dq - dR/dqd + Q, which is the forcing less what M qdd leaves of dp/dt."""
+    g, v = equations.graph, equations.variables
+    rates = forward(g, equations.momenta, v.direction(g, accelerating=False))
+    forces = [g.add(rate, f) for rate, f in zip(rates, equations.forcing, strict=True)]
+    doc = "Momenta m = dL/dqd and forces F = dL/dq - dR/dqd + Q, so that dm/dt = F."
+    yield _function("mechanism_canonical", doc, state, m=equations.momenta, F=forces)
 
 
 def _constraints(equations: EquationsOfMotion, state: tuple[Array, ...], factor: Function) -> tuple[Function, ...]:

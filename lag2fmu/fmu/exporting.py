@@ -75,7 +75,8 @@ def export(
     _check_target(target)
     _check_texts(mechanism)
     equations = derive(mechanism)
-    program = lower(equations, promotable(equations, outputs))
+    _check_solver(equations.mechanism, METHODS[solver])
+    program = lower(equations, promotable(equations, outputs), METHODS[solver].variational)
     description, binaries, own_files = contribute(equations, program)
     files = {
         **own_files,
@@ -87,6 +88,15 @@ def export(
     }
     pack(files, target)
     return Fmu(target, description)
+
+
+def _check_solver(mechanism: Mechanism, method: Method) -> None:
+    if method.variational and mechanism.constraints:
+        others = [name for name, other in METHODS.items() if not other.variational]
+        raise ExportError(
+            f"solver '{method.solver}' discretises an action without constraints, and mechanism '{mechanism.name}' has "
+            f"{len(mechanism.constraints)}; take one of {', '.join(others)}"
+        )
 
 
 _Contribution = Callable[[EquationsOfMotion, Program], tuple[ModelDescription, str, dict[str, bytes]]]

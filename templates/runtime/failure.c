@@ -63,6 +63,11 @@ void failure_sentence(const Failure *failure, char text[], size_t size) {
         snprintf(text, size, "from time %.17g the communication step would take %.3g solver steps; raise solver_step",
                  failure->time, failure->amount);
         break;
+    case FAILURE_ITERATION:
+        snprintf(text, size, "at time %.17g the equations of an implicit solver step of %.3g s are not solved by "
+                 "iteration; lower solver_step, or export with --solver radau5 if the mechanism is stiff",
+                 failure->time, failure->step);
+        break;
     case FAILURE_CONSTRAINTS:
         constraints_sentence(failure, text, size);
         break;

@@ -35,6 +35,9 @@ void instance_assign(Instance *instance, double *slot, double value) {
     }
     instance_forget_motion(instance);
     state->first_stage_valid = 0;
+#if VARIATIONAL
+    state->canonical.valid = 0;
+#endif
     state->ahead = 0;
     state->undisturbed = 0;
 }

@@ -30,6 +30,17 @@ typedef struct {
     double terms[DENSE_TERMS][N_STATES];
 } Dense;
 
+#if VARIATIONAL
+/* What a variational integrator carries along: the momenta dL/dqd at the present point, and what rounding cut off from
+   the sums of coordinates and momenta. */
+typedef struct {
+    double momenta[N_COORDINATES];
+    double rest_coordinates[N_COORDINATES];
+    double rest_momenta[N_COORDINATES];
+    int64_t valid; /* nothing was changed since */
+} Canonical;
+#endif
+
 /* What changes with time. Members are double and int64_t only and there are no pointers: the layout is the same in
    32 and 64 bits, without padding, and a plain copy is a complete copy. */
 typedef struct {
@@ -62,6 +73,9 @@ typedef struct {
     int64_t ahead;                /* ... to the end of the step in dense: there the solver goes on */
     int64_t undisturbed;          /* nothing was changed since the end of the last communication step */
     double first_stage[N_STATES]; /* dx/dt */
+#if VARIATIONAL
+    Canonical canonical;
+#endif
     Dense dense;
 } State;
 
@@ -91,6 +105,19 @@ typedef struct {
     System system;                      /* at the present point, for tangents */
 } Cache;
 
+#if FULLY_IMPLICIT
+/* The linearized equations of an implicit step, row-major. */
+typedef struct {
+    double stiffness[N_COORDINATES * N_COORDINATES]; /* dqdd/dq */
+    double damping[N_COORDINATES * N_COORDINATES];   /* dqdd/dqd */
+    double matrix[STAGES * N_COORDINATES * STAGES * N_COORDINATES];
+    double error_matrix[N_COORDINATES * N_COORDINATES];
+    double errors[2][N_STATES];
+    int rows[STAGES * N_COORDINATES];
+    int error_rows[N_COORDINATES];
+} Implicit;
+#endif
+
 /* Memory that is written before it is read, within one call. */
 typedef struct {
     double mass[N_COORDINATES * N_COORDINATES]; /* lower triangle, row-major */
@@ -100,6 +127,9 @@ typedef struct {
     double stage_states[N_STATES];
     double new_states[N_STATES]; /* the result of a trial step */
     double new_derivatives[N_STATES];
+#if FULLY_IMPLICIT
+    Implicit implicit;
+#endif
     double jacobian[SIZE_JACOBIAN]; /* of linearly implicit solvers: equations_jacobian, ... */
     double matrix[SIZE_JACOBIAN];   /* ... and the matrix of their systems */
     bool inputs_move;        /* some input is not constant in the running communication step, ... */
@@ -114,6 +144,7 @@ typedef enum {
     FAILURE_OVERFLOW,   /* a state left the range of double */
     FAILURE_ACCURACY,   /* the error of a state exceeds the tolerance however short the step */
     FAILURE_STEP_COUNT, /* a fixed-step method would need too many steps */
+    FAILURE_ITERATION,  /* the equations of an implicit step were not solved */
     FAILURE_CONSTRAINTS /* no states were found that meet the constraints */
 } FailureKind;
 

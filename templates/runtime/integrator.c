@@ -27,8 +27,7 @@ static const double WORTHWHILE = 1.25;     /* a step that would pass the communi
 static const double FARTHEST = 1000.0;     /* communication steps that a solver step may pass */
 static const double MOST_STEPS = 1e12;     /* of a fixed-step method in a communication step */
 
-/* solver_tolerance if given, else the tolerance of fmi2SetupExperiment if given, else the default. */
-static double tolerance_of(const State *state) {
+double solver_tolerance(const State *state) {
     const double setting = state->settings[SETTING_TOLERANCE];
     const double importer = state->tolerance > 0.0 ? state->tolerance : DEFAULT_TOLERANCE;
     return setting > 0.0 ? setting : importer;
@@ -58,7 +57,7 @@ bool new_states_finite(Instance *instance, Step step) {
 
 /* The maximum of |v_i| / weight_i over the states, with the weights of the error estimate at the present point. */
 static double weighted_norm(const State *state, const double v[]) {
-    const double tolerance = tolerance_of(state);
+    const double tolerance = solver_tolerance(state);
     double largest = 0.0;
     for (int i = 0; i < N_STATES; i++) {
         largest = fmax(largest, fabs(v[i]) / (tolerance * (fabs(state->states[i]) + NOMINAL_STATES[i])));
@@ -205,7 +204,7 @@ static double try_step(Instance *instance, Step step) {
     if (!solver_step(instance, step)) {
         return HUGE_VAL;
     }
-    const double error = solver_error(instance, step, tolerance_of(&instance->state), &worst);
+    const double error = solver_error(instance, step, solver_tolerance(&instance->state), &worst);
     if (!(error <= 1.0)) {
         Failure *failure = &instance->failure;
         failure->kind = FAILURE_ACCURACY;

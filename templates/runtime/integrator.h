@@ -8,4 +8,7 @@
    all are then those of the last one that was, and instance->failure tells why. */
 bool integrate(Instance *instance, double end);
 
+/* The relative tolerance: solver_tolerance if given, else that of fmi2SetupExperiment if given, else 1e-6. */
+double solver_tolerance(const State *state);
+
 #endif

@@ -1,0 +1,148 @@
+"""Implicit Runge-Kutta methods by collocation: coefficients from their abscissae, by exact integration of polynomials.
+
+A method is one entry of COLLOCATIONS. Its orders are derived from the coefficients; an entry whose claim is false
+cannot be built. Abscissae with roots are fractions with 50 digits, rounded to double precision once, when printed.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from decimal import Context, Decimal
+from fractions import Fraction
+
+from lag2fmu.codegen.order_conditions import order_of
+
+Row = tuple[Fraction, ...]
+
+
+@dataclass(frozen=True)
+class Collocation:
+    """A method of s stages: ``a`` (s, s), ``b`` (s,) and ``c`` (s,); ``hat`` (s, s) sums what changes velocities.
+
+    ``variational``: it comes from a discrete action and works on momenta, with steps of fixed length. Else
+    ``error_order`` is that of its error estimate. ``solver`` is the name on the command line, ``source`` where the
+    method comes from.
+    """
+
+    solver: str
+    title: str
+    source: str
+    order: int
+    a: tuple[Row, ...]
+    hat: tuple[Row, ...]
+    b: Row
+    c: Row
+    variational: bool = True
+    error_order: int = 0
+    generated_files = ("collocation.c",)
+    dense: tuple[Row, ...] = ()
+    dense_order = 0
+
+    def __post_init__(self) -> None:
+        """Raise ValueError unless the method is symplectic or collocation, and has the order that is claimed."""
+        if self.variational and not self._symplectic():
+            raise ValueError(f"method '{self.solver}': the pair of a and hat is not symplectic")
+        if self.a == self.hat and (derived := order_of(self.a, self.b, self.order + 1)) != self.order:
+            raise ValueError(f"method '{self.solver}': b has order {derived}, not {self.order}")
+
+    def _symplectic(self) -> bool:
+        """b_i hat_ij + b_j a_ji = b_i b_j; Hairer, Lubich, Wanner, Geometric Numerical Integration, VI.4.6."""
+        size, b = range(len(self.b)), self.b
+        return all(
+            abs(b[i] * self.hat[i][j] + b[j] * self.a[j][i] - b[i] * b[j]) < Fraction(1, 10**40)
+            for i in size
+            for j in size
+        )
+
+    @property
+    def stages(self) -> int:
+        """The number of stages."""
+        return len(self.b)
+
+    @property
+    def all_stages(self) -> int:
+        """The same: there is no dense output."""
+        return self.stages
+
+    @property
+    def fully_implicit(self) -> bool:
+        """Whether Newton's method is used, with linearized equations."""
+        return not self.variational
+
+    @property
+    def implicit(self) -> bool:
+        """Whether Jacobians of the accelerations are needed."""
+        return not self.variational
+
+    @property
+    def runtime_files(self) -> tuple[str, ...]:
+        """The files of the runtime that only these methods need."""
+        if self.variational:
+            return ("solver_collocation.h", "solver_variational.c")
+        return ("solver_collocation.h", "solver_radau.c", "solver_radau_lu.c", "solver_radau_lu.h")
+
+
+def _root(number: int) -> Fraction:
+    """The square root with 50 digits."""
+    return Fraction(Context(prec=50).sqrt(Decimal(number)))
+
+
+def _integral(nodes: Sequence[Fraction], j: int, end: Fraction) -> Fraction:
+    """The integral from 0 to ``end`` of the polynomial that is 1 at node j and 0 at the others."""
+    coefficients = [Fraction(1)]
+    for k, node in enumerate(nodes):
+        if k != j:
+            scale = nodes[j] - node
+            shifted = [Fraction(0), *coefficients]
+            coefficients = [(x - node * y) / scale for x, y in zip(shifted, [*coefficients, Fraction(0)], strict=True)]
+    return sum((x * end ** (power + 1) / (power + 1) for power, x in enumerate(coefficients)), Fraction(0))
+
+
+def _collocation(nodes: Sequence[Fraction]) -> tuple[tuple[Row, ...], Row]:
+    """a and b of the collocation method with these abscissae."""
+    size = range(len(nodes))
+    a = tuple(tuple(_integral(nodes, j, c) for j in size) for c in nodes)
+    return a, tuple(_integral(nodes, j, Fraction(1)) for j in size)
+
+
+def _conjugate(a: tuple[Row, ...], b: Row) -> tuple[Row, ...]:
+    """hat_ij = b_j - b_j a_ji / b_i, which makes a symplectic pair with a."""
+    size = range(len(b))
+    return tuple(tuple(b[j] - b[j] * a[j][i] / b[i] for j in size) for i in size)
+
+
+_ACTION = "J. E. Marsden, M. West, Discrete mechanics and variational integrators, Acta Numerica 2001"
+
+
+def _variational(solver: str, title: str, order: int, nodes: Sequence[Fraction]) -> Collocation:
+    a, b = _collocation(nodes)
+    hat = _conjugate(a, b)
+    pairs = ((x, y) for row, other in zip(a, hat, strict=True) for x, y in zip(row, other, strict=True))
+    gauss = all(abs(x - y) < Fraction(1, 10**40) for x, y in pairs)
+    return Collocation(solver, title, _ACTION, order, a, a if gauss else hat, b, tuple(nodes))
+
+
+def _radau(solver: str, title: str, nodes: Sequence[Fraction]) -> Collocation:
+    a, b = _collocation(nodes)
+    source = "E. Hairer, G. Wanner, Solving Ordinary Differential Equations II, 2nd edition, section IV.8"
+    order = 2 * len(nodes) - 1
+    return Collocation(solver, title, source, order, a, a, b, tuple(nodes), variational=False, error_order=3)
+
+
+_HALF, _THREE, _SIX, _FIFTEEN = Fraction(1, 2), _root(3), _root(6), _root(15)
+
+COLLOCATIONS: dict[str, Collocation] = {
+    method.solver: method
+    for method in (
+        _radau("radau5", "Radau IIA, adaptive, for stiff mechanisms", ((4 - _SIX) / 10, (4 + _SIX) / 10, Fraction(1))),
+        _variational("verlet", "Stoermer-Verlet, variational, fixed step", 2, (Fraction(0), Fraction(1))),
+        _variational("lobatto4", "Lobatto IIIA-IIIB, variational, fixed step", 4, (Fraction(0), _HALF, Fraction(1))),
+        _variational("midpoint", "implicit midpoint rule, variational, fixed step", 2, (_HALF,)),
+        _variational("gauss4", "Gauss, variational, fixed step", 4, (_HALF - _THREE / 6, _HALF + _THREE / 6)),
+        _variational(
+            "gauss6", "Gauss, variational, fixed step", 6, (_HALF - _FIFTEEN / 10, _HALF, _HALF + _FIFTEEN / 10)
+        ),
+    )
+}
+"""Methods by the name that ``--solver`` takes."""

@@ -1,0 +1,19 @@
+/* An implicit Runge-Kutta method as data; the one that was chosen at export is in the generated tableau.c.
+
+   Stages i at the times t + c_i h hold Q_i = q + h sum_j a_ij V_j; what changes the velocities (accelerations, or forces
+   that change momenta) is summed with hat_ij in the same way, and both with b_j over the whole step. hat is a itself
+   unless the method is partitioned. */
+#ifndef SOLVER_COLLOCATION_H
+#define SOLVER_COLLOCATION_H
+
+typedef struct {
+    int stages;
+    const double *a;   /* stages x stages, row-major */
+    const double *hat; /* stages x stages */
+    const double *b;   /* stages */
+    const double *c;   /* stages */
+} Collocation;
+
+extern const Collocation COLLOCATION;
+
+#endif

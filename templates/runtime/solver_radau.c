@@ -1,0 +1,234 @@
+/* Radau IIA of order 5 for stiff mechanisms, with the accelerations A_i at the stages as unknowns:
+
+       V_i = qd + h sum_j a_ij A_j,   Q_i = q + c_i h qd + h^2 sum_j (a a)_ij A_j,   A_i = qdd(t + c_i h, Q_i, V_i).
+
+   Simplified Newton iterations solve with I - h a x D - h^2 (a a) x K, where K = dqdd/dq and D = dqdd/dqd at the start of
+   the step come from the tangent program: systems half as large as those of the equations of first order. Source:
+   Hairer, Wanner, Solving Ordinary Differential Equations II, 2nd edition, section IV.8, with the constants of the code
+   radau5.f of the same authors. */
+#include <float.h>
+#include <math.h>
+#include <string.h>
+
+#include "solver_collocation.h"
+#include "solver_radau_lu.h"
+#include "equations.h"
+#include "finite.h"
+#include "inputs.h"
+#include "integrator.h"
+#include "solver.h"
+
+enum { N = N_COORDINATES, S = STAGES, SIZE = S * N, MOST_ITERATIONS = 10 };
+
+static const double REAL_EIGENVALUE = 3.6378342527444957; /* of the inverse of a: 1 / gamma_0 */
+static const double SQRT6 = 2.449489742783178;
+
+/* The tolerance that steps are measured with, such that the error of the solution, of order 5, follows the one asked
+   for although the estimate has order 3; radau5.f does the same. */
+static double inner_tolerance(double tolerance) {
+    return 0.1 * pow(tolerance, 2.0 / 3.0);
+}
+
+/* (a a)_ij */
+static double squared(int i, int j) {
+    double sum = 0.0;
+    for (int k = 0; k < S; k++) {
+        sum += COLLOCATION.a[i * S + k] * COLLOCATION.a[k * S + j];
+    }
+    return sum;
+}
+
+/* K and D at the present point, and the factors of the two systems for this length of step. */
+static bool linearize(Instance *instance, Step step) {
+    Implicit *work = &instance->scratch.implicit;
+    const double h = step.length, g = h / REAL_EIGENVALUE;
+    const double *jacobian = instance->scratch.jacobian;
+    if (!equations_jacobian(instance, instance->state.time, instance->state.states, instance->scratch.jacobian)) {
+        return false;
+    }
+    for (int k = 0; k < N; k++) {
+        for (int l = 0; l < N; l++) {
+            work->stiffness[k * N + l] = jacobian[l * N + k];
+            work->damping[k * N + l] = jacobian[(N + l) * N + k];
+        }
+    }
+    for (int i = 0; i < S; i++) {
+        for (int j = 0; j < S; j++) {
+            const double first = h * COLLOCATION.a[i * S + j], second = h * h * squared(i, j);
+            for (int k = 0; k < N; k++) {
+                for (int l = 0; l < N; l++) {
+                    work->matrix[(i * N + k) * SIZE + j * N + l] = (i == j && k == l ? 1.0 : 0.0) -
+                        first * work->damping[k * N + l] - second * work->stiffness[k * N + l];
+                }
+            }
+        }
+    }
+    for (int k = 0; k < N; k++) {
+        for (int l = 0; l < N; l++) {
+            work->error_matrix[k * N + l] =
+                (k == l ? 1.0 : 0.0) - g * work->damping[k * N + l] - g * g * work->stiffness[k * N + l];
+        }
+    }
+    return lu_factorize(work->matrix, work->rows, SIZE) && lu_factorize(work->error_matrix, work->error_rows, N);
+}
+
+/* The states at stage i for the accelerations. */
+static void stage_states(const Instance *instance, double h, int i, const double accelerations[], double states[]) {
+    const double *x = instance->state.states;
+    for (int k = 0; k < N; k++) {
+        double first = 0.0, second = 0.0;
+        for (int j = 0; j < S; j++) {
+            first += COLLOCATION.a[i * S + j] * accelerations[j * N + k];
+            second += squared(i, j) * accelerations[j * N + k];
+        }
+        states[k] = x[k] + h * (COLLOCATION.c[i] * x[N + k] + h * second);
+        states[N + k] = x[N + k] + h * first;
+    }
+}
+
+/* residual[S * N] = qdd at the stages less the accelerations that led there. */
+static bool residuals(Instance *instance, Step step, const double accelerations[], double residual[]) {
+    double states[N_STATES], derivatives[N_STATES];
+    for (int i = 0; i < S; i++) {
+        const double time = COLLOCATION.c[i] == 1.0 ? step.end : instance->state.time + COLLOCATION.c[i] * step.length;
+        stage_states(instance, step.length, i, accelerations, states);
+        if (!equations_derivative(instance, time, states, derivatives)) {
+            return false;
+        }
+        for (int k = 0; k < N; k++) {
+            residual[i * N + k] = derivatives[N + k] - accelerations[i * N + k];
+        }
+    }
+    return true;
+}
+
+/* What a change of the accelerations changes in the states, in units of the tolerance. */
+static double size_of(const Instance *instance, double h, double tolerance, const double change[]) {
+    double greatest = 0.0;
+    for (int i = 0; i < SIZE; i++) {
+        const double *x = instance->state.states + i % N, *nominal = NOMINAL_STATES + i % N;
+        greatest = fmax(greatest, fabs(h * change[i]) / (tolerance * (fabs(x[N]) + nominal[N])));
+        greatest = fmax(greatest, fabs(h * h * change[i]) / (tolerance * (fabs(x[0]) + nominal[0])));
+    }
+    return all_finite(change, SIZE) ? greatest : HUGE_VAL;
+}
+
+/* Newton's method with the linearization of the step's start, until the rest is small against the error of the step. */
+static bool iterate(Instance *instance, Step step, double tolerance, double accelerations[]) {
+    Implicit *work = &instance->scratch.implicit;
+    const double enough = fmax(10.0 * DBL_EPSILON / tolerance, fmin(0.03, sqrt(tolerance)));
+    double residual[SIZE], change[SIZE];
+    double previous = 0.0;
+    for (int iteration = 0; iteration < MOST_ITERATIONS; iteration++) {
+        if (!residuals(instance, step, accelerations, residual)) {
+            return false;
+        }
+        lu_solve(work->matrix, work->rows, SIZE, residual, change);
+        const double size = size_of(instance, step.length, tolerance, change);
+        for (int i = 0; i < SIZE; i++) {
+            accelerations[i] += change[i];
+        }
+        const double contraction = iteration > 0 ? size / previous : 0.5;
+        if (!(contraction < 1.0)) {
+            break;
+        }
+        if (size * contraction / (1.0 - contraction) <= enough) {
+            return true;
+        }
+        previous = size;
+    }
+    instance->failure.kind = FAILURE_ITERATION;
+    instance->failure.time = instance->state.time;
+    instance->failure.step = step.length;
+    return false;
+}
+
+/* error = (I - g J)^-1 g (derivatives + sum_i e_i z_i / h), J the Jacobian of the equations of first order. */
+static void filter_error(const Implicit *work, double h, const double derivatives[], const double combined[],
+                         double error[]) {
+    const double g = h / REAL_EIGENVALUE;
+    double right[N], rest[N];
+    for (int k = 0; k < N; k++) {
+        rest[k] = g * (derivatives[k] + combined[k] / h);
+    }
+    for (int k = 0; k < N; k++) {
+        right[k] = g * (derivatives[N + k] + combined[N + k] / h);
+        for (int l = 0; l < N; l++) {
+            right[k] += g * work->stiffness[k * N + l] * rest[l];
+        }
+    }
+    lu_solve(work->error_matrix, work->error_rows, N, right, error + N);
+    for (int k = 0; k < N; k++) {
+        error[k] = rest[k] + g * error[N + k];
+    }
+}
+
+/* Both estimates of [HW] (8.19) and (8.20): the second one is taken where the first is too large. */
+static bool estimate(Instance *instance, Step step, const double accelerations[]) {
+    const double e[3] = {-(13.0 + 7.0 * SQRT6) / 3.0, (-13.0 + 7.0 * SQRT6) / 3.0, -1.0 / 3.0};
+    const double *x = instance->state.states;
+    Implicit *work = &instance->scratch.implicit;
+    double combined[N_STATES] = {0.0}, states[N_STATES], derivatives[N_STATES];
+    for (int i = 0; i < S; i++) {
+        stage_states(instance, step.length, i, accelerations, states);
+        for (int k = 0; k < N_STATES; k++) {
+            combined[k] += e[i] * (states[k] - x[k]);
+        }
+    }
+    filter_error(work, step.length, instance->state.first_stage, combined, work->errors[0]);
+    for (int k = 0; k < N_STATES; k++) {
+        states[k] = x[k] + work->errors[0][k];
+    }
+    if (!equations_derivative(instance, instance->state.time, states, derivatives)) {
+        return false;
+    }
+    filter_error(work, step.length, derivatives, combined, work->errors[1]);
+    return true;
+}
+
+bool solver_step(Instance *instance, Step step) {
+    Scratch *scratch = &instance->scratch;
+    double accelerations[SIZE];
+    if (!linearize(instance, step)) {
+        return false;
+    }
+    for (int i = 0; i < S; i++) {
+        memcpy(accelerations + i * N, instance->state.first_stage + N, N * sizeof(double));
+    }
+    if (!iterate(instance, step, inner_tolerance(solver_tolerance(&instance->state)), accelerations) ||
+        !estimate(instance, step, accelerations)) {
+        return false;
+    }
+    stage_states(instance, step.length, S - 1, accelerations, scratch->new_states);
+    return equations_derivative(instance, step.end, scratch->new_states, scratch->new_derivatives);
+}
+
+double solver_error(const Instance *instance, Step step, double tolerance, int *worst) {
+    const Scratch *scratch = &instance->scratch;
+    const double inner = inner_tolerance(tolerance);
+    double largest = 0.0;
+    (void)step;
+    for (int attempt = 0; attempt < 2; attempt++) {
+        largest = 0.0;
+        *worst = 0;
+        for (int i = 0; i < N_STATES; i++) {
+            const double size = fmax(fabs(instance->state.states[i]), fabs(scratch->new_states[i]));
+            const double error = fabs(scratch->implicit.errors[attempt][i]) / (inner * (size + NOMINAL_STATES[i]));
+            if (!(error <= largest)) {
+                largest = error;
+                *worst = i;
+            }
+        }
+        if (largest <= 1.0) {
+            break;
+        }
+    }
+    return largest;
+}
+
+bool solver_dense(Instance *instance, Step step, double terms[][N_STATES]) {
+    (void)instance;
+    (void)step;
+    (void)terms;
+    return true; /* there is no dense output */
+}

@@ -1,0 +1,151 @@
+"""Implicit solvers in the FMU: observed orders, energy and momenta over many periods, stiffness, rollback, refusals."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from scipy.linalg import expm
+from stepping import Stepping
+
+from lag2fmu import export
+from lag2fmu.codegen import METHODS
+from lag2fmu.errors import ExportError
+from lag2fmu.mechanism import Energy, Mechanism, coordinate, parameter
+from lag2fmu.mechanism.loading import load
+
+pytestmark = pytest.mark.fmu
+
+VARIATIONAL = [name for name, method in METHODS.items() if method.variational]
+
+
+def orbit() -> Mechanism:
+    """Kepler's problem in Cartesian coordinates, e = 0.5: a = 1, period 2 pi, with drag for tests of forces."""
+    x, y = coordinate("x", "m", start=0.5), coordinate("y", "m", velocity=np.sqrt(3.0))
+    m, c = parameter("m", 2.0, "kg"), parameter("c", 0.0, "kg/s")
+    kinetic, potential = m * (x.dot**2 + y.dot**2) / 2, -m / (x**2 + y**2) ** 0.5
+    return Mechanism(
+        "orbit", coordinates=[x, y], parameters=[m, c], energy=Energy(kinetic, potential, c * (x.dot**2 + y.dot**2) / 2)
+    )
+
+
+@pytest.mark.parametrize("solver", VARIATIONAL)
+def test_observed_orders(solver: str, exported, directly) -> None:
+    """On a mechanism whose mass matrix changes, so that momenta are not just scaled velocities."""
+    truth = directly("double_pendulum").trajectory
+    names = ["theta1", "theta2", "theta1_dot", "theta2_dot"]
+    exact = np.array([truth[name][200] for name in names])
+    order, errors = METHODS[solver].order, []
+    steps = (0.02, 0.01) if order < 6 else (0.04, 0.02)
+    for step in steps:
+        with Stepping(exported("double_pendulum", solver=solver).path) as s:
+            s.start({"solver_step": step}).step(2.0)
+            errors.append(np.abs(np.array(s.get(names)) - exact).max())
+    assert np.log2(errors[0] / errors[1]) == pytest.approx(order, abs=0.15)
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("solver", ["verlet", "gauss4", "gauss6"])
+def test_energy_does_not_drift_over_many_orbits(solver: str, exported) -> None:
+    """The error of the energy returns to itself every period; the angular momentum is kept to rounding."""
+    period, steps, orbits = 2 * np.pi, 60, 2000
+    with Stepping(exported(orbit(), solver=solver).path) as s:
+        s.start({"solver_step": period / steps})
+        energy, worst = s.get(["total_energy"])[0], []
+        for _ in range(10):
+            values = []
+            for _ in range(orbits // 10 - 3):
+                s.step(period)
+            for _ in range(3 * steps):
+                s.step(period / steps)
+                values.append(abs(s.get(["total_energy"])[0] - energy))
+            worst.append(max(values))
+        x, y, x_dot, y_dot = s.get(["x", "y", "x_dot", "y_dot"])
+    assert worst[-1] < 1.05 * worst[0]
+    assert worst[0] < {"verlet": 0.1, "gauss4": 2e-3, "gauss6": 1e-4}[solver]
+    assert x * y_dot - y * x_dot == pytest.approx(0.5 * np.sqrt(3.0), abs=1e-12)
+
+
+@pytest.mark.parametrize("solver", ["midpoint", "gauss6"])
+def test_forces_and_friction_enter_as_in_the_equations(solver: str, exported) -> None:
+    from scipy.integrate import solve_ivp
+
+    def slope(t: float, z: np.ndarray) -> list[float]:
+        r3 = (z[0] ** 2 + z[1] ** 2) ** 1.5
+        return [z[2], z[3], -z[0] / r3 - 0.05 * z[2] + 0.15, -z[1] / r3 - 0.05 * z[3]]
+
+    truth = solve_ivp(slope, (0, 3), [0.5, 0, 0, np.sqrt(3)], method="DOP853", rtol=1e-12, atol=1e-12).y[:, -1]
+    errors = []
+    for step in (0.04, 0.02) if solver == "gauss6" else (0.01, 0.005):
+        with Stepping(exported(orbit(), solver=solver).path) as s:
+            s.start({"solver_step": step, "c": 0.1, "Q_x": 0.3})
+            s.steps(3, 1.0)
+            errors.append(np.abs(np.array(s.get(["x", "y", "x_dot", "y_dot"])) - truth).max())
+    assert np.log2(errors[0] / errors[1]) > METHODS[solver].order - 0.3
+
+
+def stiff() -> Mechanism:
+    """m x'' + c x' + k x = 0 with rates near -10 and -1e5."""
+    x = coordinate("x", "m", start=1.0)
+    m, c, k = parameter("m", 1.0, "kg"), parameter("c", 100_010.0, "N.s/m"), parameter("k", 1e6, "N/m")
+    return Mechanism(
+        "stiff", coordinates=[x], parameters=[m, c, k], energy=Energy(m * x.dot**2 / 2, k * x**2 / 2, c * x.dot**2 / 2)
+    )
+
+
+@pytest.mark.parametrize("tolerance", [1e-5, 1e-8])
+def test_radau_follows_the_slow_motion_of_a_stiff_mechanism(tolerance: float, exported) -> None:
+    A = np.array([[0.0, 1.0], [-1e6, -100_010.0]])
+    with Stepping(exported(stiff(), solver="radau5").path) as s:
+        s.start(tolerance=tolerance)
+        for i in range(1, 6):
+            x = s.step(0.1)[0]
+            assert x == pytest.approx((expm(A * 0.1 * i) @ [1.0, 0.0])[0], abs=10 * tolerance)
+
+
+@pytest.mark.parametrize("model", ["double_pendulum", "cart_pole"])
+def test_error_of_radau_follows_the_tolerance(model: str, exported, directly) -> None:
+    truth = directly(model).trajectory
+    tolerances, errors = np.array([1e-4, 1e-6, 1e-8, 1e-10]), []
+    for tolerance in tolerances:
+        with Stepping(exported(model, solver="radau5").path) as s:
+            s.start(tolerance=float(tolerance)).step(2.0)
+            errors.append(max(abs(s.get([name])[0] - truth[name][200]) for name in s.states))
+    slope = np.polyfit(np.log(tolerances), np.log(errors), 1)[0]
+    assert 0.75 < slope < 1.2
+    assert errors[-1] < 1e-8
+
+
+@pytest.mark.parametrize("solver", ["radau5", "gauss4"])
+def test_a_rolled_back_run_repeats_itself_bit_for_bit(solver: str, exported) -> None:
+    with Stepping(exported("double_pendulum", solver=solver).path) as s:
+        s.start()
+        s.steps(3, 0.1)
+        state, at = s.unit.getFMUState(), s.time
+        first = s.steps(4, 0.1)
+        s.unit.setFMUState(state)
+        s.time = at
+        assert s.steps(4, 0.1) == first
+        s.unit.freeFMUState(state)
+
+
+def test_a_step_too_long_for_the_iteration_is_said(exported) -> None:
+    with Stepping(exported(stiff(), solver="gauss4").path) as s:
+        s.start({"solver_step": 0.01})
+        with pytest.raises(Exception, match="fmi2DoStep"):
+            s.step(0.1)
+        assert "not solved by iteration; lower solver_step" in s.log[-1][2]
+
+
+def test_variational_solvers_refuse_constraints_and_name_others(tmp_path) -> None:
+    with pytest.raises(ExportError, match=r"'gauss4' discretises an action without constraints, .* has 1; take one of"):
+        export(load("slides_problem_5_small"), tmp_path / "x.fmu", solver="gauss4")
+    assert not list(tmp_path.iterdir())
+
+
+def test_radau_keeps_constraints(exported) -> None:
+    with Stepping(exported(load("slides_problem_5_small"), solver="radau5").path) as s:
+        omega = np.sqrt(9.81 / (0.5 + 9.81 / 200))
+        s.start(tolerance=1e-9).steps(5, 0.4)
+        x, phi = s.get(["x", "phi"])
+        assert phi == pytest.approx(0.1 * np.cos(2.0 * omega), abs=1e-7)
+        assert 200 * x == pytest.approx(9.81 * phi, abs=1e-12)
