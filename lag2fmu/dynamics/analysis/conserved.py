@@ -96,7 +96,7 @@ def why_energy_changes(equations: EquationsOfMotion) -> str:
     reasons = []
     if work != g.zero:
         reasons.append("forces that have no potential, or friction, do work")
-    if v.t in g.cone([lagrangian(equations)]):
+    if forward(g, [lagrangian(equations)], {v.t: g.one}) != [g.zero]:
         reasons.append("the Lagrangian contains the time")
     if set(g.cone([rate])) & {node for motion in v.motions for node in motion}:
         reasons.append("motion inputs drive it")

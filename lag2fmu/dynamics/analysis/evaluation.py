@@ -8,6 +8,7 @@ from dataclasses import replace
 import numpy as np
 from numpy.typing import NDArray
 
+from lag2fmu.dynamics.autodiff import forward
 from lag2fmu.dynamics.constraints import starting_consistently
 from lag2fmu.dynamics.graph import Graph
 from lag2fmu.dynamics.lagrange import EquationsOfMotion
@@ -74,6 +75,12 @@ def resting_inputs(equations: EquationsOfMotion) -> dict[str, float | Floats]:
     """The start values of everything, the external forces being zero."""
     silent = {str(equations.graph.first[node]): 0.0 for node in equations.variables.plain}
     return {**start_values(equations.mechanism), **silent}
+
+
+def driven_by_time(equations: EquationsOfMotion) -> bool:
+    """Whether the equations of motion change with time by themselves."""
+    g, t = equations.graph, equations.variables.t
+    return any(rate != g.zero for rate in forward(g, equations.residual, {t: g.one}))
 
 
 def unknowns(equations: EquationsOfMotion, values: Values) -> tuple[Floats, Floats]:

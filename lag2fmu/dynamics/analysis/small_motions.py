@@ -14,7 +14,7 @@ import numpy as np
 import sympy as sp
 
 from lag2fmu.dynamics.analysis.equilibria import Equilibrium, equilibria
-from lag2fmu.dynamics.analysis.evaluation import Floats, at, evaluate, resting_inputs, unknowns
+from lag2fmu.dynamics.analysis.evaluation import Floats, at, driven_by_time, evaluate, resting_inputs, unknowns
 from lag2fmu.dynamics.autodiff import forward
 from lag2fmu.dynamics.lagrange import EquationsOfMotion, derive
 from lag2fmu.dynamics.written import tidy, written
@@ -63,17 +63,30 @@ class _Form:
     def __init__(self, equations: EquationsOfMotion, about: Equilibrium) -> None:
         self.equations, self.about = equations, about
         g, v = equations.graph, equations.variables
-        if v.t in g.cone([*equations.residual, *(x for row in equations.mass_matrix for x in row)]):
+        if driven_by_time(equations):
             raise DerivationError(
                 f"mechanism '{equations.mechanism.name}': the time is in the equations, so that small motions have no "
                 "constant coefficients; ask for Floquet's exponents instead"
             )
+        if equations.mechanism.motions and not self._real():
+            raise DerivationError(
+                f"mechanism '{equations.mechanism.name}': small motions are not supported where both motion inputs and "
+                "coordinates without mass are; give what has no mass a small one"
+            )
         self.place = {node: self._number(value) for node, value in zip(v.q, about.q, strict=True)}
-        self.place |= dict.fromkeys((*v.qd, *v.qdd, *v.Q), g.zero)
+        self.place |= dict.fromkeys((v.t, *v.qd, *v.qdd, *v.Q), g.zero)
         self.place |= {node: self._number(x) for node, x in zip(v.multipliers, about.multipliers, strict=True)}
         starts = {u.name: u.start for u in equations.mechanism.inputs}
         self.place |= {node: self._number(starts.get(str(g.first[node]), 0.0)) for node in v.inputs[len(v.Q) :]}
         self.symbolic = self._stays()
+
+    def _inertia(self) -> list[list[int]]:
+        """The second derivatives of L by the velocities, (n, n): M without what only serves to make it regular."""
+        g, v = self.equations.graph, self.equations.variables
+        return [forward(g, self.equations.momenta, {velocity: g.one}) for velocity in v.qd]
+
+    def _real(self) -> bool:
+        return all(list(a) == b for a, b in zip(self.equations.mass_matrix, self._inertia(), strict=True))
 
     def _number(self, value: float) -> int:
         from fractions import Fraction
@@ -90,10 +103,13 @@ class _Form:
         """The derivatives of ``rows`` (r,) by ``variables`` (c,) at the equilibrium, (r, c)."""
         e, g = self.equations, self.equations.graph
         nodes = [x for variable in variables for x in g.substitute(forward(g, rows, {variable: g.one}), self.place)]
+        # a node may stand for an equal value in which variables cancel out: those get their values here
+        left = {str(g.first[node]): float(g.value(value)) for node, value in self.place.items()}
         if self.symbolic:
-            entries = [tidy(x) for x in written(g, nodes)]
+            numbers = {symbol(name): sp.nsimplify(value) for name, value in left.items()}
+            entries = [tidy(x.xreplace(numbers)) for x in written(g, nodes)]
         else:
-            values = {p.name: p.value for p in e.mechanism.parameters if p.value is not None}
+            values = left | {p.name: p.value for p in e.mechanism.parameters if p.value is not None}
             entries = [sp.Float(x, 17) for x in _clean(evaluate(g, nodes, values))]
         return sp.Matrix(len(variables), len(rows), entries).T
 
@@ -103,7 +119,8 @@ class _Form:
         residual = e.residual[: len(e.forcing)]
         q = sp.Matrix([symbol(c.name) for c in m.coordinates])
         qd = sp.Matrix([symbol(names.velocity(c.name)) for c in m.coordinates])
-        M, C, K = (self._columns(residual, x) for x in (v.qdd, v.qd, v.q))
+        M, C, K = self._columns(e.momenta, v.qd), self._columns(residual, v.qd), self._columns(residual, v.q)
+        friction = _half(C + C.T)
         driving = v.inputs[len(v.Q) :]
         inputs = sp.Matrix([symbol(str(e.graph.first[node])) for node in driving])
         starts = sp.Matrix([sp.nsimplify(e.graph.value(self.place[node])) for node in driving])
@@ -117,7 +134,7 @@ class _Form:
             parameters=m.parameters,
             inputs=m.inputs,
             energy=Energy(
-                kinetic=_form(M, qd), potential=_form(K, q), dissipation=None if C.is_zero_matrix else _form(C, qd)
+                kinetic=_form(M, qd), potential=_form(K, q), dissipation=None if friction.is_zero_matrix else _form(friction, qd)
             ),
             forces=[Force(c.name, x) for c, x in zip(m.coordinates, forces, strict=True) if x != 0],
             constraints=self._constraints(q, qd, inputs, starts),
