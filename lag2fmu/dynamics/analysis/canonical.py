@@ -16,7 +16,7 @@ import numpy as np
 import sympy as sp
 
 from lag2fmu.dynamics.analysis.conserved import lagrangian
-from lag2fmu.dynamics.analysis.evaluation import Floats, Values, evaluate, matrix
+from lag2fmu.dynamics.analysis.evaluation import Floats, Values, evaluate, matrix, resting_inputs
 from lag2fmu.dynamics.autodiff import forward, reverse
 from lag2fmu.dynamics.lagrange import EquationsOfMotion
 from lag2fmu.dynamics.written import tidy, written, written_operations
@@ -79,9 +79,7 @@ def action(equations: EquationsOfMotion, time: Floats, states: Values) -> Floats
     g, v = equations.graph, equations.variables
     L = lagrangian(equations)
     (rate,) = forward(g, [L], v.direction(g, accelerating=True))
-    given = {p.name: p.value for p in equations.mechanism.parameters if p.value is not None}
-    quiet = {str(g.first[node]): 0.0 for node in v.inputs}
-    value, slope = evaluate(g, [L, rate], {**given, **quiet, **states, "t": time})
+    value, slope = evaluate(g, [L, rate], {**resting_inputs(equations), **states, "t": time})
     h = np.diff(time)
     pieces = h * (value[:-1] + value[1:]) / 2 + h**2 * (slope[:-1] - slope[1:]) / 12
     return np.concatenate([[0.0], np.cumsum(pieces)])
@@ -97,6 +95,8 @@ def hamiltonian_form(equations: EquationsOfMotion) -> sp.Expr | None:
         return None
     M, a, rest = form
     difference = sp.Matrix([sp.Symbol(names.momentum(c.name), real=True) for c in equations.mechanism.coordinates]) - a
+    if M.is_diagonal():
+        return sp.Add(*(d**2 / (2 * inertia) for d, inertia in zip(difference, M.diagonal(), strict=True))) - rest
     determinant = tidy(sp.simplify(M.det()))
     if determinant == 0:
         return None

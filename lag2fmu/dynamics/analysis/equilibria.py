@@ -17,7 +17,8 @@ from lag2fmu.dynamics.autodiff import forward
 from lag2fmu.dynamics.lagrange import EquationsOfMotion
 
 _SEEDS, _ITERATIONS, _HALVINGS = 12, 40, 6
-_CONVERGED, _AT_OTHER_TIMES, _FAR = 1e-12, 1e-9, 1e4
+_MANY = 6
+_CONVERGED, _BALANCED, _FAR = 1e-12, 1e-9, 1e4
 TURN = 2 * np.pi
 
 
@@ -67,7 +68,7 @@ class _Search:
         generator = np.random.default_rng(11)
         yield self.start
         yield np.zeros_like(self.start)
-        for _ in range(_SEEDS):
+        for _ in range(_SEEDS if len(self.start) <= _MANY else _SEEDS // 3):
             around = self.start + 3 * self.nominal * generator.uniform(-1, 1, len(self.start))
             yield np.where(self.angle, generator.uniform(-np.pi, np.pi, len(self.start)), around)
 
@@ -87,13 +88,16 @@ class _Search:
                 found, new = self._measure(trial)
                 if np.linalg.norm(found) < np.linalg.norm(r):
                     break
+            else:
+                if np.abs(r).max() > _BALANCED * size:
+                    return None  # nowhere better along Newton's direction
             moved = float(np.abs((trial - x)[:n] / self.nominal).max())
             x, r, slopes = trial, found, new
             if moved < _CONVERGED * max(1.0, float(np.abs(x[:n] / self.nominal).max())):
                 break
         else:
             return None
-        if np.abs(r).max(initial=0.0) > 1e-9 * (size or 1.0) or np.abs(x[:n] / self.nominal).max() > _FAR:
+        if np.abs(r).max(initial=0.0) > _BALANCED * (size or 1.0) or np.abs(x[:n] / self.nominal).max() > _FAR:
             return None
         if not self._lasts(x, size):
             return None
@@ -144,4 +148,4 @@ class _Search:
         if self.equations.variables.t not in self.equations.graph.cone(self.rows):
             return True
         later = [np.abs(self._measure(x, t)[0]).max(initial=0.0) for t in (0.37, 1.93, 11.1)]
-        return bool(max(later) <= _AT_OTHER_TIMES * (size or 1.0))
+        return bool(max(later) <= _BALANCED * (size or 1.0))

@@ -167,7 +167,7 @@ class Linearizer:
         length = np.linalg.norm(rows, axis=1, keepdims=True)
         rows = rows / np.where(length > 0, length, 1.0)
         places, rates = rows[m:, : n2 // 2], rows[:m, n2 // 2 :]
-        chosen = [*_free(null_space(places)), *(n2 // 2 + i for i in _free(null_space(rates)))]
+        chosen = [*independent_rows(null_space(places)), *(n2 // 2 + i for i in independent_rows(null_space(rates)))]
         null = null_space(rows)
         if null.shape[1] != len(chosen):
             raise DerivationError(
@@ -197,7 +197,7 @@ def null_space(rows: Floats) -> Floats:
     return basis
 
 
-def _free(basis: Floats) -> list[int]:
+def independent_rows(basis: Floats) -> list[int]:
     """The k rows of ``basis`` (n, k) that are most independent, ascending; the earlier one of equals."""
     rest, chosen = basis.copy(), []
     for _ in range(basis.shape[1]):

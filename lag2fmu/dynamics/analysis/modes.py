@@ -12,7 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from lag2fmu.dynamics.analysis.evaluation import Floats
-from lag2fmu.dynamics.analysis.linearization import Linearization
+from lag2fmu.dynamics.analysis.linearization import Linearization, independent_rows
 
 _ZERO = 1e-7
 """Frequencies below this share of the greatest are zero but for rounding (they are roots of what is rounded)."""
@@ -57,14 +57,27 @@ def _undamped(M: Floats, K: Floats, tangent: Floats) -> list[Mode]:
     root = np.linalg.cholesky(M)
     half = np.linalg.solve(root, np.linalg.solve(root, K).T)
     squares, vectors = np.linalg.eigh((half + half.T) / 2)
-    shapes = tangent @ np.linalg.solve(root.T, vectors)
     greatest = np.abs(squares).max(initial=0.0)
+    shapes = _settled(squares, tangent @ np.linalg.solve(root.T, vectors), 1e-9 * greatest)
     modes = []
     for square, shape in zip(squares, shapes.T, strict=True):
         value = 0.0 if abs(square) <= _ZERO**2 * 100 * greatest else square
         eigenvalue = complex(0.0, np.sqrt(value)) if value >= 0 else complex(np.sqrt(-value), 0.0)
         modes.append(Mode(eigenvalue, _normalised(shape.astype(np.complex128))))
     return modes
+
+
+def _settled(squares: Floats, shapes: Floats, near: float) -> Floats:
+    """``shapes`` (n, f), those of equal ``squares`` (f,), which rounding mixes, as simple as they can be."""
+    settled, first = shapes.copy(), 0
+    for last in range(1, len(squares) + 1):
+        if last == len(squares) or squares[last] - squares[last - 1] > near:
+            if last - first > 1:
+                group = shapes[:, first:last]
+                rows = independent_rows(group)
+                settled[:, first:last] = group @ np.linalg.inv(group[rows])
+            first = last
+    return settled
 
 
 def _damped(about: Linearization) -> list[Mode]:
