@@ -25,7 +25,12 @@ HORIZON, POINTS = 0.1, 40
 
 
 def drift_checks(
-    equations: EquationsOfMotion, run: Trajectory, reference: Reference, rows: NDArray[np.intp], horizon: float, bar: float
+    equations: EquationsOfMotion,
+    run: Trajectory,
+    reference: Reference,
+    rows: NDArray[np.intp],
+    horizon: float,
+    bar: float,
 ) -> Iterator[Check]:
     """How far each conserved quantity goes from its start in a ``run`` without inputs, until ``horizon`` (s).
 
@@ -63,7 +68,7 @@ def _run_values(equations: EquationsOfMotion, run: Trajectory, rows: NDArray[np.
 def hamilton_checks(
     equations: EquationsOfMotion, reference: Reference, horizon: float, bar: float
 ) -> tuple[list[Check], list[str]]:
-    """Hamilton's equations against the direct integration over the first tenth, and notes where that is not possible."""
+    """Hamilton's equations against the direct integration over the first tenth; notes where that cannot be."""
     trajectory = reference.trajectory
     inside = trajectory.time <= min(horizon, HORIZON * float(trajectory.time[-1]))
     if np.sum(inside) < 2:

@@ -24,7 +24,7 @@ from lag2fmu.errors import DerivationError
 from lag2fmu.mechanism import names
 
 MAX_COORDINATES, MAX_OPERATIONS = 3, 200
-"""Closed forms are made of mechanisms with at most so many coordinates, and so many operations in M, a and L0."""
+"""Closed forms are made for at most so many coordinates, and so many operations in M, a and L0."""
 
 
 def velocities(equations: EquationsOfMotion, values: Values, momenta: Floats) -> Floats:
@@ -37,8 +37,8 @@ def velocities(equations: EquationsOfMotion, values: Values, momenta: Floats) ->
     scaled = scale[:, None] * M * scale
     if not np.isfinite(scaled).all() or np.linalg.cond(scaled) > 1e12:
         raise DerivationError(
-            f"mechanism '{equations.mechanism.name}': the mass matrix is singular at the state, momenta do not determine "
-            "velocities there"
+            f"mechanism '{equations.mechanism.name}': the mass matrix is singular at the state, momenta do not "
+            "determine velocities there"
         )
     found: Floats = scale * np.linalg.solve(scaled, scale * (momenta - linear))
     return found
@@ -63,7 +63,7 @@ def poisson_bracket(equations: EquationsOfMotion, f: int, g: int, values: Values
 
     def slopes(node: int) -> tuple[Floats, Floats]:
         gradient = evaluate(graph, reverse(graph, {node: graph.one}, [*v.q, *v.qd]), values)
-        by_p = np.linalg.solve(M, gradient[n:])
+        by_p: Floats = np.linalg.solve(M, gradient[n:]).astype(np.float64)
         return gradient[:n] - by_q.T @ by_p, by_p
 
     (f_q, f_p), (g_q, g_p) = slopes(f), slopes(g)
@@ -105,7 +105,7 @@ def hamiltonian_form(equations: EquationsOfMotion) -> sp.Expr | None:
 
 
 def routhian_form(equations: EquationsOfMotion) -> tuple[tuple[str, ...], sp.Expr] | None:
-    """The cyclic coordinates, and R(q, qd of the others, p of the cyclic ones); None without any, or if it is too large.
+    """The cyclic coordinates, and R(q, qd of the others, their p); None without any, or if it is too long.
 
     Cyclic are coordinates that are not in L, whatever forces act.
     """
@@ -149,7 +149,9 @@ def _quadratic(equations: EquationsOfMotion) -> tuple[sp.Matrix, sp.Matrix, sp.E
     if n > MAX_COORDINATES:
         return None
     resting = dict.fromkeys(v.qd, g.zero)
-    nodes = g.substitute([*(x for row in _inertia(equations) for x in row), *equations.momenta, lagrangian(equations)], resting)
+    nodes = g.substitute(
+        [*(x for row in _inertia(equations) for x in row), *equations.momenta, lagrangian(equations)], resting
+    )
     if written_operations(g, nodes) > MAX_OPERATIONS:
         return None
     found = [tidy(x) for x in written(g, nodes)]

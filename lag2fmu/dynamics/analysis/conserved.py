@@ -145,10 +145,11 @@ def _of_bodies(equations: EquationsOfMotion) -> Iterator[Candidate]:
     """Linear momentum along the axes, and angular momentum about those through the origin, of all bodies."""
     mechanism, g = equations.mechanism, equations.graph
     composer = Composer(g, mechanism, translator(g, mechanism, equations.variables), equations.variables)
-    linear, angular = (g.zero,) * 3, (g.zero,) * 3
+    linear: Vector = (g.zero,) * 3
+    angular: Vector = (g.zero,) * 3
     spatial = mechanism.dimension == 3
     for body in mechanism.bodies:
-        place = (*composer.place(body.name), *((g.zero,) if not spatial else ()))
+        place: Vector = (*composer.place(body.name), *((g.zero,) if not spatial else ()))
         mass, velocity = composer.put(body.mass), tuple(composer.rate(place))
         momentum = times(g, mass, velocity)
         linear, angular = plus(g, linear, momentum), plus(g, angular, cross(g, place, momentum))
@@ -171,22 +172,20 @@ def _spin(composer: Composer, name: str) -> Vector:
     if body.frame is None:
         return (g.zero, g.zero, g.multiply(composer.put(body.inertia), *composer.rate([composer.put(body.angle)])))
     frame = str(body.frame)
-    return composer.frames.to_world(
-        frame, apply(g, composer.tensor(body), composer.velocities[frame].angular)
-    )
+    return composer.frames.to_world(frame, apply(g, composer.tensor(body), composer.velocities[frame].angular))
 
 
 def _drifts(equations: EquationsOfMotion, nodes: list[int]) -> list[float]:
-    """The derivative of each of ``nodes`` along the motion relative to its terms, the largest at random states, (k,)."""
+    """The derivative of each of ``nodes`` along the motion relative to its terms, the worst at random states, (k,)."""
     g, v = equations.graph, equations.variables
     direction = v.direction(g, accelerating=True)
     variables, rates = list(direction), list(direction.values())
     gradients = [reverse(g, {node: g.one}, variables) for node in nodes]
     worst, states = np.zeros(len(nodes)), 0
-    for values in random_states(equations, _STATES):
-        qdd, multipliers = unknowns(equations, values)
+    for state in random_states(equations, _STATES):
+        qdd, multipliers = unknowns(equations, state)
         labels = [str(g.first[node]) for node in v.unknowns]
-        values = {**values, **dict(zip(labels, [*qdd, *multipliers], strict=True))}
+        values = {**state, **dict(zip(labels, [*qdd, *multipliers], strict=True))}
         along = evaluate(g, rates, values)
         terms = evaluate(g, [x for row in gradients for x in row], values).reshape(len(nodes), len(rates)) * along
         if not np.isfinite(terms).all():

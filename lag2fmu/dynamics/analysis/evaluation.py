@@ -1,4 +1,4 @@
-"""The equations of motion as arrays: nodes at batches of states, accelerations, and states that meet the constraints."""
+"""The equations of motion in numbers: nodes at batches of states, accelerations, states that meet the constraints."""
 
 from __future__ import annotations
 
@@ -39,7 +39,7 @@ _NUMPY: dict[str, Callable[..., Floats]] = {
 
 
 def evaluate(graph: Graph, nodes: Sequence[int], values: Values) -> Floats:
-    """``nodes`` (k,) at a batch of ``values`` {variable: () or an array that broadcasts}: (k, *batch); nan without a value."""
+    """``nodes`` (k,) at a batch of ``values`` {variable: () or what broadcasts}: (k, *batch); nan without a value."""
     found: dict[int, Floats | float] = {}
     with np.errstate(all="ignore"):
         for node in graph.cone(nodes):
@@ -97,7 +97,7 @@ def unknowns(equations: EquationsOfMotion, values: Values) -> tuple[Floats, Floa
 
 def saddle(equations: EquationsOfMotion, M: Floats, G: Floats) -> Floats:
     """The (pseudo-)inverse of [M -G^T; G 0], (n + m, n + m)."""
-    n, m = len(M), len(G)
+    m = len(G)
     whole = np.block([[M, -G.T], [G, np.zeros((m, m))]])
     # columns of q by the roots of M's diagonal (of nominal values where there is no mass), rows of G to unit length
     diagonal = np.abs(np.diagonal(M))

@@ -52,7 +52,8 @@ class Floquet:
     @property
     def exponents(self) -> NDArray[np.complex128]:
         """log(multiplier) / period, (k,) in 1/s."""
-        return np.log(self.multipliers.astype(np.complex128)) / self.period
+        found: NDArray[np.complex128] = np.log(self.multipliers) / np.complex128(self.period)
+        return found
 
     @property
     def stable(self) -> bool:
@@ -72,15 +73,17 @@ def floquet(equations: EquationsOfMotion, q: Floats, period: float | None = None
     def matrix(t: float) -> Floats:
         found = linearizer(base | {"t": t})
         if found.states != first.states:
-            raise DerivationError(f"mechanism '{equations.mechanism.name}': the independent coordinates change with time")
+            raise DerivationError(
+                f"mechanism '{equations.mechanism.name}': the independent coordinates change with time"
+            )
         return found.A
 
     for t in (0.0, 0.31 * T):
         a, b = matrix(t), matrix(t + T)
         if np.abs(a - b).max() > 1e-8 * np.abs(a).max():
             raise DerivationError(
-                f"mechanism '{equations.mechanism.name}': the drive does not repeat itself after {T:.6g} s, so that there "
-                "are no Floquet exponents; give another period"
+                f"mechanism '{equations.mechanism.name}': the drive does not repeat itself after {T:.6g} s, so that "
+                "there are no Floquet exponents; give another period"
             )
     k, h = len(first.states), T / steps
     monodromy = np.eye(k)
@@ -95,7 +98,8 @@ def _step(matrices: list[Floats], h: float) -> Floats:
     k = len(matrices[0])
     coupled = np.block([[h * _STAGES[i, j] * matrices[i] for j in range(3)] for i in range(3)])
     slopes = np.linalg.solve(np.eye(3 * k) - coupled, np.concatenate(matrices))
-    return np.eye(k) + h * np.einsum("s,sij->ij", _WEIGHTS, slopes.reshape(3, k, k))
+    step: Floats = np.eye(k) + h * np.einsum("s,sij->ij", _WEIGHTS, slopes.reshape(3, k, k))
+    return step
 
 
 def drive_period(equations: EquationsOfMotion) -> float:
@@ -115,7 +119,9 @@ def drive_period(equations: EquationsOfMotion) -> float:
                 outside = outside.xreplace({wave: sp.Dummy()})
                 rates.add(_rate(m.name, where, rate, values))
         if outside.has(TIME) and not where.startswith(("definitions", "outputs")):
-            raise DerivationError(f"mechanism '{m.name}': {where} contains the time outside of sines and cosines; the drive is not periodic")
+            raise DerivationError(
+                f"mechanism '{m.name}': {where} has the time outside of sines and cosines, the drive is not periodic"
+            )
     if not rates:
         raise DerivationError(f"mechanism '{m.name}': no sine or cosine of time drives it; give a period")
     slowest = min(rates)
@@ -130,7 +136,9 @@ def _rate(name: str, where: str, rate: sp.Expr, values: dict[sp.Symbol, float]) 
     """The number of an angular frequency (rad/s)."""
     number = rate.xreplace(values)
     if not number.is_number or float(number) == 0:
-        raise DerivationError(f"mechanism '{name}': {where} has the phase rate {rate}, which is no constant; give a period")
+        raise DerivationError(
+            f"mechanism '{name}': {where} has the phase rate {rate}, which is no constant; give a period"
+        )
     return abs(float(number))
 
 

@@ -6,7 +6,7 @@ manifold has dimensions, z, and of the inputs. With them
 
     dz/dt = A z + B u,    y = C z + D u.
 
-At an equilibrium the same residual gives M, the damping matrix and the stiffness matrix, the multipliers' share included.
+At an equilibrium the same residual gives M, the damping and the stiffness matrix, the multipliers' share included.
 Source: Landau, Lifshitz, Mechanics, section 23; J. G. de Jalon, E. Bayo, Kinematic and Dynamic Simulation of Multibody
 Systems, 1994, section 5.3, for independent coordinates of a null space.
 """
@@ -41,8 +41,8 @@ RANK = 1e-9
 class Linearization:
     """dz/dt = A z + B u and y = C z + D u about the state ``values`` {variable: SI value}.
 
-    ``states``: the k independent coordinates and velocities z; ``inputs``: names of u (r,); ``outputs``: names of y, the
-    mechanism's (o,). A (k, k), B (k, r), C (o, k), D (o, r). ``shape`` (2 n, k): all of q and qd for each z.
+    ``states``: the k independent coordinates and velocities z; ``inputs``: names of u (r,); ``outputs``: names of y
+    (o,), the mechanism's. A (k, k), B (k, r), C (o, k), D (o, r). ``shape`` (2 n, k): all of q and qd for each z.
     ``mass``, ``damping``, ``stiffness`` (n, n) and ``action`` (n, r) are those of M d2q + damping dq' + stiffness dq =
     action u + G^T dmultiplier, before constraints are used; ``tangent`` (n, f) spans the motions that these let free.
     """
@@ -79,7 +79,7 @@ class Linearizer:
         self.inputs = tuple(str(g.first[node]) for node in v.inputs)
 
     def __call__(self, values: Values) -> Linearization:
-        """The linearization about the state ``values``; raises DerivationError where M is singular or nothing is finite.
+        """The linearization about the state ``values``; raises DerivationError where M is singular or not finite.
 
         The state has to meet the constraints.
         """
@@ -92,7 +92,9 @@ class Linearizer:
         M, G = (matrix(e.graph, r, values, n) for r in (e.mass_matrix, e.constraints.jacobian))
         inverse = saddle(e, M, G)
         if not (np.isfinite(rows).all() and np.isfinite(inverse).all()):
-            raise DerivationError(f"mechanism '{e.mechanism.name}': the equations have no finite derivatives at the state")
+            raise DerivationError(
+                f"mechanism '{e.mechanism.name}': the equations have no finite derivatives at the state"
+            )
         self._check_mass(M, G)
         moved = -inverse @ rows[: n + m]  # (n + m, 2 n + r), dqdd and dmultipliers by every seed
         bound = rows[n + m :]
@@ -129,8 +131,8 @@ class Linearizer:
         size = np.sqrt(np.abs(np.diagonal(inertia)))
         if not (size > 0).all() or np.linalg.cond(inertia / np.outer(size, size)) > 1e12:
             raise DerivationError(
-                f"mechanism '{self.equations.mechanism.name}': the mass matrix is singular at the state, the coordinates "
-                "do not describe small motions there; choose other coordinates"
+                f"mechanism '{self.equations.mechanism.name}': the mass matrix is singular at the state, the "
+                "coordinates do not describe small motions there; choose other coordinates"
             )
 
     def _residual(self, values: Values) -> Floats:
@@ -171,7 +173,8 @@ class Linearizer:
         null = null_space(rows)
         if null.shape[1] != len(chosen):
             raise DerivationError(
-                f"mechanism '{self.equations.mechanism.name}': the constraints lose their rank at the state; choose another"
+                f"mechanism '{self.equations.mechanism.name}': the constraints lose their rank at the state; "
+                "choose another"
             )
         shape = nominal[:, None] * null @ np.linalg.inv(nominal[chosen][:, None] * null[chosen])
         # what inputs move the manifold by: a particular solution, brought to z = 0
@@ -179,7 +182,9 @@ class Linearizer:
         return chosen, shape, push - shape @ push[chosen]
 
 
-def linearize(equations: EquationsOfMotion, q: Floats | None = None, qd: Floats | None = None, t: float = 0.0) -> Linearization:
+def linearize(
+    equations: EquationsOfMotion, q: Floats | None = None, qd: Floats | None = None, t: float = 0.0
+) -> Linearization:
     """The linearization about q, qd (n,) in SI units, by default the start, at the time ``t`` in s.
 
     Inputs have their start values. Raises DerivationError where M is singular or nothing is finite.

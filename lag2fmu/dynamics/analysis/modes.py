@@ -69,7 +69,8 @@ def _undamped(M: Floats, K: Floats, tangent: Floats) -> list[Mode]:
 
 def _settled(squares: Floats, shapes: Floats, near: float) -> Floats:
     """``shapes`` (n, f), those of equal ``squares`` (f,), which rounding mixes, as simple as they can be."""
-    settled, first = shapes.copy(), 0
+    settled: Floats = shapes.copy()
+    first = 0
     for last in range(1, len(squares) + 1):
         if last == len(squares) or squares[last] - squares[last - 1] > near:
             if last - first > 1:

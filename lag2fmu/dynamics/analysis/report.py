@@ -190,7 +190,9 @@ def _matrices(equations: EquationsOfMotion, found: Sequence[Equilibrium]) -> Ite
         yield Line("About the start, there being no equilibrium:")
     yield Line(f"z = ({', '.join(about.states)}), u = ({', '.join(about.inputs)}), y = ({', '.join(about.outputs)})")
     if len(about.states) > _MATRIX:
-        yield Line(f"A has {len(about.states)} rows and is not printed; lag2fmu.dynamics.analysis.linearize returns it.")
+        yield Line(
+            f"A has {len(about.states)} rows and is not printed; lag2fmu.dynamics.analysis.linearize returns it."
+        )
         return
     for name, matrix in zip("ABCD", (about.A, about.B, about.C, about.D), strict=True):
         if matrix.size:
@@ -235,4 +237,8 @@ def _complex(x: complex, size: float) -> str:
     if imaginary == "0":
         return real
     sign = "-" if imaginary.startswith("-") else "+"
-    return f"{sign if sign == '-' else ''}{imaginary.lstrip('-')}i" if real == "0" else f"{real} {sign} {imaginary.lstrip('-')}i"
+    return (
+        f"{sign if sign == '-' else ''}{imaginary.lstrip('-')}i"
+        if real == "0"
+        else f"{real} {sign} {imaginary.lstrip('-')}i"
+    )

@@ -52,7 +52,9 @@ def _equilibrium(equations: EquationsOfMotion, about: Sequence[float] | None) ->
     missed = evaluate(equations.graph, equations.constraints.residuals, values)
     nominal = np.array([c.nominal for c in equations.mechanism.coordinates])
     if not (np.abs(qdd / nominal).max() < 1e-6 and np.abs(missed).max(initial=0.0) < 1e-6):
-        listed = ", ".join(f"{names.acceleration(c.name)} = {a:.3g}" for c, a in zip(equations.mechanism.coordinates, qdd, strict=True))
+        listed = ", ".join(
+            f"{names.acceleration(c.name)} = {a:.3g}" for c, a in zip(equations.mechanism.coordinates, qdd, strict=True)
+        )
         raise DerivationError(f"mechanism '{name}': 'about' is no equilibrium ({listed}); give a configuration at rest")
     return Equilibrium(q, multipliers)
 
@@ -130,11 +132,15 @@ class _Form:
             f"{m.name}_linearized",
             title=f"{m.title}, small motions",
             source=m.source,
-            coordinates=[self._coordinate(c, place) for c, place in zip(m.coordinates, self.about.q, strict=True)],
+            coordinates=[
+                self._coordinate(c, float(place)) for c, place in zip(m.coordinates, self.about.q, strict=True)
+            ],
             parameters=m.parameters,
             inputs=m.inputs,
             energy=Energy(
-                kinetic=_form(M, qd), potential=_form(K, q), dissipation=None if friction.is_zero_matrix else _form(friction, qd)
+                kinetic=_form(M, qd),
+                potential=_form(K, q),
+                dissipation=None if friction.is_zero_matrix else _form(friction, qd),
             ),
             forces=[Force(c.name, x) for c, x in zip(m.coordinates, forces, strict=True) if x != 0],
             constraints=self._constraints(q, qd, inputs, starts),
@@ -158,9 +164,7 @@ class _Form:
         """``c`` counted from ``place``; where constraints act its start becomes a guess."""
         low, high = (None if x is None else x - place for x in (c.minimum, c.maximum))
         doc = f"{c.doc}, from equilibrium" if place else c.doc
-        return replace(
-            c, start=c.start - place, minimum=low, maximum=high, doc=doc, given=None, velocity_given=None
-        )
+        return replace(c, start=c.start - place, minimum=low, maximum=high, doc=doc, given=None, velocity_given=None)
 
 
 def _clean(values: Floats) -> Floats:
