@@ -159,12 +159,14 @@ class _Form:
         pairs = zip(e.mechanism.constraints, found, strict=True)
         return [replace(c, expression=x, unit=None) for c, x in pairs if not c.massless]
 
-    @staticmethod
-    def _coordinate(c: Coordinate, place: float) -> Coordinate:
-        """``c`` counted from ``place``; where constraints act its start becomes a guess."""
+    def _coordinate(self, c: Coordinate, place: float) -> Coordinate:
+        """``c`` counted from ``place``; where there are constraints its start becomes a guess."""
         low, high = (None if x is None else x - place for x in (c.minimum, c.maximum))
         doc = f"{c.doc}, from equilibrium" if place else c.doc
-        return replace(c, start=c.start - place, minimum=low, maximum=high, doc=doc, given=None, velocity_given=None)
+        given = not len(self.equations.constraints)
+        return replace(
+            c, start=c.start - place, minimum=low, maximum=high, doc=doc, given=given, velocity_given=given
+        )
 
 
 def _clean(values: Floats) -> Floats:
