@@ -187,14 +187,14 @@ R, ROD, STIFFNESS, FREE = 0.3, 0.8, 40.0, 0.9
 
 def crank(minimal: bool) -> Mechanism:
     """A slider-crank with a spring at the slider, loaded by gravity: by its angle alone, or with two constraints."""
-    theta, F = coordinate("theta", "rad", start=0.4), signal("F", "N")
+    theta, F = coordinate("theta", "rad", start=-1.0), signal("F", "N")
     pin = (R * sp.cos(theta), R * sp.sin(theta))
     if minimal:
         x = pin[0] + sp.sqrt(ROD**2 - pin[1] ** 2)
         angle = -sp.asin(pin[1] / ROD)
         coordinates, constraints = [theta], []
     else:
-        x, angle = coordinate("x", "m", guess=1.0), coordinate("angle", "rad", guess=-0.1)
+        x, angle = coordinate("x", "m", guess=0.9), coordinate("angle", "rad", guess=0.3)
         coordinates = [theta, x, angle]
         constraints = [
             Constraint("along", pin[0] + ROD * sp.cos(angle) - x),

@@ -164,9 +164,7 @@ class _Form:
         low, high = (None if x is None else x - place for x in (c.minimum, c.maximum))
         doc = f"{c.doc}, from equilibrium" if place else c.doc
         given = not len(self.equations.constraints)
-        return replace(
-            c, start=c.start - place, minimum=low, maximum=high, doc=doc, given=given, velocity_given=given
-        )
+        return replace(c, start=c.start - place, minimum=low, maximum=high, doc=doc, given=given, velocity_given=given)
 
 
 def _clean(values: Floats) -> Floats:
