@@ -59,6 +59,8 @@ def names_of(model: str | Mechanism) -> set[str]:
         ("charged_particle", {"p_z", "generalized_energy"}),
         ("triatomic_molecule", {"generalized_energy", "linear_momentum_x"}),
         ("bead_on_hoop", {"generalized_energy"}),
+        ("free_body", {"generalized_energy", "angular_momentum_x", "angular_momentum_y", "angular_momentum_z"}),
+        ("sphere_on_turntable", {"angular_momentum_x", "angular_momentum_y"}),
         ("circling_support_pendulum", set()),
         ("spring_mass_damper", set()),
         ("cart_pole", set()),
@@ -273,6 +275,25 @@ def test_nutation_of_the_heavy_top_about_regular_precession() -> None:
     assert found.values["theta_ddot"] == pytest.approx(0, abs=1e-9)
     nutation = math.sqrt(float(effective.diff(x, 2).subs(x, theta0)) / inertia)
     assert np.abs(found.eigenvalues.imag).max() == pytest.approx(nutation, rel=1e-9)
+
+
+@pytest.mark.parametrize(
+    ("speed", "published"),
+    [
+        (0.0, [-5.53094371765393, -3.13164324790656, 3.13164324790656, 5.53094371765393]),
+        (4.0, [-12.15861426576447, -1.42944427361326, 0.41325331521125 - 3.07910818603206j]),
+        (5.0, [-14.07838969279822, -0.77534188219585 - 4.46486771378823j, -0.32286642900409]),
+        (10.0, [-24.62459635017404, -3.72016840437287 - 10.90681139476287j, 0.16105338653172]),
+    ],
+)
+def test_eigenvalues_of_the_bicycle(speed: float, published: list[complex]) -> None:
+    """Table 2 of Meijaard, Papadopoulos, Ruina, Schwab, Proc. R. Soc. A 463, 2007: nonholonomic, about riding on."""
+    equations = derive(load("whipple_bicycle"))
+    rates = {"x": speed, "theta_R": -speed / 0.3, "theta_F": -speed / 0.35}
+    qd = np.array([rates.get(c.name, 0.0) for c in equations.mechanism.coordinates])
+    found = linearize(equations, np.zeros(len(qd)), qd).eigenvalues
+    for value in published:
+        assert np.abs(found - value).min() < 1e-10
 
 
 # ---------------------------------------------------------------------------------------------------- small motions

@@ -23,7 +23,7 @@ from lag2fmu.dynamics.lagrange import EquationsOfMotion
 from lag2fmu.dynamics.variables import translator
 from lag2fmu.dynamics.vectors import Vector, apply, cross, plus, times
 from lag2fmu.dynamics.written import tidy, written, written_operations
-from lag2fmu.mechanism import names
+from lag2fmu.mechanism import Mechanism, names
 
 CONSTANT_IF = 1e-9
 """A derivative that is smaller, relative to the sum of the magnitudes of its terms, is zero but for rounding."""
@@ -94,7 +94,7 @@ def why_energy_changes(equations: EquationsOfMotion) -> str:
         return ""
     (work,) = [g.dot([_silent(equations, x) for x in _nonpotential(equations)], v.qd)]
     reasons = []
-    if work != g.zero:
+    if work != g.zero and _forced(equations.mechanism):
         reasons.append("forces that have no potential, or friction, do work")
     if forward(g, [lagrangian(equations)], {v.t: g.one}) != [g.zero]:
         reasons.append("the Lagrangian contains the time")
@@ -103,6 +103,11 @@ def why_energy_changes(equations: EquationsOfMotion) -> str:
     if set(g.cone([rate])) & set(v.multipliers):
         reasons.append("constraints move")
     return " and ".join(reasons) or "its rate does not vanish"
+
+
+def _forced(m: Mechanism) -> bool:
+    """Whether there are forces beside those of potentials and constraints."""
+    return bool(m.forces or m.loads or m.dampers or m.energy.dissipation is not None)
 
 
 def _nonpotential(equations: EquationsOfMotion) -> list[int]:
@@ -125,14 +130,14 @@ Candidate = tuple[str, str, int]
 
 
 def _by_symmetry(equations: EquationsOfMotion) -> Iterator[Candidate]:
-    """The momenta and h whose rates vanish identically."""
-    zero = equations.graph.zero
+    """The momenta and h whose rates vanish identically; with constraints all, for they need to on the manifold only."""
+    zero, bound = equations.graph.zero, bool(len(equations.constraints))
     for q, momentum, rate in zip(
         equations.mechanism.coordinates, equations.momenta, momentum_rates(equations), strict=True
     ):
-        if _silent(equations, rate) == zero != momentum:
+        if (bound or _silent(equations, rate) == zero) and momentum != zero:
             yield names.momentum(q.name), f"momentum of the cyclic coordinate {q.name}", momentum
-    if _silent(equations, energy_rate(equations)) == zero:
+    if bound or _silent(equations, energy_rate(equations)) == zero:
         yield "generalized_energy", _energy_meaning(equations), equations.energies["generalized_energy"]
 
 

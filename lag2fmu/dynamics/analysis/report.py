@@ -140,6 +140,10 @@ def _small_motions(equations: EquationsOfMotion, found: Sequence[Equilibrium]) -
         yield from _exponents(equations, found[0])
         return
     modes = normal_modes(_about(equations, found[0]))
+    still = sum(mode.eigenvalue == 0 for mode in modes)
+    if still > 1:
+        yield Line(f"{still} modes without a restoring force")
+        modes = tuple(mode for mode in modes if mode.eigenvalue != 0)
     for number, mode in enumerate(modes[:_MODES], start=1):
         yield Line(f"mode {number}: {_rate(mode)}; {_shape(equations, mode)}")
     if len(modes) > _MODES:
