@@ -104,14 +104,21 @@ def models() -> None:
 @click.option(
     "--plot", type=click.Path(path_type=Path), help="Draw the mechanism in its start position (.png, .svg, .pdf)."
 )
+@click.option("--analysis", is_flag=True, help="Conserved quantities, equilibria, modes and more, after the steps.")
 @_SET
-def show(model: str, style: str, plot: Path | None, settings: tuple[str, ...]) -> None:
+def show(model: str, style: str, plot: Path | None, analysis: bool, settings: tuple[str, ...]) -> None:
     """Walk the twelve steps of the textbook procedure, or write the mechanism as text (toml)."""
     from lag2fmu.mechanism.write import write
     from lag2fmu.verify.procedure import procedure
 
+    if analysis and style == "toml":
+        raise ExportError("--analysis is written as text or LaTeX; leave out '--format toml'")
     mechanism = _load(model, settings)
     click.echo(write(mechanism) if style == "toml" else procedure(mechanism, style), nl=False)
+    if analysis:
+        from lag2fmu.dynamics.analysis import analysis_report
+
+        click.echo(analysis_report(mechanism, style), nl=False)
     if plot is not None:
         from lag2fmu.verify.plot import configuration, save
 

@@ -56,6 +56,16 @@ def test_show_latex_and_toml(run) -> None:
     assert again.output == toml.output
 
 
+def test_show_analysis(run) -> None:
+    text = run("show", "pendulum", "--analysis").output
+    assert "generalized_energy: energy T + V." in text
+    assert "mode 1: 3.13209 rad/s" in text
+    assert "\\paragraph{Hamiltonian}" in run("show", "pendulum", "--analysis", "--format", "latex").output
+    refused = run("show", "pendulum", "--analysis", "--format", "toml")
+    assert refused.exit_code == 2
+    assert "leave out '--format toml'" in refused.stderr
+
+
 def test_show_applies_settings_and_structure(run) -> None:
     assert "s = 5" in run("show", "n_pendulum", "--set", "n=5").output
     assert "start = 0.25" in run("show", "pendulum", "--format", "toml", "--set", "theta=0.25").output

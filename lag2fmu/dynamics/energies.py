@@ -148,7 +148,7 @@ class Composer:
             motion = dict(zip(v.q, v.qd, strict=True))
             yield RigidInertia(
                 mass=self.put(body.mass),
-                tensor=self._tensor(body),
+                tensor=self.tensor(body),
                 velocity=self._moved(self.velocities[frame], center, self.direction),
                 shift=self._moved(shifts[frame], center, motion),
                 gravity=down[frame],
@@ -158,7 +158,8 @@ class Composer:
         """The velocity of a point of a frame, with the frame's angular velocity"""
         return Velocity(velocity.at(self.g, place, tuple(forward(self.g, place, direction))), velocity.angular)
 
-    def _tensor(self, body: Body) -> tuple[Vector, ...]:
+    def tensor(self, body: Body) -> tuple[Vector, ...]:
+        """The inertia tensor (3, 3) of a spatial body about its mass centre, in the axes of its frame"""
         if body.inertia is None:
             return ((self.g.zero,) * 3,) * 3
         xx, yy, zz, xy, xz, yz = self.put.vector(_entries(body.inertia))

@@ -8,6 +8,7 @@ from collections.abc import Iterable
 from lag2fmu.codegen import METHODS
 from lag2fmu.codegen.templates import render
 from lag2fmu.dynamics import EquationsOfMotion, Program
+from lag2fmu.dynamics.analysis import analysis_sections
 from lag2fmu.dynamics.formulas import Formula, formulas
 from lag2fmu.fmu.compilers import Platform
 from lag2fmu.fmu.model_description import ModelDescription
@@ -29,6 +30,7 @@ def documentation(
         "nomenclature": [(heading, rows) for heading, rows in _nomenclature(description.variables) if rows],
         "formulas": _formulas(equations),
         "structure": _structure(equations, program),
+        "analysis": analysis_sections(equations, closed_forms=False),
         "python": description.backend == "python",
         "binaries": binaries,
         "version": description.version,

@@ -5,6 +5,7 @@ T comes from Koenig's theorem, the equations from polarisation and the complex s
 
 from lag2fmu.reference.energies import Energies
 from lag2fmu.reference.equations import Balance, Equations
+from lag2fmu.reference.hamilton import integrate_canonically
 from lag2fmu.reference.integrate import Reference, integrate
 from lag2fmu.reference.signals import Signals, held
 from lag2fmu.reference.symbolic import sympy_accelerations
@@ -19,6 +20,7 @@ __all__ = [
     "Trajectory",
     "held",
     "integrate",
+    "integrate_canonically",
     "parse_csv",
     "read_csv",
     "sympy_accelerations",

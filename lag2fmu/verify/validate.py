@@ -14,12 +14,14 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
+from lag2fmu.dynamics import derive
 from lag2fmu.errors import SimulationError
 from lag2fmu.mechanism import Constraint, Mechanism, names
 from lag2fmu.mechanism.norms import norm_constraints
 from lag2fmu.mechanism.scope import fixed_parameters
 from lag2fmu.reference import Equations, Reference, Trajectory, held, integrate, sympy_accelerations
 from lag2fmu.reference.signals import Inputs
+from lag2fmu.verify.invariants import action_note, drift_checks, hamilton_checks
 from lag2fmu.verify.report import Check, Report
 from lag2fmu.verify.simulate import Instance, Kind, instance, offers_model_exchange, problems, simulate_fmu
 
@@ -90,12 +92,13 @@ def validate_fmu(
         checks.append(_compare(task, label, run, reference))
         if (kind, step) == ("co-simulation", task.steps[1]):
             energy = _energy_checks(task, run, reference)
-    checks += [*energy, *_constraint_checks(task, runs, reference), *_pointwise_checks(task, reference)]
+            analysis, analysis_notes = _analysis(task, run, reference)
+    checks += [*energy, *analysis, *_constraint_checks(task, runs, reference), *_pointwise_checks(task, reference)]
     checks.append(Check("direct integration, own error", _own_error(task, reference), SAFETY * task.tolerance / 10))
     return Report(
         title=f"{mechanism.title}: FMU against direct integration, {task.stop_time:g} s, tolerance {task.tolerance:g}",
         checks=tuple(checks),
-        notes=tuple(_notes(task, reference)),
+        notes=(*_notes(task, reference), *analysis_notes),
         coordinates=tuple(c.name for c in mechanism.coordinates),
         trajectories={DIRECT: reference.trajectory, **runs},
     )
@@ -211,6 +214,17 @@ def _energy_checks(task: _Task, run: Trajectory, reference: Reference) -> list[C
     drift = np.abs(h - h[0] - work + work[0]) / size / np.maximum(1.0, reference.amplification[rows])
     compared = run.time <= _horizon(task, reference)
     return [pointwise, Check("energy: h - work over the run", float(drift[compared].max()), SAFETY * task.tolerance)]
+
+
+def _analysis(task: _Task, run: Trajectory, reference: Reference) -> tuple[list[Check], list[str]]:
+    """Conserved quantities and Hamilton's equations, of a run without inputs, and notes."""
+    if task.inputs is not None:
+        return [], ["Conserved quantities and Hamilton's equations are compared in runs without inputs only."]
+    equations, horizon = derive(task.mechanism), _horizon(task, reference)
+    rows = _on_grid(reference, run.time)
+    checks, notes = hamilton_checks(equations, reference, horizon, SAFETY * task.tolerance)
+    drifts = drift_checks(equations, run, reference, rows, horizon, SAFETY * task.tolerance)
+    return [*drifts, *checks], [*notes, action_note(equations, reference)]
 
 
 def _sizes(reference: Reference) -> list[float]:

@@ -128,3 +128,10 @@ def test_the_host_compiler_is_named(tmp_path, exported) -> None:
     fmu = export(load("pendulum"), tmp_path / "pendulum.fmu", compiler="host")
     assert "built by the compiler of one machine" in page(fmu).text
     assert "glibc 2.17 or newer" in page(exported("pendulum")).text
+
+
+def test_the_page_tells_what_is_conserved_and_the_modes(exported) -> None:
+    text = entry(exported("double_pendulum"), "documentation/index.html").decode("utf-8")
+    assert "Conserved quantities, equilibrium and modes" in text
+    assert "generalized_energy: energy T + V." in text
+    assert "mode 2: 5.78735 rad/s" in text

@@ -1,0 +1,37 @@
+"""What follows from the Lagrangian beside the motion: conserved quantities, equilibria, modes, the canonical side."""
+
+from lag2fmu.dynamics.analysis.canonical import (
+    action,
+    hamiltonian,
+    hamiltonian_form,
+    poisson_bracket,
+    routhian_form,
+)
+from lag2fmu.dynamics.analysis.conserved import Conserved, conserved
+from lag2fmu.dynamics.analysis.equilibria import Equilibrium, equilibria
+from lag2fmu.dynamics.analysis.floquet import Floquet, floquet
+from lag2fmu.dynamics.analysis.linearization import Linearization, linearize
+from lag2fmu.dynamics.analysis.modes import Mode, normal_modes
+from lag2fmu.dynamics.analysis.report import analysis_report, analysis_sections
+from lag2fmu.dynamics.analysis.small_motions import linearized
+
+__all__ = [
+    "Conserved",
+    "Equilibrium",
+    "Floquet",
+    "Linearization",
+    "Mode",
+    "action",
+    "analysis_report",
+    "analysis_sections",
+    "conserved",
+    "equilibria",
+    "floquet",
+    "hamiltonian",
+    "hamiltonian_form",
+    "linearize",
+    "linearized",
+    "normal_modes",
+    "poisson_bracket",
+    "routhian_form",
+]

@@ -1,0 +1,142 @@
+"""The equations of motion in numbers: nodes at batches of states, accelerations, states that meet the constraints."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from dataclasses import replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from lag2fmu.dynamics.autodiff import forward
+from lag2fmu.dynamics.constraints import starting_consistently
+from lag2fmu.dynamics.graph import Graph
+from lag2fmu.dynamics.lagrange import EquationsOfMotion
+from lag2fmu.dynamics.operations import CONSTANT, OPERATIONS, SYMBOL
+from lag2fmu.dynamics.samples import start_values
+from lag2fmu.errors import DerivationError
+from lag2fmu.mechanism import names
+
+Floats = NDArray[np.float64]
+Values = Mapping[str, "float | Floats"]
+
+_NUMPY: dict[str, Callable[..., Floats]] = {
+    "add": np.add,
+    "subtract": np.subtract,
+    "multiply": np.multiply,
+    "divide": np.divide,
+    "negate": np.negative,
+    "asin": np.arcsin,
+    "acos": np.arccos,
+    "atan": np.arctan,
+    "abs": np.abs,
+    "heaviside": lambda x: np.heaviside(x, 0.5),
+    "atan2": np.arctan2,
+    "power": np.power,
+    "min": np.minimum,
+    "max": np.maximum,
+}
+
+
+def evaluate(graph: Graph, nodes: Sequence[int], values: Values) -> Floats:
+    """``nodes`` (k,) at a batch of ``values`` {variable: () or what broadcasts}: (k, *batch); nan without a value."""
+    found: dict[int, Floats | float] = {}
+    with np.errstate(all="ignore"):
+        for node in graph.cone(nodes):
+            code = graph.code[node]
+            if code == CONSTANT:
+                found[node] = np.float64(float(graph.value(node)))
+            elif code == SYMBOL:
+                found[node] = np.asarray(values[str(graph.first[node])], dtype=np.float64)
+            else:
+                name = OPERATIONS[code].name
+                function = _NUMPY.get(name) or getattr(np, name)
+                found[node] = function(*(found[operand] for operand in graph.operands(node)))
+    batch = np.broadcast_shapes(*(np.shape(x) for x in values.values()))
+    result: Floats = np.empty((len(nodes), *batch))
+    for i, node in enumerate(nodes):
+        result[i, ...] = found[node]
+    return result
+
+
+def matrix(graph: Graph, rows: Sequence[Sequence[int]], values: Values, columns: int) -> Floats:
+    """A matrix of nodes (r, ``columns``) at one state."""
+    return evaluate(graph, [entry for row in rows for entry in row], values).reshape(len(rows), columns)
+
+
+def at(equations: EquationsOfMotion, values: Values, q: Floats, qd: Floats) -> dict[str, float | Floats]:
+    """``values`` with q and qd, (n,) or (n, *batch), put in."""
+    coordinates = [c.name for c in equations.mechanism.coordinates]
+    moved = dict(zip(coordinates, q, strict=True))
+    return {**values, **moved, **dict(zip(map(names.velocity, coordinates), qd, strict=True))}
+
+
+def resting_inputs(equations: EquationsOfMotion) -> dict[str, float | Floats]:
+    """The start values of everything, the external forces being zero."""
+    silent = {str(equations.graph.first[node]): 0.0 for node in equations.variables.plain}
+    return {**start_values(equations.mechanism), **silent}
+
+
+def driven_by_time(equations: EquationsOfMotion) -> bool:
+    """Whether the equations of motion change with time by themselves."""
+    g, t = equations.graph, equations.variables.t
+    return any(rate != g.zero for rate in forward(g, equations.residual, {t: g.one}))
+
+
+def unknowns(equations: EquationsOfMotion, values: Values) -> tuple[Floats, Floats]:
+    """Accelerations (n,) and multipliers (m,) at one state; of least norm where constraints are redundant.
+
+    M and G are scaled by the coordinates' nominal values, so that the rank does not depend on units.
+    """
+    g, c, n = equations.graph, equations.constraints, len(equations.forcing)
+    M, G = matrix(g, equations.mass_matrix, values, n), matrix(g, c.jacobian, values, n)
+    right = np.concatenate([evaluate(g, equations.forcing, values), -evaluate(g, c.accelerations, values)])
+    solution = saddle(equations, M, G) @ right
+    return solution[:n], solution[n:]
+
+
+def saddle(equations: EquationsOfMotion, M: Floats, G: Floats) -> Floats:
+    """The (pseudo-)inverse of [M -G^T; G 0], (n + m, n + m)."""
+    m = len(G)
+    whole = np.block([[M, -G.T], [G, np.zeros((m, m))]])
+    # columns of q by the roots of M's diagonal (of nominal values where there is no mass), rows of G to unit length
+    diagonal = np.abs(np.diagonal(M))
+    nominal = np.array([q.nominal for q in equations.mechanism.coordinates])
+    columns = np.where(diagonal > 0, 1 / np.sqrt(np.where(diagonal > 0, diagonal, 1.0)), nominal)
+    length = np.linalg.norm(G * columns, axis=1)
+    scale = np.concatenate([columns, 1 / np.where(length > 0, length, 1.0)])
+    if not np.isfinite(whole).all():
+        return np.full_like(whole, np.nan)
+    inverse: Floats = scale[:, None] * np.linalg.pinv(scale[:, None] * whole * scale, rcond=1e-11) * scale
+    return inverse
+
+
+def random_states(equations: EquationsOfMotion, count: int) -> Iterator[dict[str, float | Floats]]:
+    """``count`` states around the start that meet the constraints, reproducible, external forces being zero.
+
+    Without constraints the parameters are moved by up to a tenth too. Fewer are found where the constraints can hardly
+    be met.
+    """
+    generator = np.random.default_rng(41)
+    mechanism, c = equations.mechanism, equations.constraints
+    for _ in range(count):
+        coordinates = tuple(
+            replace(
+                q,
+                start=q.start + q.nominal * generator.uniform(-0.7, 0.7),
+                velocity=q.velocity + q.nominal * generator.uniform(-1, 1),
+                given=False if len(c) else q.given,
+                velocity_given=False if len(c) else q.velocity_given,
+            )
+            for q in mechanism.coordinates
+        )
+        moved = replace(mechanism, coordinates=coordinates)
+        try:
+            moved = starting_consistently(moved, equations.graph, c)
+        except DerivationError:
+            continue
+        values = resting_inputs(replace(equations, mechanism=moved)) | {"t": float(generator.uniform(0, 5))}
+        if not len(c):
+            free = [p.name for p in mechanism.parameters if p.value is not None]
+            values |= {name: values[name] * generator.uniform(0.9, 1.1) for name in free}
+        yield values

@@ -1,0 +1,89 @@
+"""Hamilton's equations as a second direct integration: qd from M qd = p - b, and
+
+    dp/dt = dL/dq + Q - dR/dqd + G^T multiplier.
+
+Without constraints it does not use the time derivatives of M and b that the Lagrange equations contain.
+Source: Landau, Lifshitz, Mechanics, section 40; Goldstein, Classical Mechanics, section 8.1.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from lag2fmu.errors import SimulationError
+from lag2fmu.mechanism import Mechanism
+from lag2fmu.mechanism.names import velocity
+from lag2fmu.reference.equations import Equations
+from lag2fmu.reference.integrate import DAMPING
+from lag2fmu.reference.state import Floats
+from lag2fmu.reference.trajectory import Trajectory
+
+SINGULAR = 1e12
+"""Condition of the scaled mass matrix above which momenta do not determine velocities."""
+
+
+def integrate_canonically(mechanism: Mechanism, times: ArrayLike, *, rtol: float = 1e-11) -> Trajectory:
+    """q and qd at ``times`` (k,) in s by integrating (q, p) from the declared start, without inputs; SI units.
+
+    Raises SimulationError where M is singular, or if the integration fails.
+    """
+    from scipy.integrate import solve_ivp
+
+    grid = np.asarray(times, dtype=float)
+    problem = _Canonical(mechanism)
+    start = problem.start(float(grid[0]))
+    options = {"t_eval": grid, "rtol": rtol, "atol": rtol * problem.weights(float(grid[0]), start)}
+    solution = solve_ivp(problem.slope, (grid[0], grid[-1]), start, "DOP853", **options)
+    if solution.status != 0:
+        raise SimulationError(f"mechanism '{mechanism.name}': Hamilton's equations: {solution.message}")
+    q, p = solution.y.T[:, : problem.n], solution.y.T[:, problem.n :]
+    qd = np.array([problem.velocity(float(t), *row) for t, *row in zip(grid, q, p, strict=True)])
+    names = [c.name for c in mechanism.coordinates]
+    return Trajectory(grid, (*names, *map(velocity, names)), np.concatenate([q, qd], axis=1))
+
+
+class _Canonical:
+    """d(q, p)/dt of ``mechanism``, z = (q, p) being (2 n,)."""
+
+    def __init__(self, mechanism: Mechanism) -> None:
+        self.equations = Equations(mechanism)
+        self.n, self.nominal = self.equations.n, np.array([c.nominal for c in mechanism.coordinates])
+        # what pulls back onto the constraints, as in ``integrate``
+        self.damping = DAMPING / mechanism.experiment.step if self.equations.energies.constraints.m else 0.0
+
+    def start(self, t: float) -> Floats:
+        """z of the declared start, guesses solved for the constraints at ``t``."""
+        q, qd = self.equations.energies.start(t)
+        return np.concatenate([q, self.equations.momenta(t, q, qd)])
+
+    def weights(self, t: float, z: Floats) -> Floats:
+        """What errors of z are measured by, (2 n,): nominal values, and M times nominal velocities."""
+        momenta = np.abs(self.equations.mass_matrix(t, z[: self.n], np.zeros(self.n))) @ self.nominal
+        return np.concatenate([self.nominal, np.where(momenta > 0, momenta, 1.0)])
+
+    def velocity(self, t: float, q: Floats, p: Floats) -> Floats:
+        """qd (n,) of p (n,), M and b being those at rest; raises SimulationError if M is singular."""
+        resting = self.equations.terms(self.equations.energies.state(t, q, np.zeros(self.n)))
+        M, diagonal = resting.mass_matrix, np.diagonal(resting.mass_matrix)
+        scale = 1 / np.sqrt(np.where(diagonal > 0, diagonal, 1.0))
+        scaled = scale[:, None] * M * scale
+        if not np.isfinite(scaled).all() or np.linalg.cond(scaled) > SINGULAR:
+            raise SimulationError(
+                f"mechanism '{self.equations.mechanism.name}' at time {t!r} s: the mass matrix is singular, so that "
+                "momenta do not determine velocities"
+            )
+        found: Floats = scale * np.linalg.solve(scaled, scale * (p - resting.momenta))
+        return found
+
+    def slope(self, t: float, z: Floats) -> Floats:
+        """dz/dt, (2 n,)."""
+        qd = self.velocity(t, z[: self.n], z[self.n :])
+        state = self.equations.energies.state(t, z[: self.n], qd)
+        terms = self.equations.terms(state)
+        force = terms.lagrangian_slope + terms.forces - terms.dissipation_slope
+        constraints = self.equations.energies.constraints
+        if constraints.m:
+            multipliers = self.equations.rates(state, self.damping)[1]
+            force = force + np.einsum("ki,k->i", constraints(state)[3], multipliers)
+        return np.concatenate([qd, force])

@@ -1,0 +1,92 @@
+"""What the analysis of a mechanism adds to ``validate``: its conserved quantities are watched, Hamilton's equations
+are integrated beside Lagrange's, and the action is told.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+
+import numpy as np
+from numpy.typing import NDArray
+
+from lag2fmu.dynamics import EquationsOfMotion
+from lag2fmu.dynamics.analysis import action, conserved
+from lag2fmu.dynamics.analysis.evaluation import evaluate
+from lag2fmu.dynamics.autodiff import reverse
+from lag2fmu.errors import SimulationError
+from lag2fmu.mechanism import names
+from lag2fmu.reference import Reference, Trajectory, integrate_canonically
+from lag2fmu.verify.report import Check
+
+Floats = NDArray[np.float64]
+
+HORIZON, POINTS = 0.1, 40
+"""Hamilton's equations are integrated over this share of the run, and conserved quantities seen at so many points."""
+
+
+def drift_checks(
+    equations: EquationsOfMotion,
+    run: Trajectory,
+    reference: Reference,
+    rows: NDArray[np.intp],
+    horizon: float,
+    bar: float,
+) -> Iterator[Check]:
+    """How far each conserved quantity goes from its start in a ``run`` without inputs, until ``horizon`` (s).
+
+    Relative to its greatest value, or to what changes of q and qd by their scales make of it; amplification taken out.
+    ``rows`` (k,) are the rows of ``reference`` at the times of the run. The generalized energy is checked elsewhere.
+    """
+    g, v = equations.graph, equations.variables
+    found = [item for item in conserved(equations) if item.name != "generalized_energy"]
+    if not found:
+        return
+    seen = np.unique(np.linspace(0, np.sum(run.time <= horizon) - 1, POINTS).astype(int))
+    values = _run_values(equations, run, seen)
+    amplification = np.maximum(1.0, reference.amplification[rows][seen])
+    scales = [reference.scales[str(g.first[node])] for node in (*v.q, *v.qd)]
+    for item in found:
+        value, *slopes = evaluate(g, [item.node, *reverse(g, {item.node: g.one}, [*v.q, *v.qd])], values)
+        moved = max(float(np.abs(slope).max() * scale) for slope, scale in zip(slopes, scales, strict=True))
+        size = max(float(np.abs(value).max()), moved, 1e-300)
+        drift = np.abs(value - value[0]) / size / amplification
+        yield Check(f"conserved: {item.name}", float(drift.max()), bar, item.meaning)
+
+
+def _run_values(equations: EquationsOfMotion, run: Trajectory, rows: NDArray[np.intp]) -> dict[str, Floats]:
+    """q, qd, the time and the parameters at ``rows`` of a run; everything else is absent."""
+    g, v, m = equations.graph, equations.variables, equations.mechanism
+    starts = {u.name: u.start for u in m.inputs}
+    values = {str(g.first[node]): starts.get(str(g.first[node]), 0.0) for node in v.inputs}
+    values |= {p.name: p.value for p in m.parameters if p.value is not None}
+    found = {name: np.full(len(rows), value) for name, value in values.items()}
+    coordinates = [c.name for c in m.coordinates]
+    found |= {name: run[name][rows] for name in (*coordinates, *map(names.velocity, coordinates))}
+    return found | {"t": run.time[rows]}
+
+
+def hamilton_checks(
+    equations: EquationsOfMotion, reference: Reference, horizon: float, bar: float
+) -> tuple[list[Check], list[str]]:
+    """Hamilton's equations against the direct integration over the first tenth; notes where that cannot be."""
+    trajectory = reference.trajectory
+    inside = trajectory.time <= min(horizon, HORIZON * float(trajectory.time[-1]))
+    if np.sum(inside) < 2:
+        return [], ["Hamilton's equations are not compared: the motion is chaotic from the start."]
+    times = trajectory.time[inside]
+    try:
+        own = integrate_canonically(equations.mechanism, times)
+    except SimulationError as error:
+        return [], [f"Hamilton's equations are not compared: {error}."]
+    scales = np.array([reference.scales[name] for name in own.names])
+    errors = (np.abs(own.values - trajectory.columns(list(own.names))[inside]) / scales).max(axis=1)
+    weighed = errors / np.maximum(1.0, reference.amplification[inside])
+    return [Check("Hamilton's equations", float(weighed.max()), bar, f"until t = {times[-1]:.3g} s")], []
+
+
+def action_note(equations: EquationsOfMotion, reference: Reference) -> str:
+    """The action along the direct integration, as a sentence."""
+    trajectory = reference.trajectory
+    states = {name: trajectory[name] for name in trajectory.names if name not in equations.outputs}
+    S = action(equations, trajectory.time, states)
+    return f"The action along the run, the integral of L dt, is {S[-1]:.6g} J s."
