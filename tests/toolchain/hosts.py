@@ -21,8 +21,8 @@ HOST = sorted((HERE / "host").glob("*.c"))
 INCLUDES = [f"-I{folder}" for folder in (HERE / "host", HERE.parent / "runtime", fmi_headers())]
 STRICT = ["-std=c99", "-Wall", "-Wextra", "-Wpedantic", "-Werror"]
 
-ADDRESS = ["-g", "-O1", "-fsanitize=address,undefined,float-cast-overflow", "-fno-sanitize-recover=all"]
-THREAD = ["-g", "-O1", "-fsanitize=thread"]
+ADDRESS = ["-g1", "-O1", "-fsanitize=address,undefined,float-cast-overflow", "-fno-sanitize-recover=all"]
+THREAD = ["-g1", "-O1", "-fsanitize=thread"]
 
 REPRESENTATIVE = ["double_pendulum", "cart_pole", "motion_driven_pendulum", "six_axis_arm", "linkage"]
 """An autonomous one, one with inputs and outputs, one with a prescribed motion, a large one, one with constraints."""
@@ -85,3 +85,10 @@ def run(
     return subprocess.run(
         list(command), cwd=folder, env=environment, capture_output=True, text=True, timeout=timeout, check=False
     )
+
+
+def library(fmu: Fmu) -> bytes:
+    """The library of the FMU, exported for this machine."""
+    with zipfile.ZipFile(fmu.path) as archive:
+        (name,) = [name for name in archive.namelist() if name.startswith("binaries/")]
+        return archive.read(name)

@@ -79,7 +79,7 @@ static size_t choose(Session *s, size_t state) {
         const size_t i = below(s, N_CALLS);
         const int ends = CALLS[i].call == try_Reset || CALLS[i].call == try_Terminate;
         const int wrong = CALLS[i].legal[s->type][state] == '.' || lacks(s, CALLS[i].call);
-        if (wrong ? below(s, 60) == 0 : !ends || below(s, 10) == 0) {
+        if (wrong ? below(s, 30) == 0 : !ends || below(s, 10) == 0) {
             return i;
         }
     }

@@ -13,7 +13,7 @@ static Outcome outcome(fmi2Status status, unsigned allowed) {
 
 /* A value that the variable may take; now and then one that is hard on the mechanism. */
 static double value_for(Session *s, const Variable *v) {
-    static const double WILD[] = {0.0, -1.0, 10.0, 1e-3, 1e300};
+    static const double WILD[] = {0.0, 2.0, 1e300, -1e300};
     double value = v->kind == 'p' || v->kind == 'f' ? v->start * between(s, 0.9, 1.1) : v->start + between(s, -0.1, 0.1);
     if (v->kind != 'f' && below(s, 25) == 0) {
         value = WILD[below(s, sizeof WILD / sizeof WILD[0])];
@@ -41,7 +41,8 @@ Outcome try_GetReal(Session *s) {
     }
     const fmi2Status status = s->fmu->GetReal(s->component, fault == 1 ? NULL : references, count,
                                               fault == 2 ? NULL : values);
-    return outcome(status, fault < 3 ? REFUSED : count == 0 ? OK : calculation(s));
+    const unsigned wrong = s->model.wild ? REFUSED | DISCARDED : REFUSED; /* for whatever is met first */
+    return outcome(status, fault < 3 ? wrong : calculation(s));
 }
 
 /* Sets a few variables of these kinds, rightly or not; where it is refused nothing may have changed. */
