@@ -123,7 +123,10 @@ class Installed:
 
     def numbers(self, platform: str, *action: str) -> list[NDArray[np.float64]]:
         """The same as numbers, an array a line."""
-        return [np.array([float.fromhex(word) for word in line.split()]) for line in self.run(platform, *action).splitlines()]
+        return [
+            np.array([float.fromhex(word) for word in line.split()])
+            for line in self.run(platform, *action).splitlines()
+        ]
 
 
 @pytest.fixture

@@ -89,17 +89,23 @@ def test_the_sanitizers_see_what_goes_wrong(under) -> None:
 
 
 @pytest.mark.skipif(shutil.which("valgrind") is None, reason="there is no valgrind on this machine")
-@pytest.mark.parametrize("model", hosts.REPRESENTATIVE)
+@pytest.mark.parametrize("model", ["cart_pole", "linkage"])
 def test_valgrind(model: str, exported, tmp_path: Path) -> None:
     """The library that is shipped, which no sanitizer sees into: it reads nothing that was not written."""
     fmu = exported(hosts.representative(model))
     (tmp_path / "fmu.so").write_bytes(hosts.library(fmu))
     (tmp_path / "fmu.txt").write_text(hosts.description(fmu))
     host = hosts.build(tmp_path / "host", [*GCC, "-O1"], hosts.HOST, "-ldl", "-lpthread", "-lm")
-    valgrind = ["valgrind", "-q", "--error-exitcode=9", "--leak-check=full", "--show-leak-kinds=definite,indirect,possible"]
+    valgrind = [
+        "valgrind",
+        "-q",
+        "--error-exitcode=9",
+        "--leak-check=full",
+        "--show-leak-kinds=definite,indirect,possible",
+    ]
     command = [*valgrind, str(host), "./fmu.so", "fmu.txt"]
     assert succeeded(hosts.run([*command, "cycles", "1000"], tmp_path)) == "1000 cycles\n"
-    succeeded(hosts.run([*command, "random_calls", "2000", "3"], tmp_path))
+    succeeded(hosts.run([*command, "random_calls", "1000", "3"], tmp_path))
     leaking = hosts.run([*command, "leak"], tmp_path)
     assert leaking.returncode == 9
     assert "definitely lost" in leaking.stderr
