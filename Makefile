@@ -15,7 +15,7 @@ test: $(READY)
 	$(BIN)/ruff format --check .
 	$(BIN)/mypy
 	$(BIN)/mypy templates/python/runtime
-	$(BIN)/python -m pytest -n $(JOBS)
+	$(BIN)/python -m pytest -n $(JOBS) $(PYTEST)
 
 check: $(READY)
 	$(BIN)/ruff check .
@@ -24,6 +24,7 @@ check: $(READY)
 	$(BIN)/mypy templates/python/runtime
 	$(BIN)/python -m pytest -n $(JOBS) -m "not slow and not fmu and not toolchain"
 
+test-all: PYTEST := --all-models
 test-all: test
 
 bench: $(READY)

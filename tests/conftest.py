@@ -16,8 +16,17 @@ Exported = Callable[..., Fmu]
 
 
 def pytest_addoption(parser: pytest.Parser) -> None:
-    """``--update``: write the golden files of tests/codegen anew instead of comparing with them."""
+    """``--update``: write the golden files of tests/codegen anew; ``--all-models``: run what is left out else."""
     parser.addoption("--update", action="store_true", help="write golden files anew; read the diff before you commit")
+    parser.addoption("--all-models", action="store_true", help="what takes minutes with every model ('make test-all')")
+
+
+def pytest_collection_modifyitems(config: pytest.Config, items: list[pytest.Item]) -> None:
+    """Without ``--all-models`` leave out the tests with the marker all_models."""
+    if not config.getoption("--all-models"):
+        left_out = [item for item in items if item.get_closest_marker("all_models")]
+        items[:] = [item for item in items if item not in left_out]
+        config.hook.pytest_deselected(items=left_out)
 
 
 @pytest.fixture(scope="session")

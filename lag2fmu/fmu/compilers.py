@@ -21,9 +21,13 @@ from importlib.util import find_spec
 from pathlib import Path
 
 from lag2fmu.errors import BuildError
+from lag2fmu.fmu.mach_exports import hide
 from lag2fmu.fmu.universal import universal
 
 FLAGS = ("-std=c99", "-O2", "-fPIC", "-fvisibility=hidden", "-ffp-contract=off", "-fno-math-errno", "-g0", "-DNDEBUG")
+
+OF_ZIG = frozenset({"__mh_dylib_header", "___dso_handle"})
+"""What zig's linker exports from every library for macOS, and has no option against."""
 
 Progress = Callable[[int, int, str], None]
 """Told (libraries done, libraries in all, what is done or begun) while libraries are built."""
@@ -169,6 +173,7 @@ def _compile(sources: Mapping[str, str], include: Path, name: str, part: tuple[P
                 f"the compiler failed with exit code {done.returncode} ({' '.join(command[:5])} ...):\n{shown}"
             )
         try:
-            return (Path(folder) / library).read_bytes()
+            built = (Path(folder) / library).read_bytes()
         except OSError as error:
             raise BuildError(f"the compiler '{command[0]}' ended without an error but wrote no library") from error
+    return hide(built, OF_ZIG) if platform.suffix == ".dylib" and compiler == "zig" else built

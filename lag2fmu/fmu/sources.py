@@ -24,24 +24,25 @@ def source_files(sources: Mapping[str, str], identifier: str) -> dict[str, bytes
     """{name in the archive: content} of ``sources`` {file name: text} with buildDescription.xml.
 
     Where FMI's header is included its functions get the prefix IDENTIFIER_, so that several FMUs can be linked into
-    one program, and with them, by prefix.h, all other names that the linker sees; for a shared library, whose functions
-    have plain names, FMI2_OVERRIDE_FUNCTION_PREFIX takes it back.
+    one program; for a shared library, whose functions have plain names, FMI2_OVERRIDE_FUNCTION_PREFIX takes it back.
+    All other names that the linker sees have the prefix always, by prefix.h: in a shared library of an importer that
+    hides no symbols they would else give way to those of the same name in the program and its libraries.
     """
     prefixed = f"#define FMI2_FUNCTION_PREFIX {identifier}_\n{HEADER}"
     texts = {file: text.replace(HEADER, prefixed) for file, text in sources.items()}
     texts |= {file: f'#include "{PREFIX_HEADER}"\n{texts[file]}' for file in compiled_files(sources)}
-    texts[PREFIX_HEADER] = _prefix_header(sources, prefixed)
+    texts[PREFIX_HEADER] = _prefix_header(sources, identifier)
     files = {f"sources/{file}": text.encode() for file, text in texts.items()}
     return files | {"sources/buildDescription.xml": build_description(compiled_files(sources), identifier)}
 
 
-def _prefix_header(sources: Mapping[str, str], prefixed: str) -> str:
-    """A header that gives the functions and variables declared in the headers among ``sources`` FMI's prefix too."""
+def _prefix_header(sources: Mapping[str, str], identifier: str) -> str:
+    """A header that puts the prefix IDENTIFIER_ before the functions and variables that the headers declare."""
     headers = (text for file, text in sorted(sources.items()) if file.endswith(".h"))
     names = sorted({name for text in headers for name in _DECLARATION.findall(text)})
-    lines = [f"#define {name} fmi2FullName({name})" for name in names]
-    comment = "/* The names that the linker sees, with the prefix of this FMU, so that several go into one program. */"
-    return "\n".join([comment, "#ifndef PREFIX_H", "#define PREFIX_H", "", prefixed, "", *lines, "", "#endif", ""])
+    lines = [f"#define {name} {identifier}_{name}" for name in names]
+    comment = "/* The names that the linker sees, with the prefix of this FMU: they meet no others of the same name. */"
+    return "\n".join([comment, "#ifndef PREFIX_H", "#define PREFIX_H", "", *lines, "", "#endif", ""])
 
 
 def build_description(files: Iterable[str], identifier: str) -> bytes:

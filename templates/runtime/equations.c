@@ -91,10 +91,12 @@ static bool accelerations_at(Instance *instance, double time, const double state
 
 bool equations_derivative(Instance *instance, double time, const double states[], double derivatives[]) {
     double unknowns[N_UNKNOWNS];
+    if (!accelerations_at(instance, time, states, inputs_at(instance, time), unknowns)) {
+        return false; /* with nothing written that was not calculated: derivatives may belong to the State */
+    }
     memcpy(derivatives, states + N_COORDINATES, N_COORDINATES * sizeof(double));
-    const bool found = accelerations_at(instance, time, states, inputs_at(instance, time), unknowns);
     memcpy(derivatives + N_COORDINATES, unknowns, N_COORDINATES * sizeof(double));
-    return found;
+    return true;
 }
 
 /* unknowns = - K^-1 change, with a factorisation of the matrix K of the system. */

@@ -5,6 +5,7 @@ Source: Apple, <mach-o/fat.h>, <mach-o/loader.h> and <mach-o/nlist.h>.
 
 from __future__ import annotations
 
+import hashlib
 import struct
 from collections.abc import Iterator
 
@@ -79,8 +80,16 @@ class Library:
 
     @property
     def signed(self) -> bool:
-        """Whether it carries a signature, without which Apple silicon loads nothing."""
-        return any(True for _ in self._commands(_CODE_SIGNATURE))
+        """Whether it carries a signature, without which Apple silicon loads nothing, and all pages have its hashes."""
+        for at in self._commands(_CODE_SIGNATURE):
+            start = struct.unpack_from("<I", self.data, at + 8)[0]
+            directory = self.data.index(bytes.fromhex("fade0c02"), start)
+            hashes, pages, end = (struct.unpack_from(">I", self.data, directory + k)[0] for k in (16, 28, 32))
+            size = 1 << self.data[directory + 39]
+            code = [self.data[k : min(k + size, end)] for k in range(0, end, size)]
+            signed = [self.data[directory + hashes + 32 * k :][:32] for k in range(pages)]
+            return end == start and signed == [hashlib.sha256(page).digest() for page in code]
+        return False
 
 
 def _words(trie: bytes, node: int = 0, prefix: str = "") -> Iterator[str]:

@@ -31,8 +31,6 @@ FILES = {
     "binaries/win64/double_pendulum.dll",
 }
 UNIVERSAL_C_RUNTIME = "api-ms-win-crt-"
-OF_ZIG = {"__dso_handle", "_mh_dylib_header"}
-"""What zig's linker exports from every library for macOS and cannot be told not to; macOS binds names by library."""
 
 slow = [pytest.mark.fmu, pytest.mark.slow]
 
@@ -81,7 +79,7 @@ class TestAll:
         found = macho.libraries(data)
         assert set(found) == {macho.X86_64, macho.ARM64}
         for library in found.values():
-            assert library.exported == functions_of_fmi() | OF_ZIG
+            assert library.exported == functions_of_fmi()
             assert library.needed == {"/usr/lib/libSystem.B.dylib"}
             assert library.minimum_system == (11, 0)
         assert found[macho.ARM64].signed, "Apple silicon loads signed libraries only"

@@ -154,6 +154,18 @@ def test_the_prefix_and_its_override(fmu: Fmu, folder: Path, tmp_path: Path) -> 
     assert Library(prefixed).exported == {prefix + name for name in functions_of_fmi()}
 
 
+@on_linux
+@pytest.mark.skipif(shutil.which("gcc") is None, reason="there is no gcc on this machine")
+def test_a_library_that_hides_no_symbol_calls_its_own_functions(fmu: Fmu, folder: Path) -> None:
+    """The program and the C library come first when names are bound, and the C library has a function ``warn``."""
+    library = Library(build(folder, "gcc", "-std=c99", "-O0"))
+    prefix = f"{fmu.description.model_identifier}_"
+    assert {name for name in library.exported if not name.startswith(prefix)} == functions_of_fmi()
+    with Stepping(packed(folder)) as host:
+        host.unit.setDebugLogging(True, ["logStatusWarning", "logWeather"])
+        assert [(status, sentence.split(":")[0]) for status, _, sentence in host.log] == [(1, "fmi2SetDebugLogging")]
+
+
 def test_two_fmus_in_one_program(exported, tmp_path: Path) -> None:
     """All sources linked together, without hiding a symbol; each moves as its own library does."""
     headers, host, objects, expected = headers_of_fmi(tmp_path), [], [], []

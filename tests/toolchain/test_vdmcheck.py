@@ -13,6 +13,7 @@ import zipfile
 from pathlib import Path
 
 import pytest
+from hosts import REPRESENTATIVE, representative
 
 from lag2fmu.fmu import Fmu, export
 from lag2fmu.mechanism.loading import bundled, load
@@ -32,8 +33,7 @@ ARTIFACTS = {
 COPY = "org.apache.maven.plugins:maven-dependency-plugin:3.6.1:copy"
 CACHE = Path(os.environ.get("XDG_CACHE_HOME", Path.home() / ".cache")) / "lag2fmu-tests" / "vdmcheck-1.1.3"
 
-REPRESENTATIVE = ["cart_pole", "motion_driven_pendulum", "six_axis_arm"]
-OTHERS = [pytest.param(name, marks=pytest.mark.slow) for name in bundled() if name not in REPRESENTATIVE]
+OTHERS = [pytest.param(name, marks=pytest.mark.all_models) for name in bundled() if name not in REPRESENTATIVE]
 
 
 @pytest.fixture(scope="session")
@@ -83,7 +83,7 @@ def findings(checker: Path, fmu: Path) -> str:
 
 @pytest.mark.parametrize("model", [*REPRESENTATIVE, *OTHERS])
 def test_nothing_is_found(model: str, checker: Path, exported) -> None:
-    assert findings(checker, exported(model).path) == ""
+    assert findings(checker, exported(representative(model)).path) == ""
 
 
 def test_nothing_is_found_in_the_fullest_fmu(checker: Path, tmp_path: Path) -> None:

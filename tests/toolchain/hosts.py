@@ -1,0 +1,94 @@
+"""The C host of the folder host/, built for several platforms and under sanitizers, and FMUs as it takes them."""
+
+from __future__ import annotations
+
+import math
+import subprocess
+import sys
+import zipfile
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+
+from fmpy import read_model_description
+
+from lag2fmu.fmu import Fmu
+from lag2fmu.fmu.exporting import fmi_headers
+from lag2fmu.mechanism import Mechanism
+from lag2fmu.mechanism.loading import load
+
+HERE = Path(__file__).parent
+HOST = sorted((HERE / "host").glob("*.c"))
+INCLUDES = [f"-I{folder}" for folder in (HERE / "host", HERE.parent / "runtime", fmi_headers())]
+STRICT = ["-std=c99", "-Wall", "-Wextra", "-Wpedantic", "-Werror"]
+
+ADDRESS = ["-g1", "-O1", "-fsanitize=address,undefined,float-cast-overflow", "-fno-sanitize-recover=all"]
+THREAD = ["-g1", "-O1", "-fsanitize=thread"]
+
+REPRESENTATIVE = ["double_pendulum", "cart_pole", "motion_driven_pendulum", "six_axis_arm", "linkage"]
+"""An autonomous one, one with inputs and outputs, one with a prescribed motion, a large one, one with constraints."""
+
+
+def representative(name: str) -> str | Mechanism:
+    """What ``exported`` takes for a name of REPRESENTATIVE."""
+    text = HERE / f"{name}.toml"
+    return load(str(text)) if text.exists() else name
+
+
+def unpack_sources(fmu: Fmu, folder: Path) -> list[Path]:
+    """The C files of the FMU, with their headers beside them in ``folder``."""
+    with zipfile.ZipFile(fmu.path) as archive:
+        names = [name for name in archive.namelist() if name.startswith("sources/")]
+        archive.extractall(folder, names)
+    return sorted((folder / "sources").glob("*.c"))
+
+
+def build(target: Path, command: Sequence[str], sources: Sequence[Path], *after: str) -> Path:
+    """Compile ``sources`` to ``target``; raises AssertionError with what the compiler said."""
+    line = [*command, *INCLUDES, *map(str, sources), "-o", str(target), *after]
+    done = subprocess.run(line, cwd=target.parent, capture_output=True, text=True, check=False)
+    assert done.returncode == 0, done.stderr
+    return target
+
+
+def zig(target: str) -> list[str]:
+    return [sys.executable, "-m", "ziglang", "cc", "-target", target, "-O1"]
+
+
+KINDS = {"independent": "t", "input": "u", "calculatedParameter": "c"}
+
+
+def description(fmu: Fmu) -> str:
+    """The FMU as the host reads it: GUID, number of constraints, of states, of variables; then its variables."""
+    found = read_model_description(str(fmu.path), validate=False)
+    lines = []
+    for v in found.modelVariables:
+        if v.derivative is not None:
+            kind = "d"
+        elif v.causality == "parameter":
+            kind = "p" if v.variability == "tunable" else "f"
+        elif v.causality in KINDS:
+            kind = KINDS[v.causality]
+        else:
+            kind = "x" if v.start is not None else "y" if v.causality == "output" else "c"
+        bounds = [float(v.min or -math.inf) if v.min is not None else -math.inf]
+        bounds += [float(v.max) if v.max is not None else math.inf]
+        lines.append(f"{v.valueReference} {kind} {float(v.start or 0)!r} {bounds[0]!r} {bounds[1]!r}")
+    states = sum(v.derivative is not None for v in found.modelVariables)
+    constraints = len(fmu.mechanism.constraints)
+    return "\n".join([f"{found.guid} {constraints} {states} {len(lines)}", *lines, ""])
+
+
+def run(
+    command: Sequence[str], folder: Path, environment: Mapping[str, str] | None = None, timeout: float = 300
+) -> subprocess.CompletedProcess[str]:
+    """Run the host in ``folder`` and return what it did and said."""
+    return subprocess.run(
+        list(command), cwd=folder, env=environment, capture_output=True, text=True, timeout=timeout, check=False
+    )
+
+
+def library(fmu: Fmu) -> bytes:
+    """The library of the FMU, exported for this machine."""
+    with zipfile.ZipFile(fmu.path) as archive:
+        (name,) = [name for name in archive.namelist() if name.startswith("binaries/")]
+        return archive.read(name)

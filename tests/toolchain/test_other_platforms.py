@@ -1,0 +1,165 @@
+"""Libraries for other platforms, run on this machine: win64 under Wine, aarch64-linux under qemu, against linux64."""
+
+from __future__ import annotations
+
+import fcntl
+import os
+import shutil
+import subprocess
+import sys
+from dataclasses import dataclass
+from pathlib import Path
+
+import hosts
+import numpy as np
+import pytest
+from numpy.typing import NDArray
+
+from lag2fmu.fmu.compilers import PLATFORMS, compile_libraries
+from lag2fmu.fmu.exporting import fmi_headers
+
+pytestmark = [
+    pytest.mark.toolchain,
+    pytest.mark.fmu,
+    pytest.mark.slow,
+    pytest.mark.skipif(
+        sys.platform != "linux" or os.uname().machine != "x86_64", reason="the emulators are used on linux64"
+    ),
+]
+
+WINE = next((p for p in map(shutil.which, ("wine64", "/usr/lib/wine/wine64", "wine")) if p), None)
+SYSROOT = Path("/usr/aarch64-linux-gnu")
+"""Of Debian's libc6-arm64-cross: the C library that qemu gives to programs for aarch64."""
+CACHE = Path(os.environ.get("XDG_CACHE_HOME", Path.home() / ".cache")) / "lag2fmu-tests"
+
+AGREEMENT = 1e-9
+"""Relative, per number: a run of 2 s with tolerance 1e-9, where C libraries differ in last places of sin and cos."""
+
+
+@dataclass(frozen=True)
+class Machine:
+    """How programs for a platform are built and started."""
+
+    target: str
+    libraries: tuple[str, ...]
+    start: tuple[str, ...]
+    environment: dict[str, str]
+
+
+def linux64() -> Machine:
+    return Machine("x86_64-linux-gnu.2.17", ("-ldl", "-lpthread", "-lm"), (), {})
+
+
+def win64() -> Machine:
+    """Wine with a prefix in the cache, which takes some seconds the first time."""
+    if WINE is None:
+        pytest.skip("Wine is not on this machine (Debian: wine64)")
+    CACHE.mkdir(parents=True, exist_ok=True)
+    settings = {"WINEPREFIX": str(CACHE / "wine"), "WINEDEBUG": "-all", "WINEDLLOVERRIDES": "mscoree,mshtml="}
+    with (CACHE / "wine.lock").open("w") as lock:
+        fcntl.flock(lock, fcntl.LOCK_EX)
+        if not (CACHE / "wine" / "system.reg").exists():
+            quiet = {"stdout": subprocess.DEVNULL, "stderr": subprocess.DEVNULL}
+            subprocess.run([WINE, "wineboot", "--init"], env=os.environ | settings, timeout=300, check=False, **quiet)
+    return Machine("x86_64-windows-gnu", (), (WINE,), settings)
+
+
+def aarch64_linux() -> Machine:
+    if shutil.which("qemu-aarch64") is None or not SYSROOT.is_dir():
+        pytest.skip("qemu or a C library for it is not on this machine (Debian: qemu-user, libc6-arm64-cross)")
+    start = ("qemu-aarch64", "-L", str(SYSROOT))
+    return Machine("aarch64-linux-gnu.2.17", ("-ldl", "-lpthread", "-lm"), start, {})
+
+
+MACHINES = {"linux64": linux64, "win64": win64, "aarch64-linux": aarch64_linux}
+
+
+@pytest.fixture(scope="module")
+def programs(tmp_path_factory: pytest.TempPathFactory) -> dict[str, Path]:
+    """Platform -> the host for it, built when it is first needed."""
+    folder = tmp_path_factory.mktemp("programs")
+    built: dict[str, Path] = {}
+
+    class Programs(dict[str, Path]):
+        def __missing__(self, platform: str) -> Path:
+            machine = MACHINES[platform]()
+            name = folder / f"{platform}.exe"
+            self[platform] = hosts.build(name, hosts.zig(machine.target), hosts.HOST, *machine.libraries)
+            return self[platform]
+
+    return Programs(built)
+
+
+class Installed:
+    """An FMU in ``folder``, for several platforms."""
+
+    def __init__(self, model: str, exported, folder: Path, programs: dict[str, Path]) -> None:
+        fmu = exported(hosts.representative(model))
+        self.folder, self.programs = folder, programs
+        sources = {path.name: path.read_text("utf-8") for path in (*hosts.unpack_sources(fmu, folder),)}
+        sources |= {path.name: path.read_text("utf-8") for path in (folder / "sources").glob("*.h")}
+        libraries = compile_libraries(sources, fmi_headers(), model, [PLATFORMS[name] for name in MACHINES])
+        for name, library in zip(MACHINES, libraries, strict=True):
+            (folder / f"{name}{PLATFORMS[name].suffix}").write_bytes(library)
+        (folder / "fmu.txt").write_text(hosts.description(fmu))
+
+    def run(self, platform: str, *action: str) -> str:
+        """What the host for ``platform`` printed."""
+        machine, program = MACHINES[platform](), self.programs[platform]
+        library = f"./{platform}{PLATFORMS[platform].suffix}"
+        out, wrong = self.folder / "out.txt", self.folder / "err.txt"
+        with out.open("w") as output, wrong.open("w") as error:  # files: Wine's servers would hold pipes open
+            done = subprocess.run(
+                [*machine.start, str(program), library, "fmu.txt", *action],
+                cwd=self.folder,
+                env=os.environ | machine.environment,
+                stdout=output,
+                stderr=error,
+                timeout=300,
+                check=False,
+            )
+        assert done.returncode == 0, wrong.read_text()
+        return out.read_text()
+
+    def numbers(self, platform: str, *action: str) -> list[NDArray[np.float64]]:
+        """The same as numbers, an array a line."""
+        return [
+            np.array([float.fromhex(word) for word in line.split()])
+            for line in self.run(platform, *action).splitlines()
+        ]
+
+
+@pytest.fixture
+def installed(exported, tmp_path: Path, programs: dict[str, Path]):
+    return lambda model: Installed(model, exported, tmp_path, programs)
+
+
+def difference(one: list[NDArray[np.float64]], other: list[NDArray[np.float64]]) -> float:
+    """The greatest relative difference of two lists of arrays."""
+    assert [len(row) for row in one] == [len(row) for row in other]
+    pairs = zip(one, other, strict=True)
+    return max(float((np.abs(a - b) / np.maximum(1.0, np.abs(a))).max(initial=0.0)) for a, b in pairs)
+
+
+@pytest.mark.parametrize("model", hosts.REPRESENTATIVE)
+def test_other_platforms_agree_with_linux64(model: str, installed) -> None:
+    """Co-simulation, derivatives and their Jacobian; then from a state that linux64 saved; then random calls."""
+    fmu = installed(model)
+    expected = fmu.numbers("linux64", "move")
+    assert len(expected) > 200
+    assert float(np.ptp([row[0] for row in expected[:200]])) > 1e-3, "it moves"
+    fmu.run("linux64", "save", "state.bin")
+    assert difference(fmu.numbers("linux64", "go_on", "state.bin"), expected[100:200]) == 0.0
+    reached = []
+    for platform in ("win64", "aarch64-linux"):
+        try:
+            assert difference(fmu.numbers(platform, "move"), expected) < AGREEMENT
+        except pytest.skip.Exception:
+            continue
+        reached.append(platform)
+        assert difference(fmu.numbers(platform, "go_on", "state.bin"), expected[100:200]) < AGREEMENT
+        fmu.run(platform, "save", "back.bin")
+        assert difference(fmu.numbers("linux64", "go_on", "back.bin"), expected[100:200]) < AGREEMENT
+        fmu.run(platform, "random_calls", "10000", "7")
+    if not reached:
+        pytest.skip("there is neither Wine nor qemu on this machine (Debian: wine64, qemu-user, libc6-arm64-cross)")

@@ -1,0 +1,99 @@
+"""Representative FMUs, with constraints too, through every importer; every bundled model through ``lag2fmu check``."""
+
+from __future__ import annotations
+
+import shutil
+from pathlib import Path
+
+import casadi
+import fmpy
+import hosts
+import numpy as np
+import pytest
+from fmpy.build import build_platform_binary
+from fmpy.validation import validate_fmu
+from numpy.typing import NDArray
+
+from lag2fmu.fmu import Fmu
+from lag2fmu.mechanism.loading import bundled
+from lag2fmu.reference import integrate
+from lag2fmu.verify.checking import check_fmu
+
+pytestmark = [pytest.mark.toolchain, pytest.mark.fmu]
+
+STOP, STEP = 1.0, 0.01
+ACCURACY = 2e-6
+"""Of a run with tolerance 1e-8, by the nominal value of a state."""
+
+
+@pytest.fixture(params=hosts.REPRESENTATIVE)
+def fmu(request, exported) -> Fmu:
+    return exported(hosts.representative(request.param))
+
+
+def states_of(fmu: Fmu) -> list[str]:
+    names = [c.name for c in fmu.mechanism.coordinates]
+    return [*names, *(f"{name}_dot" for name in names)]
+
+
+def directly(fmu: Fmu) -> NDArray[np.float64]:
+    """The states at the stop time by the direct integration."""
+    return integrate(fmu.mechanism, [0.0, STOP]).trajectory.columns(states_of(fmu))[-1]
+
+
+def end_in_fmpy(folder: Path, names: list[str], kind: str) -> NDArray[np.float64]:
+    found = fmpy.simulate_fmu(
+        str(folder), fmi_type=kind, stop_time=STOP, output_interval=STEP, relative_tolerance=1e-8, output=names
+    )
+    assert found["time"][-1] == pytest.approx(STOP)
+    return np.array([found[name][-1] for name in names])
+
+
+def test_fmpy(fmu: Fmu, tmp_path: Path) -> None:
+    """No finding; co-simulation, model exchange (its CVODE), and co-simulation with what it compiles itself."""
+    assert validate_fmu(str(fmu.path)) == []
+    folder, expected = Path(fmpy.extract(str(fmu.path), str(tmp_path / "fmu"))), directly(fmu)
+    for kind in ("CoSimulation", "ModelExchange"):
+        assert np.abs(end_in_fmpy(folder, states_of(fmu), kind) - expected).max() < ACCURACY, kind
+    if shutil.which("cmake") is None:
+        pytest.skip("fmpy compiles with CMake, which is not on this machine")
+    (shipped,) = (folder / "binaries" / fmpy.platform).iterdir()
+    shipped.unlink()
+    (tmp_path / "build").mkdir()
+    build_platform_binary(folder, tmp_path / "build")
+    assert shipped.exists()
+    assert np.abs(end_in_fmpy(folder, states_of(fmu), "CoSimulation") - expected).max() < ACCURACY
+
+
+def test_casadi(fmu: Fmu) -> None:
+    """Imported for model exchange and integrated by CVODES with Jacobians of the FMU."""
+    dae = casadi.DaeBuilder(fmu.mechanism.name, str(fmu.path))
+    x, u, p = ([*getattr(dae, kind)()] for kind in "xup")
+    assert x == states_of(fmu)
+    function = dae.create("f", ["t", "x", "u", "p"], ["ode"])
+    t, states = casadi.MX.sym("t"), casadi.MX.sym("x", len(x))
+    problem = {"t": t, "x": states, "ode": function(t, states, np.array(dae.start(u)), np.array(dae.start(p)))}
+    run = casadi.integrator("run", "cvodes", problem, 0.0, STOP, {"abstol": 1e-10, "reltol": 1e-10})
+    start = integrate(fmu.mechanism, [0.0, STOP]).trajectory.columns(x)[0]  # guesses are solved for by the FMU only
+    found = np.array(casadi.DM(run(x0=start)["xf"]).full())[:, 0]
+    assert np.abs(found - directly(fmu)).max() < ACCURACY
+
+
+def test_libcosim(fmu: Fmu) -> None:
+    """Without a tolerance, so that the FMU takes its own, 1e-6."""
+    pytest.importorskip("libcosimpy", reason="libcosim has no wheel for this platform")
+    from test_libcosim import Simulation
+
+    simulation = Simulation(one=fmu.path)
+    simulation.run(STOP)
+    assert np.abs(np.array(simulation.get("one", states_of(fmu))) - directly(fmu)).max() < 1e-4
+
+
+def test_check(fmu: Fmu) -> None:
+    assert check_fmu(fmu.path).findings == ()
+
+
+@pytest.mark.all_models
+@pytest.mark.parametrize("model", bundled())
+def test_check_finds_nothing_in_any_model(model: str, exported) -> None:
+    assert check_fmu(exported(model).path).findings == ()

@@ -1,0 +1,111 @@
+"""The sources of exported FMUs under sanitizers, and their libraries under valgrind, in a C host of our own."""
+
+from __future__ import annotations
+
+import re
+import shutil
+import subprocess
+import sys
+from collections import Counter
+from collections.abc import Callable
+from pathlib import Path
+
+import hosts
+import pytest
+
+pytestmark = [
+    pytest.mark.toolchain,
+    pytest.mark.fmu,
+    pytest.mark.skipif(
+        sys.platform != "linux" or shutil.which("gcc") is None, reason="sanitizers are used with gcc on Linux"
+    ),
+]
+
+GCC = ["gcc", "-std=c99"]
+Run = Callable[..., "subprocess.CompletedProcess[str]"]
+
+
+@pytest.fixture(scope="module")
+def under(exported, tmp_path_factory: pytest.TempPathFactory) -> Callable[[str, list[str]], Run]:
+    """``under(model, flags)(action, ...)``: host and FMU, both compiled with ``flags``, do an action."""
+    programs: dict[str, Path] = {}
+
+    def prepare(model: str, flags: list[str]) -> Run:
+        folder, key = tmp_path_factory.mktemp(model), " ".join(flags)
+        if key not in programs:
+            target = tmp_path_factory.mktemp("host") / "host"
+            command = [*GCC, *hosts.STRICT, "-Wconversion", *flags]
+            programs[key] = hosts.build(target, command, hosts.HOST, "-ldl", "-lpthread", "-lm")
+        fmu = exported(hosts.representative(model))
+        sources = hosts.unpack_sources(fmu, folder)
+        hosts.build(folder / "fmu.so", [*GCC, *flags, "-shared", "-fPIC"], sources, "-lm")
+        (folder / "fmu.txt").write_text(hosts.description(fmu))
+        return lambda *action: hosts.run([str(programs[key]), "./fmu.so", "fmu.txt", *map(str, action)], folder)
+
+    return prepare
+
+
+def succeeded(done: subprocess.CompletedProcess[str]) -> str:
+    """What a run printed that went well and had nothing to complain of."""
+    assert done.returncode == 0, done.stdout[-2000:] + done.stderr[-4000:]
+    assert done.stderr == ""
+    return done.stdout
+
+
+@pytest.mark.parametrize("model", hosts.REPRESENTATIVE)
+def test_address_leak_and_undefined_behaviour(model: str, under) -> None:
+    """100 000 lives of instances, and random calls."""
+    run = under(model, hosts.ADDRESS)
+    assert succeeded(run("cycles", 100_000)) == "100000 cycles\n"
+    met: Counter[tuple[str, str, str, str]] = Counter()
+    for seed in (1, 2):
+        for line in succeeded(run("random_calls", 150_000, seed)).splitlines():
+            kind, function, *states = line.split()
+            for state, legal, accepted, refused in (re.split(r"[:/]", cell[0] + ":" + cell[1:]) for cell in states):
+                met[kind, function, state + legal, "accepted"] += int(accepted)
+                met[kind, function, state + legal, "refused"] += int(refused)
+    assert len(met) == 2 * 6 * 44 * 2
+    for (kind, function, (_, legal), verdict), count in met.items():
+        if legal == ".":
+            assert count == 0 or verdict == "refused", (kind, function, "is accepted where it is illegal")
+    legal_met = [met[key] for key in met if key[2][1] != "." and key[3] == "accepted"]
+    illegal_met = [met[key] for key in met if key[2][1] == "." and key[3] == "refused"]
+    assert min(legal_met) > 0, "every function was called in every state where it is legal"
+    assert sum(map(bool, illegal_met)) > 0.9 * len(illegal_met), "and in nearly all where it is not"
+
+
+@pytest.mark.parametrize("model", hosts.REPRESENTATIVE)
+def test_threads(model: str, under) -> None:
+    """100 instances, each in a thread of its own, move like instances that are alone, bit for bit."""
+    assert succeeded(under(model, hosts.THREAD)("threads", 100)) == "100 threads\n"
+
+
+def test_the_sanitizers_see_what_goes_wrong(under) -> None:
+    """So that their silence means something."""
+    run = under("double_pendulum", hosts.ADDRESS)
+    assert "LeakSanitizer: detected memory leaks" in run("leak").stderr
+    assert "AddressSanitizer: heap-buffer-overflow" in run("overrun").stderr
+    assert "ThreadSanitizer: data race" in under("double_pendulum", hosts.THREAD)("race").stderr
+
+
+@pytest.mark.skipif(shutil.which("valgrind") is None, reason="there is no valgrind on this machine")
+@pytest.mark.parametrize("model", ["cart_pole", "linkage"])
+def test_valgrind(model: str, exported, tmp_path: Path) -> None:
+    """The library that is shipped, which no sanitizer sees into: it reads nothing that was not written."""
+    fmu = exported(hosts.representative(model))
+    (tmp_path / "fmu.so").write_bytes(hosts.library(fmu))
+    (tmp_path / "fmu.txt").write_text(hosts.description(fmu))
+    host = hosts.build(tmp_path / "host", [*GCC, "-O1"], hosts.HOST, "-ldl", "-lpthread", "-lm")
+    valgrind = [
+        "valgrind",
+        "-q",
+        "--error-exitcode=9",
+        "--leak-check=full",
+        "--show-leak-kinds=definite,indirect,possible",
+    ]
+    command = [*valgrind, str(host), "./fmu.so", "fmu.txt"]
+    assert succeeded(hosts.run([*command, "cycles", "1000"], tmp_path)) == "1000 cycles\n"
+    succeeded(hosts.run([*command, "random_calls", "1000", "3"], tmp_path))
+    leaking = hosts.run([*command, "leak"], tmp_path)
+    assert leaking.returncode == 9
+    assert "definitely lost" in leaking.stderr
