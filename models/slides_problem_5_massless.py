@@ -10,7 +10,8 @@ r"""Slides, problem 5, exactly: a pendulum on a massless slider, until shortly b
                        F          g       gravity, along -y
 
 The mass matrix m [[1, l cos phi], [l cos phi, l^2]] has the determinant (m l sin phi)^2. Where the rod hangs straight
-it is singular: there the rod cannot tell the slider how to move on, and a longer run stops with a sentence that says so.
+it is singular: there the rod cannot tell the slider how to move on, and a longer run stops with a sentence that says
+so.
 
 Source: slides "Lagrangian Dynamics", section 4, problem 5.
 """

@@ -77,11 +77,12 @@ def export(
     equations = derive(mechanism)
     _check_solver(equations.mechanism, METHODS[solver])
     program = lower(equations, promotable(equations, outputs), METHODS[solver].variational)
-    description, binaries, own_files = contribute(equations, program)
+    mechanism = complete(mechanism, equations)
+    description, binaries, own_files = contribute(mechanism, equations, program)
     files = {
         **own_files,
         "modelDescription.xml": to_xml(description),
-        MECHANISM_ENTRY: write(complete(mechanism, equations)).encode(),
+        MECHANISM_ENTRY: write(mechanism).encode(),
         "terminalsAndIcons/terminalsAndIcons.xml": terminals(mechanism),
         **documentation(description, equations, program, binaries),
         **(extra or {}),
@@ -99,16 +100,18 @@ def _check_solver(mechanism: Mechanism, method: Method) -> None:
         )
 
 
-_Contribution = Callable[[EquationsOfMotion, Program], tuple[ModelDescription, str, dict[str, bytes]]]
-"""What a backend makes of equations: the description, a phrase on the binaries, {name in the archive: content}."""
+_Contribution = Callable[[Mechanism, EquationsOfMotion, Program], tuple[ModelDescription, str, dict[str, bytes]]]
+"""What a backend makes of a mechanism and its equations: the description, a phrase on the binaries, {name in the archive: content}."""
 
 
 def _native(solver: str, platform: str, compiler: str, progress: Progress | None) -> _Contribution:
     """The c backend: libraries and their sources. What was chosen is checked at once."""
     platforms = choose_platforms(platform, compiler)
 
-    def contribute(equations: EquationsOfMotion, program: Program) -> tuple[ModelDescription, str, dict[str, bytes]]:
-        description, sources = describe(equations.mechanism, equations, program, solver)
+    def contribute(
+        mechanism: Mechanism, equations: EquationsOfMotion, program: Program
+    ) -> tuple[ModelDescription, str, dict[str, bytes]]:
+        description, sources = describe(mechanism, equations, program, solver)
         identifier = description.model_identifier
         libraries = compile_libraries(sources, fmi_headers(), identifier, platforms, compiler, progress)
         files = source_files(sources, identifier)
@@ -123,8 +126,9 @@ def _python(solver: str, platform: str, compiler: str, _: Progress | None) -> _C
     """The python backend: Python files and the libraries of PythonFMU."""
     platforms = check_choices(solver, platform, compiler)
 
-    def contribute(equations: EquationsOfMotion, program: Program) -> tuple[ModelDescription, str, dict[str, bytes]]:
-        mechanism = equations.mechanism
+    def contribute(
+        mechanism: Mechanism, equations: EquationsOfMotion, program: Program
+    ) -> tuple[ModelDescription, str, dict[str, bytes]]:
         blank = ModelDescription(mechanism, (), identifier_of(mechanism.name), "", solver, VERSION, backend="python")
         description, files = python_fmu(equations, program, platforms, blank)
         return description, binaries_of_pythonfmu(platforms), files

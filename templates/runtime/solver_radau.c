@@ -226,7 +226,7 @@ double solver_error(const Instance *instance, Step step, double tolerance, int *
     return largest;
 }
 
-bool solver_dense(Instance *instance, Step step, double terms[][N_STATES]) {
+bool solver_dense(Instance *instance, Step step, double terms[DENSE_TERMS][N_STATES]) {
     (void)instance;
     (void)step;
     (void)terms;

@@ -203,7 +203,7 @@ double solver_error(const Instance *instance, Step step, double tolerance, int *
     return 0.0; /* steps have a fixed length */
 }
 
-bool solver_dense(Instance *instance, Step step, double terms[][N_STATES]) {
+bool solver_dense(Instance *instance, Step step, double terms[DENSE_TERMS][N_STATES]) {
     (void)instance;
     (void)step;
     (void)terms;
