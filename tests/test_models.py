@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import pytest
+from chosen import models
 
 import lag2fmu
 from lag2fmu.codegen import METHODS
@@ -22,7 +23,7 @@ def test_the_fmu_agrees_with_the_direct_integration(model: str) -> None:
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("model", bundled())
+@pytest.mark.parametrize("model", models())
 def test_the_fmu_agrees_at_a_sharp_tolerance(model: str, exported) -> None:
     report = lag2fmu.validate(exported(model), tolerance=1e-10)
     assert report.passed, str(report)
@@ -40,7 +41,7 @@ def test_the_fmu_agrees_with_other_solvers(solver: str, exported) -> None:
     assert report.passed, str(report)
 
 
-@pytest.mark.parametrize("model", bundled())
+@pytest.mark.parametrize("model", models())
 def test_a_mechanism_survives_the_way_through_text(model: str, tmp_path) -> None:
     """Exported from the text inside its own FMU, it is the same FMU byte for byte."""
     from lag2fmu.fmu import read_mechanism

@@ -101,7 +101,7 @@ def _check_solver(mechanism: Mechanism, method: Method) -> None:
 
 
 _Contribution = Callable[[Mechanism, EquationsOfMotion, Program], tuple[ModelDescription, str, dict[str, bytes]]]
-"""What a backend makes of a mechanism and its equations: the description, a phrase on the binaries, {name in the archive: content}."""
+"""What a backend makes of a mechanism and its equations: the description, a phrase on the binaries, {name: content}."""
 
 
 def _native(solver: str, platform: str, compiler: str, progress: Progress | None) -> _Contribution:

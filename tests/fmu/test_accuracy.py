@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
+from chosen import REPRESENTATIVE, models
 from numpy.typing import NDArray
 from scipy.special import ellipk
 from stepping import Stepping, bits
@@ -11,7 +12,7 @@ from stepping import Stepping, bits
 import lag2fmu
 from lag2fmu.codegen import METHODS
 from lag2fmu.fmu import Fmu
-from lag2fmu.mechanism.loading import bundled, load
+from lag2fmu.mechanism.loading import load
 from lag2fmu.mechanism.names import velocity
 from lag2fmu.reference import Reference
 
@@ -54,7 +55,7 @@ def regular(reference: Reference) -> Reference:
     return reference
 
 
-@pytest.mark.parametrize("model", bundled())
+@pytest.mark.parametrize("model", models())
 def test_error_against_direct_integration(model: str, exported, directly) -> None:
     """Below its bar for three communication steps, and proportional to the tolerance from 1e-3 to 1e-10."""
     fmu, reference = exported(model), regular(directly(model))
@@ -87,7 +88,7 @@ def test_error_is_proportional_to_the_tolerance(solver: str, step: float, export
 
 LENGTHS = {"ros2": 0.01, "rk4": 0.02, "dopri5": 0.04, "dop853": 0.25}
 """The longest solver step, s, at which the order of a method is measured."""
-CASES = [(m, "rk4") for m in bundled()] + [(m, solver) for m in SMOOTH for solver in (*ADAPTIVE, "ros2")]
+CASES = [(m, "rk4") for m in sorted(REPRESENTATIVE)] + [(m, solver) for m in SMOOTH for solver in (*ADAPTIVE, "ros2")]
 
 
 @pytest.mark.parametrize(("model", "solver"), CASES)

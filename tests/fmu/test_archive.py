@@ -16,6 +16,7 @@ from pathlib import Path
 import fmpy
 import numpy as np
 import pytest
+from chosen import models
 from elf import Library
 from fmpy.fmi1 import FMICallException
 from stepping import Stepping, bits
@@ -25,7 +26,7 @@ import lag2fmu
 from lag2fmu.errors import BuildError, ExportError, MechanismError
 from lag2fmu.fmu import Fmu, export, read_mechanism
 from lag2fmu.mechanism import Body, Damper, Energy, Mechanism, Output, Spring, coordinate, parameter, signal
-from lag2fmu.mechanism.loading import bundled, load
+from lag2fmu.mechanism.loading import load
 from lag2fmu.reference import integrate
 from lag2fmu.verify.simulate import problems
 
@@ -50,7 +51,7 @@ def xml(fmu: Fmu) -> ET.Element:
         return ET.fromstring(archive.read("modelDescription.xml"))
 
 
-@pytest.fixture(params=bundled())
+@pytest.fixture(params=models())
 def fmu(request, exported) -> Fmu:
     return exported(request.param)
 
@@ -253,7 +254,7 @@ def unknowns(root: ET.Element, tag: str) -> dict[int, tuple[list[int], list[str]
 
 
 @pytest.mark.parametrize("outputs", [(), ("all",)])
-@pytest.mark.parametrize("model", bundled())
+@pytest.mark.parametrize("model", models())
 def test_sets_and_order_of_the_model_structure(model: str, outputs: tuple[str, ...], exported) -> None:
     """FMI 2.0.5, section 2.2.8, computed anew from the attributes of the variables."""
     root = xml(exported(model, outputs=outputs))
