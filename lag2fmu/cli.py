@@ -99,6 +99,17 @@ def models() -> None:
 
 
 @main.command()
+@click.argument("name")
+def new(name: str) -> None:
+    """Write NAME.toml, a commented mechanism to start from, and the schema with which editors check it."""
+    from lag2fmu.mechanism.starting import write_start
+
+    path, schema = write_start(name, Path())
+    click.echo(f"wrote {path}, a cart with a pole to start from: try 'lag2fmu validate {path}'")
+    click.echo(f"{schema} beside it lets editors complete and check the file (Even Better TOML, Taplo)")
+
+
+@main.command()
 @click.argument("model")
 @click.option("--format", "style", type=click.Choice(["text", "latex", "toml"]), default="text", show_default=True)
 @click.option(

@@ -39,6 +39,18 @@ def test_models_are_listed(run) -> None:
     assert "Elastic pendulum" in result.output
 
 
+def test_new_writes_a_start_file_once(run) -> None:
+    result = run("new", "my_cart")
+    assert result.exit_code == 0
+    assert "lag2fmu validate my_cart.toml" in result.output
+    assert "theta_ddot" in run("show", "my_cart.toml").output
+    for name, sentence in (("my_cart", "exists and is not overwritten"), ("my-cart", "is no name; use letters")):
+        refused = run("new", name)
+        assert refused.exit_code == 2
+        assert sentence in refused.output
+    assert sorted(path.name for path in Path().iterdir()) == ["mechanism.schema.json", "my_cart.toml"]
+
+
 def test_show_walks_twelve_steps(run) -> None:
     text = run("show", "pendulum").output
     assert [line for line in text.splitlines() if line.startswith(("12.", " 1."))]

@@ -32,6 +32,8 @@ def test_the_wheel_carries_templates_models_and_types(wheel: Path) -> None:
         "py.typed",
         "templates/runtime/integrator.c",
         "templates/mechanism/mechanism.c.jinja",
+        "templates/start.toml",
+        "templates/mechanism.schema.json",
         "models/pendulum.py",
     ):
         assert f"lag2fmu/{name}" in names

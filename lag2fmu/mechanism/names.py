@@ -110,14 +110,14 @@ def check_names(mechanism: Mechanism) -> None:
 
     An output may repeat the name of a definition: it then shows that definition.
     """
-    _check_identifier(mechanism.name, "mechanism.name")
+    check_identifier(mechanism.name, "mechanism.name")
     taken: dict[str, str] = dict(GLOBAL_NAMES)
     for name, what in _generated(mechanism):
         if name in taken:
             raise MechanismError(f"the name '{name}' is generated twice: {taken[name]}, and {what}; rename one")
         taken[name] = what
     for name, what in _declared(mechanism):
-        _check_identifier(name, what)
+        check_identifier(name, what)
         other = taken.get(name)
         if other is not None and not (what.startswith("outputs.") and other.startswith("definitions.")):
             raise MechanismError(f"{what}: the name '{name}' is already taken by {other}; choose another one")
@@ -128,7 +128,8 @@ def check_names(mechanism: Mechanism) -> None:
     _check_unique([part.coordinate for part in mechanism.forces], "forces")
 
 
-def _check_identifier(name: object, where: str) -> None:
+def check_identifier(name: object, where: str) -> None:
+    """Raise MechanismError, its message starting with ``where``, unless ``name`` is a letter or _, then digits too."""
     if not isinstance(name, str) or not IDENTIFIER.fullmatch(name) or len(name) > MAX_NAME:
         raise MechanismError(
             f"{where}: {str(name)[:60]!r} is no name; use letters, digits and underscores, not starting with a digit"
@@ -137,6 +138,6 @@ def _check_identifier(name: object, where: str) -> None:
 
 def _check_unique(names: list[str], where: str) -> None:
     for name, count in Counter(names).items():
-        _check_identifier(name, where)
+        check_identifier(name, where)
         if count > 1:
             raise MechanismError(f"{where}: the name '{name}' is used twice; rename one")

@@ -15,6 +15,7 @@ from typing import Any, TypeVar
 import sympy as sp
 
 from lag2fmu.errors import MechanismError, TextError
+from lag2fmu.mechanism.keys import CONSTRAINT, NAMED, SINGLE, TABLES
 from lag2fmu.mechanism.parts import KINDS
 from lag2fmu.mechanism.record import (
     WORLD,
@@ -47,12 +48,6 @@ else:
 
 MAX_BYTES = 1_000_000
 MAX_KEY_PARTS = 16
-
-_TABLES = (
-    *("mechanism", "parameters", "coordinates", "inputs", "definitions", "energy", "forces", "gravity"),
-    *("frames", "bodies", "points", "springs", "dampers", "loads", "constraints", "outputs"),
-    "experiment",
-)
 
 
 def read_file(path: Path) -> Mechanism:
@@ -108,43 +103,38 @@ Part = TypeVar("Part")
 
 
 def _mechanism(content: dict[str, Any]) -> Mechanism:
-    root = Table("", content, _TABLES)
+    root = Table("", content, TABLES)
     root.require("mechanism")
-    head = root.table("mechanism", ("name", "title", "source", "strict_units"))
+    head = root.table("mechanism", SINGLE["mechanism"])
     head.require("name")
     return Mechanism(
         head.text("name") or "",
         title=head.text("title") or "",
         source=head.text("source") or "",
         strict_units=head.flag("strict_units"),
-        parameters=_named(root, "parameters", _parameter, ("value", "expression", "unit", "doc", "min", "max")),
-        coordinates=_named(
-            root,
-            "coordinates",
-            _coordinate,
-            ("unit", "start", "velocity", "guess", "guess_velocity", "nominal", "min", "max", "doc"),
-        ),
-        inputs=_named(root, "inputs", _input, ("unit", "start", "motion", "min", "max", "doc")),
+        parameters=_named(root, "parameters", _parameter),
+        coordinates=_named(root, "coordinates", _coordinate),
+        inputs=_named(root, "inputs", _input),
         definitions=_expressions(root, "definitions", Definition),
         energy=_energy(root),
         forces=_expressions(root, "forces", Force),
         gravity=_gravity(root) if "gravity" in content else None,
-        frames=_named(root, "frames", _frame, ("parent", "origin", "rotations", "quaternion")),
-        bodies=_named(root, "bodies", _body, ("mass", "inertia", "position", "angle", "frame", "center")),
-        points=_named(root, "points", _point, ("frame", "position")),
-        springs=_named(root, "springs", _spring, ("stiffness", "elongation", "between", "length")),
-        dampers=_named(root, "dampers", _damper, ("damping", "rate", "between")),
-        loads=_named(root, "loads", _load, ("point", "body", "force", "torque", "input", "axes")),
+        frames=_named(root, "frames", _frame),
+        bodies=_named(root, "bodies", _body),
+        points=_named(root, "points", _point),
+        springs=_named(root, "springs", _spring),
+        dampers=_named(root, "dampers", _damper),
+        loads=_named(root, "loads", _load),
         constraints=_constraints(root),
-        outputs=_named(root, "outputs", _output, ("expression", "frame", "point", "quantity", "axes", "unit", "doc")),
+        outputs=_named(root, "outputs", _output),
         experiment=_experiment(root),
     )
 
 
-def _named(root: Table, table: str, build: Callable[[str, Table], Part], keys: tuple[str, ...]) -> list[Part]:
+def _named(root: Table, table: str, build: Callable[[str, Table], Part]) -> list[Part]:
     """The parts of ``table``, one for each of its sub-tables, built by ``build(name, sub-table)``."""
     parts = root.table(table)
-    return [build(name, Table(parts.place(name), content, keys)) for name, content in parts.content.items()]
+    return [build(name, Table(parts.place(name), content, NAMED[table])) for name, content in parts.content.items()]
 
 
 def _expressions(root: Table, table: str, kind: Callable[[str, Any], Part]) -> list[Part]:
@@ -194,7 +184,7 @@ def _constraints(root: Table) -> list[Constraint]:
         table = kinds.table(kind)
         for name, content in table.content.items():
             if isinstance(content, dict):
-                entry = Table(table.place(name), content, ("expression", "unit"))
+                entry = Table(table.place(name), content, CONSTRAINT)
                 found.append(Constraint(name, entry.expression("expression", required=True), kind, entry.unit()))
             else:
                 found.append(Constraint(name, table.expression(name), kind))
@@ -209,12 +199,12 @@ def _input(name: str, table: Table) -> Input:
 
 
 def _energy(root: Table) -> Energy:
-    table = root.table("energy", ("kinetic", "potential", "dissipation", "lagrangian"))
+    table = root.table("energy", SINGLE["energy"])
     return Energy(**{key: table.expression(key) for key in table.content})
 
 
 def _gravity(root: Table) -> Gravity:
-    table = root.table("gravity", ("acceleration", "direction"))
+    table = root.table("gravity", SINGLE["gravity"])
     return Gravity(table.expression("acceleration", required=True), table.vector("direction"))
 
 
@@ -272,6 +262,5 @@ def _output(name: str, table: Table) -> Output:
 
 
 def _experiment(root: Table) -> Experiment:
-    keys = ("stop_time", "step", "tolerance")
-    table = root.table("experiment", keys)
-    return Experiment(**{key: _or(table.number(key), getattr(Experiment, key)) for key in keys})
+    table = root.table("experiment", SINGLE["experiment"])
+    return Experiment(**{key: _or(table.number(key), getattr(Experiment, key)) for key in SINGLE["experiment"]})
