@@ -74,7 +74,7 @@ def every_function() -> Mechanism:
 
 def sources_of(mechanism: Mechanism, solver: str = DEFAULT_SOLVER) -> tuple[Program, Mapping[str, str]]:
     equations = derive(mechanism)
-    program = lower(equations)
+    program = lower(equations, canonical=METHODS[solver].variational)
     return program, describe(mechanism, equations, program, solver)[1]
 
 
@@ -126,8 +126,13 @@ def test_names_of_the_user_stand_in_comments_and_strings_only() -> None:
 
 
 @pytest.mark.fmu
-@pytest.mark.parametrize("compiler", COMPILERS)
-@pytest.mark.parametrize("solver", METHODS)
+@pytest.mark.parametrize(
+    ("compiler", "solver"),
+    [
+        *((c, s) for c in COMPILERS for s in ("dopri5", "radau5", "gauss4")),
+        *(("zig", s) for s in ("rk4", "dop853", "ros2")),
+    ],
+)
 def test_compilers_have_nothing_to_say(compiler: str, solver: str, tmp_path) -> None:
     """The whole tree, with -Wall -Wextra -Wpedantic -Wconversion -Werror."""
     for mechanism in (load("double_pendulum"), every_function()):
