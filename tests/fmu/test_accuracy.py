@@ -88,7 +88,7 @@ def test_error_is_proportional_to_the_tolerance(solver: str, step: float, export
 
 LENGTHS = {"ros2": 0.01, "rk4": 0.02, "dopri5": 0.04, "dop853": 0.25}
 """The longest solver step, s, at which the order of a method is measured."""
-CASES = [(m, "rk4") for m in sorted(REPRESENTATIVE)] + [(m, solver) for m in SMOOTH for solver in LENGTHS if solver != "rk4"]
+CASES = [*((m, "rk4") for m in sorted(REPRESENTATIVE)), *((m, s) for m in SMOOTH for s in LENGTHS if s != "rk4")]
 
 
 @pytest.mark.parametrize(("model", "solver"), CASES)
