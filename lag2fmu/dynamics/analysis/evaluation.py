@@ -38,6 +38,14 @@ _NUMPY: dict[str, Callable[..., Floats]] = {
 }
 
 
+def _value(values: Mapping[str, Floats | float], name: str) -> Floats | float:
+    """The value of a variable; seeds of tangents, whose names have a space, are 0.
+
+    They may stand in a node that was built for a tangent and has the value of what is asked for whatever they are.
+    """
+    return values.get(name, 0.0) if " " in name else values[name]
+
+
 def evaluate(graph: Graph, nodes: Sequence[int], values: Values) -> Floats:
     """``nodes`` (k,) at a batch of ``values`` {variable: () or what broadcasts}: (k, *batch); nan without a value."""
     found: dict[int, Floats | float] = {}
@@ -47,7 +55,7 @@ def evaluate(graph: Graph, nodes: Sequence[int], values: Values) -> Floats:
             if code == CONSTANT:
                 found[node] = np.float64(float(graph.value(node)))
             elif code == SYMBOL:
-                found[node] = np.asarray(values[str(graph.first[node])], dtype=np.float64)
+                found[node] = np.asarray(_value(values, str(graph.first[node])), dtype=np.float64)
             else:
                 name = OPERATIONS[code].name
                 function = _NUMPY.get(name) or getattr(np, name)
