@@ -80,7 +80,7 @@ class Collocation:
         """The files of the runtime that only these methods need."""
         if self.variational:
             return ("solver_collocation.h", "solver_variational.c")
-        return ("solver_collocation.h", "solver_radau.c", "solver_radau_lu.c", "solver_radau_lu.h")
+        return ("solver_collocation.h", "solver_lu.c", "solver_lu.h", "solver_radau.c")
 
 
 def _root(number: int) -> Fraction:

@@ -35,7 +35,7 @@ METHODS: dict[str, Method] = {
         title="ROS2, linearly implicit, order 2, L-stable, fixed step",
         source="J. G. Verwer, E. J. Spee, J. G. Blom, W. Hundsdorfer, SIAM J. Sci. Comput. 20 (1999) 1456-1480",
         order=2,
-        runtime_files=("solver_ros2.c",),
+        runtime_files=("solver_lu.c", "solver_lu.h", "solver_ros2.c"),
         all_stages=2,
     ),
     **COLLOCATIONS,

@@ -112,8 +112,11 @@ bool equations_jacobian(Instance *instance, double time, const double states[], 
     const double *inputs = inputs_at(instance, time), *parameters = instance->state.parameters;
     System *system = &instance->scratch.system;
     double unknowns[N_UNKNOWNS], changed[N_UNKNOWNS], change[N_RESIDUALS], seed[N_STATES] = {0.0};
-    if (!accelerations_at(instance, time, states, inputs, unknowns) ||
-        !system_factorize(instance, time, states, inputs, N_CONSTRAINTS, 0.0, system)) {
+    if (!accelerations_at(instance, time, states, inputs, unknowns)) {
+        return false;
+    }
+    /* with constraints the accelerations have left the factorisation there */
+    if (N_CONSTRAINTS == 0 && !system_factorize(instance, time, states, inputs, 0, 0.0, system)) {
         return false;
     }
     for (int i = 0; i < N_STATES; i++) {

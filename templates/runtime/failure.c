@@ -59,6 +59,11 @@ void failure_sentence(const Failure *failure, char text[], size_t size) {
                  "in the state %s; raise solver_tolerance unless the motion is singular here", failure->time,
                  failure->step, failure->amount, variable_name(VARIABLE_STATE, failure->state));
         break;
+    case FAILURE_TRIAL_COUNT:
+        snprintf(text, size, "a communication step took %.3g solver steps to come to time %.17g; take shorter "
+                 "communication steps or a larger solver_tolerance, or export with --solver radau5 if the mechanism is "
+                 "stiff", failure->amount, failure->time);
+        break;
     case FAILURE_STEP_COUNT:
         snprintf(text, size, "from time %.17g the communication step would take %.3g solver steps; raise solver_step",
                  failure->time, failure->amount);

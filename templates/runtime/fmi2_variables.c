@@ -75,12 +75,16 @@ fmi2Status fmi2GetReal(fmi2Component c, const fmi2ValueReference vr[], size_t nv
     if (instance == NULL || check_arrays(instance, vr, nvr, value) != fmi2OK) {
         return fmi2Error;
     }
+    for (size_t i = 0; i < nvr; i++) {
+        if (check_reference(instance, vr[i]) != fmi2OK) {
+            return fmi2Error;
+        }
+    }
     if (!equations_settle(instance)) {
         return report_failure(instance, fmi2Error);
     }
     for (size_t i = 0; i < nvr; i++) {
-        fmi2Status status = check_reference(instance, vr[i]);
-        status = status == fmi2OK ? evaluate(instance, &VARIABLES[vr[i]]) : status;
+        const fmi2Status status = evaluate(instance, &VARIABLES[vr[i]]);
         if (status != fmi2OK) {
             return status;
         }

@@ -143,6 +143,7 @@ typedef enum {
     FAILURE_NOT_FINITE, /* the accelerations of the flagged coordinates are not finite */
     FAILURE_OVERFLOW,   /* a state left the range of double */
     FAILURE_ACCURACY,   /* the error of a state exceeds the tolerance however short the step */
+    FAILURE_TRIAL_COUNT, /* an adaptive method took too many steps */
     FAILURE_STEP_COUNT, /* a fixed-step method would need too many steps */
     FAILURE_ITERATION,  /* the equations of an implicit step were not solved */
     FAILURE_CONSTRAINTS /* no states were found that meet the constraints */
@@ -154,7 +155,7 @@ typedef struct {
     double time;                     /* s */
     bool coordinates[N_COORDINATES]; /* of SINGULAR and NOT_FINITE: those concerned */
     int state;                       /* of OVERFLOW and ACCURACY: the worst state */
-    double amount;                   /* of ACCURACY: error in units of the tolerance; of STEP_COUNT: steps */
+    double amount;                   /* of ACCURACY: error in units of the tolerance; of the COUNTs: steps */
     double step;                     /* of OVERFLOW and ACCURACY: length of the trial step, s */
 #if N_CONSTRAINTS > 0
     double residuals[N_CONSTRAINTS]; /* of CONSTRAINTS: of the first ones, ... */

@@ -25,7 +25,8 @@ static const double STRETCH = 1.05;        /* the last step may be this much lon
 static const double MAX_STEP_SLACK = 1.001;
 static const double WORTHWHILE = 1.25;     /* a step that would pass the communication point by less ends there */
 static const double FARTHEST = 1000.0;     /* communication steps that a solver step may pass */
-static const double MOST_STEPS = 1e12;     /* of a fixed-step method in a communication step */
+static const double MOST_STEPS = 1e12;     /* of a fixed-step method in a communication step, ... */
+static const int64_t MOST_TRIALS = 10000000; /* ... and of an adaptive one, which may meet a motion that blows up */
 
 double solver_tolerance(const State *state) {
     const double setting = state->settings[SETTING_TOLERANCE];
@@ -37,6 +38,13 @@ double solver_tolerance(const State *state) {
 static double longest_step(const State *state) {
     const double setting = state->settings[SETTING_MAX_STEP];
     return setting > 0.0 ? setting : HUGE_VAL;
+}
+
+bool report_iteration(Instance *instance, Step step) {
+    instance->failure.kind = FAILURE_ITERATION;
+    instance->failure.time = instance->state.time;
+    instance->failure.step = step.length;
+    return false;
 }
 
 bool new_states_finite(Instance *instance, Step step) {
@@ -222,12 +230,19 @@ static bool step_adaptively(Instance *instance, double end) {
     State *state = &instance->state;
     const double horizon = horizon_of(instance, end);
     bool rejected = false;
+    int64_t trials = 0;
     if (!(state->next_step > 0.0)) {
         state->next_step = state->settings[SETTING_STEP] > 0.0 ? state->settings[SETTING_STEP] : first_step(instance);
     }
     while (state->time < end) {
         const double shortest = 16.0 * DBL_EPSILON * fmax(fabs(state->time), fabs(end));
         state->next_step = fmax(state->next_step, shortest);
+        if (++trials > MOST_TRIALS) {
+            instance->failure.kind = FAILURE_TRIAL_COUNT;
+            instance->failure.time = state->time;
+            instance->failure.amount = (double)MOST_TRIALS;
+            return false;
+        }
         const Step step = choose_step(state, end, horizon);
         const double error = try_step(instance, step);
         if (error <= 1.0 && bring_back_result(instance, step) && (step.end <= end || dense_begin(instance, step))) {

@@ -33,6 +33,9 @@ double solver_error(const Instance *instance, Step step, double tolerance, int *
    accepted. Returns false likewise. */
 bool solver_dense(Instance *instance, Step step, double terms[DENSE_TERMS][N_STATES]);
 
+/* integrator.c: sets instance->failure to equations of an implicit step that were not solved; returns false. */
+bool report_iteration(Instance *instance, Step step);
+
 /* integrator.c: whether scratch new_states are finite; if not, sets instance->failure. */
 bool new_states_finite(Instance *instance, Step step);
 

@@ -11,7 +11,7 @@
 #include <string.h>
 
 #include "solver_collocation.h"
-#include "solver_radau_lu.h"
+#include "solver_lu.h"
 #include "equations.h"
 #include "finite.h"
 #include "inputs.h"
@@ -69,7 +69,8 @@ static bool linearize(Instance *instance, Step step) {
                 (k == l ? 1.0 : 0.0) - g * work->damping[k * N + l] - g * g * work->stiffness[k * N + l];
         }
     }
-    return lu_factorize(work->matrix, work->rows, SIZE) && lu_factorize(work->error_matrix, work->error_rows, N);
+    return (lu_factorize(work->matrix, work->rows, SIZE) && lu_factorize(work->error_matrix, work->error_rows, N)) ||
+           report_iteration(instance, step);
 }
 
 /* The states at stage i for the accelerations. */
@@ -137,10 +138,7 @@ static bool iterate(Instance *instance, Step step, double tolerance, double acce
         }
         previous = size;
     }
-    instance->failure.kind = FAILURE_ITERATION;
-    instance->failure.time = instance->state.time;
-    instance->failure.step = step.length;
-    return false;
+    return report_iteration(instance, step);
 }
 
 /* error = (I - g J)^-1 g (derivatives + sum_i e_i z_i / h), J the Jacobian of the equations of first order. */

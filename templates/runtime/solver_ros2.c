@@ -16,6 +16,7 @@
 
 #include "equations.h"
 #include "solver.h"
+#include "solver_lu.h"
 
 const Method METHOD = {"ros2", 2, 0, 0};
 
@@ -33,57 +34,16 @@ static void assemble(const double jacobian[], double s, double matrix[]) {
     }
 }
 
-/* Gaussian elimination with row exchanges: L U of the matrix in its place. A zero pivot leaves values that are not
-   finite, which the new states show. */
-static void factorize(double matrix[], int row[]) {
-    for (int k = 0; k < N; k++) {
-        int best = k;
-        for (int i = k + 1; i < N; i++) {
-            best = fabs(matrix[i * N + k]) > fabs(matrix[best * N + k]) ? i : best;
-        }
-        row[k] = best;
-        for (int j = 0; j < N && best != k; j++) {
-            const double kept = matrix[k * N + j];
-            matrix[k * N + j] = matrix[best * N + j];
-            matrix[best * N + j] = kept;
-        }
-        for (int i = k + 1; i < N; i++) {
-            const double factor = matrix[i * N + k] / matrix[k * N + k];
-            matrix[i * N + k] = factor;
-            for (int j = k + 1; j < N; j++) {
-                matrix[i * N + j] -= factor * matrix[k * N + j];
-            }
-        }
-    }
-}
-
-static void solve(const double matrix[], const int row[], double b[]) {
-    for (int k = 0; k < N; k++) {
-        const double kept = b[row[k]];
-        b[row[k]] = b[k];
-        b[k] = kept;
-    }
-    for (int i = 0; i < N; i++) {
-        for (int j = 0; j < i; j++) {
-            b[i] -= matrix[i * N + j] * b[j];
-        }
-    }
-    for (int i = N - 1; i >= 0; i--) {
-        for (int j = i + 1; j < N; j++) {
-            b[i] -= matrix[i * N + j] * b[j];
-        }
-        b[i] /= matrix[i * N + i];
-    }
-}
-
 /* Overwrites r[2n] by the solution k of (I - s J) k = r. */
-static void solve_stage(const double jacobian[], const double matrix[], const int row[], double s, double r[]) {
+static void solve_stage(const double jacobian[], const double matrix[], const int rows[], double s, double r[]) {
+    double b[N];
     for (int j = 0; j < N; j++) {
         for (int i = 0; i < N; i++) {
             r[N + i] += s * jacobian[j * N + i] * r[j];
         }
     }
-    solve(matrix, row, r + N);
+    lu_solve(matrix, rows, N, r + N, b);
+    memcpy(r + N, b, sizeof b);
     for (int i = 0; i < N; i++) {
         r[i] += s * r[N + i];
     }
@@ -94,15 +54,17 @@ bool solver_step(Instance *instance, Step step) {
     Scratch *scratch = &instance->scratch;
     double *k1 = scratch->stages[0], *k2 = scratch->stages[1];
     const double s = GAMMA * step.length;
-    int row[N_COORDINATES];
+    int rows[N_COORDINATES];
 
     if (!equations_jacobian(instance, state->time, state->states, scratch->jacobian)) {
         return false;
     }
     assemble(scratch->jacobian, s, scratch->matrix);
-    factorize(scratch->matrix, row);
+    if (!lu_factorize(scratch->matrix, rows, N)) {
+        return report_iteration(instance, step);
+    }
     memcpy(k1, state->first_stage, sizeof state->first_stage);
-    solve_stage(scratch->jacobian, scratch->matrix, row, s, k1);
+    solve_stage(scratch->jacobian, scratch->matrix, rows, s, k1);
     for (int i = 0; i < N_STATES; i++) {
         scratch->stage_states[i] = state->states[i] + step.length * k1[i];
     }
@@ -112,7 +74,7 @@ bool solver_step(Instance *instance, Step step) {
     for (int i = 0; i < N_STATES; i++) {
         k2[i] -= 2.0 * k1[i];
     }
-    solve_stage(scratch->jacobian, scratch->matrix, row, s, k2);
+    solve_stage(scratch->jacobian, scratch->matrix, rows, s, k2);
     for (int i = 0; i < N_STATES; i++) {
         scratch->new_states[i] = state->states[i] + 0.5 * step.length * (3.0 * k1[i] + k2[i]);
     }

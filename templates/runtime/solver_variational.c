@@ -88,13 +88,6 @@ static double correct(Instance *instance, Step step, const double p[], Stages *s
     return greatest;
 }
 
-static bool report_iteration(Instance *instance, Step step) {
-    instance->failure.kind = FAILURE_ITERATION;
-    instance->failure.time = instance->state.time;
-    instance->failure.step = step.length;
-    return false;
-}
-
 /* Iterates until the changes are rounding errors: until they do not fall any more. */
 static bool solve_stages(Instance *instance, Step step, const double p[], Stages *stages) {
     double previous = HUGE_VAL;

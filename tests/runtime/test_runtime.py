@@ -39,7 +39,7 @@ def build(target: Path, mechanism: str, solver: str, compiler: list[str], flags:
     """Compile the runtime with a mechanism and a solver; returns target, raises AssertionError with the messages."""
     chosen = [RUNTIME / "solver_runge_kutta.c", HERE / "tableaus" / f"{solver}.c"]
     if solver in WRITTEN_OUT:
-        chosen = [RUNTIME / f"{solver}.c"]
+        chosen = [RUNTIME / f"{solver}.c", RUNTIME / "solver_lu.c"]
     unused = (CONSTRAINT_FILES, SOLVER_FILES)
     runtime = [path for path in sorted(RUNTIME.glob("*.c")) if not path.name.startswith(unused)]
     sources = [*runtime, *chosen, HERE / mechanism / "mechanism.c"]

@@ -1,5 +1,5 @@
 /* Crout's order of Gaussian elimination, row by row. */
-#include "solver_radau_lu.h"
+#include "solver_lu.h"
 
 #include <math.h>
 

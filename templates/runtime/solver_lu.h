@@ -1,7 +1,7 @@
 /* A x = b for a full matrix A of any size, row-major, by L U with row pivoting. Golub, Van Loan, Matrix Computations, 4th
    edition, section 3.4. */
-#ifndef SOLVER_RADAU_LU_H
-#define SOLVER_RADAU_LU_H
+#ifndef SOLVER_LU_H
+#define SOLVER_LU_H
 
 #include <stdbool.h>
 
