@@ -61,7 +61,7 @@ class _Printer:
         """The values that a later part needs: {node: index in the array s}."""
         kept: dict[int, int] = {}
         for node, part in self.part_of.items():
-            for operand in self.graph.operands(node):
+            for operand in self.graph.operands[node]:
                 if self.part_of.get(operand, part) != part:
                     kept.setdefault(operand, len(kept))
         return kept
@@ -90,7 +90,7 @@ class _Printer:
                 results.setdefault(node, []).append(f"    {array}[{index}] = {self.label[node]};")
         lines = []
         for node in self.parts[number]:
-            operands = (self._operand(o, number) for o in self.graph.operands(node))
+            operands = (self._operand(o, number) for o in self.graph.operands[node])
             expression = OPERATIONS[self.graph.code[node]].c.format(*operands)
             lines.append(f"    const double {self.label[node]} = {expression};")
             if node in self.kept:

@@ -66,7 +66,7 @@ def used_functions(program: Program, functions: Iterable[Function]) -> set[str]:
     """The names of the mathematical functions that ``functions`` call, as OPERATIONS has them."""
     graph, arithmetic = program.graph, {ADD, SUBTRACT, MULTIPLY, DIVIDE, NEGATE}
     nodes = {n for f in functions for n in graph.schedule((node for *_, node in f.results), f.given)}
-    codes = {graph.code[node] for node in nodes if graph.operands(node)}
+    codes = {graph.code[node] for node in nodes if graph.operands[node]}
     return {OPERATIONS[code].name for code in codes - arithmetic}
 
 
@@ -85,11 +85,11 @@ class _Printer:
         self.graph, self.function, self.labels = program.graph, function, labels
         self.order = self.graph.schedule((node for *_, node in function.results), function.given)
         entries = [node for argument in function.arguments for node in argument.entries]
-        names = python_names(str(self.graph.first[node]) for node in entries)
-        self.text: dict[int, _Text] = {node: (names[str(self.graph.first[node])], _ATOM) for node in entries}
+        names = python_names(str(self.graph.leaf[node]) for node in entries)
+        self.text: dict[int, _Text] = {node: (names[str(self.graph.leaf[node])], _ATOM) for node in entries}
         self.taken = set(names.values())
         self.quantities = {n: labels[a][i] for a, i, n in reversed(function.results) if a in "cy"}
-        self.uses = Counter(operand for node in self.order for operand in self.graph.operands(node))
+        self.uses = Counter(operand for node in self.order for operand in self.graph.operands[node])
         self.uses.update(node for *_, node in function.results)
 
     def lines(self, n: int) -> Iterator[str]:
@@ -132,7 +132,7 @@ class _Printer:
 
     def _name(self, node: int) -> str:
         """The name of the quantity it is, sin_theta for sin(theta), else v1, v2, ..."""
-        operands = [self.text[operand][0] for operand in self.graph.operands(node)]
+        operands = [self.text[operand][0] for operand in self.graph.operands[node]]
         name = f"v{1 + sum(map(_is_temporary, self.taken))}"
         if node in self.quantities:
             name = next(iter(python_names([self.quantities[node]]).values()))
@@ -144,7 +144,7 @@ class _Printer:
         return name
 
     def _expression(self, node: int) -> _Text:
-        code, operands = self.graph.code[node], self.graph.operands(node)
+        code, operands = self.graph.code[node], self.graph.operands[node]
         a = operands[0]
         if code == NEGATE:
             return f"-{self._operand(a, _ATOM)}", _SUM

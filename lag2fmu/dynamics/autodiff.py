@@ -19,7 +19,7 @@ def forward(graph: Graph, outputs: Sequence[int], seeds: Mapping[int, int]) -> l
     for node in graph.cone(outputs):
         if node in tangent:
             continue
-        if any(operand in tangent for operand in graph.operands(node)):
+        if any(operand in tangent for operand in graph.operands[node]):
             partials = _partials(graph, node, tangent).items()
             rate = graph.total(
                 graph.multiply(partial, tangent[below]) for below, partial in partials if below in tangent
@@ -54,7 +54,7 @@ def _dependent(graph: Graph, outputs: Sequence[int], variables: set[int]) -> lis
     reached = set(variables)
     order: list[int] = []
     for node in graph.cone(outputs):
-        if any(operand in reached for operand in graph.operands(node)):
+        if any(operand in reached for operand in graph.operands[node]):
             reached.add(node)
             order.append(node)
     return order
@@ -67,14 +67,14 @@ def _partials(graph: Graph, node: int, varying: Container[int]) -> dict[int, int
     that it is there already.
     """
     if graph.code[node] == MULTIPLY:
-        a, b = graph.operands(node)
+        a, b = graph.operands[node]
         factor, other = (a, b) if b in varying else (b, a)
         if factor not in varying and graph.code[other] in FUNCTIONS:
-            (below,) = graph.operands(other)
+            (below,) = graph.operands[other]
             return {below: graph.multiply(factor, _partials(graph, other, varying)[below])}
     derivative = OPERATIONS[graph.code[node]].derivative
     assert derivative is not None  # constants and symbols have no operands and never come here
-    operands, partials = graph.operands(node), derivative(graph, graph.operands(node), node)
+    operands, partials = graph.operands[node], derivative(graph, graph.operands[node], node)
     merged: dict[int, int] = {}
     for operand, partial in zip(operands, partials, strict=True):
         merged[operand] = graph.add(merged[operand], partial) if operand in merged else partial

@@ -9,79 +9,65 @@ Source: J. T. Schwartz, J. ACM 27 (1980) 701-717; the same idea for program grap
 from __future__ import annotations
 
 import math
-import random
+from collections.abc import Sequence
 from fractions import Fraction
+from hashlib import blake2b
 from typing import TYPE_CHECKING
 
-from lag2fmu.dynamics.operations import ADD, CODE, CONSTANT, DIVIDE, MULTIPLY, NEGATE, SUBTRACT, SYMBOL
+from lag2fmu.dynamics.operations import ADD, NEGATE, SUBTRACT
 
 if TYPE_CHECKING:
     from lag2fmu.dynamics.graph import Graph
 
 PRIME = (1 << 61) - 1
-_SIN, _COS = CODE["sin"], CODE["cos"]
 Point = tuple[int, int]
 """(cos, sin) of an angle, as a point of the unit circle modulo PRIME."""
 
 
-def fingerprint(graph: Graph, code: int, first: object, second: int) -> int:
-    """The value modulo PRIME of the node (code, first, second), whose operands are in ``graph`` already."""
-    values = graph.fingerprints
-    if code == SYMBOL:
-        return _random("symbol", first)
-    if code == CONSTANT:
-        return _constant(first)
-    assert isinstance(first, int)
-    a = values[first]
-    if code == NEGATE:
-        return -a % PRIME
-    if code == _SIN:
-        return _point(graph, first)[1]
-    if code == _COS:
-        return _point(graph, first)[0]
-    b = values[second]
-    if code == ADD:
-        return (a + b) % PRIME
-    if code == SUBTRACT:
-        return (a - b) % PRIME
-    if code == MULTIPLY:
-        return a * b % PRIME
-    if code == DIVIDE:
-        return a * pow(b, -1, PRIME) % PRIME if b else _random("division", (a, b))
-    return _random(code, (a, b))
+def random_mark(kind: str, key: str | Sequence[int]) -> int:
+    """A value from 1 on that depends on nothing but its arguments, whatever the hash seed."""
+    digest = blake2b(f"{kind} {key}".encode(), digest_size=16).digest()
+    return int.from_bytes(digest, "big") % (PRIME - 1) + 1
 
 
-def _random(kind: object, key: object) -> int:
-    """A value that depends on nothing but its arguments (strings seed the generator, whatever the hash seed)."""
-    return random.Random(f"{kind} {key}").randrange(1, PRIME)
-
-
-def _constant(value: object) -> int:
-    exact = Fraction(value) if isinstance(value, (float, Fraction)) and math.isfinite(value) else None
+def constant_mark(value: Fraction | float) -> int:
+    """The value of a number."""
+    exact = Fraction(value) if math.isfinite(value) else None
     if exact is None or exact.denominator % PRIME == 0:
-        return _random("constant", repr(value))
+        return random_mark("constant", repr(value))
     return exact.numerator * pow(exact.denominator, -1, PRIME) % PRIME
 
 
-def _point(graph: Graph, angle: int) -> Point:
-    """The point of the circle for the node ``angle``; sums, differences and opposites by the addition theorems."""
-    known = graph.circle.get(angle)
-    if known is None:
-        known = graph.circle[angle] = _new_point(graph, angle)
-    return known
+class Circle:
+    """The points of the circle for the angles of a graph: sums, differences, opposites by the addition theorems."""
 
+    def __init__(self) -> None:
+        self.known: dict[int, Point] = {}
 
-def _new_point(graph: Graph, angle: int) -> Point:
-    code, operands = graph.code[angle], graph.operands(angle)
-    if code in (ADD, SUBTRACT):
-        (c, s), (d, t) = (_point(graph, operand) for operand in operands)
-        t = t if code == ADD else -t
-        return (c * d - s * t) % PRIME, (s * d + c * t) % PRIME
-    if code == NEGATE:
-        c, s = _point(graph, operands[0])
-        return c, -s % PRIME
-    if angle == graph.zero:
-        return 1, 0
-    tangent = _random("angle", graph.fingerprints[angle])  # of half the angle
-    inverse = pow(1 + tangent * tangent, -1, PRIME)
-    return (1 - tangent * tangent) * inverse % PRIME, 2 * tangent * inverse % PRIME
+    def copy(self) -> Circle:
+        """The same points, for a copy of the graph"""
+        other = Circle()
+        other.known = self.known.copy()
+        return other
+
+    def point(self, graph: Graph, angle: int) -> Point:
+        """The point of the node ``angle``."""
+        known = self.known.get(angle)
+        if known is None:
+            known = self.known[angle] = self._new(graph, angle)
+        return known
+
+    def _new(self, graph: Graph, angle: int) -> Point:
+        code, operands = graph.code[angle], graph.operands[angle]
+        if code in (ADD, SUBTRACT):
+            (c, s), (d, t) = (self.point(graph, operand) for operand in operands)
+            t = t if code == ADD else -t
+            return (c * d - s * t) % PRIME, (s * d + c * t) % PRIME
+        if code == NEGATE:
+            c, s = self.point(graph, operands[0])
+            return c, -s % PRIME
+        if angle == graph.zero:
+            return 1, 0
+        tangent = random_mark("angle", [graph.marks[angle]])  # of half the angle
+        inverse = pow(1 + tangent * tangent, -1, PRIME)
+        return (1 - tangent * tangent) * inverse % PRIME, 2 * tangent * inverse % PRIME

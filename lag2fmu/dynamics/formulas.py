@@ -111,7 +111,7 @@ class _Paper:
 
     def symbol(self, node: int) -> sp.Symbol:
         """The symbol of a variable."""
-        return sp.Symbol(str(self.graph.first[node]), real=True)
+        return sp.Symbol(str(self.graph.leaf[node]), real=True)
 
     def equation(self, left: sp.Expr, right: sp.Expr) -> Formula:
         """left = right"""

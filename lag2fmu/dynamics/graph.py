@@ -16,16 +16,17 @@ import math
 from collections.abc import Collection, Iterable, Mapping, Sequence
 from fractions import Fraction
 
-from lag2fmu.dynamics.fingerprint import PRIME, fingerprint
+from lag2fmu.dynamics.fingerprint import PRIME, Circle, constant_mark, random_mark
 from lag2fmu.dynamics.operations import (
     ADD,
-    ARITY,
     CODE,
     CONSTANT,
+    COSINE,
     DIVIDE,
     MULTIPLY,
     NEGATE,
     OPERATIONS,
+    SINE,
     SUBTRACT,
     SYMBOL,
 )
@@ -35,60 +36,72 @@ _MAX_BITS = 512  # exact constants longer than this are rounded to double precis
 
 
 class Graph:
-    """The nodes, as parallel lists: operation code, operands (a constant's value and a symbol's name in ``first``)."""
+    """The nodes, as parallel lists: operation ``code``; ``operands``; ``leaf``, a constant's value or symbol's name.
+
+    ``marks`` are the fingerprints. An operation first asks whether there is a node of its value, or of the opposite
+    one; rewrites are for what is new.
+    """
 
     def __init__(self) -> None:
         self.code: list[int] = []
-        self.first: list[object] = []
-        self.second: list[int] = []
-        self._known: dict[tuple[int, object, int], int] = {}
-        self._by_fingerprint: dict[int, int] = {}
-        self.fingerprints: list[int] = []
-        self.circle: dict[int, tuple[int, int]] = {}
-        self.zero: int = self.constant(Fraction(0))
-        self.one: int = self.constant(Fraction(1))
-        self.minus_one: int = self.constant(Fraction(-1))
+        self.operands: list[tuple[int, ...]] = []
+        self.leaf: list[Number | str | None] = []
+        self.marks: list[int] = []
+        self._by_mark: dict[int, int] = {}
+        self._leaves: dict[Number | str, int] = {}
+        self._functions: dict[tuple[int, ...], int] = {}
+        self._inverses: dict[int, int] = {}
+        self._circle = Circle()
+        self.zero: int = self.constant(0)
+        self.one: int = self.constant(1)
+        self.minus_one: int = self.constant(-1)
         self.constant_half: int = self.constant(Fraction(1, 2))
 
     def __len__(self) -> int:
         return len(self.code)
 
+    def copy(self) -> Graph:
+        """The same nodes, to go on from in another way"""
+        other = Graph()
+        for name, content in vars(self).items():
+            setattr(other, name, content if isinstance(content, int) else content.copy())
+        return other
+
     # ------------------------------------------------------------------------------------------------- making nodes
 
-    def _node(self, code: int, first: object, second: int) -> int:
-        key = (code, first, second)
-        node = self._known.get(key)
-        if node is None:
-            node = self._known[key] = self._new(code, first, second)
+    def _new(self, code: int, operands: tuple[int, ...], mark: int, leaf: Number | str | None = None) -> int:
+        node = self._by_mark[mark] = len(self.code)
+        self.code.append(code)
+        self.operands.append(operands)
+        self.leaf.append(leaf)
+        self.marks.append(mark)
         return node
 
-    def _new(self, code: int, first: object, second: int) -> int:
-        """A node of this value: an old one, the opposite of an old one, or a new one."""
-        mark = fingerprint(self, code, first, second)
-        old = self._by_fingerprint.get(mark)
-        if old is not None:
-            return old
-        opposite = self._by_fingerprint.get(PRIME - mark)
-        if opposite is not None and code > SYMBOL and code != NEGATE:
-            return self._node(NEGATE, opposite, 0)
-        node = self._by_fingerprint[mark] = len(self.code)
-        self.code.append(code)
-        self.first.append(first)
-        self.second.append(second)
-        self.fingerprints.append(mark)
-        return node
+    def _new_leaf(self, code: int, leaf: Number | str, mark: int) -> int:
+        old = self._by_mark.get(mark)
+        return self._new(code, (), mark, leaf) if old is None else old
+
+    def _opposite(self, mark: int) -> int | None:
+        """- (the node of the opposite value), if there is that one"""
+        opposite = self._by_mark.get(PRIME - mark)
+        return None if opposite is None else self._new(NEGATE, (opposite,), mark)
 
     def constant(self, value: Number | int) -> int:
         """The node of a number; fractions stay exact up to a length of 512 bits."""
-        if isinstance(value, (int, Fraction)):
-            value = Fraction(value)
-            if max(value.numerator.bit_length(), value.denominator.bit_length()) > _MAX_BITS:
-                value = float(value)
-        return self._node(CONSTANT, value, 0)
+        node = self._leaves.get(value)
+        if node is None:
+            exact: Number = value if isinstance(value, float) else Fraction(value)
+            if isinstance(exact, Fraction) and max(map(int.bit_length, exact.as_integer_ratio())) > _MAX_BITS:
+                exact = float(exact)
+            node = self._leaves[value] = self._new_leaf(CONSTANT, exact, constant_mark(exact))
+        return node
 
     def symbol(self, name: str) -> int:
         """The node of the variable ``name``."""
-        return self._node(SYMBOL, name, 0)
+        node = self._leaves.get(name)
+        if node is None:
+            node = self._leaves[name] = self._new_leaf(SYMBOL, name, random_mark("symbol", name))
+        return node
 
     def is_constant(self, node: int) -> bool:
         """Whether ``node`` is a number."""
@@ -96,124 +109,116 @@ class Graph:
 
     def value(self, node: int) -> Number:
         """The number of a constant node."""
-        value = self.first[node]
+        value = self.leaf[node]
         assert isinstance(value, (Fraction, float))
         return value
-
-    def operands(self, node: int) -> tuple[int, ...]:
-        """The operands of ``node``."""
-        arity = ARITY[self.code[node]]
-        if arity == 0:
-            return ()
-        first = self.first[node]
-        assert isinstance(first, int)
-        return (first,) if arity == 1 else (first, self.second[node])
 
     # --------------------------------------------------------------------------------------------------- arithmetic
 
     def negate(self, a: int) -> int:
         """-a"""
-        code = self.code[a]
-        if code == CONSTANT:
-            return self.constant(-self.value(a))
-        if code == NEGATE:
-            return self.operands(a)[0]
-        if code == SUBTRACT:
-            x, y = self.operands(a)
-            return self.subtract(y, x)
-        return self._node(NEGATE, a, 0)
+        mark = -self.marks[a] % PRIME
+        node = self._by_mark.get(mark)
+        if node is not None:
+            return node
+        return self.constant(-self.value(a)) if self.code[a] == CONSTANT else self._new(NEGATE, (a,), mark)
 
     def add(self, a: int, b: int) -> int:
         """a + b"""
-        if a == self.zero:
-            return b
-        if b == self.zero:
-            return a
+        mark = (self.marks[a] + self.marks[b]) % PRIME
+        node = self._by_mark.get(mark)
+        return self._sum(a, b, mark) if node is None else node
+
+    def _sum(self, a: int, b: int, mark: int) -> int:
         code = self.code
         if code[a] == CONSTANT and code[b] == CONSTANT:
             return self.constant(self.value(a) + self.value(b))
+        if (opposite := self._opposite(mark)) is not None:
+            return opposite
         if code[b] == NEGATE:
-            return self.subtract(a, self.operands(b)[0])
+            return self._difference(a, self.operands[b][0], mark)
         if code[a] == NEGATE:
-            return self.subtract(b, self.operands(a)[0])
+            return self._difference(b, self.operands[a][0], mark)
         if a == b:
-            return self.multiply(self.constant(2), a)
-        if code[b] == SUBTRACT and self.second[b] == a:
-            return self.operands(b)[0]
-        if code[a] == SUBTRACT and self.second[a] == b:
-            return self.operands(a)[0]
-        return self._node(ADD, *((a, b) if a < b else (b, a)))
+            return self._scaled(self.constant(2), a, mark)
+        return self._new(ADD, (a, b) if a < b else (b, a), mark)
 
     def subtract(self, a: int, b: int) -> int:
         """a - b"""
-        if b == self.zero:
-            return a
-        if a == self.zero:
-            return self.negate(b)
-        if a == b:
-            return self.zero
+        mark = (self.marks[a] - self.marks[b]) % PRIME
+        node = self._by_mark.get(mark)
+        return self._difference(a, b, mark) if node is None else node
+
+    def _difference(self, a: int, b: int, mark: int) -> int:
         code = self.code
         if code[a] == CONSTANT and code[b] == CONSTANT:
             return self.constant(self.value(a) - self.value(b))
+        if (opposite := self._opposite(mark)) is not None:
+            return opposite
         if code[b] == NEGATE:
-            return self.add(a, self.operands(b)[0])
+            return self._sum(a, self.operands[b][0], mark)
         if code[a] == NEGATE:
-            return self.negate(self.add(self.operands(a)[0], b))
-        if code[a] == ADD and b in (operands := self.operands(a)):
-            return operands[1] if operands[0] == b else operands[0]
-        return self._node(SUBTRACT, a, b)
+            return self.negate(self.add(self.operands[a][0], b))
+        return self._new(SUBTRACT, (a, b), mark)
 
     def multiply(self, a: int, b: int) -> int:
         """a * b; constants are gathered in front, signs are pulled out"""
-        if self.zero in (a, b):
-            return self.zero
-        if a == self.one:
-            return b
-        if b == self.one:
-            return a
-        if self.code[b] == CONSTANT:
-            a, b = b, a
-        if self.code[a] == CONSTANT:
-            return self._scale(a, b)
-        for x, y in ((a, b), (b, a)):
-            if self.code[x] == NEGATE:
-                return self.negate(self.multiply(self.operands(x)[0], y))
-            if self.code[x] == MULTIPLY and self.code[self.operands(x)[0]] == CONSTANT:
-                factor, rest = self.operands(x)
-                return self.multiply(factor, self.multiply(rest, y))
-        return self._node(MULTIPLY, *((a, b) if a < b else (b, a)))
+        mark = self.marks[a] * self.marks[b] % PRIME
+        node = self._by_mark.get(mark)
+        return self._product(a, b, mark) if node is None else node
 
-    def _scale(self, factor: int, b: int) -> int:
-        """factor * b with a constant ``factor``, neither 0 nor 1"""
+    def _product(self, a: int, b: int, mark: int) -> int:
+        code = self.code
+        if code[b] == CONSTANT:
+            a, b = b, a
+        if code[a] == CONSTANT:
+            return self._scaled(a, b, mark)
+        if (opposite := self._opposite(mark)) is not None:
+            return opposite
+        for x, y in ((a, b), (b, a)):
+            if code[x] == NEGATE:
+                return self.negate(self.multiply(self.operands[x][0], y))
+            if code[x] == MULTIPLY and code[self.operands[x][0]] == CONSTANT:
+                factor, rest = self.operands[x]
+                return self.multiply(factor, self.multiply(rest, y))
+        return self._new(MULTIPLY, (a, b) if a < b else (b, a), mark)
+
+    def _scaled(self, factor: int, b: int, mark: int) -> int:
+        """factor * b with a constant ``factor``"""
         if self.code[b] == CONSTANT:
             return self.constant(self.value(factor) * self.value(b))
-        if factor == self.minus_one:
-            return self.negate(b)
+        if (opposite := self._opposite(mark)) is not None:
+            return opposite
         if self.code[b] == NEGATE:
-            return self.multiply(self.negate(factor), self.operands(b)[0])
-        if self.code[b] == MULTIPLY and self.code[self.operands(b)[0]] == CONSTANT:
-            inner, rest = self.operands(b)
+            return self.multiply(self.negate(factor), self.operands[b][0])
+        if self.code[b] == MULTIPLY and self.code[self.operands[b][0]] == CONSTANT:
+            inner, rest = self.operands[b]
             return self.multiply(self.constant(self.value(factor) * self.value(inner)), rest)
-        return self._node(MULTIPLY, factor, b)
+        return self._new(MULTIPLY, (factor, b), mark)
 
     def divide(self, a: int, b: int) -> int:
         """a / b; raises ZeroDivisionError if b is the constant 0"""
         if self.code[b] == CONSTANT:
             return self.multiply(self.constant(1 / self.value(b)), a)
-        if a == self.zero:
-            return a
-        if a == b:
-            return self.one
+        inverse = self._inverses.get(b)
+        if inverse is None:
+            inverse = self._inverses[b] = pow(self.marks[b], -1, PRIME)
+        mark = self.marks[a] * inverse % PRIME
+        node = self._by_mark.get(mark)
+        if node is None:
+            node = self._opposite(mark)
+        if node is not None:
+            return node
         if self.code[a] == NEGATE:
-            return self.negate(self.divide(self.operands(a)[0], b))
+            return self.negate(self.divide(self.operands[a][0], b))
         if self.code[b] == NEGATE:
-            return self.negate(self.divide(a, self.operands(b)[0]))
-        return self._node(DIVIDE, a, b)
+            return self.negate(self.divide(a, self.operands[b][0]))
+        return self._new(DIVIDE, (a, b), mark)
 
     def power(self, base: int, exponent: int) -> int:
         """base ** exponent; whole and half powers by repeated squaring and a square root"""
         if not self.is_constant(exponent):
-            return self._node(CODE["power"], base, exponent)
+            return self._function(CODE["power"], (base, exponent))
         value = self.value(exponent)
         if not isinstance(value, Fraction) or value.denominator > 2:
             return self.apply("power", base, exponent)
@@ -230,13 +235,30 @@ class Graph:
 
     def apply(self, name: str, *operands: int) -> int:
         """A function of OPERATIONS by name; of constants, its value (exact for the trivial arguments)"""
+        key = (CODE[name], *operands)
+        node = self._functions.get(key)
+        if node is None:
+            node = self._functions[key] = self._applied(name, key[0], operands)
+        return node
+
+    def _applied(self, name: str, code: int, operands: tuple[int, ...]) -> int:
         if operands == (self.zero,) and name in ("sin", "tan", "asin", "atan", "sinh", "tanh", "sqrt", "abs", "sign"):
             return self.zero
         if operands == (self.zero,) and name in ("cos", "exp", "cosh"):
             return self.one
         if all(self.is_constant(operand) for operand in operands):
-            return self.constant(OPERATIONS[CODE[name]].value(*(float(self.value(o)) for o in operands)))
-        return self._node(CODE[name], operands[0], operands[1] if len(operands) > 1 else 0)
+            return self.constant(OPERATIONS[code].value(*(float(self.value(o)) for o in operands)))
+        return self._function(code, operands)
+
+    def _function(self, code: int, operands: tuple[int, ...]) -> int:
+        if code in (SINE, COSINE):
+            mark = self._circle.point(self, operands[0])[code == SINE]
+        else:
+            mark = random_mark(OPERATIONS[code].name, [self.marks[operand] for operand in operands])
+        node = self._by_mark.get(mark)
+        if node is None:
+            node = self._opposite(mark)
+        return self._new(code, operands, mark) if node is None else node
 
     def total(self, terms: Iterable[int]) -> int:
         """The sum of ``terms``, from left to right"""
@@ -253,34 +275,37 @@ class Graph:
 
     def cone(self, outputs: Iterable[int], given: Collection[int] = ()) -> list[int]:
         """All nodes that ``outputs`` need, ascending; what is below ``given`` nodes is not needed"""
-        seen: set[int] = set()
-        stack = list(outputs)
+        operands = self.operands
+        seen = set(outputs)
+        stack = list(seen)
         while stack:
             node = stack.pop()
-            if node not in seen:
-                seen.add(node)
-                if node not in given:
-                    stack.extend(self.operands(node))
+            if node in given:
+                continue
+            for operand in operands[node]:
+                if operand not in seen:
+                    seen.add(operand)
+                    stack.append(operand)
         return sorted(seen)
 
     def symbols(self, outputs: Iterable[int]) -> set[str]:
         """The names of all variables that ``outputs`` depend on"""
-        return {str(self.first[node]) for node in self.cone(outputs) if self.code[node] == SYMBOL}
+        return {str(self.leaf[node]) for node in self.cone(outputs) if self.code[node] == SYMBOL}
 
     def schedule(self, outputs: Iterable[int], given: Collection[int] = ()) -> list[int]:
         """The nodes that ``outputs`` need beside ``given`` ones, in depth-first order: operands shortly before use"""
         done: set[int] = set(given)
         order: list[int] = []
         for output in outputs:
-            stack = [(output, False)]
+            stack = [output]
             while stack:
-                node, ready = stack.pop()
-                if ready:
-                    order.append(node)
+                node = stack.pop()
+                if node < 0:  # the complement of a node whose operands are there
+                    order.append(~node)
                 elif node not in done:
                     done.add(node)
-                    stack.append((node, True))
-                    stack.extend((operand, False) for operand in reversed(self.operands(node)))
+                    stack.append(~node)
+                    stack += self.operands[node][::-1]
         return order
 
     def operations(self, outputs: Iterable[int], given: Collection[int] = ()) -> int:
@@ -292,7 +317,7 @@ class Graph:
         moving = set(variables)
         border: set[int] = {output for output in outputs if output not in moving}
         for node in self.cone(outputs):
-            operands = self.operands(node)
+            operands = self.operands[node]
             if any(operand in moving for operand in operands):
                 moving.add(node)
                 border |= set(operands)
@@ -303,7 +328,7 @@ class Graph:
         new: dict[int, int] = dict(replacement)
         for node in self.cone(outputs):
             if node not in new:
-                new[node] = self.rebuild(node, [new[operand] for operand in self.operands(node)])
+                new[node] = self.rebuild(node, [new[operand] for operand in self.operands[node]])
         return [new[output] for output in outputs]
 
     def rebuild(self, node: int, operands: Sequence[int]) -> int:
@@ -323,14 +348,20 @@ class Graph:
         """The values of ``outputs`` in double precision; nan where a function has none there"""
         result: dict[int, float] = {}
         for node in self.cone(outputs):
-            code = self.code[node]
-            if code == CONSTANT:
-                result[node] = float(self.value(node))
+            code, operands = self.code[node], self.operands[node]
+            if code == MULTIPLY:
+                result[node] = result[operands[0]] * result[operands[1]]
+            elif code == ADD:
+                result[node] = result[operands[0]] + result[operands[1]]
+            elif code == SUBTRACT:
+                result[node] = result[operands[0]] - result[operands[1]]
             elif code == SYMBOL:
-                result[node] = values[str(self.first[node])]
+                result[node] = values[str(self.leaf[node])]
+            elif code == CONSTANT:
+                result[node] = float(self.value(node))
             else:
                 try:
-                    result[node] = OPERATIONS[code].value(*(result[operand] for operand in self.operands(node)))
+                    result[node] = OPERATIONS[code].value(*(result[operand] for operand in operands))
                 except (ValueError, OverflowError, ZeroDivisionError):
                     result[node] = math.nan
         return [result[output] for output in outputs]

@@ -286,7 +286,7 @@ def _quadratic_form(graph: Graph, mechanism: Mechanism, v: Variables, energies: 
 
 def _unsigned(graph: Graph, node: int) -> tuple[int, bool]:
     """The node without a minus sign in front, and whether it had none."""
-    return (graph.operands(node)[0], False) if graph.code[node] == NEGATE else (node, True)
+    return (graph.operands[node][0], False) if graph.code[node] == NEGATE else (node, True)
 
 
 Term = tuple[int, int, int]

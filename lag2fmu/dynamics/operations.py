@@ -119,3 +119,4 @@ OPERATIONS: tuple[Operation, ...] = _ROWS
 CODE = {row.name: code for code, row in enumerate(OPERATIONS)}
 ARITY = tuple(row.arity for row in OPERATIONS)
 CONSTANT, SYMBOL, ADD, SUBTRACT, MULTIPLY, DIVIDE, NEGATE = range(7)
+SINE, COSINE = CODE["sin"], CODE["cos"]

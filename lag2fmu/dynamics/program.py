@@ -99,7 +99,7 @@ def lower(equations: EquationsOfMotion, promoted: Collection[str] = (), canonica
         ),
         method=equations.method,
         factor_size=len(factor.results) - len(v.q),
-        inputs=tuple(str(g.first[node]) for node in v.inputs),
+        inputs=tuple(str(g.leaf[node]) for node in v.inputs),
         locals=tuple(name for name, _ in equations.locals()),
         dependent=tuple(equations.dependent),
         outputs=outputs,

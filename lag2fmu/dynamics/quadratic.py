@@ -69,7 +69,7 @@ class LinearNodes:
 
     def _terms(self, node: int) -> Iterator[tuple[int, int]]:
         """The node as a combination of its operands: sums, and products or quotients with one linear factor."""
-        g, code, operands = self.graph, self.graph.code[node], self.graph.operands(node)
+        g, code, operands = self.graph, self.graph.code[node], self.graph.operands[node]
         if code in (ADD, SUBTRACT):
             signs = (g.one, g.one if code == ADD else g.minus_one)
             yield from ((o, sign) for o, sign in zip(operands, signs, strict=True) if o in self.linear)
@@ -97,7 +97,7 @@ def _linear_nodes(graph: Graph, leaves: Sequence[int], nodes: Iterable[int]) -> 
     """All nodes below ``nodes`` that contain a leaf; for nodes that are linear in the leaves these are linear too."""
     linear = set(leaves)
     for node in graph.cone(nodes):
-        if any(operand in linear for operand in graph.operands(node)):
+        if any(operand in linear for operand in graph.operands[node]):
             linear.add(node)
     return linear
 
@@ -117,7 +117,7 @@ def second_degree(graph: Graph, node: int, velocities: Sequence[int]) -> Quadrat
     parts: dict[int, Parts] = {v: (graph.zero, v, graph.zero) for v in velocities}
     products: dict[int, list[tuple[int, int, int]]] = {}
     for inner in graph.cone([node]):
-        if inner in parts or not any(operand in parts for operand in graph.operands(inner)):
+        if inner in parts or not any(operand in parts for operand in graph.operands[inner]):
             continue
         split = _split(graph, inner, parts, products)
         if split is None:
@@ -134,7 +134,7 @@ def _split(
     """The parts of ``node``; the second-degree part is recorded in ``products`` as a sum of coefficient * a * b."""
     g, code = graph, graph.code[node]
     z = g.zero
-    a, *rest = (parts.get(o, (o, z, z)) for o in graph.operands(node))
+    a, *rest = (parts.get(o, (o, z, z)) for o in graph.operands[node])
     if code == NEGATE:
         return _recorded(g, products, _scaled(g, a, g.minus_one), _times(g, products, a[2], g.minus_one))
     (b,) = rest or [(z, z, z)]

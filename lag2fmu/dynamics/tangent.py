@@ -37,7 +37,7 @@ def differentiate(equations: EquationsOfMotion) -> Tangent:
     g, v = equations.graph, equations.variables
 
     def seeds(nodes: tuple[int, ...]) -> tuple[int, ...]:
-        return tuple(g.symbol(f"d {g.first[node]}") for node in nodes)
+        return tuple(g.symbol(f"d {g.leaf[node]}") for node in nodes)
 
     states, inputs, c = (*v.q, *v.qd), v.inputs, equations.constraints
     (dt,) = seeds((v.t,))

@@ -37,7 +37,7 @@ def differentiate_twice(equations: EquationsOfMotion, outputs: Collection[str]) 
     g, v = equations.graph, equations.variables
 
     def rates(order: str, nodes: tuple[int, ...]) -> tuple[int, ...]:
-        return tuple(g.symbol(f"{order} {g.first[node]}") for node in nodes)
+        return tuple(g.symbol(f"{order} {g.leaf[node]}") for node in nodes)
 
     du, d2u = rates("d", v.inputs), rates("dd", v.inputs)
     d3q, d4q = rates("d", v.unknowns), rates("dd", v.unknowns)

@@ -78,7 +78,7 @@ def translator(graph: Graph, mechanism: Mechanism, variables: Variables) -> Tran
     v = variables
     known = [v.t, *v.q, *v.qd, *v.multipliers, *v.inputs, *v.parameters]
     translate = Translator(
-        graph, {str(graph.first[node]): node for node in known}, (e for _, e in mechanism.expressions())
+        graph, {str(graph.leaf[node]): node for node in known}, (e for _, e in mechanism.expressions())
     )
     named = {p.name: p.expression for p in mechanism.parameters if p.expression is not None}
     named |= {d.name: d.expression for d in mechanism.definitions}

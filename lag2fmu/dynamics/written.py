@@ -32,7 +32,7 @@ def written_operations(graph: Graph, nodes: Iterable[int]) -> int:
     nodes = list(nodes)
     count: dict[int, int] = {}
     for node in graph.cone(nodes):
-        operands = graph.operands(node)
+        operands = graph.operands[node]
         count[node] = sum(count[o] for o in operands) + bool(operands)
     return sum(count[node] for node in nodes)
 
@@ -45,9 +45,9 @@ def written(graph: Graph, nodes: Sequence[int]) -> list[sp.Expr]:
         if code == CONSTANT:
             found[node] = sp.sympify(graph.value(node))
         elif code == SYMBOL:
-            found[node] = sp.Symbol(str(graph.first[node]), real=True)
+            found[node] = sp.Symbol(str(graph.leaf[node]), real=True)
         else:
-            operands = [found[o] for o in graph.operands(node)]
+            operands = [found[o] for o in graph.operands[node]]
             if code > NEGATE:  # what stands below a root or in a function is not reached by tidying the whole
                 operands = [tidy(operand) for operand in operands]
             found[node] = _SYMPY[OPERATIONS[code].name](*operands)

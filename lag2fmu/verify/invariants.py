@@ -44,7 +44,7 @@ def drift_checks(
     seen = np.unique(np.linspace(0, np.sum(run.time <= horizon) - 1, POINTS).astype(int))
     values = _run_values(equations, run, seen)
     amplification = np.maximum(1.0, reference.amplification[rows][seen])
-    scales = [reference.scales[str(g.first[node])] for node in (*v.q, *v.qd)]
+    scales = [reference.scales[str(g.leaf[node])] for node in (*v.q, *v.qd)]
     for item in found:
         value, *slopes = evaluate(g, [item.node, *reverse(g, {item.node: g.one}, [*v.q, *v.qd])], values)
         moved = max(float(np.abs(slope).max() * scale) for slope, scale in zip(slopes, scales, strict=True))
@@ -57,7 +57,7 @@ def _run_values(equations: EquationsOfMotion, run: Trajectory, rows: NDArray[np.
     """q, qd, the time and the parameters at ``rows`` of a run; everything else is absent."""
     g, v, m = equations.graph, equations.variables, equations.mechanism
     starts = {u.name: u.start for u in m.inputs}
-    values = {str(g.first[node]): starts.get(str(g.first[node]), 0.0) for node in v.inputs}
+    values = {str(g.leaf[node]): starts.get(str(g.leaf[node]), 0.0) for node in v.inputs}
     values |= {p.name: p.value for p in m.parameters if p.value is not None}
     found = {name: np.full(len(rows), value) for name, value in values.items()}
     coordinates = [c.name for c in m.coordinates]

@@ -128,7 +128,7 @@ def test_residuals_of_the_bundled_models(name: str) -> None:
 
 def copied(g: Graph, node: int, fresh: Graph, nodes: dict[int, int]) -> int:
     """The operation of ``node`` in another graph."""
-    name, operands = OPERATIONS[g.code[node]].name, [nodes[o] for o in g.operands(node)]
+    name, operands = OPERATIONS[g.code[node]].name, [nodes[o] for o in g.operands[node]]
     method = getattr(fresh, name, None)
     return method(*operands) if method else fresh.apply(name, *operands)
 
@@ -145,7 +145,7 @@ def test_factor_and_solve_are_the_inverse_of_the_mass_matrix(kind: str, seed: in
     w = g.evaluate([node for array, _, node in factor.results if array == "w"], values)
     fresh = Graph()
     given = dict(zip(solution.arguments[0].entries, (fresh.symbol(f"w{i}") for i in range(len(w))), strict=True))
-    rhs = {node: fresh.symbol(str(g.first[node])) for node in solution.arguments[1].entries}
+    rhs = {node: fresh.symbol(str(g.leaf[node])) for node in solution.arguments[1].entries}
     nodes = {**given, **rhs}
     for node in g.cone((n for *_, n in solution.results), solution.given):
         if node not in nodes:
@@ -219,7 +219,7 @@ def test_the_graph_does_not_depend_on_the_hash_seed() -> None:
     code = (
         "from lag2fmu.dynamics import derive, lower; from lag2fmu.mechanism.loading import load\n"
         "g = lower(derive(load('six_axis_arm'))).graph\n"
-        "print(hash((tuple(g.code), tuple(g.second))), len(g), g.first[-9:])"
+        "print(hash((tuple(g.code), tuple(g.operands))), len(g), g.leaf[-9:])"
     )
     outputs = {
         subprocess.run(

@@ -82,9 +82,9 @@ def test_tangents_against_central_differences(name: str) -> None:
     program = lower(equations)
     v = equations.variables
     variables = [v.t, *v.q, *v.qd, *v.inputs, *v.parameters]
-    seeds = {str(g.first[node]): generator.uniform(-1, 1) for node in variables}
+    seeds = {str(g.leaf[node]): generator.uniform(-1, 1) for node in variables}
     own = g.evaluate([*tangent.residual, *tangent.locals], values | {f"d {k}": x for k, x in seeds.items()} | {
-        f"d {g.first[node]}": 0.0 for node in v.unknowns
+        f"d {g.leaf[node]}": 0.0 for node in v.unknowns
     })  # fmt: skip
     c = equations.constraints
     nodes = [*equations.residual, *c.velocities, *c.positions, *(node for _, node in equations.locals())]

@@ -22,7 +22,7 @@ def test_second_derivatives_along_a_curve(name: str) -> None:
     second = differentiate_twice(equations, [name for name, _ in equations.locals()])
     program = lower(equations)
     nodes = [*equations.residual, *(node for _, node in equations.locals())]
-    label = {node: str(g.first[node]) for node in (v.t, *v.q, *v.qd, *v.unknowns, *v.inputs, *v.parameters)}
+    label = {node: str(g.leaf[node]) for node in (v.t, *v.q, *v.qd, *v.unknowns, *v.inputs, *v.parameters)}
     curves = [np.polynomial.Polynomial([generator.uniform(0.2, 0.9) for _ in range(5)]) for _ in v.q]
     forces = [np.polynomial.Polynomial([generator.uniform(-1, 1) for _ in range(5)]) for _ in v.multipliers]
     inputs = [np.polynomial.Polynomial([generator.uniform(-1, 1) for _ in range(3)]) for _ in v.inputs]

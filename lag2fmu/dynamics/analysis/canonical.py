@@ -156,7 +156,7 @@ def _quadratic(equations: EquationsOfMotion) -> tuple[sp.Matrix, sp.Matrix, sp.E
         return None
     found = [tidy(x) for x in written(g, nodes)]
     # a node may stand for an equal value in which velocities cancel out
-    found = [x.xreplace(dict.fromkeys((sp.Symbol(str(g.first[q]), real=True) for q in v.qd), sp.S.Zero)) for x in found]
+    found = [x.xreplace(dict.fromkeys((sp.Symbol(str(g.leaf[q]), real=True) for q in v.qd), sp.S.Zero)) for x in found]
     return sp.Matrix(n, n, found[: n * n]), sp.Matrix(n, 1, found[n * n : -1]), found[-1]
 
 

@@ -189,7 +189,7 @@ def _drifts(equations: EquationsOfMotion, nodes: list[int]) -> list[float]:
     worst, states = np.zeros(len(nodes)), 0
     for state in random_states(equations, _STATES):
         qdd, multipliers = unknowns(equations, state)
-        labels = [str(g.first[node]) for node in v.unknowns]
+        labels = [str(g.leaf[node]) for node in v.unknowns]
         values = {**state, **dict(zip(labels, [*qdd, *multipliers], strict=True))}
         along = evaluate(g, rates, values)
         terms = evaluate(g, [x for row in gradients for x in row], values).reshape(len(nodes), len(rates)) * along

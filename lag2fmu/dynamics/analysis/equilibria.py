@@ -56,7 +56,7 @@ class _Search:
         resting = dict.fromkeys((*v.qd, *v.qdd), g.zero)
         self.rows = g.substitute([*equations.residual[:n], *c.positions, *c.velocities[len(c.positions) :]], resting)
         self.variables = (*v.q, *v.multipliers)
-        self.seeds_of = {x: g.symbol(f"d {g.first[x]}") for x in self.variables}
+        self.seeds_of = {x: g.symbol(f"d {g.leaf[x]}") for x in self.variables}
         self.slopes = forward(g, self.rows, self.seeds_of)
         self.values: Values = resting_inputs(equations)
         self.nominal = np.array([q.nominal for q in equations.mechanism.coordinates])
@@ -140,8 +140,8 @@ class _Search:
         n = len(self.start)
         values = at(self.equations, {**self.values, "t": t}, x[:n], np.zeros(n))
         g, units = self.equations.graph, np.eye(len(x))
-        values |= {str(g.first[node]): value for node, value in zip(self.variables[n:], x[n:], strict=True)}
-        values |= {str(g.first[s]): unit for s, unit in zip(self.seeds_of.values(), units, strict=True)}
+        values |= {str(g.leaf[node]): value for node, value in zip(self.variables[n:], x[n:], strict=True)}
+        values |= {str(g.leaf[s]): unit for s, unit in zip(self.seeds_of.values(), units, strict=True)}
         found = evaluate(g, [*self.rows, *self.slopes], values)
         return found[: len(self.rows), 0], found[len(self.rows) :]
 

@@ -55,11 +55,11 @@ def evaluate(graph: Graph, nodes: Sequence[int], values: Values) -> Floats:
             if code == CONSTANT:
                 found[node] = np.float64(float(graph.value(node)))
             elif code == SYMBOL:
-                found[node] = np.asarray(_value(values, str(graph.first[node])), dtype=np.float64)
+                found[node] = np.asarray(_value(values, str(graph.leaf[node])), dtype=np.float64)
             else:
                 name = OPERATIONS[code].name
                 function = _NUMPY.get(name) or getattr(np, name)
-                found[node] = function(*(found[operand] for operand in graph.operands(node)))
+                found[node] = function(*(found[operand] for operand in graph.operands[node]))
     batch = np.broadcast_shapes(*(np.shape(x) for x in values.values()))
     result: Floats = np.empty((len(nodes), *batch))
     for i, node in enumerate(nodes):
@@ -81,7 +81,7 @@ def at(equations: EquationsOfMotion, values: Values, q: Floats, qd: Floats) -> d
 
 def resting_inputs(equations: EquationsOfMotion) -> dict[str, float | Floats]:
     """The start values of everything, the external forces being zero."""
-    silent = {str(equations.graph.first[node]): 0.0 for node in equations.variables.plain}
+    silent = {str(equations.graph.leaf[node]): 0.0 for node in equations.variables.plain}
     return {**start_values(equations.mechanism), **silent}
 
 

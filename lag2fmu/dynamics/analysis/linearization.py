@@ -76,7 +76,7 @@ class Linearizer:
         self.equations = equations
         self.tangent: Tangent = differentiate(equations)
         v, g = equations.variables, equations.graph
-        self.inputs = tuple(str(g.first[node]) for node in v.inputs)
+        self.inputs = tuple(str(g.leaf[node]) for node in v.inputs)
 
     def __call__(self, values: Values) -> Linearization:
         """The linearization about the state ``values``; raises DerivationError where M is singular or not finite.
@@ -85,7 +85,7 @@ class Linearizer:
         """
         e, n = self.equations, len(self.equations.forcing)
         m = len(e.constraints)
-        labels = [str(e.graph.first[node]) for node in e.variables.unknowns]
+        labels = [str(e.graph.leaf[node]) for node in e.variables.unknowns]
         qdd, multipliers = unknowns(e, values)
         values = {**values, **dict(zip(labels, [*qdd, *multipliers], strict=True))}
         rows = self._residual(values)
@@ -151,10 +151,10 @@ class Linearizer:
     def _seeded(self, nodes: Sequence[int], values: Values, seeds: Floats, moved: Floats | None = None) -> Floats:
         """``nodes`` for every row of ``seeds`` (s, 2 n + r), accelerations and multipliers along as ``moved`` says."""
         g, t = self.equations.graph, self.tangent
-        given = {**values, str(g.first[t.dt]): 0.0, **dict.fromkeys((str(g.first[x]) for x in t.dp), 0.0)}
-        given |= {str(g.first[x]): seed for x, seed in zip((*t.dx, *t.du), seeds.T, strict=True)}
+        given = {**values, str(g.leaf[t.dt]): 0.0, **dict.fromkeys((str(g.leaf[x]) for x in t.dp), 0.0)}
+        given |= {str(g.leaf[x]): seed for x, seed in zip((*t.dx, *t.du), seeds.T, strict=True)}
         along = np.zeros((len(t.dqdd), len(seeds))) if moved is None else moved
-        given |= {str(g.first[x]): seed for x, seed in zip(t.dqdd, along, strict=True)}
+        given |= {str(g.leaf[x]): seed for x, seed in zip(t.dqdd, along, strict=True)}
         return evaluate(g, nodes, given)
 
     def _independent(self, by_state: Floats, by_input: Floats, h: int) -> tuple[list[int], Floats, Floats]:

@@ -79,7 +79,7 @@ class _Form:
         self.place |= dict.fromkeys((v.t, *v.qd, *v.qdd, *v.Q), g.zero)
         self.place |= {node: self._number(x) for node, x in zip(v.multipliers, about.multipliers, strict=True)}
         starts = {u.name: u.start for u in equations.mechanism.inputs}
-        self.place |= {node: self._number(starts.get(str(g.first[node]), 0.0)) for node in v.inputs[len(v.Q) :]}
+        self.place |= {node: self._number(starts.get(str(g.leaf[node]), 0.0)) for node in v.inputs[len(v.Q) :]}
         self.symbolic = self._stays()
 
     def _inertia(self) -> list[list[int]]:
@@ -106,7 +106,7 @@ class _Form:
         e, g = self.equations, self.equations.graph
         nodes = [x for variable in variables for x in g.substitute(forward(g, rows, {variable: g.one}), self.place)]
         # a node may stand for an equal value in which variables cancel out: those get their values here
-        left = {str(g.first[node]): float(g.value(value)) for node, value in self.place.items()}
+        left = {str(g.leaf[node]): float(g.value(value)) for node, value in self.place.items()}
         if self.symbolic:
             numbers = {symbol(name): sp.nsimplify(value) for name, value in left.items()}
             entries = [tidy(x.xreplace(numbers)) for x in written(g, nodes)]
@@ -124,7 +124,7 @@ class _Form:
         M, C, K = self._columns(e.momenta, v.qd), self._columns(residual, v.qd), self._columns(residual, v.q)
         friction = _half(C + C.T)
         driving = v.inputs[len(v.Q) :]
-        inputs = sp.Matrix([symbol(str(e.graph.first[node])) for node in driving])
+        inputs = sp.Matrix([symbol(str(e.graph.leaf[node])) for node in driving])
         starts = sp.Matrix([sp.nsimplify(e.graph.value(self.place[node])) for node in driving])
         push = -self._columns(residual, driving) * (inputs - starts) if driving else sp.zeros(len(residual), 1)
         forces = push - _half(C - C.T) * qd - _half(K - K.T) * q
