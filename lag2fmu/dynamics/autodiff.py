@@ -5,28 +5,50 @@ Source: A. Griewank, A. Walther, Evaluating Derivatives, SIAM 2008, sections 3.1
 
 from __future__ import annotations
 
-from collections.abc import Container, Iterable, Mapping, Sequence
+from collections.abc import Collection, Iterable, Mapping, Sequence
 
 from lag2fmu.dynamics.graph import Graph
-from lag2fmu.dynamics.operations import MULTIPLY, NEGATE, OPERATIONS
+from lag2fmu.dynamics.operations import ADD, MULTIPLY, NEGATE, OPERATIONS, SUBTRACT
 
 FUNCTIONS = frozenset(code for code, row in enumerate(OPERATIONS) if row.arity == 1 and code != NEGATE)
 
 
 def forward(graph: Graph, outputs: Sequence[int], seeds: Mapping[int, int]) -> list[int]:
     """Directional derivatives of ``outputs``, (k,) nodes, in the direction ``seeds`` {variable: its rate}."""
-    tangent: dict[int, int] = dict(seeds)
-    for node in graph.cone(outputs):
-        if node in tangent:
-            continue
-        if any(operand in tangent for operand in graph.operands[node]):
-            partials = _partials(graph, node, tangent).items()
-            rate = graph.total(
-                graph.multiply(partial, tangent[below]) for below, partial in partials if below in tangent
-            )
-            if rate != graph.zero:
-                tangent[node] = rate
-    return [tangent.get(output, graph.zero) for output in outputs]
+    return Forward(graph, seeds)(outputs)
+
+
+class Forward:
+    """Directional derivatives in the direction ``seeds`` {variable: its rate}; each node is differentiated once."""
+
+    def __init__(self, graph: Graph, seeds: Mapping[int, int]) -> None:
+        self.graph = graph
+        self.rates = dict(seeds)  # of the nodes that have one
+        self.done = set(seeds)
+
+    def __call__(self, outputs: Sequence[int]) -> list[int]:
+        """The derivatives of ``outputs``, (k,) nodes"""
+        graph, rates = self.graph, self.rates
+        cone = graph.cone(outputs, self.done)
+        for node in cone:
+            if node not in self.done:
+                rate = self._rate(node)
+                if rate != graph.zero:
+                    rates[node] = rate
+        self.done.update(cone)
+        return [rates.get(output, graph.zero) for output in outputs]
+
+    def _rate(self, node: int) -> int:
+        g, rates, operands = self.graph, self.rates, self.graph.operands[node]
+        moving = [operand for operand in operands if operand in rates]
+        if not moving:
+            return g.zero
+        if g.code[node] in (ADD, SUBTRACT):
+            a, b = (rates.get(operand, g.zero) for operand in operands)
+            return g.add(a, b) if g.code[node] == ADD else g.subtract(a, b)
+        return g.total(
+            g.multiply(partial, rates[below]) for below, partial in _partials(g, node, rates) if below in rates
+        )
 
 
 def reverse(graph: Graph, seeds: Mapping[int, int], variables: Iterable[int]) -> list[int]:
@@ -34,48 +56,50 @@ def reverse(graph: Graph, seeds: Mapping[int, int], variables: Iterable[int]) ->
 
     The adjoints in ``seeds`` are taken as they stand, not differentiated.
     """
-    variables = list(variables)
+    variables, zero = list(variables), graph.zero
     adjoint: dict[int, int] = {}
     for output, weight in seeds.items():
-        adjoint[output] = graph.add(adjoint.get(output, graph.zero), weight)
-    inner = _dependent(graph, list(seeds), set(variables))
+        adjoint[output] = graph.add(adjoint.get(output, zero), weight)
+    inner = _dependent(graph, seeds, variables)
     depending = {*inner, *variables}
     for node in reversed(inner):
-        weight = adjoint.get(node, graph.zero)
-        if weight == graph.zero:
+        weight = adjoint.get(node, zero)
+        if weight == zero:
             continue
-        for operand, partial in _partials(graph, node, depending).items():
-            adjoint[operand] = graph.add(adjoint.get(operand, graph.zero), graph.multiply(partial, weight))
-    return [adjoint.get(variable, graph.zero) for variable in variables]
+        for operand, partial in _partials(graph, node, depending):
+            if operand in depending:
+                adjoint[operand] = graph.add(adjoint.get(operand, zero), graph.multiply(partial, weight))
+    return [adjoint.get(variable, zero) for variable in variables]
 
 
-def _dependent(graph: Graph, outputs: Sequence[int], variables: set[int]) -> list[int]:
+def _dependent(graph: Graph, outputs: Iterable[int], variables: Iterable[int]) -> list[int]:
     """The inner nodes between ``variables`` and ``outputs``, ascending."""
     reached = set(variables)
     order: list[int] = []
     for node in graph.cone(outputs):
-        if any(operand in reached for operand in graph.operands[node]):
+        if not reached.isdisjoint(graph.operands[node]):
             reached.add(node)
             order.append(node)
     return order
 
 
-def _partials(graph: Graph, node: int, varying: Container[int]) -> dict[int, int]:
-    """{operand: partial derivative} of ``node``; an operand that stands twice (a square) is met once.
+def _partials(graph: Graph, node: int, varying: Collection[int]) -> Iterable[tuple[int, int]]:
+    """(operand, partial derivative) of ``node``; an operand that stands twice (a square) is met once.
 
     Of l * sin(x) with an l that does not vary, x counts as the operand: l * cos(x) is what velocities are made of, so
     that it is there already.
     """
-    if graph.code[node] == MULTIPLY:
-        a, b = graph.operands[node]
+    code, operands = graph.code[node], graph.operands[node]
+    if code == MULTIPLY:
+        a, b = operands
         factor, other = (a, b) if b in varying else (b, a)
         if factor not in varying and graph.code[other] in FUNCTIONS:
-            (below,) = graph.operands[other]
-            return {below: graph.multiply(factor, _partials(graph, other, varying)[below])}
-    derivative = OPERATIONS[graph.code[node]].derivative
+            ((below, partial),) = _partials(graph, other, varying)
+            return ((below, graph.multiply(factor, partial)),)
+        return ((a, graph.add(a, a)),) if a == b else ((a, b), (b, a))
+    derivative = OPERATIONS[code].derivative
     assert derivative is not None  # constants and symbols have no operands and never come here
-    operands, partials = graph.operands[node], derivative(graph, graph.operands[node], node)
-    merged: dict[int, int] = {}
-    for operand, partial in zip(operands, partials, strict=True):
-        merged[operand] = graph.add(merged[operand], partial) if operand in merged else partial
-    return merged
+    partials = derivative(graph, operands, node)
+    if len(operands) == 2 and operands[0] == operands[1]:
+        return ((operands[0], graph.add(*partials)),)
+    return zip(operands, partials, strict=True)

@@ -13,8 +13,8 @@ from dataclasses import dataclass, field
 
 import sympy as sp
 
-from lag2fmu.dynamics.autodiff import forward
-from lag2fmu.dynamics.frames import Frames, Velocity
+from lag2fmu.dynamics.autodiff import Forward
+from lag2fmu.dynamics.frames import Frames, Rate, Velocity
 from lag2fmu.dynamics.graph import Graph
 from lag2fmu.dynamics.translate import Translator
 from lag2fmu.dynamics.variables import Variables
@@ -84,13 +84,16 @@ class Energies:
 
 
 class Composer:
-    """Puts the parts of a mechanism on the graph: ``energies`` and forces, and each ``output``."""
+    """Puts the parts of a mechanism on the graph: ``energies`` and forces, and each ``output``.
+
+    ``rate`` gives d/dt of functions of t, q and motions.
+    """
 
     def __init__(self, graph: Graph, mechanism: Mechanism, translate: Translator, variables: Variables) -> None:
         self.g, self.mechanism, self.put, self.variables = graph, mechanism, translate, variables
-        self.direction = variables.direction(graph, accelerating=False)
+        self.rate = Forward(graph, variables.direction(graph, accelerating=False))
         self.frames = Frames(graph, mechanism, translate)
-        self.velocities = self.frames.velocities(self.direction)
+        self.velocities = self.frames.velocities(self.rate)
         self.effort: dict[int, int] = {}
         self.impetus: dict[int, int] = {}
 
@@ -121,10 +124,6 @@ class Composer:
             split=given.lagrangian is None,
         )
 
-    def rate(self, nodes: Sequence[int]) -> list[int]:
-        """d/dt of functions of t, q and motions"""
-        return forward(self.g, nodes, self.direction)
-
     def _half_square(self, factor: int, *components: int) -> int:
         """1/2 factor * |components|^2"""
         return self.g.multiply(self.g.constant_half, self.g.multiply(factor, self.g.dot(components, components)))
@@ -140,23 +139,23 @@ class Composer:
 
     def _rigid(self) -> Iterator[RigidInertia]:
         g, v = self.g, self.variables
-        shifts = self.frames.velocities(dict(zip(v.q, v.qd, strict=True)))
+        shift = Forward(g, dict(zip(v.q, v.qd, strict=True)))
+        shifts = self.frames.velocities(shift)
         framed = [body for body in self.mechanism.bodies if body.frame is not None]
         down = self.frames.spread(times(g, self._gravity_acceleration(), self._gravity_direction())) if framed else {}
         for body in framed:
             center, frame = self.put.vector(tuple(body.center)), str(body.frame)
-            motion = dict(zip(v.q, v.qd, strict=True))
             yield RigidInertia(
                 mass=self.put(body.mass),
                 tensor=self.tensor(body),
-                velocity=self._moved(self.velocities[frame], center, self.direction),
-                shift=self._moved(shifts[frame], center, motion),
+                velocity=self._moved(self.velocities[frame], center, self.rate),
+                shift=self._moved(shifts[frame], center, shift),
                 gravity=down[frame],
             )
 
-    def _moved(self, velocity: Velocity, place: Vector, direction: Mapping[int, int]) -> Velocity:
+    def _moved(self, velocity: Velocity, place: Vector, rate: Rate) -> Velocity:
         """The velocity of a point of a frame, with the frame's angular velocity"""
-        return Velocity(velocity.at(self.g, place, tuple(forward(self.g, place, direction))), velocity.angular)
+        return Velocity(velocity.at(self.g, place, tuple(rate(place))), velocity.angular)
 
     def tensor(self, body: Body) -> tuple[Vector, ...]:
         """The inertia tensor (3, 3) of a spatial body about its mass centre, in the axes of its frame"""
@@ -243,7 +242,7 @@ class Composer:
         """A force at the velocity of its point, a torque at the angular velocity, in the frame's axes"""
         vector = self.put.vector(_entries(load.force if load.force is not None else load.torque))
         own = vector if load.axes != WORLD else self.frames.to_frame(frame, vector)
-        velocity = self._moved(self.velocities[frame], place, self.direction)
+        velocity = self._moved(self.velocities[frame], place, self.rate)
         self._act(self.impetus, velocity.linear if load.force is not None else velocity.angular, own)
 
     def _act(self, total: dict[int, int], where: Vector, force: Vector) -> None:

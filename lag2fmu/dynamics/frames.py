@@ -10,10 +10,9 @@ Source: R. Featherstone, Rigid Body Dynamics Algorithms, section 2.8; J. J. Crai
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
-from lag2fmu.dynamics.autodiff import forward
 from lag2fmu.dynamics.graph import Graph
 from lag2fmu.dynamics.translate import Translator
 from lag2fmu.dynamics.vectors import (
@@ -31,6 +30,7 @@ from lag2fmu.mechanism import Frame, Mechanism
 from lag2fmu.mechanism.parts import WORLD
 
 Rate = Callable[[Sequence[int]], Sequence[int]]
+"""Nodes to their derivatives along a motion."""
 
 
 @dataclass(frozen=True)
@@ -46,7 +46,7 @@ class Velocity:
 
 
 class Frames:
-    """All frames of a mechanism; ``direction`` is that of time, {variable: its rate}."""
+    """All frames of a mechanism."""
 
     def __init__(self, graph: Graph, mechanism: Mechanism, put: Translator) -> None:
         self.g, self.put = graph, put
@@ -99,12 +99,12 @@ class Frames:
 
     # -------------------------------------------------------------------------------------------------- velocities
 
-    def velocities(self, direction: Mapping[int, int]) -> dict[str, Velocity]:
-        """{frame: Velocity} along ``direction`` {variable: its rate}, the world at rest."""
+    def velocities(self, rate: Rate) -> dict[str, Velocity]:
+        """{frame: Velocity} as ``rate`` differentiates, the world at rest."""
         rest = (self.g.zero,) * 3
         known = {WORLD: Velocity(rest, rest)}
         for name in self.by_name:
-            self._extend(name, known, lambda nodes: forward(self.g, nodes, direction))
+            self._extend(name, known, rate)
         return known
 
     def _extend(self, name: str, known: dict[str, Velocity], rate: Rate) -> None:

@@ -67,6 +67,10 @@ class Graph:
             setattr(other, name, content if isinstance(content, int) else content.copy())
         return other
 
+    def adopt(self, copy: Graph) -> None:
+        """Take over the nodes of a copy that has gone on"""
+        vars(self).update(vars(copy))
+
     # ------------------------------------------------------------------------------------------------- making nodes
 
     def _new(self, code: int, operands: tuple[int, ...], mark: int, leaf: Number | str | None = None) -> int:

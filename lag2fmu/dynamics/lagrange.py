@@ -20,10 +20,11 @@ from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from fractions import Fraction
 
-from lag2fmu.dynamics.autodiff import forward, reverse
+from lag2fmu.dynamics.autodiff import Forward, forward, reverse
 from lag2fmu.dynamics.constraints import Constraints, compose, starting_consistently
 from lag2fmu.dynamics.elimination import Entries, Solution, mass_matrix, solve
 from lag2fmu.dynamics.energies import Composer, Energies, RigidInertia
+from lag2fmu.dynamics.frames import Rate
 from lag2fmu.dynamics.graph import Graph
 from lag2fmu.dynamics.massless import with_equilibria
 from lag2fmu.dynamics.operations import NEGATE
@@ -104,8 +105,7 @@ def derive(mechanism: Mechanism, method: str | None = None) -> EquationsOfMotion
     the coordinates), or if an energy has no finite value at the start.
     """
     methods = [method] if method else METHODS[: 1 if len(mechanism.coordinates) > MAX_FACTORISED else None]
-    carried = _carried(mechanism)
-    solved = min((_solved(mechanism, m, carried) for m in methods), key=lambda solved: solved.operations)
+    solved = _solved(_composed(mechanism, _carried(mechanism)), methods)
     if solved.solution is None and not any(c.massless for c in mechanism.constraints):
         completed = with_equilibria(mechanism, solved.graph, solved.variables, solved.entries, solved.forcing)
         if completed is not mechanism:
@@ -139,33 +139,34 @@ def _carried(mechanism: Mechanism) -> dict[int, float]:
     """
     if not mechanism.constraints:
         return {}
-    bare = _solved(mechanism, METHODS[-1], {})
+    bare = _composed(mechanism, {})
     mass = mass_matrix(bare.graph, bare.entries, bare.variables.qd)
     return massless_directions(mechanism, bare.graph, mass, bare.constraints.jacobian)
 
 
 @dataclass(frozen=True)
-class _Solved:
-    """The accelerations by one method, on a graph of their own: equal values are one node, whatever the method."""
+class _Composed:
+    """Both sides of M qdd = forcing on the graph, M as the quadratic form ``entries`` over the velocity graph."""
 
     mechanism: Mechanism
-    method: str
     graph: Graph
     variables: Variables
     composer: Composer
     energies: Energies
     entries: Entries
     forcing: tuple[int, ...]
-    solution: Solution | None
     constraints: Constraints
 
-    @property
-    def operations(self) -> float:
-        """The number of operations of the accelerations, infinite if there is no solution."""
-        return self.graph.operations(self.solution.x) if self.solution else math.inf
+
+@dataclass(frozen=True)
+class _Solved(_Composed):
+    """Beside them the accelerations, by ``method``; None if there is no solution."""
+
+    method: str
+    solution: Solution | None
 
 
-def _solved(mechanism: Mechanism, method: str, carried: Mapping[int, float]) -> _Solved:
+def _composed(mechanism: Mechanism, carried: Mapping[int, float]) -> _Composed:
     """``carried`` are the constraints that count as inertias, see ``_carried``."""
     graph = Graph()
     variables = declare(graph, mechanism)
@@ -174,9 +175,26 @@ def _solved(mechanism: Mechanism, method: str, carried: Mapping[int, float]) -> 
     inertias = {constraints.velocities[k]: graph.constant(Fraction(weight)) for k, weight in sorted(carried.items())}
     energies = replace(composer.energies(), carried=inertias)
     entries = _quadratic_form(graph, mechanism, variables, energies)
-    forcing = tuple(graph.negate(r) for r in _residual(graph, variables, energies, accelerating=False))
-    solution = solve(graph, entries, variables.qd, forcing, early=method == "elimination")
-    return _Solved(mechanism, method, graph, variables, composer, energies, entries, forcing, solution, constraints)
+    residual = _residual(graph, variables, energies, composer.rate, composer.rate)
+    forcing = tuple(graph.negate(r) for r in residual)
+    return _Composed(mechanism, graph, variables, composer, energies, entries, forcing, constraints)
+
+
+def _solved(given: _Composed, methods: Sequence[str]) -> _Solved:
+    """The accelerations by the method with the fewest operations.
+
+    Each is tried on a copy of the graph, where it finds no values of the others; the best one's nodes are kept.
+    """
+    least = math.inf
+    best, method, solution = given.graph, methods[0], None
+    for name in methods:
+        trial = given.graph.copy()
+        found = solve(trial, given.entries, given.variables.qd, given.forcing, early=name == "elimination")
+        operations = trial.operations(found.x) if found else math.inf
+        if operations < least:
+            least, best, method, solution = operations, trial, name, found
+    given.graph.adopt(best)
+    return _Solved(**vars(given), method=method, solution=solution)
 
 
 def _complete(solved: _Solved) -> EquationsOfMotion:
@@ -184,6 +202,8 @@ def _complete(solved: _Solved) -> EquationsOfMotion:
     graph, variables, energies, constraints = solved.graph, solved.variables, solved.energies, solved.constraints
     mechanism = starting_consistently(solved.mechanism, graph, constraints)
     momenta = reverse(graph, {energies.lagrangian(graph): graph.one}, variables.qd)
+    accelerating = Forward(graph, variables.direction(graph, accelerating=True))
+    residual = _residual(graph, variables, energies, solved.composer.rate, accelerating)
     composer = solved.composer
     outputs = {name: node for o in mechanism.outputs for name, node in zip(o.names, composer.output(o), strict=True)}
     return EquationsOfMotion(
@@ -196,7 +216,7 @@ def _complete(solved: _Solved) -> EquationsOfMotion:
         forcing=solved.forcing,
         solution=solved.solution,
         constraints=constraints,
-        residual=_with_constraints(graph, variables, _residual(graph, variables, energies, True), constraints),
+        residual=_with_constraints(graph, variables, residual, constraints, accelerating),
         momenta=tuple(momenta),
         energies=_named_energies(graph, variables, energies, momenta),
         outputs=outputs,
@@ -204,11 +224,9 @@ def _complete(solved: _Solved) -> EquationsOfMotion:
     )
 
 
-def _residual(graph: Graph, v: Variables, energies: Energies, accelerating: bool) -> list[int]:
-    """d/dt dL/dqd - dL/dq + dR/dqd - Q, (n,), with qdd as variables or, not ``accelerating``, with qdd = 0."""
-    direction = v.direction(graph, accelerating)
-    places = [inertia.place for inertia in energies.inertias]
-    accelerations = forward(graph, forward(graph, places, v.direction(graph, accelerating=False)), direction)
+def _residual(graph: Graph, v: Variables, energies: Energies, rate: Rate, second: Rate) -> list[int]:
+    """d/dt dL/dqd - dL/dq + dR/dqd - Q, (n,); ``rate`` is d/dt of places, ``second`` of velocities, with qdd or not."""
+    accelerations = second(rate([inertia.place for inertia in energies.inertias]))
     effort = {place: graph.negate(force) for place, force in energies.effort.items()}
     for inertia, acceleration in zip(energies.inertias, accelerations, strict=True):
         force = graph.multiply(inertia.weight, graph.subtract(acceleration, inertia.gravity))
@@ -216,8 +234,8 @@ def _residual(graph: Graph, v: Variables, energies: Energies, accelerating: bool
     effort[energies.potential] = graph.add(effort.get(energies.potential, graph.zero), graph.one)
     rows = zip(
         reverse(graph, effort, v.q),
-        reverse(graph, _inertial_impetus(graph, energies, direction), v.qd),
-        _remainder(graph, v, energies.remainder, direction),
+        reverse(graph, _inertial_impetus(graph, energies, second), v.qd),
+        _remainder(graph, v, energies.remainder, second),
         reverse(graph, {energies.dissipation: graph.one}, v.qd),
         energies.direct,
         strict=True,
@@ -225,25 +243,24 @@ def _residual(graph: Graph, v: Variables, energies: Energies, accelerating: bool
     return [graph.subtract(graph.total(terms), Q) for *terms, Q in rows]
 
 
-def _with_constraints(graph: Graph, v: Variables, residual: Sequence[int], c: Constraints) -> tuple[int, ...]:
+def _with_constraints(graph: Graph, v: Variables, residual: Sequence[int], c: Constraints, rate: Rate) -> tuple[int, ...]:
     """The equations with the constraints' forces G^T multiplier, and G qdd + gamma below, (n + m,)."""
     forces = reverse(graph, dict(zip(c.velocities, v.multipliers, strict=True)), v.qd)
-    moved = forward(graph, c.velocities, v.direction(graph, accelerating=True))
-    return (*(graph.subtract(r, force) for r, force in zip(residual, forces, strict=True)), *moved)
+    return (*(graph.subtract(r, force) for r, force in zip(residual, forces, strict=True)), *rate(c.velocities))
 
 
-def _inertial_impetus(graph: Graph, energies: Energies, direction: Mapping[int, int]) -> dict[int, int]:
+def _inertial_impetus(graph: Graph, energies: Energies, rate: Rate) -> dict[int, int]:
     """{velocity: inertial force - load} of the spatial bodies, in their axes.
 
     Force m (dv/dt + omega x v - gravity) and torque I domega/dt + omega x I omega (Euler's equations).
     """
     impetus = {velocity: graph.negate(force) for velocity, force in energies.impetus.items()}
-    rates = forward(graph, list(energies.carried), direction)
-    for (velocity, weight), rate in zip(energies.carried.items(), rates, strict=True):
-        impetus[velocity] = graph.add(impetus.get(velocity, graph.zero), graph.multiply(weight, rate))
+    rates = rate(list(energies.carried))
+    for (velocity, weight), change in zip(energies.carried.items(), rates, strict=True):
+        impetus[velocity] = graph.add(impetus.get(velocity, graph.zero), graph.multiply(weight, change))
     for body in energies.rigid:
         v, omega = body.velocity.linear, body.velocity.angular
-        dv, alpha = tuple(forward(graph, v, direction)), tuple(forward(graph, omega, direction))
+        dv, alpha = tuple(rate(v)), tuple(rate(omega))
         acceleration = minus(graph, plus(graph, dv, cross(graph, omega, v)), body.gravity)
         gyroscopic = cross(graph, omega, apply(graph, body.tensor, omega))
         torque = plus(graph, apply(graph, body.tensor, alpha), gyroscopic)
@@ -252,11 +269,11 @@ def _inertial_impetus(graph: Graph, energies: Energies, direction: Mapping[int, 
     return impetus
 
 
-def _remainder(graph: Graph, v: Variables, remainder: int, direction: Mapping[int, int]) -> list[int]:
+def _remainder(graph: Graph, v: Variables, remainder: int, rate: Rate) -> list[int]:
     """d/dt dL/dqd - dL/dq of what the user wrote into L beside bodies and velocity-free potentials, (n,)."""
     gradient = reverse(graph, {remainder: graph.one}, [*v.qd, *v.q])
     momenta, by_q = gradient[: len(v.q)], gradient[len(v.q) :]
-    return [graph.subtract(rate, dL) for rate, dL in zip(forward(graph, momenta, direction), by_q, strict=True)]
+    return [graph.subtract(change, dL) for change, dL in zip(rate(momenta), by_q, strict=True)]
 
 
 def _quadratic_form(graph: Graph, mechanism: Mechanism, v: Variables, energies: Energies) -> Entries:
