@@ -19,8 +19,12 @@ import math
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from fractions import Fraction
+from functools import cached_property
+
+import numpy as np
 
 from lag2fmu.dynamics.autodiff import Forward, forward, reverse
+from lag2fmu.dynamics.batches import matrix
 from lag2fmu.dynamics.constraints import Constraints, compose, starting_consistently
 from lag2fmu.dynamics.elimination import Entries, Solution, mass_matrix, solve
 from lag2fmu.dynamics.energies import Composer, Energies, RigidInertia
@@ -29,7 +33,16 @@ from lag2fmu.dynamics.graph import Graph
 from lag2fmu.dynamics.massless import with_equilibria
 from lag2fmu.dynamics.operations import NEGATE
 from lag2fmu.dynamics.quadratic import second_degree
-from lag2fmu.dynamics.samples import check_agreement, check_quadratic, check_rank, check_start, massless_directions
+from lag2fmu.dynamics.samples import (
+    check_agreement,
+    check_quadratic,
+    check_rank,
+    check_start,
+    mass_matrices,
+    massless_directions,
+    samples,
+    start_values,
+)
 from lag2fmu.dynamics.variables import Variables, declare, translator
 from lag2fmu.dynamics.vectors import apply, cross, minus, plus, times
 from lag2fmu.mechanism import Mechanism, names
@@ -47,11 +60,12 @@ class EquationsOfMotion:
 
     ``mechanism`` is the one given, with start values that meet its constraints.
 
-    ``entries``: the quadratic form 2 T2 over the velocity graph; ``mass_matrix``: (n, n), its Hessian in qd;
-    ``forcing``: (n,); ``solution``: M^-1 forcing (n,) with its pivots, by ``method``, None if every order meets a pivot
-    that is identically zero; ``constraints``: of m equations; ``residual``: (n + m,), M qdd - forcing - G^T multiplier
-    and the constraints' accelerations, with qdd and multipliers as variables; ``momenta``: (n,), dL/dqd; ``energies``,
-    ``outputs`` and ``dependent`` (parameters) by name.
+    ``entries``: the quadratic form 2 T2 over the velocity graph; ``forcing``: (n,); ``solution``: M^-1 forcing (n,)
+    with its pivots, by ``method``, None if every order meets a pivot that is identically zero; ``constraints``: of m
+    equations; ``outputs`` and ``dependent`` (parameters) by name; ``parts``: the energies and forces as composed.
+
+    What the accelerations do not need joins the graph when it is first asked for, all at once: what the graph then
+    holds does not depend on which was asked for.
     """
 
     mechanism: Mechanism
@@ -59,15 +73,36 @@ class EquationsOfMotion:
     graph: Graph
     variables: Variables
     entries: Entries
-    mass_matrix: tuple[tuple[int, ...], ...]
     forcing: tuple[int, ...]
     solution: Solution | None
     constraints: Constraints
-    residual: tuple[int, ...]
-    momenta: tuple[int, ...]
-    energies: Mapping[str, int]
     outputs: Mapping[str, int]
     dependent: Mapping[str, int]
+    parts: Energies
+
+    @cached_property
+    def _further(self) -> _Further:
+        return _further(self)
+
+    @property
+    def mass_matrix(self) -> tuple[tuple[int, ...], ...]:
+        """M, (n, n)."""
+        return self._further.mass_matrix
+
+    @property
+    def residual(self) -> tuple[int, ...]:
+        """M qdd - forcing - G^T multiplier and the constraints' accelerations, (n + m,), with qdd as variables."""
+        return self._further.residual
+
+    @property
+    def momenta(self) -> tuple[int, ...]:
+        """dL/dqd, (n,)."""
+        return self._further.momenta
+
+    @property
+    def energies(self) -> Mapping[str, int]:
+        """Energies and the power of the external inputs, by name."""
+        return self._further.energies
 
     @property
     def operations(self) -> int:
@@ -110,12 +145,21 @@ def derive(mechanism: Mechanism, method: str | None = None) -> EquationsOfMotion
         completed = with_equilibria(mechanism, solved.graph, solved.variables, solved.entries, solved.forcing)
         if completed is not mechanism:
             return derive(completed, method)
-    equations = _complete(solved)
-    mechanism, g = equations.mechanism, equations.graph
-    check_start(mechanism, g, equations.mass_matrix, equations.forcing, solved.composer.distances())
-    check_rank(mechanism, g, equations.mass_matrix)
-    check_agreement(mechanism, g, equations.mass_matrix, equations.forcing, equations.solution)
+    equations = _equations(solved)
+    _check(equations, solved.composer.distances())
     return equations
+
+
+def _check(equations: EquationsOfMotion, distances: Mapping[str, int]) -> None:
+    """The equations in numbers at the start and at five random states."""
+    mechanism, g, forcing = equations.mechanism, equations.graph, equations.forcing
+    states = [start_values(mechanism), *samples(mechanism, 5)]
+    at_start, *masses = mass_matrices(g, equations.entries, equations.variables.qd, states)
+    if not np.all(np.isfinite(at_start)):  # M may be finite where the coefficients of its form are not
+        at_start = matrix(g, equations.mass_matrix, states[0], len(forcing))
+    check_start(mechanism, g, at_start, forcing, distances)
+    check_rank(mechanism, masses)
+    check_agreement(mechanism, g, masses, states[1:], forcing, equations.solution)
 
 
 def complete(mechanism: Mechanism, equations: EquationsOfMotion | None = None) -> Mechanism:
@@ -140,8 +184,7 @@ def _carried(mechanism: Mechanism) -> dict[int, float]:
     if not mechanism.constraints:
         return {}
     bare = _composed(mechanism, {})
-    mass = mass_matrix(bare.graph, bare.entries, bare.variables.qd)
-    return massless_directions(mechanism, bare.graph, mass, bare.constraints.jacobian)
+    return massless_directions(mechanism, bare.graph, bare.entries, bare.variables.qd, bare.constraints.jacobian)
 
 
 @dataclass(frozen=True)
@@ -197,30 +240,44 @@ def _solved(given: _Composed, methods: Sequence[str]) -> _Solved:
     return _Solved(**vars(given), method=method, solution=solution)
 
 
-def _complete(solved: _Solved) -> EquationsOfMotion:
-    """What else follows from the graph of the accelerations."""
-    graph, variables, energies, constraints = solved.graph, solved.variables, solved.energies, solved.constraints
-    mechanism = starting_consistently(solved.mechanism, graph, constraints)
-    momenta = reverse(graph, {energies.lagrangian(graph): graph.one}, variables.qd)
-    accelerating = Forward(graph, variables.direction(graph, accelerating=True))
-    residual = _residual(graph, variables, energies, solved.composer.rate, accelerating)
-    composer = solved.composer
-    outputs = {name: node for o in mechanism.outputs for name, node in zip(o.names, composer.output(o), strict=True)}
+def _equations(solved: _Solved) -> EquationsOfMotion:
+    """With what the user asked for beside the accelerations."""
+    mechanism, composer = solved.mechanism, solved.composer
     return EquationsOfMotion(
-        mechanism=mechanism,
+        mechanism=starting_consistently(mechanism, solved.graph, solved.constraints),
         method=solved.method,
-        graph=graph,
-        variables=variables,
+        graph=solved.graph,
+        variables=solved.variables,
         entries=solved.entries,
-        mass_matrix=mass_matrix(graph, solved.entries, variables.qd),
         forcing=solved.forcing,
         solution=solved.solution,
-        constraints=constraints,
-        residual=_with_constraints(graph, variables, residual, constraints, accelerating),
-        momenta=tuple(momenta),
-        energies=_named_energies(graph, variables, energies, momenta),
-        outputs=outputs,
+        constraints=solved.constraints,
+        outputs={name: x for o in mechanism.outputs for name, x in zip(o.names, composer.output(o), strict=True)},
         dependent={p.name: composer.put.names[p.name] for p in mechanism.parameters if p.expression is not None},
+        parts=solved.energies,
+    )
+
+
+@dataclass(frozen=True)
+class _Further:
+    """What else follows from the parts of the equations: see EquationsOfMotion."""
+
+    mass_matrix: tuple[tuple[int, ...], ...]
+    residual: tuple[int, ...]
+    momenta: tuple[int, ...]
+    energies: Mapping[str, int]
+
+
+def _further(equations: EquationsOfMotion) -> _Further:
+    g, v, parts = equations.graph, equations.variables, equations.parts
+    momenta = tuple(reverse(g, {parts.lagrangian(g): g.one}, v.qd))
+    rate, accelerating = (Forward(g, v.direction(g, along)) for along in (False, True))
+    residual = _residual(g, v, parts, rate, accelerating)
+    return _Further(
+        mass_matrix=mass_matrix(g, equations.entries, v.qd),
+        residual=_with_constraints(g, v, residual, equations.constraints, accelerating),
+        momenta=momenta,
+        energies=_named_energies(g, v, parts, momenta),
     )
 
 

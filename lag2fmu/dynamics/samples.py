@@ -1,4 +1,4 @@
-"""Checks of derived equations by their values at the start and at random states around it."""
+"""Derived equations in numbers at the start and at random states around it: M, and checks."""
 
 from __future__ import annotations
 
@@ -6,17 +6,18 @@ import random
 from collections.abc import Iterator, Mapping, Sequence
 
 import numpy as np
-from numpy.typing import NDArray
 
-from lag2fmu.dynamics.elimination import Solution
+from lag2fmu.dynamics.batches import Floats, evaluate, matrix
+from lag2fmu.dynamics.elimination import Entries, Solution
 from lag2fmu.dynamics.graph import Graph
 from lag2fmu.errors import DerivationError
 from lag2fmu.mechanism import Mechanism, names
 
-Matrix = Sequence[Sequence[int]]
+State = dict[str, float]
+"""The values of all variables, by name, in SI units."""
 
 
-def start_values(mechanism: Mechanism) -> dict[str, float]:
+def start_values(mechanism: Mechanism) -> State:
     """The start values of all variables by name (SI); accelerations and external forces are 0."""
     values = {"t": 0.0}
     for c in mechanism.coordinates:
@@ -29,7 +30,7 @@ def start_values(mechanism: Mechanism) -> dict[str, float]:
     return values
 
 
-def _samples(mechanism: Mechanism, count: int) -> Iterator[dict[str, float]]:
+def samples(mechanism: Mechanism, count: int) -> Iterator[State]:
     """``count`` states around the start, reproducible; parameters are moved by up to a tenth."""
     generator = random.Random(20)
     start = start_values(mechanism)
@@ -44,31 +45,41 @@ def _samples(mechanism: Mechanism, count: int) -> Iterator[dict[str, float]]:
         }
 
 
-def _matrix(graph: Graph, matrix: Matrix, values: dict[str, float]) -> NDArray[np.float64]:
-    n = len(matrix)
-    return np.array(graph.evaluate([entry for row in matrix for entry in row], values)).reshape(n, n)
+def mass_matrices(graph: Graph, entries: Entries, velocities: Sequence[int], states: Sequence[State]) -> Floats:
+    """M at k ``states``, (k, n, n): the nodes of the form ``entries`` are linear in the ``velocities``, (n,).
+
+    Their values at unit velocities are their coefficients J, and M = sum H_ab J_a^T J_b.
+    """
+    values: dict[str, float | Floats] = {name: np.array([[s[name]] for s in states]) for name in states[0]}
+    values |= zip((str(graph.leaf[v]) for v in velocities), np.eye(len(velocities)), strict=True)
+    nodes = [*(a for a, _ in entries), *(b for _, b in entries), *entries.values()]
+    a, b, weight = np.split(evaluate(graph, nodes, values), 3)
+    once = np.array([0.5 if a == b else 1.0 for a, b in entries]).reshape(-1, 1, 1)
+    with np.errstate(all="ignore"):
+        half: Floats = np.moveaxis(once * weight * a, 0, -1) @ np.moveaxis(b, 0, 1)
+        return half + np.swapaxes(half, 1, 2)
 
 
 def massless_directions(
-    mechanism: Mechanism, graph: Graph, mass: Matrix, jacobian: Sequence[Sequence[int]]
+    mechanism: Mechanism, graph: Graph, entries: Entries, velocities: Sequence[int], jacobian: Sequence[Sequence[int]]
 ) -> dict[int, float]:
     """{row of ``jacobian`` (m, n): weight} of those that restrict motion without mass; none if M is regular somewhere.
 
-    The weights, powers of two, make w g g^T as large as M.
+    M is that of ``entries`` over ``velocities``, (n,). The weights, powers of two, make w g g^T as large as M.
     """
     found: dict[int, float] = {}
-    for values in _samples(mechanism, 5):
-        matrix = _matrix(graph, mass, values)
-        rows = np.array(graph.evaluate([entry for row in jacobian for entry in row], values)).reshape(-1, len(mass))
-        if not (np.all(np.isfinite(matrix)) and np.all(np.isfinite(rows))):
+    states = list(samples(mechanism, 5))
+    for values, mass in zip(states, mass_matrices(graph, entries, velocities, states), strict=True):
+        rows = matrix(graph, jacobian, values, len(velocities))
+        if not (np.all(np.isfinite(mass)) and np.all(np.isfinite(rows))):
             continue
-        scale = np.sqrt(np.abs(np.diag(matrix)))
+        scale = np.sqrt(np.abs(np.diag(mass)))
         scale[scale == 0] = 1.0
-        _, singular, vectors = np.linalg.svd(matrix / np.outer(scale, scale))
+        _, singular, vectors = np.linalg.svd(mass / np.outer(scale, scale))
         null = vectors[singular <= 1e-12 * max(singular[0], 1e-300)]
         if len(null) == 0:
             return {}
-        largest = float(np.abs(matrix).max()) or 1.0
+        largest = float(np.abs(mass).max()) or 1.0
         for k, row in enumerate(rows):
             if k not in found and np.any(np.abs(null @ (row / scale)) > 1e-9 * np.linalg.norm(row / scale)):
                 found[k] = 2.0 ** round(float(np.log2(largest / (row @ row))))
@@ -76,16 +87,16 @@ def massless_directions(
 
 
 def check_start(
-    mechanism: Mechanism, graph: Graph, mass: Matrix, forcing: Sequence[int], distances: Mapping[str, int]
+    mechanism: Mechanism, graph: Graph, mass: Floats, forcing: Sequence[int], distances: Mapping[str, int]
 ) -> None:
-    """Raise DerivationError unless M and the forces are finite at the start.
+    """Raise DerivationError unless M, ``mass`` (n, n), and the forces, ``forcing`` (n,), are finite at the start.
 
     ``distances`` of the ends of springs and dampers, by their place: where one is 0 its force has no direction.
     """
     values = start_values(mechanism)
     starts = ", ".join(f"{c.name} = {c.start:g}" for c in mechanism.coordinates)
-    for what, nodes in (("mass matrix", [e for row in mass for e in row]), ("forces", list(forcing))):
-        if np.all(np.isfinite(graph.evaluate(nodes, values))):
+    for what, numbers in (("mass matrix", mass), ("forces", np.array(graph.evaluate(forcing, values)))):
+        if np.all(np.isfinite(numbers)):
             continue
         lengths = zip(distances, graph.evaluate(list(distances.values()), values), strict=True)
         where = next((name for name, length in lengths if length == 0), None)
@@ -106,7 +117,7 @@ def check_quadratic(mechanism: Mechanism, graph: Graph, entries: Sequence[int]) 
     Entries that only look as if they did are let pass.
     """
     speeds = {names.velocity(c.name) for c in mechanism.coordinates}
-    for values in _samples(mechanism, 4):
+    for values in samples(mechanism, 4):
         a = np.array(graph.evaluate(entries, values))
         b = np.array(graph.evaluate(entries, values | {s: 1.7 * values[s] + 0.3 for s in speeds}))
         usable = np.isfinite(a) & np.isfinite(b)
@@ -117,16 +128,15 @@ def check_quadratic(mechanism: Mechanism, graph: Graph, entries: Sequence[int]) 
             )
 
 
-def check_rank(mechanism: Mechanism, graph: Graph, mass: Matrix) -> None:
-    """Raise DerivationError naming the coordinates if M is singular in every sampled state."""
+def check_rank(mechanism: Mechanism, masses: Floats) -> None:
+    """Raise DerivationError naming the coordinates if M is singular in every sampled state, ``masses`` (k, n, n)."""
     directions = []
-    for values in _samples(mechanism, 5):
-        matrix = _matrix(graph, mass, values)
-        if not np.all(np.isfinite(matrix)):
+    for mass in masses:
+        if not np.all(np.isfinite(mass)):
             continue
-        scale = np.sqrt(np.abs(np.diag(matrix)))
+        scale = np.sqrt(np.abs(np.diag(mass)))
         scale[scale == 0] = 1.0
-        singular, vectors = np.linalg.svd(matrix / np.outer(scale, scale))[1:]
+        singular, vectors = np.linalg.svd(mass / np.outer(scale, scale))[1:]
         if singular[-1] > 1e-12 * max(singular[0], 1e-300):
             return
         directions.append(np.abs(vectors[-1]))
@@ -140,20 +150,29 @@ def check_rank(mechanism: Mechanism, graph: Graph, mass: Matrix) -> None:
 
 
 def check_agreement(
-    mechanism: Mechanism, graph: Graph, mass: Matrix, forcing: Sequence[int], solution: Solution | None
+    mechanism: Mechanism,
+    graph: Graph,
+    masses: Floats,
+    states: Sequence[State],
+    forcing: Sequence[int],
+    solution: Solution | None,
 ) -> None:
     """Raise DerivationError if the accelerations do not solve M qdd = forcing in double precision.
 
-    A guard against two different expressions with one fingerprint; states with a bad pivot are passed over.
+    A guard against two different expressions with one fingerprint, at the first of the k ``states`` without a bad
+    pivot; ``masses`` (k, n, n) are M there.
     """
     if solution is None:
         return
-    for values in _samples(mechanism, 2):
-        matrix, f = _matrix(graph, mass, values), np.array(graph.evaluate(forcing, values))
-        qdd = np.array(graph.evaluate(solution.x, values))
-        scale = np.abs(matrix) @ np.abs(qdd) + np.abs(f)
-        if np.all(np.isfinite(scale)) and np.any(np.abs(matrix @ qdd - f) > 1e-6 * scale):
+    for values, mass in zip(states, masses, strict=True):
+        numbers = np.array(graph.evaluate([*forcing, *solution.x], values))
+        f, qdd = np.split(numbers, 2)
+        scale = np.abs(mass) @ np.abs(qdd) + np.abs(f)
+        if not np.all(np.isfinite(scale)):
+            continue
+        if np.any(np.abs(mass @ qdd - f) > 1e-6 * scale):
             raise DerivationError(
                 f"mechanism '{mechanism.name}': the derived accelerations do not solve M qdd = forcing; "
                 "this is a fault of lag2fmu, please report it with the model"
             )
+        return

@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from lag2fmu.dynamics import EquationsOfMotion
 from lag2fmu.dynamics.analysis import action, conserved
-from lag2fmu.dynamics.analysis.evaluation import evaluate
+from lag2fmu.dynamics.batches import evaluate
 from lag2fmu.dynamics.autodiff import reverse
 from lag2fmu.errors import SimulationError
 from lag2fmu.mechanism import names

@@ -12,7 +12,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from lag2fmu.dynamics.analysis.evaluation import Floats, Values, at, evaluate, resting_inputs
+from lag2fmu.dynamics.analysis.evaluation import at, resting_inputs
+from lag2fmu.dynamics.batches import Floats, Values, evaluate
 from lag2fmu.dynamics.autodiff import forward
 from lag2fmu.dynamics.lagrange import EquationsOfMotion
 

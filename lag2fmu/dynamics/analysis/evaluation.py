@@ -1,76 +1,19 @@
-"""The equations of motion in numbers: nodes at batches of states, accelerations, states that meet the constraints."""
+"""The equations of motion in numbers: accelerations, states that meet the constraints."""
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Iterator
 from dataclasses import replace
 
 import numpy as np
-from numpy.typing import NDArray
 
 from lag2fmu.dynamics.autodiff import forward
+from lag2fmu.dynamics.batches import Floats, Values, evaluate, matrix
 from lag2fmu.dynamics.constraints import starting_consistently
-from lag2fmu.dynamics.graph import Graph
 from lag2fmu.dynamics.lagrange import EquationsOfMotion
-from lag2fmu.dynamics.operations import CONSTANT, OPERATIONS, SYMBOL
 from lag2fmu.dynamics.samples import start_values
 from lag2fmu.errors import DerivationError
 from lag2fmu.mechanism import names
-
-Floats = NDArray[np.float64]
-Values = Mapping[str, "float | Floats"]
-
-_NUMPY: dict[str, Callable[..., Floats]] = {
-    "add": np.add,
-    "subtract": np.subtract,
-    "multiply": np.multiply,
-    "divide": np.divide,
-    "negate": np.negative,
-    "asin": np.arcsin,
-    "acos": np.arccos,
-    "atan": np.arctan,
-    "abs": np.abs,
-    "heaviside": lambda x: np.heaviside(x, 0.5),
-    "atan2": np.arctan2,
-    "power": np.power,
-    "min": np.minimum,
-    "max": np.maximum,
-}
-
-
-def _value(values: Mapping[str, Floats | float], name: str) -> Floats | float:
-    """The value of a variable; seeds of tangents, whose names have a space, are 0.
-
-    They may stand in a node that was built for a tangent and has the value of what is asked for whatever they are.
-    """
-    return values.get(name, 0.0) if " " in name else values[name]
-
-
-def evaluate(graph: Graph, nodes: Sequence[int], values: Values) -> Floats:
-    """``nodes`` (k,) at a batch of ``values`` {variable: () or what broadcasts}: (k, *batch); nan without a value."""
-    found: dict[int, Floats | float] = {}
-    with np.errstate(all="ignore"):
-        for node in graph.cone(nodes):
-            code = graph.code[node]
-            if code == CONSTANT:
-                found[node] = np.float64(float(graph.value(node)))
-            elif code == SYMBOL:
-                found[node] = np.asarray(_value(values, str(graph.leaf[node])), dtype=np.float64)
-            else:
-                name = OPERATIONS[code].name
-                function = _NUMPY.get(name) or getattr(np, name)
-                found[node] = function(*(found[operand] for operand in graph.operands[node]))
-    batch = np.broadcast_shapes(*(np.shape(x) for x in values.values()))
-    result: Floats = np.empty((len(nodes), *batch))
-    for i, node in enumerate(nodes):
-        result[i, ...] = found[node]
-    return result
-
-
-def matrix(graph: Graph, rows: Sequence[Sequence[int]], values: Values, columns: int) -> Floats:
-    """A matrix of nodes (r, ``columns``) at one state."""
-    return evaluate(graph, [entry for row in rows for entry in row], values).reshape(len(rows), columns)
-
 
 def at(equations: EquationsOfMotion, values: Values, q: Floats, qd: Floats) -> dict[str, float | Floats]:
     """``values`` with q and qd, (n,) or (n, *batch), put in."""

@@ -16,7 +16,8 @@ import numpy as np
 import sympy as sp
 from numpy.typing import NDArray
 
-from lag2fmu.dynamics.analysis.evaluation import Floats, at, resting_inputs
+from lag2fmu.dynamics.analysis.evaluation import at, resting_inputs
+from lag2fmu.dynamics.batches import Floats
 from lag2fmu.dynamics.analysis.linearization import Linearizer
 from lag2fmu.dynamics.lagrange import EquationsOfMotion
 from lag2fmu.errors import DerivationError

@@ -19,16 +19,8 @@ from functools import cached_property
 
 import numpy as np
 
-from lag2fmu.dynamics.analysis.evaluation import (
-    Floats,
-    Values,
-    at,
-    evaluate,
-    matrix,
-    resting_inputs,
-    saddle,
-    unknowns,
-)
+from lag2fmu.dynamics.analysis.evaluation import at, resting_inputs, saddle, unknowns
+from lag2fmu.dynamics.batches import Floats, Values, evaluate, matrix
 from lag2fmu.dynamics.lagrange import EquationsOfMotion
 from lag2fmu.dynamics.tangent import Tangent, differentiate
 from lag2fmu.errors import DerivationError

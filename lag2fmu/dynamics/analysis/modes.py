@@ -11,7 +11,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from lag2fmu.dynamics.analysis.evaluation import Floats
+from lag2fmu.dynamics.batches import Floats
 from lag2fmu.dynamics.analysis.linearization import Linearization, independent_rows
 
 _ZERO = 1e-7

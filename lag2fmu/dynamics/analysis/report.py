@@ -14,7 +14,8 @@ import sympy as sp
 from lag2fmu.dynamics.analysis.canonical import cyclic_coordinates, hamiltonian_form, routhian_form
 from lag2fmu.dynamics.analysis.conserved import conserved, why_energy_changes
 from lag2fmu.dynamics.analysis.equilibria import Equilibrium, equilibria
-from lag2fmu.dynamics.analysis.evaluation import Floats, driven_by_time
+from lag2fmu.dynamics.analysis.evaluation import driven_by_time
+from lag2fmu.dynamics.batches import Floats
 from lag2fmu.dynamics.analysis.floquet import floquet
 from lag2fmu.dynamics.analysis.linearization import Linearization, linearize
 from lag2fmu.dynamics.analysis.modes import Mode, normal_modes
