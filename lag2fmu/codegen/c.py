@@ -45,89 +45,94 @@ def _parameters(function: Function) -> str:
 
 
 class _Printer:
-    """Prints one function; statements are numbered t0, t1, ... in the order of the schedule."""
+    """Prints one function; statements are numbered t0, t1, ... in the order of the schedule.
+
+    ``names``: {node: how it is written}, from its statement on; a value of an earlier part stands in the array s.
+    """
 
     def __init__(self, program: Program, function: Function) -> None:
         self.graph, self.function = program.graph, function
-        self.places = _places(function)
+        code = self.graph.code
         scheduled = self.graph.schedule((node for *_, node in function.results), function.given)
-        order = [node for node in scheduled if self.graph.code[node] != CONSTANT]
+        order = [node for node in scheduled if code[node] != CONSTANT]
         self.parts = [order[i : i + MAX_STATEMENTS] for i in range(0, len(order), MAX_STATEMENTS)] or [[]]
-        self.part_of = {node: number for number, part in enumerate(self.parts) for node in part}
-        self.label = {node: f"t{number}" for number, node in enumerate(order)}
-        self.kept = self._kept()
+        self.kept = self._kept() if len(self.parts) > 1 else {}
+        self.names = {node: f"t{number}" for number, node in enumerate(order)}
+        self.stores: dict[int, list[str]] = {}
+        for array, index, node in function.results:
+            if node in self.names:
+                self.stores.setdefault(node, []).append(f"{array}[{index}]")
+        self.names |= _places(function)
+        constants = {*scheduled, *(node for *_, node in function.results)}
+        self.names |= {n: c_number(float(self.graph.value(n))) for n in constants if code[n] == CONSTANT}
 
     def _kept(self) -> dict[int, int]:
         """The values that a later part needs: {node: index in the array s}."""
+        part_of = {node: number for number, part in enumerate(self.parts) for node in part}
         kept: dict[int, int] = {}
-        for node, part in self.part_of.items():
+        for node, part in part_of.items():
             for operand in self.graph.operands[node]:
-                if self.part_of.get(operand, part) != part:
+                if part_of.get(operand, part) != part:
                     kept.setdefault(operand, len(kept))
         return kept
 
     def text(self) -> str:
         head = f"/* {self.function.doc} */\n{c_prototype(self.function)}\n"
         if len(self.parts) == 1:
-            lines = self._statements(0) + self._assignments()
-            return f"{head}{{\n{self._body(lines)}}}\n"
+            return f"{head}{{\n{self._body(0)}}}\n"
         names = [a.name for a in self.function.arguments] + list(self.function.arrays)
         parts, calls = [], [f"    double s[{max(1, len(self.kept))}];"]
         for number in range(len(self.parts)):
-            last = self._assignments() if number == len(self.parts) - 1 else []
             parameters = f"{_parameters(self.function)}, double s[]"
             name = f"{self.function.name}_{number + 1}"
-            body = self._body(self._statements(number) + last, also=["s"])
-            parts.append(f"static void {name}({parameters})\n{{\n{body}}}\n")
+            parts.append(f"static void {name}({parameters})\n{{\n{self._body(number)}}}\n")
             calls.append(f"    {name}({', '.join([*names, 's'])});")
         return "\n".join([*parts, head + "{\n" + "\n".join(calls) + "\n}\n"])
 
+    def _body(self, number: int) -> str:
+        """The statements of a part, after casts that silence the warning of an unused parameter."""
+        lines = self._statements(number)
+        if number == len(self.parts) - 1:
+            lines += self._assignments()
+        used = self._used(number)
+        names = [*(a.name for a in self.function.arguments), *self.function.arrays, *(["s"] if self.kept else [])]
+        lines = [*(f"    (void){name};" for name in names if name not in used), *lines]
+        return "".join(f"{line}\n" for line in lines)
+
     def _statements(self, number: int) -> list[str]:
         """The statements of a part; results are stored as soon as they are there."""
-        results: dict[int, list[str]] = {}
-        for array, index, node in self.function.results:
-            if node in self.part_of:
-                results.setdefault(node, []).append(f"    {array}[{index}] = {self.label[node]};")
-        lines = []
+        graph, names, lines = self.graph, self.names, []
         for node in self.parts[number]:
-            operands = (self._operand(o, number) for o in self.graph.operands[node])
-            expression = OPERATIONS[self.graph.code[node]].c.format(*operands)
-            lines.append(f"    const double {self.label[node]} = {expression};")
+            expression = _PATTERNS[graph.code[node]].format(*[names[operand] for operand in graph.operands[node]])
+            lines.append(f"    const double {names[node]} = {expression};")
             if node in self.kept:
-                lines.append(f"    s[{self.kept[node]}] = {self.label[node]};")
-            lines += results.get(node, [])
+                lines.append(f"    s[{self.kept[node]}] = {names[node]};")
+            if node in self.stores:
+                lines += [f"    {place} = {names[node]};" for place in self.stores[node]]
+        names |= {node: f"s[{self.kept[node]}]" for node in self.parts[number] if node in self.kept}
         return lines
 
     def _assignments(self) -> list[str]:
         """The results that are constants or arguments."""
-        return [
-            f"    {array}[{index}] = {self._operand(node, 0)};"
-            for array, index, node in self.function.results
-            if node not in self.part_of
-        ]
+        return [f"    {array}[{index}] = {self.names[node]};" for array, index, node in self._given()]
 
-    def _operand(self, node: int, part: int) -> str:
-        if node in self.places:
-            return self.places[node]
-        if self.graph.code[node] == CONSTANT:
-            return c_number(float(self.graph.value(node)))
-        return self.label[node] if self.part_of[node] == part else f"s[{self.kept[node]}]"
+    def _given(self) -> list[tuple[str, int, int]]:
+        stored = self.stores
+        return [result for result in self.function.results if result[2] not in stored]
 
-    def _body(self, lines: list[str], also: list[str] | None = None) -> str:
-        """``lines``, after casts that silence the warning of an unused parameter."""
-        body = "\n".join(lines)
-        names = [*(a.name for a in self.function.arguments), *self.function.arrays, *(also or [])]
-        scalars = {a.name for a in self.function.arguments if a.scalar}
-        unused = [name for name in names if not _uses(body, name, name in scalars)]
-        return "".join(f"    (void){name};\n" for name in unused) + (body + "\n" if body else "")
+    def _used(self, number: int) -> set[str]:
+        """The parameters that a part reads or writes."""
+        part, kept = set(self.parts[number]), self.kept
+        read = {operand for node in part for operand in self.graph.operands[node]}
+        used = {array for array, _, node in self.function.results if node in part}
+        if number == len(self.parts) - 1:
+            used |= {array for array, *_ in self._given()}
+            read |= {node for *_, node in self._given()}
+        used |= {a.name for a in self.function.arguments if not read.isdisjoint(a.entries)}
+        return used if kept.keys().isdisjoint(read | part) else used | {"s"}
 
 
-def _uses(body: str, name: str, scalar: bool) -> bool:
-    """Whether an array or scalar parameter stands in ``body``; temporaries are called t0, t1, ..., never t."""
-    if not scalar:
-        return f" {name}[" in body or f"({name}[" in body or f"-{name}[" in body
-    padded = body.replace("(", " ").replace(")", " ").replace(";", " ").replace("-", " ").replace(",", " ")
-    return f" {name} " in padded
+_PATTERNS = tuple(row.c for row in OPERATIONS)
 
 
 def _places(function: Function) -> Mapping[int, str]:
