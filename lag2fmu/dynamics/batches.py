@@ -53,7 +53,7 @@ def evaluate(graph: Graph, nodes: Sequence[int], values: Values) -> Floats:
                 name = OPERATIONS[code].name
                 function = _NUMPY.get(name) or getattr(np, name)
                 found[node] = function(*(found[operand] for operand in graph.operands[node]))
-    batch = np.broadcast_shapes(*(np.shape(x) for x in values.values()))
+    batch = np.broadcast_shapes(*{np.shape(x) for x in values.values()})
     result: Floats = np.empty((len(nodes), *batch))
     for i, node in enumerate(nodes):
         result[i, ...] = found[node]

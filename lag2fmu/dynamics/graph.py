@@ -36,16 +36,16 @@ _MAX_BITS = 512  # exact constants longer than this are rounded to double precis
 
 
 class Graph:
-    """The nodes, as parallel lists: operation ``code``; ``operands``; ``leaf``, a constant's value or symbol's name.
+    """The nodes: ``code`` of the operation, ``operands``, ``marks`` (fingerprints), each a list by node number.
 
-    ``marks`` are the fingerprints. An operation first asks whether there is a node of its value, or of the opposite
-    one; rewrites are for what is new.
+    ``leaf``: {node: value of a constant, name of a symbol}. An operation first asks whether there is a node of its
+    value, or of the opposite one; rewrites are for what is new.
     """
 
     def __init__(self) -> None:
         self.code: list[int] = []
         self.operands: list[tuple[int, ...]] = []
-        self.leaf: list[Number | str | None] = []
+        self.leaf: dict[int, Number | str] = {}
         self.marks: list[int] = []
         self._by_mark: dict[int, int] = {}
         self._leaves: dict[Number | str, int] = {}
@@ -73,22 +73,23 @@ class Graph:
 
     # ------------------------------------------------------------------------------------------------- making nodes
 
-    def _new(self, code: int, operands: tuple[int, ...], mark: int, leaf: Number | str | None = None) -> int:
+    def _new(self, code: int, operands: tuple[int, ...], mark: int) -> int:
         node = self._by_mark[mark] = len(self.code)
         self.code.append(code)
         self.operands.append(operands)
-        self.leaf.append(leaf)
         self.marks.append(mark)
         return node
 
     def _new_leaf(self, code: int, leaf: Number | str, mark: int) -> int:
-        old = self._by_mark.get(mark)
-        return self._new(code, (), mark, leaf) if old is None else old
+        node = self._by_mark.get(mark)
+        if node is None:
+            node = self._new(code, (), mark)
+            self.leaf[node] = leaf
+        return node
 
-    def _opposite(self, mark: int) -> int | None:
-        """- (the node of the opposite value), if there is that one"""
-        opposite = self._by_mark.get(PRIME - mark)
-        return None if opposite is None else self._new(NEGATE, (opposite,), mark)
+    def _opposite(self, mark: int) -> int:
+        """- (the node of the opposite value), which there is"""
+        return self._new(NEGATE, (self._by_mark[PRIME - mark],), mark)
 
     def constant(self, value: Number | int) -> int:
         """The node of a number; fractions stay exact up to a length of 512 bits."""
@@ -137,8 +138,8 @@ class Graph:
         code = self.code
         if code[a] == CONSTANT and code[b] == CONSTANT:
             return self.constant(self.value(a) + self.value(b))
-        if (opposite := self._opposite(mark)) is not None:
-            return opposite
+        if PRIME - mark in self._by_mark:
+            return self._opposite(mark)
         if code[b] == NEGATE:
             return self._difference(a, self.operands[b][0], mark)
         if code[a] == NEGATE:
@@ -157,8 +158,8 @@ class Graph:
         code = self.code
         if code[a] == CONSTANT and code[b] == CONSTANT:
             return self.constant(self.value(a) - self.value(b))
-        if (opposite := self._opposite(mark)) is not None:
-            return opposite
+        if PRIME - mark in self._by_mark:
+            return self._opposite(mark)
         if code[b] == NEGATE:
             return self._sum(a, self.operands[b][0], mark)
         if code[a] == NEGATE:
@@ -177,22 +178,22 @@ class Graph:
             a, b = b, a
         if code[a] == CONSTANT:
             return self._scaled(a, b, mark)
-        if (opposite := self._opposite(mark)) is not None:
-            return opposite
+        if PRIME - mark in self._by_mark:
+            return self._opposite(mark)
         for x, y in ((a, b), (b, a)):
-            if code[x] == NEGATE:
-                return self.negate(self.multiply(self.operands[x][0], y))
-            if code[x] == MULTIPLY and code[self.operands[x][0]] == CONSTANT:
-                factor, rest = self.operands[x]
-                return self.multiply(factor, self.multiply(rest, y))
+            kind, operands = code[x], self.operands[x]
+            if kind == NEGATE:
+                return self.negate(self.multiply(operands[0], y))
+            if kind == MULTIPLY and code[operands[0]] == CONSTANT:
+                return self.multiply(operands[0], self.multiply(operands[1], y))
         return self._new(MULTIPLY, (a, b) if a < b else (b, a), mark)
 
     def _scaled(self, factor: int, b: int, mark: int) -> int:
         """factor * b with a constant ``factor``"""
         if self.code[b] == CONSTANT:
             return self.constant(self.value(factor) * self.value(b))
-        if (opposite := self._opposite(mark)) is not None:
-            return opposite
+        if PRIME - mark in self._by_mark:
+            return self._opposite(mark)
         if self.code[b] == NEGATE:
             return self.multiply(self.negate(factor), self.operands[b][0])
         if self.code[b] == MULTIPLY and self.code[self.operands[b][0]] == CONSTANT:
@@ -209,10 +210,10 @@ class Graph:
             inverse = self._inverses[b] = pow(self.marks[b], -1, PRIME)
         mark = self.marks[a] * inverse % PRIME
         node = self._by_mark.get(mark)
-        if node is None:
-            node = self._opposite(mark)
         if node is not None:
             return node
+        if PRIME - mark in self._by_mark:
+            return self._opposite(mark)
         if self.code[a] == NEGATE:
             return self.negate(self.divide(self.operands[a][0], b))
         if self.code[b] == NEGATE:
@@ -260,9 +261,9 @@ class Graph:
         else:
             mark = random_mark(OPERATIONS[code].name, [self.marks[operand] for operand in operands])
         node = self._by_mark.get(mark)
-        if node is None:
-            node = self._opposite(mark)
-        return self._new(code, operands, mark) if node is None else node
+        if node is not None:
+            return node
+        return self._opposite(mark) if PRIME - mark in self._by_mark else self._new(code, operands, mark)
 
     def total(self, terms: Iterable[int]) -> int:
         """The sum of ``terms``, from left to right"""
@@ -279,6 +280,9 @@ class Graph:
 
     def cone(self, outputs: Iterable[int], given: Collection[int] = ()) -> list[int]:
         """All nodes that ``outputs`` need, ascending; what is below ``given`` nodes is not needed"""
+        return sorted(self._reached(outputs, given))
+
+    def _reached(self, outputs: Iterable[int], given: Collection[int]) -> set[int]:
         operands = self.operands
         seen = set(outputs)
         stack = list(seen)
@@ -290,7 +294,7 @@ class Graph:
                 if operand not in seen:
                     seen.add(operand)
                     stack.append(operand)
-        return sorted(seen)
+        return seen
 
     def symbols(self, outputs: Iterable[int]) -> set[str]:
         """The names of all variables that ``outputs`` depend on"""
@@ -309,12 +313,13 @@ class Graph:
                 elif node not in done:
                     done.add(node)
                     stack.append(~node)
-                    stack += self.operands[node][::-1]
+                    stack += reversed(self.operands[node])
         return order
 
     def operations(self, outputs: Iterable[int], given: Collection[int] = ()) -> int:
         """The number of arithmetic operations and function calls that ``outputs`` take beside ``given`` nodes"""
-        return sum(self.code[n] not in (CONSTANT, SYMBOL) and n not in given for n in self.cone(outputs, given))
+        code, reached = self.code, self._reached(outputs, given)
+        return sum(code[node] > SYMBOL for node in reached.difference(given))
 
     def frontier(self, outputs: Sequence[int], variables: Collection[int]) -> list[int]:
         """What ``outputs`` need of nodes that do not depend on ``variables``: the operands between both, ascending"""

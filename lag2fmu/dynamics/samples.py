@@ -50,7 +50,8 @@ def mass_matrices(graph: Graph, entries: Entries, velocities: Sequence[int], sta
 
     Their values at unit velocities are their coefficients J, and M = sum H_ab J_a^T J_b.
     """
-    values: dict[str, float | Floats] = {name: np.array([[s[name]] for s in states]) for name in states[0]}
+    table = np.array([list(state.values()) for state in states])
+    values: dict[str, float | Floats] = dict(zip(states[0], table.T[:, :, np.newaxis], strict=True))
     values |= zip((str(graph.leaf[v]) for v in velocities), np.eye(len(velocities)), strict=True)
     nodes = [*(a for a, _ in entries), *(b for _, b in entries), *entries.values()]
     a, b, weight = np.split(evaluate(graph, nodes, values), 3)

@@ -219,7 +219,7 @@ def test_the_graph_does_not_depend_on_the_hash_seed() -> None:
     code = (
         "from lag2fmu.dynamics import derive, lower; from lag2fmu.mechanism.loading import load\n"
         "g = lower(derive(load('six_axis_arm'))).graph\n"
-        "print(hash((tuple(g.code), tuple(g.operands))), len(g), g.leaf[-9:])"
+        "print(hash((tuple(g.code), tuple(g.operands))), len(g), list(g.leaf.values())[-9:])"
     )
     outputs = {
         subprocess.run(
