@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
+from lag2fmu.codegen.colours import Colouring
 from lag2fmu.codegen.solvers import Method
 from lag2fmu.codegen.templates import render
 from lag2fmu.dynamics import Program
@@ -36,7 +37,10 @@ class Slot:
 
 @dataclass(frozen=True)
 class Tables:
-    """The numbers and names of one mechanism; values in SI, states are (q, qd), slots in value reference order."""
+    """The numbers and names of one mechanism; values in SI, states are (q, qd), slots in value reference order.
+
+    ``colours``: of the Jacobian of the accelerations by the states.
+    """
 
     model_name: str
     slots: tuple[Slot, ...]
@@ -46,6 +50,7 @@ class Tables:
     given_states: tuple[bool, ...]
     constraint_names: tuple[str, ...]
     holonomic: int
+    colours: Colouring
     start_inputs: tuple[float, ...]
     start_parameters: tuple[float, ...]
     default_solver_step: float

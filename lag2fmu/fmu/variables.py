@@ -7,11 +7,12 @@ and qdd. Citations are of the FMI 2.0.5 specification.
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Collection, Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from difflib import get_close_matches
 
 from lag2fmu.codegen import Slot, Tables
+from lag2fmu.codegen.colours import coloured
 from lag2fmu.dynamics import EquationsOfMotion, Program
 from lag2fmu.dynamics.constraints import ambiguous
 from lag2fmu.errors import ExportError
@@ -100,10 +101,8 @@ def build_table(equations: EquationsOfMotion, program: Program) -> VariableTable
     _add_parameters(builder, mechanism)
     _add_calculated(builder, equations, program)
     _add_derivatives(builder, mechanism)
-    return VariableTable(
-        variables=tuple(_with_dependencies(equations, builder.variables)),
-        tables=_tables(mechanism, program, builder, builder.variables),
-    )
+    variables = tuple(_with_dependencies(equations, builder.variables))
+    return VariableTable(variables, _tables(mechanism, program, builder.slots, variables))
 
 
 def promotable(equations: EquationsOfMotion, wanted: Sequence[str]) -> frozenset[str]:
@@ -308,22 +307,33 @@ def _without_unknowns(found: Iterable[str], blocks: Mapping[str, frozenset[str]]
 # ----------------------------------------------------------------------------------------------------------- for C
 
 
-def _tables(mechanism: Mechanism, program: Program, builder: _Builder, variables: Sequence[Variable]) -> Tables:
+def _tables(mechanism: Mechanism, program: Program, slots: Sequence[Slot], variables: Sequence[Variable]) -> Tables:
     q = mechanism.coordinates
     starts: Mapping[str, float] = {v.name: v.start for v in variables if v.start is not None}
     nominal = tuple(c.nominal for c in q)
     return Tables(
         model_name=mechanism.name,
-        slots=tuple(builder.slots),
+        slots=tuple(slots),
         coordinate_names=tuple(c.name for c in q),
         start_states=(*(c.start for c in q), *(c.velocity for c in q)),
         nominal_states=(*nominal, *nominal),
         given_states=(*(c.given is not False for c in q), *(c.velocity_given is not False for c in q)),
         constraint_names=tuple(c.name for c in mechanism.constraints),
         holonomic=len(mechanism.holonomic),
+        colours=coloured(_columns(mechanism, variables)),
         start_inputs=tuple(starts[name] for name in program.inputs),
         start_parameters=tuple(p.value for p in mechanism.parameters if p.value is not None),
         default_solver_step=min(1e-3, mechanism.experiment.step),
         # drift is damped as fast as the motion is sampled, about: much faster would make the equations stiff
         stabilisation=0.1 / mechanism.experiment.step,
     )
+
+
+def _columns(mechanism: Mechanism, variables: Sequence[Variable]) -> list[Collection[int]]:
+    """The states (q, qd) that each acceleration depends on, by structure; all of them where there are constraints."""
+    q = [c.name for c in mechanism.coordinates]
+    if mechanism.constraints:
+        return [range(2 * len(q))] * len(q)
+    column = {name: i for i, name in enumerate([*q, *map(names.velocity, q)])}
+    known = {v.name: v.dependencies or () for v in variables}
+    return [[column[name] for name in known[names.acceleration(c)] if name in column] for c in q]

@@ -11,8 +11,8 @@ from numpy.typing import NDArray
 
 from lag2fmu.dynamics import EquationsOfMotion
 from lag2fmu.dynamics.analysis import action, conserved
-from lag2fmu.dynamics.batches import evaluate
 from lag2fmu.dynamics.autodiff import reverse
+from lag2fmu.dynamics.batches import evaluate
 from lag2fmu.errors import SimulationError
 from lag2fmu.mechanism import names
 from lag2fmu.reference import Reference, Trajectory, integrate_canonically

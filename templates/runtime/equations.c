@@ -107,11 +107,16 @@ static void solve_for_change(const System *system, double change[], double unkno
     system_solve(system, change, change + N_COORDINATES, unknowns);
 }
 
+#if IMPLICIT
+
+/* Columns whose rows do not meet are one colour and share a seed: COLOURS[colour][i] is the one that has an entry in
+   row i, -1 if none has. Curtis, Powell, Reid, On the estimation of sparse Jacobian matrices, IMA Journal of Applied
+   Mathematics 13, 1974. */
 bool equations_jacobian(Instance *instance, double time, const double states[], double jacobian[]) {
     static const double NO_INPUTS[N_INPUTS], NO_PARAMETERS[SIZE_PARAMETERS];
     const double *inputs = inputs_at(instance, time), *parameters = instance->state.parameters;
     System *system = &instance->scratch.system;
-    double unknowns[N_UNKNOWNS], changed[N_UNKNOWNS], change[N_RESIDUALS], seed[N_STATES] = {0.0};
+    double unknowns[N_UNKNOWNS], changed[N_UNKNOWNS], change[N_RESIDUALS];
     if (!accelerations_at(instance, time, states, inputs, unknowns)) {
         return false;
     }
@@ -119,16 +124,28 @@ bool equations_jacobian(Instance *instance, double time, const double states[], 
     if (N_CONSTRAINTS == 0 && !system_factorize(instance, time, states, inputs, 0, 0.0, system)) {
         return false;
     }
-    for (int i = 0; i < N_STATES; i++) {
-        seed[i] = 1.0;
+    memset(jacobian, 0, SIZE_JACOBIAN * sizeof(double));
+    for (int colour = 0; colour < N_COLOURS; colour++) {
+        const int *column = COLOURS[colour];
+        double seed[N_STATES] = {0.0};
+        for (int i = 0; i < N_COORDINATES; i++) {
+            if (column[i] >= 0) {
+                seed[column[i]] = 1.0;
+            }
+        }
         mechanism_residual_tangent(time, states, inputs, parameters, unknowns, 0.0, seed, NO_INPUTS, NO_PARAMETERS,
                                    change);
-        seed[i] = 0.0;
         solve_for_change(system, change, changed);
-        memcpy(jacobian + i * N_COORDINATES, changed, N_COORDINATES * sizeof(double));
+        for (int i = 0; i < N_COORDINATES; i++) {
+            if (column[i] >= 0) {
+                jacobian[column[i] * N_COORDINATES + i] = changed[i];
+            }
+        }
     }
     return true;
 }
+
+#endif
 
 bool equations_settle(Instance *instance) {
 #if N_CONSTRAINTS > 0

@@ -32,7 +32,7 @@ typedef struct {
    the solver does not depend on which variables were read in between. */
 bool equations_derivative(Instance *instance, double time, const double states[], double derivatives[]);
 
-/* d(qdd)/d(q, qd) likewise: jacobian[2n][n], a row for each state. */
+/* d(qdd)/d(q, qd) likewise: jacobian[2n][n], a row for each state. For implicit solvers only. */
 bool equations_jacobian(Instance *instance, double time, const double states[], double jacobian[]);
 
 /* In initialization mode: solves for the start values that constraints determine; nothing else ever. All that reads

@@ -10,7 +10,7 @@
 
        (I - s V - s^2 P) b = r_b + s P r_a,   a = r_a + s b
 
-   A step takes two evaluations of the equations, 2n tangents and one factorisation, always. */
+   A step takes two evaluations of the equations, at most 2n tangents (see COLOURS) and one factorisation, always. */
 #include <math.h>
 #include <string.h>
 

@@ -17,8 +17,8 @@ import sympy as sp
 
 from lag2fmu.dynamics.analysis.conserved import lagrangian
 from lag2fmu.dynamics.analysis.evaluation import resting_inputs
-from lag2fmu.dynamics.batches import Floats, Values, evaluate, matrix
 from lag2fmu.dynamics.autodiff import forward, reverse
+from lag2fmu.dynamics.batches import Floats, Values, evaluate, matrix
 from lag2fmu.dynamics.lagrange import EquationsOfMotion
 from lag2fmu.dynamics.written import tidy, written, written_operations
 from lag2fmu.errors import DerivationError

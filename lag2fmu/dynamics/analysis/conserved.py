@@ -16,8 +16,8 @@ import numpy as np
 import sympy as sp
 
 from lag2fmu.dynamics.analysis.evaluation import random_states, unknowns
-from lag2fmu.dynamics.batches import evaluate
 from lag2fmu.dynamics.autodiff import forward, reverse
+from lag2fmu.dynamics.batches import evaluate
 from lag2fmu.dynamics.energies import Composer
 from lag2fmu.dynamics.graph import Graph
 from lag2fmu.dynamics.lagrange import EquationsOfMotion

@@ -13,8 +13,8 @@ from dataclasses import dataclass
 import numpy as np
 
 from lag2fmu.dynamics.analysis.evaluation import at, resting_inputs
-from lag2fmu.dynamics.batches import Floats, Values, evaluate
 from lag2fmu.dynamics.autodiff import forward
+from lag2fmu.dynamics.batches import Floats, Values, evaluate
 from lag2fmu.dynamics.lagrange import EquationsOfMotion
 
 _SEEDS, _ITERATIONS, _HALVINGS = 12, 40, 6

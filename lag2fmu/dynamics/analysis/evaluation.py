@@ -15,6 +15,7 @@ from lag2fmu.dynamics.samples import start_values
 from lag2fmu.errors import DerivationError
 from lag2fmu.mechanism import names
 
+
 def at(equations: EquationsOfMotion, values: Values, q: Floats, qd: Floats) -> dict[str, float | Floats]:
     """``values`` with q and qd, (n,) or (n, *batch), put in."""
     coordinates = [c.name for c in equations.mechanism.coordinates]

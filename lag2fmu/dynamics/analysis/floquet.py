@@ -17,8 +17,8 @@ import sympy as sp
 from numpy.typing import NDArray
 
 from lag2fmu.dynamics.analysis.evaluation import at, resting_inputs
-from lag2fmu.dynamics.batches import Floats
 from lag2fmu.dynamics.analysis.linearization import Linearizer
+from lag2fmu.dynamics.batches import Floats
 from lag2fmu.dynamics.lagrange import EquationsOfMotion
 from lag2fmu.errors import DerivationError
 from lag2fmu.mechanism.expressions import TIME

@@ -11,8 +11,8 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from lag2fmu.dynamics.batches import Floats
 from lag2fmu.dynamics.analysis.linearization import Linearization, independent_rows
+from lag2fmu.dynamics.batches import Floats
 
 _ZERO = 1e-7
 """Frequencies below this share of the greatest are zero but for rounding (they are roots of what is rounded)."""

@@ -15,10 +15,10 @@ from lag2fmu.dynamics.analysis.canonical import cyclic_coordinates, hamiltonian_
 from lag2fmu.dynamics.analysis.conserved import conserved, why_energy_changes
 from lag2fmu.dynamics.analysis.equilibria import Equilibrium, equilibria
 from lag2fmu.dynamics.analysis.evaluation import driven_by_time
-from lag2fmu.dynamics.batches import Floats
 from lag2fmu.dynamics.analysis.floquet import floquet
 from lag2fmu.dynamics.analysis.linearization import Linearization, linearize
 from lag2fmu.dynamics.analysis.modes import Mode, normal_modes
+from lag2fmu.dynamics.batches import Floats
 from lag2fmu.dynamics.lagrange import EquationsOfMotion, derive
 from lag2fmu.errors import DerivationError
 from lag2fmu.mechanism import Mechanism, names

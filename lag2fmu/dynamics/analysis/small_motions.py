@@ -15,8 +15,8 @@ import sympy as sp
 
 from lag2fmu.dynamics.analysis.equilibria import Equilibrium, equilibria
 from lag2fmu.dynamics.analysis.evaluation import at, driven_by_time, resting_inputs, unknowns
-from lag2fmu.dynamics.batches import Floats, evaluate
 from lag2fmu.dynamics.autodiff import forward
+from lag2fmu.dynamics.batches import Floats, evaluate
 from lag2fmu.dynamics.lagrange import EquationsOfMotion, derive
 from lag2fmu.dynamics.written import tidy, written
 from lag2fmu.errors import DerivationError

@@ -19,6 +19,7 @@ const double START_INPUTS[N_INPUTS] = {0.0};
 const double START_PARAMETERS[SIZE_PARAMETERS] = {0.0};
 const double NOMINAL_STATES[N_STATES] = {1.0, 1.0};
 const char *const COORDINATE_NAMES[N_COORDINATES] = {"xi"};
+const int COLOURS[N_COLOURS][N_COORDINATES] = {{1}}; /* the acceleration depends on the velocity only */
 
 void mechanism_dependent(const double p[], double c[]) {
     (void)p, (void)c;

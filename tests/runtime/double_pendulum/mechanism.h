@@ -31,6 +31,8 @@
 #define DENSE_ROWS 1
 #define VARIATIONAL 0
 #define FULLY_IMPLICIT 0
+#define IMPLICIT 1
+#define N_COLOURS 4
 #define SIZE_JACOBIAN (2 * N_COORDINATES * N_COORDINATES)
 
 extern const Variable VARIABLES[N_VARIABLES];
@@ -39,6 +41,7 @@ extern const double START_INPUTS[N_INPUTS];
 extern const double START_PARAMETERS[SIZE_PARAMETERS];
 extern const double NOMINAL_STATES[N_STATES];
 extern const char *const COORDINATE_NAMES[N_COORDINATES];
+extern const int COLOURS[N_COLOURS][N_COORDINATES];
 
 void mechanism_dependent(const double p[], double c[]);
 void mechanism_accelerations(double t, const double x[], const double u[], const double p[], double qdd[],

@@ -1,0 +1,34 @@
+"""Coloured seeds: columns of a sparse Jacobian whose rows do not meet come from one directional derivative.
+
+Source: A. R. Curtis, M. J. D. Powell, J. K. Reid, On the estimation of sparse Jacobian matrices, IMA Journal of Applied
+Mathematics 13 (1974) 117-119; as a colouring: T. F. Coleman, J. J. More, SIAM J. Numer. Anal. 20 (1983) 187-209.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Collection, Sequence
+
+NO_COLUMN = -1
+
+Colouring = tuple[tuple[int, ...], ...]
+"""For each colour (c, rows): the column of this colour that has an entry in each row, NO_COLUMN where none has."""
+
+
+def coloured(rows: Sequence[Collection[int]]) -> Colouring:
+    """The columns of a matrix in groups whose rows do not meet; ``rows`` are the columns with an entry in each row.
+
+    Each column, in order, joins the first group it does not meet. Columns without entries are in none.
+    """
+    below: dict[int, list[int]] = {column: [] for column in sorted(set().union(*rows))}
+    for row, columns in enumerate(rows):
+        for column in columns:
+            below[column].append(row)
+    groups: list[list[int]] = []
+    for column, entries in below.items():
+        group = next((g for g in groups if all(g[row] == NO_COLUMN for row in entries)), None)
+        if group is None:
+            group = [NO_COLUMN] * len(rows)
+            groups.append(group)
+        for row in entries:
+            group[row] = column
+    return tuple(tuple(group) for group in groups)

@@ -1,0 +1,144 @@
+"""The terms of the Lagrange equations on the graph: M qdd - forcing, the quadratic form of T, the named energies.
+
+The method is told in ``lagrange``.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+from lag2fmu.dynamics.autodiff import forward, reverse
+from lag2fmu.dynamics.constraints import Constraints
+from lag2fmu.dynamics.elimination import Entries
+from lag2fmu.dynamics.energies import Energies, RigidInertia
+from lag2fmu.dynamics.frames import Rate
+from lag2fmu.dynamics.graph import Graph
+from lag2fmu.dynamics.operations import NEGATE
+from lag2fmu.dynamics.quadratic import second_degree
+from lag2fmu.dynamics.samples import check_quadratic
+from lag2fmu.dynamics.variables import Variables
+from lag2fmu.dynamics.vectors import apply, cross, minus, plus, times
+from lag2fmu.mechanism import Mechanism
+
+
+def unconstrained_residual(graph: Graph, v: Variables, energies: Energies, rate: Rate, second: Rate) -> list[int]:
+    """d/dt dL/dqd - dL/dq + dR/dqd - Q, (n,); ``rate`` is d/dt of places, ``second`` of velocities, with qdd or not."""
+    accelerations = second(rate([inertia.place for inertia in energies.inertias]))
+    effort = {place: graph.negate(force) for place, force in energies.effort.items()}
+    for inertia, acceleration in zip(energies.inertias, accelerations, strict=True):
+        force = graph.multiply(inertia.weight, graph.subtract(acceleration, inertia.gravity))
+        effort[inertia.place] = graph.add(effort.get(inertia.place, graph.zero), force)
+    effort[energies.potential] = graph.add(effort.get(energies.potential, graph.zero), graph.one)
+    rows = zip(
+        reverse(graph, effort, v.q),
+        reverse(graph, _inertial_impetus(graph, energies, second), v.qd),
+        _remainder(graph, v, energies.remainder, second),
+        reverse(graph, {energies.dissipation: graph.one}, v.qd),
+        energies.direct,
+        strict=True,
+    )
+    return [graph.subtract(graph.total(terms), Q) for *terms, Q in rows]
+
+
+def with_constraints(
+    graph: Graph, v: Variables, residual: Sequence[int], c: Constraints, rate: Rate
+) -> tuple[int, ...]:
+    """The equations with the constraints' forces G^T multiplier, and G qdd + gamma below, (n + m,)."""
+    forces = reverse(graph, dict(zip(c.velocities, v.multipliers, strict=True)), v.qd)
+    return (*(graph.subtract(r, force) for r, force in zip(residual, forces, strict=True)), *rate(c.velocities))
+
+
+def _inertial_impetus(graph: Graph, energies: Energies, rate: Rate) -> dict[int, int]:
+    """{velocity: inertial force - load} of the spatial bodies, in their axes.
+
+    Force m (dv/dt + omega x v - gravity) and torque I domega/dt + omega x I omega (Euler's equations).
+    """
+    impetus = {velocity: graph.negate(force) for velocity, force in energies.impetus.items()}
+    rates = rate(list(energies.carried))
+    for (velocity, weight), change in zip(energies.carried.items(), rates, strict=True):
+        impetus[velocity] = graph.add(impetus.get(velocity, graph.zero), graph.multiply(weight, change))
+    for body in energies.rigid:
+        v, omega = body.velocity.linear, body.velocity.angular
+        dv, alpha = tuple(rate(v)), tuple(rate(omega))
+        acceleration = minus(graph, plus(graph, dv, cross(graph, omega, v)), body.gravity)
+        gyroscopic = cross(graph, omega, apply(graph, body.tensor, omega))
+        torque = plus(graph, apply(graph, body.tensor, alpha), gyroscopic)
+        for where, force in zip((*v, *omega), (*times(graph, body.mass, acceleration), *torque), strict=True):
+            impetus[where] = graph.add(impetus.get(where, graph.zero), force)
+    return impetus
+
+
+def _remainder(graph: Graph, v: Variables, remainder: int, rate: Rate) -> list[int]:
+    """d/dt dL/dqd - dL/dq of what the user wrote into L beside bodies and velocity-free potentials, (n,)."""
+    gradient = reverse(graph, {remainder: graph.one}, [*v.qd, *v.q])
+    momenta, by_q = gradient[: len(v.q)], gradient[len(v.q) :]
+    return [graph.subtract(change, dL) for change, dL in zip(rate(momenta), by_q, strict=True)]
+
+
+def quadratic_form(graph: Graph, mechanism: Mechanism, v: Variables, energies: Energies) -> Entries:
+    """The entries of 2 T2: weights on the velocities J qd of the bodies, and the user's terms of second degree."""
+    motion = dict(zip(v.q, v.qd, strict=True))
+    speeds = forward(graph, [inertia.place for inertia in energies.inertias], motion)
+    terms = [(speed, speed, i.weight) for speed, i in zip(speeds, energies.inertias, strict=True)]
+    for body in energies.rigid:
+        terms += _rigid_terms(body)
+    for velocity, weight in energies.carried.items():
+        shift = graph.dot(reverse(graph, {velocity: graph.one}, v.qd), v.qd)
+        terms.append((shift, shift, weight))
+    form = second_degree(graph, energies.remainder, v.qd)
+    if form is not None:
+        terms += [(a, b, value) for a, row in form.rows.items() for b, value in row.items()]
+    else:
+        terms += _hessian(graph, mechanism, v, energies.remainder)
+
+    entries: dict[tuple[int, int], int] = {}
+    for x, y, value in terms:
+        (a, same), (b, equal) = _unsigned(graph, x), _unsigned(graph, y)
+        if graph.zero not in (a, b, value) and a <= b:
+            signed = value if same == equal else graph.negate(value)
+            entries[a, b] = graph.add(entries.get((a, b), graph.zero), signed)
+    return entries
+
+
+def _unsigned(graph: Graph, node: int) -> tuple[int, bool]:
+    """The node without a minus sign in front, and whether it had none."""
+    return (graph.operands[node][0], False) if graph.code[node] == NEGATE else (node, True)
+
+
+Term = tuple[int, int, int]
+"""value * a * b in 2 T2, as (a, b, value); terms of different nodes stand twice, as (a, b) and as (b, a)."""
+
+
+def _rigid_terms(body: RigidInertia) -> list[Term]:
+    """The terms of m v.v + omega.I.omega"""
+    v, omega = body.shift.linear, body.shift.angular
+    spin = [(omega[i], omega[j], body.tensor[i][j]) for i in range(3) for j in range(3)]
+    return [*((x, x, body.mass) for x in v), *spin]
+
+
+def _hessian(graph: Graph, mechanism: Mechanism, v: Variables, remainder: int) -> list[Term]:
+    """The second derivatives by qd of a part of L that is no evident polynomial; refused unless they are constant."""
+    momenta = reverse(graph, {remainder: graph.one}, v.qd)
+    columns = [forward(graph, momenta, {velocity: graph.one}) for velocity in v.qd]
+    entries = [entry for column in columns for entry in column]
+    check_quadratic(mechanism, graph, entries)
+    resting = iter(graph.substitute(entries, dict.fromkeys(v.qd, graph.zero)))
+    return [(a, b, next(resting)) for a in v.qd for b in v.qd]
+
+
+def named_energies(graph: Graph, v: Variables, energies: Energies, momenta: Sequence[int]) -> dict[str, int]:
+    """T, V, T + V (unless V has velocities), h = sum qd p - L, and the power of the external inputs."""
+    named: dict[str, int] = {}
+    if energies.split:
+        named["kinetic_energy"], named["potential_energy"] = energies.kinetic_energy, energies.potential_energy
+        if not v.moves(graph, energies.potential_energy):
+            named["total_energy"] = graph.add(energies.kinetic_energy, energies.potential_energy)
+    named["generalized_energy"] = graph.subtract(graph.dot(v.qd, momenta), energies.lagrangian(graph))
+    rows = zip(
+        reverse(graph, energies.effort, v.q), reverse(graph, energies.impetus, v.qd), energies.direct, strict=True
+    )
+    forces = [graph.total(row) for row in rows]
+    silent = graph.substitute(forces, dict.fromkeys((*v.Q, *v.plain), graph.zero))
+    external = [graph.subtract(a, b) for a, b in zip(forces, silent, strict=True)]
+    named["external_power"] = graph.dot(external, v.qd)
+    return named
