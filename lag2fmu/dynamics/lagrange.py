@@ -26,6 +26,7 @@ import numpy as np
 from lag2fmu.dynamics.autodiff import Forward, reverse
 from lag2fmu.dynamics.batches import matrix
 from lag2fmu.dynamics.constraints import Constraints, compose, starting_consistently
+from lag2fmu.dynamics.cost import cycles
 from lag2fmu.dynamics.elimination import Entries, Solution, mass_matrix, solve
 from lag2fmu.dynamics.energies import Composer, Energies
 from lag2fmu.dynamics.graph import Graph
@@ -130,7 +131,7 @@ class EquationsOfMotion:
 
 
 def derive(mechanism: Mechanism, method: str | None = None) -> EquationsOfMotion:
-    """Derive the equations of motion of ``mechanism``, by ``method`` of METHODS or by the one with fewer operations.
+    """Derive the equations of motion of ``mechanism``, by ``method`` of METHODS or by the quicker one, see ``cost``.
 
     Raises DerivationError if T is not quadratic in the velocities, if the mass matrix is singular for every q (naming
     the coordinates), or if an energy has no finite value at the start.
@@ -221,7 +222,7 @@ def _composed(mechanism: Mechanism, carried: Mapping[int, float]) -> _Composed:
 
 
 def _solved(given: _Composed, methods: Sequence[str]) -> _Solved:
-    """The accelerations by the method with the fewest operations.
+    """The accelerations by the quickest of ``methods``.
 
     Each is tried on a copy of the graph, where it finds no values of the others; the best one's nodes are kept.
     """
@@ -230,9 +231,9 @@ def _solved(given: _Composed, methods: Sequence[str]) -> _Solved:
     for name in methods:
         trial = given.graph.copy()
         found = solve(trial, given.entries, given.variables.qd, given.forcing, early=name == "elimination")
-        operations = trial.operations(found.x) if found else math.inf
-        if operations < least:
-            least, best, method, solution = operations, trial, name, found
+        cost = cycles(trial, found.x) if found else math.inf
+        if cost < least:
+            least, best, method, solution = cost, trial, name, found
     given.graph.adopt(best)
     return _Solved(**vars(given), method=method, solution=solution)
 
