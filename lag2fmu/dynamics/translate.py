@@ -42,7 +42,8 @@ class Translator:
     def __init__(self, graph: Graph, names: Mapping[str, int], expressions: Iterable[sp.Expr] = ()) -> None:
         self.graph, self.names = graph, dict(names)
         self._memory: dict[sp.Expr, int] = {}
-        self._frequency = _term_frequency(expressions)
+        self._cores: dict[sp.Expr, sp.Expr] = {}
+        self._frequency = self._term_frequency(expressions)
 
     def define(self, name: str, node: int) -> None:
         """Let ``name`` stand for ``node`` in expressions translated from now on."""
@@ -86,9 +87,31 @@ class Translator:
 
     def _sum(self, e: sp.Expr) -> int:
         """A sum from left to right, the most frequent terms first."""
-        stripped = [_stripped(term) for term in e.args]
-        order = sorted(zip(stripped, e.args, strict=True), key=lambda pair: (-self._frequency[pair[0]], self(pair[0])))
-        return self.graph.total(self(term) for _, term in order)
+        cores = {term: self._core(term) for term in e.args}
+        order = sorted(e.args, key=lambda term: (-self._frequency[cores[term]], self(cores[term])))
+        return self.graph.total(self(term) for term in order)
+
+    def _core(self, term: sp.Expr) -> sp.Expr:
+        """``term`` without its numerical factor; one object for equal ones, so that SymPy need not compare them."""
+        core = self._cores.get(term)
+        if core is None:
+            core = term.as_coeff_Mul()[1]
+            core = self._cores[term] = self._cores.setdefault(core, core)
+        return core
+
+    def _term_frequency(self, expressions: Iterable[sp.Expr]) -> Counter[sp.Expr]:
+        """How many different sums in ``expressions`` each term stands in, numerical factors aside."""
+        frequency: Counter[sp.Expr] = Counter()
+        seen: set[sp.Expr] = set()
+        stack = list(expressions)
+        while stack:
+            e = stack.pop()
+            if e not in seen:
+                seen.add(e)
+                stack.extend(e.args)
+                if e.is_Add:
+                    frequency.update([self._core(term) for term in e.args])
+        return frequency
 
     def _product(self, e: sp.Expr) -> int:
         """A product as numerator / denominator, so that x/y is one division."""
@@ -100,23 +123,3 @@ class Translator:
             else:
                 above = g.multiply(above, self(factor))
         return g.divide(above, below)
-
-
-def _stripped(term: sp.Expr) -> sp.Expr:
-    """``term`` without its numerical factor."""
-    return term.as_coeff_Mul()[1]
-
-
-def _term_frequency(expressions: Iterable[sp.Expr]) -> Counter[sp.Expr]:
-    """How many different sums in ``expressions`` each term stands in, numerical factors aside."""
-    frequency: Counter[sp.Expr] = Counter()
-    seen: set[sp.Expr] = set()
-    stack = list(expressions)
-    while stack:
-        e = stack.pop()
-        if e not in seen:
-            seen.add(e)
-            stack.extend(e.args)
-            if e.is_Add:
-                frequency.update(_stripped(term) for term in e.args)
-    return frequency
