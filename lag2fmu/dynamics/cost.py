@@ -25,14 +25,9 @@ def cycles(graph: Graph, outputs: Sequence[int]) -> float:
     """
     code, operands = graph.code, graph.operands
     ready: dict[int, int] = {}
-    longest = operations = 0
+    operations = 0
     for node in graph.cone(outputs):
-        wait = 0
-        for operand in operands[node]:
-            if ready[operand] > wait:
-                wait = ready[operand]
-        ready[node] = wait = wait + _LATENCY[code[node]]
+        wait = max(map(ready.__getitem__, operands[node]), default=0)
+        ready[node] = wait + _LATENCY[code[node]]
         operations += code[node] > SYMBOL
-        if wait > longest:
-            longest = wait
-    return longest + operations / _AT_ONCE
+    return max(ready.values(), default=0) + operations / _AT_ONCE

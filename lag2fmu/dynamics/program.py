@@ -75,6 +75,7 @@ def lower(equations: EquationsOfMotion, promoted: Collection[str] = (), canonica
     g, v = equations.graph, equations.variables
     p = Array("p", v.parameters)
     state = (Array("t", (v.t,), True), Array("x", (*v.q, *v.qd)), Array("u", v.inputs), p)
+    dynamics = _dynamics(equations, state)  # the first of all, so that the rest of the equations is on the graph
     factor, solution = _factor_and_solve(equations, state)
     outputs = frozenset((*equations.mechanism.output_names, *promoted))
     qdd = Array("qdd", v.unknowns)
@@ -83,7 +84,7 @@ def lower(equations: EquationsOfMotion, promoted: Collection[str] = (), canonica
         functions=(
             _function("mechanism_dependent", "Dependent parameters c.", (p,), c=equations.dependent.values()),
             _accelerations(equations, state),
-            _dynamics(equations, state),
+            dynamics,
             factor,
             solution,
             *_constraints(equations, state, factor),

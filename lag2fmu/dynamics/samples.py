@@ -48,17 +48,19 @@ def samples(mechanism: Mechanism, count: int) -> Iterator[State]:
 def mass_matrices(graph: Graph, entries: Entries, velocities: Sequence[int], states: Sequence[State]) -> Floats:
     """M at k ``states``, (k, n, n): the nodes of the form ``entries`` are linear in the ``velocities``, (n,).
 
-    Their values at unit velocities are their coefficients J, and M = sum H_ab J_a^T J_b.
+    Their values at unit velocities are their coefficients J, (m, n), and M = J^T H J.
     """
     table = np.array([list(state.values()) for state in states])
     values: dict[str, float | Floats] = dict(zip(states[0], table.T[:, :, np.newaxis], strict=True))
+    place = {node: i for i, node in enumerate(sorted({node for pair in entries for node in pair}))}
+    H = np.zeros((len(states), len(place), len(place)))
+    for (a, b), weight in zip(entries, evaluate(graph, list(entries.values()), values), strict=True):
+        H[:, place[a], place[b]] = H[:, place[b], place[a]] = weight[:, 0]
     values |= zip((str(graph.leaf[v]) for v in velocities), np.eye(len(velocities)), strict=True)
-    nodes = [*(a for a, _ in entries), *(b for _, b in entries), *entries.values()]
-    a, b, weight = np.split(evaluate(graph, nodes, values), 3)
-    once = np.array([0.5 if a == b else 1.0 for a, b in entries]).reshape(-1, 1, 1)
+    J = evaluate(graph, list(place), values).swapaxes(0, 1)
     with np.errstate(all="ignore"):
-        half: Floats = np.moveaxis(once * weight * a, 0, -1) @ np.moveaxis(b, 0, 1)
-        return half + np.swapaxes(half, 1, 2)
+        found: Floats = J.swapaxes(1, 2) @ H @ J
+    return found
 
 
 def massless_directions(

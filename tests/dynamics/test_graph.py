@@ -88,6 +88,18 @@ def test_constants_stay_exact_but_not_without_bound() -> None:
     assert isinstance(graph.value(graph.constant(Fraction(1, 3**400))), float)
 
 
+def test_a_copy_goes_its_own_way_until_it_is_adopted() -> None:
+    graph = Graph()
+    x, y = graph.symbol("x"), graph.symbol("y")
+    tried, other = graph.copy(), graph.copy()
+    product, total = tried.multiply(x, y), other.add(x, y)
+    assert product == total == len(graph)
+    assert graph.add(x, graph.one) == product
+    graph.adopt(tried)
+    assert graph.multiply(y, x) == product
+    assert graph.evaluate([product], {"x": 3.0, "y": 4.0}) == [12.0]
+
+
 def test_powers_multiply() -> None:
     graph = Graph()
     x = graph.symbol("x")

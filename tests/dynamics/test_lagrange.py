@@ -10,9 +10,10 @@ import pytest
 import sympy as sp
 from kkt import solve
 
+from lag2fmu.codegen.c import c_function
 from lag2fmu.dynamics import derive, lower
 from lag2fmu.dynamics.lagrange import EquationsOfMotion
-from lag2fmu.dynamics.samples import start_values
+from lag2fmu.dynamics.samples import mass_matrices, samples, start_values
 from lag2fmu.dynamics.tangent import differentiate
 from lag2fmu.errors import DerivationError
 from lag2fmu.mechanism import Body, Energy, Mechanism, coordinate, names, parameter, signal
@@ -147,6 +148,32 @@ def test_dependencies_are_those_of_the_coupled_block() -> None:
     found = equations.unknown_dependencies()
     assert found[0] == found[1] == {"m", "y", "Q_x", "Q_y"}
     assert found[2] == {"m", "z", "Q_z"}
+
+
+def test_the_printed_text_does_not_depend_on_what_was_asked_for_first() -> None:
+    """What the accelerations do not need joins the graph late; when it does must not show."""
+    texts = []
+    for ask in (lambda e: None, lambda e: e.energies, lambda e: e.momenta):
+        equations = derive(load("six_axis_arm"))
+        before = len(equations.graph)
+        ask(equations)
+        program = lower(equations)
+        assert len(program.graph) > before
+        texts.append([c_function(program, function) for function in program.functions])
+    assert texts[0] == texts[1] == texts[2]
+
+
+@pytest.mark.parametrize("name", ["n_pendulum", "six_axis_arm", "kepler", "four_bar_linkage", "charged_particle"])
+def test_mass_matrix_in_numbers_is_that_on_the_graph(name: str) -> None:
+    """By the coefficients of the velocity graph, and by the nodes that are printed."""
+    equations = derive(load(name))
+    g, mechanism = equations.graph, equations.mechanism
+    states = list(samples(mechanism, 3))
+    found = mass_matrices(g, equations.entries, equations.variables.qd, states)
+    n = len(mechanism.coordinates)
+    for values, M in zip(states, found, strict=True):
+        expected = np.reshape(g.evaluate([e for row in equations.mass_matrix for e in row], values), (n, n))
+        assert np.allclose(M, expected, rtol=1e-12, atol=1e-13 * np.abs(expected).max())
 
 
 def test_kinetic_energy_that_is_not_quadratic_is_refused() -> None:
