@@ -146,7 +146,7 @@ def show(model: str, style: str, plot: Path | None, analysis: bool, settings: tu
     show_default=True,
     help="Platform of the binary, or all of them.",
 )
-@click.option("--solver", metavar="NAME", help="Integrator of co-simulation: dopri5 (default), dop853, rk4 or ros2.")
+@click.option("--solver", metavar="NAME", help="Integrator of co-simulation; by default one that suits the start.")
 @click.option("--compiler", type=click.Choice(["zig", "host"]), default="zig", show_default=True)
 @click.option(
     "--output",
@@ -176,7 +176,6 @@ def export_command(
     settings: tuple[str, ...],
 ) -> None:
     """Write the FMU of MODEL."""
-    from lag2fmu.codegen import DEFAULT_SOLVER
     from lag2fmu.fmu import export
 
     mechanism, extra = _load(model, settings), {}
@@ -188,7 +187,7 @@ def export_command(
         fmu = export(
             mechanism,
             path,
-            solver=solver or DEFAULT_SOLVER,
+            solver=solver,
             compiler=compiler,
             platform=platform,
             backend=backend,
@@ -196,7 +195,7 @@ def export_command(
             extra=extra,
             progress=progress,
         )
-    click.echo(f"wrote {fmu.path}")
+    click.echo(f"wrote {fmu.path}, solver {fmu.description.solver}{fmu.solver_choice and f': {fmu.solver_choice}'}")
 
 
 @main.command()
@@ -259,7 +258,7 @@ def simulate(
 @_STOP
 @click.option("--tolerance", type=float, help="Relative tolerance of the FMU's solver.")
 @click.option("--input", "inputs", type=click.Path(path_type=Path), metavar="CSV", help="Signals: time,name,...")
-@click.option("--solver", metavar="NAME", help="Integrator of co-simulation, for a MODEL.")
+@click.option("--solver", metavar="NAME", help="Integrator of co-simulation, as in export.")
 @click.option(
     "--report",
     "reports",
@@ -278,7 +277,6 @@ def validate(
     settings: tuple[str, ...],
 ) -> None:
     """Compare the FMU with a direct integration of the mechanism on an independent path."""
-    from lag2fmu.codegen import DEFAULT_SOLVER
     from lag2fmu.reference import read_csv
     from lag2fmu.verify import running
 
@@ -290,9 +288,7 @@ def validate(
     elif settings or solver:
         raise ExportError(f"'{model}' is an FMU: --set and --solver belong to its export; give a MODEL")
     signals = None if inputs is None else read_csv(inputs)
-    report = running.validate(
-        source, stop_time=stop_time, tolerance=tolerance, inputs=signals, solver=solver or DEFAULT_SOLVER
-    )
+    report = running.validate(source, stop_time=stop_time, tolerance=tolerance, inputs=signals, solver=solver)
     _print(report)
     for path in reports:
         report.write(path)

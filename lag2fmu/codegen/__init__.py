@@ -1,7 +1,17 @@
 """Code generation: Program -> C text, templates -> source tree."""
 
-from lag2fmu.codegen.solvers import DEFAULT_SOLVER, METHODS, Method
+from lag2fmu.codegen.solvers import DEFAULT_SOLVER, METHODS, STIFF_SOLVER, Method
 from lag2fmu.codegen.sources import Slot, Tables, render_sources
 from lag2fmu.codegen.tableaus import TABLEAUS, Tableau
 
-__all__ = ["DEFAULT_SOLVER", "METHODS", "TABLEAUS", "Method", "Slot", "Tableau", "Tables", "render_sources"]
+__all__ = [
+    "DEFAULT_SOLVER",
+    "METHODS",
+    "STIFF_SOLVER",
+    "TABLEAUS",
+    "Method",
+    "Slot",
+    "Tableau",
+    "Tables",
+    "render_sources",
+]

@@ -36,8 +36,6 @@ class Collocation:
     variational: bool = True
     error_order: int = 0
     generated_files = ("collocation.c",)
-    dense: tuple[Row, ...] = ()
-    dense_order = 0
 
     def __post_init__(self) -> None:
         """Raise ValueError unless the method is symplectic or collocation, and has the order that is claimed."""
@@ -62,8 +60,18 @@ class Collocation:
 
     @property
     def all_stages(self) -> int:
-        """The same: there is no dense output."""
+        """The same: dense output needs no stages of its own."""
         return self.stages
+
+    @property
+    def dense_order(self) -> int:
+        """Of the velocities in Hermite's quintic of the coordinates; 0 where steps are fixed and there is none."""
+        return 0 if self.variational else 4
+
+    @property
+    def dense_rows(self) -> int:
+        """The terms of the quintic beyond the cubic."""
+        return 0 if self.variational else 2
 
     @property
     def fully_implicit(self) -> bool:

@@ -11,6 +11,7 @@ from __future__ import annotations
 from collections.abc import Callable, Iterator, Sequence
 from fractions import Fraction
 from functools import cache
+from itertools import count
 
 Row = Sequence[Fraction]
 Tree = tuple["Tree", ...]
@@ -50,6 +51,31 @@ def dense_order_of(a: Sequence[Row], b: Row, rows: Sequence[Row], limit: int) ->
         return all(abs(total - (goal if power == size else 0)) < MET for power, total in enumerate(sums))
 
     return _highest_order(a, _interpolant(a, b, rows), limit, holds)
+
+
+def stability_interval(a: Sequence[Row], b: Row) -> float:
+    """The largest x with |R| <= 1 on [-x, 0], where R(z) = 1 + sum_k z^k b a^(k-1) (1, ..., 1) of an explicit method.
+
+    Hairer, Wanner, Solving Ordinary Differential Equations II, 2nd edition, section IV.2.
+    """
+    coefficients, powers = [1.0], [Fraction(1)] * len(b)
+    for _ in b:
+        coefficients.append(float(_product(b, powers)))
+        powers = [_product(row, powers) for row in a]
+
+    def grows(x: float) -> bool:
+        return abs(sum(c * (-x) ** k for k, c in enumerate(coefficients))) > 1 + 1e-12
+
+    inside = next(number for number in count() if grows((number + 1) * 1e-2)) * 1e-2
+    outside = inside + 1e-2
+    while outside - inside > 1e-9:
+        middle = (inside + outside) / 2
+        inside, outside = (inside, middle) if grows(middle) else (middle, outside)
+    return inside
+
+
+def _product(row: Row, column: Row) -> Fraction:
+    return sum((x * y for x, y in zip(row, column, strict=False)), Fraction(0))
 
 
 def _interpolant(a: Sequence[Row], b: Row, rows: Sequence[Row]) -> list[Fixed]:

@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 from lag2fmu.codegen.collocation import COLLOCATIONS, Collocation
-from lag2fmu.codegen.tableaus import TABLEAUS, Row, Tableau
+from lag2fmu.codegen.tableaus import TABLEAUS, Tableau
 
 
 @dataclass(frozen=True)
@@ -22,8 +22,7 @@ class LinearlyImplicit:
     implicit = True
     fully_implicit = variational = False
     error_order = 0
-    dense: tuple[Row, ...] = ()
-    dense_order = 0
+    dense_rows = dense_order = 0
 
 
 Method = Tableau | LinearlyImplicit | Collocation
@@ -42,6 +41,8 @@ METHODS: dict[str, Method] = {
 }
 """The solvers of co-simulation, by name."""
 
+STIFF_SOLVER = "radau5"
+"""For mechanisms that are stiff at their start, if no solver is asked for; for the others:"""
 DEFAULT_SOLVER = "dopri5"
 """By measurement: dop853 takes less time in long communication steps (benchmarks/integrators.py), but 12 evaluations
 for 6 of dopri5 in each step where inputs change, as they do in most co-simulations."""

@@ -9,7 +9,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 from fractions import Fraction
 
-from lag2fmu.codegen.order_conditions import dense_order_of, order_of
+from lag2fmu.codegen.order_conditions import dense_order_of, order_of, stability_interval
 
 Row = tuple[Fraction, ...]
 
@@ -62,6 +62,11 @@ class Tableau:
             raise ValueError(f"tableau '{self.solver}': {label} has order {derived}, not {claimed}")
 
     @property
+    def dense_rows(self) -> int:
+        """The terms of dense output beyond Hermite's cubic."""
+        return len(self.dense)
+
+    @property
     def stages(self) -> int:
         """The number of stages."""
         return len(self.b)
@@ -106,6 +111,11 @@ class Tableau:
     def first_same_as_last(self) -> bool:
         """Whether the last stage is the first stage of the next step."""
         return self.a[-1] == self.b and float(self.c[-1]) == 1.0
+
+    @property
+    def stability(self) -> float:
+        """The largest h for which steps for dx/dt = -x do not grow."""
+        return stability_interval(self.a, self.b)
 
 
 def _difference(b: Row, other: Row | None) -> Row | None:

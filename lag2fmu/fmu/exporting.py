@@ -10,7 +10,7 @@ from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 
-from lag2fmu.codegen import DEFAULT_SOLVER, METHODS, Method, Tables, render_sources
+from lag2fmu.codegen import DEFAULT_SOLVER, METHODS, STIFF_SOLVER, Method, Tables, render_sources
 from lag2fmu.dynamics import EquationsOfMotion, Program, derive, lower
 from lag2fmu.dynamics.lagrange import complete
 from lag2fmu.errors import BuildError, ExportError
@@ -39,6 +39,8 @@ class Fmu:
 
     path: Path
     description: ModelDescription
+    solver_choice: str = ""
+    """Why the solver was chosen, a phrase; empty if it was asked for."""
 
     @property
     def mechanism(self) -> Mechanism:
@@ -50,7 +52,7 @@ def export(
     mechanism: Mechanism,
     path: str | Path | None = None,
     *,
-    solver: str = DEFAULT_SOLVER,
+    solver: str | None = None,
     compiler: str = "zig",
     platform: str = "host",
     backend: str = "c",
@@ -60,13 +62,14 @@ def export(
 ) -> Fmu:
     """Write the FMU of ``mechanism`` to ``path`` (default: NAME.fmu in the current folder).
 
-    ``solver`` is the integrator of co-simulation (see METHODS), ``compiler`` 'zig' or 'host', ``platform`` 'host', a
+    ``solver`` is the integrator of co-simulation (see METHODS), by default one that suits the motion at the start,
+    ``compiler`` 'zig' or 'host', ``platform`` 'host', a
     name in PLATFORMS or 'all', ``backend`` 'c' or 'python' (a slave of PythonFMU), ``outputs`` names local variables to
     be outputs too ('all' for each of them), ``extra`` holds further files {name in the archive: content}, ``progress``
     is told how the compiler gets on.
     Raises ExportError, DerivationError or BuildError.
     """
-    if solver not in METHODS:
+    if solver is not None and solver not in METHODS:
         raise ExportError(f"unknown solver '{solver}'; known are {', '.join(METHODS)}")
     if backend not in BACKENDS:
         raise ExportError(f"unknown backend '{backend}'; known are {', '.join(BACKENDS)}")
@@ -75,10 +78,11 @@ def export(
     _check_target(target)
     _check_texts(mechanism)
     equations = derive(mechanism)
+    solver, choice = (solver, "") if solver else suited_solver(equations, backend)
     _check_solver(equations.mechanism, METHODS[solver])
     program = lower(equations, promotable(equations, outputs), METHODS[solver].variational)
     mechanism = complete(mechanism, equations)
-    description, binaries, own_files = contribute(mechanism, equations, program)
+    description, binaries, own_files = contribute(mechanism, equations, program, solver)
     files = {
         **own_files,
         "modelDescription.xml": to_xml(description),
@@ -88,7 +92,22 @@ def export(
         **(extra or {}),
     }
     pack(files, target)
-    return Fmu(target, description)
+    return Fmu(target, description, choice)
+
+
+def suited_solver(equations: EquationsOfMotion, backend: str) -> tuple[str, str]:
+    """The solver for a mechanism whose user named none, and why, as a phrase."""
+    from lag2fmu.dynamics.analysis import stiffness
+
+    found = stiffness(equations)
+    if found is None:
+        return DEFAULT_SOLVER, ""
+    if not found.stiff:
+        return DEFAULT_SOLVER, "the motion is not stiff at its start"
+    reason = f"the motion is stiff at its start, with decays of {found.rate:.2g} /s among {found.pace:.2g} /s"
+    if backend == "c":
+        return STIFF_SOLVER, reason
+    return DEFAULT_SOLVER, f"{reason}; only --backend c has {STIFF_SOLVER}"
 
 
 def _check_solver(mechanism: Mechanism, method: Method) -> None:
@@ -100,16 +119,16 @@ def _check_solver(mechanism: Mechanism, method: Method) -> None:
         )
 
 
-_Contribution = Callable[[Mechanism, EquationsOfMotion, Program], tuple[ModelDescription, str, dict[str, bytes]]]
-"""What a backend makes of a mechanism and its equations: the description, a phrase on the binaries, {name: content}."""
+_Contribution = Callable[[Mechanism, EquationsOfMotion, Program, str], tuple[ModelDescription, str, dict[str, bytes]]]
+"""What a backend makes of them and of a solver: the description, a phrase on the binaries, {name: content}."""
 
 
-def _native(solver: str, platform: str, compiler: str, progress: Progress | None) -> _Contribution:
+def _native(_: str | None, platform: str, compiler: str, progress: Progress | None) -> _Contribution:
     """The c backend: libraries and their sources. What was chosen is checked at once."""
     platforms = choose_platforms(platform, compiler)
 
     def contribute(
-        mechanism: Mechanism, equations: EquationsOfMotion, program: Program
+        mechanism: Mechanism, equations: EquationsOfMotion, program: Program, solver: str
     ) -> tuple[ModelDescription, str, dict[str, bytes]]:
         description, sources = describe(mechanism, equations, program, solver)
         identifier = description.model_identifier
@@ -122,12 +141,12 @@ def _native(solver: str, platform: str, compiler: str, progress: Progress | None
     return contribute
 
 
-def _python(solver: str, platform: str, compiler: str, _: Progress | None) -> _Contribution:
+def _python(asked: str | None, platform: str, compiler: str, _: Progress | None) -> _Contribution:
     """The python backend: Python files and the libraries of PythonFMU."""
-    platforms = check_choices(solver, platform, compiler)
+    platforms = check_choices(asked or DEFAULT_SOLVER, platform, compiler)
 
     def contribute(
-        mechanism: Mechanism, equations: EquationsOfMotion, program: Program
+        mechanism: Mechanism, equations: EquationsOfMotion, program: Program, solver: str
     ) -> tuple[ModelDescription, str, dict[str, bytes]]:
         blank = ModelDescription(mechanism, (), identifier_of(mechanism.name), "", solver, VERSION, backend="python")
         description, files = python_fmu(equations, program, platforms, blank)

@@ -7,7 +7,6 @@ from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from pathlib import Path
 
-from lag2fmu.codegen import DEFAULT_SOLVER
 from lag2fmu.fmu import Fmu, export, read_mechanism
 from lag2fmu.mechanism import Mechanism
 from lag2fmu.mechanism.loading import load, with_values
@@ -59,7 +58,7 @@ def validate(
     tolerance: float | None = None,
     values: Mapping[str, float] | None = None,
     inputs: Trajectory | None = None,
-    solver: str = DEFAULT_SOLVER,
+    solver: str | None = None,
 ) -> Report:
     """Compare the FMU of ``model`` with the direct integration of its mechanism until ``stop_time`` (s).
 
@@ -86,7 +85,7 @@ def fmu_path(model: Model) -> Path:
 
 
 @contextmanager
-def as_fmu(model: Model, solver: str = DEFAULT_SOLVER) -> Iterator[Path]:
+def as_fmu(model: Model, solver: str | None = None) -> Iterator[Path]:
     """The path of an FMU of ``model``; a model that is none is exported to a folder that goes away at the end."""
     if is_fmu(model):
         yield fmu_path(model)

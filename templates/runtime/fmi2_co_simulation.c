@@ -5,6 +5,7 @@
 #include "instance.h"
 #include "integrator.h"
 #include "logging.h"
+#include "solver.h"
 #include "system.h"
 
 /* Importers compute times in many ways, so times are never compared exactly: a difference of this part of the
@@ -38,6 +39,23 @@ static fmi2Status check_step(Instance *instance, double point, double step) {
     return fmi2OK;
 }
 
+/* fmi2OK, or fmi2Warning where the solver noticed something for the first time. */
+static fmi2Status report_notice(Instance *instance) {
+    const Notice *notice = &instance->notice;
+    switch (notice->kind) {
+    case NOTICE_STIFF:
+        return warn(instance, "the mechanism is stiff at time %.17g s: stability, not accuracy, bounds the steps of solver "
+                    "%s, to %.3g s there; export with --solver radau5", notice->time, METHOD.name, notice->step);
+    case NOTICE_UNEQUAL:
+        return warn(instance, "the solver step changed to %.17g s at time %.17g s; solver %s keeps the energy bounded over "
+                    "long times with equal steps only: keep the communication steps equal", notice->step, notice->time,
+                    METHOD.name);
+    case NOTICE_NONE:
+    default:
+        return fmi2OK;
+    }
+}
+
 fmi2Status fmi2DoStep(fmi2Component c, fmi2Real currentCommunicationPoint, fmi2Real communicationStepSize,
                       fmi2Boolean noSetFMUStatePriorToCurrentPoint) {
     Instance *instance = instance_enter(c, CALL_DoStep);
@@ -51,7 +69,7 @@ fmi2Status fmi2DoStep(fmi2Component c, fmi2Real currentCommunicationPoint, fmi2R
         system_explain_failure(instance);
         return report_failure(instance, fmi2Discard);
     }
-    return fmi2OK;
+    return report_notice(instance);
 }
 
 fmi2Status fmi2CancelStep(fmi2Component c) {

@@ -69,6 +69,11 @@ typedef struct {
 
     double next_step;             /* s; proposal for the next solver step, 0 before the first one */
     double previous_error;        /* of the last full step, in units of the tolerance; memory of the PI controller */
+    int64_t steps;                /* accepted so far; of them, in the present series of suspicious ones: */
+    int64_t stiff_steps;          /* as long as stability allows, ... */
+    int64_t easy_steps;           /* ... and shorter */
+    double equal_step;            /* s; of a variational method: the length of all steps so far, 0 before the first */
+    int64_t noticed;              /* Notices that were given, as bits: each is given once */
     int64_t first_stage_valid;    /* first_stage belongs to the present time, states, inputs and parameters, or ... */
     int64_t ahead;                /* ... to the end of the step in dense: there the solver goes on */
     int64_t undisturbed;          /* nothing was changed since the end of the last communication step */
@@ -163,11 +168,25 @@ typedef struct {
 #endif
 } Failure;
 
+/* What the importer should know about a communication step that was completed. */
+typedef enum {
+    NOTICE_NONE = 0,
+    NOTICE_STIFF = 1,  /* the steps of an explicit method are bounded by its stability */
+    NOTICE_UNEQUAL = 2 /* the steps of a variational method are not of the same length any more */
+} NoticeKind;
+
+typedef struct {
+    NoticeKind kind;
+    double time; /* s */
+    double step; /* length of the solver step, s */
+} Notice;
+
 typedef struct {
     State state;
     Cache cache;
     Scratch scratch;
     Failure failure;
+    Notice notice; /* of the last communication step */
 
     fmi2Type type;
     fmi2CallbackFunctions callbacks;

@@ -27,6 +27,10 @@ static const double WORTHWHILE = 1.25;     /* a step that would pass the communi
 static const double FARTHEST = 1000.0;     /* communication steps that a solver step may pass */
 static const double MOST_STEPS = 1e12;     /* of a fixed-step method in a communication step, ... */
 static const int64_t MOST_TRIALS = 10000000; /* ... and of an adaptive one, which may meet a motion that blows up */
+static const double SAME_LENGTH = 1e-6;    /* relative difference by which importers' rounding may change steps */
+static const int64_t LOOK = 100;           /* every so many steps stiffness is looked for, while there is no suspicion */
+static const double AT_THE_LIMIT = 0.98;   /* of stability; Hairer and Wanner's codes take the same, ... */
+static const int64_t CONVINCED = 15, CLEARED = 6; /* ... and these numbers of steps at the limit and below it */
 
 double solver_tolerance(const State *state) {
     const double setting = state->settings[SETTING_TOLERANCE];
@@ -145,6 +149,41 @@ static void accept(Instance *instance, Step step) {
     state->first_stage_valid = 1;
 }
 
+/* To be told once, at the end of the communication step. */
+static void give_notice(Instance *instance, NoticeKind kind, double step) {
+    if ((instance->state.noticed & (int64_t)kind) == 0) {
+        instance->state.noticed |= (int64_t)kind;
+        instance->notice = (Notice){kind, instance->state.time, step};
+    }
+}
+
+/* Notices a motion that keeps the accepted steps at the limit of stability. */
+static void watch_stiffness(Instance *instance, Step step) {
+    State *state = &instance->state;
+    state->steps++;
+    if ((state->noticed & NOTICE_STIFF) != 0 || (state->stiff_steps == 0 && state->steps % LOOK != 0)) {
+        return;
+    }
+    if (solver_stiffness(instance) > AT_THE_LIMIT) {
+        state->easy_steps = 0;
+        if (++state->stiff_steps == CONVINCED) {
+            give_notice(instance, NOTICE_STIFF, step.length);
+        }
+    } else if (state->stiff_steps > 0 && ++state->easy_steps == CLEARED) {
+        state->stiff_steps = state->easy_steps = 0;
+    }
+}
+
+/* Notices steps of a variational method that are of another length than those before: its energy is bounded over long
+   times because a neighbouring system, which belongs to one length, is solved exactly. */
+static void watch_length(Instance *instance, double length) {
+    State *state = &instance->state;
+    if (state->equal_step > 0.0 && fabs(length - state->equal_step) > SAME_LENGTH * length) {
+        give_notice(instance, NOTICE_UNEQUAL, length);
+    }
+    state->equal_step = length;
+}
+
 /* How far (s) steps may go: beyond the end of the communication step only if the same inputs may well hold there. They
    do not if they move, and are not expected to if something was changed before this communication step. */
 static double horizon_of(const Instance *instance, double end) {
@@ -247,6 +286,7 @@ static bool step_adaptively(Instance *instance, double end) {
         const double error = try_step(instance, step);
         if (error <= 1.0 && bring_back_result(instance, step) && (step.end <= end || dense_begin(instance, step))) {
             propose(state, step, error, rejected);
+            watch_stiffness(instance, step);
             accept(instance, step);
             state->ahead = step.end > end;
             rejected = false;
@@ -299,6 +339,9 @@ static bool integrate_in_equal_steps(Instance *instance, double end) {
         return false;
     }
     const double length = (end - start) / count;
+    if (VARIATIONAL) {
+        watch_length(instance, length);
+    }
     for (double i = 1.0; i <= count; i++) {
         const double next = i < count ? start + (end - start) * (i / count) : end;
         const Step step = {length, next, false};
@@ -312,6 +355,7 @@ static bool integrate_in_equal_steps(Instance *instance, double end) {
 
 bool integrate(Instance *instance, double end) {
     instance->failure.kind = FAILURE_NONE;
+    instance->notice.kind = NOTICE_NONE;
     instance_forget_motion(instance);
     inputs_begin(instance);
     const bool completed =

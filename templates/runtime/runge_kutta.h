@@ -17,6 +17,7 @@ typedef struct {
     const double *e;        /* stages; b minus the weights of the embedded solution, NULL: a fixed-step method */
     const double *second;   /* stages, NULL: there is none */
     const double *dense;    /* DENSE_ROWS x all_stages: the terms h sum_i dense_ji k_i of dense_output.h */
+    double stability;       /* steps h for dx/dt = -x do not grow up to this h */
 } Tableau;
 
 extern const Tableau TABLEAU;

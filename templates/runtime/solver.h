@@ -29,6 +29,10 @@ bool solver_step(Instance *instance, Step step);
    weight_i = tolerance * (max(|x_i|, |x_new_i|) + nominal_i); worst is the index of that state. */
 double solver_error(const Instance *instance, Step step, double tolerance, int *worst);
 
+/* The length of the last trial step in units of what the stability of the method allows for the fastest decay in the
+   motion; 0 if that is not known or not limited. */
+double solver_stiffness(const Instance *instance);
+
 /* The terms of the interpolant (dense_output.h) from HERMITE_TERMS on, for the last trial step, which is about to be
    accepted. Returns false likewise. */
 bool solver_dense(Instance *instance, Step step, double terms[DENSE_TERMS][N_STATES]);

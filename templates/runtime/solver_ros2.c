@@ -91,6 +91,11 @@ double solver_error(const Instance *instance, Step step, double tolerance, int *
     return 0.0;
 }
 
+double solver_stiffness(const Instance *instance) {
+    (void)instance;
+    return 0.0; /* L-stable */
+}
+
 bool solver_dense(Instance *instance, Step step, double terms[DENSE_TERMS][N_STATES]) {
     (void)instance;
     (void)step;

@@ -89,6 +89,29 @@ double solver_error(const Instance *instance, Step step, double tolerance, int *
     return error * (error / hypot(error, second));
 }
 
+/* The last two stages are derivatives at the end of the step, at states that differ by an error of the method: where a
+   fast decay is unstable, along its direction. Hairer, Wanner, Solving Ordinary Differential Equations II, 2nd edition,
+   section IV.2, stiffness detection; the norm is weighted with nominal values. */
+double solver_stiffness(const Instance *instance) {
+    const Scratch *scratch = &instance->scratch;
+    const int last = TABLEAU.stages - 1;
+    const double *before = TABLEAU.a + (last - 1) * TABLEAU.all_stages;
+    double apart = 0.0, slope = 0.0;
+    if (!TABLEAU.first_same_as_last || TABLEAU.c[last - 1] != 1.0) {
+        return 0.0;
+    }
+    for (int i = 0; i < N_STATES; i++) {
+        double difference = 0.0;
+        for (int j = 0; j < last; j++) {
+            difference += (TABLEAU.b[j] - before[j]) * scratch->stages[j][i];
+        }
+        const double rise = scratch->stages[last][i] - scratch->stages[last - 1][i];
+        apart += difference * difference / (NOMINAL_STATES[i] * NOMINAL_STATES[i]);
+        slope += rise * rise / (NOMINAL_STATES[i] * NOMINAL_STATES[i]);
+    }
+    return apart > 0.0 ? sqrt(slope / apart) / TABLEAU.stability : 0.0; /* the length of the step cancels */
+}
+
 bool solver_dense(Instance *instance, Step step, double terms[DENSE_TERMS][N_STATES]) {
     if (!compute_stages(instance, step, TABLEAU.stages, TABLEAU.all_stages)) {
         return false;

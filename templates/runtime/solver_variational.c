@@ -196,6 +196,11 @@ double solver_error(const Instance *instance, Step step, double tolerance, int *
     return 0.0; /* steps have a fixed length */
 }
 
+double solver_stiffness(const Instance *instance) {
+    (void)instance;
+    return 0.0; /* steps have a fixed length */
+}
+
 bool solver_dense(Instance *instance, Step step, double terms[DENSE_TERMS][N_STATES]) {
     (void)instance;
     (void)step;

@@ -14,19 +14,28 @@ from lag2fmu.dynamics.lagrange import complete
 from lag2fmu.mechanism.loading import load
 from lag2fmu.reference import Reference, integrate
 
-STOP, STEP = 10.0, 0.01
-"""Duration and grid of the direct integrations, in s."""
+STOP, POINTS = 10.0, 1000
+"""Longest duration of the direct integrations, in s, and their number of output times."""
+
+
+def duration(model: str) -> float:
+    """What tests integrate a model for, in s: 10 s or, where the model names a shorter time, that."""
+    return min(STOP, load(model).experiment.stop_time)
 
 
 @pytest.fixture(scope="session")
 def directly() -> Callable[..., Reference]:
-    """``directly(model, stop=10.0)``: its direct integration every 0.01 s, with an own error of about 1e-10."""
+    """``directly(model, part=1.0)``: its direct integration at 1001 times of that part of its duration.
+
+    Its own error is about 1e-10.
+    """
     done: dict[tuple[str, float], Reference] = {}
 
-    def run(model: str, stop: float = STOP) -> Reference:
-        key = (model, stop)
+    def run(model: str, part: float = 1.0) -> Reference:
+        key = (model, part)
         if key not in done:
-            done[key] = integrate(complete(load(model)), np.linspace(0.0, stop, round(stop / STEP) + 1), rtol=1e-12)
+            times = np.linspace(0.0, part * duration(model), POINTS + 1)
+            done[key] = integrate(complete(load(model)), times, rtol=1e-12)
             # an estimate from above, of the run at 1e-11 that it is compared with; the bars are 1e-8
             assert done[key].relative_error.max() < 2e-9
         return done[key]

@@ -2,16 +2,19 @@
 
 from __future__ import annotations
 
+import re
+from pathlib import Path
+
 import numpy as np
 import pytest
 from scipy.linalg import expm
-from stepping import Stepping
+from stepping import WARNING, Stepping
 
 from lag2fmu import export
 from lag2fmu.codegen import METHODS
 from lag2fmu.errors import ExportError
 from lag2fmu.mechanism import Energy, Mechanism, coordinate, parameter
-from lag2fmu.mechanism.loading import load
+from lag2fmu.mechanism.loading import load, with_values
 
 pytestmark = pytest.mark.fmu
 
@@ -149,3 +152,55 @@ def test_radau_keeps_constraints(exported) -> None:
         x, phi = s.get(["x", "phi"])
         assert phi == pytest.approx(0.1 * np.cos(2.0 * omega), abs=1e-7)
         assert 200 * x == pytest.approx(9.81 * phi, abs=1e-12)
+
+
+# ------------------------------------------------------------------------------- what the log says, and the choice
+
+
+def told(path: Path, steps: list[float], **values: float) -> list[str]:
+    """What the FMU logs in communication steps of these lengths in s."""
+    with Stepping(path) as s:
+        s.start(values)
+        for step in steps:
+            s.step(step)
+        return [sentence for status, category, sentence in s.log if (status, category) == (WARNING, "logStatusWarning")]
+
+
+@pytest.mark.parametrize("solver", ["dopri5", "dop853"])
+def test_an_explicit_method_says_once_that_the_motion_is_stiff(solver: str, exported) -> None:
+    """Overdamped, x decays with 100 /s and 9900 /s: steps stay at the limit of stability after both are gone."""
+    path = exported("spring_mass_damper", solver=solver).path
+    (sentence,) = told(path, [0.1] * 10, k=1e6, c=1e4)
+    assert re.search(f"stiff at time .* bounds the steps of solver {solver}, to .* s there.*--solver radau5", sentence)
+    limit = METHODS[solver].stability / 9900.0
+    assert float(re.search(r"to (\S+) s there", sentence)[1]) == pytest.approx(limit, rel=0.15)
+
+
+@pytest.mark.parametrize("values", [{}, {"k": 1e6, "c": 10.0}, {"k": 1e2, "c": 50.0}], ids=str)
+def test_fast_oscillations_and_slow_decays_are_not_called_stiff(values: dict[str, float], exported) -> None:
+    assert told(exported("spring_mass_damper").path, [0.5] * 4, **values) == []
+
+
+def test_a_variational_method_says_once_that_its_steps_became_unequal(exported) -> None:
+    path = exported("pendulum", solver="verlet").path
+    assert told(path, [0.1] * 5 + [0.1 * (1 + 1e-9)]) == []
+    (sentence,) = told(path, [0.1, 0.1, 0.0123, 0.1])
+    assert "solver verlet keeps the energy bounded" in sentence
+
+
+def test_the_stability_intervals_are_the_published_ones() -> None:
+    """Hairer, Wanner II, section IV.2: 2.785 of the classical method of order 4, 3.3 of Dormand and Prince's."""
+    assert METHODS["rk4"].stability == pytest.approx(2.785293563405282, abs=1e-8)
+    assert METHODS["dopri5"].stability == pytest.approx(3.3066, abs=1e-4)
+
+
+def test_the_solver_is_chosen_for_the_motion_at_the_start(tmp_path: Path) -> None:
+    fast = with_values(load("spring_mass_damper"), {"k": 1e6, "c": 1e4})
+    for mechanism, solver, phrase in [
+        (fast, "radau5", "decays of 9.9e+03 /s among 0.1 /s"),
+        (with_values(fast, {"c": 10.0}), "dopri5", "not stiff"),
+        (load("kepler"), "dopri5", "not stiff"),
+    ]:
+        fmu = export(mechanism, tmp_path / "x.fmu", compiler="host")
+        assert (fmu.description.solver, phrase in fmu.solver_choice) == (solver, True), fmu.solver_choice
+    assert export(fast, tmp_path / "x.fmu", solver="dopri5", compiler="host").description.solver == "dopri5"

@@ -92,7 +92,8 @@ def test_error_against_the_direct_integration(model: str, exported) -> None:
     simulation.run(5.0)
     expected = integrate(load(model), [0.0, 5.0]).trajectory
     names = [name for q in load(model).coordinates for name in (q.name, f"{q.name}_dot")]
-    assert simulation.get("one", names) == pytest.approx(expected.columns(names)[-1], abs=1e-5)
+    # the default tolerance is 1e-6; steps reach over communication points, so that they are as long as it allows
+    assert simulation.get("one", names) == pytest.approx(expected.columns(names)[-1], abs=3e-5)
 
 
 def test_start_values_and_inputs(exported) -> None:

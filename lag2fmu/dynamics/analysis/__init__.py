@@ -14,6 +14,7 @@ from lag2fmu.dynamics.analysis.linearization import Linearization, linearize
 from lag2fmu.dynamics.analysis.modes import Mode, normal_modes
 from lag2fmu.dynamics.analysis.report import analysis_report, analysis_sections
 from lag2fmu.dynamics.analysis.small_motions import linearized
+from lag2fmu.dynamics.analysis.stiffness import Stiffness, stiffness
 
 __all__ = [
     "Conserved",
@@ -21,6 +22,7 @@ __all__ = [
     "Floquet",
     "Linearization",
     "Mode",
+    "Stiffness",
     "action",
     "analysis_report",
     "analysis_sections",
@@ -34,4 +36,5 @@ __all__ = [
     "normal_modes",
     "poisson_bracket",
     "routhian_form",
+    "stiffness",
 ]

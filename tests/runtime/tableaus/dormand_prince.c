@@ -25,4 +25,4 @@ static const double DENSE[7] = {-12715105075.0 / 11282082432.0, 0,
                                 69997945.0 / 29380423.0};
 
 const Method METHOD = {"dormand_prince_5_4", 5, 4, 4};
-const Tableau TABLEAU = {7, 7, 1, A, B, C, E, NULL, DENSE};
+const Tableau TABLEAU = {7, 7, 1, A, B, C, E, NULL, DENSE, 3.3065678924322133};

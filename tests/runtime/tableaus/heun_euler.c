@@ -15,4 +15,4 @@ static const double E[2] = {-0.5, 0.5};
 static const double DENSE[2] = {0, 0}; /* Hermite's cubic is enough */
 
 const Method METHOD = {"heun_euler_2_1", 2, 1, 3};
-const Tableau TABLEAU = {2, 2, 0, A, B, C, E, NULL, DENSE};
+const Tableau TABLEAU = {2, 2, 0, A, B, C, E, NULL, DENSE, 2.0};

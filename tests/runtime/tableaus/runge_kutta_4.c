@@ -14,4 +14,4 @@ static const double B[4] = {1.0 / 6, 1.0 / 3, 1.0 / 3, 1.0 / 6};
 static const double C[4] = {0, 0.5, 0.5, 1};
 
 const Method METHOD = {"runge_kutta_4", 4, 0, 0};
-const Tableau TABLEAU = {4, 4, 0, A, B, C, NULL, NULL, NULL};
+const Tableau TABLEAU = {4, 4, 0, A, B, C, NULL, NULL, NULL, 2.7852935630083087};
