@@ -17,8 +17,11 @@ REPRESENTATIVE = frozenset(
     )
 )
 
+QUICK = REPRESENTATIVE - {"free_body", "furuta_pendulum", "heavy_top", "humanoid_planar", "six_axis_arm"}
+"""Those that are integrated directly, to 1e-12, in seconds."""
 
-def models() -> list[Any]:
-    """All bundled models as parameters; those that are not representative only in 'make test-all'."""
+
+def models(chosen: frozenset[str] = REPRESENTATIVE) -> list[Any]:
+    """All bundled models as parameters; those that are not chosen only in 'make test-all'."""
     others = pytest.mark.all_models
-    return [name if name in REPRESENTATIVE else pytest.param(name, marks=others) for name in bundled()]
+    return [name if name in chosen else pytest.param(name, marks=others) for name in bundled()]

@@ -9,7 +9,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
-from functools import cached_property
+from functools import cache, cached_property
 
 import numpy as np
 import sympy as sp
@@ -226,11 +226,25 @@ class _Steps:
 
 
 def _tidy(expression: sp.Expr) -> sp.Expr:
-    """The shorter one of ``expression`` and its trigonometric simplification; large ones as they stand."""
+    """The shorter one of ``expression`` and its trigonometric simplification; large ones as they stand.
+
+    Terms with the same factors outside of trigonometric functions are simplified together, which is much faster than
+    to treat all symbols alike.
+    """
     if sp.count_ops(expression) > MAX_OPERATIONS:
         return expression
-    simpler = sp.trigsimp(sp.expand(expression))
+    groups: dict[sp.Expr, sp.Expr] = {}
+    for term in sp.Add.make_args(sp.expand(expression)):
+        rest, angular = term.as_independent(sp.sin, sp.cos, sp.tan, as_Add=False)
+        number, factors = rest.as_coeff_Mul()
+        groups[factors] = groups.get(factors, sp.S.Zero) + number * angular
+    simpler = sp.factor_terms(sp.Add(*(factors * _shorter(angular) for factors, angular in groups.items())))
     return simpler if sp.count_ops(simpler) < sp.count_ops(expression) else expression
+
+
+@cache
+def _shorter(angular: sp.Expr) -> sp.Expr:
+    return sp.trigsimp(angular)
 
 
 def _listed(items: Sequence[str]) -> str:
