@@ -6,14 +6,17 @@ cannot be built. Abscissae with roots are fractions with 50 digits, rounded to d
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+import math
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 from decimal import Context, Decimal
 from fractions import Fraction
+from typing import TypeVar
 
 from lag2fmu.codegen.order_conditions import order_of
 
 Row = tuple[Fraction, ...]
+Number = TypeVar("Number", float, complex)
 
 
 @dataclass(frozen=True)
@@ -84,11 +87,69 @@ class Collocation:
         return not self.variational
 
     @property
+    def modes(self) -> Modes | None:
+        """What decouples the stages of radau5; None for variational methods."""
+        return None if self.variational else modes_of(self.a)
+
+    @property
     def runtime_files(self) -> tuple[str, ...]:
         """The files of the runtime that only these methods need."""
         if self.variational:
             return ("solver_collocation.h", "solver_variational.c")
         return ("solver_collocation.h", "solver_lu.c", "solver_lu.h", "solver_radau.c")
+
+
+@dataclass(frozen=True)
+class Modes:
+    """a = from_modes . diag(real, [[x, y], [-y, x]]) . to_modes for a of 3 stages; ``pair`` is (x, y).
+
+    ``to_modes`` and ``from_modes`` are (3, 3).
+    """
+
+    real: float
+    pair: tuple[float, float]
+    to_modes: tuple[tuple[float, ...], ...]
+    from_modes: tuple[tuple[float, ...], ...]
+
+
+def modes_of(a: Sequence[Row]) -> Modes:
+    """The modes of ``a`` (3, 3), which has one real eigenvalue and a complex pair, with real and imaginary parts apart.
+
+    Written out in elementary operations, so that the digits are the same on every machine. Hairer, Wanner, Solving
+    Ordinary Differential Equations II, 2nd edition, section IV.8.
+    """
+    rows = [[float(x) for x in row] for row in a]
+    trace = sum(rows[i][i] for i in range(3))
+    minors = sum(rows[i][i] * rows[j][j] - rows[i][j] * rows[j][i] for i, j in ((0, 1), (1, 2), (2, 0)))
+    determinant = _dot(rows[0], _cross(rows[1], rows[2]))
+    real = trace / 3
+    for _ in range(50):  # Newton's method on the characteristic polynomial
+        real -= (((real - trace) * real + minors) * real - determinant) / ((3 * real - 2 * trace) * real + minors)
+    x = (trace - real) / 2
+    pair = complex(x, math.sqrt(minors - 2 * real * x - x * x))
+    u, v = _null_vector(rows, complex(real)), _null_vector(rows, pair)
+    columns = [[z.real for z in u], [z.real for z in v], [z.imag for z in v]]
+    volume = _dot(columns[0], _cross(columns[1], columns[2]))
+    inverse = [[z / volume for z in _cross(columns[i - 2], columns[i - 1])] for i in range(3)]
+    return Modes(real, (pair.real, pair.imag), _frozen(inverse), _frozen(zip(*columns, strict=True)))
+
+
+def _null_vector(rows: Sequence[Sequence[float]], value: complex) -> list[complex]:
+    """An eigenvector: the first two rows of a - value I are independent."""
+    first, second = ([x - value * (i == k) for k, x in enumerate(rows[i])] for i in range(2))
+    return _cross(first, second)
+
+
+def _cross(a: Sequence[Number], b: Sequence[Number]) -> list[Number]:
+    return [a[i - 2] * b[i - 1] - a[i - 1] * b[i - 2] for i in range(3)]
+
+
+def _dot(a: Sequence[float], b: Sequence[float]) -> float:
+    return sum(x * y for x, y in zip(a, b, strict=True))
+
+
+def _frozen(rows: Iterable[Sequence[float]]) -> tuple[tuple[float, ...], ...]:
+    return tuple(tuple(row) for row in rows)
 
 
 def _root(number: int) -> Fraction:

@@ -115,11 +115,11 @@ typedef struct {
 typedef struct {
     double stiffness[N_COORDINATES * N_COORDINATES]; /* dqdd/dq */
     double damping[N_COORDINATES * N_COORDINATES];   /* dqdd/dqd */
-    double matrix[STAGES * N_COORDINATES * STAGES * N_COORDINATES];
-    double error_matrix[N_COORDINATES * N_COORDINATES];
+    double real_matrix[N_COORDINATES * N_COORDINATES]; /* of the real mode of the stages, ... */
+    double pair_matrix[4 * N_COORDINATES * N_COORDINATES]; /* ... of its complex pair */
+    int real_rows[N_COORDINATES];
+    int pair_rows[2 * N_COORDINATES];
     double errors[2][N_STATES];
-    int rows[STAGES * N_COORDINATES];
-    int error_rows[N_COORDINATES];
 } Implicit;
 #endif
 

@@ -16,4 +16,15 @@ typedef struct {
 
 extern const Collocation COLLOCATION;
 
+/* a of radau5 = from_modes diag(real, pair) to_modes: its stages, combined by to_modes, do not meet in linear systems but
+   for those of the pair. */
+typedef struct {
+    double real;
+    const double *pair; /* 2 x 2 */
+    const double *to_modes; /* 3 x 3 */
+    const double *from_modes;
+} Modes;
+
+extern const Modes MODES;
+
 #endif

@@ -3,7 +3,8 @@
        V_i = qd + h sum_j a_ij A_j,   Q_i = q + c_i h qd + h^2 sum_j (a a)_ij A_j,   A_i = qdd(t + c_i h, Q_i, V_i).
 
    Simplified Newton iterations solve with I - h a x D - h^2 (a a) x K, where K = dqdd/dq and D = dqdd/dqd at the start of
-   the step come from the tangent program: systems half as large as those of the equations of first order. Source:
+   the step come from the tangent program. In the modes of a that are a system of n and a complex one of n equations, here
+   as 2 n real ones: half as large as those of the equations of first order. Source:
    Hairer, Wanner, Solving Ordinary Differential Equations II, 2nd edition, section IV.8, with the constants of the code
    radau5.f of the same authors. */
 #include <float.h>
@@ -20,7 +21,6 @@
 
 enum { N = N_COORDINATES, S = STAGES, SIZE = S * N, MOST_ITERATIONS = 10 };
 
-static const double REAL_EIGENVALUE = 3.6378342527444957; /* of the inverse of a: 1 / gamma_0 */
 static const double SQRT6 = 2.449489742783178;
 
 /* The tolerance that steps are measured with. The error of the solution is proportional to h^5 and the estimate to h^4,
@@ -38,10 +38,28 @@ static double squared(int i, int j) {
     return sum;
 }
 
-/* K and D at the present point, and the factors of the two systems for this length of step. */
+/* matrix = I - h b x D - h^2 (b b) x K for a block b of the modes (size x size), factorised. */
+static bool factorize_block(const Implicit *work, double h, const double b[], int size, double matrix[], int rows[]) {
+    for (int i = 0; i < size; i++) {
+        for (int j = 0; j < size; j++) {
+            double square = 0.0;
+            for (int k = 0; k < size; k++) {
+                square += b[i * size + k] * b[k * size + j];
+            }
+            for (int k = 0; k < N; k++) {
+                for (int l = 0; l < N; l++) {
+                    matrix[(i * N + k) * size * N + j * N + l] = (i == j && k == l ? 1.0 : 0.0) -
+                        h * b[i * size + j] * work->damping[k * N + l] - h * h * square * work->stiffness[k * N + l];
+                }
+            }
+        }
+    }
+    return lu_factorize(matrix, rows, size * N);
+}
+
+/* K and D at the present point, and the factors of the systems for this length of step. */
 static bool linearize(Instance *instance, Step step) {
     Implicit *work = &instance->scratch.implicit;
-    const double h = step.length, g = h / REAL_EIGENVALUE;
     const double *jacobian = instance->scratch.jacobian;
     if (!equations_jacobian(instance, instance->state.time, instance->state.states, instance->scratch.jacobian)) {
         return false;
@@ -52,25 +70,31 @@ static bool linearize(Instance *instance, Step step) {
             work->damping[k * N + l] = jacobian[(N + l) * N + k];
         }
     }
-    for (int i = 0; i < S; i++) {
-        for (int j = 0; j < S; j++) {
-            const double first = h * COLLOCATION.a[i * S + j], second = h * h * squared(i, j);
-            for (int k = 0; k < N; k++) {
-                for (int l = 0; l < N; l++) {
-                    work->matrix[(i * N + k) * SIZE + j * N + l] = (i == j && k == l ? 1.0 : 0.0) -
-                        first * work->damping[k * N + l] - second * work->stiffness[k * N + l];
-                }
-            }
-        }
-    }
-    for (int k = 0; k < N; k++) {
-        for (int l = 0; l < N; l++) {
-            work->error_matrix[k * N + l] =
-                (k == l ? 1.0 : 0.0) - g * work->damping[k * N + l] - g * g * work->stiffness[k * N + l];
-        }
-    }
-    return (lu_factorize(work->matrix, work->rows, SIZE) && lu_factorize(work->error_matrix, work->error_rows, N)) ||
+    return (factorize_block(work, step.length, &MODES.real, 1, work->real_matrix, work->real_rows) &&
+            factorize_block(work, step.length, MODES.pair, 2, work->pair_matrix, work->pair_rows)) ||
            report_iteration(instance, step);
+}
+
+/* result[S * N] = matrix x I . stages */
+static void combine_stages(const double matrix[], const double stages[], double result[]) {
+    for (int i = 0; i < S; i++) {
+        for (int k = 0; k < N; k++) {
+            double sum = 0.0;
+            for (int j = 0; j < S; j++) {
+                sum += matrix[i * S + j] * stages[j * N + k];
+            }
+            result[i * N + k] = sum;
+        }
+    }
+}
+
+/* The change of the accelerations at the stages that the linearized equations ask for. */
+static void solve_linearized(const Implicit *work, const double residual[], double change[]) {
+    double modes[SIZE], solved[SIZE];
+    combine_stages(MODES.to_modes, residual, modes);
+    lu_solve(work->real_matrix, work->real_rows, N, modes, solved);
+    lu_solve(work->pair_matrix, work->pair_rows, 2 * N, modes + N, solved + N);
+    combine_stages(MODES.from_modes, solved, change);
 }
 
 /* The states at stage i for the accelerations. */
@@ -124,7 +148,7 @@ static bool iterate(Instance *instance, Step step, double tolerance, double acce
         if (!residuals(instance, step, accelerations, residual)) {
             return false;
         }
-        lu_solve(work->matrix, work->rows, SIZE, residual, change);
+        solve_linearized(work, residual, change);
         const double size = size_of(instance, step.length, tolerance, change);
         for (int i = 0; i < SIZE; i++) {
             accelerations[i] += change[i];
@@ -144,7 +168,7 @@ static bool iterate(Instance *instance, Step step, double tolerance, double acce
 /* error = (I - g J)^-1 g (derivatives + sum_i e_i z_i / h), J the Jacobian of the equations of first order. */
 static void filter_error(const Implicit *work, double h, const double derivatives[], const double combined[],
                          double error[]) {
-    const double g = h / REAL_EIGENVALUE;
+    const double g = h * MODES.real;
     double right[N], rest[N];
     for (int k = 0; k < N; k++) {
         rest[k] = g * (derivatives[k] + combined[k] / h);
@@ -155,7 +179,7 @@ static void filter_error(const Implicit *work, double h, const double derivative
             right[k] += g * work->stiffness[k * N + l] * rest[l];
         }
     }
-    lu_solve(work->error_matrix, work->error_rows, N, right, error + N);
+    lu_solve(work->real_matrix, work->real_rows, N, right, error + N);
     for (int k = 0; k < N; k++) {
         error[k] = rest[k] + g * error[N + k];
     }
