@@ -1,0 +1,106 @@
+"""What a written position tells of the links that carry it: a sum of arms, one at the end of the other.
+
+A transformation equation as textbooks write it, r = (x + l sin(a), -l cos(a)), is a constant, plus a shift along
+coordinates, plus arms that turn by their angles. The sums of the first parts are joints. Nothing is known beside the
+expression: it is a reading for pictures, which no equation depends on.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass
+
+import sympy as sp
+from sympy.core.function import AppliedUndef, Function
+
+Vector = tuple[sp.Expr, ...]
+
+CONSTANT, SHIFT, ARM = "constant", "shift", "arm"
+
+
+@dataclass(frozen=True)
+class Step:
+    """A part of a position: from ``start`` to ``end``, both (2,) or (3,) in m; ``names`` are what moves it, in their order.
+
+    ``kind``: CONSTANT, SHIFT (free of angles) or ARM. ``angles`` are the arguments of an arm's sines and cosines.
+    """
+
+    kind: str
+    start: Vector
+    end: Vector
+    names: tuple[str, ...]
+    angles: frozenset[sp.Expr] = frozenset()
+
+    @property
+    def newest(self) -> str | None:
+        """The last of the coordinates that move it, None for a constant."""
+        return self.names[-1] if self.names else None
+
+
+def steps(position: Vector, order: Mapping[str, int]) -> tuple[Step, ...]:
+    """The parts of ``position`` from the origin outwards; ``order`` ranks what moves: coordinates, motions, time."""
+    groups: dict[frozenset[sp.Expr], list[list[sp.Expr]]] = {}
+    still, shift = [[sp.S.Zero] for _ in position], [[sp.S.Zero] for _ in position]
+    for axis, entry in enumerate(position):
+        for term in _terms(entry):
+            angles = _angles(term, order)
+            if angles:
+                _joined(groups, angles, len(position))[axis].append(term)
+            else:
+                (shift if _moving(term, order) else still)[axis].append(term)
+    return tuple(_chained(still, shift, groups, order))
+
+
+def _chained(
+    still: Sequence[Sequence[sp.Expr]],
+    shift: Sequence[Sequence[sp.Expr]],
+    groups: Mapping[frozenset[sp.Expr], Sequence[Sequence[sp.Expr]]],
+    order: Mapping[str, int],
+) -> Iterator[Step]:
+    place: Vector = (sp.S.Zero,) * len(still)
+    ranked = sorted(groups.items(), key=lambda item: _rank(item[0], order))
+    parts = [(CONSTANT, frozenset(), still), (SHIFT, frozenset(), shift), *((ARM, a, terms) for a, terms in ranked)]
+    for kind, angles, terms in parts:
+        vector = [sp.Add(*entry) for entry in terms]
+        if not any(vector):
+            continue
+        end = tuple(a + b for a, b in zip(place, vector, strict=True))
+        moving = angles if kind == ARM else vector
+        names = sorted({name for x in moving for name in _moving(x, order)}, key=order.__getitem__)
+        yield Step(kind, place, end, tuple(names), angles)
+        place = end
+
+
+def _terms(entry: sp.Expr) -> tuple[sp.Expr, ...]:
+    """The terms of a sum, products of sums multiplied out."""
+    return sp.Add.make_args(sp.expand_mul(sp.sympify(entry)))
+
+
+def _moving(expression: sp.Expr, order: Mapping[str, int]) -> set[str]:
+    return {s.name for s in expression.free_symbols if s.name in order}
+
+
+def _angles(term: sp.Expr, order: Mapping[str, int]) -> frozenset[sp.Expr]:
+    """The arguments of the functions in ``term`` that move; a sign aside, which a sine's argument may have lost."""
+    functions = term.atoms(Function) - term.atoms(AppliedUndef)
+    moving = (f.args[0] for f in functions if _moving(f.args[0], order))
+    return frozenset(-x if x.could_extract_minus_sign() else x for x in moving)
+
+
+def _joined(
+    groups: dict[frozenset[sp.Expr], list[list[sp.Expr]]], angles: frozenset[sp.Expr], size: int
+) -> list[list[sp.Expr]]:
+    """The entries of the arm that ``angles`` belong to; arms that they have in common become one."""
+    whole, entries = angles, [[sp.S.Zero] for _ in range(size)]
+    for key in [key for key in groups if key & angles]:
+        whole |= key
+        for mine, theirs in zip(entries, groups.pop(key), strict=True):
+            mine += theirs
+    groups[whole] = entries
+    return entries
+
+
+def _rank(angles: frozenset[sp.Expr], order: Mapping[str, int]) -> tuple[int, int, str]:
+    """By the newest coordinate in the angles, those with fewer first."""
+    names = {name for angle in angles for name in _moving(angle, order)}
+    return max(order[name] for name in names), len(names), str(sorted(map(str, angles)))
