@@ -113,7 +113,7 @@ def new(name: str) -> None:
 @click.argument("model")
 @click.option("--format", "style", type=click.Choice(["text", "latex", "toml"]), default="text", show_default=True)
 @click.option(
-    "--plot", type=click.Path(path_type=Path), help="Draw the mechanism in its start position (.png, .svg, .pdf)."
+    "--plot", type=click.Path(path_type=Path), help="Draw the mechanism and its normal modes (.png, .svg, .pdf)."
 )
 @click.option("--analysis", is_flag=True, help="Conserved quantities, equilibria, modes and more, after the steps.")
 @_SET
@@ -131,9 +131,9 @@ def show(model: str, style: str, plot: Path | None, analysis: bool, settings: tu
 
         click.echo(analysis_report(mechanism, style), nl=False)
     if plot is not None:
-        from lag2fmu.verify.plot import configuration, save
+        from lag2fmu.verify.plots import mechanism_figure, save
 
-        save(configuration(mechanism), plot)
+        save(mechanism_figure(mechanism), plot)
 
 
 @main.command("export")
@@ -205,7 +205,7 @@ def export_command(
 @click.option("--tolerance", type=float, help="Relative tolerance of the solver.")
 @click.option("--input", "inputs", type=click.Path(path_type=Path), metavar="CSV", help="Signals: time,name,...")
 @click.option("-o", "--out", metavar="CSV", help="Write the trajectory; '-' is standard output.")
-@click.option("--plot", type=click.Path(path_type=Path), help="Draw time histories (.png, .svg, .pdf).")
+@click.option("--plot", type=click.Path(path_type=Path), help="Draw the motion (.png, .svg, .pdf).")
 @_SET
 def simulate(
     model: str,
@@ -248,9 +248,11 @@ def simulate(
     else:
         _print_summary(trajectory)
     if plot is not None:
-        from lag2fmu.verify.plot import save, time_histories
+        from lag2fmu.verify.plots import motion_figure, save
 
-        save(time_histories(Path(model).stem, trajectory), plot)
+        mechanism = running.mechanism_of(source, values)
+        title = Path(model).stem if mechanism is None else mechanism.title
+        save(motion_figure(title, trajectory, mechanism, signals), plot)
 
 
 @main.command()

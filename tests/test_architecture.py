@@ -36,7 +36,7 @@ USERS = {
     "zipfile": {"fmu/pack.py"},
     "fmpy": {"verify/simulate.py"},
     "lief": {"verify/checking/binaries.py"},
-    "matplotlib": {"verify/plot.py"},
+    "matplotlib": {"verify/plots"},
 }
 """package -> the modules that use it: one each, but compilers and strangers' FMUs are different programs to start"""
 

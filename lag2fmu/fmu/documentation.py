@@ -10,8 +10,10 @@ from lag2fmu.codegen.templates import render
 from lag2fmu.dynamics import EquationsOfMotion, Program
 from lag2fmu.dynamics.analysis import analysis_sections
 from lag2fmu.dynamics.formulas import Formula, formulas
+from lag2fmu.dynamics.picture import drawable, scene_of
 from lag2fmu.fmu.compilers import Platform
 from lag2fmu.fmu.model_description import ModelDescription
+from lag2fmu.fmu.sketch import sketch
 from lag2fmu.fmu.variables import Variable
 from lag2fmu.resources import resource_folder
 
@@ -28,6 +30,7 @@ def documentation(
         "solver": METHODS[description.solver].title,
         "freedom": 2 * len(mechanism.coordinates),
         "nomenclature": [(heading, rows) for heading, rows in _nomenclature(description.variables) if rows],
+        "sketch": _sketch(equations),
         "formulas": _formulas(equations),
         "structure": _structure(equations, program),
         "analysis": analysis_sections(equations, closed_forms=False),
@@ -41,6 +44,14 @@ def documentation(
         "documentation/licenses/license.txt": (folder / "license.txt").read_text("utf-8").encode(),
         "model.png": (folder / "model.png").read_bytes(),
     }
+
+
+def _sketch(equations: EquationsOfMotion) -> tuple[str, tuple[str, ...]] | None:
+    """The mechanism at its start as SVG, and the sentences below; None where there are no bodies to draw."""
+    if not drawable(equations.mechanism):
+        return None
+    scene = scene_of(equations.mechanism)
+    return sketch(scene), scene.notes
 
 
 def _nomenclature(variables: Iterable[Variable]) -> list[tuple[str, list[Row]]]:

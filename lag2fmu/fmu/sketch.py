@@ -18,7 +18,7 @@ def sketch(scene: Scene) -> str:
     """``scene`` as an SVG element; the same scene gives the same text."""
     left, bottom, right, top = scene.box
     wide, high = right - left, top - bottom
-    context = {
+    context: dict[str, object] = {
         "title": scene.title,
         "view_box": " ".join(map(_number, (left, -top, wide, high))),
         "width": _number(min(_WIDTH, _HEIGHT * wide / high, 8.0 * wide)),

@@ -112,6 +112,6 @@ class Report:
 
     def plot(self) -> Figure:
         """Coordinates over time, the direct integration against the FMU, and below it their difference."""
-        from lag2fmu.verify.plot import comparison
+        from lag2fmu.verify.plots import comparison
 
         return comparison(self.title, self.coordinates, self.trajectories)

@@ -7,9 +7,11 @@ from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from pathlib import Path
 
+from lag2fmu.errors import ExportError
 from lag2fmu.fmu import Fmu, export, read_mechanism
 from lag2fmu.mechanism import Mechanism
 from lag2fmu.mechanism.loading import load, with_values
+from lag2fmu.mechanism.names import velocity
 from lag2fmu.reference import Trajectory
 from lag2fmu.verify.report import Report
 from lag2fmu.verify.simulate import Kind, simulate_fmu
@@ -82,6 +84,20 @@ def is_fmu(model: Model) -> bool:
 def fmu_path(model: Model) -> Path:
     """The path of a model for which ``is_fmu`` holds."""
     return model.path if isinstance(model, Fmu) else Path(model)  # type: ignore[arg-type]
+
+
+def mechanism_of(model: Model, values: Mapping[str, float] | None = None) -> Mechanism | None:
+    """The mechanism of ``model`` with ``values`` (SI) of its parameters and starts; None for an FMU of another tool."""
+    if not is_fmu(model):
+        mechanism = model if isinstance(model, Mechanism) else load(model)  # type: ignore[arg-type]
+        return with_values(mechanism, values or {})
+    try:
+        mechanism = read_mechanism(fmu_path(model))
+    except ExportError:
+        return None
+    known = {s for q in mechanism.coordinates for s in (q.name, velocity(q.name))}
+    known |= {p.name for p in mechanism.parameters} | {u.name for u in mechanism.inputs}
+    return with_values(mechanism, {name: value for name, value in (values or {}).items() if name in known})
 
 
 @contextmanager

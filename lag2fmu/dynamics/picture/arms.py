@@ -11,7 +11,6 @@ from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 
 import sympy as sp
-from sympy.core.function import AppliedUndef, Function
 
 Vector = tuple[sp.Expr, ...]
 
@@ -20,7 +19,7 @@ CONSTANT, SHIFT, ARM = "constant", "shift", "arm"
 
 @dataclass(frozen=True)
 class Step:
-    """A part of a position: from ``start`` to ``end``, both (2,) or (3,) in m; ``names`` are what moves it, in their order.
+    """A part of a position: from ``start`` to ``end``, both (2,) or (3,) in m; ``names``, in order, move it.
 
     ``kind``: CONSTANT, SHIFT (free of angles) or ARM. ``angles`` are the arguments of an arm's sines and cosines.
     """
@@ -73,7 +72,7 @@ def _chained(
 
 def _terms(entry: sp.Expr) -> tuple[sp.Expr, ...]:
     """The terms of a sum, products of sums multiplied out."""
-    return sp.Add.make_args(sp.expand_mul(sp.sympify(entry)))
+    return tuple(sp.Add.make_args(sp.expand_mul(sp.sympify(entry))))
 
 
 def _moving(expression: sp.Expr, order: Mapping[str, int]) -> set[str]:
@@ -81,10 +80,13 @@ def _moving(expression: sp.Expr, order: Mapping[str, int]) -> set[str]:
 
 
 def _angles(term: sp.Expr, order: Mapping[str, int]) -> frozenset[sp.Expr]:
-    """The arguments of the functions in ``term`` that move; a sign aside, which a sine's argument may have lost."""
-    functions = term.atoms(Function) - term.atoms(AppliedUndef)
-    moving = (f.args[0] for f in functions if _moving(f.args[0], order))
-    return frozenset(-x if x.could_extract_minus_sign() else x for x in moving)
+    """The arguments of the functions in ``term`` that move, without constants in them.
+
+    A sign aside, which a sine's argument may have lost.
+    """
+    moving = (f.args[0] for f in term.atoms(sp.Function) if _moving(f.args[0], order))
+    turns = (sp.Add(*(x for x in sp.Add.make_args(sp.expand_mul(a)) if _moving(x, order))) for a in moving)
+    return frozenset(-x if x.could_extract_minus_sign() else x for x in turns)
 
 
 def _joined(
@@ -94,8 +96,7 @@ def _joined(
     whole, entries = angles, [[sp.S.Zero] for _ in range(size)]
     for key in [key for key in groups if key & angles]:
         whole |= key
-        for mine, theirs in zip(entries, groups.pop(key), strict=True):
-            mine += theirs
+        entries = [[*mine, *theirs] for mine, theirs in zip(entries, groups.pop(key), strict=True)]
     groups[whole] = entries
     return entries
 

@@ -33,8 +33,8 @@ class Attachment:
     hinge: int | None = None
 
 
-def attach(skeleton: Skeleton, part: Spring | Damper) -> Attachment | None:
-    """Where ``part`` acts; None if that cannot be told."""
+def attach(skeleton: Skeleton, part: Spring | Damper, places: dict[int, Floats]) -> Attachment | None:
+    """Where ``part`` acts, ``places`` being the slopes of bodies, points and joints; None if that cannot be told."""
     if part.between is not None:
         a, b = (skeleton.place[str(end)] for end in part.between)
         return Attachment(part, (a, b))
@@ -44,10 +44,10 @@ def attach(skeleton: Skeleton, part: Spring | Damper) -> Attachment | None:
     slope = skeleton.slopes([node], by_velocity=isinstance(part, Damper))[0]
     if not np.isfinite(slope).all() or not np.any(slope):
         return None
-    places = _slopes_of_places(skeleton)
-    return (
-        _at_wall(part, slope, places) or _between(part, slope, places) or _at_link(part, slope, skeleton, places)
-    ) or _at_hinge(part, slope, skeleton)
+    hinge = _at_hinge(part, slope, skeleton)
+    if hinge is not None:
+        return hinge
+    return _at_wall(part, slope, places) or _between(part, slope, places) or _at_link(part, slope, skeleton, places)
 
 
 def _slopes_of_places(skeleton: Skeleton) -> dict[int, Floats]:
@@ -73,9 +73,7 @@ def _between(part: Spring | Damper, slope: Floats, places: dict[int, Floats]) ->
     return None
 
 
-def _at_link(
-    part: Spring | Damper, slope: Floats, skeleton: Skeleton, places: dict[int, Floats]
-) -> Attachment | None:
+def _at_link(part: Spring | Damper, slope: Floats, skeleton: Skeleton, places: dict[int, Floats]) -> Attachment | None:
     """A wall that holds a point of a link, or of its continuation."""
     for link in skeleton.links:
         a, b = (places[i] for i in link.ends)
@@ -94,8 +92,9 @@ def _at_hinge(part: Spring | Damper, slope: Floats, skeleton: Skeleton) -> Attac
         return None
     coordinates = skeleton.mechanism.coordinates
     used = [c.name for c, share in zip(coordinates, slope[:, 0], strict=True) if abs(share) > _NEAR]
-    hinges = [skeleton.hinges[name] for name in used if name in skeleton.hinges]
-    return Attachment(part, hinge=hinges[-1]) if hinges else None
+    if not used or any(name not in skeleton.hinges or name in skeleton.sliders for name in used):
+        return None
+    return Attachment(part, hinge=skeleton.hinges[used[-1]])
 
 
 def _same(a: Floats, b: Floats) -> bool:
@@ -109,5 +108,7 @@ def _unit(axis: int, sign: float) -> tuple[float, float, float]:
 
 def attachments(skeleton: Skeleton) -> Iterator[tuple[Spring | Damper, Attachment | None]]:
     """Every spring and damper with its place."""
-    for part in (*skeleton.mechanism.springs, *skeleton.mechanism.dampers):
-        yield part, attach(skeleton, part)
+    parts: tuple[Spring | Damper, ...] = (*skeleton.mechanism.springs, *skeleton.mechanism.dampers)
+    places = _slopes_of_places(skeleton) if parts else {}
+    for part in parts:
+        yield part, attach(skeleton, part, places)

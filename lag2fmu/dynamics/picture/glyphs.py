@@ -51,8 +51,8 @@ def hatched(a: Points, b: Points) -> list[Points]:
 
 def support(pivot: Points) -> list[Points]:
     """A fixed hinge at ``pivot``: a triangle on hatched ground."""
-    left, right = pivot + (-2.6, -4.2), pivot + (2.6, -4.2)
-    return [np.vstack([pivot, left, right, pivot]), *hatched(left + (-1.2, 0.0), right + (1.2, 0.0))]
+    left, right = pivot + np.array([-2.6, -4.2]), pivot + np.array([2.6, -4.2])
+    return [np.vstack([pivot, left, right, pivot]), *hatched(left - np.array([1.2, 0.0]), right + np.array([1.2, 0.0]))]
 
 
 def arrow(a: Points, b: Points, head: float = 2.0) -> list[Points]:
@@ -66,7 +66,9 @@ def arc(center: Points, radius: float, first: float, last: float) -> list[Points
     """An arrow along a circle from the angle ``first`` to ``last`` (rad): its shaft and its head, closed."""
     angles = np.linspace(first, last, 24)
     points = center + radius * np.column_stack([np.cos(angles), np.sin(angles)])
-    head = arrow(points[-1] - 0.01 * (points[-1] - points[-2]), points[-1] + 1.4 * _axes(points[-2], points[-1])[0], 1.4)
+    head = arrow(
+        points[-1] - 0.01 * (points[-1] - points[-2]), points[-1] + 1.4 * _axes(points[-2], points[-1])[0], 1.4
+    )
     return [points, head[1]]
 
 

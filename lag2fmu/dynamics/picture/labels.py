@@ -5,6 +5,7 @@ from __future__ import annotations
 import re
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
+from itertools import pairwise
 
 import numpy as np
 
@@ -12,8 +13,40 @@ from lag2fmu.dynamics.analysis.evaluation import Floats
 
 _GREEK = dict(
     zip(
-        "alpha beta gamma delta epsilon zeta eta theta iota kappa lambda mu nu xi pi rho sigma tau phi chi psi omega "
-        "Gamma Delta Theta Lambda Xi Pi Sigma Phi Psi Omega".split(),
+        [
+            "alpha",
+            "beta",
+            "gamma",
+            "delta",
+            "epsilon",
+            "zeta",
+            "eta",
+            "theta",
+            "iota",
+            "kappa",
+            "lambda",
+            "mu",
+            "nu",
+            "xi",
+            "pi",
+            "rho",
+            "sigma",
+            "tau",
+            "phi",
+            "chi",
+            "psi",
+            "omega",
+            "Gamma",
+            "Delta",
+            "Theta",
+            "Lambda",
+            "Xi",
+            "Pi",
+            "Sigma",
+            "Phi",
+            "Psi",
+            "Omega",
+        ],
         "αβγδεζηθικλμνξπρστφχψωΓΔΘΛΞΠΣΦΨΩ",
         strict=True,
     )
@@ -38,7 +71,7 @@ class Label:
 
 @dataclass(frozen=True)
 class Wish:
-    """A label for the point ``near`` (2,), at least ``away`` from it."""
+    """A label for the point ``near`` (2,), at least ``away`` from it, or over it if ``inside`` and there is room."""
 
     part: str
     style: str
@@ -46,6 +79,7 @@ class Wish:
     near: tuple[float, float]
     size: float
     away: float = 2.0
+    inside: bool = False
 
 
 def pretty(text: str) -> str:
@@ -57,6 +91,9 @@ def pretty(text: str) -> str:
 def _name(word: str) -> str:
     found = re.fullmatch(r"([A-Za-z]+?)_?(\d+)", word)
     head, index = (found[1], found[2]) if found else (word, "")
+    if not index and word.partition("_")[0] in _GREEK:
+        head, _, rest = word.partition("_")
+        return f"{_GREEK[head]}_{rest}" if rest else _GREEK[head]
     if head not in _GREEK and len(head) > 1:
         return word
     return _GREEK.get(head, head) + index.translate(_SUBSCRIPTS)
@@ -69,14 +106,14 @@ def placed(wishes: Iterable[Wish], obstacles: Sequence[Floats]) -> list[Label]:
     taken: list[tuple[Floats, Floats]] = []
     for wish in wishes:
         half = np.array([_WIDTH * len(wish.text), _HEIGHT]) * wish.size / 2
-        best, cost = None, np.inf
+        best = np.array(wish.near)
+        cost = 0.1 if wish.inside and not _covered(best, half, crowd, taken) else np.inf
         for ring, distance in enumerate((1.0, 1.7, 2.6, 4.0, 6.0, 9.0)):
             for turn, direction in enumerate(_DIRECTIONS):
                 center = np.array(wish.near) + np.array(direction) * (half + wish.away * distance)
                 here = 5 * ring + 0.3 * turn + _covered(center, half, crowd, taken)
                 if here < cost:
                     best, cost = center, here
-        assert best is not None
         taken.append((best, half))
         labels.append(Label(wish.part, wish.style, wish.text, (float(best[0]), float(best[1])), wish.size))
     return labels
@@ -91,7 +128,7 @@ def _covered(center: Floats, half: Floats, crowd: Floats, taken: Sequence[tuple[
 def _filled(line: Floats) -> Floats:
     """Points along a polyline, one a unit."""
     pieces = [line[:1]]
-    for a, b in zip(line[:-1], line[1:], strict=True):
+    for a, b in pairwise(line):
         count = max(2, int(np.ceil(float(np.linalg.norm(b - a)))) + 1)
         pieces.append(a + np.linspace(0.0, 1.0, count)[1:, None] * (b - a))
     return np.vstack(pieces)

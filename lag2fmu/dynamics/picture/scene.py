@@ -7,7 +7,8 @@ picture, some 60 of which are as long as the mechanism; y points up.
 from __future__ import annotations
 
 from collections.abc import Iterable, Mapping
-from dataclasses import dataclass, field
+from copy import copy
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 
@@ -24,10 +25,14 @@ from lag2fmu.mechanism.expressions import to_text
 
 SIZE = 60.0
 """The length of the mechanism in the picture."""
-_GAP, _BOX = 26.0, (5.0, 3.4)
+_GAP, _BOX = 28.0, (6.2, 3.6)
 """Between bodies drawn side by side and to walls; half the edges of what slides."""
-_MANY = 16
-"""Labels beyond which they are written smaller, and only coordinates and springs have one."""
+_FEW, _MANY = 4, 16
+"""Springs and dampers that have a letter in a hinge; labels that are written large."""
+
+
+_SIDES = np.array([[1.2, 0.0], [-1.2, 0.0], [0.0, 1.2], [0.0, -1.2]])
+"""Where the edges of a rod are beside its middle line."""
 
 
 @dataclass(frozen=True)
@@ -116,14 +121,14 @@ def scene_of(mechanism: Mechanism) -> Scene:
     if not drawable(mechanism):
         raise DerivationError(
             f"mechanism '{mechanism.name}' has no bodies or points: there is nothing to draw; "
-            "add what moves as a point, e.g. [points.P] position = [\"x\", \"y\"]"
+            'add what moves as a point, e.g. [points.P] position = ["x", "y"]'
         )
     return Drawing(mechanism).scene()
 
 
 @dataclass
 class Drawing:
-    """Puts a scene together; ``skeleton``, ``view``, ``unit`` and ``shift`` stay the same for ghosts of other states."""
+    """Puts a scene together; view, unit and shifts stay the same for other postures."""
 
     mechanism: Mechanism
     marks: list[Stroke | Disc] = field(default_factory=list)
@@ -137,6 +142,8 @@ class Drawing:
         self.values = self.skeleton.start()
         self.positions = self.skeleton.positions(self.values)
         self.attached = list(attachments(self.skeleton))
+        found = {i: self.skeleton.rail(i) for i in {*self.skeleton.place.values(), *self.skeleton.sliders.values()}}
+        self.rails = {i: self.view.flat(along) for i, along in sorted(found.items()) if along is not None}
         self.shapes = self.shapes_at(self.values, self.positions)
         self.unit = self._unit()
         self.shift = self._side_by_side()
@@ -156,39 +163,44 @@ class Drawing:
         flat = self.view.flat(np.vstack(outlines))
         reach = float(np.ptp(flat, axis=0).max())
         largest = max((float(shape.size.max()) for shape in self.shapes.values()), default=0.0)
-        sliding = not s.links and not s.origins and largest < 0.3 * reach
-        extent = max(reach, 2 * largest)
-        return (extent / (20.0 if sliding else SIZE)) or 1.0
+        extent = max(reach, 3 * largest)
+        return (extent / (8.0 if self._crowded() else SIZE)) or 1.0
+
+    def _crowded(self) -> bool:
+        """Whether all there is are bodies on lines whose coordinates seem to be displacements from where they rest.
+
+        They start close to each other, or the difference of two coordinates is an elongation.
+        """
+        s = self.skeleton
+        spots = list(s.place.values())
+        if s.links or s.origins or len(spots) < 2 or not set(spots) <= set(self.rails):
+            return False
+        if any(a is not None and len(a.ends) == 2 and part.between is None for part, a in self.attached):
+            return True
+        along = np.sort(self.view.flat(self.positions[spots]) @ self._direction(spots[0]))
+        return bool(np.diff(along).min() < 0.1 * max(c.nominal for c in self.mechanism.coordinates))
 
     def _side_by_side(self) -> dict[int, Floats]:
         """{spot: shift (2,)} of bodies that would be drawn over each other: along what joins them, else across."""
-        s = self.skeleton
-        spots = list(dict.fromkeys(s.sliders.values()))
-        spots = [i for i in spots if i in s.place.values()]
-        if len(spots) < 2:
+        if not self._crowded():
             return {}
-        flat = self.at(self.positions)[spots]
-        gaps = [float(np.linalg.norm(a - b)) for k, a in enumerate(flat) for b in flat[:k]]
-        if min(gaps) > 2 * _BOX[0]:
-            return {}
+        spots = list(dict.fromkeys(self.skeleton.place.values()))
         joined = any(a is not None and len(a.ends) == 2 for _, a in self.attached)
         along = self._direction(spots[0])
         step = along if joined else np.array([abs(along[1]), abs(along[0])])
-        self.notes.append("Bodies that start at one place are drawn side by side.")
+        self.notes.append("Coordinates are displacements: the bodies are drawn side by side.")
         return {i: _GAP * k * step for k, i in enumerate(spots)}
 
     def _direction(self, spot: int) -> Floats:
-        """In which direction (2,) of the picture a coordinate shifts the spot."""
-        slopes = self.skeleton.slopes(self.skeleton.nodes(spot))[:, :, 0]
-        flat = self.view.flat(slopes.T)
-        moved = flat[int(np.argmax(np.linalg.norm(flat, axis=1)))]
+        """In which direction (2,) of the picture the spot can move."""
+        moved = self.rails.get(spot, np.array([1.0, 0.0]))
         length = float(np.linalg.norm(moved))
-        return np.abs(moved) / length if length > 0 else np.array([1.0, 0.0])
+        return moved / length if length > 0 else np.array([1.0, 0.0])
 
     def at(self, positions: Floats) -> Floats:
         """The spots (spots, 3) in the picture, (spots, 2)."""
         flat: Floats = self.view.flat(positions) / self.unit
-        for spot, shift in getattr(self, "shift", {}).items():
+        for spot, shift in self.shift.items():
             flat[spot] += shift
         return flat
 
@@ -205,9 +217,9 @@ class Drawing:
         x, y = (round(float(c), 3) + 0.0 for c in center)
         self.marks.append(Disc(part, style, (x, y), round(radius, 3)))
 
-    def name(self, part: str, style: str, text: str, near: Floats, away: float = 2.0) -> None:
+    def name(self, part: str, style: str, text: str, near: Floats, away: float = 2.0, inside: bool = False) -> None:
         """Ask for a label."""
-        self.wishes.append(Wish(part, style, text, (float(near[0]), float(near[1])), 3.4, away))
+        self.wishes.append(Wish(part, style, text, (float(near[0]), float(near[1])), 3.2, away, inside))
 
     # ------------------------------------------------------------------------------------------------ the parts
 
@@ -232,37 +244,33 @@ class Drawing:
         s = self.skeleton
         moved = s.positions(s.samples())
         still = {i for i in range(len(moved)) if float(np.ptp(moved[i], axis=1).max()) == 0.0}
-        starts = {link.ends[0] for link in s.links if s.rigid(link)} | set(s.hinges.values())
+        turning = set(s.hinges.values()) & set(s.origins.values())
+        starts = {link.ends[0] for link in s.links if s.rigid(link)} | turning
         ends = {i for _, a in self.attached if a is not None for i in a.ends}
         springs = {i for i in ends if i in s.place.values()} & still
         pivots = [i for i in sorted((starts & still) | springs) if not self._joined(i, flat)]
         for i in pivots:
-            if any(i == a.hinge and False for _, a in self.attached if a):
-                continue
             self.stroke("ground", "ground", glyphs.support(flat[i]))
         for i in sorted({link.ends[0] for link in s.links} & still - set(pivots)):
             cross = [flat[i] + np.array([[-1.2, 0], [1.2, 0]]), flat[i] + np.array([[0, -1.2], [0, 1.2]])]
             self.stroke("ground", "axis", cross)
         for coordinate, i in s.sliders.items():
-            self._rail(coordinate, flat[i], self._direction(i))
+            self._rail(coordinate, i, flat[i], self._direction(i))
 
     def _joined(self, spot: int, flat: Floats) -> bool:
         """Whether a slider carries the spot already."""
         return spot in self.skeleton.sliders.values()
 
-    def _rail(self, coordinate: str, place: Floats, along: Floats) -> None:
+    def _rail(self, coordinate: str, spot: int, place: Floats, along: Floats) -> None:
         upright = self.view.down is not None and abs(along @ self.view.flat(self.view.down)) > 0.9
-        hangs = self.view.plane is None or upright
-        if not hangs and self._is_mass(place):
+        depth = self._radius(spot) or (_BOX[1] + 0.2 if self._half(spot) else 0.0)
+        if depth and self.view.plane is not None and not upright:
             across = np.array([-along[1], along[0]])
-            middle = place - (_BOX[1] + 0.2) * across
-            left, right = middle - 11.0 * along, middle + 11.0 * along
-            self.stroke(f"coordinates.{coordinate}", "ground", glyphs.hatched(left, right))
-
-    def _is_mass(self, place: Floats) -> bool:
-        flat = self.at(self.positions)
-        spots = [self.skeleton.place[n] for n, shape in self.shapes.items() if shape.kind == PARTICLE]
-        return any(np.allclose(flat[i], place) for i in spots)
+            middle = place - depth * across
+            reach = max(11.0, 1.2 * depth)
+            self.stroke(
+                f"coordinates.{coordinate}", "ground", glyphs.hatched(middle - reach * along, middle + reach * along)
+            )
 
     def _links(self, flat: Floats) -> None:
         seen: set[tuple[tuple[float, float], ...]] = set()
@@ -286,16 +294,18 @@ class Drawing:
             self._body(f"bodies.{body.name}", shapes[body.name], spot, flat[spot], 1.3 + 1.4 * share ** (1 / 3))
         named = len(self.mechanism.bodies) <= 8
         for body in self.mechanism.bodies if named else ():
-            self.name(f"bodies.{body.name}", "name", body.name, flat[self.skeleton.place[body.name]], 3.2)
+            self.name(f"bodies.{body.name}", "name", body.name, flat[self.skeleton.place[body.name]], 3.2, inside=True)
 
     def _body(self, part: str, shape: Shape, spot: int, center: Floats, radius: float) -> None:
         shift = self.shift.get(spot, 0.0)
         lines = [self.view.flat(line) / self.unit + shift for line in shape.outline()]
-        if shape.kind == PARTICLE and spot in self.skeleton.sliders.values() and self.view.plane is not None:
+        if shape.kind == PARTICLE and spot in self.rails and self.view.plane is not None:
             along = self._direction(spot)
             across = np.array([-along[1], along[0]])
             corners = [(1, 1), (1, -1), (-1, -1), (-1, 1), (1, 1)]
-            self.stroke(part, "shape", [np.array([center + a * _BOX[0] * along + b * _BOX[1] * across for a, b in corners])])
+            self.stroke(
+                part, "shape", [np.array([center + a * _BOX[0] * along + b * _BOX[1] * across for a, b in corners])]
+            )
         elif shape.kind == PARTICLE:
             self.disc(part, "mass", center, radius)
         elif shape.kind == ROD:
@@ -326,6 +336,15 @@ class Drawing:
             self.disc(f"points.{point.name}", "joint", flat[s.place[point.name]], 0.8)
             self.name(f"points.{point.name}", "name", pretty(point.name), flat[s.place[point.name]])
 
+    def posture(self, values: Values) -> tuple[Stroke | Disc, ...]:
+        """Links and bodies alone, at another state, to be drawn over the scene."""
+        positions = self.skeleton.positions(values)
+        ghost = copy(self)
+        ghost.marks, ghost.wishes, flat = [], [], self.at(positions)
+        ghost._links(flat)
+        ghost.bodies(flat, self.shapes_at(values, positions))
+        return tuple(ghost.marks)
+
     # ------------------------------------------------------------------------------------------------ forces
 
     def _attached(self, part: Spring | Damper, attachment: Attachment | None, flat: Floats) -> None:
@@ -346,7 +365,7 @@ class Drawing:
 
     def _at_hinge(self, label: str, kind: str, text: str, center: Floats) -> None:
         """A torsion spring as a spiral, a damper in a hinge as a ring."""
-        many = len(self.attached) > _MANY
+        many = len(self.attached) > _FEW
         reach = 1.9 if many else 3.2
         lines = glyphs.spiral(center, reach) if kind == "spring" else [glyphs.circle(center, 0.8 * reach)]
         self.stroke(label, kind, lines)
@@ -371,19 +390,29 @@ class Drawing:
         else:
             place, half = flat[attachment.ends[0]], self._half(attachment.ends[0])
         start = place + half * along + aside * across
-        wall = start + (_GAP - half) * along
+        reach = self._radius(attachment.ends[0]) if attachment.ends else 0.0
+        wall = start + (_GAP - half + reach) * along
         self.stroke("ground", "ground", glyphs.hatched(wall - 3.0 * across, wall + 3.0 * across))
         return start, wall
 
     def _half(self, spot: int) -> float:
         """How far the body at the spot reaches along its rail."""
         kinds = {self.skeleton.place[n]: shape.kind for n, shape in self.shapes.items()}
-        slides = spot in self.skeleton.sliders.values() and kinds.get(spot) == PARTICLE
+        slides = spot in self.rails and kinds.get(spot) == PARTICLE
         return _BOX[0] if slides and self.view.plane is not None else 0.0
+
+    def _radius(self, spot: int) -> float:
+        """The radius of the disc or ball at the spot."""
+        shapes = (shape for n, shape in self.shapes.items() if self.skeleton.place[n] == spot)
+        return max((shape.size[0] / self.unit for shape in shapes if shape.kind in (DISC, BALL)), default=0.0)
 
     def _aside(self, attachment: Attachment) -> float:
         """Across the line, for a spring and a damper between the same ends."""
-        same = [a for _, a in self.attached if a is not None and (a.ends, a.along, a.link) == (attachment.ends, attachment.along, attachment.link)]
+        same = [
+            a
+            for _, a in self.attached
+            if a is not None and (a.ends, a.along, a.link) == (attachment.ends, attachment.along, attachment.link)
+        ]
         if len(same) < 2 or attachment.hinge is not None:
             return 0.0
         return 4.6 * (next(k for k, a in enumerate(same) if a is attachment) - (len(same) - 1) / 2)
@@ -393,7 +422,7 @@ class Drawing:
         place = flat[self.skeleton.place[target]]
         if load.force is None and not isinstance(load.torque, tuple):
             self.stroke(part, "load", glyphs.arc(place, 5.5, -0.6, 1.6))
-            self.name(part, "load", pretty(load.name), place + (5.5, 0.0))
+            self.name(part, "load", pretty(load.name), place + np.array([5.5, 0.0]))
             return
         vector = self._direction_of(load, target)
         if float(np.linalg.norm(vector)) < 0.2:
@@ -433,13 +462,17 @@ class Drawing:
             label = f"coordinates.{group[0]}"
             reach = 1.0
             if self.view.plane is not None and len(turning) <= 8:
-                reach = 5.0
-                self.stroke(label, "coordinate", glyphs.arc(flat[i], reach, *self._swing(i, flat)))
+                reach = 9.5 if self._half(i) else 5.0
+                swing = glyphs.arc(flat[i], reach, *self._swing(i, flat))
+                self.stroke(label, "coordinate", swing)
+                self.name(label, "coordinate", pretty(", ".join(group)), swing[0][12], 1.0)
+                continue
             self.name(label, "coordinate", pretty(", ".join(group)), flat[i], reach + 0.5)
         for name, i in s.sliders.items():
             if name in names and name not in s.hinges:
                 along = self._direction(i)
-                start = flat[i] + np.array([-along[1], along[0]]) * (_BOX[1] + 3.0)
+                beside = max(_BOX[1], self._radius(i)) + 3.0
+                start = flat[i] + np.array([-along[1], along[0]]) * beside
                 self.stroke(f"coordinates.{name}", "coordinate", glyphs.arrow(start, start + 8.0 * along, 1.6))
                 self.name(f"coordinates.{name}", "coordinate", pretty(name), start + 8.0 * along, 1.0)
         for together, i in s.floating.items():
@@ -488,8 +521,10 @@ class Drawing:
 
     def _finished(self) -> Scene:
         size = 3.2 if len(self.wishes) <= _MANY else 2.5
-        wishes = [Wish(w.part, w.style, w.text, w.near, size, w.away) for w in self.wishes]
-        lines = [np.array(m.points) for m in self.marks if isinstance(m, Stroke)]
+        wishes = [replace(w, size=size) for w in self.wishes]
+        strokes = [m for m in self.marks if isinstance(m, Stroke)]
+        lines = [np.array(m.points) for m in strokes]
+        lines += [line + side for line, m in zip(lines, strokes, strict=True) if m.style == "rod" for side in _SIDES]
         lines += [glyphs.circle(np.array(m.center), m.radius, 16) for m in self.marks if isinstance(m, Disc)]
         labels = tuple(placed(wishes, lines))
         left, bottom, right, top = _bounds(self.marks, labels)

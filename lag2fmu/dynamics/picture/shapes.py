@@ -61,9 +61,7 @@ def shape_of(skeleton: Skeleton, body: Body, values: Values, positions: Floats, 
     return _spatial(skeleton, body, center, mass, values, positions, plane)
 
 
-def _planar(
-    skeleton: Skeleton, body: Body, center: Floats, mass: float, values: Values, positions: Floats
-) -> Shape:
+def _planar(skeleton: Skeleton, body: Body, center: Floats, mass: float, values: Values, positions: Floats) -> Shape:
     """A rod along the arm that turns with the body, else a disc."""
     gyration = np.sqrt(max(skeleton.number(body.inertia, values), 0.0) / mass)
     along = _own_arm(skeleton, body, positions)

@@ -6,7 +6,7 @@ from reading transformation equations, see ``arms``.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Collection, Sequence
 from dataclasses import dataclass, field
 
 import numpy as np
@@ -24,7 +24,7 @@ from lag2fmu.mechanism import Constraint, Mechanism
 from lag2fmu.mechanism.expressions import symbol
 from lag2fmu.mechanism.parts import WORLD
 
-_SAMPLES = 5
+_SAMPLES, _MEETS = 5, 1e-6
 MOST_PARTS = 60
 """Beyond this many bodies a position is not read for arms, which takes time and would be drawn as a tangle."""
 
@@ -33,13 +33,12 @@ MOST_PARTS = 60
 class Link:
     """A straight part of ``part`` (a body, point, frame or constraint) between the spots ``ends``.
 
-    ``arm``: whether it turns about its first end by angles; ``newest``: the coordinate that it brings.
+    ``arm``: whether it turns about its first end; ``angles``: by which.
     """
 
     part: str
     ends: tuple[int, int]
     arm: bool
-    newest: str | None = None
     angles: frozenset[sp.Expr] = frozenset()
 
 
@@ -98,9 +97,7 @@ class Skeleton:
         else:
             self._join(f"frames.{name}", self.origins.get(str(frame.parent)), here, arm=True)
         for _, angle in frame.rotations:
-            for symbol in sorted(angle.free_symbols, key=str):
-                if symbol.name in self.order:
-                    self.hinges.setdefault(symbol.name, here)
+            self._hinge(angle, here)
 
     def _add_place(self, name: str) -> None:
         frame, position = self.mechanism.location(name)
@@ -112,9 +109,12 @@ class Skeleton:
             self._join(name, self.origins[frame], here, arm=True)
         angle = getattr(self._part(name), "angle", None)
         if angle is not None:
-            for symbol in sorted(angle.free_symbols, key=str):
-                if symbol.name in self.order:
-                    self.hinges.setdefault(symbol.name, self.place[name])
+            self._hinge(angle, self.place[name])
+
+    def _hinge(self, angle: sp.Expr, spot: int) -> None:
+        """What moves in ``angle`` turns something about ``spot``, unless it turned something before."""
+        for name in sorted(s.name for s in self.written(angle).free_symbols if s.name in self.order):
+            self.hinges.setdefault(name, spot)
 
     def _part(self, name: str) -> object:
         return next(part for part in self.mechanism.places if part.name == name)
@@ -131,9 +131,9 @@ class Skeleton:
     def _add_step(self, part: str, step: Step) -> int:
         start, end = (self.spot(self.put.vector(x)) for x in (step.start, step.end))
         if step.kind == ARM:
-            if step.newest is not None:
-                self.hinges.setdefault(step.newest, start)
-            self._join(part, start, end, arm=True, newest=step.newest, angles=step.angles)
+            for name in step.names:
+                self.hinges.setdefault(name, start)
+            self._join(part, start, end, arm=True, angles=step.angles)
         elif step.kind == SHIFT:
             (self.sliders if len(step.names) == 1 else self.floating).setdefault(", ".join(step.names), end)
         return end
@@ -145,11 +145,10 @@ class Skeleton:
         end: int,
         *,
         arm: bool,
-        newest: str | None = None,
         angles: frozenset[sp.Expr] = frozenset(),
     ) -> None:
         if start is not None and start != end and not any(link.ends == (start, end) for link in self.links):
-            self.links.append(Link(part, (start, end), arm, newest, angles))
+            self.links.append(Link(part, (start, end), arm, angles))
 
     def _written(self, position: Sequence[sp.Expr]) -> tuple[sp.Expr, ...]:
         return tuple(map(self.written, position))
@@ -165,32 +164,41 @@ class Skeleton:
                 self._add_loop(written[first : first + 2])
 
     def _add_loop(self, pair: Sequence[Constraint]) -> None:
-        """Every arm of the loop from where the body's arm with the same angles begins."""
+        """Every arm of the loop that turns as an arm of a body does, from where that begins."""
         turning = [s for s in steps(self._written([c.expression for c in pair]), self.order) if s.kind == ARM]
         vectors = [self.put.vector(_minus(step)) for step in turning]
         if len(turning) < 2 or not all(map(self._rigid, vectors)):
             return
-        values, bodies = self.start(), list(self.links)
-        tips = []
-        for step, vector in zip(turning, vectors, strict=True):
-            for link in [x for x in bodies if x.angles == step.angles][:1]:
-                start = self._nodes[link.ends[0]][:2]
-                ways = ([self.graph.add(*x) for x in zip(start, vector, strict=True)],
-                        [self.graph.subtract(*x) for x in zip(start, vector, strict=True)])
-                tips.append((link, step, ways))
-        numbers = [[self._numbers(way, values) for way in ways] for _, _, ways in tips]
-        ends = [self._numbers(self._nodes[i][:2], values) for link in bodies for i in link.ends]
-        for k, (link, step, ways) in enumerate(tips):
-            others = [*ends, *(x for j, pair in enumerate(numbers) if j != k for x in pair)]
-            near = [min(float(np.linalg.norm(x - y)) for y in others) for x in numbers[k]]
-            here, tip = self._nodes[link.ends[0]], self._nodes[link.ends[1]]
-            along = self._numbers(tip[:2], values) - self._numbers(here[:2], values)
-            reach = numbers[k][0] - self._numbers(here[:2], values)
-            turn = float(along[0] * reach[1] - along[1] * reach[0])
-            parallel = abs(turn) <= 1e-9 * float(np.linalg.norm(along) * np.linalg.norm(reach))
-            forward_way = float(along @ reach) > 0 if parallel else near[0] <= near[1]
-            end = self.spot(ways[0 if forward_way else 1])
-            self._join(f"constraints.{pair[0].name}", link.ends[0], end, arm=True, newest=step.newest, angles=step.angles)
+        alike = {link.angles: link for link in reversed(self.links)}
+        arms = [(alike[s.angles], v) for s, v in zip(turning, vectors, strict=True) if s.angles in alike]
+        both = [[self._tip(link.ends[0], sign, vector) for sign in (1, -1)] for link, vector in arms]
+        joints = {i for link in self.links for i in link.ends}
+        for number, (link, _) in enumerate(arms):
+            others = joints.union(*(tips for k, tips in enumerate(both) if k != number))
+            end = self._chosen(link, both[number], others)
+            if end is not None:
+                self._join(f"constraints.{pair[0].name}", link.ends[0], end, arm=True, angles=link.angles)
+
+    def _tip(self, start: int, sign: int, vector: Sequence[int]) -> int:
+        """The spot at start + sign * vector, which has two entries."""
+        move = self.graph.add if sign > 0 else self.graph.subtract
+        return self.spot([move(x, y) for x, y in zip(self._nodes[start][:2], vector, strict=True)])
+
+    def _chosen(self, link: Link, tips: Sequence[int], others: Collection[int]) -> int | None:
+        """The tip on the side of the body's ``link`` or, where the arm is not along it, the one at another joint.
+
+        A loop may be written backwards, so that the sign of an arm tells nothing.
+        """
+        places = self.positions(self.start())
+        start, end = (places[i] for i in link.ends)
+        along, reach = end - start, places[tips[0]] - start
+        if float(np.linalg.norm(np.cross(along, reach))) <= _MEETS * float(
+            np.linalg.norm(along) * np.linalg.norm(reach)
+        ):
+            return tips[0 if float(along @ reach) > 0 else 1]
+        size = float(np.linalg.norm(reach))
+        meeting = (i for i in tips if any(float(np.linalg.norm(places[i] - places[j])) < _MEETS * size for j in others))
+        return next(meeting, None)
 
     # ------------------------------------------------------------------------------------------------ in numbers
 
@@ -229,6 +237,17 @@ class Skeleton:
         rows = [forward(g, nodes, {x: g.one}) for x in variables]
         flat = evaluate(g, [x for row in rows for x in row], self.samples())
         return np.swapaxes(flat.reshape(len(variables), len(nodes), -1), 0, 1)
+
+    def rail(self, spot: int) -> Floats | None:
+        """The direction (3,) along which a spot can only move, None if it rests, turns or moves in a plane."""
+        slopes = self.slopes(self._nodes[spot])
+        flat = slopes.reshape(3, -1)
+        left, singular, _ = np.linalg.svd(flat, full_matrices=False)
+        if not singular[0] > 0 or (len(singular) > 1 and singular[1] > 1e-9 * singular[0]):
+            return None
+        if np.ptp(slopes, axis=2).max() > 1e-9 * np.abs(slopes).max():
+            return None
+        return np.asarray(left[:, 0] * np.sign(left[np.argmax(np.abs(left[:, 0])), 0]), dtype=np.float64)
 
     def nodes(self, spot: int) -> Vector:
         """The three nodes of a spot."""
