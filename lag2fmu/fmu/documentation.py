@@ -10,7 +10,7 @@ from lag2fmu.codegen.templates import render
 from lag2fmu.dynamics import EquationsOfMotion, Program
 from lag2fmu.dynamics.analysis import analysis_sections
 from lag2fmu.dynamics.formulas import Formula, formulas
-from lag2fmu.dynamics.picture import drawable, scene_of
+from lag2fmu.dynamics.picture import draw, drawable, layout_of
 from lag2fmu.fmu.compilers import Platform
 from lag2fmu.fmu.model_description import ModelDescription
 from lag2fmu.fmu.sketch import sketch
@@ -50,7 +50,7 @@ def _sketch(equations: EquationsOfMotion) -> tuple[str, tuple[str, ...]] | None:
     """The mechanism at its start as SVG, and the sentences below; None where there are no bodies to draw."""
     if not drawable(equations.mechanism):
         return None
-    scene = scene_of(equations.mechanism)
+    scene = draw(layout_of(equations.mechanism))
     return sketch(scene), scene.notes
 
 

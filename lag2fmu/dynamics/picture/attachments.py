@@ -51,9 +51,9 @@ def attach(skeleton: Skeleton, part: Spring | Damper, places: dict[int, Floats])
 
 
 def _slopes_of_places(skeleton: Skeleton) -> dict[int, Floats]:
-    """{spot of a body, point or joint: (3, n, samples)}, bodies first."""
+    """{spot of a body, point or joint: (3, n, samples)}, bodies first; those without a slope left out."""
     numbers = [*skeleton.place.values(), *(i for link in skeleton.links for i in link.ends)]
-    return {i: skeleton.slopes(skeleton.nodes(i)) for i in dict.fromkeys(numbers)}
+    return {i: skeleton.spot_slopes[i] for i in dict.fromkeys(numbers) if np.isfinite(skeleton.spot_slopes[i]).all()}
 
 
 def _at_wall(part: Spring | Damper, slope: Floats, places: dict[int, Floats]) -> Attachment | None:
@@ -76,6 +76,8 @@ def _between(part: Spring | Damper, slope: Floats, places: dict[int, Floats]) ->
 def _at_link(part: Spring | Damper, slope: Floats, skeleton: Skeleton, places: dict[int, Floats]) -> Attachment | None:
     """A wall that holds a point of a link, or of its continuation."""
     for link in skeleton.links:
+        if not set(link.ends) <= places.keys():
+            continue
         a, b = (places[i] for i in link.ends)
         for axis in range(3):
             reach, beyond = b[axis] - a[axis], slope - a[axis]
@@ -109,6 +111,7 @@ def _unit(axis: int, sign: float) -> tuple[float, float, float]:
 def attachments(skeleton: Skeleton) -> Iterator[tuple[Spring | Damper, Attachment | None]]:
     """Every spring and damper with its place."""
     parts: tuple[Spring | Damper, ...] = (*skeleton.mechanism.springs, *skeleton.mechanism.dampers)
-    places = _slopes_of_places(skeleton) if parts else {}
+    written = any(part.between is None for part in parts)
+    places = _slopes_of_places(skeleton) if written and skeleton.reads else {}
     for part in parts:
         yield part, attach(skeleton, part, places)

@@ -13,7 +13,7 @@ TURNS, WIDTH = 6, 2.2
 
 def zigzag(a: Points, b: Points) -> list[Points]:
     """A spring from ``a`` to ``b``, straight at its ends."""
-    along, across = _axes(a, b)
+    along, across = axes(a, b)
     length = float(np.linalg.norm(b - a))
     lead = min(0.2 * length, 4.0)
     stations = np.linspace(lead, length - lead, 2 * TURNS + 1)
@@ -25,7 +25,7 @@ def zigzag(a: Points, b: Points) -> list[Points]:
 
 def pot(a: Points, b: Points) -> list[Points]:
     """A damper from ``a`` to ``b``: a cylinder that is open at one end, a rod with its piston."""
-    along, across = _axes(a, b)
+    along, across = axes(a, b)
     middle, half, width = (a + b) / 2, min(3.0, 0.2 * float(np.linalg.norm(b - a))), 1.8
     bottom, top = middle - half * along, middle + half * along
     cylinder = [top + width * across, bottom + width * across, bottom - width * across, top - width * across]
@@ -42,7 +42,7 @@ def spiral(center: Points, reach: float) -> list[Points]:
 
 def hatched(a: Points, b: Points) -> list[Points]:
     """A wall from ``a`` to ``b``, hatched on its right side."""
-    along, across = _axes(a, b)
+    along, across = axes(a, b)
     length = float(np.linalg.norm(b - a))
     count = max(3, round(length / 1.8))
     strokes = [a + x * along for x in np.linspace(0.08, 1.0, count) * length]
@@ -55,9 +55,20 @@ def support(pivot: Points) -> list[Points]:
     return [np.vstack([pivot, left, right, pivot]), *hatched(left - np.array([1.2, 0.0]), right + np.array([1.2, 0.0]))]
 
 
+def cross(center: Points) -> list[Points]:
+    """A place that something refers to."""
+    return [center + np.array([[-1.2, 0.0], [1.2, 0.0]]), center + np.array([[0.0, -1.2], [0.0, 1.2]])]
+
+
+def box(center: Points, along: Points, across: Points) -> Points:
+    """A closed rectangle with the half edges ``along`` and ``across``."""
+    corners = [(1, 1), (1, -1), (-1, -1), (-1, 1), (1, 1)]
+    return np.array([center + a * along + b * across for a, b in corners])
+
+
 def arrow(a: Points, b: Points, head: float = 2.0) -> list[Points]:
     """An arrow from ``a`` to ``b``: its shaft and its head, closed."""
-    along, across = _axes(a, b)
+    along, across = axes(a, b)
     foot = b - head * along
     return [np.vstack([a, foot]), np.vstack([b, foot + 0.4 * head * across, foot - 0.4 * head * across, b])]
 
@@ -66,9 +77,7 @@ def arc(center: Points, radius: float, first: float, last: float) -> list[Points
     """An arrow along a circle from the angle ``first`` to ``last`` (rad): its shaft and its head, closed."""
     angles = np.linspace(first, last, 24)
     points = center + radius * np.column_stack([np.cos(angles), np.sin(angles)])
-    head = arrow(
-        points[-1] - 0.01 * (points[-1] - points[-2]), points[-1] + 1.4 * _axes(points[-2], points[-1])[0], 1.4
-    )
+    head = arrow(points[-1] - 0.01 * (points[-1] - points[-2]), points[-1] + 1.4 * axes(points[-2], points[-1])[0], 1.4)
     return [points, head[1]]
 
 
@@ -78,7 +87,7 @@ def circle(center: Points, radius: float, count: int = 40) -> Points:
     return np.asarray(center + radius * np.column_stack([np.cos(angle), np.sin(angle)]), dtype=np.float64)
 
 
-def _axes(a: Points, b: Points) -> tuple[Points, Points]:
+def axes(a: Points, b: Points) -> tuple[Points, Points]:
     """The unit vectors from ``a`` to ``b`` and across, to the left."""
     length = float(np.linalg.norm(b - a))
     along = (b - a) / length if length > 0 else np.array([1.0, 0.0])

@@ -14,7 +14,7 @@ from lag2fmu.dynamics.analysis.evaluation import Floats, Values
 from lag2fmu.dynamics.picture.skeleton import Skeleton
 from lag2fmu.mechanism import Body
 
-PARTICLE, ROD, DISC, BALL, BOX = "particle", "rod", "disc", "ball", "box"
+PARTICLE, ROD, DISC, BALL, CUBOID = "particle", "rod", "disc", "ball", "cuboid"
 
 
 @dataclass(frozen=True, eq=False)
@@ -30,7 +30,7 @@ class Shape:
     axes: Floats = field(default_factory=lambda: np.eye(3))
 
     def outline(self) -> list[Floats]:
-        """Polylines (k, 3) in m that show the extent: the rod, the rim with a spoke, the faces of the box."""
+        """Polylines (k, 3) in m that show the extent: the rod, the rim with a spoke, the faces of the cuboid."""
         if self.kind == ROD:
             reach = self.size[0] * self.axes[0]
             return [np.array([self.center - reach, self.center + reach])]
@@ -39,7 +39,7 @@ class Shape:
             rim = np.outer(np.cos(angle), self.axes[1]) + np.outer(np.sin(angle), self.axes[2])
             rim = self.center + self.size[0] * rim
             return [rim, np.array([self.center, rim[0]])]
-        if self.kind == BOX:
+        if self.kind == CUBOID:
             return [self._face(axis, sign) for axis in range(3) for sign in (1, -1)]
         return []
 
@@ -103,7 +103,7 @@ def _spatial(
     if greatest < 1.1 * least or plane is not None:
         return Shape(BALL, center, np.full(3, np.sqrt(2.5 * middle)))
     half = np.sqrt(np.maximum(1.5 * (least + middle + greatest - 2 * np.array([least, middle, greatest])), 0.0))
-    return Shape(BOX, center, half, principal)
+    return Shape(CUBOID, center, half, principal)
 
 
 def _frame_on(along: Floats) -> Floats:

@@ -6,8 +6,9 @@ from reading transformation equations, see ``arms``.
 
 from __future__ import annotations
 
-from collections.abc import Collection, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass, field
+from functools import cached_property
 
 import numpy as np
 import sympy as sp
@@ -20,11 +21,11 @@ from lag2fmu.dynamics.picture.arms import ARM, SHIFT, Step, steps
 from lag2fmu.dynamics.samples import start_values
 from lag2fmu.dynamics.variables import declare, translator
 from lag2fmu.dynamics.vectors import Vector
-from lag2fmu.mechanism import Constraint, Mechanism
+from lag2fmu.mechanism import Mechanism
 from lag2fmu.mechanism.expressions import symbol
 from lag2fmu.mechanism.parts import WORLD
 
-_SAMPLES, _MEETS = 5, 1e-6
+_SAMPLES = 5
 MOST_PARTS = 60
 """Beyond this many bodies a position is not read for arms, which takes time and would be drawn as a tangle."""
 
@@ -61,6 +62,7 @@ class Skeleton:
     axes: dict[str, tuple[int, int, int]] = field(default_factory=dict)
     origins: dict[str, int] = field(default_factory=dict)
     _nodes: list[Vector] = field(default_factory=list)
+    _numbered: dict[Vector, int] = field(default_factory=dict)
 
     def __post_init__(self) -> None:
         """Put everything on a graph of its own, so that drawing cannot change what is emitted."""
@@ -77,16 +79,16 @@ class Skeleton:
             self._add_frame(frame.name)
         for part in m.places:
             self._add_place(part.name)
-        self._add_loops()
 
     # ------------------------------------------------------------------------------------------------ putting together
 
     def spot(self, nodes: Sequence[int]) -> int:
         """The number of the position or vector with the (2,) or (3,) ``nodes``; equal ones have one number."""
         padded = (*nodes, *(self.graph.zero,) * (3 - len(nodes)))
-        if padded not in self._nodes:
+        number = self._numbered.setdefault(padded, len(self._nodes))
+        if number == len(self._nodes):
             self._nodes.append(padded)
-        return self._nodes.index(padded)
+        return number
 
     def _add_frame(self, name: str) -> None:
         frame = self.frames.by_name[name]
@@ -95,7 +97,7 @@ class Skeleton:
         if frame.parent == WORLD:
             self._read(f"frames.{name}", tuple(frame.origin))
         else:
-            self._join(f"frames.{name}", self.origins.get(str(frame.parent)), here, arm=True)
+            self.join(f"frames.{name}", self.origins.get(str(frame.parent)), here, arm=True)
         for _, angle in frame.rotations:
             self._hinge(angle, here)
 
@@ -106,7 +108,7 @@ class Skeleton:
         else:
             here = self.spot(self.frames.position(frame, self.put.vector(position)))
             self.place[name] = here
-            self._join(name, self.origins[frame], here, arm=True)
+            self.join(name, self.origins[frame], here, arm=True)
         angle = getattr(self._part(name), "angle", None)
         if angle is not None:
             self._hinge(angle, self.place[name])
@@ -124,7 +126,7 @@ class Skeleton:
         here = self.spot(self.put.vector(position))
         if not self.reads:
             return here
-        for step in steps(self._written(position), self.order):
+        for step in steps(tuple(map(self.written, position)), self.order):
             here = self._add_step(part, step)
         return here
 
@@ -133,12 +135,12 @@ class Skeleton:
         if step.kind == ARM:
             for name in step.names:
                 self.hinges.setdefault(name, start)
-            self._join(part, start, end, arm=True, angles=step.angles)
+            self.join(part, start, end, arm=True, angles=step.angles)
         elif step.kind == SHIFT:
             (self.sliders if len(step.names) == 1 else self.floating).setdefault(", ".join(step.names), end)
         return end
 
-    def _join(
+    def join(
         self,
         part: str,
         start: int | None,
@@ -147,58 +149,9 @@ class Skeleton:
         arm: bool,
         angles: frozenset[sp.Expr] = frozenset(),
     ) -> None:
+        """A link of ``part`` between two spots, unless there is one."""
         if start is not None and start != end and not any(link.ends == (start, end) for link in self.links):
             self.links.append(Link(part, (start, end), arm, angles))
-
-    def _written(self, position: Sequence[sp.Expr]) -> tuple[sp.Expr, ...]:
-        return tuple(map(self.written, position))
-
-    def _add_loops(self) -> None:
-        """The links that holonomic constraints name in pairs: a polygon of arms that closes."""
-        if not self.reads:
-            return
-        written = [c for c in self.mechanism.constraints if c.kind == "holonomic"]
-        size = self.mechanism.dimension if self.mechanism.places else 2
-        for first in range(0, len(written) - 1, 2):
-            if size == 2:
-                self._add_loop(written[first : first + 2])
-
-    def _add_loop(self, pair: Sequence[Constraint]) -> None:
-        """Every arm of the loop that turns as an arm of a body does, from where that begins."""
-        turning = [s for s in steps(self._written([c.expression for c in pair]), self.order) if s.kind == ARM]
-        vectors = [self.put.vector(_minus(step)) for step in turning]
-        if len(turning) < 2 or not all(map(self._rigid, vectors)):
-            return
-        alike = {link.angles: link for link in reversed(self.links)}
-        arms = [(alike[s.angles], v) for s, v in zip(turning, vectors, strict=True) if s.angles in alike]
-        both = [[self._tip(link.ends[0], sign, vector) for sign in (1, -1)] for link, vector in arms]
-        joints = {i for link in self.links for i in link.ends}
-        for number, (link, _) in enumerate(arms):
-            others = joints.union(*(tips for k, tips in enumerate(both) if k != number))
-            end = self._chosen(link, both[number], others)
-            if end is not None:
-                self._join(f"constraints.{pair[0].name}", link.ends[0], end, arm=True, angles=link.angles)
-
-    def _tip(self, start: int, sign: int, vector: Sequence[int]) -> int:
-        """The spot at start + sign * vector, which has two entries."""
-        move = self.graph.add if sign > 0 else self.graph.subtract
-        return self.spot([move(x, y) for x, y in zip(self._nodes[start][:2], vector, strict=True)])
-
-    def _chosen(self, link: Link, tips: Sequence[int], others: Collection[int]) -> int | None:
-        """The tip on the side of the body's ``link`` or, where the arm is not along it, the one at another joint.
-
-        A loop may be written backwards, so that the sign of an arm tells nothing.
-        """
-        places = self.positions(self.start())
-        start, end = (places[i] for i in link.ends)
-        along, reach = end - start, places[tips[0]] - start
-        if float(np.linalg.norm(np.cross(along, reach))) <= _MEETS * float(
-            np.linalg.norm(along) * np.linalg.norm(reach)
-        ):
-            return tips[0 if float(along @ reach) > 0 else 1]
-        size = float(np.linalg.norm(reach))
-        meeting = (i for i in tips if any(float(np.linalg.norm(places[i] - places[j])) < _MEETS * size for j in others))
-        return next(meeting, None)
 
     # ------------------------------------------------------------------------------------------------ in numbers
 
@@ -206,16 +159,18 @@ class Skeleton:
         """The values of all variables at the start."""
         return start_values(self.mechanism)
 
+    @cached_property
     def samples(self) -> dict[str, Floats | float]:
-        """Values at states all around the start, constraints not heeded."""
+        """Values at the start and at states all around it where all spots have a place; constraints are not heeded."""
         generator = np.random.default_rng(5)
         values: dict[str, Floats | float] = dict(self.start())
-        for c in self.mechanism.coordinates:
-            values[c.name] = c.start + c.nominal * generator.uniform(-0.7, 0.7, _SAMPLES)
-        values["t"] = generator.uniform(0.0, 2.0, _SAMPLES)
-        for u in self.mechanism.motions:
-            values[u.name] = u.start + generator.uniform(-0.7, 0.7, _SAMPLES)
-        return values
+        moving = {c.name: c.nominal for c in self.mechanism.coordinates}
+        moving |= {u.name: 1.0 for u in self.mechanism.motions} | {"t": 1.0}
+        for name, size in moving.items():
+            values[name] = values[name] + size * np.append(0.0, generator.uniform(-0.7, 0.7, _SAMPLES))
+        known = np.asarray(np.isfinite(self.positions(values)).all(axis=(0, 1)))
+        known[0] = True
+        return {name: x if np.ndim(x) == 0 else np.asarray(x)[known] for name, x in values.items()}
 
     def positions(self, values: Values) -> Floats:
         """All spots and vectors at ``values``, (spots, 3, *batch)."""
@@ -231,23 +186,32 @@ class Skeleton:
         return self._numbers(self.put.vector(tuple(expressions)), values)
 
     def slopes(self, nodes: Sequence[int], by_velocity: bool = False) -> Floats:
-        """The derivatives of ``nodes`` (k,) by the coordinates (or velocities) at the samples, (k, n, samples)."""
+        """The derivatives of ``nodes`` (k,) by the coordinates (or velocities) at the samples, (k, n, samples).
+
+        nan where one has no value.
+        """
         v, g = self.variables, self.graph
         variables = v.qd if by_velocity else v.q
         rows = [forward(g, nodes, {x: g.one}) for x in variables]
-        flat = evaluate(g, [x for row in rows for x in row], self.samples())
+        flat = evaluate(g, [x for row in rows for x in row], self.samples)
         return np.swapaxes(flat.reshape(len(variables), len(nodes), -1), 0, 1)
 
-    def rail(self, spot: int) -> Floats | None:
-        """The direction (3,) along which a spot can only move, None if it rests, turns or moves in a plane."""
-        slopes = self.slopes(self._nodes[spot])
-        flat = slopes.reshape(3, -1)
-        left, singular, _ = np.linalg.svd(flat, full_matrices=False)
-        if not singular[0] > 0 or (len(singular) > 1 and singular[1] > 1e-9 * singular[0]):
-            return None
-        if np.ptp(slopes, axis=2).max() > 1e-9 * np.abs(slopes).max():
-            return None
-        return np.asarray(left[:, 0] * np.sign(left[np.argmax(np.abs(left[:, 0])), 0]), dtype=np.float64)
+    @cached_property
+    def spot_slopes(self) -> Floats:
+        """Those of all spots, (spots, 3, n, samples)."""
+        flat = self.slopes([x for nodes in self._nodes for x in nodes])
+        return flat.reshape(len(self._nodes), 3, *flat.shape[1:])
+
+    def rails(self) -> dict[int, Floats]:
+        """{place or slider: direction (3,)} of those that can only move along a line."""
+        spots = sorted({*self.place.values(), *self.sliders.values()}) if self.reads else []
+        found = {i: _line(self.spot_slopes[i]) for i in spots}
+        return {i: along for i, along in found.items() if along is not None}
+
+    def still(self) -> set[int]:
+        """The spots that do not move, whatever the coordinates and motions are."""
+        moved = self.positions(self.samples)
+        return {i for i, place in enumerate(moved) if float(np.ptp(place, axis=1).max()) == 0.0}
 
     def nodes(self, spot: int) -> Vector:
         """The three nodes of a spot."""
@@ -256,10 +220,11 @@ class Skeleton:
     def rigid(self, link: Link) -> bool:
         """Whether the ends keep their distance whatever the coordinates are."""
         a, b = (self._nodes[i] for i in link.ends)
-        return self._rigid([self.graph.subtract(y, x) for x, y in zip(a, b, strict=True)])
+        return self.keeps_length([self.graph.subtract(y, x) for x, y in zip(a, b, strict=True)])
 
-    def _rigid(self, vector: Sequence[int]) -> bool:
-        found = evaluate(self.graph, vector, self.samples())
+    def keeps_length(self, vector: Sequence[int]) -> bool:
+        """Whether a vector of nodes has one length at all samples."""
+        found = evaluate(self.graph, vector, self.samples)
         length = np.linalg.norm(found, axis=0)
         return bool(np.ptp(length) <= 1e-9 * max(float(np.abs(length).max()), 1e-300))
 
@@ -275,8 +240,15 @@ class Skeleton:
         return any(s.name in self.order for s in expression.free_symbols)
 
 
-def _minus(step: Step) -> tuple[sp.Expr, ...]:
-    return tuple(b - a for a, b in zip(step.start, step.end, strict=True))
+def _line(slopes: Floats) -> Floats | None:
+    """The direction (3,) of a spot's ``slopes`` (3, n, samples), None if it rests, or not always moves that way."""
+    if not np.isfinite(slopes).all() or np.ptp(slopes, axis=2).max() > 1e-9 * np.abs(slopes).max():
+        return None
+    left, singular, _ = np.linalg.svd(slopes[:, :, 0], full_matrices=False)
+    if not singular[0] > 0 or (len(singular) > 1 and singular[1] > 1e-9 * singular[0]):
+        return None
+    along = left[:, 0]
+    return np.asarray(along * np.sign(along[np.argmax(np.abs(along))]), dtype=np.float64)
 
 
 def _written_out(mechanism: Mechanism) -> dict[sp.Symbol, sp.Expr]:

@@ -80,7 +80,7 @@ def _down(skeleton: Skeleton) -> Floats | None:
 
 def _plane(skeleton: Skeleton) -> int | None:
     """The axis along which nothing is and nothing turns out of the plane."""
-    positions = skeleton.positions(skeleton.samples())
+    positions = skeleton.positions(skeleton.samples)
     used = sorted({*skeleton.place.values(), *skeleton.origins.values(), *(i for x in skeleton.links for i in x.ends)})
     extent = np.ptp(positions[used], axis=(0, 2))
     for axis in (2, 1, 0):

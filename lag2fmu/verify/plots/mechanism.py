@@ -14,14 +14,25 @@ from matplotlib.patches import Circle, Polygon
 from lag2fmu.dynamics import EquationsOfMotion, derive
 from lag2fmu.dynamics.analysis import Mode, equilibria, linearize, normal_modes
 from lag2fmu.dynamics.analysis.evaluation import Floats, at, driven_by_time, evaluate, resting_inputs
-from lag2fmu.dynamics.picture import STYLES, Disc, Drawing, Scene, Stroke, drawable, pretty
+from lag2fmu.dynamics.picture import (
+    STYLES,
+    Disc,
+    Layout,
+    Scene,
+    Stroke,
+    draw,
+    drawable,
+    layout_of,
+    posture,
+    pretty,
+)
 from lag2fmu.errors import DerivationError, LoadError
 from lag2fmu.mechanism import Coordinate, Mechanism
 from lag2fmu.reference import integrate
 from lag2fmu.verify.plots.figures import LINE, dressed, say
 
-_MODES, _ROW = 8, 4
-"""Modes that are drawn, and in one row."""
+_MODES, _ROW, _LISTED = 8, 4, 6
+"""Modes that are drawn, and in one row; coordinates of an equilibrium that are written."""
 _SWING, _MOST_TURN = 7.0, 0.5
 """How far a mode moves a body at most, in units of the picture, and turns anything (rad)."""
 
@@ -51,8 +62,8 @@ def mechanism_figure(mechanism: Mechanism) -> Figure:
 
 
 def _with_modes(equations: EquationsOfMotion) -> Figure:
-    drawing = Drawing(equations.mechanism)
-    scene = drawing.scene()
+    layout = layout_of(equations.mechanism)
+    scene = draw(layout)
     modes, values, sentence = _modes(equations)
     shown = modes[:_MODES]
     notes = [*scene.notes, sentence]
@@ -68,7 +79,7 @@ def _with_modes(equations: EquationsOfMotion) -> Figure:
     _draw_scene(figure.add_subplot(grid[0, :]), scene, scale)
     for number, mode in enumerate(shown):
         axes = figure.add_subplot(grid[1 + number // columns, number % columns])
-        _draw_mode(axes, equations, drawing, values, mode)
+        _draw_mode(axes, equations, layout, values, mode)
         axes.set_title(f"mode {number + 1}: {_rate(mode)}", fontsize=9)
     if len(modes) > len(shown):
         notes.append(f"{len(modes) - len(shown)} faster modes are left out.")
@@ -92,11 +103,21 @@ def _modes(equations: EquationsOfMotion) -> tuple[tuple[Mode, ...], dict[str, An
         return nothing, {}, f"There are no normal modes: {str(error).split(': ', 1)[-1]}."
     moving = tuple(mode for mode in modes if mode.eigenvalue != 0 and np.abs(mode.shape).max(initial=0.0) > 0)
     still = len(modes) - len(moving)
-    place = ", ".join(f"{pretty(c.name)} = {x:.4g}" for c, x in zip(equations.mechanism.coordinates, q, strict=True))
+    place = _place(equations.mechanism, q)
     rest = f"; {still} without a restoring force" if still else ""
     if not moving:
         return nothing, {}, f"About the equilibrium {place} no motion has a restoring force."
     return moving, values, f"Normal modes about the equilibrium {place}{rest}."
+
+
+def _place(mechanism: Mechanism, q: Floats) -> str:
+    """Where an equilibrium is; of many coordinates those that are not zero."""
+    values = [(pretty(c.name), x) for c, x in zip(mechanism.coordinates, q, strict=True)]
+    if len(values) <= _LISTED:
+        return ", ".join(f"{name} = {x:.4g}" for name, x in values)
+    moved = [f"{name} = {x:.4g}" for name, x in values if x]
+    shown = [*moved[:_LISTED], "..."] if len(moved) > _LISTED else moved
+    return ", ".join(shown or ["q = 0"]) + (" (the others 0)" if shown and len(moved) <= _LISTED else "")
 
 
 def _rate(mode: Mode) -> str:
@@ -104,18 +125,20 @@ def _rate(mode: Mode) -> str:
     real, omega = mode.eigenvalue.real, mode.frequency
     if omega <= 1e-9 * abs(mode.eigenvalue):
         return f"{'grows' if real > 0 else 'decays'}, {1 / abs(real):.3g} s"
-    return f"{omega / (2 * np.pi):.4g} Hz" + ("" if abs(real) < 1e-9 * omega else f", damping {-real / omega:.2g}")
+    return f"{omega / (2 * np.pi):.4g} Hz" + (
+        "" if abs(real) < 1e-9 * omega else f", damping ratio {-real / abs(mode.eigenvalue):.2g}"
+    )
 
 
-def _draw_mode(axes: Axes, equations: EquationsOfMotion, drawing: Drawing, values: dict[str, Any], mode: Mode) -> None:
+def _draw_mode(axes: Axes, equations: EquationsOfMotion, layout: Layout, values: dict[str, Any], mode: Mode) -> None:
     """The mechanism at both ends of a swing, that to the other side fainter."""
     shape = np.real(mode.shape)
     q = np.array([values[c.name] for c in equations.mechanism.coordinates])
-    swing = _amplitude(drawing, equations, values, q, shape) * shape
+    swing = _amplitude(layout, equations, values, q, shape) * shape
     rest = np.zeros_like(q)
     lines: list[Floats] = []
     for share, alpha in ((-1.0, 0.3), (1.0, 0.9)):
-        marks = drawing.posture({**drawing.values, **at(equations, values, q + share * swing, rest)})
+        marks = posture(layout, {**layout.values, **at(equations, values, q + share * swing, rest)})
         lines += [np.array(m.points if isinstance(m, Stroke) else [m.center]) for m in marks]
         draw_marks(axes, marks, 1.6, alpha)
     low, high = np.vstack(lines).min(axis=0) - 4.0, np.vstack(lines).max(axis=0) + 4.0
@@ -125,15 +148,13 @@ def _draw_mode(axes: Axes, equations: EquationsOfMotion, drawing: Drawing, value
     axes.axis("off")
 
 
-def _amplitude(
-    drawing: Drawing, equations: EquationsOfMotion, values: dict[str, Any], q: Floats, shape: Floats
-) -> float:
+def _amplitude(layout: Layout, equations: EquationsOfMotion, values: dict[str, Any], q: Floats, shape: Floats) -> float:
     """What to multiply a shape (n,) by, so that it can be seen and stays a small motion."""
     small = 1e-3 / max(float(np.abs(shape).max()), 1e-300)
-    spots = sorted(set(drawing.skeleton.place.values()))
+    spots = sorted(set(layout.skeleton.place.values()))
     rest = np.zeros_like(q)
     places = [
-        drawing.at(drawing.skeleton.positions({**drawing.values, **at(equations, values, q + x * small * shape, rest)}))
+        layout.at(layout.skeleton.positions({**layout.values, **at(equations, values, q + x * small * shape, rest)}))
         for x in (-1.0, 1.0)
     ]
     moved = float(np.linalg.norm((places[1] - places[0])[spots], axis=1).max()) / (2 * small)

@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 from lag2fmu.dynamics import EquationsOfMotion, derive
 from lag2fmu.dynamics.analysis import conserved
 from lag2fmu.dynamics.analysis.evaluation import evaluate
-from lag2fmu.dynamics.picture import Drawing, drawable, pretty
+from lag2fmu.dynamics.picture import drawable, layout_of, posture, pretty
 from lag2fmu.dynamics.samples import start_values
 from lag2fmu.mechanism import Mechanism
 from lag2fmu.mechanism.names import velocity
@@ -210,12 +210,12 @@ def _alike(mechanism: Mechanism) -> list[str]:
 
 def _draw_paths(axes: Axes, mechanism: Mechanism, values: dict[str, Floats | float]) -> None:
     """The bodies' ways, over the mechanism as it stands at the start of the run."""
-    drawing = Drawing(mechanism)
-    flat = drawing.at(np.moveaxis(drawing.skeleton.positions(values), 1, -1))
+    layout = layout_of(mechanism)
+    flat = layout.at(np.moveaxis(layout.skeleton.positions(values), 1, -1))
     start = {name: float(x if isinstance(x, float) else x[0]) for name, x in values.items()}
-    draw_marks(axes, drawing.posture(start), 2.0, 0.55)
+    draw_marks(axes, posture(layout, start), 2.0, 0.55)
     for number, body in enumerate(mechanism.bodies[:MOST_CURVES]):
-        path = flat[drawing.skeleton.place[body.name]]
+        path = flat[layout.skeleton.place[body.name]]
         axes.plot(*path.T, color=f"C{number}", zorder=4, label=pretty(body.name), linewidth=0.9)
     axes.autoscale_view()
     axes.set_aspect("equal", adjustable="datalim")
