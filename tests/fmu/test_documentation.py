@@ -7,6 +7,7 @@ import struct
 import zipfile
 from html.parser import HTMLParser
 from pathlib import Path
+from xml.etree import ElementTree
 
 import pytest
 from test_archive import awkward_names
@@ -74,6 +75,25 @@ def test_every_variable_is_in_the_nomenclature(model: str, exported) -> None:
         if variable.derivative_of is None and variable.causality != "independent":
             assert variable.name in text
             assert variable.doc in text
+
+
+@pytest.mark.parametrize("model", ["double_pendulum", "cart_pole", "six_axis_arm", "four_bar_linkage"])
+def test_the_sketch_is_in_the_page(model: str, exported) -> None:
+    html = entry(exported(model), "documentation/index.html").decode("utf-8")
+    (text,) = re.findall(r"<svg.*?</svg>", html, re.DOTALL)
+    assert len(text) < 60_000
+    svg = ElementTree.fromstring(text)
+    assert svg.findtext("{*}title") == exported(model).mechanism.title
+    _, _, width, height = map(float, svg.attrib["viewBox"].split())
+    assert width > 20
+    assert height > 10
+    assert len(svg.findall("{*}path")) > 5
+    names = {label.text for label in svg.findall("{*}text")}
+    assert {body.name for body in exported(model).mechanism.bodies} <= names
+
+
+def test_without_bodies_there_is_no_sketch(exported) -> None:
+    assert "svg" not in page(exported("wilberforce_pendulum")).tags
 
 
 def test_small_mechanisms_have_formulas(exported) -> None:

@@ -41,6 +41,10 @@ def _coordinates(canvas: Canvas, layout: Layout) -> None:
     for name, spot in s.sliders.items():
         if name in names and name not in s.hinges:
             _sliding(canvas, layout, spot, name)
+    for name, ends in s.stretches.items():
+        if name in names:
+            middle = layout.at_start[list(ends)].mean(axis=0)
+            canvas.name(f"coordinates.{name}", "coordinate", pretty(name), middle, 2.5)
     for together, spot in s.floating.items():
         canvas.name(f"coordinates.{together}", "coordinate", pretty(together), layout.at_start[spot], 3.0)
 

@@ -7,7 +7,7 @@ expression: it is a reading for pictures, which no equation depends on.
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 
 import sympy as sp
@@ -21,7 +21,8 @@ CONSTANT, SHIFT, ARM = "constant", "shift", "arm"
 class Step:
     """A part of a position: from ``start`` to ``end``, both (2,) or (3,) in m; ``names``, in order, move it.
 
-    ``kind``: CONSTANT, SHIFT (free of angles) or ARM. ``angles`` are the arguments of an arm's sines and cosines.
+    ``kind``: CONSTANT, SHIFT (free of angles) or ARM. ``angles`` are the arguments of an arm's sines and cosines,
+    ``lengths`` the names in it beside those in its angles.
     """
 
     kind: str
@@ -29,11 +30,7 @@ class Step:
     end: Vector
     names: tuple[str, ...]
     angles: frozenset[sp.Expr] = frozenset()
-
-    @property
-    def newest(self) -> str | None:
-        """The last of the coordinates that move it, None for a constant."""
-        return self.names[-1] if self.names else None
+    lengths: tuple[str, ...] = ()
 
 
 def steps(position: Vector, order: Mapping[str, int]) -> tuple[Step, ...]:
@@ -64,10 +61,16 @@ def _chained(
         if not any(vector):
             continue
         end = tuple(a + b for a, b in zip(place, vector, strict=True))
-        moving = angles if kind == ARM else vector
-        names = sorted({name for x in moving for name in _moving(x, order)}, key=order.__getitem__)
-        yield Step(kind, place, end, tuple(names), angles)
+        every, turning = _ranked(vector, order), _ranked(angles, order)
+        names = turning if kind == ARM else every
+        lengths = tuple(name for name in every if kind == ARM and name not in turning)
+        yield Step(kind, place, end, names, angles, lengths)
         place = end
+
+
+def _ranked(expressions: Iterable[sp.Expr], order: Mapping[str, int]) -> tuple[str, ...]:
+    """The names that move in ``expressions``, by their rank."""
+    return tuple(sorted({name for x in expressions for name in _moving(x, order)}, key=order.__getitem__))
 
 
 def _terms(entry: sp.Expr) -> tuple[sp.Expr, ...]:

@@ -105,10 +105,9 @@ def _links(canvas: Canvas, layout: Layout, flat: Floats) -> None:
 def _bodies(canvas: Canvas, layout: Layout, flat: Floats, shapes: Mapping[str, Shape]) -> None:
     """All bodies at one state; the radius of a particle tells of its mass."""
     s, bodies = layout.skeleton, layout.mechanism.bodies
-    mass = {body.name: max(s.number(body.mass), 0.0) for body in bodies}
-    heaviest = max(mass.values(), default=0.0) or 1.0
-    for name in sorted(mass, key=lambda name: _ORDER.index(shapes[name].kind)):
-        radius = 1.3 + 1.4 * (mass[name] / heaviest) ** (1 / 3)
+    heaviest, room = max(s.masses.values(), default=0.0) or 1.0, layout.room
+    for name in sorted(s.masses, key=lambda name: _ORDER.index(shapes[name].kind)):
+        radius = room * (1.3 + 1.4 * (max(s.masses[name], 0.0) / heaviest) ** (1 / 3))
         _body(canvas, layout, name, shapes[name], flat[s.place[name]], radius)
     for body in bodies if len(bodies) <= _NAMED else ():
         canvas.name(f"bodies.{body.name}", "name", body.name, flat[s.place[body.name]], 3.2, inside=True)

@@ -54,6 +54,7 @@ _GREEK = dict(
 _SUBSCRIPTS = str.maketrans("0123456789", "₀₁₂₃₄₅₆₇₈₉")
 _WORD = re.compile(r"[A-Za-z_]\w*")
 _DIRECTIONS = [(1, 0), (1, 1), (0, 1), (-1, 1), (-1, 0), (-1, -1), (0, -1), (1, -1)]
+_RINGS = (1.0, 1.7, 2.6, 4.0, 6.0, 9.0)
 _WIDTH, _HEIGHT = 0.58, 1.0
 """Of a character, in heights of the letters."""
 
@@ -103,26 +104,29 @@ def placed(wishes: Iterable[Wish], obstacles: Sequence[Floats]) -> list[Label]:
     """The labels, each where it covers least of what is drawn (polylines (k, 2)) and none of the other labels."""
     crowd = np.vstack([_filled(line) for line in obstacles]) if obstacles else np.zeros((0, 2))
     labels: list[Label] = []
-    taken: list[tuple[Floats, Floats]] = []
+    taken = np.zeros((0, 4))
     for wish in wishes:
         half = np.array([_WIDTH * len(wish.text), _HEIGHT]) * wish.size / 2
         best = np.array(wish.near)
         cost = 0.1 if wish.inside and not _covered(best, half, crowd, taken) else np.inf
-        for ring, distance in enumerate((1.0, 1.7, 2.6, 4.0, 6.0, 9.0)):
+        for ring, distance in enumerate(_RINGS):
+            if cost <= 5 * ring:
+                break
             for turn, direction in enumerate(_DIRECTIONS):
                 center = np.array(wish.near) + np.array(direction) * (half + wish.away * distance)
                 here = 5 * ring + 0.3 * turn + _covered(center, half, crowd, taken)
                 if here < cost:
                     best, cost = center, here
-        taken.append((best, half))
+        taken = np.vstack([taken, [*best, *half]])
         labels.append(Label(wish.part, wish.style, wish.text, (float(best[0]), float(best[1])), wish.size))
     return labels
 
 
-def _covered(center: Floats, half: Floats, crowd: Floats, taken: Sequence[tuple[Floats, Floats]]) -> float:
-    inside = float(np.sum(np.all(np.abs(crowd - center) < half + 0.5, axis=1)))
-    over = sum(bool(np.all(np.abs(center - other) < half + size + 0.4)) for other, size in taken)
-    return 3 * inside + 1000 * over
+def _covered(center: Floats, half: Floats, crowd: Floats, taken: Floats) -> float:
+    """What a label there would cost: 3 for each point of a line below it, 1000 for another label (center, half)."""
+    inside = (np.abs(crowd - center) < half + 0.5).all(axis=1).sum()
+    over = (np.abs(taken[:, :2] - center) < taken[:, 2:] + half + 0.4).all(axis=1).sum()
+    return float(3 * inside + 1000 * over)
 
 
 def _filled(line: Floats) -> Floats:

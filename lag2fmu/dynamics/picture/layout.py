@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from functools import cached_property
+
 import numpy as np
 
 from lag2fmu.dynamics.analysis.evaluation import Floats, Values
@@ -92,6 +94,13 @@ class Layout:
         for spot, shift in self.shift.items():
             flat[spot] += shift
         return flat
+
+    @cached_property
+    def room(self) -> float:
+        """1, or less where links are so short that particles would cover them."""
+        ends = (self.at_start[list(link.ends)] for link in self.skeleton.links if link.arm)
+        lengths = [float(np.linalg.norm(b - a)) for a, b in ends]
+        return float(np.clip(max(lengths, default=SIZE) / 12.0, 0.2, 1.0))
 
     def across(self, spot: int) -> Floats:
         """To the left of ``direction``, (2,)."""

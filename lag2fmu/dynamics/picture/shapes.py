@@ -53,7 +53,7 @@ class Shape:
 def shape_of(skeleton: Skeleton, body: Body, values: Values, positions: Floats, plane: int | None) -> Shape:
     """The shape of ``body`` at a state; ``positions`` (spots, 3) are those of the state, ``plane`` that of the view."""
     center = positions[skeleton.place[body.name]]
-    mass = skeleton.number(body.mass, values)
+    mass = skeleton.masses[body.name]
     if body.inertia is None or mass <= 0:
         return Shape(PARTICLE, center)
     if body.frame is None:

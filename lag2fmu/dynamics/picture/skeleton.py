@@ -26,7 +26,7 @@ from lag2fmu.mechanism.expressions import symbol
 from lag2fmu.mechanism.parts import WORLD
 
 _SAMPLES = 5
-MOST_PARTS = 60
+MOST_PARTS = 40
 """Beyond this many bodies a position is not read for arms, which takes time and would be drawn as a tangle."""
 
 
@@ -49,8 +49,8 @@ class Skeleton:
 
     ``place``: {body or point: spot}; ``links``; ``hinges``: {coordinate: spot} about which it turns something;
     ``sliders``: {coordinate: spot} of what it shifts by itself; ``floating``: {coordinates: spot} likewise of several;
-    ``axes``: {frame: numbers of three vectors}; ``origins``:
-    {frame: spot}.
+    ``stretches``: {coordinate: spots} between which it is a distance; ``axes``: {frame: numbers of three vectors};
+    ``origins``: {frame: spot}.
     """
 
     mechanism: Mechanism
@@ -59,6 +59,7 @@ class Skeleton:
     hinges: dict[str, int] = field(default_factory=dict)
     sliders: dict[str, int] = field(default_factory=dict)
     floating: dict[str, int] = field(default_factory=dict)
+    stretches: dict[str, tuple[int, int]] = field(default_factory=dict)
     axes: dict[str, tuple[int, int, int]] = field(default_factory=dict)
     origins: dict[str, int] = field(default_factory=dict)
     _nodes: list[Vector] = field(default_factory=list)
@@ -135,6 +136,9 @@ class Skeleton:
         if step.kind == ARM:
             for name in step.names:
                 self.hinges.setdefault(name, start)
+            for name in step.lengths:
+                self.stretches.setdefault(name, (start, end))
+                self.sliders.pop(name, None)
             self.join(part, start, end, arm=True, angles=step.angles)
         elif step.kind == SHIFT:
             (self.sliders if len(step.names) == 1 else self.floating).setdefault(", ".join(step.names), end)
@@ -177,9 +181,16 @@ class Skeleton:
         flat = evaluate(self.graph, [x for nodes in self._nodes for x in nodes], values)
         return flat.reshape(len(self._nodes), 3, *flat.shape[1:])
 
-    def number(self, expression: object, values: Values | None = None) -> float:
-        """The value of an expression at the start."""
-        return float(self._numbers([self.put(sp.sympify(expression))], values or self.start())[0])
+    def number(self, expression: object, values: Values) -> float:
+        """The value of an expression."""
+        return float(self._numbers([self.put(sp.sympify(expression))], values)[0])
+
+    @cached_property
+    def masses(self) -> dict[str, float]:
+        """{body: kg}, at the start."""
+        nodes = [self.put(sp.sympify(body.mass)) for body in self.mechanism.bodies]
+        found = self._numbers(nodes, self.start())
+        return {body.name: float(mass) for body, mass in zip(self.mechanism.bodies, found, strict=True)}
 
     def vector(self, expressions: Sequence[sp.Expr], values: Values) -> Floats:
         """The values of (k,) expressions."""

@@ -1,0 +1,154 @@
+"""The figures: files that are not blank, what they show, and sentences for what does not apply."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from pathlib import Path
+from xml.etree import ElementTree
+
+import numpy as np
+import pytest
+from matplotlib.figure import Figure
+from matplotlib.image import imread
+
+from lag2fmu.errors import LoadError
+from lag2fmu.mechanism import Mechanism
+from lag2fmu.mechanism.expressions import symbol
+from lag2fmu.mechanism.loading import load
+from lag2fmu.reference import Trajectory, integrate
+from lag2fmu.verify.plots import mechanism_figure, motion_figure, save
+
+
+def foot(figure: Figure) -> str:
+    return "" if figure._supxlabel is None else " ".join(figure._supxlabel.get_text().split())
+
+
+def titles(figure: Figure) -> list[str]:
+    return [axes.get_title() for axes in figure.axes if axes.get_title()]
+
+
+def motion(mechanism: Mechanism, stop: float = 0.5) -> Trajectory:
+    return integrate(mechanism, np.linspace(0.0, stop, 51), rtol=1e-9).trajectory
+
+
+# ------------------------------------------------------------------------------------------------ show --plot
+
+
+def test_the_modes_of_a_double_pendulum_have_their_frequencies(tmp_path: Path) -> None:
+    """omega^2 = (2 +- sqrt(2)) g/l for equal masses and lengths: Landau, Lifshitz, section 23, problem 2."""
+    figure = mechanism_figure(load("double_pendulum"))
+    expected = np.sqrt((2 + np.array([-1, 1]) * np.sqrt(2)) * 9.81) / (2 * np.pi)
+    assert titles(figure) == [f"mode {i}: {f:.4g} Hz" for i, f in enumerate(expected, 1)]
+    save(figure, tmp_path / "x.png")
+    assert np.std(imread(tmp_path / "x.png")[:, :, 0]) > 0.02
+
+
+def test_an_svg_is_the_same_each_time(tmp_path: Path) -> None:
+    for name in ("a.svg", "b.svg"):
+        save(mechanism_figure(load("pendulum")), tmp_path / name)
+    assert (tmp_path / "a.svg").read_bytes() == (tmp_path / "b.svg").read_bytes()
+    ElementTree.parse(tmp_path / "a.svg")
+
+
+@pytest.mark.parametrize(
+    ("model", "sentence"),
+    [
+        ("kepler", "There are no normal modes: no equilibrium was found."),
+        ("heavy_top", "There are no normal modes: the mass matrix is singular at the state"),
+        ("vertically_driven_pendulum", "There are no normal modes: the equations change with time."),
+        ("rolling_disc", "rolling_x, rolling_y"),
+        ("parallel_manipulator", "no motion has a restoring force"),
+        ("triatomic_molecule", "1 without a restoring force"),
+    ],
+)
+def test_what_does_not_apply_is_told(model: str, sentence: str) -> None:
+    assert sentence in foot(mechanism_figure(load(model)))
+
+
+def test_slow_modes_come_first_and_the_others_are_counted() -> None:
+    figure = mechanism_figure(load("n_pendulum", {"n": 10}))
+    assert len(titles(figure)) == 8
+    assert "2 faster modes are left out." in foot(figure)
+
+
+@pytest.mark.parametrize(("model", "title"), [("wilberforce_pendulum", "potential energy and configuration path")])
+def test_without_bodies_the_potential_is_drawn(model: str, title: str) -> None:
+    assert title in titles(mechanism_figure(load(model)))
+
+
+def test_one_coordinate_without_bodies_moves_in_its_potential() -> None:
+    free = replace_bodies(load("anharmonic_oscillator"))
+    curve = mechanism_figure(free).axes[0].lines[0]
+    values = {p.name: p.value for p in free.parameters}
+    x, V = curve.get_data()
+    written = free.energy.potential.xreplace({symbol(name): value for name, value in values.items()})
+    q = symbol(free.coordinates[0].name)
+    np.testing.assert_allclose(V, [float(written.subs(q, at)) for at in x], rtol=1e-9, atol=1e-12)
+
+
+def replace_bodies(mechanism: Mechanism) -> Mechanism:
+    """The same with its kinetic energy written, without a body."""
+    (body,) = mechanism.bodies
+    (c,) = mechanism.coordinates
+    energy = replace(mechanism.energy, kinetic=body.mass * symbol(f"{c.name}_dot") ** 2 / 2)
+    return Mechanism(
+        "free",
+        coordinates=mechanism.coordinates,
+        parameters=mechanism.parameters,
+        energy=energy,
+        experiment=mechanism.experiment,
+    )
+
+
+def test_nothing_to_draw_is_said_with_the_remedy() -> None:
+    with pytest.raises(LoadError, match=r"'charged_particle' has no bodies or points: .* give it a point, e\.g\."):
+        mechanism_figure(load("charged_particle"))
+
+
+# ------------------------------------------------------------------------------------------------ simulate --plot
+
+
+def test_a_run_is_shown_in_time_and_in_both_spaces(tmp_path: Path) -> None:
+    mechanism = load("double_pendulum")
+    run = motion(mechanism)
+    figure = motion_figure(mechanism.title, run, mechanism)
+    assert titles(figure)[:2] == ["coordinates", "velocities"]
+    assert {"energies", "paths of the bodies", "configuration path", "phase portrait"} <= set(titles(figure))
+    panels = {axes.get_title(): axes for axes in figure.axes}
+    np.testing.assert_array_equal(panels["configuration path"].lines[0].get_xydata(), run.columns(["theta1", "theta2"]))
+    drift = next(axes for title, axes in panels.items() if title.startswith("drift of the conserved energy"))
+    assert np.abs(drift.lines[0].get_ydata()).max() < 1e-6
+    T, V, total = (line.get_ydata() for line in panels["energies"].lines)
+    theta1, theta2 = run["theta1"], run["theta2"]
+    np.testing.assert_allclose(V, -9.81 * (2 * np.cos(theta1) + np.cos(theta2)), rtol=1e-12)
+    np.testing.assert_allclose(T + V, total)
+    save(figure, tmp_path / "x.png")
+    assert np.std(imread(tmp_path / "x.png")[:, :, 0]) > 0.02
+
+
+def test_damping_is_not_called_a_drift() -> None:
+    mechanism = load("spring_mass_damper")
+    found = titles(motion_figure("x", motion(mechanism), mechanism))
+    assert any(title.startswith("change of the energy h, which is not conserved") for title in found)
+
+
+def test_many_coordinates_stay_legible() -> None:
+    mechanism = load("n_pendulum", {"n": 40})
+    figure = motion_figure("x", motion(mechanism, 0.01), mechanism)
+    assert max(len(axes.lines) for axes in figure.axes if axes.get_title() in ("coordinates", "velocities")) == 8
+    assert "Of 40 coordinates in rad the first 8 are drawn." in foot(figure)
+    assert "Of 40 bodies' paths the first 8 are drawn." in foot(figure)
+
+
+def test_one_coordinate_has_no_configuration_path() -> None:
+    mechanism = load("pendulum")
+    found = titles(motion_figure("x", motion(mechanism), mechanism))
+    assert "phase portrait" in found
+    assert "configuration path" not in found
+
+
+def test_a_run_of_another_tool_is_drawn_column_by_column() -> None:
+    run = Trajectory.of(np.linspace(0, 1, 5), {f"y{i}": np.arange(5.0) for i in range(14)})
+    figure = motion_figure("other", run)
+    assert len(figure.axes) == 12
+    assert "Of 14 columns the first 12 are drawn." in foot(figure)
