@@ -6,7 +6,7 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from lag2fmu.dynamics.analysis.evaluation import Floats
+from lag2fmu.dynamics.batches import Floats
 from lag2fmu.dynamics.picture import glyphs
 from lag2fmu.dynamics.picture.labels import pretty
 from lag2fmu.dynamics.picture.layout import BOX, Layout

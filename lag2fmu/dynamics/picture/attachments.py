@@ -11,7 +11,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from lag2fmu.dynamics.analysis.evaluation import Floats
+from lag2fmu.dynamics.batches import Floats
 from lag2fmu.dynamics.picture.skeleton import Skeleton
 from lag2fmu.mechanism import Damper, Spring
 

@@ -6,7 +6,7 @@ from collections.abc import Mapping
 
 import numpy as np
 
-from lag2fmu.dynamics.analysis.evaluation import Floats, Values
+from lag2fmu.dynamics.batches import Floats, Values
 from lag2fmu.dynamics.picture import glyphs
 from lag2fmu.dynamics.picture.annotations import annotate
 from lag2fmu.dynamics.picture.forces import draw_forces

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from lag2fmu.dynamics.analysis.evaluation import Floats
+from lag2fmu.dynamics.batches import Floats
 from lag2fmu.dynamics.picture import glyphs
 from lag2fmu.dynamics.picture.attachments import Attachment
 from lag2fmu.dynamics.picture.labels import pretty

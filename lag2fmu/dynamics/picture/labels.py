@@ -9,7 +9,7 @@ from itertools import pairwise
 
 import numpy as np
 
-from lag2fmu.dynamics.analysis.evaluation import Floats
+from lag2fmu.dynamics.batches import Floats
 
 _GREEK = dict(
     zip(

@@ -6,7 +6,7 @@ from functools import cached_property
 
 import numpy as np
 
-from lag2fmu.dynamics.analysis.evaluation import Floats, Values
+from lag2fmu.dynamics.batches import Floats, Values
 from lag2fmu.dynamics.picture.attachments import attachments
 from lag2fmu.dynamics.picture.loops import add_loops
 from lag2fmu.dynamics.picture.shapes import BALL, DISC, PARTICLE, Shape, shape_of

@@ -10,7 +10,7 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
-from lag2fmu.dynamics.analysis.evaluation import Floats, Values
+from lag2fmu.dynamics.batches import Floats, Values
 from lag2fmu.dynamics.picture.skeleton import Skeleton
 from lag2fmu.mechanism import Body
 

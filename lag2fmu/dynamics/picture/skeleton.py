@@ -13,8 +13,8 @@ from functools import cached_property
 import numpy as np
 import sympy as sp
 
-from lag2fmu.dynamics.analysis.evaluation import Floats, Values, evaluate
 from lag2fmu.dynamics.autodiff import forward
+from lag2fmu.dynamics.batches import Floats, Values, evaluate
 from lag2fmu.dynamics.frames import Frames
 from lag2fmu.dynamics.graph import Graph
 from lag2fmu.dynamics.picture.arms import ARM, SHIFT, Step, steps

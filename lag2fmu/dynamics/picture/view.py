@@ -6,7 +6,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from lag2fmu.dynamics.analysis.evaluation import Floats
+from lag2fmu.dynamics.batches import Floats
 from lag2fmu.dynamics.picture.skeleton import Skeleton
 
 AZIMUTH, ELEVATION = np.radians(30.0), np.radians(18.0)

@@ -13,7 +13,8 @@ from matplotlib.patches import Circle, Polygon
 
 from lag2fmu.dynamics import EquationsOfMotion, derive
 from lag2fmu.dynamics.analysis import Mode, equilibria, linearize, normal_modes
-from lag2fmu.dynamics.analysis.evaluation import Floats, at, driven_by_time, evaluate, resting_inputs
+from lag2fmu.dynamics.analysis.evaluation import at, driven_by_time, resting_inputs
+from lag2fmu.dynamics.batches import Floats, evaluate
 from lag2fmu.dynamics.picture import (
     STYLES,
     Disc,

@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 
 from lag2fmu.dynamics import EquationsOfMotion, derive
 from lag2fmu.dynamics.analysis import conserved
-from lag2fmu.dynamics.analysis.evaluation import evaluate
+from lag2fmu.dynamics.batches import evaluate
 from lag2fmu.dynamics.picture import drawable, layout_of, posture, pretty
 from lag2fmu.dynamics.samples import start_values
 from lag2fmu.mechanism import Mechanism
