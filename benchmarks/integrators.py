@@ -1,4 +1,6 @@
-"""Work and precision of the explicit solvers in a C host, beside CVODE on the same equations.
+"""Work and precision of the adaptive solvers in a C host, beside CVODE on the same equations.
+
+The explicit ones run beside CVODE's Adams methods, the implicit one, on stiff problems, beside its BDF.
 
 Run with `make bench` or `python -m benchmarks.integrators [--folder FOLDER]`. CPU time is the median of several runs;
 the error is that of the states at the end, relative to max(|x|, nominal). The bars: less CPU time than CVODE at equal
@@ -21,23 +23,25 @@ from fmpy.sundials.libraries import sundials_core
 from matplotlib.figure import Figure
 from rich.console import Console
 from rich.table import Table
-from sympy import sqrt
+from sympy import cos, sin, sqrt
 
 from benchmarks.cases import Floats
 from benchmarks.running import KERNELS
-from lag2fmu.codegen import METHODS
 from lag2fmu.dynamics import derive, lower
+from lag2fmu.dynamics.lagrange import complete
 from lag2fmu.fmu.compilers import FLAGS
 from lag2fmu.fmu.exporting import describe, fmi_headers
-from lag2fmu.mechanism import Body, Energy, Mechanism, coordinate, parameter
-from lag2fmu.mechanism.loading import load
+from lag2fmu.mechanism import Body, Damper, Energy, Mechanism, Spring, coordinate, parameter
+from lag2fmu.mechanism.expressions import TIME
+from lag2fmu.mechanism.loading import load, with_values
 from lag2fmu.reference import integrate
 
-ADAPTIVE = tuple(name for name, method in METHODS.items() if method.error_order > 0)
-CVODE = "CVODE Adams"
+EXPLICIT = ("dopri5", "dop853")
+IMPLICIT = ("radau5",)
+ADAMS, BDF = "CVODE Adams", "CVODE BDF"
 TOLERANCES = 10.0 ** -np.arange(2.0, 13.6, 0.5)
 ERRORS = 10.0 ** -np.arange(3.0, 11.1, 1.0)
-LIBRARIES = ("cvode", "nvecserial", "core")
+LIBRARIES = ("cvode", "nvecserial", "sunlinsoldense", "sunmatrixdense", "core")
 
 
 @dataclass(frozen=True)
@@ -84,13 +88,73 @@ def pleiades() -> Mechanism:
     return particles("pleiades", range(1, 8), np.array([x, y], float).T, np.array([u, v], float).T)
 
 
-PROBLEMS = {
+def stiff_spring_damper() -> Mechanism:
+    """A block whose motion decays with 100 /s and 9900 /s."""
+    return with_values(load("spring_mass_damper"), {"k": 1e6, "c": 1e4})
+
+
+def stiff_governor() -> Mechanism:
+    """The rotating governor with rods that stretch a little, k = 1e7 N/m, and hinges that are damped."""
+    m1, m2 = parameter("m1", 1.0, "kg"), parameter("m2", 2.0, "kg")
+    l0, k, c = parameter("l0", 0.5, "m"), parameter("k", 1e7, "N/m"), parameter("c", 1e4, "N.s/m")
+    d, Omega, g = parameter("d", 0.5, "N.m.s/rad"), parameter("Omega", 10.0, "rad/s"), parameter("g", 9.81, "m/s2")
+    theta, length = coordinate("theta", "rad", start=0.7), coordinate("l", "m", start=0.5, nominal=0.5)
+    r, z = length * sin(theta), -length * cos(theta)
+    x, y = r * cos(Omega * TIME), r * sin(Omega * TIME)
+    return Mechanism(
+        "stiff_governor",
+        coordinates=[theta, length],
+        parameters=[m1, m2, l0, k, c, d, Omega, g],
+        bodies=[Body("weight1", m1, (x, y, z)), Body("weight2", m1, (-x, -y, z)), Body("sleeve", m2, (0, 0, 2 * z))],
+        springs=[Spring("rods", k, elongation=length - l0)],
+        dampers=[Damper("rods", c, rate=length.dot), Damper("hinges", d, rate=theta.dot)],
+        gravity=g,
+    )
+
+
+def flexible_slider_crank() -> Mechanism:
+    """A crank that drives a slider through an elastic rod of 1e6 N/m, damped critically."""
+    J, m, g = parameter("J", 0.1, "kg.m2"), parameter("m", 1.0, "kg"), parameter("g", 9.81, "m/s2")
+    r, l0 = parameter("r", 0.15, "m"), parameter("l0", 0.4, "m")
+    k, c = parameter("k", 1e6, "N/m"), parameter("c", 2e3, "N.s/m")
+    phi, x = (
+        coordinate("phi", "rad", start=0.3, velocity=20.0),
+        coordinate("x", "m", start=0.15 * np.cos(0.3) + 0.3975, nominal=0.5),
+    )
+    length = sqrt((x - r * cos(phi)) ** 2 + (r * sin(phi)) ** 2)
+    rate = length.diff(phi) * phi.dot + length.diff(x) * x.dot
+    return Mechanism(
+        "flexible_slider_crank",
+        coordinates=[phi, x],
+        parameters=[J, m, g, r, l0, k, c],
+        bodies=[
+            Body("crank", m / 2, (r / 2 * cos(phi), r / 2 * sin(phi)), angle=phi, inertia=J),
+            Body("slider", m, (x, 0)),
+        ],
+        springs=[Spring("rod", k, elongation=length - l0)],
+        dampers=[Damper("rod", c, rate=rate)],
+        gravity=g,
+    )
+
+
+SMOOTH = {
     "double_pendulum": (lambda: load("double_pendulum"), 10.0),
     "kepler, e = 0.9": (kepler, 2 * np.pi),
     "pleiades": (pleiades, 3.0),
     "six_axis_arm": (lambda: load("six_axis_arm"), 2.0),
 }
 """name: (mechanism, stop time in s)"""
+STIFF = {
+    "spring and damper": (stiff_spring_damper, 0.05),
+    "governor, elastic rods": (stiff_governor, 1.0),
+    "slider-crank, elastic rod": (flexible_slider_crank, 1.0),
+    "Andrews' squeezer": (lambda: complete(load("andrews_squeezer")), 0.03),
+}
+"""The same; the last one has constraints and is stiff in name only."""
+CONTESTS = ((SMOOTH, EXPLICIT, ADAMS), (STIFF, IMPLICIT, BDF))
+"""Problems, solvers for them, and the peer."""
+WHICH = {ADAMS: "adams", BDF: "bdf"}
+"""What benchmarks/kernels/integrators.c calls the peers."""
 
 
 # ------------------------------------------------------------------------------------------------------------ running
@@ -123,23 +187,33 @@ def call(host: Path, which: str, tolerance: float, stop: float, step: float, rou
     return np.array(done.stdout.split(), float)
 
 
-def precision(hosts: dict[str, Path], mechanism: Mechanism, stop: float, rounds: int) -> dict[str, list[Run]]:
-    """The runs of every method over TOLERANCES."""
-    exact = call(hosts["dop853"], "own", 1e-14, stop, stop, 1)[3:]
+def exact_states(host: Path, mechanism: Mechanism, stop: float) -> Floats:
+    """The states (2n,) at the end by dop853 at 1e-14; ends the benchmark if direct integration does not agree."""
+    exact = call(host, "own", 1e-14, stop, stop, 1)[3:]
     reference = integrate(mechanism, [0.0, stop], rtol=1e-12)
     names = [c.name for c in mechanism.coordinates]
     expected = [reference.trajectory[name][-1] for name in [*names, *(f"{name}_dot" for name in names)]]
-    nominal = np.array([c.nominal for c in mechanism.coordinates] * 2)
-    scale = np.maximum(np.abs(exact), nominal)
-    difference = float((np.abs(exact - expected) / scale).max())
+    difference = float((np.abs(exact - expected) / scales(mechanism, exact)).max())
     if difference > 1e-8:
         raise SystemExit(f"{mechanism.name}: the run at 1e-14 is {difference:.1e} off the direct integration")
-    found: dict[str, list[Run]] = {}
-    for method in (*hosts, CVODE):
-        host, which = (hosts["dop853"], "cvode") if method == CVODE else (hosts[method], "own")
-        rows = [call(host, which, tolerance, stop, stop, rounds) for tolerance in TOLERANCES]
-        found[method] = [Run(row[1], int(row[2]), float((np.abs(row[3:] - exact) / scale).max())) for row in rows]
-    return found
+    return exact
+
+
+def scales(mechanism: Mechanism, states: Floats) -> Floats:
+    """What errors of the states (2n,) are measured in."""
+    return np.maximum(np.abs(states), [c.nominal for c in mechanism.coordinates] * 2)
+
+
+def precision(host: Path, which: str, stop: float, exact: Floats, scale: Floats, rounds: int) -> list[Run]:
+    """The runs over TOLERANCES; a peer that cannot reach a tolerance is left out there."""
+    runs = []
+    for tolerance in TOLERANCES:
+        try:
+            row = call(host, which, tolerance, stop, stop, rounds)
+        except subprocess.CalledProcessError:
+            continue
+        runs.append(Run(row[1], int(row[2]), float((np.abs(row[3:] - exact) / scale).max())))
+    return runs
 
 
 def time_at(runs: Sequence[Run], error: float) -> float:
@@ -168,29 +242,28 @@ def plot(name: str, found: dict[str, list[Run]], path: Path) -> None:
     figure.savefig(path, dpi=120)
 
 
-def show_ratios(found: dict[str, dict[str, list[Run]]], console: Console) -> None:
-    """CPU time of each method by that of CVODE at equal errors."""
-    for method in ADAPTIVE:
-        table = Table(title=f"CPU time of {method} / CVODE at equal error", title_justify="left")
-        for heading in ("problem", *(f"{error:.0e}" for error in ERRORS)):
-            table.add_column(heading, justify="right")
-        ratios = np.array([[time_at(r[method], e) / time_at(r[CVODE], e) for e in ERRORS] for r in found.values()])
-        for name, row in zip(found, ratios, strict=True):
-            table.add_row(name, *(f"{ratio:.2f}" for ratio in row))
-        console.print(table)
-        known = ratios[np.isfinite(ratios)]
-        console.print(f"below 1 at {np.mean(known < 1):.0%} of {known.size} points, at most {known.max():.2f}\n")
+def show_ratios(found: dict[str, dict[str, list[Run]]], method: str, peer: str, console: Console) -> None:
+    """CPU time of ``method`` by that of ``peer`` at equal errors."""
+    table = Table(title=f"CPU time of {method} / {peer} at equal error", title_justify="left")
+    for heading in ("problem", *(f"{error:.0e}" for error in ERRORS)):
+        table.add_column(heading, justify="right")
+    ratios = np.array([[time_at(r[method], e) / time_at(r[peer], e) for e in ERRORS] for r in found.values()])
+    for name, row in zip(found, ratios, strict=True):
+        table.add_row(name, *(f"{ratio:.2f}" for ratio in row))
+    console.print(table)
+    known = ratios[np.isfinite(ratios)]
+    console.print(f"below 1 at {np.mean(known < 1):.0%} of {known.size} points, at most {known.max():.2f}\n")
 
 
 def show_communication(hosts: dict[str, dict[str, Path]], console: Console, rounds: int) -> None:
     """Cost of communication steps of 1 ms beside one step, at 1e-6; of CVODE likewise."""
     table = Table(title="CPU time in steps of 1 ms / in one step, at 1e-6", title_justify="left")
-    for heading in ("problem", *ADAPTIVE, CVODE):
+    for heading in ("problem", *EXPLICIT, ADAMS):
         table.add_column(heading, justify="right")
-    for name, (_, stop) in PROBLEMS.items():
+    for name, (_, stop) in SMOOTH.items():
         cells = []
-        for method in (*ADAPTIVE, CVODE):
-            host, which = (hosts[name]["dop853"], "cvode") if method == CVODE else (hosts[name][method], "own")
+        for method in (*EXPLICIT, ADAMS):
+            host, which = hosts[name].get(method, hosts[name]["dop853"]), WHICH.get(method, "own")
             one, many = (call(host, which, 1e-6, stop, step, rounds) for step in (stop, 1e-3))
             cells.append(f"{many[1] / one[1]:.2f}  ({one[1] / 1e3:.0f} us, {many[2] / one[2]:.2f} evaluations)")
         table.add_row(name, *cells)
@@ -207,14 +280,22 @@ def main() -> None:
     console = Console(width=160)
     if sys.platform != "linux":
         raise SystemExit("this benchmark links fmpy's SUNDIALS on Linux only")
-    found, hosts = {}, {}
+    hosts: dict[str, dict[str, Path]] = {}
     with tempfile.TemporaryDirectory() as folder:
-        for name, (make, stop) in PROBLEMS.items():
-            mechanism = make()
-            hosts[name] = {solver: build(mechanism, solver, Path(folder)) for solver in ADAPTIVE}
-            found[name] = precision(hosts[name], mechanism, stop, options.rounds)
-            plot(name, found[name], options.folder / f"integrators_{mechanism.name}.png")
-        show_ratios(found, console)
+        for problems, methods, peer in CONTESTS:
+            found: dict[str, dict[str, list[Run]]] = {}
+            for name, (make, stop) in problems.items():
+                mechanism = make()
+                hosts[name] = {s: build(mechanism, s, Path(folder)) for s in {*methods, "dop853"}}
+                exact = exact_states(hosts[name]["dop853"], mechanism, stop)
+                entrants = {**{m: (hosts[name][m], "own") for m in methods}, peer: (hosts[name]["dop853"], WHICH[peer])}
+                found[name] = {
+                    method: precision(*entrant, stop, exact, scales(mechanism, exact), options.rounds)
+                    for method, entrant in entrants.items()
+                }
+                plot(name, found[name], options.folder / f"integrators_{mechanism.name}.png")
+            for method in methods:
+                show_ratios(found, method, peer, console)
         show_communication(hosts, console, options.rounds)
 
 

@@ -1,6 +1,8 @@
-/* Times an FMU's solver against CVODE (Adams methods with functional iteration) on the same generated equations.
+/* Times an FMU's solver against CVODE on the same generated equations: Adams methods with functional iteration, or BDF with
+   Newton's method, a dense solver and CVODE's own difference quotients. Equations with constraints are evaluated by the
+   FMU in model exchange, where they are stabilised; the others by a direct call.
 
-   usage: integrators own|cvode TOLERANCE STOP STEP ROUNDS. Integrates from 0 to STOP (s) in communication steps of STEP,
+   usage: integrators own|adams|bdf TOLERANCE STOP STEP ROUNDS. Integrates from 0 to STOP (s) in communication steps of STEP,
    ROUNDS times; prints the least and the median CPU time (ns), the evaluations of one run, the states at the end. */
 #define _POSIX_C_SOURCE 199309L /* clock_gettime */
 #include <stdint.h>
@@ -13,7 +15,7 @@
 #include "mechanism.h"
 
 /* What is used of SUNDIALS 7; fmpy carries its libraries, but not its headers. */
-typedef void *SUNContext, *SUNNonlinearSolver;
+typedef void *SUNContext, *SUNNonlinearSolver, *SUNLinearSolver, *SUNMatrix;
 typedef struct {
     struct {
         int64_t length;
@@ -23,7 +25,7 @@ typedef struct {
     void *ops;
     SUNContext context;
 } *N_Vector;
-enum { CV_ADAMS = 1, CV_NORMAL = 1 };
+enum { CV_ADAMS = 1, CV_BDF = 2, CV_NORMAL = 1 };
 int SUNContext_Create(int communicator, SUNContext *context);
 N_Vector N_VNew_Serial(int64_t length, SUNContext context);
 SUNNonlinearSolver SUNNonlinSol_FixedPoint(N_Vector y, int m, SUNContext context);
@@ -32,12 +34,16 @@ int CVodeInit(void *memory, int (*f)(double, N_Vector, N_Vector, void *), double
 int CVodeReInit(void *memory, double t, N_Vector y);
 int CVodeSVtolerances(void *memory, double relative, N_Vector absolute);
 int CVodeSetNonlinearSolver(void *memory, SUNNonlinearSolver solver);
+SUNMatrix SUNDenseMatrix(int64_t rows, int64_t columns, SUNContext context);
+SUNLinearSolver SUNLinSol_Dense(N_Vector y, SUNMatrix a, SUNContext context);
+int CVodeSetLinearSolver(void *memory, SUNLinearSolver solver, SUNMatrix a);
 int CVodeSetMaxNumSteps(void *memory, long steps);
 int CVodeSetStopTime(void *memory, double t);
 int CVode(void *memory, double t, N_Vector y, double *reached, int task);
 
 static long evaluations;
 
+#if N_CONSTRAINTS == 0
 /* The linker leads all calls of mechanism_accelerations here (--wrap). */
 void __real_mechanism_accelerations(double t, const double x[], const double u[], const double p[], double qdd[],
                                     double pivots[]);
@@ -48,6 +54,7 @@ void __wrap_mechanism_accelerations(double t, const double x[], const double u[]
     evaluations++;
     __real_mechanism_accelerations(t, x, u, p, qdd, pivots);
 }
+#endif
 
 static double now(void) {
     struct timespec t;
@@ -94,6 +101,34 @@ static double run_own(const Task *task, double x[]) {
     return time;
 }
 
+/* The states of the start, which meet the constraints, and an instance for model exchange there. */
+static fmi2Component start(double x[]) {
+    static fmi2Component c;
+    static fmi2CallbackFunctions callbacks;
+    if (c == NULL) {
+        fmi2EventInfo info;
+        c = fmi2Instantiate("derivatives", fmi2ModelExchange, MODEL_GUID, NULL, &callbacks, fmi2False, fmi2False);
+        demand(c != NULL, "fmi2Instantiate");
+        fmi2SetupExperiment(c, fmi2False, 0.0, 0.0, fmi2False, 0.0);
+        fmi2EnterInitializationMode(c);
+        fmi2ExitInitializationMode(c);
+        fmi2NewDiscreteStates(c, &info);
+        fmi2EnterContinuousTimeMode(c);
+        demand(fmi2GetContinuousStates(c, x, N_STATES) == fmi2OK, "fmi2GetContinuousStates");
+    }
+    return c;
+}
+
+#if N_CONSTRAINTS > 0
+static int derivatives(double t, N_Vector y, N_Vector dy, void *data) {
+    fmi2Component c = start(NULL);
+    (void)data;
+    evaluations++;
+    fmi2SetTime(c, t);
+    fmi2SetContinuousStates(c, y->content->data, N_STATES);
+    return fmi2GetDerivatives(c, dy->content->data, N_STATES) == fmi2OK ? 0 : 1;
+}
+#else
 static int derivatives(double t, N_Vector y, N_Vector dy, void *data) {
     double pivots[N_COORDINATES];
     (void)data;
@@ -102,9 +137,11 @@ static int derivatives(double t, N_Vector y, N_Vector dy, void *data) {
                             pivots);
     return 0;
 }
+#endif
 
 /* One run of CVODE with the same error weights. */
-static double run_cvode(const Task *task, double x[]) {
+static double run_cvode(const Task *task, int method, double x[]) {
+    static double first[N_STATES];
     static SUNContext context;
     static N_Vector y, absolute;
     static void *memory;
@@ -113,16 +150,22 @@ static double run_cvode(const Task *task, double x[]) {
         demand(SUNContext_Create(0, &context) == 0, "SUNContext_Create");
         y = N_VNew_Serial(N_STATES, context);
         absolute = N_VNew_Serial(N_STATES, context);
-        memory = CVodeCreate(CV_ADAMS, context);
+        start(first);
+        memory = CVodeCreate(method, context);
         demand(CVodeInit(memory, derivatives, 0.0, y) == 0, "CVodeInit");
-        CVodeSetNonlinearSolver(memory, SUNNonlinSol_FixedPoint(y, 0, context));
+        if (method == CV_ADAMS) {
+            CVodeSetNonlinearSolver(memory, SUNNonlinSol_FixedPoint(y, 0, context));
+        } else {
+            SUNMatrix matrix = SUNDenseMatrix(N_STATES, N_STATES, context);
+            CVodeSetLinearSolver(memory, SUNLinSol_Dense(y, matrix, context), matrix);
+        }
         CVodeSetMaxNumSteps(memory, 100000000);
         for (int i = 0; i < N_STATES; i++) {
             absolute->content->data[i] = task->tolerance * NOMINAL_STATES[i];
         }
         demand(CVodeSVtolerances(memory, task->tolerance, absolute) == 0, "CVodeSVtolerances");
     }
-    memcpy(y->content->data, START_STATES, N_STATES * sizeof(double));
+    memcpy(y->content->data, first, N_STATES * sizeof(double));
     const double begin = now();
     demand(CVodeReInit(memory, 0.0, y) == 0, "CVodeReInit");
     CVodeSetStopTime(memory, task->stop * (1.0 + 1e-12));
@@ -149,7 +192,11 @@ int main(int count, char *arguments[]) {
     double *times = malloc((size_t)rounds * sizeof(double));
     for (int i = 0; i < rounds; i++) {
         evaluations = 0;
-        times[i] = strcmp(arguments[1], "own") == 0 ? run_own(&task, x) : run_cvode(&task, x);
+        if (strcmp(arguments[1], "own") == 0) {
+            times[i] = run_own(&task, x);
+        } else {
+            times[i] = run_cvode(&task, strcmp(arguments[1], "adams") == 0 ? CV_ADAMS : CV_BDF, x);
+        }
     }
     qsort(times, (size_t)rounds, sizeof(double), ascending);
     printf("%.0f %.0f %ld", times[0], times[rounds / 2], evaluations);

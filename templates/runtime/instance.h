@@ -41,6 +41,18 @@ typedef struct {
 } Canonical;
 #endif
 
+#if FULLY_IMPLICIT
+/* What a fully implicit solver carries along. None of it has to fit: it makes the iterations short. */
+typedef struct {
+    int64_t linearized;                              /* there are: */
+    double stiffness[N_COORDINATES * N_COORDINATES]; /* dqdd/dq, row-major, ... */
+    double damping[N_COORDINATES * N_COORDINATES];   /* ... and dqdd/dqd, at a point passed */
+    double contraction;                              /* of the last iterations with them */
+    double start, length;                            /* s; of the last step that was solved; length 0: there was none */
+    double accelerations[STAGES * N_COORDINATES];    /* at its stages */
+} Memory;
+#endif
+
 /* What changes with time. Members are double and int64_t only and there are no pointers: the layout is the same in
    32 and 64 bits, without padding, and a plain copy is a complete copy. */
 typedef struct {
@@ -81,6 +93,9 @@ typedef struct {
 #if VARIATIONAL
     Canonical canonical;
 #endif
+#if FULLY_IMPLICIT
+    Memory memory;
+#endif
     Dense dense;
 } State;
 
@@ -113,8 +128,6 @@ typedef struct {
 #if FULLY_IMPLICIT
 /* The linearized equations of an implicit step, row-major. */
 typedef struct {
-    double stiffness[N_COORDINATES * N_COORDINATES]; /* dqdd/dq */
-    double damping[N_COORDINATES * N_COORDINATES];   /* dqdd/dqd */
     double real_matrix[N_COORDINATES * N_COORDINATES]; /* of the real mode of the stages, ... */
     double pair_matrix[4 * N_COORDINATES * N_COORDINATES]; /* ... of its complex pair */
     int real_rows[N_COORDINATES];

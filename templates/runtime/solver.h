@@ -21,8 +21,9 @@ typedef struct {
     bool cut_short; /* shorter than proposed, because the communication step ends there */
 } Step;
 
-/* One trial step from the present point and its state->first_stage. Fills scratch new_states and new_derivatives; the
-   State is not changed. Returns false, with instance->failure set, if one of them is not finite. */
+/* One trial step from the present point and its state->first_stage. Fills scratch new_states and new_derivatives. The
+   State is not changed, but for what an implicit method remembers so as to iterate less. Returns false, with
+   instance->failure set, if one of them is not finite. */
 bool solver_step(Instance *instance, Step step);
 
 /* The error estimate of the last trial step, the maximum over the states of |error_i| / weight_i with

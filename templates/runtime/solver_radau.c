@@ -2,8 +2,8 @@
 
        V_i = qd + h sum_j a_ij A_j,   Q_i = q + c_i h qd + h^2 sum_j (a a)_ij A_j,   A_i = qdd(t + c_i h, Q_i, V_i).
 
-   Simplified Newton iterations solve with I - h a x D - h^2 (a a) x K, where K = dqdd/dq and D = dqdd/dqd at the start of
-   the step come from the tangent program. In the modes of a that are a system of n and a complex one of n equations, here
+   Simplified Newton iterations solve with I - h a x D - h^2 (a a) x K, where K = dqdd/dq and D = dqdd/dqd come from the
+   tangent program and are kept as long as the iterations contract well. In the modes of a that are a system of n and a complex one of n equations, here
    as 2 n real ones: half as large as those of the equations of first order. Source:
    Hairer, Wanner, Solving Ordinary Differential Equations II, 2nd edition, section IV.8, with the constants of the code
    radau5.f of the same authors. */
@@ -23,6 +23,8 @@ enum { N = N_COORDINATES, S = STAGES, SIZE = S * N, MOST_ITERATIONS = 10 };
 
 static const double SQRT6 = 2.449489742783178;
 
+static const double KEEP = 0.02; /* iterations that contract by less go on with the same K and D in the next step */
+
 /* The tolerance that steps are measured with. The error of the solution is proportional to h^5 and the estimate to h^4,
    hence to the power 5/4 of this one; so it follows the tolerance asked for. (radau5.f takes 0.1 tolerance^(2/3).) */
 static double inner_tolerance(double tolerance) {
@@ -39,7 +41,7 @@ static double squared(int i, int j) {
 }
 
 /* matrix = I - h b x D - h^2 (b b) x K for a block b of the modes (size x size), factorised. */
-static bool factorize_block(const Implicit *work, double h, const double b[], int size, double matrix[], int rows[]) {
+static bool factorize_block(const Memory *memory, double h, const double b[], int size, double matrix[], int rows[]) {
     for (int i = 0; i < size; i++) {
         for (int j = 0; j < size; j++) {
             double square = 0.0;
@@ -49,7 +51,7 @@ static bool factorize_block(const Implicit *work, double h, const double b[], in
             for (int k = 0; k < N; k++) {
                 for (int l = 0; l < N; l++) {
                     matrix[(i * N + k) * size * N + j * N + l] = (i == j && k == l ? 1.0 : 0.0) -
-                        h * b[i * size + j] * work->damping[k * N + l] - h * h * square * work->stiffness[k * N + l];
+                        h * b[i * size + j] * memory->damping[k * N + l] - h * h * square * memory->stiffness[k * N + l];
                 }
             }
         }
@@ -57,21 +59,30 @@ static bool factorize_block(const Implicit *work, double h, const double b[], in
     return lu_factorize(matrix, rows, size * N);
 }
 
-/* K and D at the present point, and the factors of the systems for this length of step. */
-static bool linearize(Instance *instance, Step step) {
-    Implicit *work = &instance->scratch.implicit;
+/* K and D at the present point. */
+static bool linearize(Instance *instance) {
+    Memory *memory = &instance->state.memory;
     const double *jacobian = instance->scratch.jacobian;
+    memory->linearized = 0;
     if (!equations_jacobian(instance, instance->state.time, instance->state.states, instance->scratch.jacobian)) {
         return false;
     }
     for (int k = 0; k < N; k++) {
         for (int l = 0; l < N; l++) {
-            work->stiffness[k * N + l] = jacobian[l * N + k];
-            work->damping[k * N + l] = jacobian[(N + l) * N + k];
+            memory->stiffness[k * N + l] = jacobian[l * N + k];
+            memory->damping[k * N + l] = jacobian[(N + l) * N + k];
         }
     }
-    return (factorize_block(work, step.length, &MODES.real, 1, work->real_matrix, work->real_rows) &&
-            factorize_block(work, step.length, MODES.pair, 2, work->pair_matrix, work->pair_rows)) ||
+    memory->linearized = 1;
+    return true;
+}
+
+/* The factors of the systems for this length of step. */
+static bool factorize(Instance *instance, Step step) {
+    const Memory *memory = &instance->state.memory;
+    Implicit *work = &instance->scratch.implicit;
+    return (factorize_block(memory, step.length, &MODES.real, 1, work->real_matrix, work->real_rows) &&
+            factorize_block(memory, step.length, MODES.pair, 2, work->pair_matrix, work->pair_rows)) ||
            report_iteration(instance, step);
 }
 
@@ -138,17 +149,40 @@ static double size_of(const Instance *instance, double h, double tolerance, cons
     return all_finite(change, SIZE) ? greatest : HUGE_VAL;
 }
 
-/* Newton's method with the linearization of the step's start, until the rest is small against the error of the step. */
+/* Where the iterations begin: the polynomial through the accelerations of the last step that was solved, continued, and
+   moved so that it meets the present accelerations, which inputs may have changed. */
+static void predict(const Instance *instance, Step step, double accelerations[]) {
+    const State *state = &instance->state;
+    const Memory *memory = &state->memory;
+    const double now = memory->length > 0.0 ? (state->time - memory->start) / memory->length : 0.0;
+    for (int i = 0; i < S; i++) {
+        const double then = memory->length > 0.0 ? now + COLLOCATION.c[i] * step.length / memory->length : now;
+        memcpy(accelerations + i * N, state->first_stage + N, N * sizeof(double));
+        for (int j = 0; j < S; j++) {
+            double at_then = 1.0, at_now = 1.0; /* of the polynomial that is 1 at node j and 0 at the others */
+            for (int k = 0; k < S; k++) {
+                const double gap = k == j ? 1.0 : COLLOCATION.c[j] - COLLOCATION.c[k];
+                at_then *= k == j ? 1.0 : (then - COLLOCATION.c[k]) / gap;
+                at_now *= k == j ? 1.0 : (now - COLLOCATION.c[k]) / gap;
+            }
+            for (int k = 0; k < N; k++) {
+                accelerations[i * N + k] += (at_then - at_now) * memory->accelerations[j * N + k];
+            }
+        }
+    }
+}
+
+/* Newton's method with one linearization, until the rest is small against the error of the step. */
 static bool iterate(Instance *instance, Step step, double tolerance, double accelerations[]) {
-    Implicit *work = &instance->scratch.implicit;
     const double enough = fmax(10.0 * DBL_EPSILON / tolerance, fmin(0.03, sqrt(tolerance)));
     double residual[SIZE], change[SIZE];
     double previous = 0.0;
+    predict(instance, step, accelerations);
     for (int iteration = 0; iteration < MOST_ITERATIONS; iteration++) {
         if (!residuals(instance, step, accelerations, residual)) {
             return false;
         }
-        solve_linearized(work, residual, change);
+        solve_linearized(&instance->scratch.implicit, residual, change);
         const double size = size_of(instance, step.length, tolerance, change);
         for (int i = 0; i < SIZE; i++) {
             accelerations[i] += change[i];
@@ -156,6 +190,9 @@ static bool iterate(Instance *instance, Step step, double tolerance, double acce
         const double contraction = iteration > 0 ? size / previous : 0.5;
         if (!(contraction < 1.0)) {
             break;
+        }
+        if (iteration > 0) {
+            instance->state.memory.contraction = contraction;
         }
         if (size * contraction / (1.0 - contraction) <= enough) {
             return true;
@@ -165,9 +202,21 @@ static bool iterate(Instance *instance, Step step, double tolerance, double acce
     return report_iteration(instance, step);
 }
 
+/* The accelerations at the stages, with K and D as they are, or anew where those do not do. */
+static bool solve_stages(Instance *instance, Step step, double accelerations[]) {
+    Memory *memory = &instance->state.memory;
+    const double tolerance = inner_tolerance(solver_tolerance(&instance->state));
+    if (memory->linearized && memory->contraction < KEEP && factorize(instance, step) &&
+        iterate(instance, step, tolerance, accelerations)) {
+        return true;
+    }
+    return linearize(instance) && factorize(instance, step) && iterate(instance, step, tolerance, accelerations);
+}
+
 /* error = (I - g J)^-1 g (derivatives + sum_i e_i z_i / h), J the Jacobian of the equations of first order. */
-static void filter_error(const Implicit *work, double h, const double derivatives[], const double combined[],
+static void filter_error(const Instance *instance, double h, const double derivatives[], const double combined[],
                          double error[]) {
+    const Implicit *work = &instance->scratch.implicit;
     const double g = h * MODES.real;
     double right[N], rest[N];
     for (int k = 0; k < N; k++) {
@@ -176,7 +225,7 @@ static void filter_error(const Implicit *work, double h, const double derivative
     for (int k = 0; k < N; k++) {
         right[k] = g * (derivatives[N + k] + combined[N + k] / h);
         for (int l = 0; l < N; l++) {
-            right[k] += g * work->stiffness[k * N + l] * rest[l];
+            right[k] += g * instance->state.memory.stiffness[k * N + l] * rest[l];
         }
     }
     lu_solve(work->real_matrix, work->real_rows, N, right, error + N);
@@ -197,30 +246,27 @@ static bool estimate(Instance *instance, Step step, const double accelerations[]
             combined[k] += e[i] * (states[k] - x[k]);
         }
     }
-    filter_error(work, step.length, instance->state.first_stage, combined, work->errors[0]);
+    filter_error(instance, step.length, instance->state.first_stage, combined, work->errors[0]);
     for (int k = 0; k < N_STATES; k++) {
         states[k] = x[k] + work->errors[0][k];
     }
     if (!equations_derivative(instance, instance->state.time, states, derivatives)) {
         return false;
     }
-    filter_error(work, step.length, derivatives, combined, work->errors[1]);
+    filter_error(instance, step.length, derivatives, combined, work->errors[1]);
     return true;
 }
 
 bool solver_step(Instance *instance, Step step) {
     Scratch *scratch = &instance->scratch;
+    Memory *memory = &instance->state.memory;
     double accelerations[SIZE];
-    if (!linearize(instance, step)) {
+    if (!solve_stages(instance, step, accelerations) || !estimate(instance, step, accelerations)) {
         return false;
     }
-    for (int i = 0; i < S; i++) {
-        memcpy(accelerations + i * N, instance->state.first_stage + N, N * sizeof(double));
-    }
-    if (!iterate(instance, step, inner_tolerance(solver_tolerance(&instance->state)), accelerations) ||
-        !estimate(instance, step, accelerations)) {
-        return false;
-    }
+    memory->start = instance->state.time;
+    memory->length = step.length;
+    memcpy(memory->accelerations, accelerations, sizeof memory->accelerations);
     stage_states(instance, step.length, S - 1, accelerations, scratch->new_states);
     return equations_derivative(instance, step.end, scratch->new_states, scratch->new_derivatives);
 }
