@@ -14,7 +14,12 @@ pytestmark = pytest.mark.fmu
 
 CHAOTIC = frozenset(("cart_pole", "double_pendulum", "n_pendulum", "furuta_pendulum"))
 """tests/fmu/test_accuracy.py has sharp bars for those whose motion is regular."""
-FAMILIES = [("n_pendulum", {"n": "1"}), ("n_pendulum", {"n": "5", "relative": "true"}), ("coupled_masses", {"n": "9"})]
+FAMILIES = [
+    ("n_pendulum", {"n": "1"}),
+    ("n_pendulum", {"n": "5", "relative": "true"}),
+    ("n_pendulum", {"n": "3", "frames": "true"}),
+    ("coupled_masses", {"n": "9"}),
+]
 
 
 @pytest.mark.parametrize("model", bundled())

@@ -60,28 +60,6 @@ def double_joint() -> Mechanism:
     )
 
 
-def framed_chain(n: int) -> Mechanism:
-    """The planar chain of models/n_pendulum with relative angles, each link on the frame of the one above."""
-    links = range(1, n + 1)
-    m = [parameter(f"m{i}", 1.0 + 0.1 * i, "kg") for i in links]
-    l = [parameter(f"l{i}", 1.0 - 0.05 * i, "m") for i in links]  # noqa: E741
-    theta = [coordinate(f"theta{i}", "rad", start=0.3) for i in links]
-    frames, bodies = [], []
-    for i in range(n):
-        origin = (0, 0, -l[i - 1]) if i else (0, 0, 0)
-        frames.append(Frame(f"link{i}", frames[-1] if frames else "world", origin, [("y", -theta[i])]))
-        bodies.append(Body(f"bob{i + 1}", m[i], frame=frames[-1], center=(0, 0, -l[i])))
-    return Mechanism(
-        "framed_chain",
-        coordinates=theta,
-        parameters=[*m, *l],
-        frames=frames,
-        bodies=bodies,
-        gravity=9.81,
-        outputs=[Output("tip", point=bodies[-1], quantity="position")],
-    )
-
-
 def carousel(framed: bool) -> Mechanism:
     """A bead on a spoke of a driven, tilted carousel with springs, a damper and a force; on frames or written out.
 
