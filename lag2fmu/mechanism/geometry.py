@@ -137,7 +137,7 @@ def check_values(m: Mechanism, scope: Scope) -> tuple[str, ...]:
     Returns warnings of tensors that no distribution of mass has. Time is 0, motion inputs have their start values;
     what depends on coordinates, or has no value there, is passed over.
     """
-    values = _values(m)
+    values = values_of(m)
     for frame in m.frames:
         _check_rotations(frame, values)
         if frame.quaternion is not None:
@@ -145,7 +145,7 @@ def check_values(m: Mechanism, scope: Scope) -> tuple[str, ...]:
     return tuple(warning for body in m.bodies for warning in _check_inertia(body, values))
 
 
-def _values(m: Mechanism) -> Values:
+def values_of(m: Mechanism) -> Values:
     """The values of parameters, motion inputs, time, and of the definitions that follow from them."""
     values = {"t": 0.0} | {u.name: u.start for u in m.motions}
     values |= {p.name: p.value for p in m.parameters if p.value is not None}

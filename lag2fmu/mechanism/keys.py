@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from typing import NamedTuple
 
+from lag2fmu.mechanism.joints import JOINTS
 from lag2fmu.mechanism.outputs import QUANTITIES
 from lag2fmu.mechanism.parts import WORLD
 
@@ -34,6 +35,7 @@ TABLES = {
     "springs": "Springs, by the elongation or between two points or bodies.",
     "dampers": "Dampers, by the rate or between two points or bodies.",
     "loads": "Forces at points and torques on bodies.",
+    "joints": "Joints between frames, points and bodies, as constraints; or on a parent, as a frame that they carry.",
     "constraints": "Equations that hold all the time, each written as an expression that is zero.",
     "outputs": "Further outputs of the FMU.",
     "experiment": "What a default run looks like.",
@@ -133,6 +135,20 @@ NAMED: dict[str, dict[str, Key]] = {
         "torque": Key("expression or vector", "In N.m; 3 entries in space."),
         "input": Key("flag", "true: the load is an input of the FMU and has no value here."),
         "axes": _AXES,
+    },
+    "joints": {
+        "kind": Key(tuple(JOINTS), "What joint it is.", required=True),
+        "between": Key("names", "Two frames, points or bodies; of a gear two coordinates, or joints that have one."),
+        "parent": Key("string", "Instead of between: the frame it stands on; it carries the frame of its own name."),
+        "origin": Key("vector", "With parent: where the joint is, 3 entries in m, in the parent's axes."),
+        "axis": Key("axis", "Fixed in the first one: x, y, z or 3 numbers; of a plane its normal."),
+        "second_axis": Key("axis", "Fixed in the second one; by default the same numbers."),
+        "coordinates": Key("names", "With parent: the names of its coordinates; by default NAME_angle and the like."),
+        "pitch": Key("expression", "Of a screw, in m for a turn."),
+        "radius": Key("expression", "Of a disc or sphere that rolls, in m."),
+        "ratio": Key("expression", "Of a gear: the first coordinate is so many times the second."),
+        "reactions": Key("flag", "true: the outputs NAME_force_x ... and NAME_torque_x ..., acting on the second."),
+        "axes": Key((WORLD, "frame"), "Whose axes the reactions are along; frame: that of the first one."),
     },
     "outputs": {
         "expression": Key("expression", "In t, coordinates, velocities, accelerations, inputs, parameters."),

@@ -122,7 +122,7 @@ def check_names(mechanism: Mechanism) -> None:
         if other is not None and not (what.startswith("outputs.") and other.startswith("definitions.")):
             raise MechanismError(f"{what}: the name '{name}' is already taken by {other}; choose another one")
         taken[name] = what
-    for table in ("frames", "springs", "dampers", "loads", "constraints"):
+    for table in ("frames", "springs", "dampers", "loads", "joints", "constraints"):
         _check_unique([part.name for part in getattr(mechanism, table)], table)
     _check_unique([part.name for part in mechanism.places], "bodies and points")
     _check_unique([part.coordinate for part in mechanism.forces], "forces")

@@ -49,7 +49,7 @@ def _norms(m: Mechanism) -> Iterator[tuple[str, sp.Expr, list[str]]]:
         entries = [resolved(entry) for entry in frame.quaternion or ()]
         if free_names(entries) & coordinates:
             norm = sum((entry**2 for entry in entries), sp.S.Zero) - 1
-            if not _vanishes(norm):
+            if not vanishes(norm):
                 said = [
                     c.name
                     for c in m.holonomic
@@ -64,9 +64,12 @@ def _points(names: set[str]) -> Iterator[dict[str, float]]:
         yield {name: generator.uniform(0.2, 1.0) for name in sorted(names)}
 
 
-def _vanishes(expression: sp.Expr) -> bool:
-    """Whether it is zero for all values."""
-    return all(abs(value_of(expression, point)) < _ROUNDING for point in _points(free_names([expression])))
+def vanishes(expression: sp.Expr) -> bool:
+    """Whether it is zero for all values; decided by values at random points."""
+    try:
+        return all(abs(value_of(expression, point)) < _ROUNDING for point in _points(free_names([expression])))
+    except (ValueError, ArithmeticError):  # a point where it has no value
+        return False
 
 
 def _says(other: sp.Expr, norm: sp.Expr, coordinates: set[str]) -> bool:

@@ -8,7 +8,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, fields
-from typing import NamedTuple, TypeAlias
+from typing import Any, NamedTuple, TypeAlias
 
 import sympy as sp
 
@@ -102,16 +102,21 @@ def _rotation(item: object, where: str) -> Rotation:
     if isinstance(item, str) or not isinstance(item, Sequence) or len(item) != 2:
         raise MechanismError(f"{where}: expected a pair of axis and angle, e.g. ('z', q), got {item!r}")
     axis, angle = item
+    return Rotation(checked_axis(axis, f"{where}.axis"), normal_form(angle, f"{where}.angle"))
+
+
+def checked_axis(axis: object, where: str) -> str | Vector:
+    """The ``axis`` "x", "y", "z" or 3 expressions in normal form; raises MechanismError for anything else, and zero."""
     if isinstance(axis, str):
         if axis not in AXES:
-            raise MechanismError(f"{where}.axis: '{axis}' is no axis; give 'x', 'y', 'z' or a vector of 3 entries")
-    elif not isinstance(axis, (tuple, list, sp.MatrixBase)) or len(axis) != 3:
-        raise MechanismError(f"{where}.axis: {axis!r} is no axis; give 'x', 'y', 'z' or a vector of 3 entries")
-    else:
-        axis = tuple(normal_form(x, f"{where}.axis[{i}]") for i, x in enumerate(axis))
-        if all(x.is_zero for x in axis):
-            raise MechanismError(f"{where}.axis: the zero vector is no axis; give a vector with a direction")
-    return Rotation(axis, normal_form(angle, f"{where}.angle"))
+            raise MechanismError(f"{where}: '{axis}' is no axis; give 'x', 'y', 'z' or a vector of 3 entries")
+        return axis
+    if not isinstance(axis, (tuple, list, sp.MatrixBase)) or len(axis) != 3:
+        raise MechanismError(f"{where}: {axis!r} is no axis; give 'x', 'y', 'z' or a vector of 3 entries")
+    entries = tuple(normal_form(x, f"{where}[{i}]") for i, x in enumerate(axis))
+    if all(x.is_zero for x in entries):
+        raise MechanismError(f"{where}: the zero vector is no axis; give a vector with a direction")
+    return entries
 
 
 class Place:
@@ -176,7 +181,7 @@ class Spring:
 
     def __post_init__(self) -> None:
         normalise(self, f"springs.{self.name}", "stiffness", "elongation", "length")
-        _name_ends(self)
+        name_ends(self)
 
 
 @dataclass(frozen=True)
@@ -190,7 +195,7 @@ class Damper:
 
     def __post_init__(self) -> None:
         normalise(self, f"dampers.{self.name}", "damping", "rate")
-        _name_ends(self)
+        name_ends(self)
 
 
 @dataclass(frozen=True)
@@ -300,9 +305,10 @@ def name_parts(part: object, *keys: str) -> None:
             object.__setattr__(part, key, value.name)
 
 
-def _name_ends(part: Spring | Damper) -> None:
+def name_ends(part: Any) -> None:
+    """Put the names of the parts that ``part`` is between in their place."""
     if part.between is not None:
-        object.__setattr__(part, "between", tuple(end if isinstance(end, str) else end.name for end in part.between))
+        object.__setattr__(part, "between", tuple(getattr(end, "name", end) for end in part.between))
 
 
 def expressions_of(part: object, where: str) -> Iterator[tuple[str, sp.Expr]]:

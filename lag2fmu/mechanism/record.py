@@ -13,6 +13,7 @@ import sympy as sp
 
 from lag2fmu.errors import MechanismError
 from lag2fmu.mechanism.expressions import symbol
+from lag2fmu.mechanism.joints import Joint, joined
 from lag2fmu.mechanism.names import check_names, suggestion
 from lag2fmu.mechanism.outputs import Experiment, Output
 from lag2fmu.mechanism.parts import (
@@ -55,6 +56,7 @@ __all__ = [
     "Frame",
     "Gravity",
     "Input",
+    "Joint",
     "Load",
     "Mechanism",
     "Output",
@@ -95,6 +97,7 @@ class Mechanism:
     springs: tuple[Spring, ...]
     dampers: tuple[Damper, ...]
     loads: tuple[Load, ...]
+    joints: tuple[Joint, ...]
     constraints: tuple[Constraint, ...]
     outputs: tuple[Output, ...]
     experiment: Experiment
@@ -120,6 +123,7 @@ class Mechanism:
         springs: Iterable[Spring] = (),
         dampers: Iterable[Damper] = (),
         loads: Iterable[Load] = (),
+        joints: Iterable[Joint] = (),
         constraints: Iterable[Constraint] = (),
         outputs: Iterable[Output] = (),
         experiment: Experiment | None = None,
@@ -127,32 +131,34 @@ class Mechanism:
     ) -> None:
         """See the class and DESIGN of the text format: the keywords are the tables of a .toml file."""
         from lag2fmu.mechanism.check import check
+        from lag2fmu.mechanism.joint_equations import written_out
         from lag2fmu.mechanism.norms import missing_norms
 
         if isinstance(forces, Mapping):
             forces = [Force(str(q), Q) for q, Q in forces.items()]
         if gravity is not None and not isinstance(gravity, Gravity):
             gravity = Gravity(gravity)
-        bodies, points = tuple(bodies), tuple(points)
+        bodies, points, joints = tuple(bodies), tuple(points), tuple(joints)
         places: dict[str, Place] = {part.name: part for part in (*bodies, *points)}
         loads, load_inputs = _expand_loads(loads, places)
         values = {
             "name": name,
             "title": title or str(name).replace("_", " ").capitalize(),
             "source": source,
-            "coordinates": _records(coordinates, Coordinate, "coordinates"),
+            "coordinates": _with_joints(_records(coordinates, Coordinate, "coordinates"), joints),
             "parameters": _records(parameters, Parameter, "parameters"),
             "inputs": (*_records(inputs, Input, "inputs"), *load_inputs),
             "definitions": tuple(definitions),
             "energy": energy or Energy(),
             "forces": tuple(forces),
             "gravity": gravity,
-            "frames": tuple(frames),
+            "frames": joined(frames, (joint.frame for joint in joints if joint.parent is not None), "frames"),
             "bodies": bodies,
             "points": points,
             "springs": tuple(springs),
             "dampers": tuple(dampers),
             "loads": loads,
+            "joints": joints,
             "constraints": _in_kinds(constraints),
             "outputs": tuple(replace(x, dimension=_size(places.get(str(x.point)), 3)) for x in outputs),
             "experiment": experiment or Experiment(),
@@ -161,8 +167,13 @@ class Mechanism:
         }
         for key, value in values.items():
             object.__setattr__(self, key, value)
+        own = self.constraints
+        brought, reactions = written_out(self)
+        object.__setattr__(self, "constraints", _in_kinds(joined(own, brought, "constraints")))
+        object.__setattr__(self, "outputs", joined(self.outputs, reactions, "outputs"))
         object.__setattr__(self, "warnings", check(self))
-        object.__setattr__(self, "constraints", _in_kinds((*self.constraints, *missing_norms(self))))
+        with_norms = (*own, *missing_norms(self))
+        object.__setattr__(self, "constraints", _in_kinds(joined(with_norms, brought, "constraints")))
         object.__setattr__(self, "coordinates", self._decided())
         check_names(self)
 
@@ -270,6 +281,13 @@ def _records(declared: Iterable[Declared | Record], kind: type[Record], table: s
             raise MechanismError(f"{table}: expected a {kind.__name__.lower()}, got {type(record).__name__} '{record}'")
         records.append(record)
     return tuple(records)
+
+
+def _with_joints(coordinates: tuple[Coordinate, ...], joints: Iterable[Joint]) -> tuple[Coordinate, ...]:
+    """``coordinates`` and those of the joints on a parent that are not among them."""
+    known = {q.name: q for q in coordinates}
+    brought = {q.name: q for joint in joints for q in joint.own_coordinates() if q.name not in known}
+    return (*coordinates, *brought.values())
 
 
 def _size(place: Place | None, otherwise: int) -> int:

@@ -29,6 +29,7 @@ VALUES: dict[str, Schema] = {
     "expression": _EXPRESSION,
     "vector": _VECTOR,
     "expression or vector": {"anyOf": [_EXPRESSION, _VECTOR]},
+    "axis": _AXIS,
     "names": {"type": "array", "items": {"type": "string"}, "minItems": 1},
     "rotations": {"type": "array", "items": _PAIR},
 }

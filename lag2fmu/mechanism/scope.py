@@ -89,7 +89,7 @@ def _article(noun: str) -> str:
 def _allowed(where: str) -> set[str]:
     """What kinds of names the expression at ``where`` may use."""
     table, key = where.split(".", maxsplit=1)[0], where.rsplit(".", maxsplit=1)[-1].split("[", maxsplit=1)[0]
-    if table == "parameters":
+    if table in ("parameters", "joints") and key != "origin":
         return {"parameter"}
     if table == "outputs":
         return {*_ANY, "multiplier"}

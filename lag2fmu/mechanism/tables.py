@@ -102,12 +102,12 @@ class Table:
             if not isinstance(item, list) or len(item) != 2:
                 raise TextError(f'{place}: expected a pair of axis and angle, e.g. ["z", "q"], got {describe(item)}')
             axis, angle = item
-            if isinstance(axis, list):
-                axis = tuple(read_expression(x, f"{place}.axis[{j}]") for j, x in enumerate(axis))
-            elif not isinstance(axis, str):
-                raise TextError(f"{place}.axis: expected 'x', 'y', 'z' or an array of 3, got {describe(axis)}")
-            turns.append((axis, read_expression(angle, f"{place}.angle")))
+            turns.append((_axis(axis, f"{place}.axis"), read_expression(angle, f"{place}.angle")))
         return tuple(turns)
+
+    def axis(self, key: str) -> str | tuple[sp.Expr, ...] | None:
+        """The axis ``key``, a string or an array of expressions; None if it is not there."""
+        return _axis(self.content[key], self.place(key)) if key in self.content else None
 
     def _array(self, key: str, entries: str) -> tuple[Any, ...] | None:
         value = self.content.get(key)
@@ -116,6 +116,16 @@ class Table:
         if value == []:
             raise TextError(f"{self.place(key)}: the array is empty")
         return None if value is None else tuple(value)
+
+
+def _axis(value: object, where: str) -> str | tuple[sp.Expr, ...]:
+    if value == []:
+        raise TextError(f"{where}: the array is empty")
+    if isinstance(value, list):
+        return tuple(read_expression(x, f"{where}[{j}]") for j, x in enumerate(value))
+    if not isinstance(value, str):
+        raise TextError(f"{where}: expected 'x', 'y', 'z' or an array of 3, got {describe(value)}")
+    return value
 
 
 def describe(value: object) -> str:

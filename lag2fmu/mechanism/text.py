@@ -30,6 +30,7 @@ from lag2fmu.mechanism.record import (
     Frame,
     Gravity,
     Input,
+    Joint,
     Load,
     Mechanism,
     Output,
@@ -125,6 +126,7 @@ def _mechanism(content: dict[str, Any]) -> Mechanism:
         springs=_named(root, "springs", _spring),
         dampers=_named(root, "dampers", _damper),
         loads=_named(root, "loads", _load),
+        joints=_named(root, "joints", _joint),
         constraints=_constraints(root),
         outputs=_named(root, "outputs", _output),
         experiment=_experiment(root),
@@ -246,6 +248,25 @@ def _load(name: str, table: Table) -> Load:
     point, body, axes = table.text("point", None), table.text("body", None), table.text("axes", WORLD) or ""
     force, torque = table.vector("force"), table.scalar_or_vector("torque")
     return Load(name, point, body, force, torque, table.flag("input"), axes)
+
+
+def _joint(name: str, table: Table) -> Joint:
+    table.require("kind")
+    return Joint(
+        name,
+        table.text("kind") or "",
+        table.names("between"),
+        table.text("parent", None),
+        table.vector("origin") or _ORIGIN,
+        table.axis("axis"),
+        table.axis("second_axis"),
+        table.names("coordinates") or (),
+        table.expression("pitch"),
+        table.expression("radius"),
+        table.expression("ratio"),
+        table.flag("reactions"),
+        table.text("axes", WORLD) or "",
+    )
 
 
 def _output(name: str, table: Table) -> Output:

@@ -106,6 +106,7 @@ def _expectations(m: Mechanism, infer: DimensionOf) -> Iterator[tuple[str, sp.Ex
         ("energy", "dissipation"): WATT, ("bodies", "mass"): KILOGRAM, ("bodies", "position"): METRE,
         ("points", "position"): METRE, ("bodies", "center"): METRE, ("frames", "origin"): METRE,
         ("bodies", "inertia"): KILOGRAM * METRE * METRE, ("springs", "length"): METRE,
+        ("joints", "origin"): METRE, ("joints", "pitch"): METRE, ("joints", "radius"): METRE,
         ("gravity", "acceleration"): METRE / SECOND / SECOND, ("loads", "force"): NEWTON, ("loads", "torque"): TORQUE,
     }  # fmt: skip
     declared = {(t, p.name): p.unit for t, ps in (("parameters", m.parameters), ("outputs", m.outputs)) for p in ps}
@@ -117,7 +118,7 @@ def _expectations(m: Mechanism, infer: DimensionOf) -> Iterator[tuple[str, sp.Ex
             yield where, expression, _dimension_of(fixed[table, key])
         elif key in ("angle", "direction", "quaternion"):
             yield where, expression, ONE
-        elif key == "axis":
+        elif key in ("axis", "second_axis"):
             yield where, expression, None
         elif table == "constraints":
             yield where, expression, units[label]

@@ -3,13 +3,14 @@
 from __future__ import annotations
 
 import json
-from collections.abc import Callable, Iterable, Mapping
+from collections.abc import Callable, Container, Iterable, Mapping
 from decimal import Context, Decimal
 from fractions import Fraction
 
 import sympy as sp
 
 from lag2fmu.mechanism.expressions import to_text
+from lag2fmu.mechanism.joint_equations import brought_by_joints
 from lag2fmu.mechanism.outputs import QUANTITIES
 from lag2fmu.mechanism.parts import KINDS
 from lag2fmu.mechanism.record import (
@@ -20,6 +21,7 @@ from lag2fmu.mechanism.record import (
     Experiment,
     Frame,
     Input,
+    Joint,
     Load,
     Mechanism,
     Output,
@@ -35,7 +37,7 @@ Entries = Mapping[str, str | None]
 
 def write(mechanism: Mechanism) -> str:
     """The text of ``mechanism`` in TOML, such that ``read(write(mechanism), ...) == mechanism`` exactly."""
-    m = mechanism
+    m, brought = mechanism, brought_by_joints(mechanism)
     head = {"name": _string(m.name), "title": _string(m.title), "source": _string(m.source) if m.source else None}
     blocks = [
         _table("mechanism", {**head, "strict_units": "true" if m.strict_units else None}),
@@ -46,14 +48,15 @@ def write(mechanism: Mechanism) -> str:
         _table("energy", _expressions(m.energy, "kinetic", "potential", "dissipation", "lagrangian")),
         _table("forces", {f.coordinate: _expression(f.expression) for f in m.forces}),
         _table("gravity", _expressions(m.gravity, "acceleration", "direction") if m.gravity else {}),
-        *(_table(f"frames.{f.name}", _frame(f)) for f in m.frames),
+        *(_table(f"frames.{f.name}", _frame(f)) for f in m.frames if f.name not in brought.frames),
         *(_table(f"bodies.{b.name}", _body(b)) for b in m.bodies),
         *(_table(f"points.{p.name}", {**_names(p, "frame"), **_expressions(p, "position")}) for p in m.points),
         *(_table(f"springs.{s.name}", _element(s, "stiffness", "elongation", "length")) for s in m.springs),
         *(_table(f"dampers.{d.name}", _element(d, "damping", "rate")) for d in m.dampers),
         *(_table(f"loads.{x.name}", _load(x)) for x in m.loads),
-        *(_table(f"constraints.{kind}", _constraints(m, kind)) for kind in KINDS),
-        _table("outputs", {o.name: _inline(_output(o)) for o in m.outputs}),
+        *(_table(f"joints.{j.name}", _joint(j)) for j in m.joints),
+        *(_table(f"constraints.{kind}", _constraints(m, kind, brought.constraints)) for kind in KINDS),
+        _table("outputs", {o.name: _inline(_output(o)) for o in m.outputs if o.name not in brought.outputs}),
         _table("experiment", _experiment(m.experiment)),
     ]
     return "\n".join(block for block in blocks if block)
@@ -84,13 +87,13 @@ def _coordinate(q: Coordinate) -> Entries:
     }
 
 
-def _constraints(m: Mechanism, kind: str) -> Entries:
+def _constraints(m: Mechanism, kind: str, brought: Container[str]) -> Entries:
     return {
         c.name: _expression(c.expression)
         if c.unit is None
         else _inline({"expression": _expression(c.expression), "unit": _unit(_resolved(c.unit))})
         for c in m.constraints
-        if c.kind == kind
+        if c.kind == kind and c.name not in brought
     }
 
 
@@ -121,9 +124,7 @@ def _frame(f: Frame) -> Entries:
 
 def _rotations(f: Frame) -> str:
     pairs = (Rotation(*turn) for turn in f.rotations)  # type: ignore[arg-type]
-    written = [
-        f"[{_string(axis) if isinstance(axis, str) else _vector(axis)}, {_expression(angle)}]" for axis, angle in pairs
-    ]
+    written = [f"[{_axis(axis)}, {_expression(angle)}]" for axis, angle in pairs]
     return f"[{', '.join(written)}]"
 
 
@@ -135,6 +136,23 @@ def _body(b: Body) -> Entries:
 
 def _load(x: Load) -> Entries:
     return {**_names(x, "point", "body"), **_expressions(x, "force", "torque"), "axes": _axes(x)}
+
+
+def _joint(j: Joint) -> Entries:
+    ends = {"kind": _string(j.kind), "between": _strings(j.between) if j.between is not None else None}
+    origin = _expressions(j, "origin") if any(j.origin) else {}
+    axes = {key: None if getattr(j, key) is None else _axis(getattr(j, key)) for key in ("axis", "second_axis")}
+    coordinates = _strings(j.coordinates) if j.coordinates else None
+    rest = {"reactions": "true" if j.reactions else None, "axes": _axes(j)}
+    return {
+        **ends,
+        **_names(j, "parent"),
+        **origin,
+        **axes,
+        "coordinates": coordinates,
+        **_expressions(j, "pitch", "radius", "ratio"),
+        **rest,
+    }
 
 
 def _output(o: Output) -> Entries:
@@ -149,12 +167,12 @@ def _resolved(unit: Unit | str | None) -> Unit | None:
     return unit if isinstance(unit, Unit) else None
 
 
-def _axes(part: Load | Output) -> str | None:
+def _axes(part: Load | Output | Joint) -> str | None:
     return None if part.axes == WORLD else _string(part.axes)
 
 
 def _element(part: Spring | Damper, *keys: str) -> Entries:
-    between = f"[{', '.join(_string(str(end)) for end in part.between)}]" if part.between is not None else None
+    between = _strings(part.between) if part.between is not None else None
     first, *rest = keys
     return {**_expressions(part, first), "between": between, **_expressions(part, *rest)}
 
@@ -174,6 +192,14 @@ def _expressions(part: object, *keys: str) -> Entries:
         value = getattr(part, key)
         written[key] = None if value is None else _vector(value) if isinstance(value, tuple) else _expression(value)
     return written
+
+
+def _strings(names: Iterable[object]) -> str:
+    return f"[{', '.join(_string(str(name)) for name in names)}]"
+
+
+def _axis(axis: str | Iterable[sp.Expr]) -> str:
+    return _string(axis) if isinstance(axis, str) else _vector(axis)
 
 
 def _vector(entries: Iterable[sp.Expr]) -> str:

@@ -116,7 +116,12 @@ def text_with(table: str, entries: dict[str, str]) -> str:
 def needed(table: str) -> dict[str, str]:
     """The keys that ``table`` cannot do without, each with a value that fits."""
     keys = dict(sub_tables())[table]
-    return {key: "[1, 2]" if entry.kind == "vector" else '"y"' for key, entry in keys.items() if entry.required}
+    fitting = {"vector": "[1, 2]"}
+    return {
+        key: fitting.get(entry.kind, '"y"') if isinstance(entry.kind, str) else f'"{entry.kind[0]}"'
+        for key, entry in keys.items()
+        if entry.required
+    }
 
 
 def verdict(text: str) -> str:

@@ -56,7 +56,7 @@ def test_it_shows_every_table_and_every_key(text: str) -> None:
 
 def test_text_and_examples_are_valid_under_the_schema(text: str) -> None:
     examples = with_examples(text)
-    assert examples.count("\n[") > text.count("\n[") + 8
+    assert examples.count("\n[") > text.count("\n[") + 12
     assert faults(text) == []
     assert faults(examples) == []
 

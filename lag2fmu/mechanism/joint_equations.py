@@ -1,0 +1,271 @@
+"""Joints between two ends as constraints, chosen such that the multipliers are what the joint bears.
+
+With a constraint's rate F.(v_b - v_a) + T.(omega_b - omega_a), both bodies seen at the joint, its multiplier times F is
+the force and its multiplier times T the torque that act on the second body, the opposite ones on the first.
+
+Source: P. E. Nikravesh, Computer-Aided Analysis of Mechanical Systems, chapter 7 (dot products of vectors fixed in two
+bodies); rolling: J. I. Neimark, N. A. Fufaev, Dynamics of Nonholonomic Systems, AMS 1972, chapter I.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping
+from typing import TYPE_CHECKING, NamedTuple
+
+import sympy as sp
+
+from lag2fmu.errors import MechanismError
+from lag2fmu.mechanism.expressions import symbol, value_of
+from lag2fmu.mechanism.geometry import check_geometry, values_of
+from lag2fmu.mechanism.joints import JOINTS, Joint, across, direction
+from lag2fmu.mechanism.names import multiplier, suggestion
+from lag2fmu.mechanism.norms import vanishes
+from lag2fmu.mechanism.outputs import Output
+from lag2fmu.mechanism.parts import AXES, WORLD, Constraint
+from lag2fmu.mechanism.poses import Pose, Poses
+from lag2fmu.mechanism.units import NEWTON, TORQUE
+
+if TYPE_CHECKING:
+    from lag2fmu.mechanism.record import Mechanism
+
+_NOTHING = sp.zeros(3, 1)
+
+
+class Equation(NamedTuple):
+    """``expression`` = 0, and the force F and torque T (3, 1) of a unit multiplier, in the axes of the base."""
+
+    suffix: str
+    expression: sp.Expr
+    force: sp.Matrix = _NOTHING
+    torque: sp.Matrix = _NOTHING
+    kind: str = "holonomic"
+
+
+class End(NamedTuple):
+    """One of the two things that a joint joins: where it is on which frame, and the pose of that frame in the base."""
+
+    name: str
+    frame: str
+    place: sp.Matrix
+    pose: Pose
+
+    @property
+    def position(self) -> sp.Matrix:
+        """The joint's place (3, 1) on it, in m."""
+        return self.pose.at(self.place)
+
+
+def written_out(m: Mechanism) -> tuple[list[Constraint], list[Output]]:
+    """The constraints and reactions of all joints of ``m`` between two ends.
+
+    What the coordinates meet by themselves, as frames that only turn about z meet the equations along z, is left out.
+    Raises MechanismError for ends and values that do not fit.
+    """
+    constraints: list[Constraint] = []
+    outputs: list[Output] = []
+    closing = [joint for joint in m.joints if joint.between is not None]
+    if closing:
+        check_geometry(m)
+        poses, values = Poses(m), values_of(m)
+        for joint in closing:
+            _check_values(joint, values)
+            if joint.kind == "gear":
+                constraints.append(_ratio(m, joint))
+                continue
+            between = _Between(m, joint, poses)
+            equations = list(between.equations())
+            needed = [e for e in equations if not vanishes(e.expression)]
+            constraints += [Constraint(_named(joint, e), e.expression, e.kind) for e in needed]
+            if joint.reactions:
+                _refuse_unknown(joint, equations, needed)
+                outputs += between.reactions(equations)
+    return constraints, outputs
+
+
+class Brought(NamedTuple):
+    """The names of what joints bring."""
+
+    frames: frozenset[str]
+    constraints: frozenset[str]
+    outputs: frozenset[str]
+
+
+def brought_by_joints(m: Mechanism) -> Brought:
+    """What stands in the record ``m`` because joints of it bring it, and is not written down."""
+    constraints, outputs = written_out(m)
+    return Brought(
+        frozenset(joint.name for joint in m.joints if joint.parent is not None),
+        frozenset(c.name for c in constraints),
+        frozenset(o.name for o in outputs),
+    )
+
+
+def _named(joint: Joint, equation: Equation) -> str:
+    return f"{joint.name}_{equation.suffix}"
+
+
+def _check_values(joint: Joint, values: Mapping[str, float]) -> None:
+    """The radius is positive, pitch and ratio are not zero, at the parameters' values."""
+    for key in ("radius", "pitch", "ratio"):
+        expression = getattr(joint, key)
+        if expression is None:
+            continue
+        try:
+            value = value_of(expression, values)
+        except (KeyError, ValueError, ArithmeticError):
+            continue  # an unknown name is reported where names are checked
+        if value == 0 or (key == "radius" and value < 0):
+            wanted = "a positive length" if key == "radius" else "a number that is not zero"
+            raise MechanismError(f"joints.{joint.name}.{key}: '{expression}' is {value!r}; give {wanted}")
+
+
+# ------------------------------------------------------------------------------------------------------------- ends
+
+
+def _location(m: Mechanism, joint: Joint, name: str) -> tuple[str, tuple[sp.Expr, ...]]:
+    """Frame and position of the end ``name``: a point, a body, or the origin of a frame."""
+    where, frames = f"joints.{joint.name}.between", [WORLD, *(frame.name for frame in m.frames)]
+    places = {part.name: part for part in m.places}
+    if name in places:
+        frame, position = m.location(name)
+        if name in frames and (frame, any(position)) != (name, False):
+            raise MechanismError(f"{where}: '{name}' is a frame, and a point or body elsewhere; rename one of them")
+        return frame, position
+    if name not in frames:
+        known = [*frames, *places]
+        raise MechanismError(f"{where}: there is no frame, point or body '{name}'; {suggestion(name, known)}")
+    return name, (sp.S.Zero,) * m.dimension
+
+
+class _Between:
+    """The equations of one joint between two ends."""
+
+    def __init__(self, m: Mechanism, joint: Joint, poses: Poses) -> None:
+        self.m, self.joint, self.poses = m, joint, poses
+        (name_a, name_b), where = map(str, joint.between or ()), f"joints.{joint.name}"
+        (frame_a, place_a), (frame_b, place_b) = (_location(m, joint, name) for name in (name_a, name_b))
+        self.planar = m.dimension == 2
+        free = joint.kind == "spherical" or (self.planar and joint.kind == "revolute")
+        if self.planar and joint.kind != "revolute":
+            raise MechanismError(
+                f"{where}.kind: positions have 2 entries; '{joint.kind}' joins frames, which are spatial"
+            )
+        if not self.planar and joint.axis is None and "axis" in JOINTS[joint.kind].keys:
+            raise MechanismError(f"{where}: 'axis' is missing")
+        if frame_a == frame_b and (place_a == place_b or not free or frame_a != WORLD):
+            both = f"are both on '{frame_a}'" if name_a != name_b else "are the same"
+            raise MechanismError(f"{where}.between: '{name_a}' and '{name_b}' {both}; name two that move differently")
+        base = self.base = poses.common(frame_a, frame_b)
+        self.a = End(name_a, frame_a, _column(poses, place_a), poses.pose(frame_a, base))
+        self.b = End(name_b, frame_b, _column(poses, place_b), poses.pose(frame_b, base))
+        self.apart = self.b.position - self.a.position
+        twin = joint.axis if joint.second_axis is None else joint.second_axis
+        self.normals = [self.a.pose.rotation * n for n in across(joint.axis)]
+        self.u, self.s = self.a.pose.rotation * direction(joint.axis), self.b.pose.rotation * direction(twin)
+        self.twin_normal = self.b.pose.rotation * across(twin)[0]
+
+    def equations(self) -> Iterator[Equation]:
+        """All of them, those that hold by themselves too."""
+        for group in JOINTS[self.joint.kind].equations:
+            if not (self.planar and group == "axis"):
+                yield from getattr(self, f"_{group}")()
+
+    def _point(self) -> Iterator[Equation]:
+        """The two places are one."""
+        for k, letter in enumerate(AXES[: self.m.dimension]):
+            yield Equation(letter, self.apart[k], sp.Matrix(sp.eye(3)[:, k]))
+
+    def _line(self) -> Iterator[Equation]:
+        """The second place is on the axis."""
+        for k, n in enumerate(self.normals, 1):
+            yield Equation(f"across_{k}", n.dot(self.apart), n)
+
+    def _plane(self) -> Iterator[Equation]:
+        yield Equation("normal", self.u.dot(self.apart), self.u)
+
+    def _axis(self) -> Iterator[Equation]:
+        """The axes are parallel."""
+        for k, n in enumerate(self.normals, 1):
+            yield Equation(f"axis_{k}", n.dot(self.s), torque=self.s.cross(n))
+
+    def _turn(self) -> Iterator[Equation]:
+        """The axes of both frames are parallel."""
+        for k in range(3):
+            x, y = self.a.pose.rotation[:, k], self.b.pose.rotation[:, (k + 1) % 3]
+            yield Equation(f"turn_{AXES[(k + 2) % 3]}", x.dot(y), torque=y.cross(x))
+
+    def _cross(self) -> Iterator[Equation]:
+        """The axes are perpendicular."""
+        yield Equation("cross", self.u.dot(self.s), torque=self.s.cross(self.u))
+
+    def _thread(self) -> Iterator[Equation]:
+        """sin(2 pi way/pitch - angle) = 0, which has no jumps, however many turns there are."""
+        n, k = self.twin_normal, 2 * sp.pi / self.joint.pitch
+        cosine, sine = self.normals[0].dot(n), self.normals[1].dot(n)
+        way = k * self.u.dot(self.apart)
+        slope = sp.cos(way) * cosine + sp.sin(way) * sine  # of the sine, 1 or -1
+        yield Equation("thread", sp.sin(way) * cosine - sp.cos(way) * sine, k * slope * self.u, -slope * self.u)
+
+    def _contact(self) -> Iterator[Equation]:
+        """The lowest point of the disc or sphere is in the plane and has the plane's velocity there."""
+        down = -self.u
+        if self.joint.kind == "rolling_disc":
+            inside = self.u - self.u.dot(self.s) * self.s
+            down = -inside / sp.sqrt(inside.dot(inside))
+        arm, (a, b) = self.joint.radius * down, (self.a.pose.angular, self.b.pose.angular)
+        yield Equation("normal", self.u.dot(self.apart + arm), self.u)
+        centre, foot = (end.position.applyfunc(self.poses.rate) for end in (self.b, self.a))
+        slip = centre + b.cross(arm) - foot - a.cross(self.apart + arm)
+        for k, t in enumerate(self.normals, 1):
+            yield Equation(f"slip_{k}", t.dot(slip), t, kind="nonholonomic")
+
+    def reactions(self, equations: list[Equation]) -> Iterator[Output]:
+        """Force and torque on the second end, where the joint bears any."""
+        joint, base = self.joint, self.base
+        along = self.a.pose.rotation.T if joint.axes == "frame" else self.poses.pose(base, WORLD).rotation
+        for what, unit, vectors in (
+            ("force", NEWTON, [e.force for e in equations]),
+            ("torque", TORQUE, [e.torque for e in equations]),
+        ):
+            if all(vector.is_zero_matrix for vector in vectors):
+                continue
+            total = sp.zeros(3, 1)
+            for e, vector in zip(equations, vectors, strict=True):
+                total += symbol(multiplier(_named(joint, e))) * vector
+            for letter, entry in zip(AXES[: self.m.dimension], along * total, strict=False):
+                doc = f"{what} of the joint {joint.name} on {self.b.name}, along {letter}"
+                yield Output(f"{joint.name}_{what}_{letter}", entry, unit, doc)
+
+
+def _column(poses: Poses, place: tuple[sp.Expr, ...]) -> sp.Matrix:
+    entries = [poses.resolved(x) for x in place]
+    return sp.Matrix([*entries, *[sp.S.Zero] * (3 - len(entries))])
+
+
+def _ratio(m: Mechanism, joint: Joint) -> Constraint:
+    """The first coordinate is ``ratio`` times the second."""
+    coordinates = [q.name for q in m.coordinates]
+    carrying = {other.name: other.coordinates for other in m.joints if other.coordinates}
+    found = []
+    for end in map(str, joint.between or ()):
+        name = end if end in coordinates else str(carrying[end][0]) if end in carrying else None
+        if name is None:
+            remedy = suggestion(end, [*coordinates, *carrying])
+            raise MechanismError(
+                f"joints.{joint.name}.between: '{end}' is no coordinate, nor a joint with one; {remedy}"
+            )
+        found.append(symbol(name))
+    if found[0] == found[1]:
+        raise MechanismError(f"joints.{joint.name}.between: both are the coordinate '{found[0]}'; name two")
+    return Constraint(joint.name, found[0] - joint.ratio * found[1])
+
+
+def _refuse_unknown(joint: Joint, equations: list[Equation], needed: list[Equation]) -> None:
+    """What the coordinates see to has no multiplier, so that no one can tell what acts there."""
+    for e in equations:
+        if e not in needed:
+            left = ", ".join(multiplier(_named(joint, other)) for other in needed) or "nothing"
+            raise MechanismError(
+                f"joints.{joint.name}.reactions: the coordinates meet '{e.suffix}' by themselves, so that what acts "
+                f"there is unknown; read {left}, or describe the bodies with more coordinates"
+            )

@@ -1,0 +1,119 @@
+"""Poses of frames relative to each other as expressions: what the equations of a joint are made of.
+
+Only the frames between the two ends of a joint are composed, and turns about the same axis one after the other are
+taken together, so that expressions stay small. Energies are composed by those who compute with them, not here.
+
+Source: R. Featherstone, Rigid Body Dynamics Algorithms, section 2.8; of quaternions: P. E. Nikravesh, Computer-Aided
+Analysis of Mechanical Systems, sections 6.1 and 6.2.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from typing import TYPE_CHECKING, NamedTuple
+
+import sympy as sp
+
+from lag2fmu.mechanism import names
+from lag2fmu.mechanism.expressions import TIME, symbol
+from lag2fmu.mechanism.joints import direction
+from lag2fmu.mechanism.parts import WORLD, Expression, Frame
+from lag2fmu.mechanism.scope import in_order
+
+if TYPE_CHECKING:
+    from lag2fmu.mechanism.record import Mechanism
+
+
+class Pose(NamedTuple):
+    """Origin (3, 1) in m, rotation matrix (3, 3) and angular velocity (3, 1) in rad/s, in the axes of the base."""
+
+    origin: sp.Matrix
+    rotation: sp.Matrix
+    angular: sp.Matrix
+
+    def at(self, place: sp.Matrix) -> sp.Matrix:
+        """The point ``place`` (3, 1) of the frame, in the axes of the base."""
+        return self.origin + self.rotation * place
+
+
+class Poses:
+    """The frames of a mechanism, definitions written out."""
+
+    def __init__(self, m: Mechanism) -> None:
+        self.frames = {frame.name: frame for frame in m.frames}
+        self._definitions = [(symbol(d.name), d.expression) for d in reversed(in_order(m.definitions, "definitions"))]
+        moving = [*(q.name for q in m.coordinates), *(u.name for u in m.motions)]
+        self._rates = {symbol(name): symbol(names.velocity(name)) for name in moving}
+        self._rates[TIME] = sp.S.One
+
+    def resolved(self, expression: Expression) -> sp.Expr:
+        """``expression`` with its definitions written out."""
+        for name, meaning in self._definitions:
+            expression = sp.sympify(expression).xreplace({name: meaning})
+        return sp.sympify(expression)
+
+    def rate(self, expression: sp.Expr) -> sp.Expr:
+        """The time derivative of an expression in t, q and motions."""
+        return sp.Add(*(expression.diff(x) * rate for x, rate in self._rates.items() if expression.has(x)))
+
+    def common(self, a: str, b: str) -> str:
+        """The frame next to ``a`` and ``b`` that carries both."""
+        below = {frame.name for frame in self._chain(a, WORLD)}
+        shared = [frame.name for frame in self._chain(b, WORLD) if frame.name in below]
+        return shared[-1] if shared else WORLD
+
+    def _chain(self, name: str, base: str) -> list[Frame]:
+        """The frames from ``base`` on, without it, to ``name``."""
+        chain: list[Frame] = []
+        while name != base:
+            chain.append(self.frames[name])
+            name = str(self.frames[name].parent)
+        return chain[::-1]
+
+    def pose(self, name: str, base: str) -> Pose:
+        """The frame ``name`` relative to ``base``, which carries it."""
+        origin, angular, before, last = sp.zeros(3, 1), sp.zeros(3, 1), sp.eye(3), _Turn()
+        for frame in self._chain(name, base):
+            origin += before * last.matrix() * sp.Matrix([self.resolved(x) for x in frame.origin])
+            if frame.quaternion is not None:
+                e = sp.Matrix([self.resolved(x) for x in frame.quaternion])
+                before, last = before * last.matrix(), _Turn()
+                angular += before * _quaternion_rate(e, e.applyfunc(self.rate))
+                before = before * _quaternion_matrix(e)
+            for axis, angle in frame.rotations:
+                turned = self.resolved(angle)
+                if axis != last.axis:
+                    before, last = before * last.matrix(), _Turn(axis)
+                last = _Turn(axis, last.angle + turned)
+                angular += before * direction(axis) * self.rate(turned)
+        return Pose(origin, before * last.matrix(), angular)
+
+
+class _Turn(NamedTuple):
+    """A turn by an angle about an axis."""
+
+    axis: object = "z"
+    angle: sp.Expr = sp.S.Zero
+
+    def matrix(self) -> sp.Matrix:
+        """The rotation matrix, (3, 3), by Rodrigues' formula."""
+        u, c, s = direction(self.axis), sp.cos(self.angle), sp.sin(self.angle)  # type: ignore[arg-type]
+        return c * sp.eye(3) + s * _crossing(u) + (1 - c) * u * u.T
+
+
+def _quaternion_matrix(e: sp.Matrix) -> sp.Matrix:
+    """R v = v + 2 e0 e x v + 2 e x (e x v)."""
+    cross = _crossing(e[1:])
+    return sp.eye(3) + 2 * e[0] * cross + 2 * cross * cross
+
+
+def _crossing(vector: Iterable[sp.Expr]) -> sp.Matrix:
+    """The matrix (3, 3) whose product with v is vector x v."""
+    x, y, z = vector
+    return sp.Matrix([[0, -z, y], [z, 0, -x], [-y, x, 0]])
+
+
+def _quaternion_rate(e: sp.Matrix, rate: sp.Matrix) -> sp.Matrix:
+    """The angular velocity (3, 1) in the parent's axes, 2 (e0 e_dot - e0_dot e + e x e_dot)."""
+    vector, change = sp.Matrix(e[1:]), sp.Matrix(rate[1:])
+    return 2 * (e[0] * change - rate[0] * vector + vector.cross(change))
