@@ -17,14 +17,12 @@ Source: IFToMM Technical Committee for Multibody Dynamics, Library of Computatio
 1 m, 1 kg, width 0.1 m; gravity along -y; there with another rod at rest).
 """
 
-from sympy import Matrix, cos, eye, sin
-
 from lag2fmu.mechanism import (
     Body,
-    Constraint,
     Experiment,
     Frame,
     Gravity,
+    Joint,
     Mechanism,
     Output,
     Point,
@@ -36,17 +34,8 @@ EDGES = [(1, 0, 0), (0, 1, 0), (0, 0, 1), (-1, 0, 0), (0, -1, 0)]
 AXES = ["y", "z", "x", "y", "z"]
 
 
-def turn(axis, angle):  # type: ignore[no-untyped-def]
-    """The rotation matrix about the axis x, y or z."""
-    i, matrix = "xyz".index(axis), eye(3)
-    j, k = (i + 1) % 3, (i + 2) % 3
-    matrix[j, j] = matrix[k, k] = cos(angle)
-    matrix[j, k], matrix[k, j] = -sin(angle), sin(angle)
-    return matrix
-
-
 def bricard() -> Mechanism:
-    """The mechanism with the angles of five joints as coordinates, the sixth joint closed by five constraints."""
+    """The mechanism with the angles of five joints as coordinates, the sixth joint closed by its constraints."""
     l, m = parameter("l", 1.0, "m", "length of a rod"), parameter("m", 1.0, "kg", "mass of a rod")  # noqa: E741
     s = parameter("s", 0.1, "m", "width of a rod")
     along = parameter("I1", m * s**2 / 6, "kg.m2", "moment of inertia of a rod about its axis")
@@ -56,7 +45,6 @@ def bricard() -> Mechanism:
     q += [coordinate(f"q{i}", "rad", guess=0.0, doc=f"angle of joint {i}") for i in range(2, 6)]
 
     frames, bodies = [], []
-    R, place = eye(3), Matrix([0, 0, 0])
     for i, (edge, axis) in enumerate(zip(EDGES, AXES, strict=True)):
         origin = (0, 0, 0) if i == 0 else tuple(l * x for x in EDGES[i - 1])
         parent = "world" if i == 0 else frames[-1]
@@ -64,9 +52,6 @@ def bricard() -> Mechanism:
         inertia = tuple(along if x else across for x in edge)
         center = tuple(l * x / 2 for x in edge)
         bodies.append(Body(f"bar{i + 1}", m, frame=frames[-1], center=center, inertia=(*inertia, 0, 0, 0)))
-        R = R * turn(axis, q[i])
-        place = place + R * Matrix(edge)
-    last = R * Matrix([1, 0, 0])  # the axis of the joint between rod 5 and the fixed rod from (0, 0, l) to the origin
 
     return Mechanism(
         "bricard",
@@ -76,13 +61,13 @@ def bricard() -> Mechanism:
         parameters=[l, m, s, along, across, g],
         frames=frames,
         bodies=bodies,
-        points=[Point("P3", tuple(l * x for x in EDGES[2]), frame="rod3")],
-        gravity=Gravity(g, (0, -1, 0)),
-        constraints=[
-            *(Constraint(f"place_{k}", place[i] - (1 if k == "z" else 0)) for i, k in enumerate("xyz")),
-            Constraint("axis_y", last[1]),
-            Constraint("axis_z", last[2]),
+        points=[
+            Point("P3", tuple(l * x for x in EDGES[2]), frame="rod3"),
+            Point("end", tuple(l * x for x in EDGES[4]), frame="rod5"),
+            Point("P6", (0, 0, l)),
         ],
+        gravity=Gravity(g, (0, -1, 0)),
+        joints=[Joint("closure", "revolute", between=("P6", "end"), axis="x")],
         outputs=[Output("P3", point="P3", quantity="position", doc="joint P3")],
         experiment=Experiment(stop_time=5.0),
         strict_units=True,
