@@ -5,6 +5,7 @@
 #include <math.h>
 #include <stdbool.h>
 #include <stddef.h>
+#include <string.h>
 
 enum { N = N_COORDINATES, M = N_CONSTRAINTS };
 
@@ -14,6 +15,10 @@ static const double RANK_TOLERANCE = 1e-10;
 
 /* The same for rows that were redundant before: drift must not bring them in. */
 static const double CLEARLY_INDEPENDENT = 1e-3;
+
+/* Squared, of the distance at the start: nearer to the span of the others a row is about to be lost. Passing through an
+   isolated singular position what it says is 0/0: rounding errors grow with the inverse third power of the distance. */
+static const double ABOUT_TO_BE_LOST = 1e-5;
 
 static double inner_product(const double a[], const double b[], int count) {
     double sum = 0.0;
@@ -124,9 +129,25 @@ static void permute(ConstraintFactorization *result) {
     }
 }
 
+double constraints_distance(const ConstraintFactorization *f, int k) {
+    return f->factor[k * M + k] / f->scale[f->order[k]];
+}
+
+/* How far the row at place k is held, with a continuous slope. */
+static double hold(const ConstraintFactorization *f, const IndependentRows *known, int k) {
+    const double usual = known->distance[f->order[k]];
+    if (!(usual > 0.0)) {
+        return 0.0;
+    }
+    const double ratio = constraints_distance(f, k) / usual;
+    const double rest = 1.0 - ratio * ratio / ABOUT_TO_BE_LOST;
+    return rest > 0.0 ? rest * rest : 0.0;
+}
+
 void constraints_factorize(ConstraintFactorization *result, int rows, const IndependentRows *known, double damping) {
     result->rows = rows;
     result->rank = 0;
+    memset(result->held, 0, sizeof result->held);
     scale_rows(result);
     for (int k = 0; k < rows; k++) {
         result->factor[k * M + k] += result->scale[k] > 0.0 ? damping : 0.0;
@@ -140,6 +161,7 @@ void constraints_factorize(ConstraintFactorization *result, int rows, const Inde
             break;
         }
         eliminate(result->factor, rows, k);
+        result->held[result->order[k]] = kept ? hold(result, known, k) : 0.0;
         result->rank++;
     }
 }
@@ -161,12 +183,17 @@ static void solve_upper(const double lower[], int size, double b[]) {
     }
 }
 
-void constraints_solve(const ConstraintFactorization *f, const double b[], double multipliers[]) {
+void constraints_solve(const ConstraintFactorization *f, const double b[], const double usual[],
+                       double multipliers[]) {
     double z[M];
+    double other[M];
     for (int i = 0; i < f->rank; i++) {
-        z[i] = f->scale[f->order[i]] * b[f->order[i]];
+        const int row = f->order[i];
+        const double *lower = f->factor + i * M;
+        other[i] = usual == NULL ? 0.0 : (f->scale[row] * usual[row] - inner_product(lower, other, i)) / lower[i];
+        z[i] = (f->scale[row] * b[row] - inner_product(lower, z, i)) / lower[i];
+        z[i] = f->held[row] > 0.0 ? (1.0 - f->held[row]) * z[i] + f->held[row] * other[i] : z[i];
     }
-    solve_lower(f->factor, f->rank, z);
     solve_upper(f->factor, f->rank, z);
     for (int i = 0; i < f->rows; i++) {
         multipliers[f->order[i]] = i < f->rank ? f->scale[f->order[i]] * z[i] : 0.0;

@@ -17,6 +17,7 @@ typedef struct {
     int order[N_CONSTRAINTS];
     int rows; /* the first ones count, the others are left out */
     int rank; /* the first ones in the order are independent */
+    double held[N_CONSTRAINTS]; /* of each row: 0 if it speaks for itself, up to 1 if it is about to be lost */
 } ConstraintFactorization;
 
 /* Which rows were found to be independent of each other, and are to be taken again, so that the accelerations remain
@@ -24,6 +25,8 @@ typedef struct {
 typedef struct {
     int64_t order[N_CONSTRAINTS];
     int64_t rank;
+    double distance[N_CONSTRAINTS]; /* of each, at the start, from the span of those before it in the order, in the
+                                       metric M^-1; 0: it is never held */
 } IndependentRows;
 
 /* Fills the rest from jacobian and response. Of the known rows, if they are not NULL, all are taken that still are
@@ -31,8 +34,13 @@ typedef struct {
    matrix: the solutions are then damped as in the method of Levenberg and Marquardt. */
 void constraints_factorize(ConstraintFactorization *result, int rows, const IndependentRows *known, double damping);
 
-/* The multipliers[rows] that solve for b[rows]; those of redundant rows are 0. */
-void constraints_solve(const ConstraintFactorization *factorization, const double b[], double multipliers[]);
+/* The distance of the row at place k of the order from the span of those before it, in the metric M^-1. */
+double constraints_distance(const ConstraintFactorization *factorization, int k);
+
+/* The multipliers[rows] that solve for b[rows]; those of redundant rows are 0. Where a row is held, they do so for
+   usual[rows] in its stead as far as it adds to the rows before it; NULL is 0. */
+void constraints_solve(const ConstraintFactorization *factorization, const double b[], const double usual[],
+                       double multipliers[]);
 
 /* From such a solution to the one of least norm in units of the scaled rows. */
 void constraints_spread(const ConstraintFactorization *factorization, double multipliers[]);

@@ -46,8 +46,9 @@ static double pace(const double states[]) {
     return greatest;
 }
 
-/* The greatest relative residual; infinite for one that is not finite. */
-static double residual_size(const Values *values, Level level, const double states[]) {
+/* The greatest relative residual; infinite for one that is not finite. Those of rows that are held count less: relative
+   to what is left of the row rounding errors have no bound. held[m] may be NULL. */
+static double residual_size(const Values *values, Level level, const double states[], const double held[]) {
     const double unit = level == POSITIONS ? 1.0 : pace(states);
     double greatest = 0.0;
     for (int k = 0; k < rows_of(level); k++) {
@@ -56,7 +57,8 @@ static double residual_size(const Values *values, Level level, const double stat
         for (int i = 0; i < N; i++) {
             scale = fmax(scale, fabs(values->jacobian[k * N + i]) * NOMINAL_STATES[i]);
         }
-        const double relative = fabs(residual) / (unit * (scale > 0.0 ? scale : 1.0));
+        const double share = held == NULL ? 1.0 : 1.0 - held[k];
+        const double relative = share * fabs(residual) / (unit * (scale > 0.0 ? scale : 1.0));
         if (!(relative <= greatest)) {
             greatest = isfinite(relative) ? relative : HUGE_VAL;
         }
@@ -77,7 +79,7 @@ static bool report_constraints(Instance *instance, double time, const Values *va
 double constraints_drift(const Instance *instance, double time, const double states[], const double inputs[]) {
     Values values;
     evaluate(instance, time, states, inputs, &values);
-    return residual_size(&values, POSITIONS, states);
+    return residual_size(&values, POSITIONS, states, NULL);
 }
 
 /* states[of the level] += the shortest change, in the metric M, that takes the residuals away to first order. */
@@ -88,7 +90,7 @@ static void correct(const Values *values, Level level, const System *system, dou
     for (int k = 0; k < rows_of(level); k++) {
         right[k] = level == POSITIONS ? -values->positions[k] : -values->velocities[k];
     }
-    system_solve(system, zero, right, change);
+    system_solve(system, zero, right, NULL, change);
     for (int i = 0; i < N; i++) {
         states[(level == POSITIONS ? 0 : N) + i] += change[i];
     }
@@ -111,11 +113,12 @@ static bool project(Instance *instance, Level level, double time, const double i
     bool fresh = false;
     for (int i = 0; i < MOST_CORRECTIONS; i++) {
         evaluate(instance, time, states, inputs, &values);
-        const double size = residual_size(&values, level, states);
+        const bool known = *factorized == rows_of(level);
+        const double size = residual_size(&values, level, states, known ? system->constraints.held : NULL);
         if (size <= ROUNDING || (fresh && i > 0 && size <= ACCEPTED && size > 0.5 * previous)) {
             return true;
         }
-        fresh = *factorized != rows_of(level) || size > 0.1 * previous;
+        fresh = !known || size > 0.1 * previous;
         if (fresh && !system_factorize(instance, time, states, inputs, rows_of(level), damping_of(size),
                                        system)) {
             return false;
@@ -126,7 +129,8 @@ static bool project(Instance *instance, Level level, double time, const double i
         previous = size;
     }
     evaluate(instance, time, states, inputs, &values);
-    return residual_size(&values, level, states) <= ACCEPTED || report_constraints(instance, time, &values, level);
+    return residual_size(&values, level, states, system->constraints.held) <= ACCEPTED ||
+           report_constraints(instance, time, &values, level);
 }
 
 bool constraints_project(Instance *instance, double time, const double inputs[], double states[], bool *moved) {
@@ -159,18 +163,21 @@ static void least_change(ConstraintFactorization *work, const double jacobian[],
         }
     }
     constraints_factorize(work, rows_of(level), NULL, damping);
-    constraints_solve(work, right, multipliers);
+    constraints_solve(work, right, NULL, multipliers);
     memset(change, 0, N * sizeof(double));
     constraints_respond(work, multipliers, change);
 }
 
-static double greatest_residual(const Values *values, Level level) {
+/* The square of the residuals' norm, rows scaled as for the step, along which it falls. Rows in which nothing may move
+   count as they are. */
+static double scaled_square(const Values *values, Level level, const double scale[]) {
     const double *residuals = level == POSITIONS ? values->positions : values->velocities;
-    double greatest = 0.0;
+    double square = 0.0;
     for (int k = 0; k < rows_of(level); k++) {
-        greatest = isfinite(residuals[k]) ? fmax(greatest, fabs(residuals[k])) : HUGE_VAL;
+        const double scaled = residuals[k] * (scale[k] > 0.0 ? scale[k] : 1.0);
+        square += scaled * scaled;
     }
-    return greatest;
+    return square;
 }
 
 /* Newton's method with steps of least norm, halved where the residual grows. */
@@ -182,9 +189,9 @@ static void newton(Instance *instance, Level level, Freedom freedom, double stat
     double kept[N_COORDINATES];
     Values values, trial;
     evaluate(instance, state->time, states, state->inputs, &values);
-    for (int i = 0; i < MOST_ITERATIONS && residual_size(&values, level, states) > 1e-3 * MET; i++) {
+    for (int i = 0; i < MOST_ITERATIONS && residual_size(&values, level, states, NULL) > 1e-3 * MET; i++) {
         least_change(work, values.jacobian, level == POSITIONS ? values.positions : values.velocities, level, freedom,
-                     damping_of(residual_size(&values, level, states)), change);
+                     damping_of(residual_size(&values, level, states, NULL)), change);
         memcpy(kept, moving, sizeof kept);
         double length = 1.0;
         for (int halvings = 0; ; halvings++, length *= 0.5) {
@@ -192,7 +199,7 @@ static void newton(Instance *instance, Level level, Freedom freedom, double stat
                 moving[j] = kept[j] + length * change[j];
             }
             evaluate(instance, state->time, states, state->inputs, &trial);
-            if (greatest_residual(&trial, level) < greatest_residual(&values, level)) {
+            if (scaled_square(&trial, level, work->scale) < scaled_square(&values, level, work->scale)) {
                 break;
             }
             if (halvings == MOST_HALVINGS) {
@@ -223,7 +230,7 @@ static bool settle(Instance *instance, Level level, double states[]) {
     Values values;
     for (int freedom = GUESSES; freedom <= ALL_STATES; freedom++) {
         evaluate(instance, state->time, states, state->inputs, &values);
-        const double size = residual_size(&values, level, states);
+        const double size = residual_size(&values, level, states, NULL);
         if (size <= MET) {
             return true;
         }
@@ -237,10 +244,11 @@ static bool settle(Instance *instance, Level level, double states[]) {
         }
     }
     evaluate(instance, state->time, states, state->inputs, &values);
-    return residual_size(&values, level, states) <= MET ||
+    return residual_size(&values, level, states, NULL) <= MET ||
            report_constraints(instance, state->time, &values, level);
 }
 
+/* In model exchange no row is held: the accelerations are to be functions of the states alone. */
 static bool find_independent_rows(Instance *instance) {
     State *state = &instance->state;
     System *system = &instance->scratch.system;
@@ -251,7 +259,10 @@ static bool find_independent_rows(Instance *instance) {
     state->rows_known = 1;
     state->rows.rank = system->constraints.rank;
     for (int k = 0; k < N_CONSTRAINTS; k++) {
-        state->rows.order[k] = system->constraints.order[k];
+        const int row = system->constraints.order[k];
+        state->rows.order[k] = row;
+        const bool holds = k < state->rows.rank && instance->type == fmi2CoSimulation;
+        state->rows.distance[row] = holds ? constraints_distance(&system->constraints, k) : 0.0;
     }
     return true;
 }

@@ -44,6 +44,12 @@ static void aim(double rate, const double gamma[], const double velocities[], co
     }
 }
 
+/* The accelerations to go on with where a constraint is about to be lost: those at the last accepted step, so that the
+   branch with continuous velocities is followed. */
+static const double *usual_accelerations(const Instance *instance) {
+    return instance->type == fmi2ModelExchange ? NULL : instance->state.first_stage + N_COORDINATES;
+}
+
 /* qdd[n] and the multipliers behind it at the given time, states and inputs. */
 static bool accelerations_at(Instance *instance, double time, const double states[], const double inputs[],
                              double unknowns[]) {
@@ -53,7 +59,7 @@ static bool accelerations_at(Instance *instance, double time, const double state
         return false;
     }
     aim(stabilisation(instance), system->gamma, system->velocities, system->positions, below);
-    system_solve(system, system->forcing, below, unknowns);
+    system_solve(system, system->forcing, below, usual_accelerations(instance), unknowns);
     return all_finite(unknowns, N_UNKNOWNS) || report_not_finite(instance, time, unknowns);
 }
 
@@ -82,7 +88,7 @@ static bool accelerations_at(Instance *instance, double time, const double state
         if (!system_factorize_densely(instance, time, states, inputs, system)) {
             return false;
         }
-        system_solve(system, instance->scratch.forcing, NULL, accelerations);
+        system_solve(system, instance->scratch.forcing, NULL, NULL, accelerations);
     }
     return all_finite(accelerations, N_COORDINATES) || report_not_finite(instance, time, accelerations);
 }
@@ -104,7 +110,7 @@ static void solve_for_change(const System *system, double change[], double unkno
     for (int i = 0; i < N_UNKNOWNS; i++) {
         change[i] = -change[i];
     }
-    system_solve(system, change, change + N_COORDINATES, unknowns);
+    system_solve(system, change, change + N_COORDINATES, NULL, unknowns);
 }
 
 #if IMPLICIT

@@ -78,7 +78,7 @@ static double correct(Instance *instance, Step step, const double p[], Stages *s
             missing[k] = p[k] + step.length * weighed(COLLOCATION.hat + i * S, stages->forces, k) -
                          stages->momenta[i][k];
         }
-        system_solve(&instance->scratch.system, missing, NULL, change);
+        system_solve(&instance->scratch.system, missing, NULL, NULL, change);
         for (int k = 0; k < N; k++) {
             stages->velocities[i][k] += change[k];
             const double relative = fabs(change[k]) / (fabs(stages->velocities[i][k]) + NOMINAL_STATES[N + k]);
@@ -130,7 +130,7 @@ static bool velocities_of(Instance *instance, Step step, const double q[], const
         for (int k = 0; k < N; k++) {
             momenta[k] = p[k] - momenta[k];
         }
-        system_solve(system, momenta, NULL, change);
+        system_solve(system, momenta, NULL, NULL, change);
         for (int k = 0; k < N; k++) {
             qd[k] += change[k];
         }

@@ -131,10 +131,12 @@ bool system_factorize(Instance *instance, double time, const double states[], co
 }
 
 /* With a = M^-1 right and G (a + M^-1 G^T multipliers) = below. */
-void system_solve(const System *system, const double right[], const double *below, double unknowns[]) {
+void system_solve(const System *system, const double right[], const double *below, const double *usual,
+                  double unknowns[]) {
     const ConstraintFactorization *constraints = &system->constraints;
     double *multipliers = unknowns + N;
     double rest[N_CONSTRAINTS];
+    double kept[N_CONSTRAINTS];
     double mended[N_COORDINATES];
     memcpy(mended, right, sizeof mended);
     for (int k = 0; k < constraints->rows; k++) {
@@ -145,11 +147,13 @@ void system_solve(const System *system, const double right[], const double *belo
     solve_mass(system, mended, unknowns);
     for (int k = 0; k < constraints->rows; k++) {
         rest[k] = below[k];
+        kept[k] = 0.0;
         for (int i = 0; i < N; i++) {
             rest[k] -= constraints->jacobian[k * N + i] * unknowns[i];
+            kept[k] += usual == NULL ? 0.0 : constraints->jacobian[k * N + i] * (usual[i] - unknowns[i]);
         }
     }
-    constraints_solve(constraints, rest, multipliers);
+    constraints_solve(constraints, rest, usual == NULL ? NULL : kept, multipliers);
     constraints_respond(constraints, multipliers, unknowns);
 }
 
@@ -165,8 +169,10 @@ bool system_factorize(Instance *instance, double time, const double states[], co
     return !system->dense || system_factorize_densely(instance, time, states, inputs, system);
 }
 
-void system_solve(const System *system, const double right[], const double *below, double unknowns[]) {
+void system_solve(const System *system, const double right[], const double *below, const double *usual,
+                  double unknowns[]) {
     (void)below; /* empty */
+    (void)usual;
     solve_mass(system, right, unknowns);
 }
 

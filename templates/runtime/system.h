@@ -23,8 +23,10 @@ bool system_factorize_densely(Instance *instance, double time, const double stat
 bool system_factorize(Instance *instance, double time, const double states[], const double inputs[], int rows,
                       double damping, System *system);
 
-/* unknowns = qdd[n] and multipliers[rows] behind it, for right[n] and below[rows]. */
-void system_solve(const System *system, const double right[], const double *below, double unknowns[]);
+/* unknowns = qdd[n] and multipliers[rows] behind it, for right[n] and below[rows]. What a held row says of qdd is taken
+   from usual[n]; NULL: it makes no difference to qdd. */
+void system_solve(const System *system, const double right[], const double *below, const double *usual,
+                  double unknowns[]);
 
 /* Where a solver step has failed for its error: puts a mass matrix that is about to become singular in the place of the
    error as the reason. */
