@@ -31,6 +31,7 @@ bench: $(READY)
 	-$(BIN)/python -m pip install --quiet --disable-pip-version-check -e ".[bench]"
 	$(BIN)/python -m benchmarks.export
 	$(BIN)/python -m benchmarks.stepping
+	$(BIN)/python -m benchmarks.constraints
 	$(BIN)/python -m benchmarks.integrators --folder build/benchmarks
 	$(BIN)/python -m benchmarks.derivation --folder build/benchmarks $(BENCH)
 

@@ -44,7 +44,7 @@ def casadi_articulated(case: Case) -> Entry:
     x, Q, p, given = _casadi_given(ca, case)
     qdd = ca.vertcat(*articulated(case, given))
     function = ca.Function("f", [x, Q, p], [ca.densify(qdd)], {"cse": True})
-    text = _casadi_text(ca, function)
+    text = casadi_text(ca, function)
     seconds = time.process_time() - start
     seeds = [ca.SX.sym(f"d{i}", v.numel()) for i, v in enumerate((x, Q, p))]
     rate = ca.jtimes(qdd, ca.vertcat(x, Q, p), ca.vertcat(*seeds))
@@ -53,7 +53,7 @@ def casadi_articulated(case: Case) -> Entry:
         Source("casadi.c", text),
         seconds,
         _operations(ca, function),
-        derivative=Source("casadi.c", _casadi_text(ca, tangent)),
+        derivative=Source("casadi.c", casadi_text(ca, tangent)),
         derivative_operations=_operations(ca, tangent),
     )
 
@@ -84,7 +84,7 @@ def _casadi_lagrange(ca: Any, case: Case, generated_solve: bool) -> tuple[float,
     x = ca.SX.sym("x", 2 * n)
     results = ca.substitute(results, [q, qd], [x[:n], x[n:]])
     function = ca.Function("f", [x, Q, p], results, {"cse": True})
-    text = _casadi_text(ca, function)
+    text = casadi_text(ca, function)
     kernel = "casadi.c" if generated_solve else "casadi_mass.c"
     return time.process_time() - start, Source(kernel, text), _operations(ca, function)
 
@@ -95,7 +95,8 @@ def _operations(ca: Any, function: Any) -> int:
     return sum(function.instruction_id(k) not in idle for k in range(function.n_instructions()))
 
 
-def _casadi_text(ca: Any, function: Any) -> str:
+def casadi_text(ca: Any, function: Any) -> str:
+    """A function as C text, with the sizes that kernels/casadi.c asks for."""
     generator = ca.CodeGenerator("generated.c", {"with_header": False})
     generator.add(function)
     sizes = {"ARG": function.sz_arg(), "RES": function.sz_res(), "W": function.sz_w(), "IW": function.sz_iw()}

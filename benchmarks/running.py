@@ -66,14 +66,14 @@ def compile_kernel(case: Case, source: Source, folder: Path, label: str) -> Kern
     before = _children_seconds()
     if source.setup is None:
         _compile(case, source, place, library)
-        return Kernel(_runner(library, folder), _children_seconds() - before)
+        return Kernel(loaded(library, folder), _children_seconds() - before)
     common = folder / f"{label.replace(' ', '_')}.so"
     if not common.exists():
         _compile(case, source, place, common)
     shutil.copy(common, library)
     gravity, rows = _pointer(source.setup[:3]), _pointer(source.setup[3:].copy())
     ctypes.CDLL(str(library)).setup(case.n, gravity, rows)
-    return Kernel(_runner(library, folder), _children_seconds() - before)
+    return Kernel(loaded(library, folder), _children_seconds() - before)
 
 
 def _compile(case: Case, source: Source, place: Path, library: Path) -> None:
@@ -95,7 +95,8 @@ def _children_seconds() -> float:
     return used.ru_utime + used.ru_stime
 
 
-def _runner(library: Path, folder: Path) -> Callable[[Floats, int, int], tuple[float, Floats]]:
+def loaded(library: Path, folder: Path) -> Callable[[Floats, int, int], tuple[float, Floats]]:
+    """The function of a compiled kernel: (rows, entries of a result, repetitions) -> (ns per call, results)."""
     measure = _harness(folder).measure
     measure.restype = ctypes.c_double
     function = ctypes.cast(ctypes.CDLL(str(library)).call, ctypes.c_void_p)
