@@ -28,16 +28,30 @@ static double inner_product(const double a[], const double b[], int count) {
     return sum;
 }
 
-/* The full matrix D G M^-1 G^T D in factor, and D. A row that restricts nothing gets the scale 0. */
+/* D: a row that restricts nothing gets the scale 0. */
 static void scale_rows(ConstraintFactorization *result) {
     for (int k = 0; k < result->rows; k++) {
         const double square = inner_product(result->jacobian + k * N, result->response + k * N, N);
         result->scale[k] = square > 0.0 ? 1.0 / sqrt(square) : 0.0;
     }
-    for (int k = 0; k < result->rows; k++) {
-        for (int l = 0; l < result->rows; l++) {
-            const double entry = inner_product(result->jacobian + k * N, result->response + l * N, N);
-            result->factor[k * M + l] = result->scale[k] * entry * result->scale[l];
+}
+
+/* The full matrix P D G M^-1 G^T D P^T in factor. Along the rows of G, which have many zeros, and with the sums of a row
+   going on beside each other. */
+static void multiply(ConstraintFactorization *result) {
+    for (int i = 0; i < result->rows; i++) {
+        const int row = result->order[i];
+        double sum[M] = {0.0};
+        for (int column = 0; column < N; column++) {
+            const double slope = result->jacobian[row * N + column];
+            for (int j = 0; slope != 0.0 && j <= i; j++) {
+                sum[j] += slope * result->response[result->order[j] * N + column];
+            }
+        }
+        for (int j = 0; j <= i; j++) {
+            const double entry = result->scale[row] * sum[j] * result->scale[result->order[j]];
+            result->factor[i * M + j] = entry;
+            result->factor[j * M + i] = entry;
         }
     }
 }
@@ -114,21 +128,6 @@ static int order_rows(ConstraintFactorization *result, const IndependentRows *kn
     return independent;
 }
 
-/* Puts the rows and columns of the scaled matrix in the order. */
-static void permute(ConstraintFactorization *result) {
-    double *copy = result->work;
-    for (int i = 0; i < result->rows; i++) {
-        for (int j = 0; j < result->rows; j++) {
-            copy[i * M + j] = result->factor[result->order[i] * M + result->order[j]];
-        }
-    }
-    for (int i = 0; i < result->rows; i++) {
-        for (int j = 0; j < result->rows; j++) {
-            result->factor[i * M + j] = copy[i * M + j];
-        }
-    }
-}
-
 double constraints_distance(const ConstraintFactorization *f, int k) {
     return f->factor[k * M + k] / f->scale[f->order[k]];
 }
@@ -148,12 +147,13 @@ void constraints_factorize(ConstraintFactorization *result, int rows, const Inde
     result->rows = rows;
     result->rank = 0;
     memset(result->held, 0, sizeof result->held);
+    result->holding = false;
     scale_rows(result);
-    for (int k = 0; k < rows; k++) {
-        result->factor[k * M + k] += result->scale[k] > 0.0 ? damping : 0.0;
-    }
     const int independent = order_rows(result, known);
-    permute(result);
+    multiply(result);
+    for (int k = 0; k < rows; k++) {
+        result->factor[k * M + k] += result->scale[result->order[k]] > 0.0 ? damping : 0.0;
+    }
     for (int k = 0; k < rows; k++) {
         const double least = known != NULL && k >= independent && damping <= 0.0 ? CLEARLY_INDEPENDENT : RANK_TOLERANCE;
         const bool kept = k < independent && result->factor[k * M + k] > RANK_TOLERANCE;
@@ -161,7 +161,9 @@ void constraints_factorize(ConstraintFactorization *result, int rows, const Inde
             break;
         }
         eliminate(result->factor, rows, k);
-        result->held[result->order[k]] = kept ? hold(result, known, k) : 0.0;
+        const double held = kept ? hold(result, known, k) : 0.0;
+        result->held[result->order[k]] = held;
+        result->holding = result->holding || held > 0.0;
         result->rank++;
     }
 }
@@ -190,9 +192,11 @@ void constraints_solve(const ConstraintFactorization *f, const double b[], const
     for (int i = 0; i < f->rank; i++) {
         const int row = f->order[i];
         const double *lower = f->factor + i * M;
-        other[i] = usual == NULL ? 0.0 : (f->scale[row] * usual[row] - inner_product(lower, other, i)) / lower[i];
         z[i] = (f->scale[row] * b[row] - inner_product(lower, z, i)) / lower[i];
-        z[i] = f->held[row] > 0.0 ? (1.0 - f->held[row]) * z[i] + f->held[row] * other[i] : z[i];
+        if (f->holding) {
+            other[i] = usual == NULL ? 0.0 : (f->scale[row] * usual[row] - inner_product(lower, other, i)) / lower[i];
+            z[i] += f->held[row] * (other[i] - z[i]);
+        }
     }
     solve_upper(f->factor, f->rank, z);
     for (int i = 0; i < f->rows; i++) {

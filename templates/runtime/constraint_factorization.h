@@ -2,6 +2,7 @@
 #ifndef CONSTRAINT_FACTORIZATION_H
 #define CONSTRAINT_FACTORIZATION_H
 
+#include <stdbool.h>
 #include <stdint.h>
 
 #include "mechanism.h"
@@ -13,11 +14,11 @@ typedef struct {
     double response[N_CONSTRAINTS * N_COORDINATES]; /* row k: M^-1 g_k, how the accelerations answer multiplier k */
     double scale[N_CONSTRAINTS];
     double factor[N_CONSTRAINTS * N_CONSTRAINTS]; /* L */
-    double work[N_CONSTRAINTS * N_CONSTRAINTS];
     int order[N_CONSTRAINTS];
     int rows; /* the first ones count, the others are left out */
     int rank; /* the first ones in the order are independent */
     double held[N_CONSTRAINTS]; /* of each row: 0 if it speaks for itself, up to 1 if it is about to be lost */
+    bool holding; /* some row is held */
 } ConstraintFactorization;
 
 /* Which rows were found to be independent of each other, and are to be taken again, so that the accelerations remain

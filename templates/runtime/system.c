@@ -136,7 +136,8 @@ void system_solve(const System *system, const double right[], const double *belo
     const ConstraintFactorization *constraints = &system->constraints;
     double *multipliers = unknowns + N;
     double rest[N_CONSTRAINTS];
-    double kept[N_CONSTRAINTS];
+    double kept[N_CONSTRAINTS] = {0.0};
+    const bool keeps = usual != NULL && constraints->holding;
     double mended[N_COORDINATES];
     memcpy(mended, right, sizeof mended);
     for (int k = 0; k < constraints->rows; k++) {
@@ -147,13 +148,14 @@ void system_solve(const System *system, const double right[], const double *belo
     solve_mass(system, mended, unknowns);
     for (int k = 0; k < constraints->rows; k++) {
         rest[k] = below[k];
-        kept[k] = 0.0;
         for (int i = 0; i < N; i++) {
             rest[k] -= constraints->jacobian[k * N + i] * unknowns[i];
-            kept[k] += usual == NULL ? 0.0 : constraints->jacobian[k * N + i] * (usual[i] - unknowns[i]);
+        }
+        for (int i = 0; keeps && i < N; i++) {
+            kept[k] += constraints->jacobian[k * N + i] * (usual[i] - unknowns[i]);
         }
     }
-    constraints_solve(constraints, rest, usual == NULL ? NULL : kept, multipliers);
+    constraints_solve(constraints, rest, keeps ? kept : NULL, multipliers);
     constraints_respond(constraints, multipliers, unknowns);
 }
 
