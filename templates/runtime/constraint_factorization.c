@@ -36,7 +36,7 @@ static void scale_rows(ConstraintFactorization *result) {
     }
 }
 
-/* The full matrix P D G M^-1 G^T D P^T in factor. Along the rows of G, which have many zeros, and with the sums of a row
+/* The full matrix P D G M^-1 G^T D P^T in factor. Along the rows of G, which have many zeros, the sums of a row
    going on beside each other. */
 static void multiply(ConstraintFactorization *result) {
     for (int i = 0; i < result->rows; i++) {
