@@ -155,10 +155,10 @@ def test_a_name_is_resolved_or_unknown() -> None:
     ],
 )
 def test_hostile_texts_are_refused_at_once(text: str, message: str) -> None:
-    began = time.perf_counter()
+    began = time.process_time()
     with pytest.raises(ExpressionError, match=message) as caught:
         parse(text, where="energy.potential")
-    assert time.perf_counter() - began < 1.0
+    assert time.process_time() - began < 1.0
     assert str(caught.value).startswith("energy.potential: ")
 
 
