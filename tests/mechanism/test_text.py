@@ -168,10 +168,10 @@ def test_a_broken_text_gets_one_clear_error(path: Path, tmp_path: Path, monkeypa
     monkeypatch.chdir(tmp_path)
     expected = re.match(r"# expect: (.*)", path.read_text(encoding="utf-8"))
     assert expected is not None, "the first line says what the error should be"
-    began = time.perf_counter()
+    began = time.process_time()
     with pytest.raises(TextError) as caught:
         read_file(path)
-    assert time.perf_counter() - began < 1.0
+    assert time.process_time() - began < 1.0
     message = str(caught.value)
     assert message.startswith(f"{path}: ")
     assert re.match(expected[1], message[len(f"{path}: ") :]), message
@@ -184,10 +184,10 @@ def test_a_large_file_is_refused_by_its_size(tmp_path: Path, monkeypatch: pytest
     path = tmp_path / "large.toml"
     path.write_bytes(b"# " + b"x" * 10_000_000)
     monkeypatch.setattr(Path, "read_bytes", lambda self: pytest.fail("the file was read"))
-    began = time.perf_counter()
+    began = time.process_time()
     with pytest.raises(TextError, match=r"large\.toml: has 10000002 bytes; .* more than 1000000 bytes is not read"):
         read_file(path)
-    assert time.perf_counter() - began < 1.0
+    assert time.process_time() - began < 1.0
 
 
 def test_a_text_that_grows_too_large_is_refused() -> None:
@@ -218,7 +218,7 @@ def test_a_missing_file_and_a_folder_are_errors(tmp_path: Path) -> None:
 
 @pytest.mark.parametrize("line", ["a.b.c = 1\n" * 20000, "[a]\n" * 20000, "x = [" * 100000, "a = '''" + "\n" * 900000])
 def test_large_nonsense_is_refused_soon(line: str) -> None:
-    began = time.perf_counter()
+    began = time.process_time()
     with pytest.raises(TextError, match=r"^p\.toml: "):
         read(line[: MAX_BYTES - 1], "p.toml")
-    assert time.perf_counter() - began < 1.0
+    assert time.process_time() - began < 1.0
