@@ -34,7 +34,7 @@ def rattleback() -> Mechanism:
     C, D = parameter("C", 1.7e-3, "kg.m2", "inertia zz"), parameter("D", -2e-5, "kg.m2", "inertia xy")
     x = coordinate("x", "m", start=0.0, nominal=0.1, doc="centre of the ellipsoid, x")
     y = coordinate("y", "m", start=0.0, nominal=0.1, doc="centre of the ellipsoid, y")
-    psi = coordinate("psi", "rad", start=0.0, velocity=5.0, doc="heading")
+    psi = coordinate("psi", "rad", start=0.0, velocity=-5.0, doc="heading")
     phi = coordinate("phi", "rad", start=radians(0.5), velocity=0.0, nominal=0.1, doc="roll about the long axis")
     chi = coordinate("chi", "rad", start=radians(0.5), velocity=0.0, nominal=0.1, doc="pitch about the short axis")
 
@@ -64,6 +64,6 @@ def rattleback() -> Mechanism:
             Constraint("rolling_across", y.dot * cos(psi) - x.dot * sin(psi) + across, kind="nonholonomic"),
         ],
         outputs=[Output("height", height, "m", "centre of the ellipsoid, over the plane")],
-        experiment=Experiment(stop_time=2.0, step=0.005),
+        experiment=Experiment(stop_time=0.2, step=0.001),
         strict_units=True,
     )

@@ -11,7 +11,7 @@ r"""Rolling cylinder: a loaded cylinder, its mass centre beside its axis, rolls 
 
 The contact is at rest, so that T = (I + m (R^2 + a^2 - 2 a R cos(phi))) phi_dot^2/2.
 
-Source: L. D. Landau, E. M. Lifshitz, Mechanics, section 32, problem 6; values chosen.
+Source: L. D. Landau, E. M. Lifshitz, Mechanics, section 32; values chosen.
 """
 
 from sympy import cos, sin
@@ -33,7 +33,7 @@ def rolling_cylinder() -> Mechanism:
     return Mechanism(
         "rolling_cylinder",
         title="Loaded cylinder rolling on a plane",
-        source="L. D. Landau, E. M. Lifshitz, Mechanics, section 32, problem 6",
+        source="L. D. Landau, E. M. Lifshitz, Mechanics, section 32",
         coordinates=[phi],
         parameters=[m, R, a, I, g],
         bodies=[Body("cylinder", m, (x, y), angle=phi, inertia=I)],
