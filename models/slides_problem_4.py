@@ -1,4 +1,4 @@
-r"""Slides, problem 4: a drum on a spring, turned by a moment, with a particle that hangs from its rim on a massless bar.
+r"""Slides, problem 4: a drum on a spring, turned by a moment, with a particle that hangs from its rim on a bar.
 
 ::
 
@@ -11,10 +11,11 @@ r"""Slides, problem 4: a drum on a spring, turned by a moment, with a particle t
                      \ l        M0, Omega   amplitude and frequency of the moment M0 sin(Omega t)
                 theta o m2      g           gravity, along -y
 
-At phi = 0 the radius OB is horizontal, the spring is relaxed and A is below O. The end of the spring is guided so that
-it stays vertical in large motions too; the torque Q_phi adds to the moment.
+Geometry chosen (the figure is missing): A and B lie on the rim; at phi = 0 the radius OB is horizontal, the spring is
+relaxed and A is below O. The far end of the spring is guided, so that it stays vertical in large motions too. The bar
+has no mass. The input Q_phi adds to the moment.
 
-Source: slides "Lagrangian Dynamics", section 4, problem 4; the place of A on the rim and the values are chosen.
+Source: slides "Lagrangian Dynamics", section 4, problem 4; values chosen.
 """
 
 from sympy import cos, sin
@@ -28,7 +29,8 @@ def slides_problem_4() -> Mechanism:
     m1, R = parameter("m1", 4.0, "kg", "mass of the drum"), parameter("R", 0.2, "m", "radius of the drum")
     m2, l = parameter("m2", 1.0, "kg", "mass of the particle"), parameter("l", 0.5, "m", "length of the bar")  # noqa: E741
     k = parameter("k", 100.0, "N/m", "stiffness of the spring")
-    M0, Omega = parameter("M0", 0.5, "N.m", "amplitude of the moment"), parameter("Omega", 3.0, "rad/s", "its frequency")
+    M0 = parameter("M0", 0.5, "N.m", "amplitude of the moment")
+    Omega = parameter("Omega", 3.0, "rad/s", "its angular frequency")
     g = parameter("g", 9.81, "m/s2", "gravity")
     phi = coordinate("phi", "rad", doc="angle of the drum")
     theta = coordinate("theta", "rad", start=0.3, doc="angle of the bar from the downward vertical")

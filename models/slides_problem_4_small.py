@@ -11,9 +11,9 @@ r"""Slides, problem 4, as small vibrations: a drum on a spring, turned by a mome
                      \ l        M0, Omega   amplitude and frequency of the moment M0 sin(Omega t)
                 theta o m2      g           gravity, along -y
 
-The energies to second order in the angles: linear equations, solved by the two normal modes.
+The energies to second order in the angles give linear equations; geometry as in slides_problem_4.
 
-Source: slides "Lagrangian Dynamics", section 4, problem 4; the place of A on the rim and the values are chosen.
+Source: slides "Lagrangian Dynamics", section 4, problem 4; values chosen.
 """
 
 from sympy import sin
@@ -27,7 +27,8 @@ def slides_problem_4_small() -> Mechanism:
     m1, R = parameter("m1", 4.0, "kg", "mass of the drum"), parameter("R", 0.2, "m", "radius of the drum")
     m2, l = parameter("m2", 1.0, "kg", "mass of the particle"), parameter("l", 0.5, "m", "length of the bar")  # noqa: E741
     k = parameter("k", 100.0, "N/m", "stiffness of the spring")
-    M0, Omega = parameter("M0", 0.5, "N.m", "amplitude of the moment"), parameter("Omega", 3.0, "rad/s", "its frequency")
+    M0 = parameter("M0", 0.5, "N.m", "amplitude of the moment")
+    Omega = parameter("Omega", 3.0, "rad/s", "its angular frequency")
     g = parameter("g", 9.81, "m/s2", "gravity")
     phi = coordinate("phi", "rad", nominal=0.1, doc="angle of the drum")
     theta = coordinate("theta", "rad", start=0.1, nominal=0.1, doc="angle of the bar from the downward vertical")

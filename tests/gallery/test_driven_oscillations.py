@@ -19,8 +19,9 @@ def test_forced_with_friction(motion) -> None:
     settled = 1 / (W0**2 - Omega**2 + 2j * rate * Omega)
     w = np.sqrt(W0**2 - rate**2)
     start, velocity = -settled.real, -(1j * Omega * settled).real
-    free = np.exp(-rate * run.time) * (start * np.cos(w * run.time) + (velocity + rate * start) / w * np.sin(w * run.time))
-    assert run["x"] == pytest.approx((settled * np.exp(1j * Omega * run.time)).real + free, abs=1e-9)
+    free = start * np.cos(w * run.time) + (velocity + rate * start) / w * np.sin(w * run.time)
+    forced = (settled * np.exp(1j * Omega * run.time)).real
+    assert run["x"] == pytest.approx(forced + np.exp(-rate * run.time) * free, abs=1e-9)
 
 
 @pytest.mark.parametrize("Omega", [0.5, 2.0, 3.5])
@@ -127,7 +128,9 @@ def test_growth_in_parametric_resonance(epsilon: float, motion) -> None:
     assert (exponent**2).imag == pytest.approx(0.0, abs=1e-9)
 
 
-@pytest.mark.parametrize(("edge", "function", "start"), [(mathieu_a, mathieu_cem, "x"), (mathieu_b, mathieu_sem, "x_dot")])
+@pytest.mark.parametrize(
+    ("edge", "function", "start"), [(mathieu_a, mathieu_cem, "x"), (mathieu_b, mathieu_sem, "x_dot")]
+)
 def test_periodic_motions_on_the_borders_of_resonance(edge, function, start: str, motion) -> None:
     """Mathieu's functions ce_1 and se_1 (M. Abramowitz, I. A. Stegun, section 20.2) as motions; q = 0.6."""
     q, gamma = 0.6, 3.0
@@ -149,7 +152,7 @@ def test_friction_sets_a_threshold(motion) -> None:
         assert (np.abs(np.linalg.eigvals(found)).max() > 1) == grows
 
 
-# ------------------------------------------------------------------------------ a rapidly oscillating field (section 30)
+# ----------------------------------------------------------------------------- a rapidly oscillating field (section 30)
 
 
 def test_the_slow_motion_of_a_fast_driven_pendulum(motion) -> None:

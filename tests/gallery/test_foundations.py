@@ -31,9 +31,12 @@ def test_three_particles_breathe(motion) -> None:
     start = mp.mpf(1.05) / mp.sqrt(3)
     p = start**2 / 2
 
+    def effective(R):
+        s = mp.sqrt(3) * R
+        return EPSILON * (s**-12 - 2 * s**-6) + p**2 / (2 * R**2)
+
     def rate(R):
-        potential = [EPSILON * (s**-12 - 2 * s**-6) + p**2 / (2 * u**2) for s, u in ((mp.sqrt(3) * R, R), (1.05, start))]
-        return 2 * (potential[1] - potential[0])
+        return 2 * (effective(start) - effective(R))
 
     other = brentq(lambda R: float(rate(mp.mpf(R))), 0.45, 0.99 * float(start))
     period = cycle(rate, other, float(start))
@@ -54,11 +57,9 @@ def test_a_polygon_of_particles_turns(n: int, exported) -> None:
     values, corners = {}, R * np.exp(2j * np.pi * np.arange(n) / n)
     for i, corner in enumerate(corners, start=1):
         velocity = 1j * Omega * corner
-        values |= {f"x{i}": corner.real, f"y{i}": corner.imag}
-        values |= {f"x{i}_dot": velocity.real, f"y{i}_dot": velocity.imag}
-    run = lag2fmu.simulate(
-        exported("particles", n=n), stop_time=3.0, step=0.1, tolerance=1e-11, values={k: float(v) for k, v in values.items()}
-    )
+        values |= {f"x{i}": float(corner.real), f"y{i}": float(corner.imag)}
+        values |= {f"x{i}_dot": float(velocity.real), f"y{i}_dot": float(velocity.imag)}
+    run = lag2fmu.simulate(exported("particles", n=n), stop_time=3.0, step=0.1, tolerance=1e-11, values=values)
     for i, corner in enumerate(corners, start=1):
         assert run[f"x{i}"] + 1j * run[f"y{i}"] == pytest.approx(corner * np.exp(1j * Omega * run.time), abs=1e-8)
 
@@ -90,7 +91,7 @@ def test_lagrangians_of_distant_systems_add(exported) -> None:
 
 @pytest.mark.parametrize("strength", [0.0, 5.0, -40.0])
 def test_a_total_derivative_changes_nothing(strength: float, exported) -> None:
-    """The pendulum's motion, sin(theta/2) = k cd(t sqrt(g/l), k), whatever is added; p and h with the addition's part."""
+    """The pendulum's motion, sin(theta/2) = k cd(t sqrt(g/l), k), whatever is added; p and h do change."""
     fmu = exported("changed_lagrangian", outputs=("p_theta", "generalized_energy"))
     run = lag2fmu.simulate(fmu, stop_time=5.0, step=0.1, tolerance=1e-11, values={"s": strength})
     k = np.sin(0.5)
@@ -102,7 +103,7 @@ def test_a_total_derivative_changes_nothing(strength: float, exported) -> None:
     assert run["generalized_energy"] == pytest.approx(-G * np.cos(1.0) - strength * np.sin(theta), abs=1e-6)
 
 
-# ---------------------------------------------------------------------------------------------------- Liouville's theorem
+# ----------------------------------------------------------------------------------------------- Liouville's theorem
 
 
 def flow(motion, model: str, start: dict[str, float], stop: float, **others: float) -> tuple[np.ndarray, np.ndarray]:
