@@ -15,6 +15,7 @@ from lag2fmu.mechanism.loading import bundled, load
 
 LARGE = {"six_axis_arm", "humanoid_planar", "andrews_squeezer", "bricard", "n_four_bar", "parallel_manipulator"}
 LARGE |= {"whipple_bicycle", "rolling_disc", "sphere_on_turntable", "heavy_top_quaternion", "free_body"}
+LARGE |= {"particles", "rattleback", "sphere_on_incline"}
 a, b, c = sp.symbols("a b c", real=True)
 
 
