@@ -11,7 +11,8 @@ r"""Rattleback: a stone with the underside of an ellipsoid rolls on a plane; spu
                                     A ... D   inertia: xx, yy, zz, xy (about G, in body axes)
 
 Because of D the principal axes of inertia are not those of the ellipsoid: a spin in one sense feeds the rattling, which
-feeds a spin in the other sense. The material point of contact is at rest.
+feeds a spin in the other sense. It turns back after 3 s; the run is short as it comes, for the rattling is quick. The
+material point of contact is at rest.
 
 Source: T. R. Kane, D. A. Levinson, Realistic mathematical modeling of the rattleback, International Journal of
 Non-Linear Mechanics 17, 1982; without its damping.
@@ -64,6 +65,6 @@ def rattleback() -> Mechanism:
             Constraint("rolling_across", y.dot * cos(psi) - x.dot * sin(psi) + across, kind="nonholonomic"),
         ],
         outputs=[Output("height", height, "m", "centre of the ellipsoid, over the plane")],
-        experiment=Experiment(stop_time=0.2, step=0.001),
+        experiment=Experiment(stop_time=0.2, step=0.005),
         strict_units=True,
     )

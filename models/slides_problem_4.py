@@ -20,7 +20,7 @@ Source: slides "Lagrangian Dynamics", section 4, problem 4; values chosen.
 
 from sympy import cos, sin
 
-from lag2fmu.mechanism import Body, Experiment, Mechanism, Output, Spring, coordinate, parameter
+from lag2fmu.mechanism import Body, Experiment, Mechanism, Output, Point, Spring, coordinate, parameter
 from lag2fmu.mechanism.expressions import TIME as t
 
 
@@ -35,6 +35,7 @@ def slides_problem_4() -> Mechanism:
     phi = coordinate("phi", "rad", doc="angle of the drum")
     theta = coordinate("theta", "rad", start=0.3, doc="angle of the bar from the downward vertical")
 
+    A, B = Point("A", (R * sin(phi), -R * cos(phi))), Point("B", (R * cos(phi), R * sin(phi)))
     x_m, y_m = R * sin(phi) + l * sin(theta), -R * cos(phi) - l * cos(theta)
 
     return Mechanism(
@@ -44,6 +45,7 @@ def slides_problem_4() -> Mechanism:
         coordinates=[phi, theta],
         parameters=[m1, R, m2, l, k, M0, Omega, g],
         bodies=[Body("drum", m1, (0, 0), angle=phi, inertia=m1 * R**2 / 2), Body("particle", m2, (x_m, y_m))],
+        points=[A, B],
         gravity=g,
         springs=[Spring("spring", k, elongation=R * sin(phi))],
         forces={phi: M0 * sin(Omega * t)},

@@ -1,4 +1,4 @@
-"""Oscillations under friction, a periodic force, a periodic stiffness, a fast drive: the formulas of the book."""
+"""Oscillations with friction, under a periodic force, a periodic stiffness, a fast drive: the formulas of the book."""
 
 from __future__ import annotations
 
@@ -7,6 +7,19 @@ import pytest
 from scipy.special import mathieu_a, mathieu_b, mathieu_cem, mathieu_sem
 
 pytestmark = pytest.mark.fmu
+
+# ------------------------------------------------------------------------------------------------ damped (section 25)
+
+
+@pytest.mark.parametrize("c", [0.5, 2 * np.sqrt(40.0), 30.0], ids=["periodic", "critical", "aperiodic"])
+def test_damped_oscillation(c: float, motion) -> None:
+    """From x = 0.1 at rest, m = 1, k = 40; x0 (1 + lambda t) exp(-lambda t) between the two kinds."""
+    run = motion("spring_mass_damper", 3.0, c=float(c))
+    rate, w = c / 2, np.sqrt(complex(40.0 - c**2 / 4))
+    sine = np.sin(w * run.time) / w if abs(w) > 1e-6 else run.time
+    expected = 0.1 * np.exp(-rate * run.time) * (np.cos(w * run.time) + rate * sine).real
+    assert run["x"] == pytest.approx(expected, abs=1e-9)
+
 
 # ------------------------------------------------------------------------------- forced, m = F0 = 1, w0 = 2 (22, 26)
 
