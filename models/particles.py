@@ -21,7 +21,7 @@ from sympy import exp, sqrt
 
 from lag2fmu.mechanism import Body, Energy, Mechanism, coordinate, parameter
 
-STRETCH, TURNING = 1.1, 0.5  # of the sides, in sigma; angular velocity of the polygon in rad/s
+STRETCH, TURNING = 1.1, 0.5  # of the sides, in sigma; angular velocity of the polygon, clockwise, in rad/s
 
 
 def particles(n: int = 3) -> Mechanism:
@@ -35,7 +35,7 @@ def particles(n: int = 3) -> Mechanism:
     radius, places = STRETCH / (2 * sin(pi / n)), []
     for i in range(1, n + 1):
         x, y = radius * cos(2 * pi * (i - 1) / n), radius * sin(2 * pi * (i - 1) / n)
-        u, v = -TURNING * y, TURNING * x
+        u, v = TURNING * y, -TURNING * x
         places.append(
             (
                 coordinate(f"x{i}", "m", start=x, velocity=u, doc=f"particle {i}"),

@@ -50,7 +50,7 @@ def test_three_particles_breathe(motion) -> None:
     for i, place in enumerate(places):
         assert place == pytest.approx(places[0] * np.exp(2j * np.pi * i / 3), abs=1e-8)
     assert np.abs(places[0][[10, -1]]) == pytest.approx([other, float(start)], rel=1e-8)
-    assert np.unwrap(np.angle(places[0]))[-1] == pytest.approx(turned, rel=1e-8)
+    assert np.unwrap(np.angle(places[0]))[-1] == pytest.approx(-turned, rel=1e-8)
 
 
 @pytest.mark.parametrize("n", [2, 5])
