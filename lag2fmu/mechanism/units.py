@@ -144,7 +144,7 @@ def _linear(factor: float, value: float | Fraction, offset: float) -> float:
     """factor * value + offset, rounded once; a float value means its shortest decimal."""
     if isinstance(value, (float, int)):
         if not math.isfinite(value) or (factor == 1.0 and offset == 0.0):
-            return float(value)
+            return float(value) + 0.0  # -0.0 would not survive its way through text
         value = Fraction(repr(value))
     try:
         return float(exact(factor) * value + exact(offset))
