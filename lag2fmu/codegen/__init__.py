@@ -1,6 +1,6 @@
 """Code generation: Program -> C text, templates -> source tree."""
 
-from lag2fmu.codegen.solvers import DEFAULT_SOLVER, METHODS, STIFF_SOLVER, Method
+from lag2fmu.codegen.solvers import DEFAULT_SOLVER, METHODS, STIFF_SOLVER, Method, takes
 from lag2fmu.codegen.sources import Slot, Tables, render_sources
 from lag2fmu.codegen.tableaus import TABLEAUS, Tableau
 
@@ -14,4 +14,5 @@ __all__ = [
     "Tableau",
     "Tables",
     "render_sources",
+    "takes",
 ]

@@ -87,6 +87,20 @@ class Collocation:
         return not self.variational
 
     @property
+    def holonomic(self) -> bool:
+        """Whether it takes holonomic constraints: the first stage is the start, the last one's force ends the step."""
+        start_and_end = not any(self.a[0]) and not any(row[-1] for row in self.hat)
+        return self.variational and self.stages > 1 and start_and_end
+
+    @property
+    def multiplier_weights(self) -> tuple[Row, ...]:
+        """The inverse of how positions at stages 2 ... s answer forces at stages 1 ... s - 1: of a hat there."""
+        if not self.holonomic:
+            return ()
+        inner = range(self.stages)
+        return _inverse([[_row_product(row, [h[j] for h in self.hat]) for j in inner[:-1]] for row in self.a[1:]])
+
+    @property
     def modes(self) -> Modes | None:
         """What decouples the stages of radau5; None for variational methods."""
         return None if self.variational else modes_of(self.a)
@@ -150,6 +164,21 @@ def _dot(a: Sequence[float], b: Sequence[float]) -> float:
 
 def _frozen(rows: Iterable[Sequence[float]]) -> tuple[tuple[float, ...], ...]:
     return tuple(tuple(row) for row in rows)
+
+
+def _row_product(row: Sequence[Fraction], column: Sequence[Fraction]) -> Fraction:
+    return sum((x * y for x, y in zip(row, column, strict=True)), Fraction(0))
+
+
+def _inverse(matrix: Sequence[Sequence[Fraction]]) -> tuple[Row, ...]:
+    """By Gauss and Jordan, exactly; the leading minors are not 0."""
+    size = len(matrix)
+    rows = [[*row, *(Fraction(i == j) for j in range(size))] for i, row in enumerate(matrix)]
+    for k, pivot in enumerate(rows):
+        pivot[:] = [x / pivot[k] for x in pivot]
+        for row in rows[:k] + rows[k + 1 :]:
+            row[:] = [x - row[k] * y for x, y in zip(row, pivot, strict=True)]
+    return tuple(tuple(row[size:]) for row in rows)
 
 
 def _root(number: int) -> Fraction:

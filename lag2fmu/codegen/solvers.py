@@ -41,6 +41,12 @@ METHODS: dict[str, Method] = {
 }
 """The solvers of co-simulation, by name."""
 
+
+def takes(method: Method, kind: str) -> bool:
+    """Whether ``method`` works under constraints of this kind; variational ones do under holonomic ones at best."""
+    return not (isinstance(method, Collocation) and method.variational) or (kind == "holonomic" and method.holonomic)
+
+
 STIFF_SOLVER = "radau5"
 """For mechanisms that are stiff at their start, if no solver is asked for; for the others:"""
 DEFAULT_SOLVER = "dopri5"

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Collection, Iterable, Iterator
 from dataclasses import dataclass
 
-from lag2fmu.dynamics.autodiff import forward
+from lag2fmu.dynamics.autodiff import forward, reverse
 from lag2fmu.dynamics.elimination import solve
 from lag2fmu.dynamics.graph import Graph
 from lag2fmu.dynamics.lagrange import EquationsOfMotion
@@ -144,12 +144,17 @@ def _factor_and_solve(equations: EquationsOfMotion, state: tuple[Array, ...]) ->
 
 
 def _canonical(equations: EquationsOfMotion, state: tuple[Array, ...]) -> Iterator[Function]:
-    """dp/dt = F with p = dL/dqd and F = dL/dq - dR/dqd + Q, which is the forcing less what M qdd leaves of dp/dt."""
+    """dp/dt = F with p = dL/dqd and F = dL/dq - dR/dqd + Q, which is the forcing less what M qdd leaves of dp/dt.
+
+    L holds the energies of constraints that make M regular, so that p determines qd.
+    """
     g, v = equations.graph, equations.variables
-    rates = forward(g, equations.momenta, v.direction(g, accelerating=False))
+    carried = {velocity: g.multiply(weight, velocity) for velocity, weight in equations.parts.carried.items()}
+    momenta = [g.add(p, own) for p, own in zip(equations.momenta, reverse(g, carried, v.qd), strict=True)]
+    rates = forward(g, momenta, v.direction(g, accelerating=False))
     forces = [g.add(rate, f) for rate, f in zip(rates, equations.forcing, strict=True)]
     doc = "Momenta m = dL/dqd and forces F = dL/dq - dR/dqd + Q, so that dm/dt = F."
-    yield _function("mechanism_canonical", doc, state, m=equations.momenta, F=forces)
+    yield _function("mechanism_canonical", doc, state, m=momenta, F=forces)
 
 
 def _constraints(equations: EquationsOfMotion, state: tuple[Array, ...], factor: Function) -> tuple[Function, ...]:

@@ -10,7 +10,7 @@ from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 
-from lag2fmu.codegen import DEFAULT_SOLVER, METHODS, STIFF_SOLVER, Method, Tables, render_sources
+from lag2fmu.codegen import DEFAULT_SOLVER, METHODS, STIFF_SOLVER, Method, Tables, render_sources, takes
 from lag2fmu.dynamics import EquationsOfMotion, Program, derive, lower
 from lag2fmu.dynamics.lagrange import complete
 from lag2fmu.errors import BuildError, ExportError
@@ -111,12 +111,17 @@ def suited_solver(equations: EquationsOfMotion, backend: str) -> tuple[str, str]
 
 
 def _check_solver(mechanism: Mechanism, method: Method) -> None:
-    if method.variational and mechanism.constraints:
-        others = [name for name, other in METHODS.items() if not other.variational]
-        raise ExportError(
-            f"solver '{method.solver}' discretises an action without constraints, and mechanism '{mechanism.name}' has "
-            f"{len(mechanism.constraints)}; take one of {', '.join(others)}"
-        )
+    """Refuse a variational method that does not take these constraints, with others that do."""
+    kinds = sorted({c.kind for c in mechanism.constraints if not takes(method, c.kind)})
+    if not kinds:
+        return
+    others = [name for name, other in METHODS.items() if all(takes(other, c.kind) for c in mechanism.constraints)]
+    listed = ", ".join(c.name for c in mechanism.constraints if c.kind in kinds)
+    action = "under holonomic constraints only" if takes(method, "holonomic") else "without constraints"
+    raise ExportError(
+        f"solver '{method.solver}' discretises an action {action}, and mechanism '{mechanism.name}' has "
+        f"{' and '.join(kinds)} ones ({listed}); take one of {', '.join(others)}"
+    )
 
 
 _Contribution = Callable[[Mechanism, EquationsOfMotion, Program, str], tuple[ModelDescription, str, dict[str, bytes]]]

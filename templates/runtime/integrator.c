@@ -136,8 +136,9 @@ static bool update_first_stage(Instance *instance) {
     return state->first_stage_valid != 0;
 }
 
+/* Variational methods meet the constraints by themselves, with momenta that belong to these velocities. */
 static bool bring_back_result(Instance *instance, Step step) {
-    return bring_back(instance, step.end, instance->scratch.new_states, instance->scratch.new_derivatives);
+    return VARIATIONAL || bring_back(instance, step.end, instance->scratch.new_states, instance->scratch.new_derivatives);
 }
 
 /* Makes the result of a trial step the present point. */

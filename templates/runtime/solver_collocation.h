@@ -12,6 +12,8 @@ typedef struct {
     const double *hat; /* stages x stages */
     const double *b;   /* stages */
     const double *c;   /* stages */
+    const double *multiplier_weights; /* the inverse of a hat without its first row and its last column, row-major; NULL
+                                         if constraints are not taken */
 } Collocation;
 
 extern const Collocation COLLOCATION;
