@@ -109,7 +109,8 @@ class Collocation:
     def runtime_files(self) -> tuple[str, ...]:
         """The files of the runtime that only these methods need."""
         if self.variational:
-            return ("solver_collocation.h", "solver_variational.c")
+            names = ("solver_collocation.h", "solver_variational.c", "solver_variational.h")
+            return (*names, "solver_constraint_stages.c") if self.holonomic else names
         return ("solver_collocation.h", "solver_lu.c", "solver_lu.h", "solver_radau.c")
 
 

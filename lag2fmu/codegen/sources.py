@@ -74,8 +74,7 @@ class Tables:
 
 
 CONSTRAINT_FILES = "constraint_"
-"""How the names of the runtime files begin that only a mechanism with constraints needs."""
-
+"""How the names of the runtime files begin, behind SOLVER_FILES if need be, that only constraints need."""
 
 SOLVER_FILES = "solver_"
 """How those begin of which only the chosen solver's is needed."""
@@ -94,9 +93,13 @@ def render_sources(program: Program, tables: Tables, method: Method, guid: str) 
         "helpers": [text for name, text in _HELPERS.items() if CODE[name] in used],
     }
     runtime = (resource_folder("templates") / "runtime").glob("*.[ch]")
-    unused = (SOLVER_FILES,) if tables.constraint_names else (SOLVER_FILES, CONSTRAINT_FILES)
-    used_files = [path for path in runtime if not path.name.startswith(unused) or path.name in method.runtime_files]
-    files = {path.name: path.read_text("utf-8") for path in used_files}
+    unused = () if tables.constraint_names else (CONSTRAINT_FILES, SOLVER_FILES + CONSTRAINT_FILES)
+    used_files = [path for path in runtime if not path.name.startswith(unused)]
+    files = {
+        path.name: path.read_text("utf-8")
+        for path in used_files
+        if not path.name.startswith(SOLVER_FILES) or path.name in method.runtime_files
+    }
     generated = (*GENERATED, *method.generated_files)
     files |= {name: render(f"mechanism/{name}.jinja", context) for name in generated}
     return dict(sorted(files.items()))

@@ -22,40 +22,17 @@
 #include <math.h>
 #include <string.h>
 
-#include "solver_collocation.h"
+#include "solver_variational.h"
+
 #include "equations.h"
 #include "finite.h"
 #include "inputs.h"
-#include "solver.h"
+#include "solver_collocation.h"
 #include "system.h"
-#if N_CONSTRAINTS > 0
-#include "constraint_projection.h"
-#endif
 
 enum { N = N_COORDINATES, S = STAGES, MOST_ITERATIONS = 100 };
 
 static const double CONVERGED = 1e-9; /* relative changes below this may come to rest at rounding */
-#if N_CONSTRAINTS > 0
-static const double MET = 1e-10; /* relative residuals of constraints after a step */
-#endif
-
-/* The velocities and multipliers at the stages, and from there coordinates, momenta dL/dqd, forces F with those of the
-   constraints, and what phi is. */
-typedef struct {
-    double velocities[S][N];
-    double coordinates[S][N];
-    double momenta[S][N];
-    double forces[S][N];
-#if N_CONSTRAINTS > 0
-    double multipliers[S][N_CONSTRAINTS]; /* the last one is 0 here, see velocities_of */
-    double residuals[S][N_CONSTRAINTS];
-#endif
-} Stages;
-
-static void pack(const double q[], const double qd[], double states[]) {
-    memcpy(states, q, N * sizeof(double));
-    memcpy(states + N, qd, N * sizeof(double));
-}
 
 static void evaluate(Instance *instance, double time, const double q[], const double qd[], double momenta[],
                      double forces[]) {
@@ -77,120 +54,13 @@ static double weighed(const double weights[], double rows[][N], int i) {
     return sum;
 }
 
-#if N_CONSTRAINTS > 0
-
-/* Adds the forces of the constraints at stage i. */
-static void constrain(Instance *instance, double time, Stages *stages, int i) {
-    double states[N_STATES];
-    double velocities[N_CONSTRAINTS];
-    double jacobian[N_CONSTRAINTS * N];
-    pack(stages->coordinates[i], stages->velocities[i], states);
-    mechanism_constraints(time, states, inputs_at(instance, time), instance->state.parameters, stages->residuals[i],
-                          velocities, jacobian);
-    for (int k = 0; k < N_CONSTRAINTS * N; k++) {
-        stages->forces[i][k % N] += jacobian[k] * stages->multipliers[i][k / N];
-    }
-}
-
-/* The multipliers to begin with: those at the start of the step. */
-static void guess_multipliers(const System *system, Stages *stages) {
-    double below[N_CONSTRAINTS];
-    double unknowns[N_UNKNOWNS];
-    for (int k = 0; k < N_CONSTRAINTS; k++) {
-        below[k] = -system->gamma[k];
-    }
-    system_solve(system, system->forcing, below, unknowns);
-    memset(stages->multipliers, 0, sizeof stages->multipliers);
-    for (int i = 0; i < S - 1; i++) {
-        memcpy(stages->multipliers[i], unknowns + N, N_CONSTRAINTS * sizeof(double));
-    }
-}
-
-/* changes[i] = [x_i, mu_i] solve M x_i = missing_i + G^T mu_i, G x_i = 0. What the multipliers are to change by so that
-   phi vanishes, d_j, follows with A = G M^-1 G^T from
-
-       h^2 sum_jk a_ij hat_jk A d_k = h sum_j a_ij A mu_j - phi_i;
-
-   velocities then change by x_i + M^-1 G^T (h sum_j hat_ij d_j - mu_i). */
-static void meet_constraints(const System *system, double h, Stages *stages, double changes[S][N_UNKNOWNS]) {
-    static const double NONE[N_COORDINATES];
-    double shifts[S][N_CONSTRAINTS];
-    double d[S][N_CONSTRAINTS] = {{0.0}};
-    for (int i = 1; i < S; i++) {
-        double answer[N_UNKNOWNS];
-        system_solve(system, NONE, stages->residuals[i], answer);
-        for (int k = 0; k < N_CONSTRAINTS; k++) {
-            shifts[i][k] = -answer[N + k];
-            for (int j = 0; j < S; j++) {
-                shifts[i][k] += h * COLLOCATION.a[i * S + j] * changes[j][N + k];
-            }
-        }
-    }
-    for (int j = 0; j < S - 1; j++) {
-        for (int k = 0; k < N_CONSTRAINTS; k++) {
-            for (int i = 1; i < S; i++) {
-                d[j][k] += COLLOCATION.multiplier_weights[j * (S - 1) + i - 1] * shifts[i][k] / (h * h);
-            }
-            stages->multipliers[j][k] += d[j][k];
-        }
-    }
-    for (int i = 0; i < S; i++) {
-        double impulse[N_CONSTRAINTS];
-        for (int k = 0; k < N_CONSTRAINTS; k++) {
-            impulse[k] = -changes[i][N + k];
-            for (int j = 0; j < S - 1; j++) {
-                impulse[k] += h * COLLOCATION.hat[i * S + j] * d[j][k];
-            }
-        }
-        constraints_respond(&system->constraints, impulse, changes[i]);
-    }
-}
-
-/* gap[m]: the change of velocity that the constraints ask for. */
-static void miss(Instance *instance, double time, const double q[], const double qd[], double gap[]) {
-    double states[N_STATES];
-    double positions[N_HOLONOMIC];
-    double jacobian[N_CONSTRAINTS * N];
-    pack(q, qd, states);
-    mechanism_constraints(time, states, inputs_at(instance, time), instance->state.parameters, positions, gap,
-                          jacobian);
-    for (int k = 0; k < N_CONSTRAINTS; k++) {
-        gap[k] = -gap[k];
-    }
-}
-
-/* impulse[n] += G^T multipliers */
-static void add_impulse(const System *system, const double multipliers[], double impulse[]) {
-    for (int k = 0; k < N_CONSTRAINTS * N; k++) {
-        impulse[k % N] += system->constraints.jacobian[k] * multipliers[k / N];
-    }
-}
-
-/* Momenta do not tell the velocities where M is singular. */
-static bool check_mass(Instance *instance, double time, const double states[], const System *system) {
-    bool concerned[N_COORDINATES];
-    Factorization work;
-    for (int k = 0; k < N_CONSTRAINTS; k++) {
-        if (system->weight[k] > 0.0) {
-            double *mass = instance->scratch.mass;
-            mechanism_dynamics(time, states, inputs_at(instance, time), instance->state.parameters, mass,
-                               instance->scratch.forcing);
-            mass_factorize(mass, &work, concerned);
-            return report_coordinates(instance, FAILURE_SINGULAR, time, concerned);
-        }
-    }
-    return true;
-}
-
-#endif
-
 static bool factorize(Instance *instance, double time, const double states[]) {
     System *system = &instance->scratch.system;
     if (!system_factorize(instance, time, states, inputs_at(instance, time), N_CONSTRAINTS, 0.0, system)) {
         return false;
     }
 #if N_CONSTRAINTS > 0
-    return check_mass(instance, time, states, system);
+    return mass_regular(instance, time, states, system);
 #else
     return true;
 #endif
@@ -206,7 +76,7 @@ static void complete(Instance *instance, Step step, Stages *stages) {
         evaluate(instance, stage_time(instance, step, i), stages->coordinates[i], stages->velocities[i],
                  stages->momenta[i], stages->forces[i]);
 #if N_CONSTRAINTS > 0
-        constrain(instance, stage_time(instance, step, i), stages, i);
+        stages_constrain(instance, stage_time(instance, step, i), stages, i);
 #endif
     }
 }
@@ -226,7 +96,7 @@ static double correct(Instance *instance, Step step, const double p[], Stages *s
         system_solve(&instance->scratch.system, missing, RESTING, changes[i]);
     }
 #if N_CONSTRAINTS > 0
-    meet_constraints(&instance->scratch.system, step.length, stages, changes);
+    stages_meet_constraints(&instance->scratch.system, step.length, stages, changes);
 #endif
     for (int i = 0; i < S; i++) {
         for (int k = 0; k < N; k++) {
@@ -264,13 +134,29 @@ static double add_compensated(double x, double increment, double *rest) {
     return sum;
 }
 
+/* Changes qd so that its momenta grow by missing[n], but for an impulse of the constraints. */
+static void correct_end(Instance *instance, double time, const double q[], const double missing[], double qd[],
+                        double impulse[]) {
+#if N_CONSTRAINTS > 0
+    constraints_end_step(instance, time, q, missing, qd, impulse);
+#else
+    double change[N];
+    (void)time;
+    (void)q;
+    (void)impulse;
+    system_solve(&instance->scratch.system, missing, NULL, change);
+    for (int k = 0; k < N; k++) {
+        qd[k] += change[k];
+    }
+#endif
+}
+
 /* The velocities at the end of the step whose momenta are next->momenta: M qd + a = p, corrected once for rounding. With
-   constraints p is short of the impulse of the last multiplier until that makes the velocities meet them. */
+   constraints p is short of the impulse of the last multiplier, until that makes the velocities meet them. */
 static bool velocities_of(Instance *instance, Step step, const double q[], Canonical *next, double qd[]) {
-    System *system = &instance->scratch.system;
     double resting[N_STATES] = {0.0};
     double impulse[N] = {0.0};
-    double momenta[N], forces[N], below[N_CONSTRAINTS + 1] = {0.0}, change[N_UNKNOWNS];
+    double momenta[N], forces[N];
     memcpy(resting, q, N * sizeof(double));
     if (!factorize(instance, step.end, resting)) {
         return false;
@@ -281,16 +167,7 @@ static bool velocities_of(Instance *instance, Step step, const double q[], Canon
         for (int k = 0; k < N; k++) {
             momenta[k] = next->momenta[k] + impulse[k] - momenta[k];
         }
-#if N_CONSTRAINTS > 0
-        miss(instance, step.end, q, qd, below);
-#endif
-        system_solve(system, momenta, below, change);
-        for (int k = 0; k < N; k++) {
-            qd[k] += change[k];
-        }
-#if N_CONSTRAINTS > 0
-        add_impulse(system, change + N, impulse);
-#endif
+        correct_end(instance, step.end, q, momenta, qd, impulse);
     }
     for (int k = 0; k < N; k++) {
         next->momenta[k] = add_compensated(next->momenta[k], impulse[k], &next->rest_momenta[k]);
@@ -322,18 +199,7 @@ static void guess_stages(const Instance *instance, Step step, Stages *stages) {
         }
     }
 #if N_CONSTRAINTS > 0
-    guess_multipliers(&instance->scratch.system, stages);
-#endif
-}
-
-/* Do the constraints hold after the step? Redundant ones that were left out do not where that is not the same. */
-static bool constraints_met(Instance *instance, Step step) {
-#if N_CONSTRAINTS > 0
-    return constraints_drift(instance, step.end, instance->scratch.new_states, inputs_at(instance, step.end)) <= MET;
-#else
-    (void)instance;
-    (void)step;
-    return true;
+    stages_guess_multipliers(&instance->scratch.system, stages);
 #endif
 }
 
@@ -363,9 +229,14 @@ bool solver_step(Instance *instance, Step step) {
         !equations_derivative(instance, step.end, scratch->new_states, scratch->new_derivatives)) {
         return false;
     }
-    if (!all_finite(scratch->new_states, N_STATES) || !constraints_met(instance, step)) {
+    if (!all_finite(scratch->new_states, N_STATES)) {
         return report_iteration(instance, step);
     }
+#if N_CONSTRAINTS > 0
+    if (!new_states_on_constraints(instance, step)) {
+        return report_iteration(instance, step);
+    }
+#endif
     state->canonical = next;
     return true;
 }
