@@ -5,11 +5,11 @@ from __future__ import annotations
 from collections.abc import Collection, Iterable, Iterator
 from dataclasses import dataclass
 
-from lag2fmu.dynamics.autodiff import forward, reverse
 from lag2fmu.dynamics.elimination import solve
 from lag2fmu.dynamics.graph import Graph
 from lag2fmu.dynamics.lagrange import EquationsOfMotion
 from lag2fmu.dynamics.tangent import Tangent, differentiate
+from lag2fmu.dynamics.terms import canonical
 from lag2fmu.dynamics.time_derivatives import SecondDerivatives, differentiate_twice
 
 
@@ -62,11 +62,11 @@ class Program:
         return self.graph.operations((node for *_, node in function.results), function.given)
 
 
-def lower(equations: EquationsOfMotion, promoted: Collection[str] = (), canonical: bool = False) -> Program:
+def lower(equations: EquationsOfMotion, promoted: Collection[str] = (), variational: bool = False) -> Program:
     """The functions an FMU needs: accelerations, what is calculated from them, the tangents, second time derivatives.
 
-    ``promoted`` names the accelerations and locals that are outputs beside those of the mechanism; ``canonical`` adds
-    momenta and forces for solvers that work on them.
+    ``promoted`` names the accelerations and locals that are outputs beside those of the mechanism; ``variational``
+    adds the momenta and forces that such solvers work on.
 
     Arguments: t; x = (q, qd), 2n; u, the inputs (Q first, then the user's, then y0, y0_dot, y0_ddot of each motion); p,
     the independent parameters; qdd, n, and behind it the m multipliers. M is row-major with only its lower triangle
@@ -88,7 +88,7 @@ def lower(equations: EquationsOfMotion, promoted: Collection[str] = (), canonica
             factor,
             solution,
             *_constraints(equations, state, factor),
-            *(_canonical(equations, state) if canonical else ()),
+            *(_canonical(equations, state) if variational else ()),
             _function(
                 "mechanism_locals",
                 "Momenta, energies and outputs y.",
@@ -144,16 +144,9 @@ def _factor_and_solve(equations: EquationsOfMotion, state: tuple[Array, ...]) ->
 
 
 def _canonical(equations: EquationsOfMotion, state: tuple[Array, ...]) -> Iterator[Function]:
-    """dp/dt = F with p = dL/dqd and F = dL/dq - dR/dqd + Q, which is the forcing less what M qdd leaves of dp/dt.
-
-    L holds the energies of constraints that make M regular, so that p determines qd.
-    """
-    g, v = equations.graph, equations.variables
-    carried = {velocity: g.multiply(weight, velocity) for velocity, weight in equations.parts.carried.items()}
-    momenta = [g.add(p, own) for p, own in zip(equations.momenta, reverse(g, carried, v.qd), strict=True)]
-    rates = forward(g, momenta, v.direction(g, accelerating=False))
-    forces = [g.add(rate, f) for rate, f in zip(rates, equations.forcing, strict=True)]
-    doc = "Momenta m = dL/dqd and forces F = dL/dq - dR/dqd + Q, so that dm/dt = F."
+    """Momenta and forces of Lagrange's equations, for variational methods."""
+    momenta, forces = canonical(equations.graph, equations.variables, equations.parts)
+    doc = "Momenta m = dL/dqd and forces F = dL/dq - dR/dqd + Q, so that dm/dt = F but for the forces of constraints."
     yield _function("mechanism_canonical", doc, state, m=momenta, F=forces)
 
 

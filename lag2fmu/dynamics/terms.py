@@ -6,6 +6,7 @@ The method is told in ``lagrange``.
 from __future__ import annotations
 
 from collections.abc import Sequence
+from fractions import Fraction
 
 from lag2fmu.dynamics.autodiff import forward, reverse
 from lag2fmu.dynamics.constraints import Constraints
@@ -126,6 +127,30 @@ def _hessian(graph: Graph, mechanism: Mechanism, v: Variables, remainder: int) -
     return [(a, b, next(resting)) for a in v.qd for b in v.qd]
 
 
+def _generalized_forces(graph: Graph, v: Variables, energies: Energies) -> list[int]:
+    """Q of the loads and inputs, (n,)."""
+    rows = zip(
+        reverse(graph, energies.effort, v.q), reverse(graph, energies.impetus, v.qd), energies.direct, strict=True
+    )
+    return [graph.total(row) for row in rows]
+
+
+def canonical(graph: Graph, v: Variables, energies: Energies) -> tuple[list[int], list[int]]:
+    """p = dL/dqd and F = dL/dq - dR/dqd + Q, (n,) each, F anywhere, on the constraints or beside them.
+
+    L holds the energies of constraints that make M regular, so that p determines qd.
+    """
+    half = graph.constant(Fraction(1, 2))
+    carried = [
+        graph.multiply(half, graph.multiply(weight, graph.multiply(x, x))) for x, weight in energies.carried.items()
+    ]
+    action = graph.total([energies.lagrangian(graph), *carried])
+    gradient = reverse(graph, {action: graph.one}, [*v.qd, *v.q])
+    friction = reverse(graph, {energies.dissipation: graph.one}, v.qd)
+    rows = zip(gradient[len(v.q) :], _generalized_forces(graph, v, energies), friction, strict=True)
+    return gradient[: len(v.q)], [graph.subtract(graph.add(slope, Q), drag) for slope, Q, drag in rows]
+
+
 def named_energies(graph: Graph, v: Variables, energies: Energies, momenta: Sequence[int]) -> dict[str, int]:
     """T, V, T + V (unless V has velocities), h = sum qd p - L, and the power of the external inputs."""
     named: dict[str, int] = {}
@@ -134,10 +159,7 @@ def named_energies(graph: Graph, v: Variables, energies: Energies, momenta: Sequ
         if not v.moves(graph, energies.potential_energy):
             named["total_energy"] = graph.add(energies.kinetic_energy, energies.potential_energy)
     named["generalized_energy"] = graph.subtract(graph.dot(v.qd, momenta), energies.lagrangian(graph))
-    rows = zip(
-        reverse(graph, energies.effort, v.q), reverse(graph, energies.impetus, v.qd), energies.direct, strict=True
-    )
-    forces = [graph.total(row) for row in rows]
+    forces = _generalized_forces(graph, v, energies)
     silent = graph.substitute(forces, dict.fromkeys((*v.Q, *v.plain), graph.zero))
     external = [graph.subtract(a, b) for a, b in zip(forces, silent, strict=True)]
     named["external_power"] = graph.dot(external, v.qd)

@@ -32,3 +32,12 @@ def test_the_modes_of_radau5() -> None:
     product = np.array(modes.from_modes) @ blocks @ np.array(modes.to_modes)
     assert product == pytest.approx(np.array(method.a, float), abs=1e-14)
     assert np.array(modes.from_modes) @ np.array(modes.to_modes) == pytest.approx(np.eye(3), abs=1e-14)
+
+
+def test_weights_of_multipliers() -> None:
+    """They invert how the positions at later stages answer forces at earlier ones; Lobatto's pairs have them."""
+    assert [name for name, method in COLLOCATIONS.items() if method.holonomic] == ["verlet", "lobatto4"]
+    for method in (COLLOCATIONS["verlet"], COLLOCATIONS["lobatto4"]):
+        answer = (np.array(method.a, float) @ np.array(method.hat, float))[1:, :-1]
+        size = np.eye(method.stages - 1)
+        assert np.array(method.multiplier_weights, float) @ answer == pytest.approx(size, abs=1e-15)

@@ -5,6 +5,7 @@ from __future__ import annotations
 import random
 from collections.abc import Sequence
 from dataclasses import replace
+from fractions import Fraction
 
 import kkt
 import numpy as np
@@ -14,8 +15,10 @@ from sympy import cos, sin
 from lag2fmu.dynamics import derive
 from lag2fmu.dynamics.constraints import ambiguous
 from lag2fmu.dynamics.samples import start_values
+from lag2fmu.dynamics.terms import canonical
 from lag2fmu.errors import DerivationError
 from lag2fmu.mechanism import Body, Constraint, Mechanism, coordinate, parameter
+from lag2fmu.mechanism.loading import load
 from lag2fmu.mechanism.text import read
 from lag2fmu.reference import Equations
 
@@ -215,3 +218,32 @@ def test_a_bad_constraint_gets_one_sentence(tables: str, x: str, expected: str) 
 def test_what_is_driven_or_redundant_is_let_pass(expressions: Sequence[str]) -> None:
     equations = derive(bead(holonomic(*expressions)))
     assert [c.start for c in equations.mechanism.coordinates] == pytest.approx([1.0, 2.0])
+
+
+# ---------------------------------------------------------------------------------------- for variational integrators
+
+
+@pytest.mark.parametrize("model", ["heavy_top_quaternion", "four_bar_linkage"])
+def test_momenta_and_forces_are_slopes_of_the_action(model: str) -> None:
+    """Anywhere, by differences of L, which is T - V on the constraints; M is the slope of the momenta, and regular."""
+    equations = derive(load(model))
+    g, v, parts = equations.graph, equations.variables, equations.parts
+    momenta, forces = canonical(g, v, parts)
+    still = [g.multiply(weight, g.multiply(x, x)) for x, weight in parts.carried.items()]
+    action = g.add(parts.lagrangian(g), g.multiply(g.constant(Fraction(1, 2)), g.total(still)))
+    assert len(still) == (model == "heavy_top_quaternion")
+    for values in states(equations.mechanism):
+
+        def slopes(nodes: Sequence[int], along: Sequence[int], at: dict[str, float] = values) -> np.ndarray:
+            """The derivatives of ``nodes`` (k,) along ``along`` (n,), (k, n)"""
+            rows, step = [], 1e-4
+            for name in (str(g.leaf[node]) for node in along):
+                ends = [np.array(g.evaluate(nodes, at | {name: at[name] + s * step})) for s in (-2, -1, 1, 2)]
+                rows.append(np.array([1, -8, 8, -1]) @ ends / (12 * step))
+            return np.array(rows).T
+
+        assert g.evaluate(momenta, values) == pytest.approx(slopes([action], v.qd)[0], rel=1e-8, abs=1e-10)
+        assert g.evaluate(forces, values) == pytest.approx(slopes([action], v.q)[0], rel=1e-8, abs=1e-10)
+        M = np.array([g.evaluate(row, values) for row in equations.mass_matrix])
+        assert slopes(momenta, v.qd) == pytest.approx(M, rel=1e-8, abs=1e-10)
+        assert np.linalg.cond(M) < 1e6

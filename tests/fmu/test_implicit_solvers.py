@@ -1,4 +1,4 @@
-"""Implicit solvers in the FMU: observed orders, energy and momenta over many periods, stiffness, rollback, refusals."""
+"""Implicit solvers in the FMU: observed orders, energy and momenta over many periods, stiffness, rollback, notices."""
 
 from __future__ import annotations
 
@@ -12,7 +12,6 @@ from stepping import WARNING, Stepping
 
 from lag2fmu import export
 from lag2fmu.codegen import METHODS
-from lag2fmu.errors import ExportError
 from lag2fmu.mechanism import Energy, Mechanism, coordinate, parameter
 from lag2fmu.mechanism.loading import load, with_values
 
@@ -137,12 +136,6 @@ def test_a_step_too_long_for_the_iteration_is_said(exported) -> None:
         with pytest.raises(Exception, match="fmi2DoStep"):
             s.step(0.1)
         assert "not solved by iteration; lower solver_step" in s.log[-1][2]
-
-
-def test_variational_solvers_refuse_constraints_and_name_others(tmp_path) -> None:
-    with pytest.raises(ExportError, match=r"'gauss4' discretises an action without constraints, .* has 1; take one of"):
-        export(load("slides_problem_5_small"), tmp_path / "x.fmu", solver="gauss4")
-    assert not list(tmp_path.iterdir())
 
 
 def test_radau_keeps_constraints(exported) -> None:
