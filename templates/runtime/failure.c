@@ -3,6 +3,12 @@
 
 #include <stdio.h>
 
+#if VARIATIONAL && N_CONSTRAINTS > 0
+static const char DEPENDENCE[] = " or its constraints are about to become dependent";
+#else
+static const char DEPENDENCE[] = "";
+#endif
+
 enum { NAMES_SHOWN = 8, NAMES_SIZE = 400 };
 
 /* Writes the names of the flagged coordinates as "a, b, c"; of a long list the first NAMES_SHOWN. */
@@ -70,8 +76,8 @@ void failure_sentence(const Failure *failure, char text[], size_t size) {
         break;
     case FAILURE_ITERATION:
         snprintf(text, size, "at time %.17g the equations of an implicit solver step of %.3g s are not solved by "
-                 "iteration; lower solver_step, or export with --solver radau5 if the mechanism is stiff",
-                 failure->time, failure->step);
+                 "iteration; lower solver_step, or export with --solver radau5 if the mechanism is stiff%s",
+                 failure->time, failure->step, DEPENDENCE);
         break;
     case FAILURE_CONSTRAINTS:
         constraints_sentence(failure, text, size);
