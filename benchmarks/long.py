@@ -151,10 +151,12 @@ def plot(results: dict[str, dict[str, Run]], path: Path) -> None:
     """Error over time, double logarithmic."""
     figure = Figure(figsize=(11, 4.5), layout="constrained")
     axes = figure.subplots(1, len(results))
+    solvers = sorted({solver for found in results.values() for solver in found})
+    colours = {solver: f"C{i}" for i, solver in enumerate(solvers)}
     for axis, (name, found) in zip(axes, results.items(), strict=True):
         for solver, run in found.items():
             style = "o-" if METHODS[solver].variational else "s--"
-            axis.loglog(*run.errors.T, style, ms=3, label=f"{solver}, {run.setting}")
+            axis.loglog(*run.errors.T, style, color=colours[solver], ms=3, label=f"{solver}, {run.setting}")
         axis.set(xlabel="periods", ylabel="relative energy error", title=name)
         axis.grid(alpha=0.3)
         axis.legend(fontsize=8)
