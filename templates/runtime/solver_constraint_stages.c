@@ -18,7 +18,7 @@ void stages_guess_multipliers(const System *system, Stages *stages) {
     for (int k = 0; k < M; k++) {
         below[k] = -system->gamma[k];
     }
-    system_solve(system, system->forcing, below, unknowns);
+    system_solve(system, system->forcing, below, NULL, unknowns);
     memset(stages->multipliers, 0, sizeof stages->multipliers);
     for (int i = 0; i < S - 1; i++) {
         memcpy(stages->multipliers[i], unknowns + N, sizeof below);
@@ -45,7 +45,7 @@ static void correct_multipliers(const System *system, double h, double changes[S
     memset(d, 0, S * sizeof d[0]);
     for (int i = 1; i < S; i++) {
         double answer[N_UNKNOWNS];
-        system_solve(system, NO_FORCE, residuals[i], answer);
+        system_solve(system, NO_FORCE, residuals[i], NULL, answer);
         for (int k = 0; k < M; k++) {
             double right = -answer[N + k];
             for (int j = 0; j < S; j++) {
@@ -91,7 +91,7 @@ void constraints_end_step(Instance *instance, double time, const double q[], con
     for (int k = 0; k < M; k++) {
         velocities[k] = -velocities[k];
     }
-    system_solve(system, missing, velocities, change);
+    system_solve(system, missing, velocities, NULL, change);
     for (int j = 0; j < N; j++) {
         qd[j] += change[j];
         for (int k = 0; k < M; k++) {

@@ -93,7 +93,7 @@ static double correct(Instance *instance, Step step, const double p[], Stages *s
             missing[k] = p[k] + step.length * weighed(COLLOCATION.hat + i * S, stages->forces, k) -
                          stages->momenta[i][k];
         }
-        system_solve(&instance->scratch.system, missing, RESTING, changes[i]);
+        system_solve(&instance->scratch.system, missing, RESTING, NULL, changes[i]);
     }
 #if N_CONSTRAINTS > 0
     stages_meet_constraints(&instance->scratch.system, step.length, stages, changes);
@@ -144,7 +144,7 @@ static void correct_end(Instance *instance, double time, const double q[], const
     (void)time;
     (void)q;
     (void)impulse;
-    system_solve(&instance->scratch.system, missing, NULL, change);
+    system_solve(&instance->scratch.system, missing, NULL, NULL, change);
     for (int k = 0; k < N; k++) {
         qd[k] += change[k];
     }
