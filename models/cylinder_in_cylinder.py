@@ -9,7 +9,7 @@ r"""Cylinder in a cylinder: a homogeneous cylinder rolls without slipping on the
 
 Rolling makes it turn by -phi (R - a)/a; its kinetic energy is (3/4) m (R - a)^2 phi_dot^2.
 
-Source: L. D. Landau, E. M. Lifshitz, Mechanics, section 32, problem 5.
+Source: L. D. Landau, E. M. Lifshitz, Mechanics, section 32, problem 6.
 """
 
 from sympy import cos, sin
@@ -31,7 +31,7 @@ def cylinder_in_cylinder() -> Mechanism:
     return Mechanism(
         "cylinder_in_cylinder",
         title="Cylinder rolling in a cylinder",
-        source="L. D. Landau, E. M. Lifshitz, Mechanics, section 32, problem 5",
+        source="L. D. Landau, E. M. Lifshitz, Mechanics, section 32, problem 6",
         coordinates=[phi],
         parameters=[m, R, a, I, g],
         bodies=[Body("cylinder", m, centre, angle=-phi * (R - a) / a, inertia=I)],
