@@ -78,7 +78,7 @@ def export(
     _check_target(target)
     _check_texts(mechanism)
     equations = derive(mechanism)
-    solver, choice = (solver, "") if solver else suited_solver(equations, backend)
+    solver, choice = (solver, "") if solver else suited_solver(mechanism, backend)
     _check_solver(equations.mechanism, METHODS[solver])
     program = lower(equations, promotable(equations, outputs), METHODS[solver].variational)
     mechanism = complete(mechanism, equations)
@@ -95,11 +95,15 @@ def export(
     return Fmu(target, description, choice)
 
 
-def suited_solver(equations: EquationsOfMotion, backend: str) -> tuple[str, str]:
-    """The solver for a mechanism whose user named none, and why, as a phrase."""
+def suited_solver(mechanism: Mechanism, backend: str) -> tuple[str, str]:
+    """The solver for a mechanism whose user named none, and why, as a phrase.
+
+    It derives equations of its own: what it adds to their graph must not show in the FMU, which is the same file as if
+    the solver had been named.
+    """
     from lag2fmu.dynamics.analysis import stiffness
 
-    found = stiffness(equations)
+    found = stiffness(derive(mechanism))
     if found is None:
         return DEFAULT_SOLVER, ""
     if not found.stiff:
