@@ -69,6 +69,6 @@ def bricard() -> Mechanism:
         gravity=Gravity(g, (0, -1, 0)),
         joints=[Joint("closure", "revolute", between=("P6", "end"), axis="x")],
         outputs=[Output("P3", point="P3", quantity="position", doc="joint P3")],
-        experiment=Experiment(stop_time=5.0),
+        experiment=Experiment(stop_time=2.0),
         strict_units=True,
     )

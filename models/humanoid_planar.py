@@ -17,7 +17,7 @@ Source: D. A. Winter, Biomechanics and Motor Control of Human Movement, 2nd edit
 of gyration; lengths of R. Drillis and R. Contini); head and trunk turn as homogeneous bodies. Joints, harness: chosen.
 """
 
-from lag2fmu.mechanism import Body, Damper, Frame, Mechanism, Output, Point, Spring, coordinate, parameter
+from lag2fmu.mechanism import Body, Damper, Experiment, Frame, Mechanism, Output, Point, Spring, coordinate, parameter
 
 SEGMENTS = {  # name: carried by, at (length of the carrier), length / stature, mass / total, centre, gyration / length
     "head": ("trunk", 1, 0.182, 0.081, 0.5, 0.3, "neck", 0.4),
@@ -69,5 +69,6 @@ def humanoid_planar() -> Mechanism:
         dampers=[*dampers, Damper("harness", D, between=("shoulders", "hook"))],
         gravity=g,
         outputs=[Output("head", point="head", quantity="position", doc="centre of the head")],
+        experiment=Experiment(stop_time=3.0),
         strict_units=True,
     )

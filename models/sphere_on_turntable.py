@@ -47,6 +47,6 @@ def sphere_on_turntable() -> Mechanism:
             Constraint("rolling_y", y.dot + R * omega_x - Omega * x, kind="nonholonomic"),
         ],
         outputs=[Output("omega", frame=ball, quantity="angular_velocity", doc="angular velocity, fixed axes")],
-        experiment=Experiment(stop_time=5.0),
+        experiment=Experiment(stop_time=2.0),
         strict_units=True,
     )

@@ -92,6 +92,6 @@ def whipple_bicycle() -> Mechanism:
             Constraint("front_x", slip[0], kind="nonholonomic"),
             Constraint("front_y", slip[1], kind="nonholonomic"),
         ],
-        experiment=Experiment(stop_time=5.0, step=0.02),
+        experiment=Experiment(stop_time=2.0, step=0.02),
         strict_units=True,
     )

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import ast
+import filecmp
 import importlib
 import subprocess
 import sys
@@ -117,7 +118,7 @@ def test_what_it_needs_is_told(in_python) -> None:
 
 def test_the_same_input_gives_the_same_bytes(in_python, tmp_path: Path) -> None:
     again = export(load("cart_pole"), tmp_path / "cart_pole.fmu", backend="python").path
-    assert again.read_bytes() == in_python("cart_pole").read_bytes()
+    assert filecmp.cmp(again, in_python("cart_pole"), shallow=False)
     other = export(with_values(load("cart_pole"), {"M": 2.0}), tmp_path / "other.fmu", backend="python")
     assert other.description.guid not in in_python("cart_pole").read_bytes().decode("latin-1")
     assert module_of(other.path)[0] != module_of(again)[0]

@@ -48,7 +48,7 @@ def test_energy_is_balanced_to_rounding(case: str) -> None:
     "case",
     [
         *("heavy_top", "furuta_pendulum", "free", "double_joint", "carousel"),
-        pytest.param("everything", marks=pytest.mark.slow),
+        pytest.param("everything", marks=pytest.mark.all_models),
     ],
 )
 def test_accelerations_agree_with_sympy(case: str) -> None:
