@@ -183,11 +183,12 @@ Outcome try_DoStep(Session *s) {
     case 4: time += 0.005; break;
     default: break;
     }
+    const unsigned done = OK | WARNED; /* of a motion that is stiff, for example */
     const unsigned in_time = time + step > s->model.stop + 1e-3   ? REFUSED
-                             : time + step > s->model.stop - 1e-12 ? OK | REFUSED /* to rounding and jitter, both will do */
-                                                                   : OK;
+                             : time + step > s->model.stop - 1e-12 ? done | REFUSED /* to rounding and jitter, both do */
+                                                                   : done;
     const fmi2Status status = s->fmu->DoStep(s->component, time, step, below(s, 2) ? fmi2True : fmi2False);
-    if (status == fmi2OK) {
+    if (status == fmi2OK || status == fmi2Warning) {
         s->model.time = time + step;
     } else if (status == fmi2Discard) {
         fmi2Boolean terminated = fmi2False;
