@@ -62,11 +62,10 @@ def export(
 ) -> Fmu:
     """Write the FMU of ``mechanism`` to ``path`` (default: NAME.fmu in the current folder).
 
-    ``solver`` is the integrator of co-simulation (see METHODS), by default one that suits the motion at the start,
-    ``compiler`` 'zig' or 'host', ``platform`` 'host', a
-    name in PLATFORMS or 'all', ``backend`` 'c' or 'python' (a slave of PythonFMU), ``outputs`` names local variables to
-    be outputs too ('all' for each of them), ``extra`` holds further files {name in the archive: content}, ``progress``
-    is told how the compiler gets on.
+    ``solver`` is the integrator of co-simulation (see METHODS), by default one that suits the motion at the start;
+    ``compiler`` is 'zig' or 'host', ``platform`` 'host', a name in PLATFORMS or 'all', ``backend`` 'c' or 'python' (a
+    slave of PythonFMU). ``outputs`` names local variables to be outputs too ('all' for each of them), ``extra`` holds
+    further files {name in the archive: content}, ``progress`` is told how the compiler gets on.
     Raises ExportError, DerivationError or BuildError.
     """
     if solver is not None and solver not in METHODS:

@@ -3,10 +3,10 @@
        V_i = qd + h sum_j a_ij A_j,   Q_i = q + c_i h qd + h^2 sum_j (a a)_ij A_j,   A_i = qdd(t + c_i h, Q_i, V_i).
 
    Simplified Newton iterations solve with I - h a x D - h^2 (a a) x K, where K = dqdd/dq and D = dqdd/dqd come from the
-   tangent program and are kept as long as the iterations contract well. In the modes of a that are a system of n and a complex one of n equations, here
-   as 2 n real ones: half as large as those of the equations of first order. Source:
-   Hairer, Wanner, Solving Ordinary Differential Equations II, 2nd edition, section IV.8, with the constants of the code
-   radau5.f of the same authors. */
+   tangent program and are kept as long as the iterations contract well. In the modes of a that are n real and n complex
+   equations, here as 2 n real ones: half as many as those of the equations of first order. Source: Hairer, Wanner,
+   Solving Ordinary Differential Equations II, 2nd edition, section IV.8, with the error estimates of the code radau5.f
+   of the same authors. */
 #include <float.h>
 #include <math.h>
 #include <string.h>
