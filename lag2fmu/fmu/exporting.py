@@ -72,7 +72,11 @@ def export(
         raise ExportError(f"unknown solver '{solver}'; known are {', '.join(METHODS)}")
     if backend not in BACKENDS:
         raise ExportError(f"unknown backend '{backend}'; known are {', '.join(BACKENDS)}")
-    contribute = (_python if backend == "python" else _native)(solver, platform, compiler, progress)
+    contribute = (
+        _native(platform, compiler, progress)
+        if backend == "c"
+        else _python(solver or DEFAULT_SOLVER, platform, compiler)
+    )
     target = Path(path) if path is not None else Path(f"{mechanism.name}.fmu")
     _check_target(target)
     _check_texts(mechanism)
@@ -131,7 +135,7 @@ _Contribution = Callable[[Mechanism, EquationsOfMotion, Program, str], tuple[Mod
 """What a backend makes of them and of a solver: the description, a phrase on the binaries, {name: content}."""
 
 
-def _native(_: str | None, platform: str, compiler: str, progress: Progress | None) -> _Contribution:
+def _native(platform: str, compiler: str, progress: Progress | None) -> _Contribution:
     """The c backend: libraries and their sources. What was chosen is checked at once."""
     platforms = choose_platforms(platform, compiler)
 
@@ -149,9 +153,9 @@ def _native(_: str | None, platform: str, compiler: str, progress: Progress | No
     return contribute
 
 
-def _python(asked: str | None, platform: str, compiler: str, _: Progress | None) -> _Contribution:
+def _python(asked: str, platform: str, compiler: str) -> _Contribution:
     """The python backend: Python files and the libraries of PythonFMU."""
-    platforms = check_choices(asked or DEFAULT_SOLVER, platform, compiler)
+    platforms = check_choices(asked, platform, compiler)
 
     def contribute(
         mechanism: Mechanism, equations: EquationsOfMotion, program: Program, solver: str
