@@ -119,6 +119,19 @@ def test_equilibria_of_the_double_pendulum() -> None:
     assert found == {(0, 0), (0, 1), (1, 0), (1, 1)}
 
 
+@pytest.mark.parametrize(
+    ("model", "places"),
+    [
+        ("cart_pole", [[0, 0], [0, math.pi]]),
+        ("furuta_pendulum", [[0, 0], [0, math.pi]]),
+        ("rolling_disc", [[0, 0, 0, 0, 0], [0, 0, 0, math.pi, 0]]),
+    ],
+)
+def test_of_a_family_of_equilibria_the_one_next_to_the_start_is_named(model: str, places: list[list[float]]) -> None:
+    found = equilibria(derive(load(model)))
+    np.testing.assert_allclose([e.q for e in found], places, atol=1e-9)
+
+
 def test_bead_on_hoop_turns_out_at_the_angle_of_the_book() -> None:
     """cos theta = g / (Omega^2 R), where the hoop turns fast enough."""
     equations = derive(load("bead_on_hoop"))

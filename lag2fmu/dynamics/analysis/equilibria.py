@@ -17,7 +17,7 @@ from lag2fmu.dynamics.autodiff import forward
 from lag2fmu.dynamics.batches import Floats, Values, evaluate
 from lag2fmu.dynamics.lagrange import EquationsOfMotion
 
-_SEEDS, _ITERATIONS, _HALVINGS = 12, 40, 6
+_SEEDS, _ITERATIONS, _HALVINGS, _RETURNS = 12, 40, 6, 4
 _MANY = 6
 _CONVERGED, _BALANCED, _FAR = 1e-12, 1e-9, 1e4
 TURN = 2 * np.pi
@@ -35,12 +35,12 @@ def equilibria(equations: EquationsOfMotion, most: int = 6) -> tuple[Equilibrium
     """The equilibria that Newton's method finds from the start and from places around it, ``most`` at most.
 
     External forces are zero, other inputs as at the start. Angles are told apart by less than a turn only. The first is
-    the one found from the start, if there is one.
+    the one found from the start, if there is one. Of a family of equilibria the member next to the start is taken.
     """
     search = _Search(equations)
     found: list[Equilibrium] = []
     for seed in search.seeds():
-        solution = search.solve(seed)
+        solution = search.nearest(seed)
         if solution is not None and not any(search.same(solution.q, other.q) for other in found):
             found.append(solution)
         if len(found) == most:
@@ -72,6 +72,20 @@ class _Search:
         for _ in range(_SEEDS if len(self.start) <= _MANY else _SEEDS // 3):
             around = self.start + 3 * self.nominal * generator.uniform(-1, 1, len(self.start))
             yield np.where(self.angle, generator.uniform(-np.pi, np.pi, len(self.start)), around)
+
+    def nearest(self, seed: Floats) -> Equilibrium | None:
+        """What is reached from ``seed``, and then along motions that change nothing towards the start."""
+        found = self.solve(seed)
+        if found is None or seed is self.start:
+            return found
+        for _ in range(_RETURNS):
+            neutral = self._neutral(found.q)
+            away = self.nominal * (neutral @ (neutral.T @ ((found.q - self.start) / self.nominal)))
+            closer = self.solve(found.q - away) if np.abs(away / self.nominal).max() > _CONVERGED else None
+            if closer is None or not self.same(closer.q, found.q):
+                break
+            found = closer
+        return found
 
     def solve(self, q: Floats) -> Equilibrium | None:
         """The equilibrium reached from ``q`` (n,), None if there is none or if it is one at an instant only."""
