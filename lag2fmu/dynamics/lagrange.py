@@ -20,6 +20,7 @@ from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from fractions import Fraction
 from functools import cached_property
+from pathlib import Path
 
 import numpy as np
 
@@ -43,6 +44,7 @@ from lag2fmu.dynamics.samples import (
 from lag2fmu.dynamics.terms import named_energies, quadratic_form, unconstrained_residual, with_constraints
 from lag2fmu.dynamics.variables import Variables, declare, translator
 from lag2fmu.mechanism import Mechanism, names
+from lag2fmu.mechanism.loading import as_mechanism
 
 METHODS = ("elimination", "factorisation")
 """How M qdd = forcing is solved: by elimination over the velocity graph, or by an LDL^T of M; both on the graph."""
@@ -130,12 +132,15 @@ class EquationsOfMotion:
         return tuple(names_of[i] for i in range(len(rows)))
 
 
-def derive(mechanism: Mechanism, method: str | None = None) -> EquationsOfMotion:
-    """Derive the equations of motion of ``mechanism``, by ``method`` of METHODS or by the quicker one, see ``cost``.
+def derive(model: Mechanism | str | Path, method: str | None = None) -> EquationsOfMotion:
+    """Derive the equations of motion of ``model``, a mechanism or what ``load`` takes.
+
+    ``method`` is one of METHODS, by default the quicker one, see ``cost``.
 
     Raises DerivationError if T is not quadratic in the velocities, if the mass matrix is singular for every q (naming
-    the coordinates), or if an energy has no finite value at the start.
+    the coordinates), or if an energy has no finite value at the start; LoadError for a ``model`` that is none.
     """
+    mechanism = as_mechanism(model)
     methods = [method] if method else METHODS[: 1 if len(mechanism.coordinates) > MAX_FACTORISED else None]
     solved = _solved(_composed(mechanism, _carried(mechanism)), methods)
     if solved.solution is None and not any(c.massless for c in mechanism.constraints):

@@ -23,6 +23,7 @@ from lag2fmu.fmu.sources import compiled_files, source_files
 from lag2fmu.fmu.terminals import terminals
 from lag2fmu.fmu.variables import build_table, promotable
 from lag2fmu.mechanism import Mechanism
+from lag2fmu.mechanism.loading import as_mechanism
 from lag2fmu.mechanism.text import read
 from lag2fmu.mechanism.write import write
 from lag2fmu.version import VERSION
@@ -49,7 +50,7 @@ class Fmu:
 
 
 def export(
-    mechanism: Mechanism,
+    model: Mechanism | str | Path,
     path: str | Path | None = None,
     *,
     solver: str | None = None,
@@ -60,14 +61,15 @@ def export(
     extra: Mapping[str, bytes] | None = None,
     progress: Progress | None = None,
 ) -> Fmu:
-    """Write the FMU of ``mechanism`` to ``path`` (default: NAME.fmu in the current folder).
+    """Write the FMU of ``model``, a mechanism or what ``load`` takes, to ``path`` (default: NAME.fmu here).
 
     ``solver`` is the integrator of co-simulation (see METHODS), by default one that suits the motion at the start;
     ``compiler`` is 'zig' or 'host', ``platform`` 'host', a name in PLATFORMS or 'all', ``backend`` 'c' or 'python' (a
     slave of PythonFMU). ``outputs`` names local variables to be outputs too ('all' for each of them), ``extra`` holds
     further files {name in the archive: content}, ``progress`` is told how the compiler gets on.
-    Raises ExportError, DerivationError or BuildError.
+    Raises LoadError, ExportError, DerivationError or BuildError.
     """
+    mechanism = as_mechanism(model)
     if solver is not None and solver not in METHODS:
         raise ExportError(f"unknown solver '{solver}'; known are {', '.join(METHODS)}")
     if backend not in BACKENDS:

@@ -32,6 +32,15 @@ def bundled() -> dict[str, Path]:
     return {path.stem: path for path in sorted(files) if not path.stem.startswith("_")}
 
 
+def as_mechanism(model: Mechanism | str | Path) -> Mechanism:
+    """``model`` itself if it is a mechanism, else what ``load`` finds under its name; raises LoadError as that does."""
+    if isinstance(model, Mechanism):
+        return model
+    if not isinstance(model, (str, Path)):
+        raise LoadError(f"expected a Mechanism, a model's name or a path, got {type(model).__name__}")
+    return load(model)
+
+
 def load(model: str | Path, arguments: Mapping[str, object] | None = None) -> Mechanism:
     """The mechanism called ``model``: a bundled name, a .py file or a .toml file.
 

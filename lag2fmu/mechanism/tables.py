@@ -23,7 +23,8 @@ class Table:
     def __init__(self, where: str, content: object, keys: Iterable[str] | None = None) -> None:
         """``keys`` are the ones that may stand here (None: any)."""
         if not isinstance(content, dict):
-            raise TextError(f"{where}: expected a table {{ ... }}, got {describe(content)}")
+            listed = "" if keys is None else f"; its keys are {', '.join(keys)}"
+            raise TextError(f"{where}: expected a table {{ ... }}, got {describe(content)}{listed}")
         self.where, self.content = where, content
         known = content if keys is None else tuple(keys)
         for key in content:

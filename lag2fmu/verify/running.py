@@ -10,7 +10,7 @@ from pathlib import Path
 from lag2fmu.errors import ExportError
 from lag2fmu.fmu import Fmu, export, read_mechanism
 from lag2fmu.mechanism import Mechanism
-from lag2fmu.mechanism.loading import load, with_values
+from lag2fmu.mechanism.loading import as_mechanism, with_values
 from lag2fmu.mechanism.names import velocity
 from lag2fmu.reference import Trajectory
 from lag2fmu.verify.report import Report
@@ -70,8 +70,7 @@ def validate(
     if is_fmu(model):
         path = fmu_path(model)
         return validate_fmu(read_mechanism(path), path, stop_time=stop_time, tolerance=tolerance, inputs=inputs)
-    mechanism = model if isinstance(model, Mechanism) else load(model)  # type: ignore[arg-type]
-    mechanism = with_values(mechanism, values or {})
+    mechanism = with_values(as_mechanism(model), values or {})  # type: ignore[arg-type]
     with as_fmu(mechanism, solver) as path:
         return validate_fmu(read_mechanism(path), path, stop_time=stop_time, tolerance=tolerance, inputs=inputs)
 
@@ -89,8 +88,7 @@ def fmu_path(model: Model) -> Path:
 def mechanism_of(model: Model, values: Mapping[str, float] | None = None) -> Mechanism | None:
     """The mechanism of ``model`` with ``values`` (SI) of its parameters and starts; None for an FMU of another tool."""
     if not is_fmu(model):
-        mechanism = model if isinstance(model, Mechanism) else load(model)  # type: ignore[arg-type]
-        return with_values(mechanism, values or {})
+        return with_values(as_mechanism(model), values or {})  # type: ignore[arg-type]
     try:
         mechanism = read_mechanism(fmu_path(model))
     except ExportError:
@@ -106,6 +104,6 @@ def as_fmu(model: Model, solver: str | None = None) -> Iterator[Path]:
     if is_fmu(model):
         yield fmu_path(model)
         return
-    mechanism = model if isinstance(model, Mechanism) else load(model)  # type: ignore[arg-type]
+    mechanism = as_mechanism(model)  # type: ignore[arg-type]
     with tempfile.TemporaryDirectory(prefix="lag2fmu-") as folder:
         yield export(mechanism, Path(folder) / f"{mechanism.name}.fmu", solver=solver).path

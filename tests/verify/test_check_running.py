@@ -115,7 +115,7 @@ def test_a_hang_ends(make: Make, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
     (finding,) = check_fmu(path, timeout=2.0).findings
     assert finding.rule == "hang"
     assert "does not come back within 2 s" in finding.problem
-    assert time.monotonic() - begun < 15
+    assert time.monotonic() - begun < 75
     assert list(folder.iterdir()) == [], "nothing is left behind"
 
 

@@ -23,6 +23,8 @@ from lag2fmu.verify.checking.findings import Finding
 _CHILD = "lag2fmu.verify.checking.child"
 _MOST_PRINTED = 10 << 20
 """Bytes on standard output after which a run is ended."""
+_START = 60.0
+"""Time (s) for the process to start."""
 
 
 @dataclass
@@ -104,7 +106,10 @@ def _one_process(folder: Path, arguments: list[str], progress: _Progress, timeou
 
 
 def _watch(process: subprocess.Popen[bytes], journal: Path, printed: Path, timeout: float) -> str:
-    """How the process ended, '' if well; it is killed when the journal stands still for ``timeout`` (s)."""
+    """How the process ended, '' if well; it is killed when the journal stands still for ``timeout`` (s).
+
+    Python itself may take longer to start on a busy machine.
+    """
     size, since = 0, time.monotonic()
     while True:
         try:
@@ -115,11 +120,12 @@ def _watch(process: subprocess.Popen[bytes], journal: Path, printed: Path, timeo
         now = journal.stat().st_size
         if now != size:
             size, since = now, time.monotonic()
-        stuck = time.monotonic() - since > timeout
+        allowed = timeout if size else max(timeout, _START)
+        stuck = time.monotonic() - since > allowed
         if stuck or printed.stat().st_size > _MOST_PRINTED:
             process.kill()
             process.wait()
-            return f"it does not come back within {timeout:g} s" if stuck else "it prints without end"
+            return f"it does not come back within {allowed:g} s" if stuck else "it prints without end"
     if code < 0:
         return f"it crashes ({signal.Signals(-code).name})"
     return f"it ends the process with exit code {code & 0xFFFFFFFF:#x}" if code else ""
