@@ -8,10 +8,12 @@ from pathlib import Path
 
 import pytest
 
+from lag2fmu.dynamics import derive
 from lag2fmu.errors import Lag2FmuError, LoadError, MechanismError, TextError
 from lag2fmu.mechanism import Mechanism
 from lag2fmu.mechanism.expressions import symbol
 from lag2fmu.mechanism.loading import (
+    as_mechanism,
     bundled,
     load,
     numbers_of,
@@ -268,6 +270,15 @@ def test_other_settings_are_refused(items: list[str], message: str) -> None:
 
 def test_loaded_mechanisms_are_mechanisms() -> None:
     assert isinstance(load(bundled()["pendulum"]), Mechanism)
+
+
+def test_the_verbs_take_what_load_takes(tmp_path: Path) -> None:
+    path = tmp_path / "my_pendulum.toml"
+    path.write_text(write(load("pendulum")), "utf-8")
+    for model in ("pendulum", path, str(path), load("pendulum")):
+        assert as_mechanism(model).name == derive(model).mechanism.name == "pendulum"
+    with pytest.raises(LoadError, match="expected a Mechanism, a model's name or a path, got int"):
+        derive(3)  # type: ignore[arg-type]
 
 
 def test_resource_folders_are_found_or_named() -> None:
