@@ -1,7 +1,7 @@
 """lag2fmu: from the Lagrangian of a mechanism to a validated FMI 2.0 FMU.
 
 >>> import lag2fmu
->>> fmu = lag2fmu.export(lag2fmu.load("double_pendulum"))
+>>> fmu = lag2fmu.export("double_pendulum")
 >>> lag2fmu.validate(fmu).passed
 True
 """
