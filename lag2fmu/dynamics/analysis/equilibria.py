@@ -19,7 +19,7 @@ from lag2fmu.dynamics.lagrange import EquationsOfMotion
 
 _SEEDS, _ITERATIONS, _HALVINGS, _RETURNS = 12, 40, 6, 4
 _MANY = 6
-_CONVERGED, _BALANCED, _FAR = 1e-12, 1e-9, 1e4
+_CONVERGED, _BALANCED, _FAR, _ROUNDING = 1e-12, 1e-9, 1e4, 1e-9
 TURN = 2 * np.pi
 
 
@@ -117,13 +117,13 @@ class _Search:
         if not self._lasts(x, size):
             return None
         place = np.where(self.angle, x[:n] - TURN * np.round((x[:n] - 1e-9) / TURN), x[:n])
-        place = np.where(np.abs(place) < 1e-11 * self.nominal, 0.0, place)
+        place = np.where(np.abs(place) < _ROUNDING * self.nominal, 0.0, place)
         return Equilibrium(self._nice(place), x[n:])
 
     def _nice(self, q: Floats) -> Floats:
         """Angles that are multiples of a quarter turn but for rounding, made exact."""
         quarter = np.round(q / (np.pi / 2)) * (np.pi / 2)
-        return np.where(self.angle & (np.abs(q - quarter) < 1e-11), quarter, q)
+        return np.where(self.angle & (np.abs(q - quarter) < _ROUNDING), quarter, q)
 
     def same(self, a: Floats, b: Floats) -> bool:
         """Whether two configurations are one, but for turns of angles and motions along which nothing changes."""
