@@ -40,21 +40,25 @@ def test_the_wheel_carries_templates_models_and_types(wheel: Path) -> None:
     assert not [name for name in names if "__pycache__" in name or name.startswith("tests")]
 
 
-def test_the_installed_wheel_works_in_an_empty_folder(wheel: Path, tmp_path: Path) -> None:
+def test_the_installed_wheel_works_in_an_empty_folder(
+    wheel: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
     """Dependencies are those of this environment (they are lent by a path file); the package is the wheel's."""
+    monkeypatch.delenv("PYTHONPATH", raising=False)
     environment, work = tmp_path / "env", tmp_path / "work"
     work.mkdir()
-    venv.create(environment, with_pip=True)
+    venv.create(environment)
     python = next(
         (environment / place) for place in ("bin/python", "Scripts/python.exe") if (environment / place).exists()
     )
-    subprocess.run([python, "-m", "pip", "install", "--quiet", "--no-deps", str(wheel)], check=True)
     site = subprocess.run(
         [python, "-c", "import sysconfig; print(sysconfig.get_path('purelib'))"],
         capture_output=True,
         text=True,
         check=True,
     ).stdout.strip()
+    install = [sys.executable, "-m", "pip", "install", "--quiet", "--no-deps", "--target", site, str(wheel)]
+    subprocess.run(install, check=True)
     lent = {str(Path(entry)) for entry in sys.path if entry.endswith("site-packages")}
     (Path(site) / "lent.pth").write_text("\n".join(sorted(lent)) + "\n", "utf-8")
     for arguments in (["models"], ["export", "pendulum"], ["simulate", "pendulum.fmu", "--stop-time", "1"]):
