@@ -5,7 +5,7 @@ from __future__ import annotations
 import itertools
 import struct
 from collections.abc import Mapping, Sequence
-from ctypes import byref
+from ctypes import byref, c_double
 from pathlib import Path
 from types import TracebackType
 from typing import Any
@@ -126,6 +126,12 @@ class Stepping:
             [r[name] for name in unknowns], [r[name] for name in seed], list(seed.values())
         )
         return values
+
+    def rates(self) -> list[float]:
+        """The derivatives of the continuous states, by fmi2GetDerivatives."""
+        values = (c_double * len(self.states_of_derivatives))()
+        self.unit.getDerivatives(values, len(values))
+        return list(values)
 
     @property
     def states_of_derivatives(self) -> list[str]:

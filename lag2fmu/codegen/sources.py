@@ -39,7 +39,9 @@ class Slot:
 class Tables:
     """The numbers and names of one mechanism; values in SI, states are (q, qd), slots in value reference order.
 
-    ``colours``: of the Jacobian of the accelerations by the states.
+    ``colours``: of the Jacobian of the accelerations by the states. ``continuous_states``: indices of those in (q, qd)
+    that the FMU calls states. ``massless``: (constraint, coordinate) for each coordinate without mass and the equation
+    that it follows from, holonomic ones first.
     """
 
     model_name: str
@@ -50,11 +52,18 @@ class Tables:
     given_states: tuple[bool, ...]
     constraint_names: tuple[str, ...]
     holonomic: int
+    continuous_states: tuple[int, ...]
+    massless: tuple[tuple[int, int], ...]
     colours: Colouring
     start_inputs: tuple[float, ...]
     start_parameters: tuple[float, ...]
     default_solver_step: float
     stabilisation: float
+
+    @property
+    def massless_positions(self) -> int:
+        """The number of coordinates without mass that follow from holonomic constraints."""
+        return sum(k < self.holonomic for k, _ in self.massless)
 
     @property
     def starts(self) -> list[tuple[str, str, Sequence[float]]]:
@@ -70,11 +79,16 @@ class Tables:
     def vectors(self) -> list[tuple[str, list[str]]]:
         """(letter, names of the entries) of the vectors in the generated code."""
         letters = {"x": "VARIABLE_STATE", "u": "VARIABLE_INPUT", "p": "VARIABLE_PARAMETER", "y": "VARIABLE_LOCAL"}
-        return [(letter, [s.name for s in self.slots if s.kind == kind]) for letter, kind in letters.items()]
+        names = {letter: [s.name for s in self.slots if s.kind == kind] for letter, kind in letters.items()}
+        states = {s.index: s.name for s in self.slots if s.kind in ("VARIABLE_STATE", "VARIABLE_MASSLESS")}
+        return list({**names, "x": [states[i] for i in sorted(states)]}.items())
 
 
 CONSTRAINT_FILES = "constraint_"
 """How the names of the runtime files begin, behind SOLVER_FILES if need be, that only constraints need."""
+
+MASSLESS_FILES = "massless."
+"""How those begin that only coordinates without mass need."""
 
 SOLVER_FILES = "solver_"
 """How those begin of which only the chosen solver's is needed."""
@@ -94,11 +108,13 @@ def render_sources(program: Program, tables: Tables, method: Method, guid: str) 
     }
     runtime = (resource_folder("templates") / "runtime").glob("*.[ch]")
     unused = () if tables.constraint_names else (CONSTRAINT_FILES, SOLVER_FILES + CONSTRAINT_FILES)
+    unused += () if tables.massless else (MASSLESS_FILES,)
     used_files = [path for path in runtime if not path.name.startswith(unused)]
+    wanted = {*method.runtime_files, *(("solver_lu.c", "solver_lu.h") if tables.massless else ())}
     files = {
         path.name: path.read_text("utf-8")
         for path in used_files
-        if not path.name.startswith(SOLVER_FILES) or path.name in method.runtime_files
+        if not path.name.startswith(SOLVER_FILES) or path.name in wanted
     }
     generated = (*GENERATED, *method.generated_files)
     files |= {name: render(f"mechanism/{name}.jinja", context) for name in generated}

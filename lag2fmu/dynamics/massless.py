@@ -10,13 +10,14 @@ chapter 5, for equations of motion with a singular mass matrix.
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import replace
 
 from lag2fmu.dynamics.autodiff import forward
 from lag2fmu.dynamics.elimination import Entries, null_vectors
 from lag2fmu.dynamics.graph import Graph
 from lag2fmu.dynamics.variables import Variables
-from lag2fmu.dynamics.written import written
+from lag2fmu.dynamics.written import tidy, written
 from lag2fmu.errors import DerivationError
 from lag2fmu.mechanism import Constraint, Mechanism, names
 
@@ -30,40 +31,71 @@ def with_equilibria(
     """``mechanism`` with an equation of equilibrium for every null vector of M; itself if there is none.
 
     ``entries`` are the quadratic form of T over the velocity graph, ``forcing`` (n,) at the same graph. The coordinate
-    that each equation is solved for has no start value of its own; of several, it is one whose start is a guess.
-    Raises DerivationError for an equation that determines no coordinate.
+    that each equation is solved for has no start value of its own, with friction no velocity; of several, it is one whose
+    start is a guess. Raises DerivationError for an equation that determines no coordinate.
     """
     order = sorted(range(len(v.qd)), key=lambda i: _PREFERENCE[mechanism.coordinates[i].given])
     found = null_vectors(graph, entries, [v.qd[i] for i in order])
-    equilibria, solved = [], set()
-    for last, vector in found.items():
-        coordinate = mechanism.coordinates[v.qd.index(last)]
-        by_velocity = dict(zip([v.qd[i] for i in order], vector, strict=True))
-        force = graph.dot([by_velocity[velocity] for velocity in v.qd], forcing)
-        equilibria.append(_equilibrium(mechanism, graph, v, coordinate.name, force, by_velocity))
-        solved.add(coordinate.name)
-    coordinates = [
-        replace(q, given=False, velocity_given=False) if q.name in solved else q for q in mechanism.coordinates
-    ]
-    if not equilibria:
+    if not found:
         return mechanism
+    equilibria: list[Constraint] = []
+    coordinates = list(mechanism.coordinates)
+    left = order[::-1]
+    for last, vector in found.items():
+        direction = dict(zip([v.qd[i] for i in order], vector, strict=True))
+        moved = [i for i in left if direction[v.qd[i]] != graph.zero]
+        force = graph.dot([direction[velocity] for velocity in v.qd], forcing)
+        name = coordinates[v.qd.index(last)].name
+        i, equilibrium = _equilibrium(mechanism, graph, v, name, force, direction, moved)
+        left.remove(i)
+        equilibria.append(equilibrium)
+        given = coordinates[i].given and not equilibrium.holonomic
+        coordinates[i] = replace(coordinates[i], given=given, velocity_given=False)
     constraints = [*mechanism.constraints, *equilibria]
     return replace(mechanism, coordinates=coordinates, constraints=constraints)  # type: ignore[arg-type]
 
 
+def determined(mechanism: Mechanism) -> tuple[int | None, ...]:
+    """For each constraint the index of the coordinate without mass that it is solved for, None for other kinds, (m,)."""
+    place = {q.name: i for i, q in enumerate(mechanism.coordinates)}
+    return tuple(None if c.coordinate is None else place[c.coordinate] for c in mechanism.constraints)
+
+
+def continuous_states(mechanism: Mechanism) -> tuple[int, ...]:
+    """The indices in x = (q, qd) of what is a state: all but what follows from the others because it has no mass."""
+    n = len(mechanism.coordinates)
+    pairs = list(zip(mechanism.constraints, determined(mechanism), strict=True))
+    following = {i for c, i in pairs if c.holonomic} | {n + i for _, i in pairs if i is not None}
+    return tuple(i for i in range(2 * n) if i not in following)
+
+
 def _equilibrium(
-    mechanism: Mechanism, graph: Graph, v: Variables, coordinate: str, force: int, direction: dict[int, int]
-) -> Constraint:
-    """``force`` = 0 as a constraint; ``direction`` {velocity: rate} is the motion without mass."""
-    where = f"mechanism '{mechanism.name}': the motion along {coordinate} has no mass, and the force on it"
+    mechanism: Mechanism,
+    graph: Graph,
+    v: Variables,
+    name: str,
+    force: int,
+    direction: dict[int, int],
+    moved: Sequence[int],
+) -> tuple[int, Constraint]:
+    """``force`` = 0 as a constraint, and the index of the coordinate it is solved for, the first of ``moved`` it can be.
+
+    ``direction`` {velocity: rate} is the motion without mass, ``name`` the coordinate it goes along.
+    """
+    where = f"mechanism '{mechanism.name}': the motion along {name} has no mass, and the force on it"
     remedy = "give what moves there a mass or inertia, or leave out coordinates"
     moving = v.moves(graph, force)
     along = direction if moving else {q: direction[qd] for q, qd in zip(v.q, v.qd, strict=True)}
     (slope,) = forward(graph, [force], along)
-    if slope == graph.zero:
-        raise DerivationError(f"{where} depends on no {'velocity' if moving else 'coordinate'} along it; {remedy}")
-    if moving and v.moves(graph, slope):
-        raise DerivationError(f"{where} is not affine in the velocities, which is not supported; {remedy}")
+    kind, unknowns = ("damped_equilibrium", v.qd) if moving else ("equilibrium", v.q)
+    solvable = [i for i in moved if forward(graph, [force], {unknowns[i]: graph.one}) != [graph.zero]]
     (expression,) = written(graph, [force])
-    kind = "damped_equilibrium" if moving else "equilibrium"
-    return Constraint(names.massless(coordinate), expression, kind)
+    if slope == graph.zero or not solvable:
+        what = "velocity" if moving else "coordinate"
+        raise DerivationError(f"{where} depends on no {what} along it: it is {tidy(expression)}; {remedy}")
+    if moving and v.moves(graph, slope):
+        raise DerivationError(
+            f"{where}, {tidy(expression)}, is not affine in the velocities, which is not supported; {remedy}"
+        )
+    solved = solvable[0]
+    return solved, Constraint(names.massless(mechanism.coordinates[solved].name), expression, kind)

@@ -123,8 +123,9 @@ def _capabilities(root: ET.Element, description: ModelDescription) -> None:
     }
     for kind, offered in _CAPABILITIES[description.backend].items():
         capabilities = dict(offered)
-        if kind == "ModelExchange" and description.mechanism.holonomic:
-            # what drifts off the constraints beyond the importer's tolerance is brought back by an event
+        if kind == "ModelExchange" and description.mechanism.constraints:
+            # what drifts off the constraints beyond the importer's tolerance is brought back by an event, and singular
+            # positions are passed with what was known at the last step
             capabilities["completedIntegratorStepNotNeeded"] = "false"
         parent = ET.SubElement(root, kind, common | capabilities)
         if description.source_files:
@@ -213,8 +214,8 @@ def _structure(root: ET.Element, variables: tuple[Variable, ...], index: dict[st
     structure = ET.SubElement(root, "ModelStructure")
     continuous = {v.name for v in variables if v.causality in ("input", "independent") or v.state}
     exact = continuous | {v.name for v in variables if v.initial == "exact"}
-    # starts that constraints determine: what depends on them depends on everything, which no list says
-    solved = {v.name for v in variables if v.initial == "approx"}
+    # states whose starts constraints determine: what depends on them depends on everything, which no list says
+    solved = {v.name for v in variables if v.initial == "approx" and v.state}
     outputs = [v for v in variables if v.causality == "output"]
     derivatives = [v for v in variables if v.derivative_of is not None]
     initial = [

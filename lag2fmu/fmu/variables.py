@@ -2,7 +2,8 @@
 
 Everything else (modelDescription.xml, the tables in C, the simulation) reads it. Layout:
 q and qd are states and outputs in one; their derivatives are separate locals that share the value references of qd
-and qdd. Citations are of the FMI 2.0.5 specification.
+and qdd. Of what has no mass q and qd are outputs only: they follow from the states, with friction qd alone does.
+Citations are of the FMI 2.0.5 specification.
 """
 
 from __future__ import annotations
@@ -15,7 +16,9 @@ from lag2fmu.codegen import Slot, Tables
 from lag2fmu.codegen.colours import coloured
 from lag2fmu.dynamics import EquationsOfMotion, Program
 from lag2fmu.dynamics.constraints import ambiguous
+from lag2fmu.dynamics.massless import continuous_states, determined
 from lag2fmu.errors import ExportError
+from lag2fmu.fmu.dependencies import dependencies
 from lag2fmu.mechanism import Constraint, Mechanism, names
 from lag2fmu.mechanism.norms import norm_constraints
 from lag2fmu.mechanism.record import Coordinate
@@ -30,6 +33,7 @@ _ENERGY_DOCS = {
     "generalized_energy": "h = sum qd dL/dqd - L",
     "external_power": "power of the external forces, sum Q qd",
 }
+_STATE = {True: "VARIABLE_STATE", False: "VARIABLE_MASSLESS"}
 _PARAMETER = {False: ("tunable", "VARIABLE_PARAMETER"), True: ("fixed", "VARIABLE_FIXED_PARAMETER")}
 _SETTINGS = {
     "solver_tolerance": ("1", "relative tolerance of the solver; 0: as the importer asks, else 1e-6"),
@@ -101,7 +105,12 @@ def build_table(equations: EquationsOfMotion, program: Program) -> VariableTable
     _add_parameters(builder, mechanism)
     _add_calculated(builder, equations, program)
     _add_derivatives(builder, mechanism)
-    variables = tuple(_with_dependencies(equations, builder.variables))
+    found = dependencies(equations)
+    order = {v.name: i for i, v in enumerate(builder.variables)}
+    variables = tuple(
+        replace(v, dependencies=tuple(sorted(found[v.name], key=order.__getitem__))) if v.name in found else v
+        for v in builder.variables
+    )
     return VariableTable(variables, _tables(mechanism, program, builder.slots, variables))
 
 
@@ -127,16 +136,17 @@ def _per(unit: Unit | None, other: Unit) -> Unit | None:
     return None if unit is None else unit / other
 
 
-def _velocity(q: Coordinate) -> Variable:
+def _velocity(q: Coordinate, state: bool) -> Variable:
     name = names.velocity(q.name)
     doc = f"velocity of {q.name}"
     unit, initial = _per(q.unit, SECOND), "approx" if q.velocity_given is False else "exact"
-    return Variable(name, 0, "output", "continuous", initial, q.velocity, unit, doc, nominal=q.nominal, state=True)
+    return Variable(name, 0, "output", "continuous", initial, q.velocity, unit, doc, nominal=q.nominal, state=state)
 
 
 def _add_states(builder: _Builder, mechanism: Mechanism) -> None:
+    """q and qd, outputs all of them; those that have no mass follow from the others and are no states."""
+    states = set(continuous_states(mechanism))
     for i, q in enumerate(mechanism.coordinates):
-        doc = q.doc or f"generalized coordinate {q.name}"
         state = Variable(
             q.name,
             0,
@@ -145,15 +155,15 @@ def _add_states(builder: _Builder, mechanism: Mechanism) -> None:
             "approx" if q.given is False else "exact",
             q.start,
             q.unit,
-            doc,
+            q.doc or f"generalized coordinate {q.name}",
             q.minimum,
             q.maximum,
             q.nominal,
-            state=True,
+            state=i in states,
         )
-        builder.add(state, "VARIABLE_STATE", i)
-    for i, q in enumerate(mechanism.coordinates):
-        builder.add(_velocity(q), "VARIABLE_STATE", len(mechanism.coordinates) + i)
+        builder.add(state, _STATE[i in states], i)
+    for i, q in enumerate(mechanism.coordinates, len(mechanism.coordinates)):
+        builder.add(_velocity(q, i in states), _STATE[i in states], i)
 
 
 def _inputs(mechanism: Mechanism) -> Iterable[Variable]:
@@ -252,6 +262,7 @@ def _add_derivatives(builder: _Builder, mechanism: Mechanism) -> None:
     """The variables with the attribute 'derivative': aliases of qd and qdd without start."""
     pairs = [(q.name, names.velocity(q.name)) for q in mechanism.coordinates]
     pairs += [(names.velocity(q.name), names.acceleration(q.name)) for q in mechanism.coordinates]
+    pairs = [pairs[i] for i in continuous_states(mechanism)]
     units = {v.name: v.unit for v in builder.variables}
     for state, rate in pairs:
         builder.variables.append(
@@ -266,42 +277,6 @@ def _add_derivatives(builder: _Builder, mechanism: Mechanism) -> None:
                 derivative_of=state,
             )
         )
-
-
-# ------------------------------------------------------------------------------------------------------ dependencies
-
-
-def _with_dependencies(equations: EquationsOfMotion, variables: Sequence[Variable]) -> Iterable[Variable]:
-    """Fill in what each calculated variable depends on: all variables of the equations, by structure."""
-    graph = equations.graph
-    named: dict[str, Iterable[str]] = {name: graph.symbols([node]) for name, node in equations.locals()}
-    named |= {name: graph.symbols([node]) for name, node in equations.dependent.items()}
-    m, unknown = equations.mechanism, equations.unknown_dependencies()
-    unknowns = (
-        *(names.acceleration(q.name) for q in m.coordinates),
-        *(names.multiplier(c.name) for c in m.constraints),
-    )
-    blocks = dict(zip(unknowns, unknown, strict=True))
-    named |= blocks
-    named = {name: _without_unknowns(found, blocks) for name, found in named.items()}
-    for q in m.coordinates:
-        block = blocks[names.acceleration(q.name)]
-        named[names.derivative(names.velocity(q.name))] = block
-        named[names.derivative(q.name)] = [names.velocity(q.name)]
-    order = {("t" if v.name == "time" else v.name): i for i, v in enumerate(variables)}
-    for variable in variables:
-        if variable.state:
-            yield replace(variable, dependencies=(variable.name,))
-        elif variable.name in named:
-            found = sorted(named[variable.name], key=order.__getitem__)
-            yield replace(variable, dependencies=tuple("time" if name == "t" else name for name in found))
-        else:
-            yield variable
-
-
-def _without_unknowns(found: Iterable[str], blocks: Mapping[str, frozenset[str]]) -> frozenset[str]:
-    """Multipliers replaced by what they depend on."""
-    return frozenset().union(*(blocks.get(name, {name}) for name in found))
 
 
 # ----------------------------------------------------------------------------------------------------------- for C
@@ -320,6 +295,8 @@ def _tables(mechanism: Mechanism, program: Program, slots: Sequence[Slot], varia
         given_states=(*(c.given is not False for c in q), *(c.velocity_given is not False for c in q)),
         constraint_names=tuple(c.name for c in mechanism.constraints),
         holonomic=len(mechanism.holonomic),
+        continuous_states=continuous_states(mechanism),
+        massless=tuple((k, i) for k, i in enumerate(determined(mechanism)) if i is not None),
         colours=coloured(_columns(mechanism, variables)),
         start_inputs=tuple(starts[name] for name in program.inputs),
         start_parameters=tuple(p.value for p in mechanism.parameters if p.value is not None),

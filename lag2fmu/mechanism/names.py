@@ -16,6 +16,7 @@ if TYPE_CHECKING:
 
 IDENTIFIER = re.compile(r"[A-Za-z_][A-Za-z0-9_]*", re.ASCII)
 MAX_NAME = 128
+_MASSLESS = "massless_"
 
 SETTINGS = ("solver_tolerance", "solver_step", "solver_max_step")
 ENERGIES = ("kinetic_energy", "potential_energy", "total_energy", "generalized_energy")
@@ -71,7 +72,12 @@ def multiplier(name: str) -> str:
 
 def massless(coordinate: str) -> str:
     """Name of the constraint that keeps the forces on a ``coordinate`` without mass in equilibrium."""
-    return f"massless_{coordinate}"
+    return f"{_MASSLESS}{coordinate}"
+
+
+def coordinate_of_massless(constraint: str) -> str:
+    """The coordinate whose ``massless`` constraint is called ``constraint``."""
+    return constraint.removeprefix(_MASSLESS)
 
 
 def residual(name: str) -> str:

@@ -13,6 +13,7 @@ from typing import Any, NamedTuple, TypeAlias
 import sympy as sp
 
 from lag2fmu.errors import MechanismError
+from lag2fmu.mechanism import names
 from lag2fmu.mechanism.expressions import normal_form
 from lag2fmu.mechanism.units import Unit, parse_unit
 
@@ -268,6 +269,11 @@ class Constraint:
     def massless(self) -> bool:
         """Whether it is the equilibrium of forces on something without mass."""
         return self.kind.endswith("equilibrium")
+
+    @property
+    def coordinate(self) -> str | None:
+        """The coordinate without mass that it is solved for, with friction its velocity; None for other kinds."""
+        return names.coordinate_of_massless(self.name) if self.massless else None
 
 
 # ----------------------------------------------------------------------------------------------------- normal forms

@@ -129,14 +129,28 @@ def check_constraints(m: Mechanism, scope: Scope) -> None:
             raise MechanismError(
                 f"{where}: '{constraint.expression}' contains no {wanted}, so it cannot restrict the motion{other}"
             )
+        solved = {names.massless(q.name) for q in m.coordinates}
+        if constraint.massless and constraint.name not in solved:
+            raise MechanismError(
+                f"{where}: an equilibrium has the name of the coordinate without mass that it determines; give it one "
+                f"of the names {', '.join(sorted(solved))}"
+            )
 
 
 def constrained(m: Mechanism) -> tuple[frozenset[str], frozenset[str]]:
-    """The coordinates that constraints restrict, and those whose velocities they restrict."""
+    """The coordinates that constraints restrict, and those whose velocities they restrict.
+
+    Of the coordinates in an equilibrium that is the one without mass, which follows the others.
+    """
     if not m.constraints:
         return frozenset(), frozenset()
     scope = Scope(m)
-    used = {c: scope.names_in(f"constraints.{c.name}", c.expression) for c in m.constraints}
+    used = {
+        c: {names.velocity(c.coordinate), *([c.coordinate] if c.holonomic else [])}
+        if c.coordinate is not None
+        else scope.names_in(f"constraints.{c.name}", c.expression)
+        for c in m.constraints
+    }
     places = {name for c, found in used.items() if c.holonomic for name in found}
     rates = places | {q.name for q in m.coordinates for found in used.values() if names.velocity(q.name) in found}
     known = {q.name for q in m.coordinates}

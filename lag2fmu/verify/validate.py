@@ -15,6 +15,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from lag2fmu.dynamics import derive
+from lag2fmu.dynamics.massless import continuous_states
 from lag2fmu.errors import SimulationError
 from lag2fmu.mechanism import Constraint, Mechanism, names
 from lag2fmu.mechanism.norms import norm_constraints
@@ -294,7 +295,9 @@ def _calculated_by_fmu(task: _Task, fmu: Instance, q: Floats, qd: Floats, values
     wanted = [*map(names.acceleration, coordinates), *map(names.momentum, coordinates), "generalized_energy"]
     wanted += [names.multiplier(c.name) for c in _bearing(task.mechanism)]
     wanted += task.mechanism.output_names
-    return fmu.evaluate({**dict(zip(task.states, [*q, *qd], strict=True)), **values}, wanted)
+    x = [*q, *qd]
+    states = {task.states[i]: x[i] for i in continuous_states(task.mechanism)}  # what has no mass follows
+    return fmu.evaluate({**states, **values}, wanted)
 
 
 def _calculated(equations: Equations, q: Floats, qd: Floats, inputs: Mapping[str, float]) -> Floats:

@@ -221,7 +221,7 @@ static void note_projection(Instance *instance, const double before[], const dou
         furthest = fmax(furthest, distance);
     }
     note(instance, "the given start values missed the constraints by little and were moved, furthest %s from %.17g to "
-         "%.17g", variable_name(VARIABLE_STATE, worst), before[worst], after[worst]);
+         "%.17g", state_name(worst), before[worst], after[worst]);
 }
 
 static bool settle(Instance *instance, Level level, double states[]) {

@@ -14,6 +14,9 @@
 #if N_CONSTRAINTS > 0
 #include "constraint_projection.h"
 #endif
+#if N_MASSLESS > 0
+#include "massless.h"
+#endif
 
 /* Names the coordinates whose accelerations are not finite. */
 static bool report_not_finite(Instance *instance, double time, const double accelerations[]) {
@@ -171,9 +174,22 @@ void equations_dependent(Instance *instance) {
     }
 }
 
+bool equations_massless(Instance *instance) {
+#if N_MASSLESS > 0
+    const bool started = instance->state.mode != MODE_INSTANTIATED && instance->state.mode != MODE_INITIALIZATION;
+    return instance->type == fmi2CoSimulation || !started || massless_settle(instance);
+#else
+    (void)instance;
+    return true;
+#endif
+}
+
 bool equations_accelerations(Instance *instance) {
     Cache *cache = &instance->cache;
     const State *state = &instance->state;
+    if (!equations_massless(instance)) {
+        return false;
+    }
     if (!cache->accelerations_valid) {
         cache->accelerations_valid =
             accelerations_at(instance, state->time, state->states, state->inputs, cache->accelerations);
@@ -199,6 +215,9 @@ bool equations_settle_seed(Instance *instance, Seed *seed) {
     if (instance->state.mode == MODE_INITIALIZATION) {
         return constraints_settle_seed(instance, seed);
     }
+#endif
+#if N_MASSLESS > 0
+    return massless_settle_seed(instance, seed);
 #else
     (void)instance;
     (void)seed;

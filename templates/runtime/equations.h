@@ -41,10 +41,12 @@ bool equations_settle(Instance *instance);
 
 /* These bring one part of the cache up to date with the State. */
 void equations_dependent(Instance *instance);
+bool equations_massless(Instance *instance); /* what follows from the states; in co-simulation steps have seen to it */
 bool equations_accelerations(Instance *instance);
 bool equations_locals(Instance *instance);
 
-/* In initialization mode: completes the seed by how the start values that constraints determine answer to it. */
+/* Completes the seed by how what has no mass answers to it, in initialization mode all start values that constraints
+   determine. */
 bool equations_settle_seed(Instance *instance, Seed *seed);
 
 /* The tangent of the dependent parameters, and of accelerations and locals, at the present point along the seed. */

@@ -27,16 +27,33 @@ static void list_coordinates(const bool flags[N_COORDINATES], char text[], size_
     }
 }
 
-/* "... residuals: a = 0.1, b = -2e-05; ..." */
-static void constraints_sentence(const Failure *failure, char text[], size_t size) {
 #if N_CONSTRAINTS > 0
-    char residuals[NAMES_SIZE] = "";
+/* Writes "a = 0.1, b = -2e-05"; constraints[count], or NULL for the first ones, says whose the residuals are. */
+static void list_residuals(const Failure *failure, const int constraints[], char text[], size_t size) {
     size_t used = 0;
-    for (int k = 0; k < failure->count && k < NAMES_SHOWN && used < sizeof residuals; k++) {
-        const int written = snprintf(residuals + used, sizeof residuals - used, "%s%s = %.3g", k > 0 ? ", " : "",
-                                     CONSTRAINT_NAMES[k], failure->residuals[k]);
+    text[0] = '\0';
+    for (int k = 0; k < failure->count && k < NAMES_SHOWN && used < size; k++) {
+        const char *name = CONSTRAINT_NAMES[constraints == NULL ? k : constraints[k]];
+        const int written = snprintf(text + used, size - used, "%s%s = %.3g", k > 0 ? ", " : "", name,
+                                     failure->residuals[k]);
         used += written > 0 ? (size_t)written : 0;
     }
+}
+#endif
+
+static void massless_sentence(const Failure *failure, const char names[], char text[], size_t size) {
+    char residuals[NAMES_SIZE] = "";
+#if N_MASSLESS > 0
+    list_residuals(failure, MASSLESS_CONSTRAINTS, residuals, sizeof residuals);
+#endif
+    snprintf(text, size, "at time %.17g the forces on what has no mass do not determine %s near the last completed step; "
+             "residuals: %s; take shorter steps, or start elsewhere", failure->time, names, residuals);
+}
+
+static void constraints_sentence(const Failure *failure, char text[], size_t size) {
+#if N_CONSTRAINTS > 0
+    char residuals[NAMES_SIZE];
+    list_residuals(failure, NULL, residuals, sizeof residuals);
     snprintf(text, size, "at time %.17g no states near the present ones meet the constraints; residuals: %s; start "
              "nearer to a solution, or check what moves the supports", failure->time, residuals);
 #else
@@ -58,12 +75,12 @@ void failure_sentence(const Failure *failure, char text[], size_t size) {
         break;
     case FAILURE_OVERFLOW:
         snprintf(text, size, "at time %.17g the state %s grows beyond all bounds even in a solver step of %.3g s; "
-                 "the motion ends here", failure->time, variable_name(VARIABLE_STATE, failure->state), failure->step);
+                 "the motion ends here", failure->time, state_name(failure->state), failure->step);
         break;
     case FAILURE_ACCURACY:
         snprintf(text, size, "at time %.17g a solver step of %.3g s still makes an error of %.3g times the tolerance "
                  "in the state %s; raise solver_tolerance unless the motion is singular here", failure->time,
-                 failure->step, failure->amount, variable_name(VARIABLE_STATE, failure->state));
+                 failure->step, failure->amount, state_name(failure->state));
         break;
     case FAILURE_TRIAL_COUNT:
         snprintf(text, size, "a communication step took %.3g solver steps to come to time %.17g; take shorter "
@@ -81,6 +98,9 @@ void failure_sentence(const Failure *failure, char text[], size_t size) {
         break;
     case FAILURE_CONSTRAINTS:
         constraints_sentence(failure, text, size);
+        break;
+    case FAILURE_MASSLESS:
+        massless_sentence(failure, names, text, size);
         break;
     case FAILURE_NONE:
         snprintf(text, size, "no failure is recorded");

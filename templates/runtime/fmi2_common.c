@@ -6,6 +6,9 @@
 #include "equations.h"
 #include "instance.h"
 #include "logging.h"
+#if N_MASSLESS > 0
+#include "massless.h"
+#endif
 
 const char *fmi2GetTypesPlatform(void) {
     return fmi2TypesPlatform;
@@ -158,6 +161,10 @@ fmi2Status fmi2ExitInitializationMode(fmi2Component c) {
     if (!equations_settle(instance)) {
         return report_failure(instance, fmi2Error);
     }
+#if N_MASSLESS > 0
+    massless_keep(&instance->state);
+    instance->state.displaced = 0;
+#endif
     instance->state.mode = instance->type == fmi2ModelExchange ? MODE_EVENT : MODE_STEP_COMPLETE;
     return fmi2OK;
 }

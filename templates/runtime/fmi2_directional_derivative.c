@@ -1,7 +1,7 @@
 /* fmi2GetDirectionalDerivative (FMI 2.0, section 2.1.9): dv_unknown = J dv_known for any choice of
 
        knowns      time, states, inputs, parameters
-       unknowns    states, accelerations, locals, dependent parameters
+       unknowns    states and what has no mass, accelerations, locals, dependent parameters
 
    The derivative of a coordinate has the value reference of its velocity, which is a state: its row is the seed's. */
 #include <math.h>
@@ -41,7 +41,7 @@ static fmi2Status check_unknown(Instance *instance, fmi2ValueReference reference
     const VariableKind kind = VARIABLES[reference].kind;
     const bool calculated = kind == VARIABLE_ACCELERATION || kind == VARIABLE_MULTIPLIER || kind == VARIABLE_LOCAL;
     *needs_accelerations = *needs_accelerations || calculated;
-    if (kind == VARIABLE_STATE || kind == VARIABLE_DEPENDENT || calculated) {
+    if (kind == VARIABLE_STATE || kind == VARIABLE_MASSLESS || kind == VARIABLE_DEPENDENT || calculated) {
         return fmi2OK;
     }
     return fail(instance, "variable %s is not an unknown; expected derivatives, outputs and calculated variables",

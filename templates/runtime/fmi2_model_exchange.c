@@ -9,14 +9,17 @@
 #if N_CONSTRAINTS > 0
 #include "constraint_projection.h"
 #endif
+#if N_MASSLESS > 0
+#include "massless.h"
+#endif
 
 /* fmi2OK if an array over the continuous states is there and has their number. */
 static fmi2Status check_size(Instance *instance, const void *array, size_t nx) {
-    if (nx != N_STATES) {
+    if (nx != N_CONTINUOUS) {
         return fail(instance, "the array has %u elements; expected one for each of the %d continuous states",
-                    (unsigned)nx, N_STATES);
+                    (unsigned)nx, N_CONTINUOUS);
     }
-    return array != NULL ? fmi2OK : fail(instance, "the array of %d elements is NULL", N_STATES);
+    return array != NULL ? fmi2OK : fail(instance, "the array of %d elements is NULL", N_CONTINUOUS);
 }
 
 #if N_CONSTRAINTS > 0
@@ -30,21 +33,67 @@ static bool drifted(const Instance *instance) {
     return constraints_drift(instance, state->time, state->states, state->inputs) > TOLERATED_DRIFT * tolerance;
 }
 
+/* What has no mass gives way to a force at once, and takes along what hangs on it but for what has mass: after a change
+   of inputs or parameters it has to be sought, by a projection in the metric M, from where it was before. */
+static bool displaced(Instance *instance) {
+#if N_MASSLESS > 0
+    State *state = &instance->state;
+    if (state->displaced) {
+        massless_return(state);
+        state->settled = 0;
+        instance_forget_motion(instance);
+        return true;
+    }
+#endif
+    return false;
+}
+
+/* A step or an event begins or ends: what has no mass is where it is sought from later on. */
+static void keep(Instance *instance) {
+#if N_MASSLESS > 0
+    massless_keep(&instance->state);
+    instance->state.displaced = 0;
+#else
+    (void)instance;
+#endif
+}
+
 static fmi2Status pull_back(Instance *instance, fmi2EventInfo *eventInfo) {
     State *state = &instance->state;
     double states[N_STATES];
     bool moved = false;
-    if (!drifted(instance)) {
-        return fmi2OK;
+    if (!displaced(instance)) {
+        if (!equations_massless(instance)) {
+            return report_failure(instance, fmi2Error);
+        }
+        if (!drifted(instance)) {
+            return fmi2OK;
+        }
     }
     memcpy(states, state->states, sizeof states);
     if (!constraints_project(instance, state->time, state->inputs, states, &moved)) {
         return report_failure(instance, fmi2Error);
     }
+    for (int i = 0; i < N_CONTINUOUS; i++) {
+        const int k = CONTINUOUS_STATES[i];
+        if (memcmp(&states[k], &state->states[k], sizeof(double)) != 0) {
+            eventInfo->valuesOfContinuousStatesChanged = fmi2True;
+        }
+    }
     for (int i = 0; i < N_STATES; i++) {
         instance_assign(instance, &state->states[i], states[i]);
     }
-    eventInfo->valuesOfContinuousStatesChanged = moved ? fmi2True : fmi2False;
+    keep(instance);
+    return fmi2OK;
+}
+
+/* Brings what is remembered from step to step up to date; no state is changed. */
+static fmi2Status end_step(Instance *instance, fmi2Boolean *enterEventMode) {
+    if (!equations_massless(instance)) {
+        return report_failure(instance, fmi2Error);
+    }
+    keep(instance);
+    *enterEventMode = drifted(instance) ? fmi2True : fmi2False;
     return fmi2OK;
 }
 #endif
@@ -55,6 +104,11 @@ fmi2Status fmi2EnterEventMode(fmi2Component c) {
         return fmi2Error;
     }
     instance->state.mode = MODE_EVENT;
+#if N_CONSTRAINTS > 0
+    if (equations_massless(instance)) {
+        keep(instance);
+    }
+#endif
     return fmi2OK;
 }
 
@@ -97,9 +151,10 @@ fmi2Status fmi2CompletedIntegratorStep(fmi2Component c, fmi2Boolean noSetFMUStat
     *enterEventMode = fmi2False;
     *terminateSimulation = fmi2False;
 #if N_CONSTRAINTS > 0
-    *enterEventMode = drifted(instance) ? fmi2True : fmi2False;
-#endif
+    return end_step(instance, enterEventMode);
+#else
     return fmi2OK;
+#endif
 }
 
 /* A time after the stop time is accepted: integrators step over the end and interpolate. */
@@ -121,14 +176,14 @@ fmi2Status fmi2SetContinuousStates(fmi2Component c, const fmi2Real x[], size_t n
     if (instance == NULL || check_size(instance, x, nx) != fmi2OK) {
         return fmi2Error;
     }
-    for (int i = 0; i < N_STATES; i++) {
+    for (int i = 0; i < N_CONTINUOUS; i++) {
         if (!isfinite(x[i])) {
             return discard(instance, "the state %s cannot be set to %g; expected a finite number, and nothing was set",
-                           variable_name(VARIABLE_STATE, i), x[i]);
+                           state_name(CONTINUOUS_STATES[i]), x[i]);
         }
     }
-    for (int i = 0; i < N_STATES; i++) {
-        instance_assign(instance, &instance->state.states[i], x[i]);
+    for (int i = 0; i < N_CONTINUOUS; i++) {
+        instance_assign(instance, &instance->state.states[CONTINUOUS_STATES[i]], x[i]);
     }
     return fmi2OK;
 }
@@ -144,8 +199,11 @@ fmi2Status fmi2GetDerivatives(fmi2Component c, fmi2Real derivatives[], size_t nx
     if (!equations_accelerations(instance)) {
         return report_failure(instance, fmi2Discard);
     }
-    memcpy(derivatives, instance->state.states + N_COORDINATES, N_COORDINATES * sizeof(double));
-    memcpy(derivatives + N_COORDINATES, instance->cache.accelerations, N_COORDINATES * sizeof(double));
+    for (int i = 0; i < N_CONTINUOUS; i++) {
+        const int state = CONTINUOUS_STATES[i];
+        derivatives[i] = state < N_COORDINATES ? instance->state.states[N_COORDINATES + state]
+                                               : instance->cache.accelerations[state - N_COORDINATES];
+    }
     return fmi2OK;
 }
 
@@ -167,7 +225,9 @@ fmi2Status fmi2GetContinuousStates(fmi2Component c, fmi2Real x[], size_t nx) {
     if (!equations_settle(instance)) {
         return report_failure(instance, fmi2Error);
     }
-    memcpy(x, instance->state.states, sizeof instance->state.states);
+    for (int i = 0; i < N_CONTINUOUS; i++) {
+        x[i] = instance->state.states[CONTINUOUS_STATES[i]];
+    }
     return fmi2OK;
 }
 
@@ -176,6 +236,8 @@ fmi2Status fmi2GetNominalsOfContinuousStates(fmi2Component c, fmi2Real x_nominal
     if (instance == NULL || check_size(instance, x_nominal, nx) != fmi2OK) {
         return fmi2Error;
     }
-    memcpy(x_nominal, NOMINAL_STATES, sizeof NOMINAL_STATES);
+    for (int i = 0; i < N_CONTINUOUS; i++) {
+        x_nominal[i] = NOMINAL_STATES[CONTINUOUS_STATES[i]];
+    }
     return fmi2OK;
 }

@@ -50,9 +50,13 @@ fmi2Status fmi2SetRealInputDerivatives(fmi2Component c, const fmi2ValueReference
     return fmi2OK;
 }
 
+static bool in_states(const Variable *variable) {
+    return variable->kind == VARIABLE_STATE || variable->kind == VARIABLE_MASSLESS;
+}
+
 /* The row of Motion's q from which the derivatives of a state or acceleration are counted. */
 static int first_row(const Variable *variable) {
-    return variable->kind == VARIABLE_STATE ? variable->index / N_COORDINATES : 2;
+    return in_states(variable) ? variable->index / N_COORDINATES : 2;
 }
 
 /* The order that equations_motion needs for a derivative of an output. */
@@ -61,7 +65,7 @@ static int needed_order(const Variable *variable, int order) {
 }
 
 static double derivative_of(const Motion *motion, const Variable *variable, int order) {
-    const int column = variable->kind == VARIABLE_STATE        ? variable->index % N_COORDINATES
+    const int column = in_states(variable)                     ? variable->index % N_COORDINATES
                        : variable->kind == VARIABLE_MULTIPLIER ? N_COORDINATES + variable->index
                                                                : variable->index;
     return variable->kind == VARIABLE_LOCAL ? motion->locals[order - 1][variable->index]

@@ -10,7 +10,8 @@ static double *slot_of(Instance *instance, const Variable *variable) {
     State *state = &instance->state;
     Cache *cache = &instance->cache;
     switch (variable->kind) {
-    case VARIABLE_STATE:        return &state->states[variable->index];
+    case VARIABLE_STATE:
+    case VARIABLE_MASSLESS:     return &state->states[variable->index];
     case VARIABLE_INPUT:        return &state->inputs[variable->index];
     case VARIABLE_PARAMETER:
     case VARIABLE_FIXED_PARAMETER: return &state->parameters[variable->index];
@@ -29,6 +30,9 @@ static double *slot_of(Instance *instance, const Variable *variable) {
 static bool update(Instance *instance, VariableKind kind) {
     if (kind == VARIABLE_DEPENDENT) {
         equations_dependent(instance);
+    }
+    if (kind == VARIABLE_MASSLESS) {
+        return equations_massless(instance);
     }
     if (kind == VARIABLE_ACCELERATION || kind == VARIABLE_MULTIPLIER) {
         return equations_accelerations(instance);

@@ -33,6 +33,10 @@ void instance_assign(Instance *instance, double *slot, double value) {
         instance->cache.dependent_valid = false;
         instance->cache.least_pivots_valid = false;
     }
+#if N_MASSLESS > 0
+    state->displaced = state->displaced || (slot >= state->inputs && slot < state->inputs + N_INPUTS) ||
+                       (slot >= state->parameters && slot < state->parameters + SIZE_PARAMETERS);
+#endif
     instance_forget_motion(instance);
     state->first_stage_valid = 0;
 #if VARIATIONAL
@@ -61,6 +65,11 @@ const char *variable_name(VariableKind kind, int index) {
         }
     }
     return "?";
+}
+
+const char *state_name(int index) {
+    const char *name = variable_name(VARIABLE_STATE, index);
+    return name[0] != '?' ? name : variable_name(VARIABLE_MASSLESS, index);
 }
 
 /* Says why a call is illegal and where it would be legal. */

@@ -65,7 +65,12 @@ typedef struct {
     int64_t stop_time_defined;
     int64_t experiment_defined; /* fmi2SetupExperiment was called */
     int64_t step_failed;        /* the last fmi2DoStep returned fmi2Discard */
-    int64_t settled;            /* the states meet the constraints at the start */
+    int64_t settled;            /* the states meet the constraints at the start; in model exchange what has no mass follows
+                                   from the present states proper */
+#if N_MASSLESS > 0
+    double massless[2][N_MASSLESS]; /* its positions and velocities at the last completed step */
+    int64_t displaced;              /* inputs or parameters were changed in the present event */
+#endif
 #if N_CONSTRAINTS > 0
     int64_t rows_known;
     IndependentRows rows; /* found at the start, if rows_known */
@@ -164,19 +169,20 @@ typedef enum {
     FAILURE_TRIAL_COUNT, /* an adaptive method took too many steps */
     FAILURE_STEP_COUNT, /* a fixed-step method would need too many steps */
     FAILURE_ITERATION,  /* the equations of an implicit step were not solved */
-    FAILURE_CONSTRAINTS /* no states were found that meet the constraints */
+    FAILURE_CONSTRAINTS, /* no states were found that meet the constraints */
+    FAILURE_MASSLESS     /* the flagged coordinates, which have no mass, do not follow from the others */
 } FailureKind;
 
 /* Why the last evaluation or solver step failed; failure_sentence (failure.h) puts it in words. */
 typedef struct {
     FailureKind kind;
     double time;                     /* s */
-    bool coordinates[N_COORDINATES]; /* of SINGULAR and NOT_FINITE: those concerned */
+    bool coordinates[N_COORDINATES]; /* of SINGULAR, NOT_FINITE and MASSLESS: those concerned */
     int state;                       /* of OVERFLOW and ACCURACY: the worst state */
     double amount;                   /* of ACCURACY: error in units of the tolerance; of the COUNTs: steps */
     double step;                     /* of OVERFLOW and ACCURACY: length of the trial step, s */
 #if N_CONSTRAINTS > 0
-    double residuals[N_CONSTRAINTS]; /* of CONSTRAINTS: of the first ones, ... */
+    double residuals[N_CONSTRAINTS]; /* of CONSTRAINTS: of the first ones, of MASSLESS: of theirs, ... */
     int count;                       /* ... that many */
 #endif
 } Failure;
@@ -224,6 +230,9 @@ void instance_forget_motion(Instance *instance);
 
 /* The name of the variable of this kind and index, "?" if it has none. */
 const char *variable_name(VariableKind kind, int index);
+
+/* The name of the entry with this index of [q, qd]. */
+const char *state_name(int index);
 
 /* The start of every fmi2 function: the instance if the call is legal now, else NULL after the error was reported. */
 Instance *instance_enter(fmi2Component component, Call call);

@@ -23,6 +23,7 @@ static const Row SETTABLE[N_VARIABLE_KINDS] = {
                                                i z e c t x      i z s f t x  */
     [VARIABLE_TIME]         = {"time",         ". . . . . .",   ". . . . . ."},
     [VARIABLE_STATE]        = {"state",        "x x x x . .",   "x x . . . ."},
+    [VARIABLE_MASSLESS]     = {"output",       "x x . . . .",   "x x . . . ."},
     [VARIABLE_ACCELERATION] = {"acceleration", ". . . . . .",   ". . . . . ."},
     [VARIABLE_MULTIPLIER]   = {"multiplier",   ". . . . . .",   ". . . . . ."},
     [VARIABLE_INPUT]        = {"input",        "o x x x . .",   "o x x . . ."},

@@ -16,7 +16,7 @@ import pytest
 from fmpy.fmi2 import FMU2Model, FMU2Slave
 from scipy.integrate import solve_ivp
 
-from lag2fmu.codegen.sources import CONSTRAINT_FILES, SOLVER_FILES
+from lag2fmu.codegen.sources import CONSTRAINT_FILES, MASSLESS_FILES, SOLVER_FILES
 
 HERE = Path(__file__).parent
 RUNTIME = HERE.parents[1] / "templates" / "runtime"
@@ -40,7 +40,7 @@ def build(target: Path, mechanism: str, solver: str, compiler: list[str], flags:
     chosen = [RUNTIME / "solver_runge_kutta.c", HERE / "tableaus" / f"{solver}.c"]
     if solver in WRITTEN_OUT:
         chosen = [RUNTIME / f"{solver}.c", RUNTIME / "solver_lu.c"]
-    unused = (CONSTRAINT_FILES, SOLVER_FILES)
+    unused = (CONSTRAINT_FILES, MASSLESS_FILES, SOLVER_FILES)
     runtime = [path for path in sorted(RUNTIME.glob("*.c")) if not path.name.startswith(unused)]
     sources = [*runtime, *chosen, HERE / mechanism / "mechanism.c"]
     folders = [f"-I{folder}" for folder in (RUNTIME, HERE / mechanism, HERE, HEADERS)]

@@ -14,6 +14,7 @@ const Variable VARIABLES[N_VARIABLES] = {
     {"solver_max_step", VARIABLE_SETTING, SETTING_MAX_STEP, 0.0, HUGE_VAL, 0},
 };
 
+const int CONTINUOUS_STATES[N_CONTINUOUS] = {0, 1};
 const double START_STATES[N_STATES] = {0.0, 1.0};
 const double START_INPUTS[N_INPUTS] = {0.0};
 const double START_PARAMETERS[SIZE_PARAMETERS] = {0.0};

@@ -37,6 +37,7 @@ const Variable VARIABLES[N_VARIABLES] = {
     {"x_tip_ddot", VARIABLE_LOCAL, 6, ANY, 1},
 };
 
+const int CONTINUOUS_STATES[N_CONTINUOUS] = {0, 1, 2, 3};
 const double START_STATES[N_STATES] = {1.0, -0.5, 0.0, 0.25};
 const double START_INPUTS[N_INPUTS] = {0.0, 0.0};
 const double START_PARAMETERS[SIZE_PARAMETERS] = {1.5, 0.75, 1.0, 0.6, 9.81};

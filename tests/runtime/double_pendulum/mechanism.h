@@ -16,6 +16,9 @@
 #define N_STATES (2 * N_COORDINATES)
 #define N_CONSTRAINTS 0
 #define N_HOLONOMIC 0
+#define N_CONTINUOUS N_STATES
+#define N_MASSLESS 0
+#define N_MASSLESS_POSITIONS 0
 #define N_INPUTS 2
 #define N_PARAMETERS 5
 #define SIZE_PARAMETERS 5
@@ -36,6 +39,7 @@
 #define SIZE_JACOBIAN (2 * N_COORDINATES * N_COORDINATES)
 
 extern const Variable VARIABLES[N_VARIABLES];
+extern const int CONTINUOUS_STATES[N_CONTINUOUS];
 extern const double START_STATES[N_STATES];
 extern const double START_INPUTS[N_INPUTS];
 extern const double START_PARAMETERS[SIZE_PARAMETERS];
