@@ -107,8 +107,8 @@ def render_sources(program: Program, tables: Tables, method: Method, guid: str) 
         "helpers": [text for name, text in _HELPERS.items() if CODE[name] in used],
     }
     runtime = (resource_folder("templates") / "runtime").glob("*.[ch]")
-    unused = () if tables.constraint_names else (CONSTRAINT_FILES, SOLVER_FILES + CONSTRAINT_FILES)
-    unused += () if tables.massless else (MASSLESS_FILES,)
+    without_constraints = () if tables.constraint_names else (CONSTRAINT_FILES, SOLVER_FILES + CONSTRAINT_FILES)
+    unused = (*without_constraints, *(() if tables.massless else (MASSLESS_FILES,)))
     used_files = [path for path in runtime if not path.name.startswith(unused)]
     wanted = {*method.runtime_files, *(("solver_lu.c", "solver_lu.h") if tables.massless else ())}
     files = {

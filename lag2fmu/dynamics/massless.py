@@ -31,8 +31,8 @@ def with_equilibria(
     """``mechanism`` with an equation of equilibrium for every null vector of M; itself if there is none.
 
     ``entries`` are the quadratic form of T over the velocity graph, ``forcing`` (n,) at the same graph. The coordinate
-    that each equation is solved for has no start value of its own, with friction no velocity; of several, it is one whose
-    start is a guess. Raises DerivationError for an equation that determines no coordinate.
+    that each equation is solved for has no start value of its own, with friction no velocity; of several, it is one
+    whose start is a guess. Raises DerivationError for an equation that determines no coordinate.
     """
     order = sorted(range(len(v.qd)), key=lambda i: _PREFERENCE[mechanism.coordinates[i].given])
     found = null_vectors(graph, entries, [v.qd[i] for i in order])
@@ -56,7 +56,7 @@ def with_equilibria(
 
 
 def determined(mechanism: Mechanism) -> tuple[int | None, ...]:
-    """For each constraint the index of the coordinate without mass that it is solved for, None for other kinds, (m,)."""
+    """For each constraint the index of the coordinate without mass that it determines, None for other kinds, (m,)."""
     place = {q.name: i for i, q in enumerate(mechanism.coordinates)}
     return tuple(None if c.coordinate is None else place[c.coordinate] for c in mechanism.constraints)
 
@@ -78,7 +78,7 @@ def _equilibrium(
     direction: dict[int, int],
     moved: Sequence[int],
 ) -> tuple[int, Constraint]:
-    """``force`` = 0 as a constraint, and the index of the coordinate it is solved for, the first of ``moved`` it can be.
+    """``force`` = 0 as a constraint, and the index of the coordinate it determines, the first of ``moved`` it can be.
 
     ``direction`` {velocity: rate} is the motion without mass, ``name`` the coordinate it goes along.
     """

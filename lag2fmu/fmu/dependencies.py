@@ -26,7 +26,7 @@ def dependencies(equations: EquationsOfMotion) -> dict[str, frozenset[str]]:
     blocks = {name: _without(found, following) for name, found in blocks.items()}
     known = blocks | following
     found = {name: _without(graph.symbols([node]), known) for name, node in equations.locals()}
-    found |= {name: graph.symbols([node]) for name, node in equations.dependent.items()}
+    found |= {name: frozenset(graph.symbols([node])) for name, node in equations.dependent.items()}
     found |= known
     found |= {names.derivative(q.name): _without([names.velocity(q.name)], known) for q in m.coordinates}
     found |= {names.derivative(names.velocity(q.name)): blocks[names.acceleration(q.name)] for q in m.coordinates}

@@ -69,7 +69,7 @@ static double bring_pivot(ConstraintFactorization *result, int k) {
     for (int i = k + 1; i < result->rows; i++) {
         best = a[i * M + i] > a[best * M + best] ? i : best;
     }
-    if (best != k) {
+    if (M > 1 && best != k) {
         const int kept = result->order[k];
         result->order[k] = result->order[best];
         result->order[best] = kept;
@@ -206,7 +206,7 @@ void constraints_solve(const ConstraintFactorization *f, const double b[], const
 
 /* L^T times any solution is the same; the one of least norm is L (L^T L)^-1 times that. */
 void constraints_spread(const ConstraintFactorization *f, double multipliers[]) {
-    double normal[M * M];
+    double normal[M * M] = {0.0};
     double z[M];
     if (f->rank == f->rows) {
         return;

@@ -69,6 +69,11 @@ void failure_sentence(const Failure *failure, char text[], size_t size) {
         snprintf(text, size, "at time %.17g the mass matrix becomes singular and does not determine the acceleration of %s; "
                  "check the masses and inertias, or start elsewhere", failure->time, names);
         break;
+    case FAILURE_NEARLY_SINGULAR:
+        snprintf(text, size, "at time %.17g the mass matrix is nearly singular and hardly determines the acceleration of %s; "
+                 "if the run ends here, this is why: check the masses and inertias, or start elsewhere", failure->time,
+                 names);
+        break;
     case FAILURE_NOT_FINITE:
         snprintf(text, size, "at time %.17g the equations of motion give no finite acceleration of %s; "
                  "the motion has left the range where they are defined", failure->time, names);

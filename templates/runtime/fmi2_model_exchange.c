@@ -6,6 +6,7 @@
 #include "equations.h"
 #include "instance.h"
 #include "logging.h"
+#include "system.h"
 #if N_CONSTRAINTS > 0
 #include "constraint_projection.h"
 #endif
@@ -44,6 +45,8 @@ static bool displaced(Instance *instance) {
         instance_forget_motion(instance);
         return true;
     }
+#else
+    (void)instance;
 #endif
     return false;
 }
@@ -203,6 +206,10 @@ fmi2Status fmi2GetDerivatives(fmi2Component c, fmi2Real derivatives[], size_t nx
         const int state = CONTINUOUS_STATES[i];
         derivatives[i] = state < N_COORDINATES ? instance->state.states[N_COORDINATES + state]
                                                : instance->cache.accelerations[state - N_COORDINATES];
+    }
+    if (!instance->noted_singularity && system_runs_into_singularity(instance, instance->cache.accelerations)) {
+        instance->noted_singularity = true;
+        return report_failure(instance, fmi2Warning);
     }
     return fmi2OK;
 }

@@ -18,6 +18,7 @@ void instance_start(Instance *instance) {
     memset(&instance->failure, 0, sizeof instance->failure);
     memset(instance->noted_calls, 0, sizeof instance->noted_calls);
     memset(instance->noted_kinds, 0, sizeof instance->noted_kinds);
+    instance->noted_singularity = false;
     instance->categories = instance->logging_requested ? ALL_CATEGORIES : 0u;
     instance_forget_cache(instance);
 }

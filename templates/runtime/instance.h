@@ -163,6 +163,7 @@ typedef struct {
 typedef enum {
     FAILURE_NONE,
     FAILURE_SINGULAR,   /* the mass matrix determines no acceleration of the flagged coordinates */
+    FAILURE_NEARLY_SINGULAR, /* of these it hardly does; none yet, but it will become one */
     FAILURE_NOT_FINITE, /* the accelerations of the flagged coordinates are not finite */
     FAILURE_OVERFLOW,   /* a state left the range of double */
     FAILURE_ACCURACY,   /* the error of a state exceeds the tolerance however short the step */
@@ -213,7 +214,8 @@ typedef struct {
     unsigned categories;                /* bit i: Category i is logged */
     Call call;                          /* the fmi2 function being executed, for messages */
     bool noted_calls[N_CALLS];          /* tolerated calls are noted once */
-    bool noted_kinds[N_VARIABLE_KINDS]; /* so are tolerated settings of variables */
+    bool noted_kinds[N_VARIABLE_KINDS]; /* so are tolerated settings of variables, ... */
+    bool noted_singularity;             /* ... and that the run comes to a singular mass matrix */
     char name[];                        /* instanceName, a copy */
 } Instance;
 

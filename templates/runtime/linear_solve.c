@@ -10,9 +10,6 @@ enum { N = N_COORDINATES };
 /* A pivot below its own scale times this is rounding error. */
 static const double RELATIVE_ZERO = N_COORDINATES * DBL_EPSILON;
 
-/* A pivot that far below the largest one explains why a solver cannot go on. */
-static const double NEARLY_SINGULAR = 1e-6;
-
 /* Row by row: w_ij = M_ij - sum_k<j w_ik L_jk, L_ij = w_ij / d_j, d_i = M_ii - sum_j w_ij L_ij. All inner loops run
    along rows. Returns false at the first pivot d_i that is not clearly positive against M_ii. */
 static bool factorize_positive(const double mass[], double factor[]) {
@@ -166,8 +163,8 @@ MassOutcome mass_factorize(const double mass[], Factorization *result, bool conc
     return result->pivoted ? factorize_pivoted(mass, RELATIVE_ZERO, result, concerned) : MASS_REGULAR;
 }
 
-bool mass_nearly_singular(const double mass[], Factorization *work, bool concerned[]) {
-    return factorize_pivoted(mass, NEARLY_SINGULAR, work, concerned) == MASS_SINGULAR;
+bool mass_nearly_singular(const double mass[], double part, Factorization *work, bool concerned[]) {
+    return factorize_pivoted(mass, part, work, concerned) == MASS_SINGULAR;
 }
 
 /* Solves with L D L^T: forward, diagonal, backward. */

@@ -22,8 +22,8 @@ typedef enum { MASS_REGULAR, MASS_SINGULAR, MASS_NOT_FINITE } MassOutcome;
    the coordinates that are not determined or whose rows hold values that are not finite. */
 MassOutcome mass_factorize(const double mass[], Factorization *result, bool concerned[]);
 
-/* Is M singular but for a part in a million, in scaled coordinates? Flags the coordinates concerned. */
-bool mass_nearly_singular(const double mass[], Factorization *work, bool concerned[]);
+/* Is M singular but for this part, in scaled coordinates? Flags the coordinates concerned. */
+bool mass_nearly_singular(const double mass[], double part, Factorization *work, bool concerned[]);
 
 /* Overwrites b[n] by the solution a of M a = b. */
 void mass_solve(const Factorization *factorization, double b[]);

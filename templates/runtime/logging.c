@@ -94,9 +94,12 @@ static void report_text(const Instance *instance, fmi2Status status, Category ca
 
 fmi2Status report_failure(Instance *instance, fmi2Status status) {
     char sentence[MESSAGE_SIZE];
-    const bool singular = instance->failure.kind == FAILURE_SINGULAR;
+    const FailureKind kind = instance->failure.kind;
+    const bool singular = kind == FAILURE_SINGULAR || kind == FAILURE_NEARLY_SINGULAR;
     const bool singular_logged = (instance->categories & (1u << CATEGORY_SINGULAR)) != 0u;
-    Category category = status == fmi2Error ? CATEGORY_ERROR : CATEGORY_DISCARD;
+    Category category = status == fmi2Error     ? CATEGORY_ERROR
+                        : status == fmi2Discard ? CATEGORY_DISCARD
+                                                : CATEGORY_WARNING;
     if (singular && singular_logged) {
         category = CATEGORY_SINGULAR;
     }

@@ -11,6 +11,12 @@ enum { N = N_COORDINATES };
 /* A pivot below the inertia of its coordinate times this is suspicious; the dense solver decides. */
 static const double SUSPICIOUS = 1e4 * DBL_EPSILON;
 
+/* A pivot that far below the largest one explains why a solver cannot go on, ... */
+static const double EXPLAINS = 1e-6;
+
+/* ... and that far may become the reason, with velocities that change by their size so often in a usual solver step. */
+static const double FORETELLS = 1e-4, SUDDEN = 10.0;
+
 /* Brings the least acceptable pivots up to date: relative to the diagonal of M at the start, with the present
    parameters, so that they follow from the State and a restored run repeats itself. */
 static const double *least_pivots(Instance *instance) {
@@ -88,16 +94,34 @@ bool system_factorize_densely(Instance *instance, double time, const double stat
                               concerned);
 }
 
-void system_explain_failure(Instance *instance) {
+/* Is M singular at the present point but for this part? Flags the coordinates concerned. */
+static bool nearly_singular(Instance *instance, double part, bool concerned[]) {
     const State *state = &instance->state;
-    bool concerned[N_COORDINATES] = {false};
-    if (instance->failure.kind == FAILURE_ACCURACY && N_CONSTRAINTS == 0) {
-        mechanism_dynamics(state->time, state->states, state->inputs, state->parameters, instance->scratch.mass,
-                           instance->scratch.forcing);
-        if (mass_nearly_singular(instance->scratch.mass, &instance->scratch.system.pivoted, concerned)) {
-            report_coordinates(instance, FAILURE_SINGULAR, state->time, concerned);
-        }
+    if (N_CONSTRAINTS > 0) {
+        return false; /* the whole system is to be regular, not M */
     }
+    mechanism_dynamics(state->time, state->states, state->inputs, state->parameters, instance->scratch.mass,
+                       instance->scratch.forcing);
+    return mass_nearly_singular(instance->scratch.mass, part, &instance->scratch.system.pivoted, concerned);
+}
+
+void system_explain_failure(Instance *instance) {
+    bool concerned[N_COORDINATES] = {false};
+    if (instance->failure.kind == FAILURE_ACCURACY && nearly_singular(instance, EXPLAINS, concerned)) {
+        report_coordinates(instance, FAILURE_SINGULAR, instance->state.time, concerned);
+    }
+}
+
+bool system_runs_into_singularity(Instance *instance, const double accelerations[]) {
+    const double *velocities = instance->state.states + N;
+    bool concerned[N_COORDINATES] = {false};
+    bool sudden = false;
+    for (int i = 0; i < N; i++) {
+        const double usual = (fabs(velocities[i]) + NOMINAL_STATES[N + i]) / DEFAULT_SOLVER_STEP;
+        sudden = sudden || fabs(accelerations[i]) > SUDDEN * usual;
+    }
+    return sudden && nearly_singular(instance, FORETELLS, concerned) &&
+           !report_coordinates(instance, FAILURE_NEARLY_SINGULAR, instance->state.time, concerned);
 }
 
 /* a[n] = M^-1 b[n] */

@@ -32,6 +32,10 @@ void system_solve(const System *system, const double right[], const double *belo
    error as the reason. */
 void system_explain_failure(Instance *instance);
 
+/* In model exchange the integrator is the importer's, and says nothing: tells, with instance->failure, whether the mass
+   matrix is about to become singular and the accelerations[n] grow so that no integrator will go on for long. */
+bool system_runs_into_singularity(Instance *instance, const double accelerations[]);
+
 /* Sets instance->failure to this kind at this time, flagging coordinates[n]; returns false. */
 bool report_coordinates(Instance *instance, FailureKind kind, double time, const bool coordinates[]);
 

@@ -2,9 +2,9 @@
 
 from __future__ import annotations
 
-import warnings
-from collections.abc import Iterator
-from contextlib import contextmanager
+from collections.abc import Sequence
+from pathlib import Path
+from typing import Any
 
 import fmpy
 import numpy as np
@@ -16,11 +16,11 @@ from scipy.optimize import brentq
 from stepping import Stepping, bits
 from test_massless import c, g, k, l, m, with_friction
 
-from lag2fmu.errors import DerivationError
 from lag2fmu.dynamics import derive
+from lag2fmu.errors import MechanismError, SimulationError
 from lag2fmu.mechanism import Constraint, Energy, Mechanism, coordinate, parameter
 from lag2fmu.mechanism.loading import load
-from lag2fmu.verify.running import simulate, validate
+from lag2fmu.verify.running import simulate
 
 hard = 2e4
 
@@ -54,7 +54,7 @@ def by_hand(times: np.ndarray, bob: float) -> np.ndarray:
     return np.array([angle(s) for s in run.y[0]])
 
 
-def exchanged(path, names, stop_time: float, **options) -> dict[str, np.ndarray]:
+def exchanged(path: Path, names: Sequence[str], stop_time: float, **options: Any) -> dict[str, np.ndarray]:
     """A run of the FMU in model exchange with CVode."""
     run = fmpy.simulate_fmu(
         str(path),
@@ -138,7 +138,7 @@ def test_directional_derivatives_are_those_of_the_equilibrium(exported, kind: st
         s.start({"phi_dot": 0.7, "solver_tolerance": 1e-10})
         if kind == "CoSimulation":
             s.step(0.2)
-        x, phi, phi_dot = s.get(["x", "phi", "phi_dot"])
+        x, phi_dot = s.get(["x", "phi_dot"])
         slope = m * g / (2 * k + 12 * hard * x**2)
         assert s.derivative(["x", "x_dot"], {"phi": 1.0}) == pytest.approx(
             [slope, -slope * 24 * hard * x * slope * phi_dot / (2 * k + 12 * hard * x**2)], rel=1e-9
@@ -230,6 +230,12 @@ def test_forces_without_an_equilibrium_stop_the_run_with_a_sentence(exported) ->
 
 
 @pytest.mark.fmu
+def test_a_run_of_the_importer_that_comes_to_a_singular_position_hears_why() -> None:
+    with pytest.raises(SimulationError, match=r"nearly singular and hardly determines the acceleration of x, phi;"):
+        simulate(load("slides_problem_5_massless"), stop_time=1.0, step=0.01, kind="model-exchange")
+
+
+@pytest.mark.fmu
 def test_the_coordinate_is_one_that_the_force_depends_on(exported) -> None:
     """Nothing holds the slider: then the angle has the equilibrium, and the slider goes with the bob."""
     x, phi = coordinate("x", "m", start=0.1, velocity=0.2), coordinate("phi", "rad", guess=0.1)
@@ -238,3 +244,9 @@ def test_the_coordinate_is_one_that_the_force_depends_on(exported) -> None:
     run = exchanged(exported(held).path, ["x", "phi"], 1.0)
     assert run["phi"] == pytest.approx(np.full(21, 1 / 6), abs=1e-14)
     assert run["x"] == pytest.approx(0.1 + 0.2 * run["time"] - run["time"] ** 2 / 2, abs=1e-9)
+
+
+def test_an_equilibrium_by_hand_names_the_coordinate_that_it_determines() -> None:
+    x, y = coordinate("x", "m"), coordinate("y", "m")
+    with pytest.raises(MechanismError, match=r"equilibrium.rest: .* give it one of the names massless_x, massless_y"):
+        Mechanism("odd", coordinates=[x, y], constraints=[Constraint("rest", x - y, "equilibrium")])
