@@ -28,7 +28,8 @@ def documentation(
     context = {
         "mechanism": mechanism,
         "solver": METHODS[description.solver].title,
-        "freedom": 2 * len(mechanism.coordinates),
+        "states": sum(v.state for v in description.variables),
+        "massless": any(_is_massless(v) for v in description.variables),
         "nomenclature": [(heading, rows) for heading, rows in _nomenclature(description.variables) if rows],
         "sketch": _sketch(equations),
         "formulas": _formulas(equations),
@@ -56,19 +57,27 @@ def _sketch(equations: EquationsOfMotion) -> tuple[str, tuple[str, ...]] | None:
 
 def _nomenclature(variables: Iterable[Variable]) -> list[tuple[str, list[Row]]]:
     """(heading, rows) for each kind of variable; their derivatives are left out."""
-    shown = [v for v in variables if v.derivative_of is None]
+    variables = list(variables)
+    massless = [v for v in variables if _is_massless(v)]
+    shown = [v for v in variables if v.derivative_of is None and v not in massless]
 
     def rows(causality: str, state: bool = False) -> list[Row]:
         return [_row(v) for v in shown if v.causality == causality and v.state == state]
 
     return [
         ("Coordinates and velocities: states and outputs", rows("output", state=True)),
+        ("Without mass: outputs that follow from the states; the start is a guess", [_row(v) for v in massless]),
         ("Inputs", rows("input")),
         ("Parameters", rows("parameter")),
         ("Parameters that follow from others", rows("calculatedParameter")),
         ("Further outputs", rows("output")),
         ("Local variables", rows("local")),
     ]
+
+
+def _is_massless(variable: Variable) -> bool:
+    """Whether it is a coordinate or velocity that follows from the states because it has no mass."""
+    return variable.causality == "output" and variable.initial == "approx" and not variable.state
 
 
 def _row(variable: Variable) -> Row:

@@ -248,7 +248,6 @@ static bool settle(Instance *instance, Level level, double states[]) {
            report_constraints(instance, state->time, &values, level);
 }
 
-/* In model exchange no row is held: the accelerations are to be functions of the states alone. */
 static bool find_independent_rows(Instance *instance) {
     State *state = &instance->state;
     System *system = &instance->scratch.system;
@@ -261,8 +260,7 @@ static bool find_independent_rows(Instance *instance) {
     for (int k = 0; k < N_CONSTRAINTS; k++) {
         const int row = system->constraints.order[k];
         state->rows.order[k] = row;
-        const bool holds = k < state->rows.rank && instance->type == fmi2CoSimulation;
-        state->rows.distance[row] = holds ? constraints_distance(&system->constraints, k) : 0.0;
+        state->rows.distance[row] = k < state->rows.rank ? constraints_distance(&system->constraints, k) : 0.0;
     }
     return true;
 }

@@ -48,9 +48,19 @@ static void aim(double rate, const double gamma[], const double velocities[], co
 }
 
 /* The accelerations to go on with where a constraint is about to be lost: those at the last accepted step, so that the
-   branch with continuous velocities is followed. */
-static const double *usual_accelerations(const Instance *instance) {
-    return instance->type == fmi2ModelExchange ? NULL : instance->state.first_stage + N_COORDINATES;
+   branch with continuous velocities is followed. Importers may tell of few of their steps: from the last one they told
+   of the accelerations are continued by their Taylor series. NULL if there are none. */
+static const double *usual_accelerations(Instance *instance, double time) {
+    const State *state = &instance->state;
+    double *usual = instance->scratch.usual;
+    if (instance->type == fmi2CoSimulation) {
+        return state->first_stage + N_COORDINATES;
+    }
+    const double span = time - state->usual_time;
+    for (int i = 0; i < N_COORDINATES; i++) {
+        usual[i] = state->usual[0][i] + span * (state->usual[1][i] + 0.5 * span * state->usual[2][i]);
+    }
+    return state->usual_known ? usual : NULL;
 }
 
 /* qdd[n] and the multipliers behind it at the given time, states and inputs. */
@@ -62,7 +72,7 @@ static bool accelerations_at(Instance *instance, double time, const double state
         return false;
     }
     aim(stabilisation(instance), system->gamma, system->velocities, system->positions, below);
-    system_solve(system, system->forcing, below, usual_accelerations(instance), unknowns);
+    system_solve(system, system->forcing, below, usual_accelerations(instance, time), unknowns);
     return all_finite(unknowns, N_UNKNOWNS) || report_not_finite(instance, time, unknowns);
 }
 
@@ -198,6 +208,26 @@ bool equations_accelerations(Instance *instance) {
     }
     return cache->accelerations_valid;
 }
+
+#if N_CONSTRAINTS > 0
+void equations_remember(Instance *instance) {
+    State *state = &instance->state;
+    Motion motion;
+    if (!equations_motion(instance, MAX_OUTPUT_ORDER, &motion) || instance->cache.system.constraints.holding) {
+        return; /* there they would be those remembered so far */
+    }
+    for (int order = 0; order <= MAX_OUTPUT_ORDER; order++) {
+        memcpy(state->usual[order], motion.q[2 + order], sizeof state->usual[order]);
+        if (!all_finite(state->usual[order], N_COORDINATES)) {
+            state->usual_known = 0;
+            return;
+        }
+    }
+    state->usual_known = 1;
+    state->usual_time = state->time;
+    instance_forget_motion(instance); /* what is calculated again has to be the same after going back to this State */
+}
+#endif
 
 bool equations_locals(Instance *instance) {
     Cache *cache = &instance->cache;

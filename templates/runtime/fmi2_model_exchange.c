@@ -96,6 +96,7 @@ static fmi2Status end_step(Instance *instance, fmi2Boolean *enterEventMode) {
         return report_failure(instance, fmi2Error);
     }
     keep(instance);
+    equations_remember(instance);
     *enterEventMode = drifted(instance) ? fmi2True : fmi2False;
     return fmi2OK;
 }
@@ -137,6 +138,9 @@ fmi2Status fmi2EnterContinuousTimeMode(fmi2Component c) {
         return fmi2Error;
     }
     instance->state.mode = MODE_CONTINUOUS_TIME;
+#if N_CONSTRAINTS > 0
+    equations_remember(instance);
+#endif
     return fmi2OK;
 }
 

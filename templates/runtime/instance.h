@@ -74,6 +74,9 @@ typedef struct {
 #if N_CONSTRAINTS > 0
     int64_t rows_known;
     IndependentRows rows; /* found at the start, if rows_known */
+    int64_t usual_known;  /* in model exchange: */
+    double usual_time;    /* s; of the last completed step, with */
+    double usual[1 + MAX_OUTPUT_ORDER][N_COORDINATES]; /* accelerations and their time derivatives there */
 #endif
     double tolerance;           /* of fmi2SetupExperiment; 0 if it gave none */
 
@@ -146,6 +149,7 @@ typedef struct {
     double mass[N_COORDINATES * N_COORDINATES]; /* lower triangle, row-major */
     double forcing[N_COORDINATES];
     System system;                              /* at a stage of the solver */
+    double usual[N_COORDINATES];                /* accelerations to go on with where a constraint is about to be lost */
     double stages[STAGES][N_STATES];            /* dx/dt at the stages of a trial step and of dense output */
     double stage_states[N_STATES];
     double new_states[N_STATES]; /* the result of a trial step */
