@@ -281,8 +281,9 @@ def test_sets_and_order_of_the_model_structure(model: str, outputs: tuple[str, .
     assert list(unknowns(root, "InitialUnknowns")) == sorted(expected)
 
     mechanism = load(model)
+    massless = {"x"} if model == "slides_problem_5_small" else set()
     assert {variables[i - 1].get("name") for i in states} == {
-        name for q in mechanism.coordinates for name in (q.name, f"{q.name}_dot")
+        name for q in mechanism.coordinates if q.name not in massless for name in (q.name, f"{q.name}_dot")
     }
     for derivative, state in derivatives.items():
         assert variables[derivative - 1].get("name") == f"der_{variables[state - 1].get('name')}"

@@ -139,7 +139,9 @@ def test_parallel_manipulator(motion, exported) -> None:
 )
 def test_n_four_bar_goes_on_through_its_singular_positions(n: int, tolerance: float, bar: float, exported) -> None:
     """20 s and 20 passages, as a pendulum; the bar of the benchmark's low precision for B0 is 0.1."""
-    check_row_of_windows(lag2fmu.simulate(exported("n_four_bar", n=n), stop_time=20.0, step=0.05, tolerance=tolerance), n, bar)
+    check_row_of_windows(
+        lag2fmu.simulate(exported("n_four_bar", n=n), stop_time=20.0, step=0.05, tolerance=tolerance), n, bar
+    )
 
 
 @pytest.mark.parametrize(("n", "tolerance", "bar"), [(2, 1e-8, 1e-3), (5, 1e-10, 1e-4)])

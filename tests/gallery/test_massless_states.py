@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import zipfile
 from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
@@ -87,6 +88,33 @@ def test_of_what_has_no_mass_neither_position_nor_velocity_is_a_state(exported) 
         with pytest.raises(FMICallException):
             s.set({"x": 0.1})
         assert 'x is fixed in state "continuous-time mode"' in s.sentences[-1]
+
+
+@pytest.mark.fmu
+def test_the_documentation_says_what_is_no_state(exported) -> None:
+    with zipfile.ZipFile(exported("slides_problem_5_small").path) as archive:
+        page = " ".join(archive.read("documentation/index.html").decode().split())
+    assert "Its 2 states are" in page
+    assert page.index("Without mass: outputs that follow from the states") < page.index("<code>x_dot</code>")
+    assert "What has no mass is no state" in page
+
+
+@pytest.mark.fmu
+def test_a_force_that_moves_in_co_simulation(exported) -> None:
+    """Q_x = 20 sin 7t as cubics within each step, which leave 20 (7 H)^4 / 4! / 2k at most; the bob has s'' = -g phi."""
+    path, amplitude, pulse, H = exported("slides_problem_5_small").path, 20.0, 7.0, 0.0125
+    angle = lambda s, t: (s - amplitude * np.sin(pulse * t) / (2 * k)) / (l + m * g / (2 * k))  # noqa: E731
+    with Stepping(path) as s:
+        s.start({"solver_tolerance": 1e-10})
+        x, phi = s.get(["x", "phi"])
+        for _ in range(80):
+            sine, cosine = amplitude * np.sin(pulse * s.time), amplitude * np.cos(pulse * s.time)
+            s.set({"Q_x": sine})
+            rates = [pulse * cosine, -(pulse**2) * sine, -(pulse**3) * cosine]
+            s.unit.setRealInputDerivatives([s.references["Q_x"]] * 3, [1, 2, 3], rates)
+            s.step(H)
+        run = solve_ivp(lambda t, z: [z[1], -g * angle(z[0], t)], (0, 1), [x + l * phi, 0], "DOP853", rtol=1e-11)
+        assert s.get(["phi"])[0] == pytest.approx(angle(run.y[0, -1], 1.0), abs=1e-6)
 
 
 @pytest.mark.fmu
