@@ -25,7 +25,7 @@ from lag2fmu.dynamics.samples import start_values
 from lag2fmu.dynamics.translate import Translator
 from lag2fmu.dynamics.variables import Variables
 from lag2fmu.errors import DerivationError
-from lag2fmu.mechanism import Mechanism, names
+from lag2fmu.mechanism import Constraint, Mechanism, names
 
 Floats = NDArray[np.float64]
 
@@ -34,6 +34,10 @@ MET, PROJECTED = 1e-12, 1e-6
 
 _RANK, _ITERATIONS, _HALVINGS = 1e-12, 60, 12
 _INDEPENDENT, _TRIALS = 1e-8, 3
+_SHOWN = 6
+
+Measure = Callable[[Floats], tuple[Floats, Floats]]
+"""x (n,) -> residuals (m,) and their Jacobian in units of the nominal values (m, n)."""
 
 
 @dataclass(frozen=True)
@@ -185,7 +189,7 @@ class _Start:
         for free, bar in ((~self.given, np.inf), (np.ones_like(self.given), PROJECTED)):
             if MET < _size(*measure(self.q)) <= bar:
                 self.q = self._newton(self.q, measure, free)
-        self._check(*measure(self.q), "the start")
+        self._check("the start", self.q, measure, "positions")
 
     def solve_velocities(self) -> None:
         """Move qd likewise; the equations are linear, and their residuals count relative to the greatest velocity."""
@@ -200,9 +204,9 @@ class _Start:
         for free, bar in ((~self.velocity_given, np.inf), (np.ones_like(self.given), PROJECTED)):
             if MET < _size(*relative(self.qd)) <= bar:
                 self.qd = self._newton(self.qd, measure, free)
-        self._check(*relative(self.qd), "the velocities at the start")
+        self._check("the velocities at the start", self.qd, relative, "velocities")
 
-    def _newton(self, x: Floats, measure: Callable[[Floats], tuple[Floats, Floats]], free: NDArray[np.bool_]) -> Floats:
+    def _newton(self, x: Floats, measure: Measure, free: NDArray[np.bool_]) -> Floats:
         """Newton's method in the ``free`` entries of x, steps halved where the residual grows."""
         r, jacobian = measure(x)
         for _ in range(_ITERATIONS if free.any() else 0):
@@ -221,21 +225,45 @@ class _Start:
             x, r, jacobian = trial, found, slopes
         return x
 
-    def _check(self, residual: Floats, jacobian: Floats, what: str) -> None:
-        if not _size(residual, jacobian) <= MET:
-            constraints = self.mechanism.constraints[: len(residual)]
-            listed = ", ".join(f"{c.name} = {r:.3g}" for c, r in zip(constraints, residual, strict=True))
-            raise DerivationError(
-                f"mechanism '{self.mechanism.name}': {what} cannot meet the constraints; residuals: {listed}. Give "
-                "'start' to fewer coordinates and 'guess' to the others, nearer to a solution, or look for constraints "
-                "that contradict each other"
-            )
+    def _check(self, what: str, x: Floats, measure: Measure, level: str) -> None:
+        """Raise DerivationError unless ``x``, positions or velocities, meets the constraints of ``measure``."""
+        residual, jacobian = measure(x)
+        if _size(residual, jacobian) <= MET:
+            return
+        constraints = self.mechanism.constraints[: len(residual)]
+        listed = ", ".join(f"{c.name} = {r:.3g}" for c, r in zip(constraints, residual, strict=True))
+        raise DerivationError(
+            f"mechanism '{self.mechanism.name}': {what} cannot meet the constraints; residuals: {listed}. "
+            + _meaning(constraints)
+            + self._remedy(x, measure, level)
+        )
+
+    def _remedy(self, x: Floats, measure: Measure, level: str) -> str:
+        """What would meet the constraints if nothing was given; if that is nothing, which of them do not agree."""
+        given, guess = ("start", "guess") if level == "positions" else ("velocity", "guess_velocity")
+        found = self._newton(x, measure, np.ones_like(self.given))
+        residual, jacobian = measure(found)
+        if _size(residual, jacobian) <= PROJECTED:
+            of = [q.name if level == "positions" else names.velocity(q.name) for q in self.mechanism.coordinates]
+            moved = [f"{name} = {new:.6g}" for name, new, old in zip(of, found, x, strict=True) if abs(new - old) > MET]
+            shown = ", ".join([*moved[:_SHOWN], *(["..."] if len(moved) > _SHOWN else [])])
+            return f"Near it they are met by {shown}: correct what is given, or give '{guess}' in place of '{given}'"
+        size = np.abs(residual) / np.maximum(np.abs(jacobian).max(axis=1), 1e-300)
+        torn = [c.name for c, r in zip(self.mechanism.constraints, size, strict=False) if not r <= PROJECTED]
+        among = f"{', '.join(torn)} contradict each other" if len(torn) > 1 else f"{torn[0]} cannot be met"
+        return f"No start near it meets them: {among}; correct or take out one, or start nearer to a solution"
 
     def moved(self) -> Mechanism:
         """The mechanism with the values found."""
         found = zip(self.mechanism.coordinates, self.q, self.qd, strict=True)
         coordinates = [replace(c, start=float(q), velocity=float(qd)) for c, q, qd in found]
         return replace(self.mechanism, coordinates=coordinates)  # type: ignore[arg-type]
+
+
+def _meaning(constraints: Sequence[Constraint]) -> str:
+    """A sentence on those of ``constraints`` that the derivation has found."""
+    found = [f"{c.name} is the force on {c.coordinate}, which has no mass" for c in constraints if c.massless]
+    return f"{'; '.join(found)}. " if found else ""
 
 
 def _row_scales(jacobian: Floats) -> Floats:

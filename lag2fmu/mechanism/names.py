@@ -117,6 +117,7 @@ def check_names(mechanism: Mechanism) -> None:
     An output may repeat the name of a definition: it then shows that definition.
     """
     check_identifier(mechanism.name, "mechanism.name")
+    _check_constraint_names(mechanism)
     taken: dict[str, str] = dict(GLOBAL_NAMES)
     for name, what in _generated(mechanism):
         if name in taken:
@@ -132,6 +133,19 @@ def check_names(mechanism: Mechanism) -> None:
         _check_unique([part.name for part in getattr(mechanism, table)], table)
     _check_unique([part.name for part in mechanism.places], "bodies and points")
     _check_unique([part.coordinate for part in mechanism.forces], "forces")
+
+
+def _check_constraint_names(mechanism: Mechanism) -> None:
+    """Raise MechanismError for two constraints of one name: all kinds share their names."""
+    taken: dict[str, str] = {}
+    for constraint in mechanism.constraints:
+        where = f"constraints.{constraint.kind}.{constraint.name}"
+        if constraint.name in taken:
+            raise MechanismError(
+                f"{where}: {taken[constraint.name]} has the name '{constraint.name}' already, and multiplier and "
+                "residual are called after it; rename one"
+            )
+        taken[constraint.name] = where
 
 
 def check_identifier(name: object, where: str) -> None:

@@ -68,10 +68,18 @@ def check_symbols(m: Mechanism, scope: Scope) -> None:
         for name in sorted(scope.names_in(where, expression)):
             meaning = scope.meaning[name]
             if meaning not in allowed:
-                remedy = "; a signal that moves a support is declared with motion = true" if meaning == "input" else ""
+                remedy = _remedy(where, meaning)
                 raise MechanismError(
                     f"{where}: '{name}' is {_article(meaning)} {meaning} and cannot stand here{remedy}"
                 )
+
+
+def _remedy(where: str, meaning: str) -> str:
+    if meaning == "input":
+        return "; a signal that moves a support is declared with motion = true"
+    if meaning == "velocity" and where.startswith("constraints."):
+        return "; a constraint on velocities belongs to the nonholonomic ones"
+    return ""
 
 
 def _kind_allows(constraint: Constraint) -> set[str]:
@@ -125,7 +133,8 @@ def check_constraints(m: Mechanism, scope: Scope) -> None:
         meanings = {scope.meaning[name] for name in scope.names_in(where, constraint.expression)}
         wanted = "coordinate" if constraint.holonomic else "velocity"
         if wanted not in meanings:
-            other = "" if constraint.holonomic or "coordinate" not in meanings else "; it belongs to the holonomic ones"
+            held = not constraint.holonomic and "coordinate" in meanings
+            other = "; it belongs to the holonomic ones" if held else "; leave it out or correct it"
             raise MechanismError(
                 f"{where}: '{constraint.expression}' contains no {wanted}, so it cannot restrict the motion{other}"
             )

@@ -125,6 +125,7 @@ def test_the_equilibrium_is_part_of_the_record_and_of_its_text() -> None:
             {"kinetic": "y_dot**2/2", "potential": "x*y"},
             "along x has no mass, and the force on it depends on no",
         ),
+        ({"kinetic": "y_dot**2/2", "potential": "y + sin(x) + 2*x"}, "massless_x is the force on x, .* cannot be met"),
         ({"kinetic": "x*y_dot**2/2 + y_dot**2", "potential": "x**2"}, "is not affine|depends on no velocity along it"),
     ],
 )

@@ -101,7 +101,7 @@ def test_the_documentation_says_what_is_no_state(exported) -> None:
 
 @pytest.mark.fmu
 def test_a_force_that_moves_in_co_simulation(exported) -> None:
-    """Q_x = 20 sin 7t as cubics within each step, which leave 20 (7 H)^4 / 4! / 2k at most; the bob has s'' = -g phi."""
+    """Q_x = 20 sin 7t as cubics in each step, which leave 20 (7 H)^4 / 4! / 2k at most; the bob has s'' = -g phi."""
     path, amplitude, pulse, H = exported("slides_problem_5_small").path, 20.0, 7.0, 0.0125
     angle = lambda s, t: (s - amplitude * np.sin(pulse * t) / (2 * k)) / (l + m * g / (2 * k))  # noqa: E731
     with Stepping(path) as s:
