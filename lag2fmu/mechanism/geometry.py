@@ -44,6 +44,8 @@ def check_geometry(m: Mechanism) -> None:
             raise MechanismError(
                 f"points.{point.name}.position: has {len(point.position)} entries; on a frame it has 3"
             )
+        if point.angle is not None and len(point.position) != 2:
+            raise MechanismError(f"points.{point.name}.angle: goes with a position of 2 entries; in space use a frame")
     _check_entries(m)
 
 

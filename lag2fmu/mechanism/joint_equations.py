@@ -22,6 +22,7 @@ from lag2fmu.mechanism.names import multiplier, suggestion
 from lag2fmu.mechanism.norms import vanishes
 from lag2fmu.mechanism.outputs import Output
 from lag2fmu.mechanism.parts import AXES, WORLD, Constraint
+from lag2fmu.mechanism.planar_joints import groups_of, planar_pose, turn_alike
 from lag2fmu.mechanism.poses import Pose, Poses
 from lag2fmu.mechanism.units import NEWTON, TORQUE
 
@@ -145,30 +146,34 @@ class _Between:
         (name_a, name_b), where = map(str, joint.between or ()), f"joints.{joint.name}"
         (frame_a, place_a), (frame_b, place_b) = (_location(m, joint, name) for name in (name_a, name_b))
         self.planar = m.dimension == 2
-        free = joint.kind == "spherical" or (self.planar and joint.kind == "revolute")
-        if self.planar and joint.kind != "revolute":
-            raise MechanismError(
-                f"{where}.kind: positions have 2 entries; '{joint.kind}' joins frames, which are spatial"
-            )
-        if not self.planar and joint.axis is None and "axis" in JOINTS[joint.kind].keys:
-            raise MechanismError(f"{where}: 'axis' is missing")
-        if frame_a == frame_b and (place_a == place_b or not free or frame_a != WORLD):
+        self.groups = groups_of(m, joint) if self.planar else JOINTS[joint.kind].equations
+        free = joint.kind == "spherical" or (self.planar and name_a != name_b)
+        same = place_a == place_b and (not self.planar or turn_alike(m, joint))
+        missing = [key for key in JOINTS[joint.kind].keys if getattr(joint, key) is None]
+        if not self.planar and missing:
+            raise MechanismError(f"{where}: '{missing[0]}' is missing")
+        if frame_a == frame_b and (same or not free or frame_a != WORLD):
             both = f"are both on '{frame_a}'" if name_a != name_b else "are the same"
             raise MechanismError(f"{where}.between: '{name_a}' and '{name_b}' {both}; name two that move differently")
-        base = self.base = poses.common(frame_a, frame_b)
-        self.a = End(name_a, frame_a, _column(poses, place_a), poses.pose(frame_a, base))
-        self.b = End(name_b, frame_b, _column(poses, place_b), poses.pose(frame_b, base))
+        self.base = poses.common(frame_a, frame_b)
+        self.a, self.b = self._end(name_a, frame_a, place_a), self._end(name_b, frame_b, place_b)
         self.apart = self.b.position - self.a.position
         twin = joint.axis if joint.second_axis is None else joint.second_axis
-        self.normals = [self.a.pose.rotation * n for n in across(joint.axis)]
+        normals = [n for n in across(joint.axis) if n[2] == 0 or not self.planar]
+        self.normals = [self.a.pose.rotation * n for n in normals]
         self.u, self.s = self.a.pose.rotation * direction(joint.axis), self.b.pose.rotation * direction(twin)
         self.twin_normal = self.b.pose.rotation * across(twin)[0]
 
+    def _end(self, name: str, frame: str, place: tuple[sp.Expr, ...]) -> End:
+        column = _column(self.poses, place)
+        if self.planar:
+            return End(name, frame, _NOTHING, planar_pose(self.m, self.poses, name, column))
+        return End(name, frame, column, self.poses.pose(frame, self.base))
+
     def equations(self) -> Iterator[Equation]:
         """All of them, those that hold by themselves too."""
-        for group in JOINTS[self.joint.kind].equations:
-            if not (self.planar and group == "axis"):
-                yield from getattr(self, f"_{group}")()
+        for group in self.groups:
+            yield from getattr(self, f"_{group}")()
 
     def _point(self) -> Iterator[Equation]:
         """The two places are one."""
@@ -190,7 +195,7 @@ class _Between:
 
     def _turn(self) -> Iterator[Equation]:
         """The axes of both frames are parallel."""
-        for k in range(3):
+        for k in range(1 if self.planar else 3):
             x, y = self.a.pose.rotation[:, k], self.b.pose.rotation[:, (k + 1) % 3]
             yield Equation(f"turn_{AXES[(k + 2) % 3]}", x.dot(y), torque=y.cross(x))
 
@@ -209,7 +214,7 @@ class _Between:
     def _contact(self) -> Iterator[Equation]:
         """The lowest point of the disc or sphere is in the plane and has the plane's velocity there."""
         down = -self.u
-        if self.joint.kind == "rolling_disc":
+        if self.joint.kind == "rolling_disc" and not self.planar:
             inside = self.u - self.u.dot(self.s) * self.s
             down = -inside / sp.sqrt(inside.dot(inside))
         arm, (a, b) = self.joint.radius * down, (self.a.pose.angular, self.b.pose.angular)
@@ -232,7 +237,8 @@ class _Between:
             total = sp.zeros(3, 1)
             for e, vector in zip(equations, vectors, strict=True):
                 total += symbol(multiplier(_named(joint, e))) * vector
-            for letter, entry in zip(AXES[: self.m.dimension], along * total, strict=False):
+            kept = slice(0, self.m.dimension) if what == "force" or not self.planar else slice(2, 3)
+            for letter, entry in zip(AXES[kept], list(along * total)[kept], strict=True):
                 doc = f"{what} of the joint {joint.name} on {self.b.name}, along {letter}"
                 yield Output(f"{joint.name}_{what}_{letter}", entry, unit, doc)
 

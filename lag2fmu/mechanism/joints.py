@@ -62,6 +62,7 @@ JOINTS = {
 
 _UNITS = {"slide": METRE, "x": METRE, "y": METRE, **dict.fromkeys(("e0", "e1", "e2", "e3"), DIMENSIONLESS)}
 _KEYS = ("axis", "second_axis", "pitch", "radius", "ratio")
+_SPATIAL = {("revolute", "axis"), ("rolling_disc", "second_axis")}
 
 
 @dataclass(frozen=True)
@@ -75,6 +76,9 @@ class Joint:
     - of universal that of the first fork, and ``second_axis``, across it, that of the second;
     - of rolling_disc and rolling_sphere the normal of the plane, out of it, through the first end; the second end is
       the centre, ``second_axis`` the axis of the disc and ``radius`` its radius (m).
+
+    In the plane there are revolute, prismatic, fixed, rolling_disc and gear, between bodies, points with an angle and
+    the "world", in whose place the frames are; a disc turns about z, and has no ``second_axis``.
 
     prismatic and fixed keep the axes of both frames parallel. A screw advances by ``pitch`` (m) in a turn, to the left
     if it is negative. A gear is between coordinates, or joints on a parent: the first is ``ratio`` times the second.
@@ -137,14 +141,15 @@ class Joint:
             raise MechanismError(f"{where}.reactions: this joint has none; {instead}")
 
     def _check_keys(self, where: str) -> None:
-        """The keys fit the kind; in the plane a revolute joint needs no axis, which is seen later."""
+        """The keys fit the kind; in the plane some are not needed, which is seen later."""
         known = JOINTS[self.kind].keys
         for key in _KEYS:
             twin = key == "second_axis" and self.between is not None and "axis" in JOINTS[self.kind].equations
             if getattr(self, key) is not None and key not in known and not twin:
                 raise MechanismError(f"{where}.{key}: does not go with '{self.kind}'; leave it out")
             missing = getattr(self, key) is None and key in known
-            if missing and (self.kind != "revolute" or self.parent is not None):
+            later = (self.kind, key) in _SPATIAL and self.parent is None
+            if missing and not later:
                 raise MechanismError(f"{where}: '{key}' is missing")
 
     def _complete(self, where: str) -> None:

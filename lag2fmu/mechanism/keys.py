@@ -116,6 +116,7 @@ NAMED: dict[str, dict[str, Key]] = {
     "points": {
         "frame": Key("string", "The frame the point is fixed to; by default the world."),
         "position": Key("vector", "2 entries in m, 3 in space or in the axes of the frame.", required=True),
+        "angle": Key("expression", "In the plane the angle of what it is fixed to, in rad, for joints."),
     },
     "springs": {
         "stiffness": Key("expression", "In N/m, of an angle in N.m/rad.", required=True),

@@ -126,6 +126,7 @@ class Place:
     name: str
     position: Sequence[Expression] | None
     frame: str | Frame | None
+    angle: Expression | None
 
 
 @dataclass(frozen=True)
@@ -153,15 +154,19 @@ class Body(Place):
 
 @dataclass(frozen=True)
 class Point(Place):
-    """A named point: ``position`` with 2 or 3 entries, in m, in the fixed frame, or with 3 in the axes of ``frame``."""
+    """A named point: ``position`` with 2 or 3 entries, in m, in the fixed frame, or with 3 in the axes of ``frame``.
+
+    In the plane it may have the ``angle`` (rad) of what it is fixed to, for joints.
+    """
 
     name: str
     position: Sequence[Expression]
     frame: str | Frame | None = None
+    angle: Expression | None = None
 
     def __post_init__(self) -> None:
         name_parts(self, "frame")
-        normalise(self, f"points.{self.name}", "position")
+        normalise(self, f"points.{self.name}", "position", "angle")
 
 
 End = str | Place

@@ -232,7 +232,7 @@ def _body(name: str, table: Table) -> Body:
 
 def _point(name: str, table: Table) -> Point:
     table.require("position")
-    return Point(name, table.vector("position") or (), table.text("frame", None))
+    return Point(name, table.vector("position") or (), table.text("frame", None), table.expression("angle"))
 
 
 def _spring(name: str, table: Table) -> Spring:

@@ -50,7 +50,7 @@ def write(mechanism: Mechanism) -> str:
         _table("gravity", _expressions(m.gravity, "acceleration", "direction") if m.gravity else {}),
         *(_table(f"frames.{f.name}", _frame(f)) for f in m.frames if f.name not in brought.frames),
         *(_table(f"bodies.{b.name}", _body(b)) for b in m.bodies),
-        *(_table(f"points.{p.name}", {**_names(p, "frame"), **_expressions(p, "position")}) for p in m.points),
+        *(_table(f"points.{p.name}", {**_names(p, "frame"), **_expressions(p, "position", "angle")}) for p in m.points),
         *(_table(f"springs.{s.name}", _element(s, "stiffness", "elongation", "length")) for s in m.springs),
         *(_table(f"dampers.{d.name}", _element(d, "damping", "rate")) for d in m.dampers),
         *(_table(f"loads.{x.name}", _load(x)) for x in m.loads),

@@ -211,9 +211,9 @@ IN_A_MECHANISM: list[tuple[Any, str]] = [
             coordinates=r[:2],
             bodies=[Body("b", 1, r[:2])],
             points=[Point("o", (0, 0))],
-            joints=[joint("fixed", ("o", "b"))],
+            joints=[joint("spherical", ("o", "b"))],
         ),
-        "joints.j.kind: positions have 2 entries; 'fixed' joins frames, which are spatial",
+        "joints.j.kind: positions have 2 entries; 'spherical' joins frames, which are spatial",
     ),
 ]
 

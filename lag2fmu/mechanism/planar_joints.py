@@ -1,0 +1,77 @@
+"""What joints between two ends are in the plane: which kinds there are, and how the ends lie.
+
+An end is where its position says, turned about z by the angle of the body or point; "world" does not turn.
+"""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+import sympy as sp
+
+from lag2fmu.errors import MechanismError
+from lag2fmu.mechanism.joints import Joint, direction
+from lag2fmu.mechanism.parts import WORLD
+from lag2fmu.mechanism.poses import Pose, Poses
+
+if TYPE_CHECKING:
+    from lag2fmu.mechanism.record import Mechanism
+
+PLANAR = {
+    "revolute": ("point",),
+    "prismatic": ("line", "turn"),
+    "fixed": ("point", "turn"),
+    "rolling_disc": ("contact",),
+}
+"""Kind of a joint -> the groups of its equations in the plane, see ``joint_equations``; a gear has none anywhere."""
+
+
+def groups_of(m: Mechanism, joint: Joint) -> tuple[str, ...]:
+    """The groups of equations of a planar ``joint``; raises MechanismError for a kind that there is in space only.
+
+    Raises it too for an axis out of the plane, and for an end without the angle that the joint needs. A particle needs
+    none to be guided or fixed, for it does not turn.
+    """
+    where = f"joints.{joint.name}"
+    if joint.kind not in PLANAR:
+        known = ", ".join([*PLANAR, "gear"])
+        raise MechanismError(
+            f"{where}.kind: positions have 2 entries; '{joint.kind}' joins frames, which are spatial; in the plane "
+            f"there are {known}"
+        )
+    if joint.kind == "revolute":
+        return PLANAR[joint.kind]
+    if joint.axis is not None and direction(joint.axis)[2] != 0:
+        raise MechanismError(
+            f"{where}.axis: '{joint.axis}' is out of the plane; give 'x', 'y' or a vector of 3 entries, the last one 0"
+        )
+    if joint.second_axis is not None:
+        raise MechanismError(f"{where}.second_axis: in the plane a disc turns about z; leave it out")
+    first, second = map(str, joint.between or ())
+    particles = {part.name for part in m.bodies if part.angle is None}
+    may_lack = {"prismatic": {second}, "fixed": {first, second}}.get(joint.kind, set()) & particles
+    for name in (first, second):
+        if _angle(m, name) is None and name not in may_lack:
+            remedy = "a body has it with an inertia" if name in particles else "give it, 0 if it does not turn"
+            raise MechanismError(f"{where}.between: '{name}' has no 'angle', which '{joint.kind}' needs; {remedy}")
+    return tuple(group for group in PLANAR[joint.kind] if group != "turn" or not may_lack)
+
+
+def _angle(m: Mechanism, name: str) -> sp.Expr | None:
+    """By how much what is called ``name`` has turned, in rad; None where nothing says so."""
+    if name == WORLD:
+        return sp.S.Zero
+    return next((sp.sympify(part.angle) for part in m.places if part.name == name and part.angle is not None), None)
+
+
+def turn_alike(m: Mechanism, joint: Joint) -> bool:
+    """Whether the ends of ``joint`` have the same angle, or one that makes no difference."""
+    first, second = (_angle(m, str(name)) for name in joint.between or ())
+    return joint.kind == "revolute" or first == second
+
+
+def planar_pose(m: Mechanism, poses: Poses, name: str, place: sp.Matrix) -> Pose:
+    """The pose in the world of the end ``name`` at ``place`` (3, 1)."""
+    angle = poses.resolved(_angle(m, name) or sp.S.Zero)
+    c, s = sp.cos(angle), sp.sin(angle)
+    return Pose(place, sp.Matrix([[c, -s, 0], [s, c, 0], [0, 0, 1]]), sp.Matrix([0, 0, poses.rate(angle)]))
