@@ -24,8 +24,15 @@ STRICT = ["-std=c99", "-Wall", "-Wextra", "-Wpedantic", "-Werror"]
 ADDRESS = ["-g1", "-O1", "-fsanitize=address,undefined,float-cast-overflow", "-fno-sanitize-recover=all"]
 THREAD = ["-g1", "-O1", "-fsanitize=thread"]
 
-REPRESENTATIVE = ["double_pendulum", "cart_pole", "motion_driven_pendulum", "six_axis_arm", "linkage"]
-"""An autonomous one, one with inputs and outputs, one with a prescribed motion, a large one, one with constraints."""
+REPRESENTATIVE = [
+    "double_pendulum",
+    "cart_pole",
+    "motion_driven_pendulum",
+    "six_axis_arm",
+    "linkage",
+    "slides_problem_5_small",
+]
+"""Autonomous, with inputs and outputs, with a prescribed motion, large, with constraints, with what has no mass."""
 
 
 def representative(name: str) -> str | Mechanism:
@@ -61,6 +68,7 @@ def description(fmu: Fmu) -> str:
     """The FMU as the host reads it: GUID, number of constraints, of states, of variables; then its variables."""
     found = read_model_description(str(fmu.path), validate=False)
     lines = []
+    states = {v.derivative.name for v in found.modelVariables if v.derivative is not None}
     for v in found.modelVariables:
         if v.derivative is not None:
             kind = "d"
@@ -69,13 +77,12 @@ def description(fmu: Fmu) -> str:
         elif v.causality in KINDS:
             kind = KINDS[v.causality]
         else:
-            kind = "x" if v.start is not None else "y" if v.causality == "output" else "c"
+            kind = "x" if v.name in states else "y" if v.causality == "output" else "c"
         bounds = [float(v.min or -math.inf) if v.min is not None else -math.inf]
         bounds += [float(v.max) if v.max is not None else math.inf]
         lines.append(f"{v.valueReference} {kind} {float(v.start or 0)!r} {bounds[0]!r} {bounds[1]!r}")
-    states = sum(v.derivative is not None for v in found.modelVariables)
     constraints = len(fmu.mechanism.constraints)
-    return "\n".join([f"{found.guid} {constraints} {states} {len(lines)}", *lines, ""])
+    return "\n".join([f"{found.guid} {constraints} {len(states)} {len(lines)}", *lines, ""])
 
 
 def run(

@@ -69,14 +69,15 @@ def test_casadi(fmu: Fmu) -> None:
     """Imported for model exchange and integrated by CVODES with Jacobians of the FMU."""
     dae = casadi.DaeBuilder(fmu.mechanism.name, str(fmu.path))
     x, u, p = ([*getattr(dae, kind)()] for kind in "xup")
-    assert x == states_of(fmu)
+    massless = {c.coordinate for c in fmu.mechanism.constraints}
+    assert x == [name for name in states_of(fmu) if name.removesuffix("_dot") not in massless]
     function = dae.create("f", ["t", "x", "u", "p"], ["ode"])
     t, states = casadi.MX.sym("t"), casadi.MX.sym("x", len(x))
     problem = {"t": t, "x": states, "ode": function(t, states, np.array(dae.start(u)), np.array(dae.start(p)))}
     run = casadi.integrator("run", "cvodes", problem, 0.0, STOP, {"abstol": 1e-10, "reltol": 1e-10})
     start = integrate(fmu.mechanism, [0.0, STOP]).trajectory.columns(x)[0]  # guesses are solved for by the FMU only
     found = np.array(casadi.DM(run(x0=start)["xf"]).full())[:, 0]
-    assert np.abs(found - directly(fmu)).max() < ACCURACY
+    assert np.abs(found - directly(fmu)[[states_of(fmu).index(name) for name in x]]).max() < ACCURACY
 
 
 def test_libcosim(fmu: Fmu) -> None:
