@@ -13,6 +13,8 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import replace
 
+import sympy as sp
+
 from lag2fmu.dynamics.autodiff import forward
 from lag2fmu.dynamics.elimination import Entries, null_vectors
 from lag2fmu.dynamics.graph import Graph
@@ -20,6 +22,9 @@ from lag2fmu.dynamics.variables import Variables
 from lag2fmu.dynamics.written import tidy, written
 from lag2fmu.errors import DerivationError
 from lag2fmu.mechanism import Constraint, Mechanism, names
+
+_LONG = 300
+"""Operations of an expression beyond which it is left as it is."""
 
 _PREFERENCE = {True: 0, None: 1, False: 2}
 """The later a coordinate comes, by whether its start is given, the rather it is solved for."""
@@ -69,6 +74,13 @@ def continuous_states(mechanism: Mechanism) -> tuple[int, ...]:
     return tuple(i for i in range(2 * n) if i not in following)
 
 
+def _shortest(expression: sp.Expr) -> sp.Expr:
+    """``expression``, or if that is shorter what is left when it is multiplied out and terms cancel."""
+    if expression.count_ops() > _LONG:
+        return expression
+    return min(expression, tidy(expression), key=lambda e: e.count_ops())
+
+
 def _equilibrium(
     mechanism: Mechanism,
     graph: Graph,
@@ -89,13 +101,13 @@ def _equilibrium(
     (slope,) = forward(graph, [force], along)
     kind, unknowns = ("damped_equilibrium", v.qd) if moving else ("equilibrium", v.q)
     solvable = [i for i in moved if forward(graph, [force], {unknowns[i]: graph.one}) != [graph.zero]]
-    (expression,) = written(graph, [force])
+    expression = _shortest(written(graph, [force])[0])
     if slope == graph.zero or not solvable:
         what = "velocity" if moving else "coordinate"
-        raise DerivationError(f"{where} depends on no {what} along it: it is {tidy(expression)}; {remedy}")
+        raise DerivationError(f"{where} depends on no {what} along it: it is {expression}; {remedy}")
     if moving and v.moves(graph, slope):
         raise DerivationError(
-            f"{where}, {tidy(expression)}, is not affine in the velocities, which is not supported; {remedy}"
+            f"{where}, {expression}, is not affine in the velocities, which is not supported; {remedy}"
         )
     solved = solvable[0]
     return solved, Constraint(names.massless(mechanism.coordinates[solved].name), expression, kind)

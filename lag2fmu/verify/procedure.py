@@ -147,7 +147,8 @@ class _Steps:
         """The constraints as equations, with what kind they are."""
         lines = []
         for constraint in self.mechanism.constraints:
-            lines.append(self._say(f"{constraint.kind} constraint {constraint.name}:"))
+            follows = f" ({constraint.coordinate} has no mass and follows)" if constraint.massless else ""
+            lines.append(self._say(f"{constraint.kind} constraint {constraint.name}{follows}:"))
             written = self.notation.expression(self.composition.written(constraint.expression))
             lines.append(self.notation.formula(written, "0"))
         return lines

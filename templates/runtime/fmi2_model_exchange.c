@@ -90,15 +90,14 @@ static fmi2Status pull_back(Instance *instance, fmi2EventInfo *eventInfo) {
     return fmi2OK;
 }
 
-/* Brings what is remembered from step to step up to date; no state is changed. */
-static fmi2Status end_step(Instance *instance, fmi2Boolean *enterEventMode) {
-    if (!equations_massless(instance)) {
-        return report_failure(instance, fmi2Error);
+/* Brings what is remembered from step to step up to date; no state is changed. What cannot be solved for here says so
+   when it is asked for. */
+static void end_step(Instance *instance, fmi2Boolean *enterEventMode) {
+    if (equations_massless(instance)) {
+        keep(instance);
+        equations_remember(instance);
+        *enterEventMode = drifted(instance) ? fmi2True : fmi2False;
     }
-    keep(instance);
-    equations_remember(instance);
-    *enterEventMode = drifted(instance) ? fmi2True : fmi2False;
-    return fmi2OK;
 }
 #endif
 
@@ -158,10 +157,9 @@ fmi2Status fmi2CompletedIntegratorStep(fmi2Component c, fmi2Boolean noSetFMUStat
     *enterEventMode = fmi2False;
     *terminateSimulation = fmi2False;
 #if N_CONSTRAINTS > 0
-    return end_step(instance, enterEventMode);
-#else
-    return fmi2OK;
+    end_step(instance, enterEventMode);
 #endif
+    return fmi2OK;
 }
 
 /* A time after the stop time is accepted: integrators step over the end and interpolate. */

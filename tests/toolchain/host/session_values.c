@@ -122,7 +122,11 @@ static Outcome over_states(Session *s, fmi2Status (*call)(fmi2Component, fmi2Rea
     return outcome(status, fault < 3 ? REFUSED : allowed);
 }
 
-Outcome try_GetDerivatives(Session *s) { return over_states(s, s->fmu->GetDerivatives, calculation(s)); }
+/* A singular mass matrix may come near. */
+Outcome try_GetDerivatives(Session *s) {
+    return over_states(s, s->fmu->GetDerivatives, calculation(s) | (s->model.wild ? WARNED : 0));
+}
+
 Outcome try_GetContinuousStates(Session *s) { return over_states(s, s->fmu->GetContinuousStates, calculation(s)); }
 Outcome try_GetNominalsOfContinuousStates(Session *s) {
     return over_states(s, s->fmu->GetNominalsOfContinuousStates, OK);
