@@ -47,9 +47,12 @@ static void aim(double rate, const double gamma[], const double velocities[], co
     }
 }
 
+/* What is remembered of a step serves for that many times as drift takes to be damped. */
+static const double STALE = 10.0;
+
 /* The accelerations to go on with where a constraint is about to be lost: those at the last accepted step, so that the
    branch with continuous velocities is followed. Importers may tell of few of their steps: from the last one they told
-   of the accelerations are continued by their Taylor series. NULL if there are none. */
+   of the accelerations are continued by their Taylor series, for some time. NULL if there are none. */
 static const double *usual_accelerations(Instance *instance, double time) {
     const State *state = &instance->state;
     double *usual = instance->scratch.usual;
@@ -60,7 +63,7 @@ static const double *usual_accelerations(Instance *instance, double time) {
     for (int i = 0; i < N_COORDINATES; i++) {
         usual[i] = state->usual[0][i] + span * (state->usual[1][i] + 0.5 * span * state->usual[2][i]);
     }
-    return state->usual_known ? usual : NULL;
+    return state->usual_known && fabs(span) * STABILISATION < STALE ? usual : NULL;
 }
 
 /* qdd[n] and the multipliers behind it at the given time, states and inputs. */

@@ -53,7 +53,7 @@ bool equations_settle_seed(Instance *instance, Seed *seed);
 void equations_dependent_tangent(const Instance *instance, const Seed *seed, Tangent *tangent);
 bool equations_tangent(Instance *instance, const Seed *seed, Tangent *tangent);
 
-/* In model exchange, at the end of a step: keeps the accelerations for passing singular positions, unless it is at one. */
+/* In model exchange, at the end of a step: keeps the accelerations for singular positions, unless it is at one. */
 void equations_remember(Instance *instance);
 
 /* The motion with derivatives of q up to 2 + order and of the locals up to order, -1 to 2, the inputs moving

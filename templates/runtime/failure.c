@@ -46,8 +46,8 @@ static void massless_sentence(const Failure *failure, const char names[], char t
 #if N_MASSLESS > 0
     list_residuals(failure, MASSLESS_CONSTRAINTS, residuals, sizeof residuals);
 #endif
-    snprintf(text, size, "at time %.17g the forces on what has no mass do not determine %s near the last completed step; "
-             "residuals: %s; take shorter steps, or start elsewhere", failure->time, names, residuals);
+    snprintf(text, size, "at time %.17g the forces on what has no mass do not determine %s near the last completed "
+             "step; residuals: %s; take shorter steps, or start elsewhere", failure->time, names, residuals);
 }
 
 static void constraints_sentence(const Failure *failure, char text[], size_t size) {
@@ -70,8 +70,8 @@ void failure_sentence(const Failure *failure, char text[], size_t size) {
                  "check the masses and inertias, or start elsewhere", failure->time, names);
         break;
     case FAILURE_NEARLY_SINGULAR:
-        snprintf(text, size, "at time %.17g the mass matrix is nearly singular and hardly determines the acceleration of %s; "
-                 "if the run ends here, this is why: check the masses and inertias, or start elsewhere", failure->time,
+        snprintf(text, size, "at time %.17g the mass matrix is nearly singular and hardly determines the acceleration of "
+                 "%s; if the run ends here, this is why: check the masses and inertias, or start elsewhere", failure->time,
                  names);
         break;
     case FAILURE_NOT_FINITE:

@@ -65,8 +65,8 @@ typedef struct {
     int64_t stop_time_defined;
     int64_t experiment_defined; /* fmi2SetupExperiment was called */
     int64_t step_failed;        /* the last fmi2DoStep returned fmi2Discard */
-    int64_t settled;            /* the states meet the constraints at the start; in model exchange what has no mass follows
-                                   from the present states proper */
+    int64_t settled;            /* the states meet the constraints at the start; what has no mass follows from the
+                                   present states proper */
 #if N_MASSLESS > 0
     double massless[2][N_MASSLESS]; /* its positions and velocities at the last completed step */
     int64_t displaced;              /* inputs or parameters were changed in the present event */

@@ -10,7 +10,7 @@
 
 enum { N = N_COORDINATES, MOST_ITERATIONS = 50, MOST_TRIALS = 13 };
 
-static const double ROUNDING = 1e-15; /* forces that are as good as zero, relative to what a nominal displacement makes, */
+static const double ROUNDING = 1e-15; /* forces as good as zero, relative to what a nominal displacement makes, */
 static const double MET = 1e-11;      /* ... and what is near enough where rounding leaves more */
 
 static const double REST[N_MASSLESS] = {0.0};
