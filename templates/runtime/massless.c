@@ -12,6 +12,7 @@ enum { N = N_COORDINATES, MOST_ITERATIONS = 50, MOST_TRIALS = 13 };
 
 static const double ROUNDING = 1e-15; /* forces as good as zero, relative to what a nominal displacement makes, */
 static const double MET = 1e-11;      /* ... and what is near enough where rounding leaves more */
+static const double HARDLY = 1e-4;
 
 static const double REST[N_MASSLESS] = {0.0};
 
@@ -170,6 +171,34 @@ void massless_keep(State *state) {
 void massless_return(State *state) {
     move(state->states, state->massless[0], 0.0, state->massless[0], N_MASSLESS_POSITIONS);
     move(state->states + N, state->massless[1], 0.0, state->massless[1], N_MASSLESS);
+}
+
+/* Do the forces change less by this part with what has no mass than with the other coordinates, in nominal values? */
+static bool hardly_depend(const double jacobian[], double part, Slopes *slopes) {
+    double scaled[N_CONSTRAINTS * N_COORDINATES];
+    for (int k = 0; k < N_CONSTRAINTS; k++) {
+        double scale = 0.0;
+        for (int i = 0; i < N; i++) {
+            scale = fmax(scale, fabs(jacobian[k * N + i]) * NOMINAL_STATES[i]);
+        }
+        for (int i = 0; i < N; i++) {
+            scaled[k * N + i] = jacobian[k * N + i] * NOMINAL_STATES[i] / (scale > 0.0 ? scale : 1.0);
+        }
+    }
+    bool found = !factorize(scaled, N_MASSLESS, slopes);
+    for (int k = 0; k < N_MASSLESS && !found; k++) {
+        found = fabs(slopes->matrix[k * N_MASSLESS + k]) < part;
+    }
+    return found;
+}
+
+void massless_explain_failure(Instance *instance) {
+    Slopes slopes;
+    Values values;
+    evaluate(instance, instance->state.states, &values);
+    if (instance->failure.kind == FAILURE_ACCURACY && hardly_depend(values.jacobian, HARDLY, &slopes)) {
+        report_massless(instance, values.velocities, N_MASSLESS);
+    }
 }
 
 bool massless_settle_seed(Instance *instance, Seed *seed) {

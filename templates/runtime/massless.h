@@ -15,6 +15,10 @@ void massless_keep(State *state);
 /* Puts them back to that place, whatever was solved since. */
 void massless_return(State *state);
 
+/* Where a solver step has failed for its error: puts forces that hardly depend on what has no mass in the place of the
+   error as the reason. */
+void massless_explain_failure(Instance *instance);
+
 /* Completes a seed of states, inputs, time and parameters by how they answer; false if they give no definite answer. */
 bool massless_settle_seed(Instance *instance, Seed *seed);
 

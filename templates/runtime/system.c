@@ -2,6 +2,10 @@
    Numerica 2005, section 5.2 (the augmented Lagrangian). */
 #include "system.h"
 
+#if N_MASSLESS > 0
+#include "massless.h"
+#endif
+
 #include <float.h>
 #include <math.h>
 #include <string.h>
@@ -110,6 +114,9 @@ void system_explain_failure(Instance *instance) {
     if (instance->failure.kind == FAILURE_ACCURACY && nearly_singular(instance, EXPLAINS, concerned)) {
         report_coordinates(instance, FAILURE_SINGULAR, instance->state.time, concerned);
     }
+#if N_MASSLESS > 0
+    massless_explain_failure(instance);
+#endif
 }
 
 bool system_runs_into_singularity(Instance *instance, const double accelerations[]) {
