@@ -240,6 +240,21 @@ def test_after_an_event_what_has_mass_is_where_it_was(exported) -> None:
 
 
 @pytest.mark.fmu
+def test_a_force_that_jumps_at_an_event_of_the_importer(exported) -> None:
+    """From t = 0.5 on with Q_x = 20 N: the bob, s'' = -g phi, goes on without a jump."""
+    names = ("Q_x", "Q_phi", "F")
+    rows = [(t, force, 0.0, 0.0) for t, force in ((0.0, 0.0), (0.5, 0.0), (0.5, 20.0), (1.0, 20.0))]
+    signal = np.array(rows, dtype=[("time", float), *((name, float) for name in names)])
+    reach = l + m * g / (2 * k)
+    z = np.array([0.1 * reach, 0.0])
+    for force in (0.0, 20.0):
+        slope = lambda t, z, q=force: [z[1], -g * (z[0] - q / (2 * k)) / reach]  # noqa: E731
+        z = solve_ivp(slope, (0, 0.5), z, "DOP853", rtol=1e-11, atol=1e-13).y[:, -1]
+    run = exchanged(exported("slides_problem_5_small").path, ["x_m"], 1.0, input=signal)
+    assert run["x_m"][-1] == pytest.approx(z[0], abs=1e-7)
+
+
+@pytest.mark.fmu
 def test_forces_without_an_equilibrium_stop_the_run_with_a_sentence(exported) -> None:
     x, y = coordinate("x", "m", nominal=0.1), coordinate("y", "m", start=1.0)
     lost = Mechanism("lost", coordinates=[x, y], energy=Energy(y.dot**2 / 2, (x - 1) ** 3 / 3 - x * y + y**2))
