@@ -100,11 +100,11 @@ def translated(graph: Graph, nodes: Sequence[int], known: dict[int, Any], symbol
         if graph.code[node] == CONSTANT:
             found[node] = ca.SX(float(graph.value(node)))
         elif graph.code[node] == SYMBOL:
-            found[node] = symbols.get(str(graph.first[node]), ca.SX(0))
+            found[node] = symbols.get(str(graph.leaf[node]), ca.SX(0))
         else:
             name = OPERATIONS[graph.code[node]].name
             function = _SX.get(name) or getattr(ca, name)
-            found[node] = function(*(found[operand] for operand in graph.operands(node)))
+            found[node] = function(*(found[operand] for operand in graph.operands[node]))
     return [found[node] for node in nodes]
 
 

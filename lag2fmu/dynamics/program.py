@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Collection, Iterable, Iterator
 from dataclasses import dataclass
 
+from lag2fmu.dynamics.constrained import solve_constrained
 from lag2fmu.dynamics.elimination import solve
 from lag2fmu.dynamics.graph import Graph
 from lag2fmu.dynamics.lagrange import EquationsOfMotion
@@ -115,11 +116,32 @@ def _function(name: str, doc: str, arguments: tuple[Array, ...], **arrays: Itera
 
 def _accelerations(equations: EquationsOfMotion, state: tuple[Array, ...]) -> Function:
     """qdd and the pivots met on the way; without a solution on the graph all pivots are reported as 0."""
+    if len(equations.constraints):
+        return _constrained_accelerations(equations, state)
     zeros = (equations.graph.zero,) * len(equations.forcing)
     found = equations.solution
     doc = f"Accelerations qdd by {equations.method}, and its pivots: qdd is usable if all of them are positive."
     return _function(
         "mechanism_accelerations", doc, state, qdd=found.x if found else zeros, pivots=found.pivots if found else zeros
+    )
+
+
+def _constrained_accelerations(equations: EquationsOfMotion, state: tuple[Array, ...]) -> Function:
+    """Likewise under constraints, with what is to bring them back where they drift."""
+    g, n, m = equations.graph, len(equations.forcing), len(equations.constraints)
+    drift = tuple(g.symbol(f"drift {k}") for k in range(m))
+    found = solve_constrained(equations, drift)
+    doc = (
+        "Accelerations and behind them the multipliers, with G qdd + gamma + drift = 0, the pivots of M and margins of "
+        "the constraints: usable if all of them are positive."
+    )
+    return _function(
+        "mechanism_accelerations",
+        doc,
+        (*state, Array("drift", drift)),
+        qdd=found.unknowns if found else (g.zero,) * (n + m),
+        pivots=found.pivots if found else (g.zero,) * n,
+        margins=found.margins if found else (g.zero,) * m,
     )
 
 
@@ -156,12 +178,11 @@ def _constraints(equations: EquationsOfMotion, state: tuple[Array, ...], factor:
     if not len(c):
         return ()
     jacobian = tuple(entry for row in c.jacobian for entry in row)
-    met = {"phi": c.positions, "v": c.velocities, "G": jacobian}
-    names = "positions phi, velocities v = G qd + b and their Jacobian G (m x n, row-major)"
-    whole = _function("", "", state, f=equations.forcing, **met, gamma=c.accelerations)
-    doc = f"What mechanism_factor gives, forcing f, and of the constraints {names}, and gamma of G qdd + gamma = 0."
+    doc_met = "Of the constraints: positions phi, velocities v = G qd + b and their Jacobian G (m x n, row-major)."
+    whole = _function("", "", state, f=equations.forcing, G=jacobian, gamma=c.accelerations)
+    doc = "What mechanism_factor gives, forcing f, and G and gamma of the constraints G qdd + gamma = 0."
     return (
-        _function("mechanism_constraints", f"Of the constraints: {names}.", state, **met),
+        _function("mechanism_constraints", doc_met, state, phi=c.positions, v=c.velocities, G=jacobian),
         Function(
             "mechanism_constrained",
             doc,

@@ -2,7 +2,8 @@
 
    The generated code solves M qdd = f without pivoting, in an order that suits the mechanism, and reports its pivots.
    Where one of them is no better than rounding error, the dense solver of linear_solve.h takes over. With constraints
-   the generated code serves M, and the multipliers come from a system of their number, see system.h. */
+   it likewise gives accelerations and multipliers in one formula, as long as the same constraints are independent as
+   at the start, and clearly so; else see system.h. */
 #include "equations.h"
 
 #include <math.h>
@@ -39,11 +40,17 @@ static double stabilisation(const Instance *instance) {
     return instance->type == fmi2ModelExchange ? STABILISATION : 0.0;
 }
 
-/* below[m]: what G qdd is to be, less what the constraints' positions and velocities ask for. */
-static void aim(double rate, const double gamma[], const double velocities[], const double positions[],
-                double below[]) {
-    for (int k = 0; k < N_CONSTRAINTS; k++) {
-        below[k] = -gamma[k] - 2.0 * rate * velocities[k] - (k < N_HOLONOMIC ? rate * rate * positions[k] : 0.0);
+/* drift[m]: what is added to G qdd + gamma = 0 for that. */
+static void find_drift(const Instance *instance, double time, const double states[], const double inputs[],
+                       double drift[]) {
+    double positions[N_HOLONOMIC + 1], velocities[N_CONSTRAINTS], jacobian[N_CONSTRAINTS * N_COORDINATES];
+    const double rate = stabilisation(instance);
+    memset(drift, 0, N_CONSTRAINTS * sizeof(double));
+    if (rate > 0.0) {
+        mechanism_constraints(time, states, inputs, instance->state.parameters, positions, velocities, jacobian);
+        for (int k = 0; k < N_CONSTRAINTS; k++) {
+            drift[k] = 2.0 * rate * velocities[k] + (k < N_HOLONOMIC ? rate * rate * positions[k] : 0.0);
+        }
     }
 }
 
@@ -66,16 +73,33 @@ static const double *usual_accelerations(Instance *instance, double time) {
     return state->usual_known && fabs(span) * STABILISATION < STALE ? usual : NULL;
 }
 
+/* Is every constraint as clearly independent, or redundant, as the formula takes it to be? */
+static bool margins_kept(const double margins[]) {
+    for (int k = 0; k < N_CONSTRAINTS; k++) {
+        if (!(margins[k] > 0.0)) {
+            return false;
+        }
+    }
+    return true;
+}
+
 /* qdd[n] and the multipliers behind it at the given time, states and inputs. */
 static bool accelerations_at(Instance *instance, double time, const double states[], const double inputs[],
                              double unknowns[]) {
     System *system = &instance->scratch.system;
-    double below[N_CONSTRAINTS];
-    if (!system_factorize(instance, time, states, inputs, N_CONSTRAINTS, 0.0, system)) {
-        return false;
+    double drift[N_CONSTRAINTS], pivots[N_COORDINATES], margins[N_CONSTRAINTS];
+    find_drift(instance, time, states, inputs, drift);
+    mechanism_accelerations(time, states, inputs, instance->state.parameters, drift, unknowns, pivots, margins);
+    if (!margins_kept(margins) || !pivots_sound(instance, pivots)) {
+        double below[N_CONSTRAINTS];
+        if (!system_factorize(instance, time, states, inputs, N_CONSTRAINTS, 0.0, system)) {
+            return false;
+        }
+        for (int k = 0; k < N_CONSTRAINTS; k++) {
+            below[k] = -system->gamma[k] - drift[k];
+        }
+        system_solve(system, system->forcing, below, usual_accelerations(instance, time), unknowns);
     }
-    aim(stabilisation(instance), system->gamma, system->velocities, system->positions, below);
-    system_solve(system, system->forcing, below, usual_accelerations(instance, time), unknowns);
     return all_finite(unknowns, N_UNKNOWNS) || report_not_finite(instance, time, unknowns);
 }
 
@@ -84,11 +108,20 @@ static void spread(const System *system, double unknowns[]) {
     constraints_spread(&system->constraints, unknowns + N_COORDINATES);
 }
 
+static bool multipliers_unique(const Instance *instance) {
+    return instance->state.rows_known && instance->state.rows.rank == N_CONSTRAINTS;
+}
+
 #else
 
 static void spread(const System *system, double unknowns[]) {
     (void)system;
     (void)unknowns;
+}
+
+static bool multipliers_unique(const Instance *instance) {
+    (void)instance;
+    return true;
 }
 
 /* qdd[n] at the given time, states and inputs. */
@@ -139,11 +172,8 @@ bool equations_jacobian(Instance *instance, double time, const double states[], 
     const double *inputs = inputs_at(instance, time), *parameters = instance->state.parameters;
     System *system = &instance->scratch.system;
     double unknowns[N_UNKNOWNS], changed[N_UNKNOWNS], change[N_RESIDUALS];
-    if (!accelerations_at(instance, time, states, inputs, unknowns)) {
-        return false;
-    }
-    /* with constraints the accelerations have left the factorisation there */
-    if (N_CONSTRAINTS == 0 && !system_factorize(instance, time, states, inputs, 0, 0.0, system)) {
+    if (!accelerations_at(instance, time, states, inputs, unknowns) ||
+        !system_factorize(instance, time, states, inputs, N_CONSTRAINTS, 0.0, system)) {
         return false;
     }
     memset(jacobian, 0, SIZE_JACOBIAN * sizeof(double));
@@ -197,6 +227,17 @@ bool equations_massless(Instance *instance) {
 #endif
 }
 
+/* Brings the factorisation at the present point up to date; it serves all seeds. */
+static bool update_system(Instance *instance) {
+    Cache *cache = &instance->cache;
+    const State *state = &instance->state;
+    if (!cache->system_valid) {
+        cache->system_valid = system_factorize(instance, state->time, state->states, state->inputs, N_CONSTRAINTS, 0.0,
+                                               &cache->system);
+    }
+    return cache->system_valid;
+}
+
 bool equations_accelerations(Instance *instance) {
     Cache *cache = &instance->cache;
     const State *state = &instance->state;
@@ -204,10 +245,14 @@ bool equations_accelerations(Instance *instance) {
         return false;
     }
     if (!cache->accelerations_valid) {
+        const bool unique = multipliers_unique(instance);
         cache->accelerations_valid =
-            accelerations_at(instance, state->time, state->states, state->inputs, cache->accelerations);
+            accelerations_at(instance, state->time, state->states, state->inputs, cache->accelerations) &&
+            (unique || update_system(instance));
         memcpy(cache->reported, cache->accelerations, sizeof cache->reported);
-        spread(&instance->scratch.system, cache->reported);
+        if (cache->accelerations_valid && !unique) {
+            spread(&cache->system, cache->reported);
+        }
     }
     return cache->accelerations_valid;
 }
@@ -261,18 +306,6 @@ bool equations_settle_seed(Instance *instance, Seed *seed) {
 void equations_dependent_tangent(const Instance *instance, const Seed *seed, Tangent *tangent) {
     mechanism_dependent_tangent(instance->state.parameters, seed->parameters, tangent->dependent);
 }
-
-/* Brings the factorisation at the present point up to date; it serves all seeds. */
-static bool update_system(Instance *instance) {
-    Cache *cache = &instance->cache;
-    const State *state = &instance->state;
-    if (!cache->system_valid) {
-        cache->system_valid = system_factorize(instance, state->time, state->states, state->inputs, N_CONSTRAINTS, 0.0,
-                                               &cache->system);
-    }
-    return cache->system_valid;
-}
-
 
 /* With r = M qdd - f = 0 the accelerations change by dqdd = -M^-1 dr, where dr is the derivative of r along the seed
    with qdd held fixed; with constraints likewise for all unknowns. */

@@ -116,8 +116,6 @@ typedef struct {
     double weight[N_CONSTRAINTS];
     ConstraintFactorization constraints;
     double forcing[N_COORDINATES]; /* and what the generated code gives along with it */
-    double positions[N_HOLONOMIC + 1];
-    double velocities[N_CONSTRAINTS];
     double gamma[N_CONSTRAINTS];
 #endif
 } System;

@@ -149,7 +149,7 @@ bool system_factorize(Instance *instance, double time, const double states[], co
     ConstraintFactorization *constraints = &system->constraints;
     memset(system->weight, 0, sizeof system->weight);
     mechanism_constrained(time, states, inputs, instance->state.parameters, system->factor, pivots, system->forcing,
-                          system->positions, system->velocities, constraints->jacobian, system->gamma);
+                          constraints->jacobian, system->gamma);
     system->dense = !pivots_sound(instance, pivots);
     if (system->dense && !system_factorize_densely(instance, time, states, inputs, system)) {
         return false;

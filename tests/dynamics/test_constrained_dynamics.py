@@ -12,7 +12,8 @@ import numpy as np
 import pytest
 from sympy import cos, sin
 
-from lag2fmu.dynamics import derive
+from lag2fmu.dynamics import EquationsOfMotion, derive
+from lag2fmu.dynamics.constrained import solve_constrained
 from lag2fmu.dynamics.constraints import ambiguous
 from lag2fmu.dynamics.samples import start_values
 from lag2fmu.dynamics.terms import canonical
@@ -117,6 +118,73 @@ def test_redundant_constraints_change_nothing(seed: int) -> None:
     assert independent.accelerations(0.0, q, qd) == pytest.approx(qdd, rel=1e-8, abs=1e-8)
     assert ambiguous(other.mechanism, other.graph, other.constraints) >= {"loop_x", "sum", "turned", "again"}
     assert not ambiguous(equations.mechanism, equations.graph, equations.constraints)
+
+
+# ------------------------------------------------------------------------------------------------------- the formula
+
+
+def formula(equations: EquationsOfMotion, values: dict[str, float]) -> tuple[np.ndarray, np.ndarray, bool]:
+    """qdd (n,), multipliers (m,) and whether they hold, by the formula on the graph."""
+    g, m = equations.graph, len(equations.constraints)
+    found = solve_constrained(equations, [g.symbol(f"drift {k}") for k in range(m)])
+    assert found is not None
+    drift = {f"drift {k}": values.get(f"drift {k}", 0.0) for k in range(m)}
+    numbers = np.array(g.evaluate([*found.unknowns, *found.pivots, *found.margins], values | drift))
+    unknowns, signs = np.split(numbers, [len(found.unknowns)])
+    return *np.split(unknowns, [len(equations.forcing)]), bool((signs > 0).all())
+
+
+@pytest.mark.parametrize("seed", SEEDS)
+def test_the_formula_is_the_solution(seed: int) -> None:
+    equations = derive(random_linkage(seed))
+    for values in states(equations.mechanism):
+        qdd, multipliers, holds = formula(equations, values)
+        expected, forces = kkt.solve(equations, values)
+        assert holds
+        assert qdd == pytest.approx(expected, rel=1e-8, abs=1e-10 * np.abs(expected).max())
+        assert multipliers == pytest.approx(forces, rel=1e-8, abs=1e-10 * np.abs(forces).max())
+
+
+@pytest.mark.parametrize("seed", SEEDS)
+def test_the_formula_brings_back_what_drifts(seed: int) -> None:
+    """G qdd + gamma + drift = 0"""
+    equations = derive(random_linkage(seed))
+    drift = {f"drift {k}": 0.1 + k for k in range(len(equations.constraints))}
+    values = start_values(equations.mechanism)
+    qdd, _, _ = formula(equations, values | drift)
+    c = equations.constraints
+    nodes = [*(entry for row in c.jacobian for entry in row), *c.accelerations]
+    G, gamma = np.split(np.array(equations.graph.evaluate(nodes, values)), [len(c) * len(qdd)])
+    assert G.reshape(len(c), -1) @ qdd + gamma == pytest.approx([-x for x in drift.values()], rel=1e-8)
+
+
+THREE_BARS = """
+[mechanism]
+name = "three_bars"
+[coordinates]
+a = { start = 1.0, velocity = 1.0 }
+b = { guess = 1.0 }
+c = { guess = 0.0 }
+[energy]
+kinetic = "a_dot**2 + b_dot**2 + c_dot**2"
+potential = "sin(a)"
+[constraints.holonomic]
+x = "cos(a) + 2*cos(c) - cos(b) - 2"
+y = "sin(a) + 2*sin(c) - sin(b)"
+third = "cos(a) + 1.2*cos(c) - cos(b) - 1.2"
+"""
+
+
+def test_the_formula_leaves_out_what_is_redundant_and_tells_where_it_is_not() -> None:
+    """A parallelogram with a third bar."""
+    equations = derive(read(THREE_BARS, "three_bars.toml"))
+    values = start_values(equations.mechanism)
+    qdd, multipliers, holds = formula(equations, values)
+    assert holds
+    assert qdd == pytest.approx(kkt.solve(equations, values)[0], abs=1e-9)
+    assert np.count_nonzero(multipliers) == 2
+    assert not formula(equations, values | {"b": 1.5, "c": 0.5})[2], "away from the parallelogram they differ"
+    assert not formula(equations, values | {"c": 0.0, "a": 0.0, "b": 0.0})[2], "folded, the rows are dependent"
 
 
 # ---------------------------------------------------------------------------------------------------------- starts

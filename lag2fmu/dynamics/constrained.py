@@ -1,0 +1,136 @@
+"""Accelerations and multipliers under constraints as one formula, for where nothing special happens.
+
+From M qdd = forcing + G^T multiplier and G qdd = below, which is -gamma, follows
+
+    S multiplier = below - G M^-1 forcing,   S = G M^-1 G^T,   qdd = M^-1 forcing + M^-1 G^T multiplier.
+
+M^-1 is applied by the same elimination as without constraints, so that what is zero in M and G costs nothing, and S is
+solved by L D L^T in an order that is best at the start. Of redundant constraints those that are independent there are
+taken. The formula tells where it does not hold: where M or S has a pivot near zero, or where a constraint that was left
+out says something of its own. The runtime then factorises with pivoting.
+Source: R. Featherstone, Rigid Body Dynamics Algorithms, section 3.6; Golub, Van Loan, Matrix Computations, section 4.1.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from lag2fmu.dynamics.batches import Floats
+from lag2fmu.dynamics.elimination import solve
+from lag2fmu.dynamics.graph import Graph
+from lag2fmu.dynamics.lagrange import EquationsOfMotion
+from lag2fmu.dynamics.samples import start_values
+
+CLEAR = 1e-3
+"""A pivot of S relative to its diagonal entry: above it the row is clearly independent, below it may be redundant."""
+
+_LEAST = 1e-8
+"""The same at the start, for rows that count at all."""
+
+
+@dataclass(frozen=True)
+class ConstrainedSolution:
+    """``unknowns``: qdd and multipliers, (n + m,); they hold where ``pivots`` (n,) of M are sound and all ``margins``
+    (m,) positive: by how far each row is as independent, or as redundant, as it is at the start.
+    """
+
+    unknowns: tuple[int, ...]
+    pivots: tuple[int, ...]
+    margins: tuple[int, ...]
+
+
+def solve_constrained(equations: EquationsOfMotion, drift: Sequence[int]) -> ConstrainedSolution | None:
+    """The solution with G qdd + gamma + ``drift`` = 0, (m,).
+
+    None if M is singular everywhere, or if a row has nothing to act on at the start.
+    """
+    graph, velocities, jacobian = equations.graph, equations.variables.qd, equations.constraints.jacobian
+    early = equations.method == "elimination"
+    free = solve(graph, equations.entries, velocities, equations.forcing, early)
+    if free is None:
+        return None
+    responses = [(solve(graph, equations.entries, velocities, row, early) or free).x for row in jacobian]
+    matrix = [[graph.dot(row, response) for response in responses[: i + 1]] for i, row in enumerate(jacobian)]
+    values = graph.evaluate([entry for row in matrix for entry in row], start_values(equations.mechanism))
+    ranked = _ranked(np.array(values), len(drift))
+    if ranked is None:
+        return None
+    order, rank = ranked
+    work = _Decomposition(graph, matrix, order, rank)
+    known = zip(drift, equations.constraints.accelerations, jacobian, strict=True)
+    rest = [graph.negate(graph.total([a, gamma, graph.dot(row, free.x)])) for a, gamma, row in known]
+    multipliers = work.solve(rest)
+    qdd = [
+        graph.total([x, *(graph.multiply(multipliers[k], responses[k][i]) for k in order[:rank])])
+        for i, x in enumerate(free.x)
+    ]
+    return ConstrainedSolution((*qdd, *multipliers), free.pivots, work.margins())
+
+
+def _ranked(triangle: Floats, m: int) -> tuple[list[int], int] | None:
+    """The rows by pivoting of S, given by its lower triangle, and how many are independent; None if one is no number.
+
+    Rows count as parts of their length.
+    """
+    S = np.zeros((m, m))
+    S[np.tril_indices(m)] = triangle
+    if not np.isfinite(S).all() or not (np.diag(S) > 0).all():
+        return None
+    S = S + np.tril(S, -1).T
+    S /= np.sqrt(np.outer(np.diag(S), np.diag(S)))
+    order: list[int] = []
+    while len(order) < m:
+        left = [k for k in range(m) if k not in order]
+        best = max(left, key=lambda k: (round(float(S[k, k]), 9), -k))
+        if not S[best, best] > _LEAST:
+            return [*order, *left], len(order)
+        S = S - np.outer(S[best], S[best]) / S[best, best]
+        order.append(best)
+    return order, m
+
+
+class _Decomposition:
+    """L D L^T of the first ``rank`` rows in the ``order``; of the others what they add to those."""
+
+    def __init__(self, graph: Graph, matrix: Sequence[Sequence[int]], order: Sequence[int], rank: int) -> None:
+        self.g, self.order, self.rank = graph, order, rank
+        self.whole = [matrix[k][k] for k in order]
+        self.lower: list[list[int]] = []
+        self.pivots: list[int] = []
+        self.inverses: list[int] = []
+        for i, row in enumerate(order):
+            scaled: list[int] = []  # (L D)_ij
+            factors: list[int] = []  # L_ij
+            for j in range(min(i, rank)):
+                known = matrix[max(row, order[j])][min(row, order[j])]
+                entry = graph.subtract(known, graph.dot(scaled, self.lower[j]))
+                scaled.append(entry)
+                factors.append(graph.multiply(entry, self.inverses[j]))
+            self.lower.append(factors)
+            self.pivots.append(graph.subtract(self.whole[i], graph.dot(scaled, factors)))
+            if i < rank:
+                self.inverses.append(graph.divide(graph.one, self.pivots[i]))
+
+    def solve(self, right: Sequence[int]) -> list[int]:
+        """x of S x = ``right``, (m,), zero in the rows that were left out."""
+        g, rank = self.g, self.rank
+        forward: list[int] = []
+        for i in range(rank):
+            forward.append(g.subtract(right[self.order[i]], g.dot(self.lower[i], forward)))
+        found = [g.zero] * len(self.order)
+        for i in reversed(range(rank)):
+            above = [g.multiply(self.lower[j][i], found[self.order[j]]) for j in range(i + 1, rank)]
+            found[self.order[i]] = g.subtract(g.multiply(forward[i], self.inverses[i]), g.total(above))
+        return found
+
+    def margins(self) -> tuple[int, ...]:
+        """By how far each row, in its own place, is on its side of CLEAR."""
+        g, clear = self.g, self.g.constant(CLEAR)
+        margins = [g.zero] * len(self.order)
+        for i, (row, pivot, whole) in enumerate(zip(self.order, self.pivots, self.whole, strict=True)):
+            bar = g.multiply(clear, whole)
+            margins[row] = g.subtract(pivot, bar) if i < self.rank else g.subtract(bar, pivot)
+        return tuple(margins)
