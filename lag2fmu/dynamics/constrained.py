@@ -33,13 +33,17 @@ _LEAST = 1e-8
 
 @dataclass(frozen=True)
 class ConstrainedSolution:
-    """``unknowns``: qdd and multipliers, (n + m,); they hold where ``pivots`` (n,) of M are sound and all ``margins``
-    (m,) positive: by how far each row is as independent, or as redundant, as it is at the start.
+    """``unknowns``: qdd and multipliers, (n + m,).
+
+    They hold where the ``pivots`` (n,) of M are sound, all ``margins`` (m,) positive, which tell by how far each row is
+    as independent, or as redundant, as it is at the start, and the ``squares`` (m,) have not shrunk: of the distance of
+    each row from the span of those before it, in the metric M^-1; 0 for the rows that are left out.
     """
 
     unknowns: tuple[int, ...]
     pivots: tuple[int, ...]
     margins: tuple[int, ...]
+    squares: tuple[int, ...]
 
 
 def solve_constrained(equations: EquationsOfMotion, drift: Sequence[int]) -> ConstrainedSolution | None:
@@ -67,7 +71,7 @@ def solve_constrained(equations: EquationsOfMotion, drift: Sequence[int]) -> Con
         graph.total([x, *(graph.multiply(multipliers[k], responses[k][i]) for k in order[:rank])])
         for i, x in enumerate(free.x)
     ]
-    return ConstrainedSolution((*qdd, *multipliers), free.pivots, work.margins())
+    return ConstrainedSolution((*qdd, *multipliers), free.pivots, work.margins(), work.squares())
 
 
 def _ranked(triangle: Floats, m: int) -> tuple[list[int], int] | None:
@@ -134,3 +138,8 @@ class _Decomposition:
             bar = g.multiply(clear, whole)
             margins[row] = g.subtract(pivot, bar) if i < self.rank else g.subtract(bar, pivot)
         return tuple(margins)
+
+    def squares(self) -> tuple[int, ...]:
+        """The pivot of each row, in its own place; 0 for those that are left out."""
+        pivots = dict(zip(self.order[: self.rank], self.pivots, strict=False))
+        return tuple(pivots.get(row, self.g.zero) for row in range(len(self.order)))

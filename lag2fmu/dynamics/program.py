@@ -132,8 +132,8 @@ def _constrained_accelerations(equations: EquationsOfMotion, state: tuple[Array,
     drift = tuple(g.symbol(f"drift {k}") for k in range(m))
     found = solve_constrained(equations, drift)
     doc = (
-        "Accelerations and behind them the multipliers, with G qdd + gamma + drift = 0, the pivots of M and margins of "
-        "the constraints: usable if all of them are positive."
+        "Accelerations and behind them the multipliers, with G qdd + gamma + drift = 0. Usable if the pivots of M and "
+        "the margins of the constraints are positive, and the squares of their distances have not shrunk."
     )
     return _function(
         "mechanism_accelerations",
@@ -142,6 +142,7 @@ def _constrained_accelerations(equations: EquationsOfMotion, state: tuple[Array,
         qdd=found.unknowns if found else (g.zero,) * (n + m),
         pivots=found.pivots if found else (g.zero,) * n,
         margins=found.margins if found else (g.zero,) * m,
+        squares=found.squares if found else (g.zero,) * m,
     )
 
 

@@ -30,6 +30,9 @@ static bool report_not_finite(Instance *instance, double time, const double acce
 
 #if N_CONSTRAINTS > 0
 
+/* The part of the square of its distance at the start from where on a constraint may be about to be lost. */
+static const double STILL_THERE = 1e-3;
+
 /* In model exchange the importer's solver lets the constraints drift; their accelerations then are aimed at
 
        d2phi/dt2 = -2 s dphi/dt - s^2 phi,   s = STABILISATION,
@@ -73,10 +76,12 @@ static const double *usual_accelerations(Instance *instance, double time) {
     return state->usual_known && fabs(span) * STABILISATION < STALE ? usual : NULL;
 }
 
-/* Is every constraint as clearly independent, or redundant, as the formula takes it to be? */
-static bool margins_kept(const double margins[]) {
+/* Is every constraint as clearly independent, or redundant, as the formula takes it to be, and none about to be lost? */
+static bool formula_holds(const Instance *instance, const double margins[], const double squares[]) {
+    const IndependentRows *known = &instance->state.rows;
     for (int k = 0; k < N_CONSTRAINTS; k++) {
-        if (!(margins[k] > 0.0)) {
+        const double usual = instance->state.rows_known ? known->distance[k] : 0.0;
+        if (!(margins[k] > 0.0) || !(squares[k] >= STILL_THERE * usual * usual)) {
             return false;
         }
     }
@@ -87,10 +92,10 @@ static bool margins_kept(const double margins[]) {
 static bool accelerations_at(Instance *instance, double time, const double states[], const double inputs[],
                              double unknowns[]) {
     System *system = &instance->scratch.system;
-    double drift[N_CONSTRAINTS], pivots[N_COORDINATES], margins[N_CONSTRAINTS];
+    double drift[N_CONSTRAINTS], pivots[N_COORDINATES], margins[N_CONSTRAINTS], squares[N_CONSTRAINTS];
     find_drift(instance, time, states, inputs, drift);
-    mechanism_accelerations(time, states, inputs, instance->state.parameters, drift, unknowns, pivots, margins);
-    if (!margins_kept(margins) || !pivots_sound(instance, pivots)) {
+    mechanism_accelerations(time, states, inputs, instance->state.parameters, drift, unknowns, pivots, margins, squares);
+    if (!formula_holds(instance, margins, squares) || !pivots_sound(instance, pivots)) {
         double below[N_CONSTRAINTS];
         if (!system_factorize(instance, time, states, inputs, N_CONSTRAINTS, 0.0, system)) {
             return false;
