@@ -3,19 +3,14 @@
 from __future__ import annotations
 
 import filecmp
-from collections.abc import Mapping
 
 import pytest
 from chosen import models
+from describing import described
 
 import lag2fmu
 from lag2fmu.codegen import DEFAULT_SOLVER, METHODS
-from lag2fmu.dynamics import derive, lower
-from lag2fmu.dynamics.lagrange import complete
 from lag2fmu.fmu import export, read_mechanism
-from lag2fmu.fmu.exporting import describe
-from lag2fmu.fmu.model_description import ModelDescription
-from lag2fmu.mechanism import Mechanism
 from lag2fmu.mechanism.loading import bundled, load
 from lag2fmu.mechanism.text import read
 from lag2fmu.mechanism.write import write
@@ -57,12 +52,6 @@ def test_members_of_families_agree(model: str, arguments: dict[str, str], export
 def test_the_fmu_agrees_with_other_solvers(solver: str, exported) -> None:
     report = lag2fmu.validate(exported("double_pendulum", solver=solver))
     assert report.passed, str(report)
-
-
-def described(mechanism: Mechanism) -> tuple[ModelDescription, Mapping[str, str]]:
-    """The description of its FMU and the C sources."""
-    equations = derive(mechanism)
-    return describe(complete(mechanism, equations), equations, lower(equations), DEFAULT_SOLVER)
 
 
 @pytest.mark.parametrize(("model", "arguments"), [*((model, {}) for model in bundled()), *FAMILIES])

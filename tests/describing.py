@@ -1,0 +1,20 @@
+"""The description of a mechanism's FMU without the FMU: nothing is compiled."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+
+from lag2fmu.codegen import DEFAULT_SOLVER
+from lag2fmu.dynamics import derive, lower
+from lag2fmu.dynamics.lagrange import complete
+from lag2fmu.fmu.exporting import describe
+from lag2fmu.fmu.model_description import ModelDescription
+from lag2fmu.fmu.variables import promotable
+from lag2fmu.mechanism import Mechanism
+
+
+def described(mechanism: Mechanism, outputs: Sequence[str] = ()) -> tuple[ModelDescription, Mapping[str, str]]:
+    """The description, ``outputs`` among its outputs, and the C sources {file name: text}."""
+    equations = derive(mechanism)
+    program = lower(equations, promotable(equations, outputs))
+    return describe(complete(mechanism, equations), equations, program, DEFAULT_SOLVER)
