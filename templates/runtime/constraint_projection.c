@@ -133,11 +133,21 @@ static bool project(Instance *instance, Level level, double time, const double i
            report_constraints(instance, time, &values, level);
 }
 
-bool constraints_project(Instance *instance, double time, const double inputs[], double states[], bool *moved) {
-    int factorized = 0;
+/* factorized as above */
+static bool project_both(Instance *instance, double time, const double inputs[], double states[], int factorized,
+                         bool *moved) {
     *moved = false;
     return (N_HOLONOMIC == 0 || project(instance, POSITIONS, time, inputs, states, &factorized, moved)) &&
            project(instance, VELOCITIES, time, inputs, states, &factorized, moved);
+}
+
+bool constraints_project(Instance *instance, double time, const double inputs[], double states[], bool *moved) {
+    return project_both(instance, time, inputs, states, 0, moved);
+}
+
+bool constraints_finish(Instance *instance, double time, const double inputs[], double states[]) {
+    bool moved;
+    return project_both(instance, time, inputs, states, N_CONSTRAINTS, &moved);
 }
 
 /* ------------------------------------------------------------------------------------------------------ at the start */

@@ -48,8 +48,9 @@ typedef struct {
     double stiffness[N_COORDINATES * N_COORDINATES]; /* dqdd/dq, row-major, ... */
     double damping[N_COORDINATES * N_COORDINATES];   /* ... and dqdd/dqd, at a point passed */
     double contraction;                              /* of the last iterations with them */
-    double start, length;                            /* s; of the last step that was solved; length 0: there was none */
-    double accelerations[STAGES * N_COORDINATES];    /* at its stages */
+    double start, end, length;                       /* s; of the last step that was solved; length 0: there was none */
+    double accelerations[STAGES * N_COORDINATES];    /* at its stages, ... */
+    double end_accelerations[N_COORDINATES];         /* ... and at its end as the equations say */
 } Memory;
 #endif
 
@@ -138,7 +139,7 @@ typedef struct {
     double pair_matrix[4 * N_COORDINATES * N_COORDINATES]; /* ... of its complex pair */
     int real_rows[N_COORDINATES];
     int pair_rows[2 * N_COORDINATES];
-    double errors[2][N_STATES];
+    double error[N_STATES]; /* the estimate */
 } Implicit;
 #endif
 

@@ -18,11 +18,15 @@
 #include "inputs.h"
 #include "integrator.h"
 #include "solver.h"
+#if N_CONSTRAINTS > 0
+#include "constraint_projection.h"
+#endif
 
 enum { N = N_COORDINATES, S = STAGES, SIZE = S * N, MOST_ITERATIONS = 10 };
 
 static const double SQRT6 = 2.449489742783178;
 
+static const double MOST_GROWTH = 4.0; /* of the second change beyond the first one, to go on with the iterations */
 static const double KEEP = 0.02; /* iterations that contract by less go on with the same K and D in the next step */
 
 /* The tolerance that steps are measured with. The error of the solution is proportional to h^5 and the estimate to h^4,
@@ -149,34 +153,56 @@ static double size_of(const Instance *instance, double h, double tolerance, cons
     return all_finite(change, SIZE) ? greatest : HUGE_VAL;
 }
 
-/* Where the iterations begin: the polynomial through the accelerations of the last step that was solved, continued, and
-   moved so that it meets the present accelerations, which inputs may have changed. */
-static void predict(const Instance *instance, Step step, double accelerations[]) {
-    const State *state = &instance->state;
-    const Memory *memory = &state->memory;
-    const double now = memory->length > 0.0 ? (state->time - memory->start) / memory->length : 0.0;
-    for (int i = 0; i < S; i++) {
-        const double then = memory->length > 0.0 ? now + COLLOCATION.c[i] * step.length / memory->length : now;
-        memcpy(accelerations + i * N, state->first_stage + N, N * sizeof(double));
-        for (int j = 0; j < S; j++) {
-            double at_then = 1.0, at_now = 1.0; /* of the polynomial that is 1 at node j and 0 at the others */
-            for (int k = 0; k < S; k++) {
-                const double gap = k == j ? 1.0 : COLLOCATION.c[j] - COLLOCATION.c[k];
-                at_then *= k == j ? 1.0 : (then - COLLOCATION.c[k]) / gap;
-                at_now *= k == j ? 1.0 : (now - COLLOCATION.c[k]) / gap;
-            }
-            for (int k = 0; k < N; k++) {
-                accelerations[i * N + k] += (at_then - at_now) * memory->accelerations[j * N + k];
-            }
+/* The values of the polynomials that are 1 at one stage and 0 at the others, x being the part of the step. */
+static void weigh_stages(double x, double weights[]) {
+    for (int j = 0; j < S; j++) {
+        weights[j] = 1.0;
+        for (int k = 0; k < S; k++) {
+            weights[j] *= k == j ? 1.0 : (x - COLLOCATION.c[k]) / (COLLOCATION.c[j] - COLLOCATION.c[k]);
         }
     }
 }
 
-/* Newton's method with one linearization, until the rest is small against the error of the step. */
+/* accelerations[n] at this part of the last step that was solved, of their polynomial; 0 if there was none. */
+static void continue_last(const Memory *memory, double x, double accelerations[]) {
+    double weights[S];
+    weigh_stages(x, weights);
+    for (int k = 0; k < N; k++) {
+        accelerations[k] = 0.0;
+        for (int j = 0; j < S && memory->length > 0.0; j++) {
+            accelerations[k] += weights[j] * memory->accelerations[j * N + k];
+        }
+    }
+}
+
+/* Where the iterations begin: the polynomial through the accelerations of the last step that was solved, continued, and
+   moved by what was changed since, inputs for instance. Only by that: the accelerations at the end of a step show its
+   error times the stiffness. */
+static void predict(const Instance *instance, Step step, double accelerations[]) {
+    const State *state = &instance->state;
+    const Memory *memory = &state->memory;
+    const double rate = memory->length > 0.0 ? 1.0 / memory->length : 0.0;
+    const double now = rate * (state->time - memory->start);
+    double expected[N];
+    continue_last(memory, now, expected);
+    if (memory->length > 0.0 && state->time == memory->end) {
+        memcpy(expected, memory->end_accelerations, sizeof expected);
+    }
+    for (int i = 0; i < S; i++) {
+        continue_last(memory, now + rate * COLLOCATION.c[i] * step.length, accelerations + i * N);
+        for (int k = 0; k < N; k++) {
+            accelerations[i * N + k] += state->first_stage[N + k] - expected[k];
+        }
+    }
+}
+
+/* Newton's method with one linearization, until the rest is small against the error of the step. Where a stiff direction
+   turns, the second change may well be as large as the first one and the third one small; so contractions are means of
+   two. */
 static bool iterate(Instance *instance, Step step, double tolerance, double accelerations[]) {
     const double enough = fmax(10.0 * DBL_EPSILON / tolerance, fmin(0.03, sqrt(tolerance)));
     double residual[SIZE], change[SIZE];
-    double previous = 0.0;
+    double previous = 0.0, last_ratio = 0.0;
     predict(instance, step, accelerations);
     for (int iteration = 0; iteration < MOST_ITERATIONS; iteration++) {
         if (!residuals(instance, step, accelerations, residual)) {
@@ -187,17 +213,19 @@ static bool iterate(Instance *instance, Step step, double tolerance, double acce
         for (int i = 0; i < SIZE; i++) {
             accelerations[i] += change[i];
         }
-        const double contraction = iteration > 0 ? size / previous : 0.5;
-        if (!(contraction < 1.0)) {
+        const double ratio = iteration > 0 ? size / previous : 0.5;
+        const double contraction = iteration > 1 ? sqrt(ratio * last_ratio) : ratio;
+        if (!(contraction < (iteration == 1 ? MOST_GROWTH : 1.0))) {
             break;
         }
         if (iteration > 0) {
             instance->state.memory.contraction = contraction;
         }
-        if (size * contraction / (1.0 - contraction) <= enough) {
+        if (contraction < 1.0 && size * contraction / (1.0 - contraction) <= enough) {
             return true;
         }
         previous = size;
+        last_ratio = ratio;
     }
     return report_iteration(instance, step);
 }
@@ -234,64 +262,84 @@ static void filter_error(const Instance *instance, double h, const double deriva
     }
 }
 
-/* Both estimates of [HW] (8.19) and (8.20): the second one is taken where the first is too large. */
+/* The greatest error in units of the tolerance. */
+static double error_size(const Instance *instance, double tolerance, int *worst) {
+    const Scratch *scratch = &instance->scratch;
+    const double inner = inner_tolerance(tolerance);
+    double largest = 0.0;
+    *worst = 0;
+    for (int i = 0; i < N_STATES; i++) {
+        const double size = fmax(fabs(instance->state.states[i]), fabs(scratch->new_states[i]));
+        const double error = fabs(scratch->implicit.error[i]) / (inner * (size + NOMINAL_STATES[i]));
+        if (!(error <= largest)) {
+            largest = error;
+            *worst = i;
+        }
+    }
+    return largest;
+}
+
+/* The estimate of [HW] (8.19) or, where that is too large, the one of (8.20), which takes an evaluation. */
 static bool estimate(Instance *instance, Step step, const double accelerations[]) {
     const double e[3] = {-(13.0 + 7.0 * SQRT6) / 3.0, (-13.0 + 7.0 * SQRT6) / 3.0, -1.0 / 3.0};
     const double *x = instance->state.states;
-    Implicit *work = &instance->scratch.implicit;
+    double *error = instance->scratch.implicit.error;
     double combined[N_STATES] = {0.0}, states[N_STATES], derivatives[N_STATES];
+    int worst;
     for (int i = 0; i < S; i++) {
         stage_states(instance, step.length, i, accelerations, states);
         for (int k = 0; k < N_STATES; k++) {
             combined[k] += e[i] * (states[k] - x[k]);
         }
     }
-    filter_error(instance, step.length, instance->state.first_stage, combined, work->errors[0]);
+    filter_error(instance, step.length, instance->state.first_stage, combined, error);
+    if (error_size(instance, solver_tolerance(&instance->state), &worst) <= 1.0) {
+        return true;
+    }
     for (int k = 0; k < N_STATES; k++) {
-        states[k] = x[k] + work->errors[0][k];
+        states[k] = x[k] + error[k];
     }
     if (!equations_derivative(instance, instance->state.time, states, derivatives)) {
         return false;
     }
-    filter_error(instance, step.length, derivatives, combined, work->errors[1]);
+    filter_error(instance, step.length, derivatives, combined, error);
     return true;
+}
+
+/* The new states on the constraints, with the factorisation that the last stage has left: it is where they are. */
+static bool finish(Instance *instance, Step step) {
+#if N_CONSTRAINTS > 0
+    return constraints_finish(instance, step.end, inputs_at(instance, step.end), instance->scratch.new_states);
+#else
+    (void)instance;
+    (void)step;
+    return true;
+#endif
 }
 
 bool solver_step(Instance *instance, Step step) {
     Scratch *scratch = &instance->scratch;
     Memory *memory = &instance->state.memory;
     double accelerations[SIZE];
-    if (!solve_stages(instance, step, accelerations) || !estimate(instance, step, accelerations)) {
+    if (!solve_stages(instance, step, accelerations)) {
+        return false;
+    }
+    stage_states(instance, step.length, S - 1, accelerations, scratch->new_states);
+    if (!finish(instance, step) || !estimate(instance, step, accelerations) ||
+        !equations_derivative(instance, step.end, scratch->new_states, scratch->new_derivatives)) {
         return false;
     }
     memory->start = instance->state.time;
+    memory->end = step.end;
     memory->length = step.length;
     memcpy(memory->accelerations, accelerations, sizeof memory->accelerations);
-    stage_states(instance, step.length, S - 1, accelerations, scratch->new_states);
-    return equations_derivative(instance, step.end, scratch->new_states, scratch->new_derivatives);
+    memcpy(memory->end_accelerations, scratch->new_derivatives + N, sizeof memory->end_accelerations);
+    return true;
 }
 
 double solver_error(const Instance *instance, Step step, double tolerance, int *worst) {
-    const Scratch *scratch = &instance->scratch;
-    const double inner = inner_tolerance(tolerance);
-    double largest = 0.0;
     (void)step;
-    for (int attempt = 0; attempt < 2; attempt++) {
-        largest = 0.0;
-        *worst = 0;
-        for (int i = 0; i < N_STATES; i++) {
-            const double size = fmax(fabs(instance->state.states[i]), fabs(scratch->new_states[i]));
-            const double error = fabs(scratch->implicit.errors[attempt][i]) / (inner * (size + NOMINAL_STATES[i]));
-            if (!(error <= largest)) {
-                largest = error;
-                *worst = i;
-            }
-        }
-        if (largest <= 1.0) {
-            break;
-        }
-    }
-    return largest;
+    return error_size(instance, tolerance, worst);
 }
 
 double solver_stiffness(const Instance *instance) {
