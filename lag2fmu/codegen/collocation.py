@@ -111,7 +111,8 @@ class Collocation:
         if self.variational:
             names = ("solver_collocation.h", "solver_variational.c", "solver_variational.h")
             return (*names, "solver_constraint_stages.c") if self.holonomic else names
-        return ("solver_collocation.h", "solver_lu.c", "solver_lu.h", "solver_radau.c")
+        radau = ("solver_radau.c", "solver_radau.h", "solver_radau_stages.c")
+        return ("solver_collocation.h", "solver_lu.c", "solver_lu.h", *radau)
 
 
 @dataclass(frozen=True)

@@ -55,7 +55,8 @@ static double residual_size(const Values *values, Level level, const double stat
         const double residual = level == POSITIONS ? values->positions[k] : values->velocities[k];
         double scale = 0.0;
         for (int i = 0; i < N; i++) {
-            scale = fmax(scale, fabs(values->jacobian[k * N + i]) * NOMINAL_STATES[i]);
+            const double change = fabs(values->jacobian[k * N + i]) * NOMINAL_STATES[i];
+            scale = change > scale ? change : scale;
         }
         const double share = held == NULL ? 1.0 : 1.0 - held[k];
         const double relative = share * fabs(residual) / (unit * (scale > 0.0 ? scale : 1.0));
@@ -104,17 +105,15 @@ static double damping_of(double size) {
 }
 
 /* Simplified Newton iteration: the system is factorised again only where that is needed to go on. *factorized is the
-   number of rows that the factorisation in scratch stands for. */
+   number of rows that the factorisation in scratch stands for; values are those at the states, before and after. */
 static bool project(Instance *instance, Level level, double time, const double inputs[], double states[],
-                    int *factorized, bool *moved) {
+                    Values *values, int *factorized, bool *moved) {
     System *system = &instance->scratch.system;
-    Values values;
     double previous = HUGE_VAL;
     bool fresh = false;
     for (int i = 0; i < MOST_CORRECTIONS; i++) {
-        evaluate(instance, time, states, inputs, &values);
         const bool known = *factorized == rows_of(level);
-        const double size = residual_size(&values, level, states, known ? system->constraints.held : NULL);
+        const double size = residual_size(values, level, states, known ? system->constraints.held : NULL);
         if (size <= ROUNDING || (fresh && i > 0 && size <= ACCEPTED && size > 0.5 * previous)) {
             return true;
         }
@@ -124,21 +123,23 @@ static bool project(Instance *instance, Level level, double time, const double i
             return false;
         }
         *factorized = rows_of(level);
-        correct(&values, level, system, states);
+        correct(values, level, system, states);
+        evaluate(instance, time, states, inputs, values);
         *moved = true;
         previous = size;
     }
-    evaluate(instance, time, states, inputs, &values);
-    return residual_size(&values, level, states, system->constraints.held) <= ACCEPTED ||
-           report_constraints(instance, time, &values, level);
+    return residual_size(values, level, states, system->constraints.held) <= ACCEPTED ||
+           report_constraints(instance, time, values, level);
 }
 
-/* factorized as above */
+/* Positions, then velocities; factorized as above. */
 static bool project_both(Instance *instance, double time, const double inputs[], double states[], int factorized,
                          bool *moved) {
+    Values values;
     *moved = false;
-    return (N_HOLONOMIC == 0 || project(instance, POSITIONS, time, inputs, states, &factorized, moved)) &&
-           project(instance, VELOCITIES, time, inputs, states, &factorized, moved);
+    evaluate(instance, time, states, inputs, &values);
+    return (N_HOLONOMIC == 0 || project(instance, POSITIONS, time, inputs, states, &values, &factorized, moved)) &&
+           project(instance, VELOCITIES, time, inputs, states, &values, &factorized, moved);
 }
 
 bool constraints_project(Instance *instance, double time, const double inputs[], double states[], bool *moved) {

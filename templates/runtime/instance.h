@@ -50,7 +50,8 @@ typedef struct {
     double contraction;                              /* of the last iterations with them */
     double start, end, length;                       /* s; of the last step that was solved; length 0: there was none */
     double accelerations[STAGES * N_COORDINATES];    /* at its stages, ... */
-    double end_accelerations[N_COORDINATES];         /* ... and at its end as the equations say */
+    double start_accelerations[N_COORDINATES];       /* ... and, as the equations say, at its start and ... */
+    double end_accelerations[N_COORDINATES];         /* ... at its end */
 } Memory;
 #endif
 
@@ -139,7 +140,7 @@ typedef struct {
     double pair_matrix[4 * N_COORDINATES * N_COORDINATES]; /* ... of its complex pair */
     int real_rows[N_COORDINATES];
     int pair_rows[2 * N_COORDINATES];
-    double error[N_STATES]; /* the estimate */
+    double errors[2][N_STATES]; /* estimates */
 } Implicit;
 #endif
 

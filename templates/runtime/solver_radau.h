@@ -1,0 +1,18 @@
+/* The stages of a step of Radau IIA, see solver_radau.c. */
+#ifndef SOLVER_RADAU_H
+#define SOLVER_RADAU_H
+
+#include "solver.h"
+
+/* Solves for the accelerations[STAGES * n] at the stages, until their rest is small against this tolerance. Returns false,
+   with instance->failure, if that fails. */
+bool radau_solve(Instance *instance, Step step, double tolerance, double accelerations[]);
+
+/* The states at stage i for the accelerations. */
+void radau_stage(const Instance *instance, double h, int i, const double accelerations[], double states[]);
+
+/* Overwrites r[2n] by (I - g J)^-1 r, with g = h MODES.real and the Jacobian J of the equations of first order that
+   radau_solve has used. */
+void radau_filter(const Instance *instance, double h, double r[]);
+
+#endif
