@@ -10,8 +10,8 @@
 
    With constraints qdd is solved for along with the multipliers at every stage, and the new states are moved onto the
    constraints, [HW] section VII.2. The stabilised index-2 system of Gear, Gupta and Leimkuhler (SIAM J. Sci. Stat.
-   Comput. 6, 1985), where all stages meet the constraints, was tried: its errors in steps of the same length are up to 30
-   times as large for linkages, and no smaller where one of their members is stiff. */
+   Comput. 6, 1985), where all stages meet the constraints, was tried: in steps of the same length its errors are 7 to
+   30 times as large for plane linkages, half as large at best, and no smaller where a member is stiff. */
 #include <math.h>
 #include <string.h>
 
@@ -28,10 +28,10 @@ enum { N = N_COORDINATES, S = STAGES };
 
 static const double SQRT6 = 2.449489742783178;
 
-/* The tolerance that steps and iterations are measured with. Where steps resolve the motion, the error of the solution is
-   proportional to h^5 and the first estimate to h^4, hence to the power 5/4 of this one; so it follows the tolerance asked
-   for. (radau5.f takes 0.1 tolerance^(2/3).) Where they pass over fast decays it is proportional to the estimate itself;
-   there the second estimate is about as large, and elsewhere proportional to h^5: that one is to meet the tolerance. */
+/* The tolerance that steps and iterations are measured with. Where steps resolve the motion, the error of the solution
+   is proportional to h^5 and the first estimate to h^4, hence to the power 5/4 of this one; so it follows the tolerance
+   asked for. (radau5.f takes 0.1 tolerance^(2/3).) Where they pass over fast decays, it is proportional to the estimate
+   itself. There the second one is about as large, and elsewhere proportional to h^5: it is to meet the tolerance. */
 static double inner_tolerance(double tolerance) {
     return 0.3 * pow(tolerance, 0.8);
 }
@@ -68,7 +68,7 @@ double solver_error(const Instance *instance, Step step, double tolerance, int *
     return largest;
 }
 
-/* With the derivatives at the start or, where the error is too large, at the start moved by it: [HW] (8.19) and (8.20). */
+/* With the derivatives at the start or, where the error is too large, at the start moved by it: [HW] (8.19), (8.20). */
 static bool estimate(Instance *instance, Step step, const double accelerations[]) {
     const double e[3] = {-(13.0 + 7.0 * SQRT6) / 3.0, (-13.0 + 7.0 * SQRT6) / 3.0, -1.0 / 3.0};
     const double *x = instance->state.states;

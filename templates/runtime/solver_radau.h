@@ -4,8 +4,8 @@
 
 #include "solver.h"
 
-/* Solves for the accelerations[STAGES * n] at the stages, until their rest is small against this tolerance. Returns false,
-   with instance->failure, if that fails. */
+/* Solves for the accelerations[STAGES * n] at the stages, until their rest is small against this tolerance. Returns
+   false, with instance->failure, if that fails. */
 bool radau_solve(Instance *instance, Step step, double tolerance, double accelerations[]);
 
 /* The states at stage i for the accelerations. */

@@ -157,8 +157,8 @@ static void continue_last(const Memory *memory, double x, double accelerations[]
     }
 }
 
-/* The accelerations[n] at the present time that go with the last step that was solved: of the equations where it begins and
-   where it ends, else of the polynomial. */
+/* The accelerations[n] at the present time that go with the last step that was solved: of the equations where it begins
+   and where it ends, else of the polynomial. */
 static void expect(const State *state, double now, double accelerations[]) {
     const Memory *memory = &state->memory;
     if (memory->length > 0.0 && (state->time == memory->start || state->time == memory->end)) {
@@ -170,8 +170,8 @@ static void expect(const State *state, double now, double accelerations[]) {
 }
 
 /* Where the iterations begin: the polynomial through the accelerations of the last step that was solved, continued, and
-   moved by what was changed since, inputs for instance. Only by that: between steps the accelerations show the error times
-   the stiffness. */
+   moved by what was changed since, inputs for instance. Only by that: between steps the accelerations show the error
+   times the stiffness. */
 static void predict(const Instance *instance, Step step, double accelerations[]) {
     const State *state = &instance->state;
     const Memory *memory = &state->memory;
@@ -187,9 +187,9 @@ static void predict(const Instance *instance, Step step, double accelerations[])
     }
 }
 
-/* Newton's method with one linearization, until the rest is small against the error of the step. Where a stiff direction
-   turns, the second change may well be as large as the first one and the third one small; so contractions are means of
-   two. */
+/* Newton's method with one linearization, until the rest is small against the error of the step. Where a stiff
+   direction turns, the second change may well be as large as the first one and the third one small; so contractions are
+   means of two. */
 static bool iterate(Instance *instance, Step step, double tolerance, double accelerations[]) {
     const double enough = fmax(10.0 * DBL_EPSILON / tolerance, fmin(0.03, sqrt(tolerance)));
     double residual[SIZE], change[SIZE];

@@ -3,10 +3,10 @@
    usage: radau_host adaptive TOLERANCE STOP POINTS   integrates to STOP (s) and prints the solver steps, the greatest
                                                       residuals of positions and velocities at that many communication
                                                       points, and the states
-          radau_host fixed TOLERANCE STOP STEPS       the same in that many solver steps of one length, whatever their
-                                                      error; iterations end with the tolerance
-          radau_host jacobian STOP                    prints the greatest difference of the Jacobian to difference quotients
-                                                      at STOP, relative to its greatest entry */
+          radau_host fixed TOLERANCE STOP STEPS       the same in that many solver steps of one length,
+                                                      whatever their error; the tolerance is that of iterations
+          radau_host jacobian STOP                    prints the greatest difference of the Jacobian to difference
+                                                      quotients at STOP, relative to its greatest entry */
 #include <math.h>
 #include <stdio.h>
 #include <stdlib.h>
