@@ -132,23 +132,13 @@ static bool project(Instance *instance, Level level, double time, const double i
            report_constraints(instance, time, values, level);
 }
 
-/* Positions, then velocities; factorized as above. */
-static bool project_both(Instance *instance, double time, const double inputs[], double states[], int factorized,
-                         bool *moved) {
+bool constraints_project(Instance *instance, double time, const double inputs[], double states[], bool *moved) {
     Values values;
+    int factorized = 0;
     *moved = false;
     evaluate(instance, time, states, inputs, &values);
     return (N_HOLONOMIC == 0 || project(instance, POSITIONS, time, inputs, states, &values, &factorized, moved)) &&
            project(instance, VELOCITIES, time, inputs, states, &values, &factorized, moved);
-}
-
-bool constraints_project(Instance *instance, double time, const double inputs[], double states[], bool *moved) {
-    return project_both(instance, time, inputs, states, 0, moved);
-}
-
-bool constraints_finish(Instance *instance, double time, const double inputs[], double states[]) {
-    bool moved;
-    return project_both(instance, time, inputs, states, N_CONSTRAINTS, &moved);
 }
 
 /* ------------------------------------------------------------------------------------------------------ at the start */

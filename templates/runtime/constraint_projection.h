@@ -11,9 +11,6 @@ double constraints_drift(const Instance *instance, double time, const double sta
    that fails; instance->failure then tells why. *moved says whether the states were changed. */
 bool constraints_project(Instance *instance, double time, const double inputs[], double states[], bool *moved);
 
-/* The same, beginning with the factorisation in scratch, which is that of all constraints near these states. */
-bool constraints_finish(Instance *instance, double time, const double inputs[], double states[]);
-
 /* Solves for the states that are guesses, such that the constraints hold at the start. Given states that miss them by
    little are moved too, and a note says how far. Returns false, with instance->failure, if there is no solution. */
 bool constraints_settle(Instance *instance);

@@ -94,10 +94,11 @@ static bool estimate(Instance *instance, Step step, const double accelerations[]
     return true;
 }
 
-/* Moves the new states onto the constraints by the factorisation that the last stage has left: it is where they are. */
+/* Moves the new states onto the constraints before anything is evaluated there. */
 static bool finish(Instance *instance, Step step) {
 #if N_CONSTRAINTS > 0
-    return constraints_finish(instance, step.end, inputs_at(instance, step.end), instance->scratch.new_states);
+    bool moved;
+    return constraints_project(instance, step.end, inputs_at(instance, step.end), instance->scratch.new_states, &moved);
 #else
     (void)instance;
     (void)step;
