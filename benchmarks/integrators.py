@@ -151,6 +151,10 @@ STIFF = {
     "Andrews' squeezer": (lambda: complete(load("andrews_squeezer")), 0.03),
 }
 """The same; the last one has constraints and is stiff in name only."""
+CLOSED = {"four-bar linkage": (lambda: complete(load("four_bar_linkage")), 1.5)}
+"""The same, with a closed loop, for steps of 1 ms only."""
+INTERLEAVED = 7
+"""So many times the runs that are compared with each other take turns."""
 CONTESTS = ((SMOOTH, EXPLICIT, ADAMS), (STIFF, IMPLICIT, BDF))
 """Problems, solvers for them, and the peer."""
 WHICH = {ADAMS: "adams", BDF: "bdf"}
@@ -255,18 +259,30 @@ def show_ratios(found: dict[str, dict[str, list[Run]]], method: str, peer: str, 
     console.print(f"below 1 at {np.mean(known < 1):.0%} of {known.size} points, at most {known.max():.2f}\n")
 
 
+def in_turn(runs: dict[str, tuple[Path, str]], stop: float, rounds: int) -> dict[str, Floats]:
+    """Median CPU times (ns) and evaluations of runs (host, which) at 1e-6: in one step, in steps of 1 ms, (2, 2)."""
+    found: dict[str, list[Floats]] = {name: [] for name in runs}
+    for _ in range(INTERLEAVED):
+        for name, (host, which) in runs.items():
+            both = [call(host, which, 1e-6, stop, step, rounds) for step in (stop, 1e-3)]
+            found[name].append(np.array([row[1:3] for row in both]))
+    return {name: np.median(rows, axis=0) for name, rows in found.items()}
+
+
 def show_communication(hosts: dict[str, dict[str, Path]], console: Console, rounds: int) -> None:
-    """Cost of communication steps of 1 ms beside one step, at 1e-6; of CVODE likewise."""
-    table = Table(title="CPU time in steps of 1 ms / in one step, at 1e-6", title_justify="left")
-    for heading in ("problem", *EXPLICIT, ADAMS):
+    """Cost of communication steps of 1 ms beside one step, without and with all outputs read after each."""
+    table = Table(title="communication steps of 1 ms beside one step, at 1e-6", title_justify="left")
+    for heading in ("problem", "solver", "one step (us)", "ratio", "evaluations", "ns a step", "reading (ns a step)"):
         table.add_column(heading, justify="right")
-    for name, (_, stop) in SMOOTH.items():
-        cells = []
-        for method in (*EXPLICIT, ADAMS):
-            host, which = hosts[name].get(method, hosts[name]["dop853"]), WHICH.get(method, "own")
-            one, many = (call(host, which, 1e-6, stop, step, rounds) for step in (stop, 1e-3))
-            cells.append(f"{many[1] / one[1]:.2f}  ({one[1] / 1e3:.0f} us, {many[2] / one[2]:.2f} evaluations)")
-        table.add_row(name, *cells)
+    for name, (_, stop) in {**SMOOTH, **CLOSED}.items():
+        runs = {m: (hosts[name][m], "own") for m in EXPLICIT} | {ADAMS: (hosts[name]["dop853"], WHICH[ADAMS])}
+        reading = in_turn({m: (hosts[name][m], "read") for m in EXPLICIT}, stop, rounds)
+        count = stop / 1e-3
+        for method, (one, many) in in_turn(runs, stop, rounds).items():
+            read = f"{(reading[method][1, 0] - one[0]) / count:.1f}" if method in reading else ""
+            evaluations = f"{many[1] / one[1]:.2f}" if one[1] else ""
+            cells = (f"{one[0] / 1e3:.0f}", f"{many[0] / one[0]:.2f}", evaluations, f"{(many[0] - one[0]) / count:.1f}")
+            table.add_row(name, method, *cells, read)
     console.print(table)
 
 
@@ -296,6 +312,8 @@ def main() -> None:
                 plot(name, found[name], options.folder / f"integrators_{mechanism.name}.png")
             for method in methods:
                 show_ratios(found, method, peer, console)
+        for name, (make, _) in CLOSED.items():
+            hosts[name] = {solver: build(make(), solver, Path(folder)) for solver in EXPLICIT}
         show_communication(hosts, console, options.rounds)
 
 

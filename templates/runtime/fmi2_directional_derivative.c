@@ -78,7 +78,7 @@ static fmi2Status write_unknowns(Instance *instance, const fmi2ValueReference un
 fmi2Status fmi2GetDirectionalDerivative(fmi2Component c, const fmi2ValueReference vUnknown_ref[], size_t nUnknown,
                                         const fmi2ValueReference vKnown_ref[], size_t nKnown,
                                         const fmi2Real dvKnown[], fmi2Real dvUnknown[]) {
-    Instance *instance = instance_enter(c, CALL_GetDirectionalDerivative);
+    Instance *instance = instance_enter_present(c, CALL_GetDirectionalDerivative);
     Seed seed;
     Tangent tangent;
     bool needs_accelerations = false;

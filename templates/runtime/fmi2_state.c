@@ -69,7 +69,7 @@ static fmi2Status check(Instance *instance, const FmuState *block) {
 }
 
 fmi2Status fmi2GetFMUstate(fmi2Component c, fmi2FMUstate *FMUstate) {
-    Instance *instance = instance_enter(c, CALL_GetFMUstate);
+    Instance *instance = instance_enter_present(c, CALL_GetFMUstate);
     if (instance == NULL) {
         return fmi2Error;
     }

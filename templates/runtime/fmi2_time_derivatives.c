@@ -28,7 +28,7 @@ static fmi2Status check_arguments(Instance *instance, const fmi2ValueReference v
 
 fmi2Status fmi2SetRealInputDerivatives(fmi2Component c, const fmi2ValueReference vr[], size_t nvr,
                                        const fmi2Integer order[], const fmi2Real value[]) {
-    Instance *instance = instance_enter(c, CALL_SetRealInputDerivatives);
+    Instance *instance = instance_enter_present(c, CALL_SetRealInputDerivatives);
     if (instance == NULL || check_arguments(instance, vr, nvr, order, value, MAX_INPUT_ORDER) != fmi2OK) {
         return fmi2Error;
     }
@@ -74,7 +74,7 @@ static double derivative_of(const Motion *motion, const Variable *variable, int 
 
 fmi2Status fmi2GetRealOutputDerivatives(fmi2Component c, const fmi2ValueReference vr[], size_t nvr,
                                         const fmi2Integer order[], fmi2Real value[]) {
-    Instance *instance = instance_enter(c, CALL_GetRealOutputDerivatives);
+    Instance *instance = instance_enter_present(c, CALL_GetRealOutputDerivatives);
     Motion motion;
     int needed = -1;
     if (instance == NULL || check_arguments(instance, vr, nvr, order, value, MAX_OUTPUT_ORDER) != fmi2OK) {

@@ -75,7 +75,7 @@ static fmi2Status evaluate(Instance *instance, const Variable *variable) {
 }
 
 fmi2Status fmi2GetReal(fmi2Component c, const fmi2ValueReference vr[], size_t nvr, fmi2Real value[]) {
-    Instance *instance = instance_enter(c, CALL_GetReal);
+    Instance *instance = instance_enter_present(c, CALL_GetReal);
     if (instance == NULL || check_arrays(instance, vr, nvr, value) != fmi2OK) {
         return fmi2Error;
     }
@@ -142,7 +142,7 @@ static fmi2Status check_value(Instance *instance, fmi2ValueReference reference, 
 }
 
 fmi2Status fmi2SetReal(fmi2Component c, const fmi2ValueReference vr[], size_t nvr, const fmi2Real value[]) {
-    Instance *instance = instance_enter(c, CALL_SetReal);
+    Instance *instance = instance_enter_present(c, CALL_SetReal);
     if (instance == NULL || check_arrays(instance, vr, nvr, value) != fmi2OK) {
         return fmi2Error;
     }

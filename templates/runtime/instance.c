@@ -3,6 +3,7 @@
 
 #include <string.h>
 
+#include "integrator.h"
 #include "logging.h"
 
 void instance_start(Instance *instance) {
@@ -48,6 +49,7 @@ void instance_assign(Instance *instance, double *slot, double value) {
 }
 
 void instance_forget_cache(Instance *instance) {
+    instance->cache.states_behind = false;
     instance->cache.dependent_valid = false;
     instance->cache.least_pivots_valid = false;
     instance_forget_motion(instance);
@@ -101,6 +103,15 @@ Instance *instance_enter(fmi2Component component, Call call) {
         instance->noted_calls[call] = true;
         note(instance, "accepted in state \"%s\", although the standard does not foresee it there",
              mode_name((Mode)instance->state.mode));
+    }
+    return instance;
+}
+
+Instance *instance_enter_present(fmi2Component component, Call call) {
+    Instance *instance = instance_enter(component, call);
+    if (instance != NULL && !integrator_catch_up(instance)) {
+        report_failure(instance, fmi2Error);
+        return NULL;
     }
     return instance;
 }

@@ -124,6 +124,7 @@ typedef struct {
 
 /* Values that follow from the State, each with a flag whether they do at present. */
 typedef struct {
+    bool states_behind; /* those in the State are of an earlier time: integrator_catch_up */
     bool dependent_valid, least_pivots_valid, accelerations_valid, locals_valid, system_valid;
     double dependent[SIZE_DEPENDENT];
     double accelerations[N_UNKNOWNS]; /* and the multipliers behind them, those of redundant constraints being 0 */
@@ -242,5 +243,8 @@ const char *state_name(int index);
 
 /* The start of every fmi2 function: the instance if the call is legal now, else NULL after the error was reported. */
 Instance *instance_enter(fmi2Component component, Call call);
+
+/* The same for functions that look at the present point or change it: it is brought up to date. */
+Instance *instance_enter_present(fmi2Component component, Call call);
 
 #endif

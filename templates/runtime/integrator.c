@@ -175,11 +175,17 @@ static void watch_stiffness(Instance *instance, Step step) {
     }
 }
 
+/* How much (s) the difference of two times up to this one may be off because they are rounded. */
+static double rounding_of_length(double time) {
+    return 4.0 * DBL_EPSILON * fabs(time);
+}
+
 /* Notices steps of a variational method that are of another length than those before: its energy is bounded over long
    times because a neighbouring system, which belongs to one length, is solved exactly. */
 static void watch_length(Instance *instance, double length) {
     State *state = &instance->state;
-    if (state->equal_step > 0.0 && fabs(length - state->equal_step) > SAME_LENGTH * length) {
+    const double tolerance = SAME_LENGTH * length + rounding_of_length(state->time);
+    if (state->equal_step > 0.0 && fabs(length - state->equal_step) > tolerance) {
         give_notice(instance, NOTICE_UNEQUAL, length);
     }
     state->equal_step = length;
@@ -196,25 +202,32 @@ static double horizon_of(const Instance *instance, double end) {
     return state->stop_time_defined ? fmax(end, fmin(farthest, state->stop_time)) : farthest;
 }
 
-/* Goes to a time (s) in the step of state->dense, on the constraints. If they cannot be met there, the present point
-   is the last one that does. */
-static bool interpolate(Instance *instance, double time) {
+/* The states at a time (s) in the step of state->dense, on the constraints. */
+static bool interpolate(Instance *instance, double time, double states[]) {
+    bool moved;
+    dense_states(&instance->state.dense, time, states);
+    return project(instance, time, states, &moved);
+}
+
+/* Prepares interpolation for a step that goes beyond the communication point. That constraints can be met within it is
+   tried where the interpolant is farthest from both ends: a shorter step is the remedy now, and none is left later. */
+static bool prepare_interpolation(Instance *instance, Step step) {
+    double states[N_STATES];
+    return dense_begin(instance, step) &&
+           (N_CONSTRAINTS == 0 || interpolate(instance, step.end - 0.5 * step.length, states));
+}
+
+bool integrator_catch_up(Instance *instance) {
     State *state = &instance->state;
     double states[N_STATES];
-    bool moved;
-    dense_states(&state->dense, time, states);
-    const bool found = project(instance, time, states, &moved);
-    if (found) {
-        memcpy(state->states, states, sizeof states);
-    } else {
-        state->ahead = 0;
-        state->first_stage_valid = 0;
-        if (state->time > time) { /* in this communication step */
-            state->time = state->dense.start;
-            memcpy(state->states, state->dense.states, sizeof states);
+    if (instance->cache.states_behind) {
+        if (!interpolate(instance, state->time, states)) {
+            return false;
         }
+        memcpy(state->states, states, sizeof states);
+        instance->cache.states_behind = false;
     }
-    return found;
+    return true;
 }
 
 /* The next trial step: as proposed, or to the end or the horizon if that is about as near. */
@@ -285,7 +298,7 @@ static bool step_adaptively(Instance *instance, double end) {
         }
         const Step step = choose_step(state, end, horizon);
         const double error = try_step(instance, step);
-        if (error <= 1.0 && bring_back_result(instance, step) && (step.end <= end || dense_begin(instance, step))) {
+        if (error <= 1.0 && bring_back_result(instance, step) && (step.end <= end || prepare_interpolation(instance, step))) {
             propose(state, step, error, rejected);
             watch_stiffness(instance, step);
             accept(instance, step);
@@ -303,10 +316,13 @@ static bool step_adaptively(Instance *instance, double end) {
     return true;
 }
 
-/* Goes on from where the solver is. If that is beyond the end, the states at the end come from the interpolant. */
+/* Goes on from where the solver is. If that is beyond the end, the states at the end can be interpolated. */
 static bool integrate_adaptively(Instance *instance, double end) {
     State *state = &instance->state;
     if (state->ahead && instance->scratch.inputs_move) {
+        if (!integrator_catch_up(instance)) {
+            return false;
+        }
         state->ahead = 0;
         state->first_stage_valid = 0;
     }
@@ -315,10 +331,12 @@ static bool integrate_adaptively(Instance *instance, double end) {
         memcpy(state->states, state->dense.end_states, sizeof state->states);
         state->ahead = 0;
     }
+    instance->cache.states_behind = false;
     if (!state->ahead && !(update_first_stage(instance) && step_adaptively(instance, end))) {
         return false;
     }
-    return !state->ahead || interpolate(instance, end);
+    instance->cache.states_behind = state->ahead != 0;
+    return true;
 }
 
 /* Equal steps to the end, as many as make them no longer than solver_step. Times are computed from the start of the
@@ -328,7 +346,7 @@ static bool integrate_in_equal_steps(Instance *instance, double end) {
     const double start = state->time;
     const double setting = state->settings[SETTING_STEP];
     const double longest = fmin(setting > 0.0 ? setting : DEFAULT_SOLVER_STEP, longest_step(state));
-    const double whole = (end - start) * (1.0 - 1e-9); /* 1e-9: H = 10 h takes 10 steps */
+    const double whole = (end - start) * (1.0 - 1e-9) - rounding_of_length(end); /* less: H = 10 h takes 10 steps */
     const double count = whole <= longest ? 1.0 : ceil(whole / longest);
     if (!(count <= MOST_STEPS)) {
         instance->failure.kind = FAILURE_STEP_COUNT;

@@ -5,8 +5,13 @@
 #include "instance.h"
 
 /* Advances time, states and inputs of instance->state to exactly end, s. Returns false if a step could not be completed;
-   all are then those of the last one that was, and instance->failure tells why. */
+   all are then those of the last one that was, and instance->failure tells why. Where the solver has gone beyond the end,
+   the states stay behind until something asks for them: most communication steps then only move the time. */
 bool integrate(Instance *instance, double end);
+
+/* Brings the states to the present time if they are behind. Returns false, with instance->failure set, if constraints
+   cannot be met there. */
+bool integrator_catch_up(Instance *instance);
 
 /* The relative tolerance: solver_tolerance if given, else that of fmi2SetupExperiment if given, else 1e-6. */
 double solver_tolerance(const State *state);

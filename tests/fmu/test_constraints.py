@@ -319,6 +319,17 @@ def test_a_rolled_back_run_repeats_itself(fmu) -> None:
         s.unit.freeFMUState(state)
 
 
+def test_states_that_nobody_reads_are_the_same(fmu) -> None:
+    """Interpolation and projection wait until something asks for the states."""
+    with Stepping(fmu("parallel")) as read, Stepping(fmu("parallel")) as quiet:
+        read.start(tolerance=1e-4)
+        quiet.start(tolerance=1e-4)
+        for _ in range(60):
+            quiet.unit.doStep(read.time, 0.01)
+            shown = read.step(0.01)
+        assert quiet.get(quiet.states) == shown
+
+
 def test_model_exchange_stays_on_the_constraints_and_asks_for_help_beyond(fmu) -> None:
     with Stepping(fmu("slider"), "ModelExchange") as s:
         s.start()

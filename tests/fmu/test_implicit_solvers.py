@@ -150,10 +150,10 @@ def test_radau_keeps_constraints(exported) -> None:
 # ------------------------------------------------------------------------------- what the log says, and the choice
 
 
-def told(path: Path, steps: list[float], **values: float) -> list[str]:
-    """What the FMU logs in communication steps of these lengths in s."""
+def told(path: Path, steps: list[float], begin: float = 0.0, **values: float) -> list[str]:
+    """What the FMU logs in communication steps of these lengths in s from the time ``begin`` on."""
     with Stepping(path) as s:
-        s.start(values)
+        s.start(values, start_time=begin)
         for step in steps:
             s.step(step)
         return [sentence for status, category, sentence in s.log if (status, category) == (WARNING, "logStatusWarning")]
@@ -179,6 +179,13 @@ def test_a_variational_method_says_once_that_its_steps_became_unequal(exported) 
     assert told(path, [0.1] * 5 + [0.1 * (1 + 1e-9)]) == []
     (sentence,) = told(path, [0.1, 0.1, 0.0123, 0.1])
     assert "solver verlet keeps the energy bounded" in sentence
+
+
+def test_steps_stay_equal_where_times_are_rounded_coarsely(exported) -> None:
+    """After 1e7 s the next double is 1.9e-9 s away, 1e-6 of a step of 1 ms, which still takes one solver step."""
+    steps = np.diff(1e7 + 1e-3 * np.arange(50)).tolist()
+    assert max(steps) > 1e-3 > min(steps)
+    assert told(exported("pendulum", solver="verlet").path, steps, begin=1e7, solver_step=1e-3) == []
 
 
 def test_the_stability_intervals_are_the_published_ones() -> None:

@@ -51,6 +51,7 @@ void check_stored_derivative(void);
 void check_step_proposal(void);
 void check_backward_rounding(void);
 void check_stepping_over(void);
+void check_states_behind(void);
 void check_return_to_a_step_over(void);
 void check_no_stepping_over(void);
 

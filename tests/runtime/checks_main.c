@@ -37,6 +37,7 @@ static const struct {
     {"stored derivative", check_stored_derivative},
     {"step proposal", check_step_proposal},
     {"stepping over", check_stepping_over},
+    {"states behind", check_states_behind},
     {"return to a step over", check_return_to_a_step_over},
     {"no stepping over", check_no_stepping_over},
     {"backward rounding", check_backward_rounding},

@@ -78,6 +78,28 @@ void check_stepping_over(void) {
     }
 }
 
+/* States that nobody asked for are behind; whoever asks sees no difference, in whatever state of the instance. */
+void check_states_behind(void) {
+    Log log;
+    fmi2Component read = start(fmi2CoSimulation, &log), quiet = start(fmi2CoSimulation, &log);
+    int behind = 0;
+    for (int i = 0; i < 500; i++) {
+        CHECK(steps(read, 1e-3 * i, 1e-3, 1) == fmi2OK && steps(quiet, 1e-3 * i, 1e-3, 1) == fmi2OK);
+        CHECK(isfinite(get(read, THETA1)) && !((const Instance *)read)->cache.states_behind);
+        behind += ((const Instance *)quiet)->cache.states_behind;
+    }
+    CHECK(behind > 400 && same_state(read, quiet));
+    CHECK(steps(read, 0.5, 1e-3, 3) == fmi2OK && steps(quiet, 0.5, 1e-3, 2) == fmi2OK);
+    CHECK(get(quiet, THETA1) != get(read, THETA1) && steps(quiet, 0.502, 1e-3, 1) == fmi2OK);
+    CHECK(((const Instance *)quiet)->cache.states_behind && fmi2Terminate(quiet) == fmi2OK);
+    CHECK(get(quiet, TIME) == get(read, TIME) && get(quiet, THETA1) == get(read, THETA1));
+    CHECK(steps(read, 0.503, 1e-3, 1) == fmi2OK);
+    const double theta = get(read, THETA1);
+    CHECK(steps(read, 0.9, 1e-3, 1) == fmi2Error && get(read, THETA1) == theta); /* not its communication point */
+    fmi2FreeInstance(read);
+    fmi2FreeInstance(quiet);
+}
+
 /* Where the solver is belongs to the saved state: also when the importer comes back there from another way. */
 void check_return_to_a_step_over(void) {
     fmi2FMUstate saved = NULL;

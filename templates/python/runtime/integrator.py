@@ -145,7 +145,8 @@ class Integrator:
         """As many equal steps as make them no longer than solver_step; times do not drift."""
         start = self.state.time
         longest = min(self.state.settings[STEP] or self.model.default_step, self.longest)
-        count = max(1.0, (end - start) / longest * (1.0 - 1e-9))  # 1e-9: H = 10 h takes 10 steps
+        whole = (end - start) * (1.0 - 1e-9) - 4.0 * math.ulp(end)  # less: H = 10 h takes 10 steps
+        count = max(1.0, whole / longest)
         if not count <= MOST_STEPS:
             raise Unsolvable(
                 f"from time {start:.17g} the communication step would take {count:.3g} solver steps; raise solver_step"
