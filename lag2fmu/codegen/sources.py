@@ -41,7 +41,8 @@ class Tables:
 
     ``colours``: of the Jacobian of the accelerations by the states. ``continuous_states``: indices of those in (q, qd)
     that the FMU calls states. ``massless``: (constraint, coordinate) for each coordinate without mass and the equation
-    that it follows from, holonomic ones first.
+    that it follows from, holonomic ones first. ``vibrations``: those that a method damps where its steps do not resolve
+    them, (rad/s, index of the coordinate that moves most), the fastest first.
     """
 
     model_name: str
@@ -59,6 +60,7 @@ class Tables:
     start_parameters: tuple[float, ...]
     default_solver_step: float
     stabilisation: float
+    vibrations: tuple[tuple[float, int], ...] = ()
 
     @property
     def massless_positions(self) -> int:

@@ -9,6 +9,7 @@ import uuid
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 from lag2fmu.codegen import DEFAULT_SOLVER, METHODS, STIFF_SOLVER, Method, Tables, render_sources, takes
 from lag2fmu.dynamics import EquationsOfMotion, Program, derive, lower
@@ -28,6 +29,9 @@ from lag2fmu.mechanism.text import read
 from lag2fmu.mechanism.write import write
 from lag2fmu.version import VERSION
 
+if TYPE_CHECKING:
+    from lag2fmu.dynamics.analysis import Vibration
+
 BACKENDS = ("c", "python")
 MECHANISM_ENTRY = "extra/org.lag2fmu/mechanism.toml"
 _NOT_IN_XML = re.compile("[^\t\n\r -\ud7ff\ue000-\ufffd\U00010000-\U0010ffff]")
@@ -41,7 +45,7 @@ class Fmu:
     path: Path
     description: ModelDescription
     solver_choice: str = ""
-    """Why the solver was chosen, a phrase; empty if it was asked for."""
+    """Why the solver was chosen, if it was not asked for, and what it does to fast vibrations: a phrase or nothing."""
 
     @property
     def mechanism(self) -> Mechanism:
@@ -97,7 +101,7 @@ def export(
         **(extra or {}),
     }
     pack(files, target)
-    return Fmu(target, description, choice)
+    return Fmu(target, description, "; ".join(filter(None, [choice, damping(equations, METHODS[solver])])))
 
 
 def suited_solver(mechanism: Mechanism, backend: str) -> tuple[str, str]:
@@ -117,6 +121,26 @@ def suited_solver(mechanism: Mechanism, backend: str) -> tuple[str, str]:
     if backend == "c":
         return STIFF_SOLVER, reason
     return DEFAULT_SOLVER, f"{reason}; only --backend c has {STIFF_SOLVER}"
+
+
+def damping(equations: EquationsOfMotion, method: Method) -> str:
+    """What ``method`` does to fast undamped vibrations about the start, a phrase; empty if there is nothing to say."""
+    found = damped_vibrations(equations, method)
+    if not found:
+        return ""
+    others = f" and {len(found) - 3} slower ones" if len(found) > 3 else ""
+    listed = ", ".join(map(str, found[:3]))
+    return (
+        f"it damps the vibrations of {listed}{others} where its steps are longer than an eighth of a period; "
+        "solver_max_step bounds them"
+    )
+
+
+def damped_vibrations(equations: EquationsOfMotion, method: Method) -> tuple[Vibration, ...]:
+    """The fast undamped vibrations about the start that ``method`` damps if its steps do not resolve them."""
+    from lag2fmu.dynamics.analysis import undamped_vibrations
+
+    return undamped_vibrations(equations) if method.implicit else ()
 
 
 def _check_solver(mechanism: Mechanism, method: Method) -> None:
@@ -180,9 +204,12 @@ def describe(
 ) -> tuple[ModelDescription, Mapping[str, str]]:
     """The model description and the C sources {file name: text}; they share the GUID, which is a hash of both."""
     table = build_table(equations, program)
+    index = {c.name: i for i, c in enumerate(mechanism.coordinates)}
+    vibrations = tuple((v.frequency, index[v.coordinate]) for v in damped_vibrations(equations, METHODS[solver]))
+    tables = replace(table.tables, vibrations=vibrations)
     blank = ModelDescription(mechanism, table.variables, identifier_of(mechanism.name), "", solver, VERSION)
-    guid = _guid(blank, program, table.tables, METHODS[solver])
-    sources = render_sources(program, table.tables, METHODS[solver], guid)
+    guid = _guid(blank, program, tables, METHODS[solver])
+    sources = render_sources(program, tables, METHODS[solver], guid)
     return replace(blank, guid=guid, source_files=compiled_files(sources)), sources
 
 

@@ -1,6 +1,7 @@
 /* Co-simulation (FMI 2.0, section 4.2). The instance works synchronously: a step is done when fmi2DoStep returns. */
 #include <float.h>
 #include <math.h>
+#include <stdio.h>
 
 #include "instance.h"
 #include "integrator.h"
@@ -52,6 +53,26 @@ static fmi2Status check_step(Instance *instance, double point, double step) {
     return fmi2OK;
 }
 
+/* Reports the vibrations that are faster than steps of this length (s) resolve, and how to keep them. */
+static fmi2Status warn_damped(Instance *instance, const Notice *notice) {
+#if N_VIBRATIONS > 0
+    char list[160] = "";
+    size_t used = 0;
+    for (int i = 0; i < N_VIBRATIONS && notice->step > RESOLVING_STEP(VIBRATIONS[i]) && used < sizeof list; i++) {
+        const int written = snprintf(list + used, sizeof list - used, "%s%.3g rad/s (%s)", i > 0 ? ", " : "",
+                                     VIBRATIONS[i], COORDINATE_NAMES[VIBRATING[i]]);
+        used += written > 0 ? (size_t)written : 0;
+    }
+    return warn(instance, "solver %s damps undamped vibrations at time %.17g s, where its step of %.3g s is longer than an "
+                "eighth of a period: %s; if they matter, set solver_max_step to %.2g s", METHOD.name, notice->time,
+                notice->step, list, 0.4 * RESOLVING_STEP(VIBRATIONS[0]));
+#else
+    (void)instance;
+    (void)notice;
+    return fmi2OK;
+#endif
+}
+
 /* fmi2OK, or fmi2Warning where the solver noticed something for the first time. */
 static fmi2Status report_notice(Instance *instance) {
     const Notice *notice = &instance->notice;
@@ -63,6 +84,8 @@ static fmi2Status report_notice(Instance *instance) {
         return warn(instance, "the solver step changed to %.17g s at time %.17g s; solver %s keeps the energy bounded over "
                     "long times with equal steps only: keep the communication steps equal", notice->step, notice->time,
                     METHOD.name);
+    case NOTICE_DAMPED:
+        return warn_damped(instance, notice);
     case NOTICE_NONE:
     default:
         return fmi2OK;

@@ -191,6 +191,21 @@ static void watch_length(Instance *instance, double length) {
     state->equal_step = length;
 }
 
+/* Notices steps of a method that damps vibrations which do not resolve one; nothing is known of them where parameters
+   differ from those of the export. */
+static void watch_vibrations(Instance *instance, double length) {
+#if N_VIBRATIONS > 0
+    const double *parameters = instance->state.parameters;
+    if (length > RESOLVING_STEP(VIBRATIONS[0]) &&
+        memcmp(parameters, START_PARAMETERS, SIZE_PARAMETERS * sizeof(double)) == 0) {
+        give_notice(instance, NOTICE_DAMPED, length);
+    }
+#else
+    (void)instance;
+    (void)length;
+#endif
+}
+
 /* How far (s) steps may go: beyond the end of the communication step only if the same inputs may well hold there. They
    do not if they move, and are not expected to if something was changed before this communication step. */
 static double horizon_of(const Instance *instance, double end) {
@@ -262,6 +277,7 @@ static void propose(State *state, Step step, double error, bool after_rejection)
    is to be rejected and instance->failure holds the reason. */
 static double try_step(Instance *instance, Step step) {
     int worst;
+    instance->scratch.trial_length = step.length;
     if (!solver_step(instance, step)) {
         return HUGE_VAL;
     }
@@ -298,9 +314,11 @@ static bool step_adaptively(Instance *instance, double end) {
         }
         const Step step = choose_step(state, end, horizon);
         const double error = try_step(instance, step);
-        if (error <= 1.0 && bring_back_result(instance, step) && (step.end <= end || prepare_interpolation(instance, step))) {
+        if (error <= 1.0 && bring_back_result(instance, step) &&
+            (step.end <= end || prepare_interpolation(instance, step))) {
             propose(state, step, error, rejected);
             watch_stiffness(instance, step);
+            watch_vibrations(instance, step.length);
             accept(instance, step);
             state->ahead = step.end > end;
             rejected = false;
@@ -361,6 +379,7 @@ static bool integrate_in_equal_steps(Instance *instance, double end) {
     if (VARIATIONAL) {
         watch_length(instance, length);
     }
+    watch_vibrations(instance, length);
     for (double i = 1.0; i <= count; i++) {
         const double next = i < count ? start + (end - start) * (i / count) : end;
         const Step step = {length, next, false};

@@ -91,12 +91,13 @@ double solver_error(const Instance *instance, Step step, double tolerance, int *
 
 /* The last two stages are derivatives at the end of the step, at states that differ by an error of the method: where a
    fast decay is unstable, along its direction. Hairer, Wanner, Solving Ordinary Differential Equations II, 2nd edition,
-   section IV.2, stiffness detection; the norm is weighted with nominal values. */
+   section IV.2, stiffness detection. Here the difference of the accelerations is held against those of velocities and
+   coordinates, in nominal values: for a decay both give its rate, for a vibration the lesser one at most its frequency. */
 double solver_stiffness(const Instance *instance) {
     const Scratch *scratch = &instance->scratch;
     const int last = TABLEAU.stages - 1;
     const double *before = TABLEAU.a + (last - 1) * TABLEAU.all_stages;
-    double apart = 0.0, slope = 0.0;
+    double apart[2] = {0.0}, rise = 0.0; /* squares; of coordinates and of velocities */
     if (!TABLEAU.first_same_as_last || TABLEAU.c[last - 1] != 1.0) {
         return 0.0;
     }
@@ -105,11 +106,18 @@ double solver_stiffness(const Instance *instance) {
         for (int j = 0; j < last; j++) {
             difference += (TABLEAU.b[j] - before[j]) * scratch->stages[j][i];
         }
-        const double rise = scratch->stages[last][i] - scratch->stages[last - 1][i];
-        apart += difference * difference / (NOMINAL_STATES[i] * NOMINAL_STATES[i]);
-        slope += rise * rise / (NOMINAL_STATES[i] * NOMINAL_STATES[i]);
+        difference /= NOMINAL_STATES[i];
+        apart[i / N_COORDINATES] += difference * difference;
     }
-    return apart > 0.0 ? sqrt(slope / apart) / TABLEAU.stability : 0.0; /* the length of the step cancels */
+    for (int i = N_COORDINATES; i < N_STATES; i++) {
+        const double change = (scratch->stages[last][i] - scratch->stages[last - 1][i]) / NOMINAL_STATES[i];
+        rise += change * change;
+    }
+    if (!(apart[0] > 0.0 && apart[1] > 0.0)) {
+        return 0.0;
+    }
+    /* both rates times the length of the step, which the differences lack */
+    return fmin(sqrt(rise / apart[1]), sqrt(scratch->trial_length * sqrt(rise / apart[0]))) / TABLEAU.stability;
 }
 
 bool solver_dense(Instance *instance, Step step, double terms[DENSE_TERMS][N_STATES]) {

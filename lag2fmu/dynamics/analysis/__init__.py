@@ -14,7 +14,7 @@ from lag2fmu.dynamics.analysis.linearization import Linearization, linearize
 from lag2fmu.dynamics.analysis.modes import Mode, normal_modes
 from lag2fmu.dynamics.analysis.report import analysis_report, analysis_sections
 from lag2fmu.dynamics.analysis.small_motions import linearized
-from lag2fmu.dynamics.analysis.stiffness import Stiffness, stiffness
+from lag2fmu.dynamics.analysis.stiffness import Stiffness, Vibration, stiffness, undamped_vibrations
 
 __all__ = [
     "Conserved",
@@ -23,6 +23,7 @@ __all__ = [
     "Linearization",
     "Mode",
     "Stiffness",
+    "Vibration",
     "action",
     "analysis_report",
     "analysis_sections",
@@ -37,4 +38,5 @@ __all__ = [
     "poisson_bracket",
     "routhian_form",
     "stiffness",
+    "undamped_vibrations",
 ]

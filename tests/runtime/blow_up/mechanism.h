@@ -32,6 +32,7 @@
 #define IMPLICIT 1
 #define N_COLOURS 1
 #define SIZE_JACOBIAN (2 * N_COORDINATES * N_COORDINATES)
+#define N_VIBRATIONS 0
 
 extern const Variable VARIABLES[N_VARIABLES];
 extern const int CONTINUOUS_STATES[N_CONTINUOUS];

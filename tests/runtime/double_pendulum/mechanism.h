@@ -37,6 +37,7 @@
 #define IMPLICIT 1
 #define N_COLOURS 4
 #define SIZE_JACOBIAN (2 * N_COORDINATES * N_COORDINATES)
+#define N_VIBRATIONS 0
 
 extern const Variable VARIABLES[N_VARIABLES];
 extern const int CONTINUOUS_STATES[N_CONTINUOUS];
