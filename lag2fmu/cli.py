@@ -219,6 +219,7 @@ def simulate(
 ) -> None:
     """Run MODEL or an FMU by fmpy."""
     from lag2fmu.mechanism.loading import numbers_of, pairs_of
+    from lag2fmu.mechanism.names import SETTINGS
     from lag2fmu.reference import read_csv
     from lag2fmu.verify import running
 
@@ -228,7 +229,9 @@ def simulate(
     if running.is_fmu(source):
         values = numbers_of(pairs_of(settings))
     else:
-        source = _load(model, settings)
+        of_solver = [item for item in settings if item.partition("=")[0].strip() in SETTINGS]
+        values = numbers_of(pairs_of(of_solver))
+        source = _load(model, tuple(item for item in settings if item not in of_solver))
     signals = None if inputs is None else read_csv(inputs)
     with _progress(stop_time) as progress:
         trajectory = running.simulate(
@@ -250,7 +253,8 @@ def simulate(
     if plot is not None:
         from lag2fmu.verify.plots import motion_figure, save
 
-        mechanism = running.mechanism_of(source, values)
+        of_mechanism = {name: value for name, value in values.items() if name not in SETTINGS}
+        mechanism = running.mechanism_of(source, of_mechanism)
         title = Path(model).stem if mechanism is None else mechanism.title
         save(motion_figure(title, trajectory, mechanism, signals), plot)
 

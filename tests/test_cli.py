@@ -134,6 +134,16 @@ def test_simulate_with_input_from_csv(run) -> None:
 
 
 @pytest.mark.fmu
+def test_simulate_takes_settings_of_the_solver_for_models_too(run) -> None:
+    options = ("simulate", MODEL, "--stop-time", "1", "--step", "0.1", "-o", "-", "--set")
+    loose, tight = (run(*options, f"solver_tolerance={value}", "--set", "x=0.2").stdout for value in ("1e-3", "1e-9"))
+    assert loose.splitlines()[1] == tight.splitlines()[1]
+    assert loose.splitlines()[-1] != tight.splitlines()[-1]
+    refused = run(*options, "solver_max_step=-1")
+    assert (refused.exit_code, "solver_max_step = -1.0 is not finite or outside of" in refused.output) == (2, True)
+
+
+@pytest.mark.fmu
 def test_demo_prints_what_was_compared(run) -> None:
     result = run("demo", "--plot", "demo.png")
     assert result.exit_code == 0

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import logging
 import math
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
@@ -19,6 +20,8 @@ Floats = NDArray[np.float64]
 Kind = Literal["co-simulation", "model-exchange"]
 _FMI_TYPES = {"co-simulation": "CoSimulation", "model-exchange": "ModelExchange"}
 _WARNING, _OK = 1, 0
+_LOGGER = logging.getLogger("lag2fmu")
+"""Gets what an FMU warns of; without a handler of the user's it goes to standard error."""
 
 
 class _Log:
@@ -26,11 +29,14 @@ class _Log:
 
     def __init__(self) -> None:
         self.sentences: list[str] = []
+        self.warnings: list[str] = []
 
     def __call__(self, environment: object, instance: bytes, status: int, category: bytes, message: bytes) -> None:
         """The logger of FMI 2.0.5, section 2.1.5; sentences below a warning are dropped."""
         if status > _OK:
             self.sentences.append(message.decode("utf-8", "replace"))
+        if status == _WARNING:
+            self.warnings.append(self.sentences[-1])
 
     def tail(self) -> str:
         return " | ".join(self.sentences[-3:]) or "the FMU gave no reason"
@@ -94,6 +100,8 @@ def simulate_fmu(
         )
     except Exception as error:  # fmpy raises bare exceptions
         raise SimulationError(f"'{path}': the simulation failed: {error}; {log.tail()}") from error
+    for sentence in log.warnings:
+        _LOGGER.warning("warning: '%s': %s", path.name, sentence)
     reached = float(result["time"][-1])
     if reached < stop_time - 1e-9 * max(step, stop_time):
         raise SimulationError(

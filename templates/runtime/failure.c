@@ -3,11 +3,19 @@
 
 #include <stdio.h>
 
+#include "solver.h"
+
 #if VARIATIONAL && N_CONSTRAINTS > 0
 static const char DEPENDENCE[] = " or its constraints are about to become dependent";
 #else
 static const char DEPENDENCE[] = "";
 #endif
+
+/* Where nothing controls the error, a motion that blows up may be the solver's own. */
+static const char *fixed_step_remedy(void) {
+    return METHOD.error_order > 0 ? "" : ", unless the solver step is too long for it: lower solver_step, or export with "
+                                         "--solver radau5";
+}
 
 enum { NAMES_SHOWN = 8, NAMES_SIZE = 400 };
 
@@ -76,11 +84,11 @@ void failure_sentence(const Failure *failure, char text[], size_t size) {
         break;
     case FAILURE_NOT_FINITE:
         snprintf(text, size, "at time %.17g the equations of motion give no finite acceleration of %s; "
-                 "the motion has left the range where they are defined", failure->time, names);
+                 "the motion has left the range where they are defined%s", failure->time, names, fixed_step_remedy());
         break;
     case FAILURE_OVERFLOW:
         snprintf(text, size, "at time %.17g the state %s grows beyond all bounds even in a solver step of %.3g s; "
-                 "the motion ends here", failure->time, state_name(failure->state), failure->step);
+                 "the motion ends here%s", failure->time, state_name(failure->state), failure->step, fixed_step_remedy());
         break;
     case FAILURE_ACCURACY:
         snprintf(text, size, "at time %.17g a solver step of %.3g s still makes an error of %.3g times the tolerance "
@@ -89,7 +97,7 @@ void failure_sentence(const Failure *failure, char text[], size_t size) {
         break;
     case FAILURE_TRIAL_COUNT:
         snprintf(text, size, "a communication step took %.3g solver steps to come to time %.17g; take shorter "
-                 "communication steps or a larger solver_tolerance, or export with --solver radau5 if the mechanism is "
+                 "communication steps, a larger solver_tolerance or solver_max_step, or export with --solver radau5 if the mechanism is "
                  "stiff", failure->amount, failure->time);
         break;
     case FAILURE_STEP_COUNT:

@@ -78,6 +78,11 @@ static fmi2Status report_notice(Instance *instance) {
     const Notice *notice = &instance->notice;
     switch (notice->kind) {
     case NOTICE_STIFF:
+        if (METHOD.error_order == 0) {
+            return warn(instance, "the mechanism is too stiff at time %.17g s for a solver step of %.3g s: solver %s is not "
+                        "stable with it; lower solver_step, or export with --solver ros2 or radau5", notice->time,
+                        notice->step, METHOD.name);
+        }
         return warn(instance, "the mechanism is stiff at time %.17g s: stability, not accuracy, bounds the steps of solver "
                     "%s, to %.3g s there; export with --solver radau5", notice->time, METHOD.name, notice->step);
     case NOTICE_UNEQUAL:

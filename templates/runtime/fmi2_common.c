@@ -5,6 +5,7 @@
 
 #include "equations.h"
 #include "instance.h"
+#include "integrator.h"
 #include "logging.h"
 #if N_MASSLESS > 0
 #include "massless.h"
@@ -120,8 +121,9 @@ fmi2Status fmi2SetupExperiment(fmi2Component c, fmi2Boolean toleranceDefined, fm
     if (instance == NULL) {
         return fmi2Error;
     }
-    if (toleranceDefined && !(tolerance > 0.0 && isfinite(tolerance))) {
-        return fail(instance, "the tolerance is %.17g; expected a positive number", tolerance);
+    if (toleranceDefined && !(tolerance >= LEAST_TOLERANCE && tolerance <= GREATEST_TOLERANCE)) {
+        return fail(instance, "the tolerance is %g; expected a relative tolerance from %g to %g", tolerance,
+                    LEAST_TOLERANCE, GREATEST_TOLERANCE);
     }
     if (!isfinite(startTime)) {
         return fail(instance, "the start time is %.17g; expected a finite number", startTime);

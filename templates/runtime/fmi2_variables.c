@@ -3,6 +3,7 @@
 
 #include "equations.h"
 #include "instance.h"
+#include "integrator.h"
 #include "logging.h"
 
 /* Where the value of a variable lives in the instance. */
@@ -137,6 +138,11 @@ static fmi2Status check_value(Instance *instance, fmi2ValueReference reference, 
     if (value < variable->minimum || value > variable->maximum) {
         return discard(instance, "variable %s cannot be set to %.17g; expected a value from %.17g to %.17g, and "
                        "nothing was set", variable->name, value, variable->minimum, variable->maximum);
+    }
+    if (variable->kind == VARIABLE_SETTING && variable->index == SETTING_TOLERANCE && value > 0.0 &&
+        value < LEAST_TOLERANCE) {
+        return discard(instance, "variable %s cannot be set to %g, which rounding does not allow; expected 0, or a value "
+                       "from %g to %g, and nothing was set", variable->name, value, LEAST_TOLERANCE, GREATEST_TOLERANCE);
     }
     return fmi2OK;
 }

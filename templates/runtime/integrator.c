@@ -158,11 +158,12 @@ static void give_notice(Instance *instance, NoticeKind kind, double step) {
     }
 }
 
-/* Notices a motion that keeps the accepted steps at the limit of stability. */
+/* Notices a motion that keeps the accepted steps at the limit of stability, or fixed ones beyond it: these at once if
+   that is so at the start. */
 static void watch_stiffness(Instance *instance, Step step) {
     State *state = &instance->state;
-    state->steps++;
-    if ((state->noticed & NOTICE_STIFF) != 0 || (state->stiff_steps == 0 && state->steps % LOOK != 0)) {
+    const bool looks = ++state->steps % LOOK == 0 || (METHOD.error_order == 0 && state->steps < LOOK);
+    if ((state->noticed & NOTICE_STIFF) != 0 || (state->stiff_steps == 0 && !looks)) {
         return;
     }
     if (solver_stiffness(instance) > AT_THE_LIMIT) {
@@ -383,9 +384,11 @@ static bool integrate_in_equal_steps(Instance *instance, double end) {
     for (double i = 1.0; i <= count; i++) {
         const double next = i < count ? start + (end - start) * (i / count) : end;
         const Step step = {length, next, false};
+        instance->scratch.trial_length = length;
         if (!solver_step(instance, step) || !bring_back_result(instance, step)) {
             return false;
         }
+        watch_stiffness(instance, step);
         accept(instance, step);
     }
     return true;

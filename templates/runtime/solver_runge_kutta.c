@@ -89,28 +89,37 @@ double solver_error(const Instance *instance, Step step, double tolerance, int *
     return error * (error / hypot(error, second));
 }
 
-/* The last two stages are derivatives at the end of the step, at states that differ by an error of the method: where a
-   fast decay is unstable, along its direction. Hairer, Wanner, Solving Ordinary Differential Equations II, 2nd edition,
+/* The last stage at the same time as the one before it, 0 if there is none: often both are at the end of the step. */
+static int twin_stage(void) {
+    int twin = TABLEAU.stages - 1;
+    while (twin > 0 && TABLEAU.c[twin] != TABLEAU.c[twin - 1]) {
+        twin--;
+    }
+    return twin;
+}
+
+/* Two stages are derivatives at the same time, at states that differ by an error of the method: where a fast decay is
+   unstable, along its direction. Hairer, Wanner, Solving Ordinary Differential Equations II, 2nd edition,
    section IV.2, stiffness detection. Here the difference of the accelerations is held against those of velocities and
    coordinates, in nominal values: for a decay both give its rate, for a vibration the lesser one at most its frequency. */
 double solver_stiffness(const Instance *instance) {
     const Scratch *scratch = &instance->scratch;
-    const int last = TABLEAU.stages - 1;
-    const double *before = TABLEAU.a + (last - 1) * TABLEAU.all_stages;
+    const int twin = twin_stage();
+    const double *weights = TABLEAU.a + twin * TABLEAU.all_stages, *before = weights - TABLEAU.all_stages;
     double apart[2] = {0.0}, rise = 0.0; /* squares; of coordinates and of velocities */
-    if (!TABLEAU.first_same_as_last || TABLEAU.c[last - 1] != 1.0) {
+    if (twin == 0) {
         return 0.0;
     }
     for (int i = 0; i < N_STATES; i++) {
         double difference = 0.0;
-        for (int j = 0; j < last; j++) {
-            difference += (TABLEAU.b[j] - before[j]) * scratch->stages[j][i];
+        for (int j = 0; j < twin; j++) {
+            difference += (weights[j] - before[j]) * scratch->stages[j][i];
         }
         difference /= NOMINAL_STATES[i];
         apart[i / N_COORDINATES] += difference * difference;
     }
     for (int i = N_COORDINATES; i < N_STATES; i++) {
-        const double change = (scratch->stages[last][i] - scratch->stages[last - 1][i]) / NOMINAL_STATES[i];
+        const double change = (scratch->stages[twin][i] - scratch->stages[twin - 1][i]) / NOMINAL_STATES[i];
         rise += change * change;
     }
     if (!(apart[0] > 0.0 && apart[1] > 0.0)) {

@@ -270,6 +270,18 @@ def test_values_out_of_range(model: str, name: str, value: float, exported) -> N
         host.start().step(0.1)
 
 
+@pytest.mark.parametrize("tolerance", [0.0, -1e-6, 1e-16, 2.0, math.nan])
+def test_tolerances_out_of_range(tolerance: float, exported) -> None:
+    with Stepping(exported("pendulum").path) as host:
+        sentence = refused(lambda: host.start(tolerance=tolerance), ERROR, host)
+        assert "expected a relative tolerance from 2e-15 to 1" in sentence
+    with Stepping(exported("pendulum").path) as host:
+        if tolerance != 0.0:
+            refused(
+                lambda: host.set({"solver_tolerance": tolerance}), ERROR if math.isnan(tolerance) else DISCARD, host
+            )
+
+
 def test_a_value_at_its_bound_is_taken(exported) -> None:
     with Stepping(exported("elastic_pendulum").path) as host:
         host.set({"l0": 1e-6})

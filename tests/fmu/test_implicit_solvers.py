@@ -169,6 +169,26 @@ def test_an_explicit_method_says_once_that_the_motion_is_stiff(solver: str, expo
     assert float(re.search(r"to (\S+) s there", sentence)[1]) == pytest.approx(limit, rel=0.15)
 
 
+def test_a_fixed_step_that_is_too_long_is_said_before_the_run_ends_and_can_be_taken_back(exported) -> None:
+    """The same motion: 9900 /s by 1 ms is beyond 2.785, each step multiplies what is wrong by 300."""
+    with Stepping(exported("spring_mass_damper", solver="rk4").path) as s:
+        s.start({"k": 1e6, "c": 1e4})
+        saved = s.unit.getFMUState()
+        with pytest.raises(Exception, match="discard"):
+            s.steps(1000, 1e-3)
+        warning, end = s.sentences
+        assert re.search(
+            r"too stiff at time 0\.01\d* s for a solver step of 0\.001 s.*lower solver_step, or .*ros2", warning
+        )
+        assert re.search(r"no finite acceleration of x.*lower solver_step, or export with --solver radau5", end)
+        assert s.unit.getRealStatus(2) == pytest.approx(float(re.search(r"at time (\S+)", end)[1]), abs=1e-3)
+        s.unit.setFMUState(saved)
+        s.time = 0.0
+        x = [x for x, _ in s.steps(400, 1e-4)]
+        assert x[-1] == pytest.approx(x[0] * np.exp(-101.02 * 0.0399), rel=0.01)
+        s.unit.freeFMUState(saved)
+
+
 @pytest.mark.parametrize("solver", ["dopri5", "dop853"])
 @pytest.mark.parametrize("values", [{}, {"k": 1e6, "c": 10.0}, {"k": 1e6, "c": 0.0}, {"k": 1e2, "c": 50.0}], ids=str)
 def test_fast_oscillations_and_slow_decays_are_not_called_stiff(

@@ -101,7 +101,16 @@ def test_inputs_that_end_early_keep_their_last_value(kind, exported) -> None:
     assert run["x"] == pytest.approx(expected["x"], abs=1e-6)
 
 
-# ------------------------------------------------------------------------------------------------------------ errors
+# ------------------------------------------------------------------------------------------------- warnings, errors
+
+
+def test_what_the_fmu_warns_of_is_said(exported, caplog) -> None:
+    fmu = exported("spring_mass_damper")
+    lag2fmu.simulate(fmu, stop_time=1.0, step=0.1)
+    assert not caplog.messages
+    lag2fmu.simulate(fmu, stop_time=1.0, step=0.1, values={"k": 1e6, "c": 1e4})
+    (sentence,) = caplog.messages
+    assert sentence.startswith("warning: 'spring_mass_damper.fmu': fmi2DoStep: the mechanism is stiff at time 0.")
 
 
 @pytest.mark.parametrize(
