@@ -1,16 +1,19 @@
 """Work and precision of the adaptive solvers in a C host, beside CVODE on the same equations.
 
-The explicit ones run beside CVODE's Adams methods, the implicit one, on stiff problems, beside its BDF.
+The explicit ones run beside CVODE's Adams methods and Hairer and Wanner's dop853 (in the C version that PyDSTool
+carries), the implicit one, on stiff problems, beside CVODE's BDF.
 
 Run with `make bench` or `python -m benchmarks.integrators [--folder FOLDER]`. CPU time is the median of several runs;
-the error is that of the states at the end, relative to max(|x|, nominal). The bars: less CPU time than CVODE at equal
-error at 80 % of the errors 1e-3 ... 1e-11, nowhere more than 1.5 times; communication steps of 1 ms at tolerance 1e-6
-at most 1.5 times one step.
+the error is that of the states at the end, relative to max(|x|, nominal). The bars: less CPU time than the peer at
+equal error at 80 % of the errors 1e-3 ... 1e-11, nowhere more than 1.5 times; communication steps of 1 ms at tolerance
+1e-6 at most 1.5 times one step.
 """
 
 from __future__ import annotations
 
 import argparse
+import importlib.metadata
+import shutil
 import subprocess
 import sys
 import tempfile
@@ -38,7 +41,7 @@ from lag2fmu.reference import integrate
 
 EXPLICIT = ("dopri5", "dop853")
 IMPLICIT = ("radau5",)
-ADAMS, BDF = "CVODE Adams", "CVODE BDF"
+ADAMS, BDF, HAIRER = "CVODE Adams", "CVODE BDF", "Hairer's dop853"
 TOLERANCES = 10.0 ** -np.arange(2.0, 13.6, 0.5)
 ERRORS = 10.0 ** -np.arange(3.0, 11.1, 1.0)
 LIBRARIES = ("cvode", "nvecserial", "sunlinsoldense", "sunmatrixdense", "core")
@@ -155,13 +158,22 @@ CLOSED = {"four-bar linkage": (lambda: complete(load("four_bar_linkage")), 1.5)}
 """The same, with a closed loop, for steps of 1 ms only."""
 INTERLEAVED = 7
 """So many times the runs that are compared with each other take turns."""
-CONTESTS = ((SMOOTH, EXPLICIT, ADAMS), (STIFF, IMPLICIT, BDF))
-"""Problems, solvers for them, and the peer."""
-WHICH = {ADAMS: "adams", BDF: "bdf"}
+CONTESTS = ((SMOOTH, EXPLICIT, (ADAMS, HAIRER)), (STIFF, IMPLICIT, (BDF,)))
+"""Problems, solvers for them, and the peers."""
+WHICH = {ADAMS: "adams", BDF: "bdf", HAIRER: "dop853"}
 """What benchmarks/kernels/integrators.c calls the peers."""
 
 
 # ------------------------------------------------------------------------------------------------------------ running
+
+
+def reference_code() -> Path | None:
+    """The folder of dop853.c in the installed PyDSTool, found without importing it; None if there is none."""
+    try:
+        files = importlib.metadata.files("PyDSTool") or ()
+    except importlib.metadata.PackageNotFoundError:
+        return None
+    return next((Path(str(file.locate())).parent for file in files if file.name == "dop853.c"), None)
 
 
 def build(mechanism: Mechanism, solver: str, folder: Path) -> Path:
@@ -179,6 +191,12 @@ def build(mechanism: Mechanism, solver: str, folder: Path) -> Path:
     units = [name for name in sources if name.endswith(".c")]
     flags = [flag for flag in FLAGS if flag != "-fPIC"]
     wrap = ["-Wl,--wrap=mechanism_accelerations", f"-Wl,-rpath,{place}", "-Wl,--allow-shlib-undefined"]
+    folder_of_peer = None if mechanism.constraints else reference_code()
+    if folder_of_peer is not None:
+        for file in ("dop853.c", "dop853.h"):  # copied: a memory.h beside them hides that of the C library
+            shutil.copy(folder_of_peer / file, place)
+        units.append("dop853.c")
+        flags.append("-DHAIRER")
     command = ["gcc", *flags, "-I.", f"-I{fmi_headers()}", *units, str(KERNELS / "integrators.c"), *links, *wrap]
     subprocess.run([*command, "-lm", "-o", "host"], cwd=place, check=True)
     return place / "host"
@@ -298,20 +316,25 @@ def main() -> None:
         raise SystemExit("this benchmark links fmpy's SUNDIALS on Linux only")
     hosts: dict[str, dict[str, Path]] = {}
     with tempfile.TemporaryDirectory() as folder:
-        for problems, methods, peer in CONTESTS:
+        if reference_code() is None:
+            console.print(f"PyDSTool, which carries {HAIRER}, is not installed: no comparison with it")
+        for problems, methods, all_peers in CONTESTS:
+            peers = [peer for peer in all_peers if peer != HAIRER or reference_code() is not None]
             found: dict[str, dict[str, list[Run]]] = {}
             for name, (make, stop) in problems.items():
                 mechanism = make()
                 hosts[name] = {s: build(mechanism, s, Path(folder)) for s in {*methods, "dop853"}}
                 exact = exact_states(hosts[name]["dop853"], mechanism, stop)
-                entrants = {**{m: (hosts[name][m], "own") for m in methods}, peer: (hosts[name]["dop853"], WHICH[peer])}
+                entrants = {m: (hosts[name][m], "own") for m in methods}
+                entrants |= {peer: (hosts[name]["dop853"], WHICH[peer]) for peer in peers}
                 found[name] = {
                     method: precision(*entrant, stop, exact, scales(mechanism, exact), options.rounds)
                     for method, entrant in entrants.items()
                 }
                 plot(name, found[name], options.folder / f"integrators_{mechanism.name}.png")
-            for method in methods:
-                show_ratios(found, method, peer, console)
+            for peer in peers:
+                for method in methods:
+                    show_ratios(found, method, peer, console)
         for name, (make, _) in CLOSED.items():
             hosts[name] = {solver: build(make(), solver, Path(folder)) for solver in EXPLICIT}
         show_communication(hosts, console, options.rounds)

@@ -1,8 +1,9 @@
 /* Times an FMU's solver against CVODE on the same generated equations: Adams methods with functional iteration, or BDF with
-   Newton's method, a dense solver and CVODE's own difference quotients. Equations with constraints are evaluated by the
+   Newton's method, a dense solver and CVODE's own difference quotients; and, with HAIRER defined, against the code dop853
+   of Hairer and Wanner in the C version that PyDSTool carries, without constraints only. Equations with constraints are evaluated by the
    FMU in model exchange, where they are stabilised; the others by a direct call.
 
-   usage: integrators own|read|adams|bdf TOLERANCE STOP STEP ROUNDS. "read" gets all outputs after each step. Integrates from 0 to STOP (s) in communication steps of STEP,
+   usage: integrators own|read|adams|bdf|dop853 TOLERANCE STOP STEP ROUNDS. "read" gets all outputs after each step. Integrates from 0 to STOP (s) in communication steps of STEP,
    ROUNDS times; prints the least and the median CPU time (ns), the evaluations of one run, the states at the end. */
 #define _POSIX_C_SOURCE 199309L /* clock_gettime */
 #include <stdint.h>
@@ -13,6 +14,9 @@
 
 #include "fmi2Functions.h"
 #include "mechanism.h"
+#ifdef HAIRER
+#include "dop853.h"
+#endif
 
 /* What is used of SUNDIALS 7; fmpy carries its libraries, but not its headers. */
 typedef void *SUNContext, *SUNNonlinearSolver, *SUNLinearSolver, *SUNMatrix;
@@ -196,6 +200,36 @@ static double run_cvode(const Task *task, int method, double x[]) {
     return time;
 }
 
+#ifdef HAIRER
+static void slope(unsigned n, double t, double *y, double *parameters, double *dy) {
+    double pivots[N_COORDINATES];
+    (void)n;
+    (void)parameters;
+    memcpy(dy, y + N_COORDINATES, N_COORDINATES * sizeof(double));
+    mechanism_accelerations(t, y, START_INPUTS, START_PARAMETERS, dy + N_COORDINATES, pivots);
+}
+
+static void keep_step(double t, double *h) {
+    (void)t;
+    (void)h;
+}
+
+/* One run of dop853 with the same error weights (it takes their root mean square), in one step. */
+static double run_dop853(const Task *task, double x[]) {
+    double relative[N_STATES], absolute[N_STATES], unused[N_STATES];
+    start(x);
+    for (int i = 0; i < N_STATES; i++) {
+        relative[i] = task->tolerance;
+        absolute[i] = task->tolerance * NOMINAL_STATES[i];
+    }
+    memcpy(x, START_STATES, sizeof START_STATES);
+    const double begin = now();
+    demand(dop853(N_STATES, slope, 0.0, x, NULL, task->stop, relative, absolute, 1, NULL, 0, NULL, 0.0, 0.0, 0.0, 0.0,
+                  0.0, 0.0, 0.0, 100000000, 0, 0, 0, NULL, 0, 0, 0, unused, keep_step) == 1, "dop853");
+    return now() - begin;
+}
+#endif
+
 static int ascending(const void *a, const void *b) {
     const double x = *(const double *)a, y = *(const double *)b;
     return (x > y) - (x < y);
@@ -211,6 +245,10 @@ int main(int count, char *arguments[]) {
         evaluations = 0;
         if (strcmp(arguments[1], "own") == 0 || strcmp(arguments[1], "read") == 0) {
             times[i] = run_own(&task, arguments[1][0] == 'r', x);
+#ifdef HAIRER
+        } else if (strcmp(arguments[1], "dop853") == 0) {
+            times[i] = run_dop853(&task, x);
+#endif
         } else {
             times[i] = run_cvode(&task, strcmp(arguments[1], "adams") == 0 ? CV_ADAMS : CV_BDF, x);
         }
