@@ -36,11 +36,10 @@ _ENERGY_DOCS = {
 _STATE = {True: "VARIABLE_STATE", False: "VARIABLE_MASSLESS"}
 _PARAMETER = {False: ("tunable", "VARIABLE_PARAMETER"), True: ("fixed", "VARIABLE_FIXED_PARAMETER")}
 _SETTINGS = {
-    "solver_tolerance": ("1", "relative tolerance of the solver; 0: as the importer asks, else 1e-6", 1.0),
-    "solver_step": ("s", "first step of an adaptive solver, step of a fixed-step solver; 0: automatic", None),
-    "solver_max_step": ("s", "longest step of the solver; 0: not limited", None),
+    "solver_tolerance": ("1", "relative tolerance of the solver; 0: as the importer asks, else 1e-6"),
+    "solver_step": ("s", "first step of an adaptive solver, step of a fixed-step solver; 0: automatic"),
+    "solver_max_step": ("s", "longest step of the solver; 0: not limited"),
 }
-"""name: (unit, description, maximum)"""
 
 
 @dataclass(frozen=True)
@@ -193,8 +192,8 @@ def _add_parameters(builder: _Builder, mechanism: Mechanism) -> None:
         variability, kind = _PARAMETER[p.name in fixed]
         variable = Variable(p.name, 0, "parameter", variability, "exact", p.value, p.unit, p.doc, p.minimum, p.maximum)
         builder.add(variable, kind, i)
-    for i, (name, (unit, doc, most)) in enumerate(_SETTINGS.items()):
-        variable = Variable(name, 0, "parameter", "fixed", "exact", 0.0, parse_unit(unit), doc, 0.0, most)
+    for i, (name, (unit, doc)) in enumerate(_SETTINGS.items()):
+        variable = Variable(name, 0, "parameter", "fixed", "exact", 0.0, parse_unit(unit), doc, minimum=0.0)
         builder.add(variable, "VARIABLE_SETTING", i)
 
 

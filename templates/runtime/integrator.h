@@ -13,9 +13,8 @@ bool integrate(Instance *instance, double end);
    cannot be met there. */
 bool integrator_catch_up(Instance *instance);
 
-/* The least relative tolerance that rounding allows, and the greatest one that makes sense. */
+/* The least relative tolerance that rounding allows. A huge one switches error control off. */
 #define LEAST_TOLERANCE 2e-15
-#define GREATEST_TOLERANCE 1.0
 
 /* The relative tolerance: solver_tolerance if given, else that of fmi2SetupExperiment if given, else 1e-6. */
 double solver_tolerance(const State *state);

@@ -19,7 +19,7 @@ from .state import State
 TOLERANCE, STEP, MAX_STEP = range(3)
 """The settings; 0 is automatic for each of them."""
 DEFAULT_TOLERANCE = 1e-6
-LEAST_TOLERANCE, GREATEST_TOLERANCE = 2e-15, 1.0
+LEAST_TOLERANCE = 2e-15  # that rounding allows
 SAFETY = 0.9
 LARGEST_GROWTH = 10.0
 LARGEST_REDUCTION = 0.2

@@ -16,7 +16,7 @@ from pythonfmu.enums import Fmi2Status
 from pythonfmu.fmi2slave import Fmi2Slave
 
 from .equations import accelerations
-from .integrator import GREATEST_TOLERANCE, LEAST_TOLERANCE, Integrator
+from .integrator import LEAST_TOLERANCE, Integrator
 from .legal_calls import CALLS, SETTABLE, legal_modes, verdict
 from .library import hold, release_at_exit
 from .model import ACCELERATION, DEPENDENT, LOCAL, TIME, Model, Unsolvable, Variable, Vector
@@ -52,8 +52,8 @@ class MechanismSlave(Fmi2Slave):  # type: ignore[misc]  # pythonfmu has no types
     def setup_experiment(self, start_time: float, stop_time: float | None, tolerance: float | None) -> None:
         """fmi2SetupExperiment; times in s."""
         self._enter("SetupExperiment")
-        if tolerance is not None and not LEAST_TOLERANCE <= tolerance <= GREATEST_TOLERANCE:
-            expected = f"expected a relative tolerance from {LEAST_TOLERANCE:g} to {GREATEST_TOLERANCE:g}"
+        if tolerance is not None and not LEAST_TOLERANCE <= tolerance < math.inf:
+            expected = f"expected a relative tolerance of at least {LEAST_TOLERANCE:g}, which rounding allows"
             self._fail("SetupExperiment", f"the tolerance is {tolerance:g}; {expected}")
         if not math.isfinite(start_time):
             self._fail("SetupExperiment", f"the start time is {start_time:.17g}; expected a finite number")
