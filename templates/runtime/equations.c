@@ -1,14 +1,9 @@
-/* Evaluating the generated functions of mechanism.h, at the present point and at the stages of the solver.
-
-   The generated code solves M qdd = f without pivoting, in an order that suits the mechanism, and reports its pivots.
-   Where one of them is no better than rounding error, the dense solver of linear_solve.h takes over. With constraints
-   it likewise gives accelerations and multipliers in one formula, as long as the same constraints are independent as
-   at the start, and clearly so; else see system.h. */
+/* Evaluating the generated functions of mechanism.h, at the present point and at the stages of the solver. */
 #include "equations.h"
 
-#include <math.h>
 #include <string.h>
 
+#include "accelerations.h"
 #include "finite.h"
 #include "inputs.h"
 #include "system.h"
@@ -17,136 +12,6 @@
 #endif
 #if N_MASSLESS > 0
 #include "massless.h"
-#endif
-
-/* Names the coordinates whose accelerations are not finite. */
-static bool report_not_finite(Instance *instance, double time, const double accelerations[]) {
-    bool concerned[N_COORDINATES];
-    for (int i = 0; i < N_COORDINATES; i++) {
-        concerned[i] = !isfinite(accelerations[i]);
-    }
-    return report_coordinates(instance, FAILURE_NOT_FINITE, time, concerned);
-}
-
-#if N_CONSTRAINTS > 0
-
-/* The part of the square of its distance at the start from where on a constraint may be about to be lost. */
-static const double STILL_THERE = 1e-3;
-
-/* In model exchange the importer's solver lets the constraints drift; their accelerations then are aimed at
-
-       d2phi/dt2 = -2 s dphi/dt - s^2 phi,   s = STABILISATION,
-
-   which brings phi back. Co-simulation projects instead. Ascher, Chin, Reich, Stabilization of DAEs and invariant
-   manifolds, Numerische Mathematik 67, 1994. */
-static double stabilisation(const Instance *instance) {
-    return instance->type == fmi2ModelExchange ? STABILISATION : 0.0;
-}
-
-/* drift[m]: what is added to G qdd + gamma = 0 for that. */
-static void find_drift(const Instance *instance, double time, const double states[], const double inputs[],
-                       double drift[]) {
-    double positions[N_HOLONOMIC + 1], velocities[N_CONSTRAINTS], jacobian[N_CONSTRAINTS * N_COORDINATES];
-    const double rate = stabilisation(instance);
-    memset(drift, 0, N_CONSTRAINTS * sizeof(double));
-    if (rate > 0.0) {
-        mechanism_constraints(time, states, inputs, instance->state.parameters, positions, velocities, jacobian);
-        for (int k = 0; k < N_CONSTRAINTS; k++) {
-            drift[k] = 2.0 * rate * velocities[k] + (k < N_HOLONOMIC ? rate * rate * positions[k] : 0.0);
-        }
-    }
-}
-
-/* What is remembered of a step serves for that many times as drift takes to be damped. */
-static const double STALE = 10.0;
-
-/* The accelerations to go on with where a constraint is about to be lost: those at the last accepted step, so that the
-   branch with continuous velocities is followed. Importers may tell of few of their steps: from the last one they told
-   of the accelerations are continued by their Taylor series, for some time. NULL if there are none. */
-static const double *usual_accelerations(Instance *instance, double time) {
-    const State *state = &instance->state;
-    double *usual = instance->scratch.usual;
-    if (instance->type == fmi2CoSimulation) {
-        return state->first_stage + N_COORDINATES;
-    }
-    const double span = time - state->usual_time;
-    for (int i = 0; i < N_COORDINATES; i++) {
-        usual[i] = state->usual[0][i] + span * (state->usual[1][i] + 0.5 * span * state->usual[2][i]);
-    }
-    return state->usual_known && fabs(span) * STABILISATION < STALE ? usual : NULL;
-}
-
-/* Is every constraint as clearly independent, or redundant, as the formula takes it to be, and none about to be lost? */
-static bool formula_holds(const Instance *instance, const double margins[], const double squares[]) {
-    const IndependentRows *known = &instance->state.rows;
-    for (int k = 0; k < N_CONSTRAINTS; k++) {
-        const double usual = instance->state.rows_known ? known->distance[k] : 0.0;
-        if (!(margins[k] > 0.0) || !(squares[k] >= STILL_THERE * usual * usual)) {
-            return false;
-        }
-    }
-    return true;
-}
-
-/* qdd[n] and the multipliers behind it at the given time, states and inputs. */
-static bool accelerations_at(Instance *instance, double time, const double states[], const double inputs[],
-                             double unknowns[]) {
-    System *system = &instance->scratch.system;
-    double drift[N_CONSTRAINTS], pivots[N_COORDINATES], margins[N_CONSTRAINTS], squares[N_CONSTRAINTS];
-    find_drift(instance, time, states, inputs, drift);
-    mechanism_accelerations(time, states, inputs, instance->state.parameters, drift, unknowns, pivots, margins, squares);
-    if (!formula_holds(instance, margins, squares) || !pivots_sound(instance, pivots)) {
-        double below[N_CONSTRAINTS];
-        if (!system_factorize(instance, time, states, inputs, N_CONSTRAINTS, 0.0, system)) {
-            return false;
-        }
-        for (int k = 0; k < N_CONSTRAINTS; k++) {
-            below[k] = -system->gamma[k] - drift[k];
-        }
-        system_solve(system, system->forcing, below, usual_accelerations(instance, time), unknowns);
-    }
-    return all_finite(unknowns, N_UNKNOWNS) || report_not_finite(instance, time, unknowns);
-}
-
-/* Multipliers of redundant constraints are not unique; shown is the solution of least norm. */
-static void spread(const System *system, double unknowns[]) {
-    constraints_spread(&system->constraints, unknowns + N_COORDINATES);
-}
-
-static bool multipliers_unique(const Instance *instance) {
-    return instance->state.rows_known && instance->state.rows.rank == N_CONSTRAINTS;
-}
-
-#else
-
-static void spread(const System *system, double unknowns[]) {
-    (void)system;
-    (void)unknowns;
-}
-
-static bool multipliers_unique(const Instance *instance) {
-    (void)instance;
-    return true;
-}
-
-/* qdd[n] at the given time, states and inputs. */
-static bool accelerations_at(Instance *instance, double time, const double states[], const double inputs[],
-                             double accelerations[]) {
-    const State *state = &instance->state;
-    System *system = &instance->scratch.system;
-    double pivots[N_COORDINATES];
-
-    mechanism_accelerations(time, states, inputs, state->parameters, accelerations, pivots);
-    if (!pivots_sound(instance, pivots)) {
-        system->dense = true;
-        if (!system_factorize_densely(instance, time, states, inputs, system)) {
-            return false;
-        }
-        system_solve(system, instance->scratch.forcing, NULL, NULL, accelerations);
-    }
-    return all_finite(accelerations, N_COORDINATES) || report_not_finite(instance, time, accelerations);
-}
-
 #endif
 
 bool equations_derivative(Instance *instance, double time, const double states[], double derivatives[]) {
@@ -256,7 +121,7 @@ bool equations_accelerations(Instance *instance) {
             (unique || update_system(instance));
         memcpy(cache->reported, cache->accelerations, sizeof cache->reported);
         if (cache->accelerations_valid && !unique) {
-            spread(&cache->system, cache->reported);
+            multipliers_spread(&cache->system, cache->reported);
         }
     }
     return cache->accelerations_valid;
@@ -333,7 +198,7 @@ bool equations_tangent(Instance *instance, const Seed *seed, Tangent *tangent) {
     }
 #endif
     solve_for_change(&cache->system, change, tangent->accelerations);
-    spread(&cache->system, tangent->accelerations);
+    multipliers_spread(&cache->system, tangent->accelerations);
     mechanism_locals_tangent(state->time, state->states, state->inputs, state->parameters, cache->reported,
                              seed->time, seed->states, seed->inputs, seed->parameters, tangent->accelerations,
                              tangent->locals);

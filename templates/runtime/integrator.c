@@ -12,6 +12,7 @@
 #include "equations.h"
 #include "finite.h"
 #include "inputs.h"
+#include "notices.h"
 #if N_CONSTRAINTS > 0
 #include "constraint_projection.h"
 #endif
@@ -27,10 +28,6 @@ static const double WORTHWHILE = 1.25;     /* a step that would pass the communi
 static const double FARTHEST = 1000.0;     /* communication steps that a solver step may pass */
 static const double MOST_STEPS = 1e12;     /* of a fixed-step method in a communication step, ... */
 static const int64_t MOST_TRIALS = 10000000; /* ... and of an adaptive one, which may meet a motion that blows up */
-static const double SAME_LENGTH = 1e-6;    /* relative difference by which importers' rounding may change steps */
-static const int64_t LOOK = 100;           /* every so many steps stiffness is looked for, while there is no suspicion */
-static const double AT_THE_LIMIT = 0.98;   /* of stability; Hairer and Wanner's codes take the same, ... */
-static const int64_t CONVINCED = 15, CLEARED = 6; /* ... and these numbers of steps at the limit and below it */
 
 double solver_tolerance(const State *state) {
     const double setting = state->settings[SETTING_TOLERANCE];
@@ -148,63 +145,6 @@ static void accept(Instance *instance, Step step) {
     memcpy(state->states, instance->scratch.new_states, sizeof state->states);
     memcpy(state->first_stage, instance->scratch.new_derivatives, sizeof state->first_stage);
     state->first_stage_valid = 1;
-}
-
-/* To be told once, at the end of the communication step. */
-static void give_notice(Instance *instance, NoticeKind kind, double step) {
-    if ((instance->state.noticed & (int64_t)kind) == 0) {
-        instance->state.noticed |= (int64_t)kind;
-        instance->notice = (Notice){kind, instance->state.time, step};
-    }
-}
-
-/* Notices a motion that keeps the accepted steps at the limit of stability, or fixed ones beyond it: these at once if
-   that is so at the start. */
-static void watch_stiffness(Instance *instance, Step step) {
-    State *state = &instance->state;
-    const bool looks = ++state->steps % LOOK == 0 || (METHOD.error_order == 0 && state->steps < LOOK);
-    if ((state->noticed & NOTICE_STIFF) != 0 || (state->stiff_steps == 0 && !looks)) {
-        return;
-    }
-    if (solver_stiffness(instance) > AT_THE_LIMIT) {
-        state->easy_steps = 0;
-        if (++state->stiff_steps == CONVINCED) {
-            give_notice(instance, NOTICE_STIFF, step.length);
-        }
-    } else if (state->stiff_steps > 0 && ++state->easy_steps == CLEARED) {
-        state->stiff_steps = state->easy_steps = 0;
-    }
-}
-
-/* How much (s) the difference of two times up to this one may be off because they are rounded. */
-static double rounding_of_length(double time) {
-    return 4.0 * DBL_EPSILON * fabs(time);
-}
-
-/* Notices steps of a variational method that are of another length than those before: its energy is bounded over long
-   times because a neighbouring system, which belongs to one length, is solved exactly. */
-static void watch_length(Instance *instance, double length) {
-    State *state = &instance->state;
-    const double tolerance = SAME_LENGTH * length + rounding_of_length(state->time);
-    if (state->equal_step > 0.0 && fabs(length - state->equal_step) > tolerance) {
-        give_notice(instance, NOTICE_UNEQUAL, length);
-    }
-    state->equal_step = length;
-}
-
-/* Notices steps of a method that damps vibrations which do not resolve one; nothing is known of them where parameters
-   differ from those of the export. */
-static void watch_vibrations(Instance *instance, double length) {
-#if N_VIBRATIONS > 0
-    const double *parameters = instance->state.parameters;
-    if (length > RESOLVING_STEP(VIBRATIONS[0]) &&
-        memcmp(parameters, START_PARAMETERS, SIZE_PARAMETERS * sizeof(double)) == 0) {
-        give_notice(instance, NOTICE_DAMPED, length);
-    }
-#else
-    (void)instance;
-    (void)length;
-#endif
 }
 
 /* How far (s) steps may go: beyond the end of the communication step only if the same inputs may well hold there. They
