@@ -27,6 +27,9 @@ from lag2fmu.dynamics.samples import start_values
 CLEAR = 1e-3
 """A pivot of S relative to its diagonal entry: above it the row is clearly independent, below it may be redundant."""
 
+MOST_OPERATIONS = 8000
+"""Of a formula; a longer one takes compilers long and is no faster than the runtime's loops."""
+
 _LEAST = 1e-8
 """The same at the start, for rows that count at all."""
 
@@ -49,7 +52,7 @@ class ConstrainedSolution:
 def solve_constrained(equations: EquationsOfMotion, drift: Sequence[int]) -> ConstrainedSolution | None:
     """The solution with G qdd + gamma + ``drift`` = 0, (m,).
 
-    None if M is singular everywhere, or if a row has nothing to act on at the start.
+    None if M is singular everywhere, if a row has nothing to act on at the start, or if the formula is too long.
     """
     graph, velocities, jacobian = equations.graph, equations.variables.qd, equations.constraints.jacobian
     early = equations.method == "elimination"
@@ -71,7 +74,8 @@ def solve_constrained(equations: EquationsOfMotion, drift: Sequence[int]) -> Con
         graph.total([x, *(graph.multiply(multipliers[k], responses[k][i]) for k in order[:rank])])
         for i, x in enumerate(free.x)
     ]
-    return ConstrainedSolution((*qdd, *multipliers), free.pivots, work.margins(), work.squares())
+    found = ConstrainedSolution((*qdd, *multipliers), free.pivots, work.margins(), work.squares())
+    return found if graph.operations((*found.unknowns, *found.margins)) <= MOST_OPERATIONS else None
 
 
 def _ranked(triangle: Floats, m: int) -> tuple[list[int], int] | None:

@@ -100,6 +100,12 @@ def _formulas(equations: EquationsOfMotion) -> list[tuple[str, tuple[Formula, ..
     return [(heading, group) for heading, group in groups if group]
 
 
+def _operations(program: Program) -> str:
+    """Their number, or what is evaluated where there is no formula."""
+    formula = program.operations("mechanism_accelerations")
+    return str(formula) if formula else f"{program.operations('mechanism_dynamics')} and a linear system"
+
+
 def _structure(equations: EquationsOfMotion, program: Program) -> list[tuple[str, str]]:
     """What there is to say of equations that are not written out: sizes, sparsity, method, operations."""
     n, zero = len(equations.forcing), equations.graph.zero
@@ -109,7 +115,7 @@ def _structure(equations: EquationsOfMotion, program: Program) -> list[tuple[str
         ("entries of M that are not identically zero", f"{filled} of {n * n}"),
         ("blocks of coordinates that M couples", str(_blocks(equations))),
         ("accelerations by", program.method),
-        ("operations of the accelerations", str(program.operations("mechanism_accelerations"))),
+        ("operations of the accelerations", _operations(program)),
         ("operations of M and f alone", str(program.operations("mechanism_dynamics"))),
     ]
 

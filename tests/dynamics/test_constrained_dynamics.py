@@ -12,7 +12,7 @@ import numpy as np
 import pytest
 from sympy import cos, sin
 
-from lag2fmu.dynamics import EquationsOfMotion, derive
+from lag2fmu.dynamics import EquationsOfMotion, derive, lower
 from lag2fmu.dynamics.constrained import solve_constrained
 from lag2fmu.dynamics.constraints import ambiguous
 from lag2fmu.dynamics.samples import start_values
@@ -156,6 +156,16 @@ def test_the_formula_brings_back_what_drifts(seed: int) -> None:
     nodes = [*(entry for row in c.jacobian for entry in row), *c.accelerations]
     G, gamma = np.split(np.array(equations.graph.evaluate(nodes, values)), [len(c) * len(qdd)])
     assert G.reshape(len(c), -1) @ qdd + gamma == pytest.approx([-x for x in drift.values()], rel=1e-8)
+
+
+def test_a_formula_that_is_too_long_is_not_made(monkeypatch: pytest.MonkeyPatch) -> None:
+    equations = derive(load("four_bar_linkage"))
+    drift = [equations.graph.zero] * 2
+    assert solve_constrained(equations, drift) is not None
+    monkeypatch.setattr("lag2fmu.dynamics.constrained.MOST_OPERATIONS", 100)
+    assert solve_constrained(equations, drift) is None
+    accelerations = next(f for f in lower(equations).functions if f.name == "mechanism_accelerations")
+    assert {node for *_, node in accelerations.results} == {equations.graph.zero}, "the runtime's loops take over"
 
 
 THREE_BARS = """
