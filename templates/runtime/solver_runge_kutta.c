@@ -8,29 +8,45 @@
 #include "runge_kutta.h"
 #include "solver.h"
 
-/* sum += scale sum_j weights[j] k_j over the first count stages, four at a time, so that the sum is loaded less often. */
-static void add_stages(const Instance *instance, double scale, const double weights[], int count, double sum[]) {
-    const double *k[STAGES];
-    double w[STAGES];
-    int used = 0, j = 0;
-    for (int i = 0; i < count; i++) {
-        if (weights[i] != 0.0) {
-            k[used] = instance->scratch.stages[i];
-            w[used++] = scale * weights[i];
-        }
+enum { MANY_STATES = 16 }; /* from here on a sum over the stages does not stay in registers */
+
+static void add_stage(double weight, const double k[], double sum[]) {
+    for (int i = 0; i < N_STATES; i++) {
+        sum[i] += weight * k[i];
     }
-    for (; j + 3 < used; j += 4) {
-        const double *k0 = k[j], *k1 = k[j + 1], *k2 = k[j + 2], *k3 = k[j + 3];
-        const double w0 = w[j], w1 = w[j + 1], w2 = w[j + 2], w3 = w[j + 3];
+}
+
+/* Four stages at a time, so that the sum is loaded less often. */
+static void add_by_fours(double scale, const double weights[], const int used[], int count,
+                         const double stages[][N_STATES], double sum[]) {
+    int j = 0;
+    for (; j + 3 < count; j += 4) {
+        const double *k0 = stages[used[j]], *k1 = stages[used[j + 1]], *k2 = stages[used[j + 2]];
+        const double *k3 = stages[used[j + 3]];
+        const double w0 = scale * weights[used[j]], w1 = scale * weights[used[j + 1]];
+        const double w2 = scale * weights[used[j + 2]], w3 = scale * weights[used[j + 3]];
         for (int i = 0; i < N_STATES; i++) {
             sum[i] += (w0 * k0[i] + w1 * k1[i]) + (w2 * k2[i] + w3 * k3[i]);
         }
     }
-    for (; j < used; j++) {
-        for (int i = 0; i < N_STATES; i++) {
-            sum[i] += w[j] * k[j][i];
+    for (; j < count; j++) {
+        add_stage(scale * weights[used[j]], stages[used[j]], sum);
+    }
+}
+
+/* sum += scale sum_j weights[j] k_j over the first count stages. */
+static void add_stages(const Instance *instance, double scale, const double weights[], int count, double sum[]) {
+    const double(*stages)[N_STATES] = instance->scratch.stages;
+    int used[STAGES];
+    int size = 0;
+    for (int j = 0; j < count; j++) {
+        if (weights[j] != 0.0 && N_STATES < MANY_STATES) {
+            add_stage(scale * weights[j], stages[j], sum);
+        } else if (weights[j] != 0.0) {
+            used[size++] = j;
         }
     }
+    add_by_fours(scale, weights, used, size, stages, sum);
 }
 
 /* result = x + sum_j h weights[j] k_j over the first count stages; the last weight is not 0. The last stage was computed
