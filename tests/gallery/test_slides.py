@@ -86,16 +86,18 @@ def test_problem_4_small_is_problem_4_for_small_angles() -> None:
 
 
 @pytest.mark.fmu
-def test_problem_5(motion) -> None:
+@pytest.mark.parametrize("further", [0.0, -2.0], ids=["built in", "port"])
+def test_problem_5(further: float, motion) -> None:
+    """With the force F0 sin(Omega t), and a constant one at the port F."""
     m0, m, l, k = 0.1, 1.0, 0.5, 100.0  # noqa: E741
 
     def terms(t, x, phi, u, w):
-        F = np.sin(3 * t)
+        F = np.sin(3 * t) + further
         coupling = m * l * np.cos(phi)
         push = F + m * l * w**2 * np.sin(phi) - 2 * k * x
         return [[m0 + m, coupling], [coupling, m * l**2]], [push, F * l * np.cos(phi) - m * G * l * np.sin(phi)]
 
-    run = motion("slides_problem_5", 5.0)
+    run = motion("slides_problem_5", 5.0, F=further)
     assert run.columns(["x", "phi"]) == pytest.approx(by_hand(terms, [0.0, 0.2, 0.0, 0.0], run.time), abs=1e-8)
 
 
