@@ -56,11 +56,12 @@ def solve_constrained(equations: EquationsOfMotion, drift: Sequence[int]) -> Con
     """
     graph, velocities, jacobian = equations.graph, equations.variables.qd, equations.constraints.jacobian
     early = equations.method == "elimination"
-    free = solve(graph, equations.entries, velocities, equations.forcing, early)
-    if free is None:
+    rights = (equations.forcing, *jacobian)
+    solutions = [x for b in rights if (x := solve(graph, equations.entries, velocities, b, early)) is not None]
+    if len(solutions) < len(rights):
         return None
-    responses = [(solve(graph, equations.entries, velocities, row, early) or free).x for row in jacobian]
-    matrix = [[graph.dot(row, response) for response in responses[: i + 1]] for i, row in enumerate(jacobian)]
+    free, *responses = solutions
+    matrix = [[graph.dot(row, response.x) for response in responses[: i + 1]] for i, row in enumerate(jacobian)]
     values = graph.evaluate([entry for row in matrix for entry in row], start_values(equations.mechanism))
     ranked = _ranked(np.array(values), len(drift))
     if ranked is None:
@@ -71,7 +72,7 @@ def solve_constrained(equations: EquationsOfMotion, drift: Sequence[int]) -> Con
     rest = [graph.negate(graph.total([a, gamma, graph.dot(row, free.x)])) for a, gamma, row in known]
     multipliers = work.solve(rest)
     qdd = [
-        graph.total([x, *(graph.multiply(multipliers[k], responses[k][i]) for k in order[:rank])])
+        graph.total([x, *(graph.multiply(multipliers[k], responses[k].x[i]) for k in order[:rank])])
         for i, x in enumerate(free.x)
     ]
     found = ConstrainedSolution((*qdd, *multipliers), free.pivots, work.margins(), work.squares())

@@ -97,8 +97,8 @@ void failure_sentence(const Failure *failure, char text[], size_t size) {
         break;
     case FAILURE_TRIAL_COUNT:
         snprintf(text, size, "a communication step took %.3g solver steps to come to time %.17g; take shorter "
-                 "communication steps, a larger solver_tolerance or solver_max_step, or export with --solver radau5 if the mechanism is "
-                 "stiff", failure->amount, failure->time);
+                 "communication steps, a larger solver_tolerance or solver_max_step, or export with --solver radau5 if "
+                 "the mechanism is stiff", failure->amount, failure->time);
         break;
     case FAILURE_STEP_COUNT:
         snprintf(text, size, "from time %.17g the communication step would take %.3g solver steps; raise solver_step",
