@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import math
 import re
+from collections.abc import Iterator
 from dataclasses import dataclass
 from difflib import get_close_matches
 from fractions import Fraction
@@ -171,8 +172,17 @@ def _from_exponents(exponents: Exponents) -> Unit:
     return Unit(si_name(exponents), exponents)
 
 
-_FACTOR = re.compile(r"(?P<name>[A-Za-z%]+|1)(?:(?:\*\*|\^)?(?P<exponent>[+-]?\d+))?")
-_TOKEN = re.compile(r"\s*(?:(?P<operator>\*(?!\*)|\.|/|\()|(?P<close>\))|" + _FACTOR.pattern + r")\s*")
+_TOKEN = re.compile(
+    r"\s*(?:(?P<operator>\*(?!\*)|\.|/)|(?P<open>\()|(?P<close>\))"
+    r"|(?P<factor>(?P<name>[A-Za-z%]+|1)(?:(?:\*\*|\^)?(?P<exponent>[+-]?\d+))?))\s*"
+)
+_BEGINS_OPERAND = {"operator": False, "open": True, "close": False, "factor": True}
+_MISPLACED = {
+    "operator": "'{}' stands where a unit is expected",
+    "open": "'{}' stands where a unit is expected",
+    "close": "unbalanced ')' or nothing before it",
+    "factor": "an operator is missing before '{}'",
+}
 
 
 @cache
@@ -184,41 +194,55 @@ def parse_unit(text: str) -> Unit:
     """
     if len(text) > MAX_UNIT:
         raise UnitError(f"unit '{text[:20]}...': has {len(text)} characters; at most {MAX_UNIT} are read")
-    exponents, factor, offset, position, count = _NONE, 1.0, 0.0, 0, 0
-    sign, signs, expect = 1, [1], True
-    while position < len(text):
-        match = _TOKEN.match(text, position)
-        if match is None or match.end() == position:
-            raise UnitError(f"unit '{text}': unexpected '{text[position:]}'; write units like N*m, kg.m2 or m/s**2")
-        position = match.end()
-        if match["close"]:
-            if expect or len(signs) == 1:
-                raise UnitError(f"unit '{text}': unbalanced ')' or nothing before it")
-            signs.pop()
-            continue
-        if match["operator"]:
-            if (match["operator"] == "(") != expect:
-                raise UnitError(f"unit '{text}': '{match['operator']}' stands where a unit is expected")
-            if match["operator"] == "(":
-                signs.append(sign)
-            sign = signs[-1] * (-1 if match["operator"] == "/" else 1) if match["operator"] != "(" else sign
-            expect = True
-            continue
-        if not expect:
-            raise UnitError(f"unit '{text}': an operator is missing before '{match['name']}'")
-        power = sign * int(match["exponent"] or 1)
-        if abs(power) > 12:
-            raise UnitError(f"unit '{text}': the power {power} is beyond 12")
-        base, base_factor, base_offset = _look_up(match["name"], text)
+    exponents, factor, offset, powers = _NONE, 1.0, 0.0, []
+    for name, power in _factors(text):
+        base, base_factor, base_offset = _look_up(name, text)
         exponents = tuple(e + power * b for e, b in zip(exponents, base, strict=True))
         factor *= base_factor**power
-        offset, count, expect = offset or base_offset, count + 1, False
-    if expect or len(signs) > 1:
-        raise UnitError(f"unit '{text}': incomplete; write '1' for a dimensionless quantity, or leave the unit out")
-    if offset and (count > 1 or power != 1):
+        offset = offset or base_offset
+        powers.append(power)
+    if offset and powers != [1]:
         raise UnitError(f"unit '{text}': a unit with an offset can only stand alone; use K")
     name = re.sub(r"\*\*|\^", "", re.sub(r"\s", "", text)).replace("*", ".")
     return Unit("" if exponents == _NONE and factor == 1.0 and name == "1" else name, exponents, factor, offset)
+
+
+def _factors(text: str) -> Iterator[tuple[str, int]]:
+    """(name, power) of each factor, from left to right; those of ``N/(m/s)`` are N 1, m -1 and s 1.
+
+    The grammar: unit = operand {("*" | "." | "/") operand}; operand = name [power] | "(" unit ")". Raises UnitError.
+    """
+    sign, around = 1, [1]  # of the next operand's powers; of what stands in each of the open brackets
+    operand_expected = True
+    for token in _tokens(text):
+        kind = str(token.lastgroup)
+        if _BEGINS_OPERAND[kind] != operand_expected or (kind == "close" and len(around) == 1):
+            raise UnitError(f"unit '{text}': {_MISPLACED[kind].format(token['name'] or token[kind])}")
+        if kind == "open":
+            around.append(sign)
+        elif kind == "close":
+            around.pop()
+        elif kind == "operator":
+            sign = -around[-1] if token["operator"] == "/" else around[-1]
+        else:
+            power = sign * int(token["exponent"] or 1)
+            if abs(power) > 12:
+                raise UnitError(f"unit '{text}': the power {power} is beyond 12")
+            yield token["name"], power
+        operand_expected = kind in ("operator", "open")
+    if operand_expected or len(around) > 1:
+        raise UnitError(f"unit '{text}': incomplete; write '1' for a dimensionless quantity, or leave the unit out")
+
+
+def _tokens(text: str) -> Iterator[re.Match[str]]:
+    """Operators, brackets and factors in turn; raises UnitError at anything else."""
+    position = 0
+    while position < len(text):
+        match = _TOKEN.match(text, position)
+        if match is None:
+            raise UnitError(f"unit '{text}': unexpected '{text[position:]}'; write units like N*m, kg.m2 or m/s**2")
+        yield match
+        position = match.end()
 
 
 def _look_up(name: str, text: str) -> tuple[Exponents, float, float]:
