@@ -128,6 +128,11 @@ class Place:
     frame: str | Frame | None
     angle: Expression | None
 
+    @property
+    def dimension(self) -> int:
+        """The number of entries of its position: 2 in the plane, 3 in space, where all frames are."""
+        return 3 if self.frame is not None or self.position is None else len(self.position)
+
 
 @dataclass(frozen=True)
 class Body(Place):

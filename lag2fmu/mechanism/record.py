@@ -12,9 +12,12 @@ from typing import TypeVar
 import sympy as sp
 
 from lag2fmu.errors import MechanismError
-from lag2fmu.mechanism.expressions import symbol
+from lag2fmu.mechanism.check import check
+from lag2fmu.mechanism.joint_equations import written_out
 from lag2fmu.mechanism.joints import Joint, joined
+from lag2fmu.mechanism.loads import with_inputs
 from lag2fmu.mechanism.names import check_names, suggestion
+from lag2fmu.mechanism.norms import missing_norms
 from lag2fmu.mechanism.outputs import Experiment, Output
 from lag2fmu.mechanism.parts import (
     AXES,
@@ -37,8 +40,8 @@ from lag2fmu.mechanism.parts import (
     Vector,
     expressions_of,
 )
+from lag2fmu.mechanism.scope import constrained
 from lag2fmu.mechanism.symbols import Coordinate, Declared, Input, Parameter, coordinate, parameter, signal
-from lag2fmu.mechanism.units import parse_unit
 
 __all__ = [
     "AXES",
@@ -102,7 +105,7 @@ class Mechanism:
     outputs: tuple[Output, ...]
     experiment: Experiment
     strict_units: bool
-    warnings: tuple[str, ...] = field(init=False, compare=False, repr=False)
+    warnings: tuple[str, ...] = field(default=(), init=False, compare=False, repr=False)
 
     def __init__(  # noqa: PLR0913 (the tables of the text format)
         self,
@@ -129,58 +132,57 @@ class Mechanism:
         experiment: Experiment | None = None,
         strict_units: bool = False,
     ) -> None:
-        """See the class and DESIGN of the text format: the keywords are the tables of a .toml file."""
-        from lag2fmu.mechanism.check import check
-        from lag2fmu.mechanism.joint_equations import written_out
-        from lag2fmu.mechanism.norms import missing_norms
-
-        if isinstance(forces, Mapping):
-            forces = [Force(str(q), Q) for q, Q in forces.items()]
-        if gravity is not None and not isinstance(gravity, Gravity):
-            gravity = Gravity(gravity)
+        """The keywords are the tables of a .toml file; see the class and DESIGN of the text format."""
         bodies, points, joints = tuple(bodies), tuple(points), tuple(joints)
         places: dict[str, Place] = {part.name: part for part in (*bodies, *points)}
-        loads, load_inputs = _expand_loads(loads, places)
-        values = {
-            "name": name,
-            "title": title or str(name).replace("_", " ").capitalize(),
-            "source": source,
-            "coordinates": _with_joints(_records(coordinates, Coordinate, "coordinates"), joints),
-            "parameters": _records(parameters, Parameter, "parameters"),
-            "inputs": (*_records(inputs, Input, "inputs"), *load_inputs),
-            "definitions": tuple(definitions),
-            "energy": energy or Energy(),
-            "forces": tuple(forces),
-            "gravity": gravity,
-            "frames": joined(frames, (joint.frame for joint in joints if joint.parent is not None), "frames"),
-            "bodies": bodies,
-            "points": points,
-            "springs": tuple(springs),
-            "dampers": tuple(dampers),
-            "loads": loads,
-            "joints": joints,
-            "constraints": _in_kinds(constraints),
-            "outputs": tuple(replace(x, dimension=_size(places.get(str(x.point)), 3)) for x in outputs),
-            "experiment": experiment or Experiment(),
-            "strict_units": strict_units,
-            "warnings": (),
-        }
+        loads, load_inputs = with_inputs(loads, places)
+        self._hold(
+            name=name,
+            title=title or str(name).replace("_", " ").capitalize(),
+            source=source,
+            coordinates=_with_joints(_records(coordinates, Coordinate, "coordinates"), joints),
+            parameters=_records(parameters, Parameter, "parameters"),
+            inputs=(*_records(inputs, Input, "inputs"), *load_inputs),
+            definitions=tuple(definitions),
+            energy=energy or Energy(),
+            forces=_forces(forces),
+            gravity=gravity if gravity is None or isinstance(gravity, Gravity) else Gravity(gravity),
+            frames=joined(frames, (joint.frame for joint in joints if joint.parent is not None), "frames"),
+            bodies=bodies,
+            points=points,
+            springs=tuple(springs),
+            dampers=tuple(dampers),
+            loads=loads,
+            joints=joints,
+            constraints=_in_kinds(constraints),
+            outputs=_sized(outputs, places),
+            experiment=experiment or Experiment(),
+            strict_units=strict_units,
+        )
+        self._complete()
+
+    def _hold(self, **values: object) -> None:
+        """Set fields of the frozen record while it is built."""
         for key, value in values.items():
             object.__setattr__(self, key, value)
+
+    def _complete(self) -> None:
+        """Add what joints and quaternions bring, check everything, decide which starts are guesses.
+
+        Norms are looked for among the constraints of the joints too, but stand before them.
+        """
         own = self.constraints
         brought, reactions = written_out(self)
-        object.__setattr__(self, "constraints", _in_kinds(joined(own, brought, "constraints")))
-        object.__setattr__(self, "outputs", joined(self.outputs, reactions, "outputs"))
-        object.__setattr__(self, "warnings", check(self))
-        with_norms = (*own, *missing_norms(self))
-        object.__setattr__(self, "constraints", _in_kinds(joined(with_norms, brought, "constraints")))
-        object.__setattr__(self, "coordinates", self._decided())
+        self._hold(constraints=_in_kinds(joined(own, brought, "constraints")))
+        self._hold(outputs=joined(self.outputs, reactions, "outputs"))
+        self._hold(warnings=check(self))
+        own = (*own, *missing_norms(self))
+        self._hold(constraints=_in_kinds(joined(own, brought, "constraints")))
+        self._hold(coordinates=self._decided())
         check_names(self)
 
     def _decided(self) -> tuple[Coordinate, ...]:
         """The coordinates; starts that nobody gave are guesses where a constraint may determine them."""
-        from lag2fmu.mechanism.scope import constrained
-
         q_bound, qd_bound = constrained(self)
         return tuple(
             replace(
@@ -214,7 +216,7 @@ class Mechanism:
     @property
     def dimension(self) -> int:
         """The number of entries of positions and forces: 2 in the plane, 3 in space or where there are no positions."""
-        return 3 if self.frames else next((_size(part, 3) for part in self.places), 3)
+        return 3 if self.frames else next((place.dimension for place in self.places), 3)
 
     @property
     def output_names(self) -> dict[str, Output]:
@@ -260,6 +262,17 @@ def _in_kinds(constraints: Iterable[Constraint]) -> tuple[Constraint, ...]:
     return tuple(sorted(constraints, key=lambda item: KINDS.index(item.kind)))
 
 
+def _forces(given: Iterable[Force] | Mapping[sp.Symbol, Expression]) -> tuple[Force, ...]:
+    """The records of {coordinate: Q}, or as they are."""
+    return tuple(Force(str(q), Q) for q, Q in given.items()) if isinstance(given, Mapping) else tuple(given)
+
+
+def _sized(outputs: Iterable[Output], places: Mapping[str, Place]) -> tuple[Output, ...]:
+    """``outputs`` with the number of entries of the place that each shows; 3 where it shows none."""
+    of = {name: place.dimension for name, place in places.items()}
+    return tuple(replace(output, dimension=of.get(str(output.point), 3)) for output in outputs)
+
+
 Record = TypeVar("Record", Coordinate, Parameter, Input)
 Part = TypeVar("Part", Frame, Place)
 
@@ -288,35 +301,3 @@ def _with_joints(coordinates: tuple[Coordinate, ...], joints: Iterable[Joint]) -
     known = {q.name: q for q in coordinates}
     brought = {q.name: q for joint in joints for q in joint.own_coordinates() if q.name not in known}
     return (*coordinates, *brought.values())
-
-
-def _size(place: Place | None, otherwise: int) -> int:
-    """The number of entries of the position of ``place``."""
-    if place is None:
-        return otherwise
-    return 3 if place.frame is not None or place.position is None else len(place.position)
-
-
-def _expand_loads(loads: Iterable[Load], places: Mapping[str, Place]) -> tuple[tuple[Load, ...], tuple[Input, ...]]:
-    """Loads that are inputs, written out: the load refers to the inputs it brings."""
-    expanded: list[Load] = []
-    inputs: list[Input] = []
-    for load in loads:
-        if not load.input:
-            expanded.append(load)
-            continue
-        if load.force is not None or load.torque is not None:
-            raise MechanismError(f"loads.{load.name}: 'input' and a value exclude each other; leave one out")
-        kind, place = ("torque", load.body) if load.point is None else ("force", load.point)
-        target = places.get(str(place))
-        planar_torque = kind == "torque" and (target is None or target.frame is None)
-        suffixes = ("",) if planar_torque else tuple(f"_{axis}" for axis in AXES[: _size(target, 2)])
-        unit = parse_unit("N.m" if kind == "torque" else "N")
-        for suffix in suffixes:
-            along = f", along {suffix[-1:]}{' of its frame' if load.axes == 'frame' else ''}" if suffix else ""
-            doc = f"force '{load.name}' at {place}{along}" if kind == "force" else f"torque on {place}{along}"
-            inputs.append(Input(f"{load.name}{suffix}", unit, doc=doc))
-        entries = [symbol(f"{load.name}{suffix}") for suffix in suffixes]
-        value = entries[0] if planar_torque else entries
-        expanded.append(replace(load, input=False, **{kind: value}))  # type: ignore[arg-type]
-    return tuple(expanded), tuple(inputs)

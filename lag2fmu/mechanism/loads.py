@@ -1,0 +1,46 @@
+"""Loads that are inputs of the FMU themselves, written out: the inputs, and the load that refers to them."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Mapping
+from dataclasses import replace
+
+from lag2fmu.errors import MechanismError
+from lag2fmu.mechanism.expressions import symbol
+from lag2fmu.mechanism.parts import AXES, Load, Place
+from lag2fmu.mechanism.symbols import Input
+from lag2fmu.mechanism.units import NEWTON, TORQUE
+
+
+def with_inputs(loads: Iterable[Load], places: Mapping[str, Place]) -> tuple[tuple[Load, ...], tuple[Input, ...]]:
+    """``loads`` that act on ``places``, those with ``input=True`` written out, and the inputs (N, N.m) they bring.
+
+    Raises MechanismError for one that has a value as well.
+    """
+    written: list[Load] = []
+    inputs: list[Input] = []
+    for load in loads:
+        own = _inputs_of(load, places) if load.input else []
+        entries = [symbol(item.name) for item in own]
+        value = entries[0] if [item.name for item in own] == [load.name] else entries
+        key = "force" if load.point is not None else "torque"
+        written.append(replace(load, input=False, **{key: value}) if own else load)  # type: ignore[arg-type]
+        inputs += own
+    return tuple(written), tuple(inputs)
+
+
+def _inputs_of(load: Load, places: Mapping[str, Place]) -> list[Input]:
+    """An input for each entry of the force or torque: NAME for a planar torque, else NAME_x, ...; N or N.m."""
+    if load.force is not None or load.torque is not None:
+        raise MechanismError(f"loads.{load.name}: 'input' and a value exclude each other; leave one out")
+    is_force = load.point is not None
+    name = str(load.point if is_force else load.body)
+    place = places.get(name)
+    if not is_force and (place is None or place.frame is None):
+        return [Input(load.name, TORQUE, doc=f"torque on {name}")]
+    what = f"force '{load.name}' at {name}" if is_force else f"torque on {name}"
+    of_frame = " of its frame" if load.axes == "frame" else ""
+    return [
+        Input(f"{load.name}_{axis}", NEWTON if is_force else TORQUE, doc=f"{what}, along {axis}{of_frame}")
+        for axis in AXES[: 2 if place is None else place.dimension]
+    ]
