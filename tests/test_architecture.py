@@ -23,7 +23,7 @@ ROOMS = {
         {"errors", "mechanism", "dynamics", "codegen", "fmu", "reference"},
         {"sympy", "numpy", "fmpy", "lief", "rich", "matplotlib"},
     ),
-    "cli.py": (
+    "cli": (
         {"errors", "version", "mechanism", "dynamics", "codegen", "fmu", "verify", "reference"},
         {"click", "rich"},
     ),

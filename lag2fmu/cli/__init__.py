@@ -1,0 +1,45 @@
+"""The command line: the verbs of the library. Exit code 0 done, 1 a check failed, 2 bad usage or bad input."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import click
+
+from lag2fmu.cli.checks import check, demo, validate
+from lag2fmu.cli.mechanisms import models, new, show
+from lag2fmu.cli.runs import export_command, simulate
+from lag2fmu.errors import Lag2FmuError
+from lag2fmu.version import VERSION
+
+__all__ = ["main"]
+
+
+class _BadInputError(click.ClickException):
+    """An error of the user, shown as one line."""
+
+    exit_code = 2
+
+
+class _Commands(click.Group):
+    """A group that turns every error of lag2fmu into one line and exit code 2."""
+
+    def invoke(self, ctx: click.Context) -> Any:
+        """Run the command."""
+        try:
+            return super().invoke(ctx)
+        except Lag2FmuError as error:
+            raise _BadInputError(str(error)) from error
+
+
+@click.group(cls=_Commands, context_settings={"help_option_names": ["-h", "--help"]})
+@click.version_option(VERSION, prog_name="lag2fmu")
+def main() -> None:
+    """From the Lagrangian of a mechanism to a validated FMI 2.0 FMU.
+
+    MODEL is a bundled name (see 'lag2fmu models'), a .py file or a .toml file.
+    """
+
+
+for _command in (demo, models, new, show, export_command, simulate, validate, check):
+    main.add_command(_command)

@@ -1,0 +1,6 @@
+"""``python -m lag2fmu.cli`` is the command lag2fmu."""
+
+from lag2fmu.cli import main
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,148 @@
+"""The commands that make an FMU and run it: export, simulate."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+import click
+
+from lag2fmu.cli.options import SET, STOP_TIME, check_picture, load_mechanism
+from lag2fmu.cli.terminal import build_progress, print_summary, progress_bar
+
+if TYPE_CHECKING:
+    from lag2fmu.reference import Trajectory
+    from lag2fmu.verify.running import Model
+
+
+@click.command("export")
+@click.argument("model")
+@click.option("-o", "--out", "path", type=click.Path(path_type=Path), metavar="FILE", help="The FMU; default NAME.fmu.")
+@click.option(
+    "--platform",
+    type=click.Choice(["host", "linux64", "win64", "darwin", "aarch64-linux", "all"]),
+    default="host",
+    show_default=True,
+    help="Platform of the binary, or all of them.",
+)
+@click.option("--solver", metavar="NAME", help="Integrator of co-simulation; by default one that suits the start.")
+@click.option("--compiler", type=click.Choice(["zig", "host"]), default="zig", show_default=True)
+@click.option(
+    "--output",
+    "outputs",
+    multiple=True,
+    metavar="NAME",
+    help="Make a local variable an output ('all': each); repeatable.",
+)
+@click.option(
+    "--backend",
+    type=click.Choice(["c", "python"]),
+    default="c",
+    show_default=True,
+    help="Native library, or readable Python (needs Python on the importing side).",
+)
+@click.option("--reference", is_flag=True, help="Put a reference trajectory in, to check the FMU with.")
+@SET
+def export_command(
+    model: str,
+    path: Path | None,
+    platform: str,
+    solver: str | None,
+    compiler: str,
+    backend: str,
+    outputs: tuple[str, ...],
+    reference: bool,
+    settings: tuple[str, ...],
+) -> None:
+    """Write the FMU of MODEL."""
+    from lag2fmu.fmu import export
+
+    mechanism, extra = load_mechanism(model, settings), {}
+    if reference:
+        from lag2fmu.verify.experiment import reference_files
+
+        extra = reference_files(mechanism)
+    with build_progress() as progress:
+        fmu = export(
+            mechanism,
+            path,
+            solver=solver,
+            compiler=compiler,
+            platform=platform,
+            backend=backend,
+            outputs=outputs,
+            extra=extra,
+            progress=progress,
+        )
+    click.echo(f"wrote {fmu.path}, solver {fmu.description.solver}{fmu.solver_choice and f': {fmu.solver_choice}'}")
+
+
+@click.command()
+@click.argument("model", metavar="MODEL|FMU")
+@STOP_TIME
+@click.option("--step", type=float, metavar="S", help="Communication step in seconds.")
+@click.option("--tolerance", type=float, help="Relative tolerance of the solver.")
+@click.option("--input", "inputs", type=click.Path(path_type=Path), metavar="CSV", help="Signals: time,name,...")
+@click.option("-o", "--out", metavar="CSV", help="Write the trajectory; '-' is standard output.")
+@click.option("--plot", type=click.Path(path_type=Path), help="Draw the motion (.png, .svg, .pdf).")
+@SET
+def simulate(
+    model: str,
+    stop_time: float | None,
+    step: float | None,
+    tolerance: float | None,
+    inputs: Path | None,
+    out: str | None,
+    plot: Path | None,
+    settings: tuple[str, ...],
+) -> None:
+    """Run MODEL or an FMU by fmpy."""
+    from lag2fmu.mechanism.names import SETTINGS
+    from lag2fmu.reference import read_csv
+    from lag2fmu.verify import running
+
+    check_picture(plot)
+    source, values = _source_and_values(model, settings)
+    signals = None if inputs is None else read_csv(inputs)
+    with progress_bar("simulating", stop_time) as progress:
+        trajectory = running.simulate(
+            source,
+            stop_time=stop_time,
+            step=step,
+            tolerance=tolerance,
+            values=values,
+            inputs=signals,
+            progress=progress,
+        )
+    _write(trajectory, out)
+    if plot is not None:
+        from lag2fmu.verify.plots import motion_figure, save
+
+        of_mechanism = {name: value for name, value in values.items() if name not in SETTINGS}
+        mechanism = running.mechanism_of(source, of_mechanism)
+        title = Path(model).stem if mechanism is None else mechanism.title
+        save(motion_figure(title, trajectory, mechanism, signals), plot)
+
+
+def _source_and_values(model: str, settings: tuple[str, ...]) -> tuple[Model, dict[str, float]]:
+    """What to run, and the values to set in the FMU: all that --set gave, or those of the solver for a MODEL."""
+    from lag2fmu.mechanism.loading import numbers_of, pairs_of
+    from lag2fmu.mechanism.names import SETTINGS
+    from lag2fmu.verify import running
+
+    if running.is_fmu(Path(model)):
+        return Path(model), numbers_of(pairs_of(settings))
+    of_solver = [item for item in settings if item.partition("=")[0].strip() in SETTINGS]
+    values = numbers_of(pairs_of(of_solver))
+    return load_mechanism(model, tuple(item for item in settings if item not in of_solver)), values
+
+
+def _write(trajectory: Trajectory, out: str | None) -> None:
+    """The trajectory as CSV to a file or ("-") standard output, or a summary of it."""
+    if out == "-":
+        click.echo(trajectory.to_csv(), nl=False)
+    elif out is not None:
+        trajectory.write_csv(out)
+        click.echo(f"wrote {out}", err=True)
+    else:
+        print_summary(trajectory)
