@@ -20,7 +20,7 @@ from lag2fmu.dynamics.translate import Translator
 from lag2fmu.dynamics.variables import Variables
 from lag2fmu.dynamics.vectors import Vector, apply, times
 from lag2fmu.mechanism import Body, Damper, Load, Mechanism, Output, Spring
-from lag2fmu.mechanism.parts import WORLD
+from lag2fmu.mechanism.places import WORLD
 
 
 @dataclass(frozen=True)

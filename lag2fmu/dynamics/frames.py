@@ -27,7 +27,7 @@ from lag2fmu.dynamics.vectors import (
     turn_by_quaternion,
 )
 from lag2fmu.mechanism import Frame, Mechanism
-from lag2fmu.mechanism.parts import WORLD
+from lag2fmu.mechanism.places import WORLD
 
 Rate = Callable[[Sequence[int]], Sequence[int]]
 """Nodes to their derivatives along a motion."""

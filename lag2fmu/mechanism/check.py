@@ -9,7 +9,8 @@ from lag2fmu.errors import MechanismError, UnitError
 from lag2fmu.mechanism import names
 from lag2fmu.mechanism.geometry import check_geometry, check_values
 from lag2fmu.mechanism.outputs import QUANTITIES, Output
-from lag2fmu.mechanism.parts import WORLD, Damper, Load, Spring, Vector
+from lag2fmu.mechanism.parts import Damper, Load, Spring
+from lag2fmu.mechanism.places import WORLD, Vector
 from lag2fmu.mechanism.scope import Scope, check_constraints, check_presence, check_symbols
 from lag2fmu.mechanism.symbols import Coordinate, Input, Parameter
 from lag2fmu.mechanism.unit_check import mismatches

@@ -12,7 +12,7 @@ import sympy as sp
 from lag2fmu.errors import MechanismError
 from lag2fmu.mechanism.expressions import value_of
 from lag2fmu.mechanism.names import suggestion
-from lag2fmu.mechanism.parts import WORLD, Body, Frame, Rotation
+from lag2fmu.mechanism.places import WORLD, Body, Frame, Rotation
 from lag2fmu.mechanism.scope import Scope, in_order
 
 if TYPE_CHECKING:

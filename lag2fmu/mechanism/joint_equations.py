@@ -21,7 +21,8 @@ from lag2fmu.mechanism.joints import JOINTS, Joint, across, direction
 from lag2fmu.mechanism.names import multiplier, suggestion
 from lag2fmu.mechanism.norms import vanishes
 from lag2fmu.mechanism.outputs import Output
-from lag2fmu.mechanism.parts import AXES, WORLD, Constraint
+from lag2fmu.mechanism.parts import Constraint
+from lag2fmu.mechanism.places import AXES, WORLD
 from lag2fmu.mechanism.planar_joints import groups_of, planar_pose, turn_alike
 from lag2fmu.mechanism.poses import Pose, Poses
 from lag2fmu.mechanism.units import NEWTON, TORQUE

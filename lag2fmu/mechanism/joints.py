@@ -16,10 +16,10 @@ from lag2fmu.errors import MechanismError
 from lag2fmu.mechanism.expressions import symbol, value_of
 from lag2fmu.mechanism.names import suggestion
 from lag2fmu.mechanism.outputs import Output
-from lag2fmu.mechanism.parts import (
+from lag2fmu.mechanism.parts import Constraint
+from lag2fmu.mechanism.places import (
     AXES,
     WORLD,
-    Constraint,
     End,
     Expression,
     Frame,

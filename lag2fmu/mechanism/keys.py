@@ -6,7 +6,7 @@ from typing import NamedTuple
 
 from lag2fmu.mechanism.joints import JOINTS
 from lag2fmu.mechanism.outputs import QUANTITIES
-from lag2fmu.mechanism.parts import WORLD
+from lag2fmu.mechanism.places import WORLD
 
 
 class Key(NamedTuple):

@@ -7,7 +7,8 @@ from dataclasses import replace
 
 from lag2fmu.errors import MechanismError
 from lag2fmu.mechanism.expressions import symbol
-from lag2fmu.mechanism.parts import AXES, Load, Place
+from lag2fmu.mechanism.parts import Load
+from lag2fmu.mechanism.places import AXES, Place
 from lag2fmu.mechanism.symbols import Input
 from lag2fmu.mechanism.units import NEWTON, TORQUE
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-from lag2fmu.mechanism.parts import AXES, WORLD, End, Expression, Frame, name_parts, normalise
+from lag2fmu.mechanism.places import AXES, WORLD, End, Expression, Frame, name_parts, normalise
 from lag2fmu.mechanism.units import DIMENSIONLESS, METRE, RADIAN, SECOND, Unit, parse_unit
 
 _MATRIX = tuple(f"{row}{column}" for row in (1, 2, 3) for column in (1, 2, 3))

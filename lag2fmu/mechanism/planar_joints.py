@@ -11,7 +11,7 @@ import sympy as sp
 
 from lag2fmu.errors import MechanismError
 from lag2fmu.mechanism.joints import Joint, direction
-from lag2fmu.mechanism.parts import WORLD
+from lag2fmu.mechanism.places import WORLD
 from lag2fmu.mechanism.poses import Pose, Poses
 
 if TYPE_CHECKING:

@@ -17,7 +17,7 @@ import sympy as sp
 from lag2fmu.mechanism import names
 from lag2fmu.mechanism.expressions import TIME, symbol
 from lag2fmu.mechanism.joints import direction
-from lag2fmu.mechanism.parts import WORLD, Expression, Frame
+from lag2fmu.mechanism.places import WORLD, Expression, Frame
 from lag2fmu.mechanism.scope import in_order
 
 if TYPE_CHECKING:

@@ -19,24 +19,16 @@ from lag2fmu.mechanism.loads import with_inputs
 from lag2fmu.mechanism.names import check_names, suggestion
 from lag2fmu.mechanism.norms import missing_norms
 from lag2fmu.mechanism.outputs import Experiment, Output
-from lag2fmu.mechanism.parts import (
+from lag2fmu.mechanism.parts import KINDS, Constraint, Damper, Definition, Energy, Force, Gravity, Load, Spring
+from lag2fmu.mechanism.places import (
     AXES,
-    KINDS,
     WORLD,
     Body,
-    Constraint,
-    Damper,
-    Definition,
-    Energy,
     Expression,
-    Force,
     Frame,
-    Gravity,
-    Load,
     Place,
     Point,
     Rotation,
-    Spring,
     Vector,
     expressions_of,
 )

@@ -9,7 +9,7 @@ import json
 from collections.abc import Mapping
 from typing import Any
 
-from lag2fmu.mechanism import parts
+from lag2fmu.mechanism import parts, places
 from lag2fmu.mechanism.keys import CONSTRAINT, EXPRESSIONS, NAMED, SINGLE, TABLES, Key
 from lag2fmu.mechanism.names import IDENTIFIER, MAX_NAME
 
@@ -19,7 +19,7 @@ FILE_NAME = "mechanism.schema.json"
 
 _EXPRESSION: Schema = {"type": ["string", "number"]}
 _VECTOR: Schema = {"type": "array", "items": _EXPRESSION, "minItems": 1}
-_AXIS: Schema = {"anyOf": [{"enum": list(parts.AXES)}, _VECTOR]}
+_AXIS: Schema = {"anyOf": [{"enum": list(places.AXES)}, _VECTOR]}
 _PAIR: Schema = {"type": "array", "items": [_AXIS, _EXPRESSION], "minItems": 2, "maxItems": 2}
 
 VALUES: dict[str, Schema] = {

@@ -7,61 +7,25 @@ comparison ends where that exceeds 1e-2: from there on the motion is chaotic at 
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import dataclass
+from collections.abc import Iterator, Mapping
 from pathlib import Path
 
 import numpy as np
 from numpy.typing import NDArray
 
 from lag2fmu.dynamics import derive
-from lag2fmu.dynamics.massless import continuous_states
 from lag2fmu.errors import SimulationError
-from lag2fmu.mechanism import Constraint, Mechanism, names
-from lag2fmu.mechanism.norms import norm_constraints
-from lag2fmu.mechanism.scope import fixed_parameters
-from lag2fmu.reference import Equations, Reference, Trajectory, held, integrate, sympy_accelerations
+from lag2fmu.mechanism import Mechanism, names
+from lag2fmu.reference import Equations, Reference, Trajectory, held, integrate
 from lag2fmu.reference.signals import Inputs
 from lag2fmu.verify.invariants import action_note, drift_checks, hamilton_checks
+from lag2fmu.verify.pointwise import pointwise_checks
 from lag2fmu.verify.report import Check, Report
-from lag2fmu.verify.simulate import Instance, Kind, instance, offers_model_exchange, problems, simulate_fmu
-
-Floats = NDArray[np.float64]
+from lag2fmu.verify.simulate import Kind, offers_model_exchange, problems, simulate_fmu
+from lag2fmu.verify.task import ROUNDING, Floats, Task
 
 SAFETY, CHAOS = 100.0, 1e-2
-ROUNDING = 1e-10
-"""Bar of comparisons without integration; the condition of the mass matrix may cost some digits of 1e-16."""
 DIRECT = "direct integration"
-_SYMPY_LIMIT = 3
-_FINE, _COARSE = 5, 10  # communication steps: step / 5, step, 10 step
-
-
-@dataclass(frozen=True)
-class _Task:
-    """What is validated: the FMU ``path`` of ``mechanism`` to ``stop_time`` (s), with ``tolerance`` and ``inputs``."""
-
-    mechanism: Mechanism
-    path: Path
-    stop_time: float
-    tolerance: float
-    inputs: Trajectory | None
-
-    @property
-    def steps(self) -> tuple[float, float, float]:
-        """Three communication steps in s whose grids are nested, the middle one about the experiment's step."""
-        coarse = max(2, round(self.stop_time / (_COARSE * self.mechanism.experiment.step)))
-        return tuple(self.stop_time / (coarse * n) for n in (1, _COARSE, _COARSE * _FINE))  # type: ignore[return-value]
-
-    @property
-    def states(self) -> list[str]:
-        """The names of q and qd, 2n."""
-        q = [c.name for c in self.mechanism.coordinates]
-        return [*q, *map(names.velocity, q)]
-
-    def grid(self, step: float) -> Floats:
-        """The communication points for ``step``, in s."""
-        points: Floats = np.linspace(0.0, self.stop_time, round(self.stop_time / step) + 1, dtype=np.float64)
-        return points
 
 
 def validate_fmu(
@@ -78,7 +42,7 @@ def validate_fmu(
     either side fails; differences are reported, not raised.
     """
     experiment = mechanism.experiment
-    task = _Task(mechanism, path, stop_time or experiment.stop_time, tolerance or experiment.tolerance, inputs)
+    task = Task(mechanism, path, stop_time or experiment.stop_time, tolerance or experiment.tolerance, inputs)
     found = problems(path)
     checks = [Check("findings of fmpy's validation", float(len(found)), 0.0, "; ".join(found)[:200])]
     shared = _reference(task, task.grid(task.steps[-1]), None) if inputs is None else None
@@ -94,7 +58,7 @@ def validate_fmu(
         if (kind, step) == ("co-simulation", task.steps[1]):
             energy = _energy_checks(task, run, reference)
             analysis, analysis_notes = _analysis(task, run, reference)
-    checks += [*energy, *analysis, *_constraint_checks(task, runs, reference), *_pointwise_checks(task, reference)]
+    checks += [*energy, *analysis, *_constraint_checks(task, runs, reference), *pointwise_checks(task, reference)]
     checks.append(Check("direct integration, own error", _own_error(task, reference), SAFETY * task.tolerance / 10))
     return Report(
         title=f"{mechanism.title}: FMU against direct integration, {task.stop_time:g} s, tolerance {task.tolerance:g}",
@@ -105,17 +69,17 @@ def validate_fmu(
     )
 
 
-def _driving(task: _Task, step: float) -> Inputs | None:
+def _driving(task: Task, step: float) -> Inputs | None:
     """The inputs as the FMU meets them: held during each communication step."""
     return None if task.inputs is None else held(task.inputs.interpolated(task.grid(step)))
 
 
-def _reference(task: _Task, grid: Floats, inputs: Inputs | None) -> Reference:
+def _reference(task: Task, grid: Floats, inputs: Inputs | None) -> Reference:
     rtol = max(1e-13, min(1e-10, 1e-3 * task.tolerance))
     return integrate(task.mechanism, grid, inputs=inputs, rtol=rtol)
 
 
-def _run(task: _Task, kind: Kind, step: float) -> Trajectory:
+def _run(task: Task, kind: Kind, step: float) -> Trajectory:
     """One run of the FMU; CVode gets a hundredth of the tolerance, for its global errors exceed its local ones."""
     outputs = [*task.states, *(names.acceleration(c.name) for c in task.mechanism.coordinates), "generalized_energy"]
     outputs += [names.residual(c.name) for c in task.mechanism.constraints]
@@ -134,13 +98,13 @@ def _run(task: _Task, kind: Kind, step: float) -> Trajectory:
 # ------------------------------------------------------------------------------------------------------- trajectories
 
 
-def _horizon(task: _Task, reference: Reference) -> float:
+def _horizon(task: Task, reference: Reference) -> float:
     """The time (s) until which trajectories can be compared at this tolerance."""
     bar = SAFETY * np.maximum(1.0, reference.amplification) * task.tolerance
     return float(reference.trajectory.time[bar <= CHAOS][-1]) if bar[0] <= CHAOS else 0.0
 
 
-def _own_error(task: _Task, reference: Reference) -> float:
+def _own_error(task: Task, reference: Reference) -> float:
     """The error that the direct integration estimates of itself, amplification taken out, until the horizon."""
     weighed = reference.relative_error / np.maximum(1.0, reference.amplification)
     return float(weighed[reference.trajectory.time <= _horizon(task, reference)].max())
@@ -154,7 +118,7 @@ def _on_grid(reference: Reference, time: Floats) -> NDArray[np.intp]:
     return rows
 
 
-def _compare(task: _Task, label: str, run: Trajectory, reference: Reference) -> Check:
+def _compare(task: Task, label: str, run: Trajectory, reference: Reference) -> Check:
     """The largest error of q and qd, amplification taken out, until the horizon."""
     rows = _on_grid(reference, run.time)
     scales = np.array([reference.scales[name] for name in task.states])
@@ -170,7 +134,7 @@ def _compare(task: _Task, label: str, run: Trajectory, reference: Reference) -> 
     )
 
 
-def _constraint_checks(task: _Task, runs: Mapping[str, Trajectory], reference: Reference) -> Iterator[Check]:
+def _constraint_checks(task: Task, runs: Mapping[str, Trajectory], reference: Reference) -> Iterator[Check]:
     """The residuals at all communication points, in units of what a coordinate's nominal value makes."""
     if not task.mechanism.constraints:
         return
@@ -185,7 +149,7 @@ def _constraint_checks(task: _Task, runs: Mapping[str, Trajectory], reference: R
             yield Check(f"no force belongs to {c.name}", float(force / max(_sizes(reference), default=1.0)), 1e-8)
 
 
-def _constraint_scales(task: _Task) -> Floats:
+def _constraint_scales(task: Task) -> Floats:
     """How much each residual changes with a coordinate's (for nonholonomic ones a velocity's) nominal value, (m,)."""
     energies = Equations(task.mechanism).energies
     jacobian = energies.constraints(energies.state(0.0, *energies.start()))[3]
@@ -194,7 +158,7 @@ def _constraint_scales(task: _Task) -> Floats:
     return np.where(found > 0, found, 1.0)
 
 
-def _energy_checks(task: _Task, run: Trajectory, reference: Reference) -> list[Check]:
+def _energy_checks(task: Task, run: Trajectory, reference: Reference) -> list[Check]:
     """dh/dt = power at every point, and h - work constant over the run where no motion input drives it."""
     coordinates = [c.name for c in task.mechanism.coordinates]
     q, qd = run.columns(coordinates), run.columns([names.velocity(c) for c in coordinates])
@@ -217,7 +181,7 @@ def _energy_checks(task: _Task, run: Trajectory, reference: Reference) -> list[C
     return [pointwise, Check("energy: h - work over the run", float(drift[compared].max()), SAFETY * task.tolerance)]
 
 
-def _analysis(task: _Task, run: Trajectory, reference: Reference) -> tuple[list[Check], list[str]]:
+def _analysis(task: Task, run: Trajectory, reference: Reference) -> tuple[list[Check], list[str]]:
     """Conserved quantities and Hamilton's equations, of a run without inputs, and notes."""
     if task.inputs is not None:
         return [], ["Conserved quantities and Hamilton's equations are compared in runs without inputs only."]
@@ -233,112 +197,7 @@ def _sizes(reference: Reference) -> list[float]:
     return [float(np.abs(reference.trajectory[kinetic]).max())] if kinetic in reference.trajectory else []
 
 
-# ------------------------------------------------------------------------------------------------------ single states
-
-
-def _pointwise_checks(task: _Task, reference: Reference) -> list[Check]:
-    """Accelerations and everything calculated, at random states, inputs and parameters around the motion."""
-    generator = np.random.default_rng(7)
-    n = len(task.mechanism.coordinates)
-    own: list[Floats] = []
-    independent: list[Floats] = []
-    with instance(task.path) as fmu:
-        for _ in range(3):
-            parameters = _random_parameters(task.mechanism, generator)
-            equations = Equations(task.mechanism, parameters)
-            for q, qd, inputs in _random_states(task, reference, generator, equations):
-                own.append(_calculated_by_fmu(task, fmu, q, qd, inputs | parameters))
-                independent.append(_calculated(equations, q, qd, inputs))
-        relative = _relative(own, independent)
-        checks = [
-            Check("accelerations, random states", float(relative[:n].max()), ROUNDING),
-            Check("momenta, energy, outputs, random states", float(relative[n:].max()), ROUNDING),
-        ]
-        if n <= _SYMPY_LIMIT and not task.mechanism.constraints:
-            checks.append(_sympy_check(task, fmu, reference, generator))
-    return checks
-
-
-def _random_parameters(mechanism: Mechanism, generator: np.random.Generator) -> dict[str, float]:
-    """The independent parameters that may change, each moved by up to a tenth within its bounds."""
-    fixed = fixed_parameters(mechanism)
-    free = [p for p in mechanism.parameters if p.value is not None and p.name not in fixed]
-    moved = {p: (p.value or 0.0) * generator.uniform(0.9, 1.1) for p in free}
-    return {p.name: _clipped(value, p.minimum, p.maximum) for p, value in moved.items()}
-
-
-def _clipped(value: float, low: float | None, high: float | None) -> float:
-    return float(np.clip(value, -np.inf if low is None else low, np.inf if high is None else high))
-
-
-def _random_states(
-    task: _Task, reference: Reference, generator: np.random.Generator, equations: Equations, count: int = 8
-) -> list[tuple[Floats, Floats, dict[str, float]]]:
-    """(q, qd, inputs) near points of the trajectory, q and qd (n,), on the constraints."""
-    n, energies = len(task.mechanism.coordinates), equations.energies
-    moving = {name for m in task.mechanism.motions for name in (m.name, names.velocity(m.name))}
-    held = moving if energies.constraints.m else set()
-    scales = np.array([reference.scales[name] for name in task.states])
-    rows = generator.integers(0, len(reference.trajectory), count)
-    points = reference.trajectory.columns(task.states)[rows] + 0.05 * scales * generator.uniform(-1, 1, (count, 2 * n))
-    states = []
-    for x in points:
-        inputs = {name: float(generator.uniform(-1, 1)) for name in energies.input_names if name not in held}
-        q, qd = energies.consistent(x[:n], x[n:], 0.0, inputs) if energies.constraints.m else (x[:n], x[n:])
-        states.append((q, qd, inputs))
-    return states
-
-
-def _calculated_by_fmu(task: _Task, fmu: Instance, q: Floats, qd: Floats, values: Mapping[str, float]) -> Floats:
-    """Accelerations, momenta, generalized energy and outputs of the FMU, (2n + 1 + outputs,)."""
-    coordinates = [c.name for c in task.mechanism.coordinates]
-    wanted = [*map(names.acceleration, coordinates), *map(names.momentum, coordinates), "generalized_energy"]
-    wanted += [names.multiplier(c.name) for c in _bearing(task.mechanism)]
-    wanted += task.mechanism.output_names
-    x = [*q, *qd]
-    states = {task.states[i]: x[i] for i in continuous_states(task.mechanism)}  # what has no mass follows
-    return fmu.evaluate({**states, **values}, wanted)
-
-
-def _calculated(equations: Equations, q: Floats, qd: Floats, inputs: Mapping[str, float]) -> Floats:
-    """The same from the independent path."""
-    state = (0.0, q, qd, inputs)
-    energy, outputs = equations.generalized_energy(*state), equations.outputs(*state)
-    constraints, bearing = equations.mechanism.constraints, _bearing(equations.mechanism)
-    forces = [value for c, value in zip(constraints, equations.multipliers(*state), strict=True) if c in bearing]
-    return np.array([*equations.accelerations(*state), *equations.momenta(*state), energy, *forces, *outputs.values()])
-
-
-def _bearing(mechanism: Mechanism) -> list[Constraint]:
-    """The constraints that forces belong to: no norms, and no equilibria of what has no mass."""
-    norms = norm_constraints(mechanism)
-    return [c for c in mechanism.constraints if c.name not in norms and not c.massless]
-
-
-def _relative(own: Sequence[Floats], independent: Sequence[Floats]) -> Floats:
-    """The largest difference of each quantity over all states, relative to its largest value, (k,).
-
-    What stays below a ten-thousandth of the largest quantity is compared with that: it may be zero but for rounding.
-    """
-    size = np.abs(independent).max(axis=0)
-    size = np.maximum(size, 1e-4 * size.max())
-    ratio: Floats = np.abs(np.subtract(own, independent)).max(axis=0) / np.where(size > 0, size, 1.0)
-    return ratio
-
-
-def _sympy_check(task: _Task, fmu: Instance, reference: Reference, generator: np.random.Generator) -> Check:
-    symbolic = sympy_accelerations(task.mechanism)
-    declared = {p.name: p.value for p in task.mechanism.parameters if p.value is not None}
-    states = _random_states(task, reference, generator, Equations(task.mechanism))
-    own = [_calculated_by_fmu(task, fmu, q, qd, inputs | declared) for q, qd, inputs in states]
-    independent = [symbolic(0.0, q, qd, inputs) for q, qd, inputs in states]
-    n = len(task.mechanism.coordinates)
-    return Check(
-        "accelerations, SymPy's equations", float(_relative([x[:n] for x in own], independent).max()), ROUNDING
-    )
-
-
-def _notes(task: _Task, reference: Reference) -> list[str]:
+def _notes(task: Task, reference: Reference) -> list[str]:
     amplification = float(reference.amplification[-1])
     horizon = _horizon(task, reference)
     notes = [

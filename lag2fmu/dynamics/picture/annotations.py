@@ -12,7 +12,7 @@ from lag2fmu.dynamics.picture.labels import pretty
 from lag2fmu.dynamics.picture.layout import BOX, Layout
 from lag2fmu.dynamics.picture.scene import Canvas, bounds
 from lag2fmu.mechanism.expressions import to_text
-from lag2fmu.mechanism.parts import WORLD
+from lag2fmu.mechanism.places import WORLD
 
 _ARCS, _TRIADS, _NAMED, _LETTERS = 8, 8, 8, 9
 """Hinges with an arrow, frames with axes, constraints with a name, letters of gravity, at most."""

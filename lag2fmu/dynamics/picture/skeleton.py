@@ -23,7 +23,7 @@ from lag2fmu.dynamics.variables import declare, translator
 from lag2fmu.dynamics.vectors import Vector
 from lag2fmu.mechanism import Mechanism
 from lag2fmu.mechanism.expressions import symbol
-from lag2fmu.mechanism.parts import WORLD
+from lag2fmu.mechanism.places import WORLD
 
 _SAMPLES = 5
 MOST_PARTS = 40

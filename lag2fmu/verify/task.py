@@ -1,0 +1,47 @@
+"""What is validated: the record ``Task``, and the bar of what needs no integration."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+from numpy.typing import NDArray
+
+from lag2fmu.mechanism import Mechanism, names
+from lag2fmu.reference import Trajectory
+
+Floats = NDArray[np.float64]
+
+ROUNDING = 1e-10
+"""Bar of comparisons without integration; the condition of the mass matrix may cost some digits of 1e-16."""
+
+_FINE, _COARSE = 5, 10  # communication steps: step / 5, step, 10 step
+
+
+@dataclass(frozen=True)
+class Task:
+    """What is validated: the FMU ``path`` of ``mechanism`` to ``stop_time`` (s), with ``tolerance`` and ``inputs``."""
+
+    mechanism: Mechanism
+    path: Path
+    stop_time: float
+    tolerance: float
+    inputs: Trajectory | None
+
+    @property
+    def steps(self) -> tuple[float, float, float]:
+        """Three communication steps in s whose grids are nested, the middle one about the experiment's step."""
+        coarse = max(2, round(self.stop_time / (_COARSE * self.mechanism.experiment.step)))
+        return tuple(self.stop_time / (coarse * n) for n in (1, _COARSE, _COARSE * _FINE))  # type: ignore[return-value]
+
+    @property
+    def states(self) -> list[str]:
+        """The names of q and qd, 2n."""
+        q = [c.name for c in self.mechanism.coordinates]
+        return [*q, *map(names.velocity, q)]
+
+    def grid(self, step: float) -> Floats:
+        """The communication points for ``step``, in s."""
+        points: Floats = np.linspace(0.0, self.stop_time, round(self.stop_time / step) + 1, dtype=np.float64)
+        return points
