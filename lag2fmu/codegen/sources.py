@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
@@ -93,7 +94,9 @@ MASSLESS_FILES = "massless."
 """How those begin that only coordinates without mass need."""
 
 SOLVER_FILES = "solver_"
-"""How those begin of which only the chosen solver's is needed."""
+"""How those begin that are needed if the chosen solver names them, or a needed file includes their header."""
+
+_INCLUDED = re.compile(r'^#include "(\w+)\.h"', re.MULTILINE)
 
 
 def render_sources(program: Program, tables: Tables, method: Method, guid: str) -> Mapping[str, str]:
@@ -108,16 +111,26 @@ def render_sources(program: Program, tables: Tables, method: Method, guid: str) 
         "guid": guid,
         "helpers": [text for name, text in _HELPERS.items() if CODE[name] in used],
     }
-    runtime = (resource_folder("templates") / "runtime").glob("*.[ch]")
-    without_constraints = () if tables.constraint_names else (CONSTRAINT_FILES, SOLVER_FILES + CONSTRAINT_FILES)
-    unused = (*without_constraints, *(() if tables.massless else (MASSLESS_FILES,)))
-    used_files = [path for path in runtime if not path.name.startswith(unused)]
-    wanted = {*method.runtime_files, *(("solver_lu.c", "solver_lu.h") if tables.massless else ())}
-    files = {
-        path.name: path.read_text("utf-8")
-        for path in used_files
-        if not path.name.startswith(SOLVER_FILES) or path.name in wanted
-    }
-    generated = (*GENERATED, *method.generated_files)
-    files |= {name: render(f"mechanism/{name}.jinja", context) for name in generated}
+    files = _runtime_files(tables, method)
+    files |= {name: render(f"mechanism/{name}.jinja", context) for name in (*GENERATED, *method.generated_files)}
     return dict(sorted(files.items()))
+
+
+def _runtime_files(tables: Tables, method: Method) -> dict[str, str]:
+    """{file name: text} of the runtime, as far as the mechanism and the method need it."""
+    needed_for = {
+        CONSTRAINT_FILES: tables.constraint_names,
+        SOLVER_FILES + CONSTRAINT_FILES: tables.constraint_names,
+        MASSLESS_FILES: tables.massless,
+    }
+    unused = tuple(beginning for beginning, there in needed_for.items() if not there)
+    folder = resource_folder("templates") / "runtime"
+    texts = {path.name: path.read_text("utf-8") for path in folder.glob("*.[ch]") if not path.name.startswith(unused)}
+    wanted = {name for name in texts if not name.startswith(SOLVER_FILES)} | set(method.runtime_files)
+    needed: set[str] = set()
+    while wanted:
+        name = wanted.pop()
+        if name in texts and name not in needed:
+            needed.add(name)
+            wanted |= {f"{stem}.{ending}" for stem in _INCLUDED.findall(texts[name]) for ending in "ch"}
+    return {name: texts[name] for name in needed}
