@@ -17,7 +17,7 @@ MAX_STATEMENTS = 1500
 
 
 def c_number(value: float) -> str:
-    """``value`` as a C constant of type double."""
+    """``value`` as a C constant of type double: the shortest decimal that reads back to the same bits."""
     text = repr(float(value))
     text = text if any(mark in text for mark in ".en") else f"{text}.0"
     return f"({text})" if text.startswith("-") else text
@@ -30,7 +30,7 @@ def c_string(text: str) -> str:
 
 
 def c_prototype(function: Function) -> str:
-    """The head of ``function`` without a semicolon."""
+    """The head of ``function`` without a semicolon: arguments are const arrays or numbers, results arrays."""
     return f"void {function.name}({_parameters(function)})"
 
 

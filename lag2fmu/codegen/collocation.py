@@ -94,7 +94,10 @@ class Collocation:
 
     @property
     def multiplier_weights(self) -> tuple[Row, ...]:
-        """The inverse of how positions at stages 2 ... s answer forces at stages 1 ... s - 1: of a hat there."""
+        """The inverse of how positions at stages 2 ... s answer forces at stages 1 ... s - 1: of a hat, (s - 1, s - 1).
+
+        () for methods that take no constraints.
+        """
         if not self.holonomic:
             return ()
         inner = range(self.stages)
@@ -102,7 +105,7 @@ class Collocation:
 
     @property
     def modes(self) -> Modes | None:
-        """What decouples the stages of radau5; None for variational methods."""
+        """What decouples the stages of radau5, see ``modes_of``; None for variational methods."""
         return None if self.variational else modes_of(self.a)
 
     @property

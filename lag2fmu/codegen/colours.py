@@ -17,7 +17,9 @@ Colouring = tuple[tuple[int, ...], ...]
 def coloured(rows: Sequence[Collection[int]]) -> Colouring:
     """The columns of a matrix in groups whose rows do not meet; ``rows`` are the columns with an entry in each row.
 
-    Each column, in order, joins the first group it does not meet. Columns without entries are in none.
+    Each column, in order, joins the first group it does not meet. Columns without entries are in none. One directional
+    derivative then gives all columns of a group. Source: A. Curtis, M. Powell, J. Reid, On the estimation of sparse
+    Jacobian matrices, J. Inst. Maths Applics 13 (1974), pp. 117-119.
     """
     below: dict[int, list[int]] = {column: [] for column in sorted(set().union(*rows))}
     for row, columns in enumerate(rows):

@@ -29,7 +29,7 @@ MET: int = 10**26
 def order_of(a: Sequence[Row], b: Row, limit: int) -> int:
     """The order of the method (a, b) of s stages, at most ``limit``: sum b_i Phi_i(tree) = 1 / density(tree).
 
-    ``a`` is (s, s), ``b`` (s,).
+    ``a`` is (s, s), ``b`` (s,). Source: Hairer, Norsett, Wanner, Solving Ordinary Differential Equations I, II.2.
     """
     polynomials = [[0, weight] for weight in _fixed(b)]  # at the end of the step all powers of theta are 1
     return _highest_order(a, polynomials, limit, lambda sums, goal, _: abs(sum(sums) - goal) < MET)
@@ -44,7 +44,8 @@ def dense_order_of(a: Sequence[Row], b: Row, rows: Sequence[Row], limit: int) ->
         x + theta (F_0 + (1 - theta) (F_1 + theta (F_2 + (1 - theta) (F_3 + theta (F_4 + ...)))))
 
     F_0 = x_new - x, F_1 = h f - F_0, F_2 = F_0 - h f_new - F_1, F_(3+j) = h sum_i rows_ji k_i. In the conditions
-    b_i becomes a polynomial b_i(theta) and the right side theta^size / density.
+    b_i becomes a polynomial b_i(theta) and the right side theta^size / density. Source: Hairer, Norsett, Wanner,
+    Solving Ordinary Differential Equations I, section II.6.
     """
 
     def holds(sums: Fixed, goal: int, size: int) -> bool:
@@ -148,7 +149,7 @@ def _fixed(row: Row) -> Fixed:
 
 @cache
 def trees(order: int) -> tuple[Tree, ...]:
-    """All rooted trees with ``order`` nodes, each as the sorted tuple of its subtrees."""
+    """All rooted trees with ``order`` nodes, each as the sorted tuple of its subtrees: Hairer et al. I, II.2."""
     return tuple(sorted(set(_forests(order - 1, order - 1))))
 
 
@@ -167,7 +168,7 @@ def _size(tree: Tree) -> int:
 
 
 def density(tree: Tree) -> int:
-    """The number of nodes times the densities of the subtrees."""
+    """The number of nodes times the densities of the subtrees: gamma in Hairer et al. I, II.2."""
     result = _size(tree)
     for subtree in tree:
         result *= density(subtree)

@@ -37,7 +37,7 @@ _Text = tuple[str, int]
 
 
 def python_number(value: Fraction | float) -> str:
-    """``value`` as Python, exact fractions as such where their decimals do not end."""
+    """``value`` as Python: exact fractions as such where their decimals do not end, else the shortest decimal."""
     if isinstance(value, Fraction):
         decimal = Fraction(repr(float(value)))
         if decimal != value and float(value) == value.numerator / value.denominator and value.denominator < 1000:

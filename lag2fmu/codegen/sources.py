@@ -25,7 +25,7 @@ _HELPERS = {
 class Slot:
     """What a value reference stands for: ``index`` in the vector of ``kind`` (a VariableKind of the runtime).
 
-    ``output``: its time derivatives can be asked for.
+    ``minimum`` and ``maximum`` in SI units; ``output``: its time derivatives can be asked for.
     """
 
     name: str
@@ -38,12 +38,13 @@ class Slot:
 
 @dataclass(frozen=True)
 class Tables:
-    """The numbers and names of one mechanism; values in SI, states are (q, qd), slots in value reference order.
+    """The numbers and names of one mechanism; values in SI units, states are (q, qd), slots in value reference order.
 
     ``colours``: of the Jacobian of the accelerations by the states. ``continuous_states``: indices of those in (q, qd)
     that the FMU calls states. ``massless``: (constraint, coordinate) for each coordinate without mass and the equation
     that it follows from, holonomic ones first. ``vibrations``: those that a method damps where its steps do not resolve
-    them, (rad/s, index of the coordinate that moves most), the fastest first.
+    them, (rad/s, index of the coordinate that moves most), the fastest first. ``default_solver_step`` is in s,
+    ``stabilisation`` the rate in 1/s with which constraints that drift are pulled back.
     """
 
     model_name: str
@@ -100,7 +101,10 @@ _INCLUDED = re.compile(r'^#include "(\w+)\.h"', re.MULTILINE)
 
 
 def render_sources(program: Program, tables: Tables, method: Method, guid: str) -> Mapping[str, str]:
-    """{file name: text} of all C sources and headers, sorted; the headers of FMI are not among them."""
+    """{file name: text} of all C sources and headers, sorted; the headers of FMI are not among them.
+
+    The runtime's files stand as they are in templates/runtime; ``guid`` is what the generated ones carry.
+    """
     used = {
         program.graph.code[node] for f in program.functions for node in program.graph.cone(n for *_, n in f.results)
     }

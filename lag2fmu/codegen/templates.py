@@ -34,7 +34,7 @@ def _environment() -> Environment:
 
 
 def render(template: str, context: dict[str, object]) -> str:
-    """The text of ``template`` (a path below templates/) with ``context``; an undefined name is an error."""
+    """The text of ``template`` (a path below templates/) with ``context``; an undefined name raises UndefinedError."""
     return _environment().get_template(template).render(context)
 
 

@@ -14,12 +14,18 @@ FUNCTIONS = frozenset(code for code, row in enumerate(OPERATIONS) if row.arity =
 
 
 def forward(graph: Graph, outputs: Sequence[int], seeds: Mapping[int, int]) -> list[int]:
-    """Directional derivatives of ``outputs``, (k,) nodes, in the direction ``seeds`` {variable: its rate}."""
+    """Directional derivatives of ``outputs``, (k,) nodes, in the direction ``seeds`` {variable: its rate}: (k,) nodes.
+
+    Variables without a rate stand still. Source: Griewank, Walther, section 3.1 (propagation of tangents).
+    """
     return Forward(graph, seeds)(outputs)
 
 
 class Forward:
-    """Directional derivatives in the direction ``seeds`` {variable: its rate}; each node is differentiated once."""
+    """Directional derivatives in the direction ``seeds`` {variable: its rate}; each node is differentiated once.
+
+    For outputs that are asked for one after the other along the same direction; see ``forward``.
+    """
 
     def __init__(self, graph: Graph, seeds: Mapping[int, int]) -> None:
         self.graph = graph
@@ -54,7 +60,8 @@ class Forward:
 def reverse(graph: Graph, seeds: Mapping[int, int], variables: Iterable[int]) -> list[int]:
     """Gradient by ``variables``, (n,) nodes, of the sum of adjoint * output over ``seeds`` {output: adjoint}.
 
-    The adjoints in ``seeds`` are taken as they stand, not differentiated.
+    The adjoints in ``seeds`` are taken as they stand, not differentiated. The cost is a small multiple of that of the
+    outputs, whatever n is. Source: Griewank, Walther, section 3.2 (propagation of adjoints).
     """
     variables, zero = list(variables), graph.zero
     adjoint: dict[int, int] = {}

@@ -61,5 +61,5 @@ def evaluate(graph: Graph, nodes: Sequence[int], values: Values) -> Floats:
 
 
 def matrix(graph: Graph, rows: Sequence[Sequence[int]], values: Values, columns: int) -> Floats:
-    """A matrix of nodes (r, ``columns``) at one state."""
+    """A matrix of nodes (r, ``columns``) at the state ``values`` (SI units): as numbers, of the same shape."""
     return evaluate(graph, [entry for row in rows for entry in row], values).reshape(len(rows), columns)

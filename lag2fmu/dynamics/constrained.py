@@ -50,9 +50,11 @@ class ConstrainedSolution:
 
 
 def solve_constrained(equations: EquationsOfMotion, drift: Sequence[int]) -> ConstrainedSolution | None:
-    """The solution with G qdd + gamma + ``drift`` = 0, (m,).
+    """The solution with G qdd + gamma + ``drift`` = 0, (m,) nodes.
 
     None if M is singular everywhere, if a row has nothing to act on at the start, or if the formula is too long.
+    Source: the Schur complement S of the module's head; its rows are ordered by pivoting as in Golub, Van Loan, Matrix
+    Computations, section 4.2 (positive semidefinite systems).
     """
     graph, velocities, jacobian = equations.graph, equations.variables.qd, equations.constraints.jacobian
     early = equations.method == "elimination"

@@ -66,7 +66,11 @@ class Constraints:
 
 
 def compose(graph: Graph, mechanism: Mechanism, put: Translator, v: Variables) -> Constraints:
-    """The constraints of ``mechanism``; raises DerivationError for one that is not affine in the velocities."""
+    """The m constraints of ``mechanism`` as nodes, differentiated along the motion once and twice.
+
+    ``put`` translates expressions, ``v`` are the variables. Raises DerivationError for one that is not affine in the
+    velocities.
+    """
     direction = v.direction(graph, accelerating=False)
     values = [put(c.expression) for c in mechanism.constraints]
     holonomic = len(mechanism.holonomic)
@@ -92,7 +96,8 @@ def starting_consistently(mechanism: Mechanism, graph: Graph, constraints: Const
     Given values stay, guesses are moved: by Newton's method with steps of least norm, coordinates measured by their
     nominal values. Given values that miss by less than ``PROJECTED`` are moved too. Raises DerivationError with the
     residuals where that does not lead to a solution, for a constraint that is constant, and for constraints that leave
-    nothing to move.
+    nothing to move. Source: P. Deuflhard, Newton Methods for Nonlinear Problems, Springer 2004, chapter 4 (Gauss-Newton
+    methods).
     """
     if not mechanism.constraints:
         return mechanism
@@ -105,7 +110,10 @@ def starting_consistently(mechanism: Mechanism, graph: Graph, constraints: Const
 
 
 def ambiguous(mechanism: Mechanism, graph: Graph, constraints: Constraints) -> frozenset[str]:
-    """The constraints whose multipliers are not unique at the start, because constraints are redundant."""
+    """The names of the constraints whose multipliers are not unique at the start: G (m, n) has dependent rows there.
+
+    They are the rows that a left null vector of G, from its singular value decomposition, has an entry for.
+    """
     if not len(constraints):
         return frozenset()
     jacobian = _Start(mechanism, graph, constraints).jacobian()

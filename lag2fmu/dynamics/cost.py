@@ -21,7 +21,7 @@ def cycles(graph: Graph, outputs: Sequence[int]) -> float:
 
     An elimination along a chain of links waits for a division and the products behind it at every link; more
     operations that wait less may be done sooner. Source: R. P. Brent, The parallel evaluation of general arithmetic
-    expressions, J. ACM 21 (1974) 201-206: time <= chain + operations / processors.
+    expressions, J. ACM 21 (1974), pp. 201-206: time <= chain + operations / processors.
     """
     code, operands = graph.code, graph.operands
     ready: dict[int, int] = {}

@@ -123,6 +123,8 @@ def solve(
 
     With ``early`` a velocity is eliminated as soon as that is possible, else after everything is written out in the
     velocities (then it is an LDL^T of M). Pivots that are identically zero are put off; None if they stay zero.
+    ``rhs`` are (n,) nodes. Source: for a chain or tree, Featherstone, Rigid Body Dynamics Algorithms, chapter 7 with
+    ``early``, chapter 6 without.
     """
     work = _Elimination(graph, entries, velocities)
     work.load = dict(zip(velocities, rhs, strict=True))
@@ -172,7 +174,10 @@ def null_vectors(graph: Graph, entries: Entries, velocities: Sequence[int]) -> d
 
 
 def mass_matrix(graph: Graph, entries: Entries, velocities: Sequence[int]) -> tuple[tuple[int, ...], ...]:
-    """M, (n, n), the Hessian of ``entries`` with respect to ``velocities``."""
+    """M, (n, n) nodes, the Hessian of ``entries`` with respect to ``velocities``, (n,).
+
+    Source: for a chain or tree the composite-rigid-body algorithm, Featherstone, chapter 6.
+    """
     work = _Elimination(graph, entries, velocities)
     for node in sorted(work.nodes.combinations, reverse=True):
         work.substitute(node)

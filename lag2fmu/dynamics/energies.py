@@ -27,7 +27,7 @@ from lag2fmu.mechanism.places import WORLD
 class Inertia:
     """A mass or moment of inertia ``weight`` that moves along ``place``: T = 1/2 weight (d place/dt)^2.
 
-    ``gravity`` is the acceleration of gravity along ``place``.
+    ``weight`` in kg or kg.m2, ``place`` in m or rad; ``gravity`` is the acceleration of gravity along ``place``, m/s2.
     """
 
     weight: int
@@ -37,10 +37,11 @@ class Inertia:
 
 @dataclass(frozen=True)
 class RigidInertia:
-    """A spatial body: ``mass`` and inertia ``tensor`` (3, 3) about its mass centre, all vectors in its frame's axes.
+    """A spatial body: ``mass`` (kg) and inertia ``tensor`` (3, 3) in kg.m2 about its mass centre, in its frame's axes.
 
-    ``velocity`` of the mass centre with the angular velocity, (3,) each; ``shift``: their parts J qd, without what
-    moves by itself; ``gravity``: the acceleration of gravity. T = 1/2 m v.v + 1/2 omega.I.omega.
+    So are all vectors. ``velocity`` (m/s) of the mass centre with the angular velocity (rad/s), (3,) each; ``shift``:
+    their parts J qd, without what moves by itself; ``gravity`` (3,): the acceleration of gravity, m/s2.
+    T = 1/2 m v.v + 1/2 omega.I.omega: Goldstein, Classical Mechanics, section 5.3.
     """
 
     mass: int
@@ -78,7 +79,7 @@ class Energies:
     carried: Mapping[int, int] = field(default_factory=dict)
 
     def lagrangian(self, graph: Graph) -> int:
-        """L, the inertias included."""
+        """L = T - V (J) as a node, the inertias included."""
         bodies = graph.subtract(self.kinetic_energy, self.potential_energy)
         return bodies if self.split else graph.add(bodies, self.remainder)
 
@@ -171,7 +172,7 @@ class Composer:
         return g.add(self._half_square(body.mass, *body.velocity.linear), spin)
 
     def place(self, name: str) -> Vector:
-        """The position of a point or body in the fixed frame, 2 or 3 entries"""
+        """The position (m) of a point or body in the fixed frame, 2 or 3 entries"""
         frame, position = self.mechanism.location(name)
         place = self.put.vector(position)
         return place if frame == WORLD else self.frames.position(frame, place)
@@ -209,7 +210,7 @@ class Composer:
         return self._half_square(self.put(damper.damping), *self.rate([self._distance(damper.between)]))
 
     def distances(self) -> dict[str, int]:
-        """{place in the mechanism: distance of its ends} of the springs and dampers between two places."""
+        """{place in the mechanism: distance of its ends, in m} of the springs and dampers between two places."""
         tables = (("springs", self.mechanism.springs), ("dampers", self.mechanism.dampers))
         return {
             f"{t}.{p.name}": self._distance(p.between) for t, parts in tables for p in parts if p.between is not None

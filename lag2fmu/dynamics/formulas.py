@@ -28,7 +28,7 @@ class Formula:
 
 @dataclass(frozen=True)
 class Formulas:
-    """T and V as far as they are apart, M(q), one equation of motion for each coordinate, and the constraints."""
+    """T and V as far as they are apart, M(q), (n, n), the equations of motion, (n,), and the constraints, (m,)."""
 
     energies: tuple[Formula, ...]
     mass_matrix: Formula

@@ -35,13 +35,13 @@ Rate = Callable[[Sequence[int]], Sequence[int]]
 
 @dataclass(frozen=True)
 class Velocity:
-    """The velocity (3,) of a frame's origin and its angular velocity (3,), both in the frame's axes."""
+    """The velocity (3,) of a frame's origin (m/s) and its angular velocity (3,) (rad/s), both in the frame's axes."""
 
     linear: Vector
     angular: Vector
 
     def at(self, g: Graph, place: Vector, rate: Vector) -> Vector:
-        """The velocity of the point ``place``, which moves with ``rate`` relative to the frame, in the frame's axes."""
+        """The velocity (3,) of the point ``place`` (m), which moves with ``rate`` (m/s) in the frame; in its axes."""
         return plus(g, plus(g, self.linear, cross(g, self.angular, place)), rate)
 
 
@@ -100,7 +100,7 @@ class Frames:
     # -------------------------------------------------------------------------------------------------- velocities
 
     def velocities(self, rate: Rate) -> dict[str, Velocity]:
-        """{frame: Velocity} as ``rate`` differentiates, the world at rest."""
+        """{frame: Velocity} as ``rate`` differentiates, the world at rest; from parent to child, see the module."""
         rest = (self.g.zero,) * 3
         known = {WORLD: Velocity(rest, rest)}
         for name in self.by_name:
@@ -120,7 +120,7 @@ class Frames:
             known[child] = Velocity(self._down(frame, linear), angular)
 
     def spread(self, vector: Vector) -> dict[str, Vector]:
-        """A vector in world axes, in the axes of every frame."""
+        """{frame: the ``vector`` (3,) of world axes in its axes}."""
         known = {WORLD: vector}
         for name in self.by_name:
             chain = [name]
@@ -133,7 +133,7 @@ class Frames:
     # -------------------------------------------------------------------------------------------------- poses
 
     def axes(self, name: str) -> tuple[Vector, ...]:
-        """The rotation matrix of a frame, r_world = R r, as its three columns."""
+        """The rotation matrix R (3, 3) of a frame, r_world = R r, as its three columns."""
         if name not in self._axes:
             frame = self.by_name[name]
             columns = [self._up(frame, unit) for unit in self.unit]
@@ -141,26 +141,26 @@ class Frames:
         return self._axes[name]
 
     def to_world(self, name: str, a: Vector) -> Vector:
-        """A vector of the frame ``name`` in world axes."""
+        """A vector (3,) of the frame ``name`` in world axes."""
         return a if name == WORLD else apply(self.g, tuple(zip(*self.axes(name), strict=True)), a)
 
     def to_frame(self, name: str, a: Vector) -> Vector:
-        """A vector in world axes in those of the frame ``name``."""
+        """A vector (3,) in world axes in those of the frame ``name``."""
         return a if name == WORLD else apply(self.g, self.axes(name), a)
 
     def position(self, name: str, place: Vector) -> Vector:
-        """The position in world axes of the point ``place`` of a frame."""
+        """The position (3,) in world axes, in m, of the point ``place`` of the frame ``name``."""
         return plus(self.g, self.origin(name), self.to_world(name, place))
 
     def origin(self, name: str) -> Vector:
-        """The origin of a frame in world axes."""
+        """The origin (3,) of a frame in world axes, in m."""
         if name not in self._origin:
             frame = self.by_name[name]
             self._origin[name] = self.position(str(frame.parent), self.put.vector(tuple(frame.origin)))
         return self._origin[name]
 
     def quaternion(self, name: str) -> Vector:
-        """The unit quaternion of a frame against the world, the product of those of the rotations."""
+        """The unit quaternion (e0, e1, e2, e3) of a frame against the world, the product of those of the rotations."""
         if name == WORLD:
             return (self.g.one, *(self.g.zero,) * 3)
         frame = self.by_name[name]
@@ -172,7 +172,10 @@ class Frames:
         return result
 
     def angles(self, name: str) -> Vector:
-        """The Cardan angles (x, y, z) of a frame against the world, R = Rx Ry Rz; singular at y = +-pi/2."""
+        """The Cardan angles (3,) about x, y, z of a frame against the world, in rad: R = Rx Ry Rz.
+
+        Singular at y = +-pi/2. Source: J. Wittenburg, Dynamics of Multibody Systems, 2nd edition, chapter 2.
+        """
         g, (first, second, third) = self.g, self.axes(name)
         y = g.apply("atan2", third[0], g.apply("sqrt", g.dot(third[1:], third[1:])))
         return (g.apply("atan2", g.negate(third[1]), third[2]), y, g.apply("atan2", g.negate(second[0]), first[0]))

@@ -221,7 +221,10 @@ class Graph:
         return self._new(DIVIDE, (a, b), mark)
 
     def power(self, base: int, exponent: int) -> int:
-        """base ** exponent; whole and half powers by repeated squaring and a square root"""
+        """base ** exponent; whole and half powers by repeated squaring and a square root
+
+        Source: D. Knuth, The Art of Computer Programming, volume 2, section 4.6.3 (the binary method).
+        """
         if not self.is_constant(exponent):
             return self._function(CODE["power"], (base, exponent))
         value = self.value(exponent)
@@ -239,7 +242,7 @@ class Graph:
         return result
 
     def apply(self, name: str, *operands: int) -> int:
-        """A function of OPERATIONS by name; of constants, its value (exact for the trivial arguments)"""
+        """A function of OPERATIONS by ``name``; of constants, its value (exact for the trivial arguments)"""
         key = (CODE[name], *operands)
         node = self._functions.get(key)
         if node is None:
@@ -297,7 +300,7 @@ class Graph:
         return seen
 
     def symbols(self, outputs: Iterable[int]) -> set[str]:
-        """The names of all variables that ``outputs`` depend on"""
+        """The names of all variables that ``outputs``, (k,) nodes, depend on"""
         return {str(self.leaf[node]) for node in self.cone(outputs) if self.code[node] == SYMBOL}
 
     def schedule(self, outputs: Iterable[int], given: Collection[int] = ()) -> list[int]:
@@ -333,7 +336,7 @@ class Graph:
         return sorted(node for node in border if node not in moving and not self.is_constant(node))
 
     def substitute(self, outputs: Sequence[int], replacement: Mapping[int, int]) -> list[int]:
-        """``outputs`` with nodes replaced, rebuilt through the rewrites"""
+        """``outputs``, (k,) nodes, with nodes replaced {old: new}, rebuilt through the rewrites: (k,) nodes"""
         new: dict[int, int] = dict(replacement)
         for node in self.cone(outputs):
             if node not in new:
@@ -354,7 +357,10 @@ class Graph:
         return self.power(*operands) if name == "power" else self.apply(name, *operands)
 
     def evaluate(self, outputs: Sequence[int], values: Mapping[str, float]) -> list[float]:
-        """The values of ``outputs`` in double precision; nan where a function has none there"""
+        """The values of ``outputs``, (k,) nodes, in double precision; nan where a function has none.
+
+        ``values`` {variable: SI value} has all that they depend on. For many states at once see ``batches.evaluate``.
+        """
         result: dict[int, float] = {}
         for node in self.cone(outputs):
             code, operands = self.code[node], self.operands[node]

@@ -85,7 +85,7 @@ class EquationsOfMotion:
 
     @property
     def mass_matrix(self) -> tuple[tuple[int, ...], ...]:
-        """M, (n, n)."""
+        """M = d2T/dqd2, (n, n) nodes."""
         return self._further.mass_matrix
 
     @property
@@ -95,12 +95,12 @@ class EquationsOfMotion:
 
     @property
     def momenta(self) -> tuple[int, ...]:
-        """dL/dqd, (n,)."""
+        """p = dL/dqd, (n,) nodes."""
         return self._further.momenta
 
     @property
     def energies(self) -> Mapping[str, int]:
-        """Energies and the power of the external inputs, by name."""
+        """Energies (J) and the power of the external inputs (W), by name, see ``terms.named_energies``."""
         return self._further.energies
 
     @property
@@ -138,7 +138,8 @@ def derive(model: Mechanism | str | Path, method: str | None = None) -> Equation
     ``method`` is one of METHODS, by default the quicker one, see ``cost``.
 
     Raises DerivationError if T is not quadratic in the velocities, if the mass matrix is singular for every q (naming
-    the coordinates), or if an energy has no finite value at the start; LoadError for a ``model`` that is none.
+    the coordinates), or if an energy has no finite value at the start; LoadError for a ``model`` that is none. Source:
+    the module's head.
     """
     mechanism = as_mechanism(model)
     methods = [method] if method else METHODS[: 1 if len(mechanism.coordinates) > MAX_FACTORISED else None]

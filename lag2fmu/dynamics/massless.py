@@ -61,7 +61,7 @@ def with_equilibria(
 
 
 def determined(mechanism: Mechanism) -> tuple[int | None, ...]:
-    """For each constraint the index of the coordinate without mass that it determines, None for other kinds, (m,)."""
+    """The index of the coordinate without mass that each constraint determines, None for other kinds: (m,)."""
     place = {q.name: i for i, q in enumerate(mechanism.coordinates)}
     return tuple(None if c.coordinate is None else place[c.coordinate] for c in mechanism.constraints)
 

@@ -25,7 +25,10 @@ class Array:
 
 @dataclass(frozen=True)
 class Function:
-    """array[index] = node for each (array, index, node) in ``results``; other entries of the arrays stay untouched."""
+    """array[index] = node for each (array, index, node) in ``results``; other entries of the arrays stay untouched.
+
+    ``name`` and ``doc`` are those in the printed code, ``arrays`` the names of what is filled, in order.
+    """
 
     name: str
     doc: str

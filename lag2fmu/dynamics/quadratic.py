@@ -13,7 +13,7 @@ from lag2fmu.dynamics.operations import ADD, DIVIDE, MULTIPLY, NEGATE, SUBTRACT
 
 
 class QuadraticForm:
-    """A symmetric matrix over nodes, by rows {a: {b: H_ab}}; entries are nodes that do not contain velocities."""
+    """A symmetric matrix over k nodes, (k, k), by ``rows`` {a: {b: H_ab}}; entries are nodes free of velocities."""
 
     def __init__(self, graph: Graph) -> None:
         self.graph = graph
@@ -109,9 +109,9 @@ Parts = tuple[int, int, int]
 
 
 def second_degree(graph: Graph, node: int, velocities: Sequence[int]) -> QuadraticForm | None:
-    """The part of ``node`` of second degree in ``velocities`` as a quadratic form; None if it is no such polynomial.
+    """The part of ``node`` of second degree in ``velocities``, (n,), as a form; None if it is no such polynomial.
 
-    The form is the Hessian: node = 1/2 sum H_ab a b + lower degrees.
+    The form is the Hessian: node = 1/2 sum H_ab a b + lower degrees, a and b being nodes linear in the velocities.
     """
     form = QuadraticForm(graph)
     parts: dict[int, Parts] = {v: (graph.zero, v, graph.zero) for v in velocities}

@@ -31,7 +31,7 @@ def start_values(mechanism: Mechanism) -> State:
 
 
 def samples(mechanism: Mechanism, count: int) -> Iterator[State]:
-    """``count`` states around the start, reproducible; parameters are moved by up to a tenth."""
+    """``count`` states around the start (SI), reproducible; parameters are moved by up to a tenth, q by its nominal."""
     generator = random.Random(20)
     start = start_values(mechanism)
     parameters = {p.name for p in mechanism.parameters}
@@ -48,7 +48,7 @@ def samples(mechanism: Mechanism, count: int) -> Iterator[State]:
 def mass_matrices(graph: Graph, entries: Entries, velocities: Sequence[int], states: Sequence[State]) -> Floats:
     """M at k ``states``, (k, n, n): the nodes of the form ``entries`` are linear in the ``velocities``, (n,).
 
-    Their values at unit velocities are their coefficients J, (m, n), and M = J^T H J.
+    Their values at unit velocities are their coefficients J, (m, n), and M = J^T H J; in SI units.
     """
     table = np.array([list(state.values()) for state in states])
     values: dict[str, float | Floats] = dict(zip(states[0], table.T[:, :, np.newaxis], strict=True))

@@ -33,7 +33,7 @@ class Tangent:
 
 
 def differentiate(equations: EquationsOfMotion) -> Tangent:
-    """Derive the tangent program of ``equations`` on their graph."""
+    """Derive the tangent program of ``equations`` on their graph, see the module."""
     g, v = equations.graph, equations.variables
 
     def seeds(nodes: tuple[int, ...]) -> tuple[int, ...]:

@@ -77,7 +77,10 @@ def _remainder(graph: Graph, v: Variables, remainder: int, rate: Rate) -> list[i
 
 
 def quadratic_form(graph: Graph, mechanism: Mechanism, v: Variables, energies: Energies) -> Entries:
-    """The entries of 2 T2: weights on the velocities J qd of the bodies, and the user's terms of second degree."""
+    """2 T2 = sum H_ab a b as {(a, b): H_ab}: weights on the velocities J qd of the bodies, and the user's terms.
+
+    T2 is the part of T of second degree in the velocities. Raises DerivationError if the user's is no quadratic form.
+    """
     motion = dict(zip(v.q, v.qd, strict=True))
     speeds = forward(graph, [inertia.place for inertia in energies.inertias], motion)
     terms = [(speed, speed, i.weight) for speed, i in zip(speeds, energies.inertias, strict=True)]
@@ -152,7 +155,10 @@ def canonical(graph: Graph, v: Variables, energies: Energies) -> tuple[list[int]
 
 
 def named_energies(graph: Graph, v: Variables, energies: Energies, momenta: Sequence[int]) -> dict[str, int]:
-    """T, V, T + V (unless V has velocities), h = sum qd p - L, and the power of the external inputs."""
+    """T, V, T + V (unless V has velocities), h = sum qd p - L, all in J, and the power of the external inputs, in W.
+
+    ``momenta`` are p, (n,). Without T and V apart, of a whole Lagrangian, only the last two.
+    """
     named: dict[str, int] = {}
     if energies.split:
         named["kinetic_energy"], named["potential_energy"] = energies.kinetic_energy, energies.potential_energy

@@ -33,6 +33,7 @@ def differentiate_twice(equations: EquationsOfMotion, outputs: Collection[str]) 
     """The second total time derivatives of the residual and of the locals named in ``outputs``.
 
     The inputs move with rates of their own, a motion y0 and its y0_dot too: an importer gives each its polynomial.
+    (n + m,) nodes of the residual, one of each local.
     """
     g, v = equations.graph, equations.variables
 

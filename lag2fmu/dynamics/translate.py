@@ -57,7 +57,7 @@ class Translator:
         return node
 
     def vector(self, expressions: tuple[sp.Expr, ...]) -> tuple[int, ...]:
-        """The nodes of several expressions."""
+        """The nodes of several expressions, (k,)."""
         return tuple(self(e) for e in expressions)
 
     def _translate(self, e: sp.Expr) -> int:

@@ -51,7 +51,7 @@ class Variables:
 
 
 def declare(graph: Graph, mechanism: Mechanism) -> Variables:
-    """All variables of ``mechanism`` on ``graph``."""
+    """All variables of ``mechanism`` as symbols on ``graph``; names that are not the user's are those of ``names``."""
     q = [c.name for c in mechanism.coordinates]
 
     def nodes(labels: Sequence[str]) -> tuple[int, ...]:

@@ -8,6 +8,7 @@ from dataclasses import dataclass
 from lag2fmu.dynamics.graph import Graph
 
 Vector = tuple[int, ...]
+"""(3,) nodes, or as many as the positions of a mechanism have entries."""
 
 
 def plus(g: Graph, a: Vector, b: Vector) -> Vector:
@@ -45,7 +46,8 @@ class Turn:
     def turn(self, g: Graph, a: Vector, back: bool = False) -> Vector:
         """R a, from the turned axes to the old ones; with ``back`` R^T a, from the old axes to the turned ones.
 
-        Rodrigues' formula, R a = a cos + n x a sin + n (n.a)(1 - cos); about a coordinate axis a plane rotation.
+        Rodrigues' formula, R a = a cos + n x a sin + n (n.a)(1 - cos) for the axis n; about a coordinate axis a plane
+        rotation. ``a`` is (3,). Source: Goldstein, Classical Mechanics, section 4.7 (finite rotations).
         """
         sine, cosine = g.apply("sin", self.angle), g.apply("cos", self.angle)
         sine = g.negate(sine) if back else sine
@@ -61,17 +63,17 @@ class Turn:
         return plus(g, in_plane, times(g, along, self.axis))
 
     def angular_velocity(self, g: Graph, rate: int) -> Vector:
-        """The angular velocity of the turned axes against the old ones, the same in both."""
+        """The angular velocity (3,) of the turned axes against the old ones, the same in both; ``rate`` in rad/s."""
         return times(g, rate, self.axis)
 
     def quaternion(self, g: Graph) -> Vector:
-        """(cos angle/2, axis sin angle/2)"""
+        """(cos angle/2, axis sin angle/2), (4,): Goldstein, section 4.5 (Euler parameters)"""
         half = g.multiply(g.constant_half, self.angle)
         return (g.apply("cos", half), *times(g, g.apply("sin", half), self.axis))
 
 
 def turn_by_quaternion(g: Graph, e: Vector, a: Vector, back: bool = False) -> Vector:
-    """R a (R^T a with ``back``) for the unit quaternion (e0, e): a + 2 e0 e x a + 2 e x (e x a)."""
+    """R a (R^T a with ``back``), (3,), for the unit quaternion (e0, e): a + 2 e0 e x a + 2 e x (e x a)."""
     e0 = g.negate(e[0]) if back else e[0]
     once = cross(g, e[1:], a)
     both = plus(g, times(g, e0, once), cross(g, e[1:], once))
@@ -79,7 +81,7 @@ def turn_by_quaternion(g: Graph, e: Vector, a: Vector, back: bool = False) -> Ve
 
 
 def quaternion_product(g: Graph, a: Vector, b: Vector) -> Vector:
-    """The product a b of quaternions (scalar first): first the rotation b, then a"""
+    """The product a b of quaternions (4,), scalar first, by Hamilton's rule: first the rotation b, then a"""
     scalar = g.subtract(g.multiply(a[0], b[0]), g.dot(a[1:], b[1:]))
     vector = plus(g, times(g, a[0], b[1:]), times(g, b[0], a[1:]))
     return (scalar, *plus(g, vector, cross(g, a[1:], b[1:])))

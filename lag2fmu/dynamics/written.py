@@ -38,7 +38,7 @@ def written_operations(graph: Graph, nodes: Iterable[int]) -> int:
 
 
 def written(graph: Graph, nodes: Sequence[int]) -> list[sp.Expr]:
-    """``nodes`` as SymPy expressions."""
+    """``nodes``, (k,), as SymPy expressions in symbols that are real; what stands in functions is tidied."""
     found: dict[int, sp.Expr] = {}
     for node in graph.cone(nodes):
         code = graph.code[node]

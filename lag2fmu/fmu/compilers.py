@@ -115,7 +115,8 @@ def compile_library(
 ) -> bytes:
     """The shared library ``name`` of the C files in ``sources`` {file name: text}, for ``platform``.
 
-    ``include`` is the folder of the headers of FMI. Raises BuildError with the output of the compiler if it fails.
+    ``include`` is the folder of the headers of FMI; the result is the library's bytes, a universal one for several
+    targets. Raises BuildError with the output of the compiler if it fails.
     """
     (library,) = compile_libraries(sources, include, name, [platform], compiler)
     return library
@@ -129,7 +130,10 @@ def compile_libraries(
     compiler: str = "zig",
     progress: Progress | None = None,
 ) -> list[bytes]:
-    """The library for each of ``platforms``, built side by side; see ``compile_library``."""
+    """The library for each of ``platforms``, in their order, built side by side; see ``compile_library``.
+
+    ``progress`` is told how many of how many are done. Raises BuildError.
+    """
     platforms = list(platforms)
     parts = [(p, target) for p in platforms for target in (p.targets if compiler == "zig" else p.targets[:1])]
     with ThreadPoolExecutor(max_workers=max(1, min(len(parts), os.cpu_count() or 1))) as pool:

@@ -13,6 +13,7 @@ def dependencies(equations: EquationsOfMotion) -> dict[str, frozenset[str]]:
     """{variable: names of states, inputs, parameters and time} of states, derivatives and all that is calculated.
 
     A state among the outputs depends on itself. What has no mass, and multipliers, are replaced by what they depend on.
+    Source: FMI 2.0.5, section 2.2.8 (ModelStructure).
     """
     graph, m = equations.graph, equations.mechanism
     unknowns = (

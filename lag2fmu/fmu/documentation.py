@@ -23,7 +23,10 @@ Row = dict[str, str]
 def documentation(
     description: ModelDescription, equations: EquationsOfMotion, program: Program, binaries: str
 ) -> dict[str, bytes]:
-    """{name in the archive: content} of the page, the licences and the icon; ``binaries`` says what these are."""
+    """{name in the archive: content} of the page, the licences and the icon; ``binaries`` says what these are.
+
+    Where they stand: FMI 2.0.5, section 2.3.
+    """
     mechanism = description.mechanism
     context = {
         "mechanism": mechanism,

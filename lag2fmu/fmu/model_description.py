@@ -49,7 +49,7 @@ class ModelDescription:
 
 
 def to_xml(description: ModelDescription) -> bytes:
-    """The XML document, UTF-8."""
+    """modelDescription.xml, UTF-8: values in SI units with the user's unit as displayUnit; FMI 2.0.5, section 2.2."""
     root = ET.Element(
         "fmiModelDescription",
         {

@@ -20,7 +20,8 @@ _UNREADABLE = (OSError, zipfile.BadZipFile, zlib.error, NotImplementedError, Run
 def pack(files: Mapping[str, bytes], path: Path) -> None:
     """Write ``files`` {name in the archive: content} to ``path``; entries are sorted and carry a fixed time.
 
-    The archive is written beside ``path`` and moved into place. Raises ExportError if that is not possible.
+    The archive is written beside ``path`` and moved into place: the same files give the same bytes. Raises ExportError
+    if that is not possible.
     """
     try:
         descriptor, temporary = tempfile.mkstemp(prefix=f".{path.name}.", dir=path.parent)
@@ -60,7 +61,7 @@ def opened(path: Path) -> Iterator[zipfile.ZipFile]:
 
 
 def damage(archive: zipfile.ZipFile, entry: zipfile.ZipInfo) -> str:
-    """Why ``entry`` cannot be read to its end; nothing if it can."""
+    """Why ``entry`` cannot be read to its end, as a phrase; empty if it can."""
     try:
         with archive.open(entry) as stream:
             while stream.read(1 << 20):

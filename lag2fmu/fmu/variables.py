@@ -44,7 +44,7 @@ _SETTINGS = {
 
 @dataclass(frozen=True)
 class Variable:
-    """One ScalarVariable of type Real; ``start`` and bounds in SI, ``dependencies`` by name, None where not listed.
+    """One ScalarVariable of type Real; ``start`` and bounds in SI units; ``dependencies`` by name, None if unlisted.
 
     ``derivative_of`` names the state a variable is the derivative of; ``state`` marks the continuous states.
     """
@@ -95,7 +95,10 @@ class _Builder:
 
 
 def build_table(equations: EquationsOfMotion, program: Program) -> VariableTable:
-    """The variables of the FMU of ``equations``; ``program.outputs`` are outputs beside q and qd."""
+    """The variables of the FMU of ``equations``; ``program.outputs`` are outputs beside q and qd.
+
+    Causality, variability and initial are those that FMI 2.0.5, section 2.2.7, allows together.
+    """
     mechanism = equations.mechanism
     builder = _Builder()
     builder.add(Variable("time", 0, "independent", "continuous", unit=SECOND, doc="time"), "VARIABLE_TIME", 0)

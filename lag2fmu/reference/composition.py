@@ -96,7 +96,7 @@ class Composition:
         return sp.S.Zero if expression is None else sp.sympify(expression).xreplace(self._meaning)
 
     def rate(self, expression: sp.Expr) -> sp.Expr:
-        """The total time derivative of a function of t, q and motion inputs."""
+        """The total time derivative of a function of t, q and motion inputs, by the chain rule."""
         s = self.symbols
         pairs = ((TIME, sp.S.One), *zip((*s.q, *s.motion), (*s.qd, *s.motion_dot), strict=True))
         used = expression.free_symbols
@@ -105,7 +105,7 @@ class Composition:
     def velocity_part(self) -> tuple[sp.Expr, sp.Expr]:
         """L = K - U with all terms that contain velocities in K and none of them in U.
 
-        Differences of K, for polarisation, then do not lose digits to a large potential.
+        (K, U) in J. Differences of K, for polarisation, then do not lose digits to a large potential.
         """
         qd = set(self.symbols.qd)
         moving: list[sp.Expr] = []

@@ -59,7 +59,8 @@ class Constraints:
         """qdd (n, *batch) and multipliers (m, *batch) for M (n, n, *batch) and forcing (n, *batch).
 
         With a ``rate`` (1/s) the constraints' accelerations are -2 rate velocity - rate^2 position instead of 0, which
-        damps what an integration lets drift (J. Baumgarte, Comp. Meth. Appl. Mech. Eng. 1, 1972).
+        damps what an integration lets drift. NaN where M, G or the right side is not finite. Source: Udwadia, Kalaba,
+        Analytical Dynamics, chapter 3; J. Baumgarte, Comp. Meth. Appl. Mech. Eng. 1 (1972), pp. 1-16, for the damping.
         """
         phi, velocity, gamma, jacobian = self(state)
         position = np.concatenate([phi[: self.h], np.zeros_like(phi[self.h :])])
@@ -93,8 +94,9 @@ class Constraints:
     ) -> tuple[Floats, Floats]:
         """q and qd, (n,) each, moved until the constraints hold; by ``free`` entries first, if they are given.
 
-        Newton's method with steps of least norm in nominal values, halved where the residual grows. Raises
-        SimulationError with the residuals if a relative residual of 1e-6 is left for the coordinates that are given.
+        Newton's method with steps of least norm in ``nominal`` values (n,), halved where the residual grows. ``state``
+        makes the state of (q, qd). Raises SimulationError with the residuals if a relative residual of 1e-6 is left for
+        the coordinates that are given. Source: N. Yamashita, M. Fukushima, Computing Suppl. 15 (2001), pp. 239-249.
         """
         q_free, qd_free = (np.array(x, dtype=bool) for x in (free or ([True] * self.n, [True] * self.n)))
         everything = np.ones(self.n, dtype=bool)

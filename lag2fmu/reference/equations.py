@@ -103,7 +103,7 @@ class Equations:
         return np.moveaxis(qdd, 0, -1)
 
     def multipliers(self, t: ArrayLike, q: ArrayLike, qd: ArrayLike, inputs: InputValues | None = None) -> Floats:
-        """The constraints' multipliers (m,) or (batch, m)."""
+        """The constraints' multipliers (m,) or (batch, m), in W by the unit of the constraint's rate."""
         return np.moveaxis(self.rates(self.energies.state(t, q, qd, inputs))[1], 0, -1)
 
     def residuals(self, t: ArrayLike, q: ArrayLike, qd: ArrayLike, inputs: InputValues | None = None) -> Floats:
@@ -128,11 +128,11 @@ class Equations:
         return h
 
     def momenta(self, t: ArrayLike, q: ArrayLike, qd: ArrayLike, inputs: InputValues | None = None) -> Floats:
-        """p = dL/dqd, (n,) or (m, n)."""
+        """p = dL/dqd, (n,) or (m, n), in J.s by the unit of q."""
         return np.moveaxis(self.terms(self.energies.state(t, q, qd, inputs)).momenta, 0, -1)
 
     def mass_matrix(self, t: ArrayLike, q: ArrayLike, qd: ArrayLike, inputs: InputValues | None = None) -> Floats:
-        """M = d2L/dqd2, (n, n) or (m, n, n)."""
+        """M = d2L/dqd2, (n, n) or (m, n, n), in J.s2 by the units of both q."""
         return np.moveaxis(self.terms(self.energies.state(t, q, qd, inputs)).mass_matrix, (0, 1), (-2, -1))
 
     def outputs(
@@ -145,9 +145,10 @@ class Equations:
     def balance(
         self, t: ArrayLike, q: ArrayLike, qd: ArrayLike, qdd: ArrayLike, inputs: InputValues | None = None
     ) -> Balance:
-        """The balance of energy at states and accelerations qdd (n,) or (m, n) from anywhere.
+        """The balance of energy at states and accelerations qdd (n,) or (m, n) from anywhere, an FMU for instance.
 
-        dh/dt is the complex step of h along (qd, qdd); the mass matrix has no part in it.
+        dh/dt is the complex step of h along (qd, qdd); the mass matrix has no part in it. Source: Goldstein, Classical
+        Mechanics, section 2.7 (the energy function).
         """
         state = self.energies.state(t, q, qd, inputs)
         x = np.moveaxis(np.broadcast_to(np.asarray(qdd, dtype=float), np.shape(q)), -1, 0)
@@ -191,7 +192,10 @@ class Equations:
         return qdd
 
     def terms(self, state: State) -> Terms:
-        """The parts of the equations at ``state``; long batches in blocks, for the memory they take."""
+        """The parts of the equations at ``state``, by polarisation and complex steps, see the module.
+
+        Long batches in blocks, for the memory they take.
+        """
         size = max(1, BLOCK // (self._units.shape[1] + 2 * self.n + 1))
         if state.t.ndim != 1 or len(state.t) <= size:
             return self._terms(state)

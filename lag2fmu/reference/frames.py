@@ -31,7 +31,7 @@ class Slots:
         self.expressions: list[sp.Expr] = []
 
     def add(self, expressions: Sequence[sp.Expr]) -> slice:
-        """Where the values of ``expressions`` will be."""
+        """Where the values of ``expressions``, (k,), will be among all of them."""
         start = len(self.expressions)
         self.expressions += expressions
         return slice(start, len(self.expressions))

@@ -41,12 +41,12 @@ def _lifted(function: Function, slope: Function) -> Function:
 
 
 def absolute(z: Any) -> Any:
-    """|z| with derivative sign(z), 0 at 0."""
+    """|z| with derivative sign(z), 0 at 0; ``z`` of any shape, as all functions here."""
     return np.sign(np.real(z)) * z
 
 
 def atan2(y: Any, x: Any) -> Any:
-    """The angle of (x, y), in rad."""
+    """The angle of (x, y), in rad within [-pi, pi]."""
     a, b = np.real(y), np.real(x)
     angle = np.arctan2(a, b)
     if not (np.iscomplexobj(y) or np.iscomplexobj(x)):

@@ -26,7 +26,8 @@ SINGULAR = 1e12
 def integrate_canonically(mechanism: Mechanism, times: ArrayLike, *, rtol: float = 1e-11) -> Trajectory:
     """q and qd at ``times`` (k,) in s by integrating (q, p) from the declared start, without inputs; SI units.
 
-    Raises SimulationError where M is singular, or if the integration fails.
+    By DOP853 with the relative tolerance ``rtol``. Raises SimulationError where M is singular, or if the integration
+    fails. Source: Goldstein, Classical Mechanics, section 8.1.
     """
     from scipy.integrate import solve_ivp
 

@@ -81,7 +81,8 @@ def integrate(
 
     ``parameters`` and ``starts`` (names NAME and NAME_dot of coordinates) replace declared SI values. ``inputs``: see
     ``signals_of``. ``rtol`` in [1e-13, 1e-2] weighs with |x| + nominal. Where DOP853 fails Radau is tried. Raises
-    LoadError for unknown or unusable names and values, SimulationError with the time reached.
+    LoadError for unknown or unusable names and values, SimulationError with the time reached. Source: Hairer, Norsett,
+    Wanner, Solving Ordinary Differential Equations I, section II.5; Hairer, Wanner, volume II, section IV.8.
     """
     grid = _checked_times(times)
     if method not in METHODS or not 1e-13 <= rtol <= 1e-2:

@@ -50,7 +50,7 @@ class Quaternions:
 
 
 def product(a: Array, b: Array) -> Array:
-    """Hamilton's product of quaternions, (4, *shape)."""
+    """Hamilton's product of the quaternions ``a`` and ``b``, scalar first, (4, *shape) each: Kuipers, section 5.3."""
     return np.stack(
         [
             a[0] * b[0] - a[1] * b[1] - a[2] * b[2] - a[3] * b[3],

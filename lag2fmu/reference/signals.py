@@ -77,7 +77,10 @@ def signals_of(mechanism: Mechanism, inputs: Inputs | None, start: float) -> Sig
 
 
 def held(trajectory: Trajectory) -> Signals:
-    """``trajectory`` as an importer holds it between communication points: constant from each of its times on."""
+    """``trajectory`` as an importer holds it between communication points: constant from each of its times on.
+
+    Before the first time it has the first values; all times are breaks.
+    """
     last = len(trajectory) - 1
 
     def at(t: float) -> dict[str, float]:

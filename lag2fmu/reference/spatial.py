@@ -86,7 +86,7 @@ class Spatial:
     # ------------------------------------------------------------------------------------------------- what users ask
 
     def energies(self, rows: Array) -> Array:
-        """T, V (J) and R (W) of the parts on frames, (3, *shape)."""
+        """T, V (J) and R (W) of the parts on frames, (3, *shape): Koenig's theorem, Goldstein, section 5.3."""
 
         def evaluate(block: Array) -> Array:
             values = self._local(block, self._constants)
@@ -99,7 +99,10 @@ class Spatial:
         return self._terms(np.array(self._expressions, dtype=object), sp.sqrt, sp.S.Zero)
 
     def forces(self, rows: Array, inputs: Array) -> Array:
-        """Q of the loads on frames (n, *shape); ``inputs`` are those of ``Symbols.inputs``."""
+        """Q of the loads on frames (n, *shape); ``inputs`` (3 k + m + n, *shape) are those of ``Symbols.inputs``.
+
+        Source: T. Kane, D. Levinson, Dynamics, section 4.4 (generalized active forces).
+        """
         if not self._loads:
             return np.zeros((self.n, *rows.shape[1:]))
         n = self.n

@@ -24,7 +24,7 @@ class State:
 
     @property
     def rows(self) -> Floats:
-        """Everything stacked: t, q, qd, inputs."""
+        """Everything stacked: t, q, qd, inputs, (1 + 2 n + 3 k + m + n, *batch)."""
         return np.concatenate([self.t[None], self.q, self.qd, self.inputs])
 
     def part(self, block: slice) -> State:

@@ -101,7 +101,7 @@ class Trajectory:
         return Trajectory(wanted, self.names, np.stack(columns, axis=1) if columns else np.empty((len(wanted), 0)))
 
     def to_csv(self) -> str:
-        """The text ``time,name,...``, one line a time; numbers read back to the same bits (at most 17 digits)."""
+        """The text ``time,name,...``, one line a time (s); numbers read back to the same bits (at most 17 digits)."""
         text = io.StringIO()
         writer = csv.writer(text, lineterminator="\n")
         writer.writerow(["time", *self.names])
@@ -127,7 +127,10 @@ class Trajectory:
 
 
 def read_csv(path: str | os.PathLike[str]) -> Trajectory:
-    """The trajectory in the file ``path``; raises LoadError with line and column of what is wrong."""
+    """The trajectory in the CSV file ``path``, times in s, the rest in SI units.
+
+    Raises LoadError with line and column of what is wrong.
+    """
     try:
         text = Path(path).read_text(encoding="utf-8-sig")
     except OSError as error:

@@ -68,7 +68,11 @@ def _run_values(equations: EquationsOfMotion, run: Trajectory, rows: NDArray[np.
 def hamilton_checks(
     equations: EquationsOfMotion, reference: Reference, horizon: float, bar: float
 ) -> tuple[list[Check], list[str]]:
-    """Hamilton's equations against the direct integration over the first tenth; notes where that cannot be."""
+    """Hamilton's equations against the direct integration over the first tenth, at most to ``horizon`` (s).
+
+    (checks, notes): the error relative to the scales of q and qd, amplification taken out, must not exceed ``bar``; the
+    notes say why where there is no comparison.
+    """
     trajectory = reference.trajectory
     inside = trajectory.time <= min(horizon, HORIZON * float(trajectory.time[-1]))
     if np.sum(inside) < 2:
@@ -85,7 +89,7 @@ def hamilton_checks(
 
 
 def action_note(equations: EquationsOfMotion, reference: Reference) -> str:
-    """The action along the direct integration, as a sentence."""
+    """The action (J.s) along the direct integration, as a sentence."""
     trajectory = reference.trajectory
     states = {name: trajectory[name] for name in trajectory.names if name not in equations.outputs}
     S = action(equations, trajectory.time, states)

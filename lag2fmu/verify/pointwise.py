@@ -19,7 +19,12 @@ _SYMPY_LIMIT = 3
 
 
 def pointwise_checks(task: Task, reference: Reference) -> list[Check]:
-    """Accelerations and everything calculated, at random states, inputs and parameters around the motion."""
+    """Accelerations and everything calculated, at random states, inputs and parameters around the motion.
+
+    States are near points of ``reference``, on the constraints; values are relative differences, with the bar ROUNDING.
+    Up to 3 coordinates without constraints SymPy's Lagrange equations are compared as well. Raises SimulationError if
+    the FMU does not answer.
+    """
     generator = np.random.default_rng(7)
     n = len(task.mechanism.coordinates)
     own: list[Floats] = []

@@ -42,7 +42,7 @@ class Report:
     """The outcome of ``validate``.
 
     ``checks`` in order; ``trajectories`` by label, for the plot ('direct integration' and one a run of the FMU);
-    ``notes`` say what the numbers mean; ``coordinates`` names the curves to be plotted.
+    ``notes`` say what the numbers mean; ``coordinates`` names the curves to be plotted, in SI units over time in s.
     """
 
     title: str

@@ -111,7 +111,7 @@ def simulate_fmu(
 
 
 def problems(path: Path) -> list[str]:
-    """What fmpy's own validation finds in the FMU ``path``."""
+    """What fmpy's own validation finds in the FMU ``path``, a sentence each."""
     from fmpy.validation import validate_fmu
 
     return [str(problem) for problem in validate_fmu(str(path))]

@@ -21,7 +21,10 @@ _FINE, _COARSE = 5, 10  # communication steps: step / 5, step, 10 step
 
 @dataclass(frozen=True)
 class Task:
-    """What is validated: the FMU ``path`` of ``mechanism`` to ``stop_time`` (s), with ``tolerance`` and ``inputs``."""
+    """What is validated: the FMU ``path`` of ``mechanism`` to ``stop_time`` (s), with the relative ``tolerance``.
+
+    ``inputs`` (SI units over time in s) drive both sides; None: all inputs keep their start values.
+    """
 
     mechanism: Mechanism
     path: Path
@@ -42,6 +45,6 @@ class Task:
         return [*q, *map(names.velocity, q)]
 
     def grid(self, step: float) -> Floats:
-        """The communication points for ``step``, in s."""
+        """The communication points for ``step``, in s: (k,) from 0 to the stop time."""
         points: Floats = np.linspace(0.0, self.stop_time, round(self.stop_time / step) + 1, dtype=np.float64)
         return points

@@ -56,7 +56,8 @@ def hamiltonian(equations: EquationsOfMotion, values: Values, momenta: Floats) -
 def poisson_bracket(equations: EquationsOfMotion, f: int, g: int, values: Values) -> float:
     """{f, g} = df/dq.dg/dp - df/dp.dg/dq of two nodes in t, q, qd, at the state ``values``.
 
-    With fixed p, dqd = -M^-1 (dp/dq) dq; with fixed q, dqd = M^-1 dp. Constraints have no part in it.
+    With fixed p, dqd = -M^-1 (dp/dq) dq; with fixed q, dqd = M^-1 dp. Constraints have no part in it. Source: Landau,
+    Lifshitz, Mechanics, section 42 (with the opposite sign); Goldstein, Classical Mechanics, section 9.5.
     """
     graph, v, n = equations.graph, equations.variables, len(equations.forcing)
     M = matrix(graph, _inertia(equations), values, n)
@@ -75,7 +76,8 @@ def action(equations: EquationsOfMotion, time: Floats, states: Values) -> Floats
     """The action S(t) = integral of L dt in J.s along a run: (k,) at the times ``time`` (k,) in s, S = 0 at the first.
 
     ``states`` {name: (k,)} has q, qd, qdd and inputs at these times; parameters are the declared ones. Trapezoidal rule
-    with its correction by dL/dt, of fourth order in the distance of the times.
+    with its correction by dL/dt, of fourth order in the distance of the times. Source: Landau, Lifshitz, Mechanics,
+    section 43, for S; P. Davis, P. Rabinowitz, Methods of Numerical Integration, chapter 2, for the rule.
     """
     g, v = equations.graph, equations.variables
     L = lagrangian(equations)
@@ -90,7 +92,10 @@ def action(equations: EquationsOfMotion, time: Floats, states: Values) -> Floats
 
 
 def hamiltonian_form(equations: EquationsOfMotion) -> sp.Expr | None:
-    """H(q, p) as a formula with symbols p_NAME; None for mechanisms that are too large for one."""
+    """H(q, p) in J as a formula with symbols p_NAME; None for mechanisms that are too large for one.
+
+    H = 1/2 (p - a).M^-1 (p - a) - L0 of L = 1/2 qd.M qd + a.qd + L0: Goldstein, Classical Mechanics, section 8.1.
+    """
     form = _quadratic(equations)
     if form is None:
         return None
@@ -108,7 +113,8 @@ def hamiltonian_form(equations: EquationsOfMotion) -> sp.Expr | None:
 def routhian_form(equations: EquationsOfMotion) -> tuple[tuple[str, ...], sp.Expr] | None:
     """The cyclic coordinates, and R(q, qd of the others, their p); None without any, or if it is too long.
 
-    Cyclic are coordinates that are not in L, whatever forces act.
+    Cyclic are coordinates that are not in L, whatever forces act. R = sum over them of p qd - L. Source: Landau,
+    Lifshitz, Mechanics, section 41; Goldstein, Classical Mechanics, section 8.3.
     """
     cyclic = cyclic_coordinates(equations)
     form = _quadratic(equations)

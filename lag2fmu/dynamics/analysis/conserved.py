@@ -48,20 +48,20 @@ class Conserved:
 
 
 def lagrangian(equations: EquationsOfMotion) -> int:
-    """L = sum qd p - h as a node."""
+    """L = sum qd p - h (J) as a node."""
     g = equations.graph
     return g.subtract(g.dot(equations.variables.qd, equations.momenta), equations.energies["generalized_energy"])
 
 
 def momentum_rates(equations: EquationsOfMotion) -> list[int]:
-    """dL/dq + N + G^T multiplier, (n,): what the rates of the momenta are along the motion."""
+    """dL/dq + N + G^T multiplier, (n,) nodes: what the rates of the momenta are along the motion."""
     g, v = equations.graph, equations.variables
     rates = forward(g, equations.momenta, v.direction(g, accelerating=True))
     return [g.subtract(rate, r) for rate, r in zip(rates, equations.residual, strict=False)]
 
 
 def energy_rate(equations: EquationsOfMotion) -> int:
-    """N.qd - dL/dt - multiplier.b: what the rate of h is along the motion."""
+    """N.qd - dL/dt - multiplier.b in W, as a node: what the rate of h is along the motion."""
     g, v, c = equations.graph, equations.variables, equations.constraints
     (rate,) = forward(g, [equations.energies["generalized_energy"]], v.direction(g, accelerating=True))
     work = g.dot(v.qd, equations.residual[: len(v.qd)])
@@ -69,7 +69,11 @@ def energy_rate(equations: EquationsOfMotion) -> int:
 
 
 def conserved(equations: EquationsOfMotion) -> tuple[Conserved, ...]:
-    """The conserved quantities of ``equations``, each confirmed at random states."""
+    """The conserved quantities of ``equations``, each confirmed at random states; external forces are zero.
+
+    Those that symmetries give (cyclic coordinates, L without t), and the momenta of all bodies. Source: Landau,
+    Lifshitz, Mechanics, sections 6, 7 and 9.
+    """
     found: dict[int, tuple[str, str]] = {}
     for name, meaning, node in [*_by_symmetry(equations), *_of_bodies(equations)]:
         if not equations.variables.moves(equations.graph, node):

@@ -24,7 +24,7 @@ def at(equations: EquationsOfMotion, values: Values, q: Floats, qd: Floats) -> d
 
 
 def resting_inputs(equations: EquationsOfMotion) -> dict[str, float | Floats]:
-    """The start values of everything, the external forces being zero."""
+    """The start values of everything by name, in SI units, the external forces being zero."""
     silent = {str(equations.graph.leaf[node]): 0.0 for node in equations.variables.plain}
     return {**start_values(equations.mechanism), **silent}
 
@@ -48,7 +48,11 @@ def unknowns(equations: EquationsOfMotion, values: Values) -> tuple[Floats, Floa
 
 
 def saddle(equations: EquationsOfMotion, M: Floats, G: Floats) -> Floats:
-    """The (pseudo-)inverse of [M -G^T; G 0], (n + m, n + m)."""
+    """The (pseudo-)inverse (n + m, n + m) of [M -G^T; G 0], M (n, n) and G (m, n); NaN where one is not finite.
+
+    Scaled first, so that the rank does not depend on units. Source: F. Udwadia, R. Kalaba, Analytical Dynamics,
+    Cambridge 1996, chapters 2 and 3.
+    """
     m = len(G)
     whole = np.block([[M, -G.T], [G, np.zeros((m, m))]])
     # columns of q by the roots of M's diagonal (of nominal values where there is no mass), rows of G to unit length
@@ -64,7 +68,7 @@ def saddle(equations: EquationsOfMotion, M: Floats, G: Floats) -> Floats:
 
 
 def random_states(equations: EquationsOfMotion, count: int) -> Iterator[dict[str, float | Floats]]:
-    """``count`` states around the start that meet the constraints, reproducible, external forces being zero.
+    """``count`` states (SI) around the start that meet the constraints, reproducible, external forces being zero.
 
     Without constraints the parameters are moved by up to a tenth too. Fewer are found where the constraints can hardly
     be met.

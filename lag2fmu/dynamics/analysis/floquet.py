@@ -65,7 +65,8 @@ class Floquet:
 def floquet(equations: EquationsOfMotion, q: Floats, period: float | None = None, steps: int = STEPS) -> Floquet:
     """Floquet's exponents about the equilibrium q (n,); the ``period`` in s is read from the model if it is not given.
 
-    Raises DerivationError if the drive does not repeat itself after the period, or if none can be read.
+    ``steps`` are taken in a period. Raises DerivationError if the drive does not repeat itself after the period, or if
+    none can be read. Source: Landau, Lifshitz, Mechanics, section 27; for the steps Hairer, Lubich, Wanner, II.1.3.
     """
     T = drive_period(equations) if period is None else period
     linearizer, base = Linearizer(equations), at(equations, resting_inputs(equations), q, np.zeros_like(q))

@@ -62,7 +62,7 @@ class Linearization:
 
 
 class Linearizer:
-    """The tangent program of ``equations``, derived once for many states."""
+    """The tangent program of ``equations``, derived once for many states; a call is ``linearize`` at one of them."""
 
     def __init__(self, equations: EquationsOfMotion) -> None:
         self.equations = equations
@@ -179,7 +179,8 @@ def linearize(
 ) -> Linearization:
     """The linearization about q, qd (n,) in SI units, by default the start, at the time ``t`` in s.
 
-    Inputs have their start values. Raises DerivationError where M is singular or nothing is finite.
+    Inputs have their start values. Raises DerivationError where M is singular or nothing is finite. Source: J. G. de
+    Jalon, E. Bayo, Kinematic and Dynamic Simulation of Multibody Systems, 1994, section 5.3, under constraints.
     """
     coordinates = equations.mechanism.coordinates
     place = np.array([c.start for c in coordinates]) if q is None else np.asarray(q, dtype=np.float64)
@@ -188,14 +189,21 @@ def linearize(
 
 
 def null_space(rows: Floats) -> Floats:
-    """An orthonormal basis, (n, k), of what ``rows`` (m, n) of unit length map to zero."""
+    """An orthonormal basis, (n, k), of what ``rows`` (m, n) of unit length map to zero: right singular vectors.
+
+    Source: Golub, Van Loan, Matrix Computations, 4th edition, section 2.4.
+    """
     _, singular, right = np.linalg.svd(rows, full_matrices=True)
     basis: Floats = right[int(np.sum(singular > RANK)) :].T
     return basis
 
 
 def independent_rows(basis: Floats) -> list[int]:
-    """The k rows of ``basis`` (n, k) that are most independent, ascending; the earlier one of equals."""
+    """The k rows of ``basis`` (n, k) that are most independent, ascending; the earlier one of equals.
+
+    The longest remainder is taken in turn: Q R with column pivoting of its transpose. Source: Golub, Van Loan, Matrix
+    Computations, 4th edition, section 5.4.
+    """
     rest, chosen = basis.copy(), []
     for _ in range(basis.shape[1]):
         size = np.linalg.norm(rest, axis=1)

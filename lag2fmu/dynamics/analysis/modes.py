@@ -35,7 +35,11 @@ class Mode:
 
 
 def normal_modes(about: Linearization) -> tuple[Mode, ...]:
-    """The modes of a linearization about an equilibrium, by rising frequency."""
+    """The modes of a linearization about an equilibrium, by rising frequency.
+
+    By K s = omega^2 M s on the f free motions where nothing is damped or gyroscopic, M made 1 by its Cholesky factor;
+    else by the eigenvectors of A (k, k). Source: Golub, Van Loan, Matrix Computations, 4th edition, section 8.7.
+    """
     tangent = about.tangent
     M, C, K = (tangent.T @ x @ tangent for x in (about.mass, about.damping, about.stiffness))
     holonomic = len(about.states) == 2 * tangent.shape[1]

@@ -32,7 +32,7 @@ def linearized(mechanism: Mechanism, about: Sequence[float] | None = None) -> Me
 
     ``about``: q (n,) in SI units, by default the equilibrium found from the start. It starts as far from equilibrium
     as ``mechanism`` does. Raises DerivationError if there is no equilibrium, if ``about`` is none, or if the time is in
-    the equations (Floquet's exponents belong there).
+    the equations (Floquet's exponents belong there). Source: Landau, Lifshitz, Mechanics, section 23.
     """
     equations = derive(mechanism)
     return _Form(equations, _equilibrium(equations, about)).mechanism()

@@ -43,7 +43,10 @@ class Stiffness:
 
 
 def stiffness(equations: EquationsOfMotion) -> Stiffness | None:
-    """What the motion linearized about the start shows; None where it has no linearization there."""
+    """What the eigenvalues (1/s) of the motion linearized about the start show; None where it has no linearization.
+
+    Source: Hairer, Wanner, Solving Ordinary Differential Equations II, 2nd edition, section IV.2, for stability.
+    """
     try:
         eigenvalues = linearize(equations).eigenvalues
     except DerivationError:
@@ -67,7 +70,10 @@ class Vibration:
 
 
 def undamped_vibrations(equations: EquationsOfMotion) -> tuple[Vibration, ...]:
-    """The fast undamped vibrations of the motion linearized about the start, the fastest first."""
+    """The fast undamped vibrations (rad/s) of the motion linearized about the start, the fastest first.
+
+    Fast: more than FAST periods in the experiment; undamped: |Re| < UNDAMPED |eigenvalue|. None where ``stiffness`` is.
+    """
     try:
         modes = normal_modes(linearize(equations))
     except DerivationError:
