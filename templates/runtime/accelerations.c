@@ -61,7 +61,7 @@ static const double *usual_accelerations(Instance *instance, double time) {
     return state->usual_known && fabs(span) * STABILISATION < STALE ? usual : NULL;
 }
 
-/* Is every constraint as clearly independent, or redundant, as the formula takes it to be, and none about to be lost? */
+/* Is every constraint as clearly independent, or redundant, as the formula has it, and none about to be lost? */
 static bool formula_holds(const Instance *instance, const double margins[], const double squares[]) {
     const IndependentRows *known = &instance->state.rows;
     for (int k = 0; k < N_CONSTRAINTS; k++) {
@@ -74,11 +74,12 @@ static bool formula_holds(const Instance *instance, const double margins[], cons
 }
 
 bool accelerations_at(Instance *instance, double time, const double states[], const double inputs[],
-                             double unknowns[]) {
+                      double unknowns[]) {
     System *system = &instance->scratch.system;
     double drift[N_CONSTRAINTS], pivots[N_COORDINATES], margins[N_CONSTRAINTS], squares[N_CONSTRAINTS];
     find_drift(instance, time, states, inputs, drift);
-    mechanism_accelerations(time, states, inputs, instance->state.parameters, drift, unknowns, pivots, margins, squares);
+    mechanism_accelerations(time, states, inputs, instance->state.parameters, drift, unknowns, pivots, margins,
+                            squares);
     if (!formula_holds(instance, margins, squares) || !pivots_sound(instance, pivots)) {
         double below[N_CONSTRAINTS];
         if (!system_factorize(instance, time, states, inputs, N_CONSTRAINTS, 0.0, system)) {

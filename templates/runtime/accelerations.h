@@ -4,13 +4,16 @@
 
 #include "instance.h"
 
-/* unknowns = qdd[n] and the multipliers[m] at the given time (s), states and inputs. Touches no cache. Returns false,
-   with instance->failure set, where there are none or where they are not finite. */
+/* unknowns[n + m] = qdd and the multipliers at the given time (s), states[2n] and inputs: by the generated formula, and
+   where it does not hold by factorising (system.h). Touches no cache. Returns false, with instance->failure set, where
+   there are none or where they are not finite. */
 bool accelerations_at(Instance *instance, double time, const double states[], const double inputs[], double unknowns[]);
 
-/* Multipliers of redundant constraints are not unique; shown is the solution of least norm: this makes it of any, given
-   behind the accelerations, with the system factorised at the point. */
+/* Are the multipliers at the present point the only ones? Those of redundant constraints are not. */
 bool multipliers_unique(const Instance *instance);
+
+/* Makes those behind the accelerations, in unknowns[n + m], the solution of least norm, which is what is shown; with
+   the system factorised at the point. */
 void multipliers_spread(const System *system, double unknowns[]);
 
 #if N_CONSTRAINTS > 0
@@ -18,8 +21,8 @@ void multipliers_spread(const System *system, double unknowns[]);
 
        d2phi/dt2 = -2 s dphi/dt - s^2 phi,   s = STABILISATION,
 
-   which brings phi back. Co-simulation projects instead. Ascher, Chin, Reich, Stabilization of DAEs and invariant
-   manifolds, Numerische Mathematik 67, 1994. */
+   which brings phi back. Co-simulation projects instead: then it is 0. In 1/s. Ascher, Chin, Reich, Stabilization of
+   DAEs and invariant manifolds, Numerische Mathematik 67, 1994. */
 double stabilisation(const Instance *instance);
 #endif
 

@@ -32,7 +32,8 @@ typedef struct {
 
 /* Fills the rest from jacobian and response. Of the known rows, if they are not NULL, all are taken that still are
    independent, and others only where they clearly are. With damping > 0 that times the identity is added to the scaled
-   matrix: the solutions are then damped as in the method of Levenberg and Marquardt. */
+   matrix: the solutions are then damped as in the method of Levenberg and Marquardt. By Cholesky's method with diagonal
+   pivoting: Golub, Van Loan, Matrix Computations, 4th edition, section 4.2. */
 void constraints_factorize(ConstraintFactorization *result, int rows, const IndependentRows *known, double damping);
 
 /* The distance of the row at place k of the order from the span of those before it, in the metric M^-1. */

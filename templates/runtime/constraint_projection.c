@@ -97,9 +97,9 @@ static void correct(const Values *values, Level level, const System *system, dou
     }
 }
 
-/* The damping of a correction of residuals of this relative size: with redundant constraints solutions are not isolated,
-   and the convergence stays quadratic. Yamashita, Fukushima, On the rate of convergence of the Levenberg-Marquardt
-   method, Computing 15, 2001. */
+/* The damping of a correction of residuals of this relative size: with redundant constraints solutions are not
+   isolated, and the convergence stays quadratic. Yamashita, Fukushima, On the rate of convergence of the
+   Levenberg-Marquardt method, Computing 15, 2001. */
 static double damping_of(double size) {
     return fmin(1.0, size * size);
 }
@@ -141,7 +141,7 @@ bool constraints_project(Instance *instance, double time, const double inputs[],
            project(instance, VELOCITIES, time, inputs, states, &values, &factorized, moved);
 }
 
-/* ------------------------------------------------------------------------------------------------------ at the start */
+/* ----------------------------------------------------------------------------------------------------- at the start */
 
 /* Which states may move: those of the level that are guesses, or all of the level. */
 typedef enum { GUESSES, ALL_STATES } Freedom;
@@ -150,7 +150,7 @@ static bool is_free(Level level, Freedom freedom, int i) {
     return freedom == ALL_STATES || !GIVEN_STATES[(level == POSITIONS ? 0 : N) + i];
 }
 
-/* change[n]: the least one in nominal values, of the free states, that takes the residuals[rows] away to first order. */
+/* change[n]: the least one in nominal values, of the free states, that takes residuals[rows] away to first order. */
 static void least_change(ConstraintFactorization *work, const double jacobian[], const double residuals[], Level level,
                          Freedom freedom, double damping, double change[]) {
     double right[N_CONSTRAINTS];

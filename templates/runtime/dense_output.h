@@ -1,4 +1,4 @@
-/* The states within a solver step, for communication points that the solver steps over. With theta = 0 ... 1 in the step
+/* The states within a solver step, for communication points that the solver steps over. With theta = 0 ... 1 in it
 
        x(theta) = x + theta (f0 + (1 - theta) (f1 + theta (f2 + (1 - theta) (f3 + theta (f4 + ...)))))
 
@@ -13,7 +13,7 @@
    instance->failure set, if an evaluation for it fails. */
 bool dense_begin(Instance *instance, Step step);
 
-/* The states at a time (s) in that step. */
+/* states[2n] at a time (s) in that step. */
 void dense_states(const Dense *dense, double time, double states[]);
 
 #endif

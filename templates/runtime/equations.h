@@ -28,11 +28,12 @@ typedef struct {
     double locals[MAX_OUTPUT_ORDER][SIZE_LOCALS];
 } Motion;
 
-/* dx/dt = [qd, qdd] at any time and states in a communication step, with the inputs at that time. Touches no cache:
-   the solver does not depend on which variables were read in between. */
+/* derivatives[2n] = [qd, qdd] at any time (s) and states[2n] in a communication step, with the inputs at that time.
+   Touches no cache: the solver does not depend on which variables were read in between. */
 bool equations_derivative(Instance *instance, double time, const double states[], double derivatives[]);
 
-/* d(qdd)/d(q, qd) likewise: jacobian[2n][n], a row for each state. For implicit solvers only. */
+/* d(qdd)/d(q, qd) likewise: jacobian[2n][n], a row for each state, by tangents along groups of states that do not meet
+   (Curtis, Powell, Reid, On the estimation of sparse Jacobian matrices, 1974). For implicit solvers only. */
 bool equations_jacobian(Instance *instance, double time, const double states[], double jacobian[]);
 
 /* In initialization mode: solves for the start values that constraints determine; nothing else ever. All that reads

@@ -13,8 +13,8 @@ static const char DEPENDENCE[] = "";
 
 /* Where nothing controls the error, a motion that blows up may be the solver's own. */
 static const char *fixed_step_remedy(void) {
-    return METHOD.error_order > 0 ? "" : ", unless the solver step is too long for it: lower solver_step, or export with "
-                                         "--solver radau5";
+    return METHOD.error_order > 0 ? "" : ", unless the solver step is too long for it: lower solver_step, or export "
+                                         "with --solver radau5";
 }
 
 enum { NAMES_SHOWN = 8, NAMES_SIZE = 400 };
@@ -74,13 +74,13 @@ void failure_sentence(const Failure *failure, char text[], size_t size) {
     list_coordinates(failure->coordinates, names, sizeof names);
     switch (failure->kind) {
     case FAILURE_SINGULAR:
-        snprintf(text, size, "at time %.17g the mass matrix becomes singular and does not determine the acceleration of %s; "
-                 "check the masses and inertias, or start elsewhere", failure->time, names);
+        snprintf(text, size, "at time %.17g the mass matrix becomes singular and does not determine the acceleration "
+                 "of %s; check the masses and inertias, or start elsewhere", failure->time, names);
         break;
     case FAILURE_NEARLY_SINGULAR:
-        snprintf(text, size, "at time %.17g the mass matrix is nearly singular and hardly determines the acceleration of "
-                 "%s; if the run ends here, this is why: check the masses and inertias, or start elsewhere", failure->time,
-                 names);
+        snprintf(text, size, "at time %.17g the mass matrix is nearly singular and hardly determines the acceleration "
+                 "of %s; if the run ends here, this is why: check the masses and inertias, or start elsewhere",
+                 failure->time, names);
         break;
     case FAILURE_NOT_FINITE:
         snprintf(text, size, "at time %.17g the equations of motion give no finite acceleration of %s; "
@@ -88,7 +88,8 @@ void failure_sentence(const Failure *failure, char text[], size_t size) {
         break;
     case FAILURE_OVERFLOW:
         snprintf(text, size, "at time %.17g the state %s grows beyond all bounds even in a solver step of %.3g s; "
-                 "the motion ends here%s", failure->time, state_name(failure->state), failure->step, fixed_step_remedy());
+                 "the motion ends here%s", failure->time, state_name(failure->state), failure->step,
+                 fixed_step_remedy());
         break;
     case FAILURE_ACCURACY:
         snprintf(text, size, "at time %.17g a solver step of %.3g s still makes an error of %.3g times the tolerance "

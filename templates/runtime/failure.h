@@ -4,7 +4,8 @@
 
 #include "instance.h"
 
-/* Writes one sentence that says what failed, at which time, for which coordinate or state, and what to do. */
+/* Writes one sentence to text[size] that says what failed, at which time, for which coordinate or state, and what to
+   do; a longer one is cut. */
 void failure_sentence(const Failure *failure, char text[], size_t size);
 
 #endif

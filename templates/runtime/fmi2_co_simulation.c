@@ -19,13 +19,13 @@ static double rounding(double time) {
     return 64.0 * DBL_EPSILON * fabs(time);
 }
 
-/* The most frequent communication step, made short work of: like the last one it ends within a solver step, and only the
-   time moves. Such a solver step does not pass the stop time: that is the integrator's care. */
+/* The most frequent communication step, made short work of: like the last one it ends within a solver step, and only
+   the time moves. Such a solver step does not pass the stop time: that is the integrator's care. */
 static bool moved_within_solver_step(Instance *instance, double point, double step) {
     const double end = point + step;
-    const bool within = instance != NULL && instance->state.mode == MODE_STEP_COMPLETE && instance->cache.states_behind &&
-                        step > 0.0 && fabs(point - instance->state.time) <= TIME_TOLERANCE * step &&
-                        end < instance->state.dense.end;
+    const bool within = instance != NULL && instance->state.mode == MODE_STEP_COMPLETE &&
+                        instance->cache.states_behind && step > 0.0 &&
+                        fabs(point - instance->state.time) <= TIME_TOLERANCE * step && end < instance->state.dense.end;
     if (within) {
         instance->state.time = end;
     }
@@ -63,9 +63,9 @@ static fmi2Status warn_damped(Instance *instance, const Notice *notice) {
                                      VIBRATIONS[i], COORDINATE_NAMES[VIBRATING[i]]);
         used += written > 0 ? (size_t)written : 0;
     }
-    return warn(instance, "solver %s damps undamped vibrations at time %.17g s, where its step of %.3g s is longer than an "
-                "eighth of a period: %s; if they matter, set solver_max_step to %.2g s", METHOD.name, notice->time,
-                notice->step, list, 0.4 * RESOLVING_STEP(VIBRATIONS[0]));
+    return warn(instance, "solver %s damps undamped vibrations at time %.17g s, where its step of %.3g s is longer "
+                "than an eighth of a period: %s; if they matter, set solver_max_step to %.2g s", METHOD.name,
+                notice->time, notice->step, list, 0.4 * RESOLVING_STEP(VIBRATIONS[0]));
 #else
     (void)instance;
     (void)notice;
@@ -79,16 +79,16 @@ static fmi2Status report_notice(Instance *instance) {
     switch (notice->kind) {
     case NOTICE_STIFF:
         if (METHOD.error_order == 0) {
-            return warn(instance, "the mechanism is too stiff at time %.17g s for a solver step of %.3g s: solver %s is not "
-                        "stable with it; lower solver_step, or export with --solver ros2 or radau5", notice->time,
-                        notice->step, METHOD.name);
+            return warn(instance, "the mechanism is too stiff at time %.17g s for a solver step of %.3g s: solver %s "
+                        "is not stable with it; lower solver_step, or export with --solver ros2 or radau5",
+                        notice->time, notice->step, METHOD.name);
         }
-        return warn(instance, "the mechanism is stiff at time %.17g s: stability, not accuracy, bounds the steps of solver "
-                    "%s, to %.3g s there; export with --solver radau5", notice->time, METHOD.name, notice->step);
+        return warn(instance, "the mechanism is stiff at time %.17g s: stability, not accuracy, bounds the steps of "
+                    "solver %s, to %.3g s there; export with --solver radau5", notice->time, METHOD.name, notice->step);
     case NOTICE_UNEQUAL:
-        return warn(instance, "the solver step changed to %.17g s at time %.17g s; solver %s keeps the energy bounded over "
-                    "long times with equal steps only: keep the communication steps equal", notice->step, notice->time,
-                    METHOD.name);
+        return warn(instance, "the solver step changed to %.17g s at time %.17g s; solver %s keeps the energy bounded "
+                    "over long times with equal steps only: keep the communication steps equal", notice->step,
+                    notice->time, METHOD.name);
     case NOTICE_DAMPED:
         return warn_damped(instance, notice);
     case NOTICE_NONE:

@@ -122,8 +122,8 @@ fmi2Status fmi2SetupExperiment(fmi2Component c, fmi2Boolean toleranceDefined, fm
         return fmi2Error;
     }
     if (toleranceDefined && !(tolerance >= LEAST_TOLERANCE && isfinite(tolerance))) {
-        return fail(instance, "the tolerance is %g; expected a relative tolerance of at least %g, which rounding allows",
-                    tolerance, LEAST_TOLERANCE);
+        return fail(instance, "the tolerance is %g; expected a relative tolerance of at least %g, which rounding "
+                    "allows", tolerance, LEAST_TOLERANCE);
     }
     if (!isfinite(startTime)) {
         return fail(instance, "the start time is %.17g; expected a finite number", startTime);

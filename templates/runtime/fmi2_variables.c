@@ -141,8 +141,8 @@ static fmi2Status check_value(Instance *instance, fmi2ValueReference reference, 
     }
     if (variable->kind == VARIABLE_SETTING && variable->index == SETTING_TOLERANCE && value > 0.0 &&
         value < LEAST_TOLERANCE) {
-        return discard(instance, "variable %s cannot be set to %g, which rounding does not allow; expected 0, or a value "
-                       "of at least %g, and nothing was set", variable->name, value, LEAST_TOLERANCE);
+        return discard(instance, "variable %s cannot be set to %g, which rounding does not allow; expected 0, or a "
+                       "value of at least %g, and nothing was set", variable->name, value, LEAST_TOLERANCE);
     }
     return fmi2OK;
 }

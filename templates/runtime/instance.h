@@ -1,7 +1,11 @@
 /* One instance of the FMU: everything that belongs to it is in this struct, in one block of memory.
 
    State is what fmi2GetFMUstate saves. All else is either given at instantiation and never changed, or can be computed
-   again from the State, so that a run continued from a restored State repeats bit for bit. */
+   again from the State, so that a run continued from a restored State repeats bit for bit.
+
+   In all headers n = N_COORDINATES, m = N_CONSTRAINTS, h = N_HOLONOMIC. Unless it is said otherwise states are [q, qd],
+   [2n], derivatives their rates, inputs [N_INPUTS], unknowns qdd[n] with the multipliers[m] behind them. Everything is
+   in SI units, times and lengths of steps in s. Matrices are row-major. */
 #ifndef INSTANCE_H
 #define INSTANCE_H
 
@@ -233,7 +237,7 @@ typedef struct {
 /* Brings an instance to the state "instantiated" with all start values; both fmi2Instantiate and fmi2Reset do this. */
 void instance_start(Instance *instance);
 
-/* Writes a double of the State (time, a state, an input, a parameter) and marks what depended on it as outdated.
+/* Writes a double of the State (time, a state, an input, a parameter; SI) and marks what depended on it as outdated.
    The same bits once more change nothing, so that a solver may go on with its stored derivative. */
 void instance_assign(Instance *instance, double *slot, double value);
 
@@ -244,7 +248,7 @@ void instance_forget_motion(Instance *instance);
 /* The name of the variable of this kind and index, "?" if it has none. */
 const char *variable_name(VariableKind kind, int index);
 
-/* The name of the entry with this index of [q, qd]. */
+/* The name of the entry with this index, 0 to 2n - 1, of [q, qd]. */
 const char *state_name(int index);
 
 /* The start of every fmi2 function: the instance if the call is legal now, else NULL after the error was reported. */

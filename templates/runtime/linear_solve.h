@@ -18,11 +18,12 @@ typedef struct {
 
 typedef enum { MASS_REGULAR, MASS_SINGULAR, MASS_NOT_FINITE } MassOutcome;
 
-/* Factorises M, of which the lower triangle is given, row-major. Unless the outcome is MASS_REGULAR, concerned flags
-   the coordinates that are not determined or whose rows hold values that are not finite. */
+/* Factorises M, mass[n * n], of which the lower triangle is given: as L D L^T, or with pivoting where that does not go
+   (Golub, Van Loan, Matrix Computations, 4th edition, sections 4.1 and 3.4). Unless the outcome is MASS_REGULAR,
+   concerned[n] flags the coordinates that are not determined or whose rows hold values that are not finite. */
 MassOutcome mass_factorize(const double mass[], Factorization *result, bool concerned[]);
 
-/* Is M singular but for this part, in scaled coordinates? Flags the coordinates concerned. */
+/* Is M singular but for this part of its largest pivot, in scaled coordinates? concerned[n] flags the coordinates. */
 bool mass_nearly_singular(const double mass[], double part, Factorization *work, bool concerned[]);
 
 /* Overwrites b[n] by the solution a of M a = b. */

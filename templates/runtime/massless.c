@@ -63,8 +63,8 @@ static void move(double moving[], const double kept[], double length, const doub
     }
 }
 
-/* The greatest residual, seen from what a nominal displacement of the coordinate, or what it is now, makes; infinite for
-   one that is not finite. */
+/* The greatest residual, seen from what a nominal displacement of the coordinate, or what it is now, makes; infinite
+   for one that is not finite. */
 static double size_of(const Values *values, const double states[]) {
     double greatest = 0.0;
     for (int k = 0; k < N_MASSLESS_POSITIONS; k++) {

@@ -1,12 +1,12 @@
-/* Coordinates without mass: the forces on them are in equilibrium, which determines where they are, or with friction how
-   fast they move. In model exchange they are no states and are solved for whenever something else has changed. */
+/* Coordinates without mass: the forces on them are in equilibrium, which determines where they are, or with friction
+   how fast they move. In model exchange they are no states and are solved for whenever something else has changed. */
 #ifndef MASSLESS_H
 #define MASSLESS_H
 
 #include "equations.h"
 
-/* Solves for them near where they were at the last completed step, if anything has changed; the states proper stay as
-   they are. Returns false, with instance->failure, if there is no solution. */
+/* Solves for them near where they were at the last completed step, if anything has changed, by Newton's method; the
+   states proper stay as they are. Returns false, with instance->failure, if there is no solution. */
 bool massless_settle(Instance *instance);
 
 /* Makes where they are now the place from which they are sought. */

@@ -1,5 +1,5 @@
-/* Looking for what the importer should know. The stiffness test: Hairer, Wanner, Solving Ordinary Differential Equations
-   II, 2nd edition, section IV.2. */
+/* Looking for what the importer should know. The stiffness test: Hairer, Wanner, Solving Ordinary Differential
+   Equations II, 2nd edition, section IV.2. */
 #include "notices.h"
 
 #include <float.h>
@@ -7,7 +7,7 @@
 #include <string.h>
 
 static const double SAME_LENGTH = 1e-6;    /* relative difference by which importers' rounding may change steps */
-static const int64_t LOOK = 100;           /* every so many steps stiffness is looked for, while there is no suspicion */
+static const int64_t LOOK = 100;           /* so many steps apart stiffness is looked for, while none is suspected */
 static const double AT_THE_LIMIT = 0.98;   /* of stability; Hairer and Wanner's codes take the same, ... */
 static const int64_t CONVINCED = 15, CLEARED = 6; /* ... and these numbers of steps at the limit and below it */
 

@@ -1,8 +1,8 @@
-/* An implicit Runge-Kutta method as data; the one that was chosen at export is in the generated tableau.c.
+/* An implicit Runge-Kutta method as data; the one that was chosen at export is in the generated collocation.c.
 
-   Stages i at the times t + c_i h hold Q_i = q + h sum_j a_ij V_j; what changes the velocities (accelerations, or forces
-   that change momenta) is summed with hat_ij in the same way, and both with b_j over the whole step. hat is a itself
-   unless the method is partitioned. */
+   Stages i at the times t + c_i h hold Q_i = q + h sum_j a_ij V_j; what changes the velocities (accelerations, or
+   forces that change momenta) is summed with hat_ij in the same way, and both with b_j over the whole step. hat is a
+   itself unless the method is partitioned. */
 #ifndef SOLVER_COLLOCATION_H
 #define SOLVER_COLLOCATION_H
 
@@ -18,8 +18,8 @@ typedef struct {
 
 extern const Collocation COLLOCATION;
 
-/* a of radau5 = from_modes diag(real, pair) to_modes: its stages, combined by to_modes, do not meet in linear systems but
-   for those of the pair. */
+/* a of radau5 = from_modes diag(real, pair) to_modes: its stages, combined by to_modes, do not meet in linear systems
+   but for those of the pair. */
 typedef struct {
     double real;
     const double *pair; /* 2 x 2 */

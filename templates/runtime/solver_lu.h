@@ -1,12 +1,12 @@
-/* A x = b for a full matrix A of any size, row-major, by L U with row pivoting. Golub, Van Loan, Matrix Computations, 4th
-   edition, section 3.4. */
+/* A x = b for a full matrix A of any size, row-major, by L U with row pivoting. Golub, Van Loan, Matrix Computations,
+   4th edition, section 3.4. */
 #ifndef SOLVER_LU_H
 #define SOLVER_LU_H
 
 #include <stdbool.h>
 
-/* Overwrites a[size * size] by its factors and rows[size] by the order of its rows. Returns false if a pivot is 0 or not
-   finite. */
+/* Overwrites a[size * size] by its factors and rows[size] by the order of its rows. Returns false if a pivot is 0 or
+   not finite. */
 bool lu_factorize(double a[], int rows[], int size);
 
 /* x[size] for b[size], with the factors. */

@@ -8,11 +8,12 @@
    false, with instance->failure, if that fails. */
 bool radau_solve(Instance *instance, Step step, double tolerance, double accelerations[]);
 
-/* The states at stage i for the accelerations. */
+/* states[2n] at stage i, 0 to STAGES - 1, of a step of length h (s) for the accelerations[STAGES * n]. */
 void radau_stage(const Instance *instance, double h, int i, const double accelerations[], double states[]);
 
 /* Overwrites r[2n] by (I - g J)^-1 r, with g = h MODES.real and the Jacobian J of the equations of first order that
-   radau_solve has used. */
+   radau_solve has used: the error estimate of stiff components is made small by it, Hairer, Wanner, Solving Ordinary
+   Differential Equations II, 2nd edition, section IV.8. */
 void radau_filter(const Instance *instance, double h, double r[]);
 
 #endif

@@ -35,7 +35,8 @@ static bool factorize_block(const Memory *memory, double h, const double b[], in
             for (int k = 0; k < N; k++) {
                 for (int l = 0; l < N; l++) {
                     matrix[(i * N + k) * size * N + j * N + l] = (i == j && k == l ? 1.0 : 0.0) -
-                        h * b[i * size + j] * memory->damping[k * N + l] - h * h * square * memory->stiffness[k * N + l];
+                        h * b[i * size + j] * memory->damping[k * N + l] -
+                        h * h * square * memory->stiffness[k * N + l];
                 }
             }
         }

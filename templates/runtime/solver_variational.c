@@ -5,16 +5,17 @@
 
    and q, p move on by h sum_j b_j V_j and h sum_j b_j F_j. With Gauss points these are the Gauss methods in q and p
    (a = hat), with Lobatto points the pairs IIIA and IIIB, of which the first is Stoermer and Verlet's. They keep the
-   symplectic form, momenta of symmetries, and energy up to a bounded error. Forces enter as in the discrete principle of
-   d'Alembert. Sources: Marsden, West, Discrete mechanics and variational integrators, Acta Numerica 2001, sections 2.6
-   and 3.2; Hairer, Lubich, Wanner, Geometric Numerical Integration, 2nd edition, section VI.6.
+   symplectic form, momenta of symmetries, and energy up to a bounded error. Forces enter as in the discrete principle
+   of d'Alembert. Sources: Marsden, West, Discrete mechanics and variational integrators, Acta Numerica 2001, sections
+   2.6 and 3.2; Hairer, Lubich, Wanner, Geometric Numerical Integration, 2nd edition, section VI.6.
 
-   Holonomic constraints phi = 0 add G_j^T multiplier_j to the forces, G = dphi/dq, such that phi(Q_i) = 0 at all stages.
-   The Lobatto pairs fit: their first stage is the start, which is on the constraints; the last multiplier acts on no
-   stage, and serves to end with G qd + dphi/dt = 0. With two stages that is RATTLE. Sources: Jay, Symplectic partitioned
-   Runge-Kutta methods for constrained Hamiltonian systems, SIAM Journal on Numerical Analysis 33, 1996; Hairer, Lubich,
-   Wanner, sections VII.1.3 and VII.1.4; Marsden, West, section 3.5. Momenta determine velocities where M is regular: if
-   it never is, L holds an energy of the constraints' velocities, which is 0 along the motion.
+   Holonomic constraints phi = 0 add G_j^T multiplier_j to the forces, G = dphi/dq, such that phi(Q_i) = 0 at all
+   stages. The Lobatto pairs fit: their first stage is the start, which is on the constraints; the last multiplier
+   acts on no stage, and serves to end with G qd + dphi/dt = 0. With two stages that is RATTLE. Sources: Jay,
+   Symplectic partitioned Runge-Kutta methods for constrained Hamiltonian systems, SIAM Journal on Numerical Analysis
+   33, 1996; Hairer, Lubich, Wanner, sections VII.1.3 and VII.1.4; Marsden, West, section 3.5. Momenta determine
+   velocities where M is regular: if it never is, L holds an energy of the constraints' velocities, which is 0 along
+   the motion.
 
    The equations are solved to rounding and the sums are compensated, so that rounding errors do not add up to a drift:
    Hairer, McLachlan, Razakarivony, Achieving Brouwer's law with implicit Runge-Kutta methods, BIT 48, 2008. */
@@ -151,8 +152,8 @@ static void correct_end(Instance *instance, double time, const double q[], const
 #endif
 }
 
-/* The velocities at the end of the step whose momenta are next->momenta: M qd + a = p, corrected once for rounding. With
-   constraints p is short of the impulse of the last multiplier, until that makes the velocities meet them. */
+/* The velocities at the end of the step whose momenta are next->momenta: M qd + a = p, corrected once for rounding.
+   With constraints p is short of the impulse of the last multiplier, until that makes the velocities meet them. */
 static bool velocities_of(Instance *instance, Step step, const double q[], Canonical *next, double qd[]) {
     double resting[N_STATES] = {0.0};
     double impulse[N] = {0.0};

@@ -30,15 +30,15 @@ static inline void pack(const double q[], const double qd[], double states[]) {
 /* With the system factorised at the start of the step: the multipliers to begin with are those there. */
 void stages_guess_multipliers(const System *system, Stages *stages);
 
-/* Adds the forces of the constraints at stage i, at this time, and tells what phi is there. */
+/* Adds the forces of the constraints at stage i, at this time (s), and puts what phi is there to residuals[i]. */
 void stages_constrain(Instance *instance, double time, Stages *stages, int i);
 
 /* From changes[i] of velocities, which leave G qd as it is, and the multipliers behind them to those changes, and
    corrected multipliers, that make phi vanish at all stages, to first order; h is the length of the step. */
 void stages_meet_constraints(const System *system, double h, Stages *stages, double changes[STAGES][N_UNKNOWNS]);
 
-/* Changes qd so that its momenta grow by missing[n] and an impulse of the constraints, which is added to impulse[n], and
-   G qd + dphi/dt = 0. The system is factorised there. */
+/* Changes qd so that its momenta grow by missing[n] and an impulse of the constraints, which is added to impulse[n],
+   and G qd + dphi/dt = 0. The system is factorised there. */
 void constraints_end_step(Instance *instance, double time, const double q[], const double missing[], double qd[],
                           double impulse[]);
 

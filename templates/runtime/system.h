@@ -10,11 +10,11 @@
 
 #include "instance.h"
 
-/* Are these pivots of the generated code clearly positive? */
+/* Are these pivots[n] of the generated code clearly positive? */
 bool pivots_sound(Instance *instance, const double pivots[]);
 
-/* M written out and factorised with pivoting where it must be; leaves the forcing in scratch. With mend, a singular M is
-   replaced as said above. Returns false, with instance->failure, if the system determines no accelerations. */
+/* M written out and factorised with pivoting where it must be; leaves the forcing in scratch. With mend, a singular M
+   is replaced as said above. Returns false, with instance->failure, if the system determines no accelerations. */
 bool system_factorize_densely(Instance *instance, double time, const double states[], const double inputs[],
                               System *system);
 
