@@ -119,6 +119,15 @@ class Stepping:
         """The states after each of ``count`` communication steps."""
         return [self.step(length) for _ in range(count)]
 
+    def repeats(self, count: int, length: float) -> bool:
+        """Whether ``count`` communication steps from here lead to the same states once more after a roll-back."""
+        state, at = self.unit.getFMUState(), self.time
+        first = self.steps(count, length)
+        self.unit.setFMUState(state)
+        self.unit.freeFMUState(state)
+        self.time = at
+        return self.steps(count, length) == first
+
     def derivative(self, unknowns: Sequence[str], seed: Mapping[str, float]) -> list[float]:
         """The directional derivative of ``unknowns`` along ``seed``."""
         r = self.references

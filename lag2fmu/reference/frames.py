@@ -155,13 +155,16 @@ def _link(frame: Frame, composition: Composition, slots: Slots) -> Link:
     for axis, angle in frame.rotations:
         a = written(angle)
         values = slots.add([sp.cos(a), sp.sin(a), rate(a)])
-        turns.append(Turn(AXES.index(axis) if isinstance(axis, str) else slots.add(_unit(axis, composition)), values))
+        turns.append(
+            Turn(AXES.index(axis) if isinstance(axis, str) else slots.add(unit_vector(axis, composition)), values)
+        )
     e = None if frame.quaternion is None else [written(x) for x in frame.quaternion]
     quaternion = None if e is None else slots.add([*e, *map(rate, e)])
     return Link(frame.name, str(frame.parent), slots.add([*origin, *map(rate, origin)]), tuple(turns), quaternion)
 
 
-def _unit(axis: Sequence[sp.Expr | int | float], composition: Composition) -> list[sp.Expr]:
+def unit_vector(axis: Sequence[sp.Expr | int | float], composition: Composition) -> list[sp.Expr]:
+    """The direction of ``axis`` (3,), of any length, as expressions (3,)."""
     vector = [composition.written(x) for x in axis]
     length = sp.sqrt(sp.Add(*(x**2 for x in vector)))
     return [x / length for x in vector]

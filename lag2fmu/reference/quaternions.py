@@ -14,7 +14,7 @@ import sympy as sp
 from lag2fmu.mechanism.expressions import TIME
 from lag2fmu.mechanism.record import AXES, WORLD
 from lag2fmu.reference.composition import Composition
-from lag2fmu.reference.frames import Slots
+from lag2fmu.reference.frames import Slots, unit_vector
 from lag2fmu.reference.functions import Array, compiled
 
 
@@ -65,10 +65,6 @@ def _of_turn(
     composition: Composition, axis: str | Sequence[sp.Expr | int | float], angle: sp.Expr | int | float
 ) -> list[sp.Expr]:
     half = composition.written(angle) / 2
-    if isinstance(axis, str):
-        u = [sp.S.One if letter == axis else sp.S.Zero for letter in AXES]
-    else:
-        vector = [composition.written(x) for x in axis]
-        length = sp.sqrt(sp.Add(*(x**2 for x in vector)))
-        u = [x / length for x in vector]
+    numbers = [int(letter == axis) for letter in AXES] if isinstance(axis, str) else axis
+    u = unit_vector(numbers, composition)
     return [sp.cos(half), *(sp.sin(half) * x for x in u)]

@@ -8,6 +8,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 import sympy as sp
+from bicycle import EIGENVALUES
 from scipy.special import mathieu_a, mathieu_b
 
 from lag2fmu.dynamics import derive
@@ -290,17 +291,9 @@ def test_nutation_of_the_heavy_top_about_regular_precession() -> None:
     assert np.abs(found.eigenvalues.imag).max() == pytest.approx(nutation, rel=1e-9)
 
 
-@pytest.mark.parametrize(
-    ("speed", "published"),
-    [
-        (0.0, [-5.53094371765393, -3.13164324790656, 3.13164324790656, 5.53094371765393]),
-        (4.0, [-12.15861426576447, -1.42944427361326, 0.41325331521125 - 3.07910818603206j]),
-        (5.0, [-14.07838969279822, -0.77534188219585 - 4.46486771378823j, -0.32286642900409]),
-        (10.0, [-24.62459635017404, -3.72016840437287 - 10.90681139476287j, 0.16105338653172]),
-    ],
-)
+@pytest.mark.parametrize(("speed", "published"), EIGENVALUES)
 def test_eigenvalues_of_the_bicycle(speed: float, published: list[complex]) -> None:
-    """Table 2 of Meijaard, Papadopoulos, Ruina, Schwab, Proc. R. Soc. A 463, 2007: nonholonomic, about riding on."""
+    """Nonholonomic, about riding on."""
     equations = derive(load("whipple_bicycle"))
     rates = {"x": speed, "theta_R": -speed / 0.3, "theta_F": -speed / 0.35}
     qd = np.array([rates.get(c.name, 0.0) for c in equations.mechanism.coordinates])

@@ -122,12 +122,7 @@ def test_a_rolled_back_run_repeats_itself_bit_for_bit(solver: str, exported) -> 
     with Stepping(exported("double_pendulum", solver=solver).path) as s:
         s.start()
         s.steps(3, 0.1)
-        state, at = s.unit.getFMUState(), s.time
-        first = s.steps(4, 0.1)
-        s.unit.setFMUState(state)
-        s.time = at
-        assert s.steps(4, 0.1) == first
-        s.unit.freeFMUState(state)
+        assert s.repeats(4, 0.1)
 
 
 def test_a_step_too_long_for_the_iteration_is_said(exported) -> None:

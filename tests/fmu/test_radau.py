@@ -177,12 +177,7 @@ def test_a_rolled_back_run_repeats_itself_under_constraints(model: str, exported
     with Stepping(exported(mechanism, solver="radau5").path) as s:
         s.start()
         s.steps(3, 0.013)
-        state, at = s.unit.getFMUState(), s.time
-        first = s.steps(5, 0.017)
-        s.unit.setFMUState(state)
-        s.time = at
-        assert s.steps(5, 0.017) == first
-        s.unit.freeFMUState(state)
+        assert s.repeats(5, 0.017)
 
 
 ELASTIC = crank(1e8)

@@ -217,12 +217,7 @@ def test_a_rolled_back_run_repeats_itself_bit_for_bit(solver: str, model: str, e
     with Stepping(exported(model, solver=solver).path) as s:
         s.start()
         s.steps(3, 0.1)
-        state, at = s.unit.getFMUState(), s.time
-        first = s.steps(4, 0.1)
-        s.unit.setFMUState(state)
-        s.time = at
-        assert s.steps(4, 0.1) == first
-        s.unit.freeFMUState(state)
+        assert s.repeats(4, 0.1)
 
 
 def test_momenta_are_new_after_something_was_set(exported, spherical: Mechanism) -> None:

@@ -5,6 +5,7 @@ from __future__ import annotations
 import kkt
 import numpy as np
 import pytest
+from bicycle import EIGENVALUES
 
 import lag2fmu
 from lag2fmu.dynamics import derive
@@ -138,17 +139,8 @@ def bicycle() -> Bicycle:
     return Bicycle()
 
 
-@pytest.mark.parametrize(
-    ("speed", "published"),
-    [
-        (0.0, [-5.53094371765393, -3.13164324790656, 3.13164324790656, 5.53094371765393]),
-        (4.0, [-12.15861426576447, -1.42944427361326, 0.41325331521125 - 3.07910818603206j]),
-        (5.0, [-14.07838969279822, -0.77534188219585 - 4.46486771378823j, -0.32286642900409]),
-        (10.0, [-24.62459635017404, -3.72016840437287 - 10.90681139476287j, 0.16105338653172]),
-    ],
-)
+@pytest.mark.parametrize(("speed", "published"), EIGENVALUES)
 def test_whipple_bicycle_linearised(speed: float, published: list[complex], bicycle: Bicycle) -> None:
-    """Table 2 of Meijaard, Papadopoulos, Ruina, Schwab, 2007."""
     found = bicycle.eigenvalues(speed)
     for value in published:
         assert np.abs(found - value).min() < 1e-8

@@ -31,7 +31,7 @@ MAX_COORDINATES, MAX_OPERATIONS = 3, 200
 def velocities(equations: EquationsOfMotion, values: Values, momenta: Floats) -> Floats:
     """qd (n,) of the ``momenta`` p (n,) at t, q and inputs in ``values``; raises DerivationError if M is singular."""
     n = len(equations.forcing)
-    M = matrix(equations.graph, _inertia(equations), values, n)
+    M = matrix(equations.graph, inertia(equations), values, n)
     resting = dict.fromkeys((names.velocity(c.name) for c in equations.mechanism.coordinates), 0.0)
     linear = evaluate(equations.graph, equations.momenta, {**values, **resting})
     scale = 1 / np.sqrt(np.where(np.diagonal(M) > 0, np.diagonal(M), 1.0))
@@ -60,7 +60,7 @@ def poisson_bracket(equations: EquationsOfMotion, f: int, g: int, values: Values
     Lifshitz, Mechanics, section 42 (with the opposite sign); Goldstein, Classical Mechanics, section 9.5.
     """
     graph, v, n = equations.graph, equations.variables, len(equations.forcing)
-    M = matrix(graph, _inertia(equations), values, n)
+    M = matrix(graph, inertia(equations), values, n)
     by_q = matrix(graph, [forward(graph, equations.momenta, {q: graph.one}) for q in v.q], values, n).T
 
     def slopes(node: int) -> tuple[Floats, Floats]:
@@ -144,8 +144,8 @@ def cyclic_coordinates(equations: EquationsOfMotion) -> list[str]:
     return [c.name for c, slope in zip(equations.mechanism.coordinates, slopes, strict=True) if slope == g.zero]
 
 
-def _inertia(equations: EquationsOfMotion) -> list[list[int]]:
-    """The second derivatives of L by the velocities, (n, n)."""
+def inertia(equations: EquationsOfMotion) -> list[list[int]]:
+    """The second derivatives of L by the velocities, (n, n) nodes: M without what only serves to make it regular."""
     g = equations.graph
     return [forward(g, equations.momenta, {velocity: g.one}) for velocity in equations.variables.qd]
 
@@ -157,7 +157,7 @@ def _quadratic(equations: EquationsOfMotion) -> tuple[sp.Matrix, sp.Matrix, sp.E
         return None
     resting = dict.fromkeys(v.qd, g.zero)
     nodes = g.substitute(
-        [*(x for row in _inertia(equations) for x in row), *equations.momenta, lagrangian(equations)], resting
+        [*(x for row in inertia(equations) for x in row), *equations.momenta, lagrangian(equations)], resting
     )
     if written_operations(g, nodes) > MAX_OPERATIONS:
         return None

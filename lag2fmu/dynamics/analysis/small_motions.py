@@ -13,6 +13,7 @@ from dataclasses import replace
 import numpy as np
 import sympy as sp
 
+from lag2fmu.dynamics.analysis.canonical import inertia
 from lag2fmu.dynamics.analysis.equilibria import Equilibrium, equilibria
 from lag2fmu.dynamics.analysis.evaluation import at, driven_by_time, resting_inputs, unknowns
 from lag2fmu.dynamics.autodiff import forward
@@ -83,13 +84,9 @@ class _Form:
         self.place |= {node: self._number(starts.get(str(g.leaf[node]), 0.0)) for node in v.inputs[len(v.Q) :]}
         self.symbolic = self._stays()
 
-    def _inertia(self) -> list[list[int]]:
-        """The second derivatives of L by the velocities, (n, n): M without what only serves to make it regular."""
-        g, v = self.equations.graph, self.equations.variables
-        return [forward(g, self.equations.momenta, {velocity: g.one}) for velocity in v.qd]
-
     def _real(self) -> bool:
-        return all(list(a) == b for a, b in zip(self.equations.mass_matrix, self._inertia(), strict=True))
+        """Whether nothing was added to M to make it regular."""
+        return all(list(a) == b for a, b in zip(self.equations.mass_matrix, inertia(self.equations), strict=True))
 
     def _number(self, value: float) -> int:
         from fractions import Fraction
