@@ -148,7 +148,7 @@ def check_values(m: Mechanism, scope: Scope) -> tuple[str, ...]:
 
 
 def values_of(m: Mechanism) -> Values:
-    """The values of parameters, motion inputs, time, and of the definitions that follow from them."""
+    """{name: SI value} of parameters, motion inputs, time, and of the definitions that follow from them."""
     values = {"t": 0.0} | {u.name: u.start for u in m.motions}
     values |= {p.name: p.value for p in m.parameters if p.value is not None}
     dependent = in_order([p for p in m.parameters if p.expression is not None], "parameters")

@@ -34,7 +34,10 @@ _NOTHING = sp.zeros(3, 1)
 
 
 class Equation(NamedTuple):
-    """``expression`` = 0, and the force F and torque T (3, 1) of a unit multiplier, in the axes of the base."""
+    """``expression`` = 0, and the force F and torque T of a unit multiplier, (3, 1) each, in the axes of the base.
+
+    ``suffix`` ends the name of the constraint; ``kind`` is that of a Constraint.
+    """
 
     suffix: str
     expression: sp.Expr
@@ -93,7 +96,7 @@ class Brought(NamedTuple):
 
 
 def brought_by_joints(m: Mechanism) -> Brought:
-    """What stands in the record ``m`` because joints of it bring it, and is not written down."""
+    """The names of what stands in the record ``m`` because joints of it bring it, and is not written down."""
     constraints, outputs = written_out(m)
     return Brought(
         frozenset(joint.name for joint in m.joints if joint.parent is not None),

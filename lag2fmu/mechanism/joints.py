@@ -178,7 +178,7 @@ class Joint:
 
     @property
     def frame(self) -> Frame:
-        """The frame that the joint on a parent brings."""
+        """The frame that the joint on a parent brings: its place (m) and turns (rad) by the joint's coordinates."""
         q = [symbol(str(name)) for name in self.coordinates]
         if self.kind == "spherical":
             return Frame(self.name, str(self.parent), self.origin, quaternion=q)
@@ -209,7 +209,7 @@ def _constant_axis(axis: object, where: str) -> str | Vector:
 
 
 def direction(axis: str | Sequence[Expression] | None) -> sp.Matrix:
-    """The unit vector of an axis, (3, 1); z where there is none."""
+    """The unit vector of an axis, (3, 1), given by its letter or 3 numbers of any length; z where there is none."""
     if axis is None or isinstance(axis, str):
         return sp.Matrix([int(letter == (axis or "z")) for letter in AXES])
     vector = sp.Matrix(axis)

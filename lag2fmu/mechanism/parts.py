@@ -19,7 +19,7 @@ from lag2fmu.mechanism.units import Unit, parse_unit
 
 @dataclass(frozen=True)
 class Definition:
-    """A name for an expression that other expressions use."""
+    """A name for an expression, in SI units, that other expressions use; raises MechanismError for what is none."""
 
     name: str
     expression: sp.Expr
@@ -30,7 +30,11 @@ class Definition:
 
 @dataclass(frozen=True)
 class Energy:
-    """Energies beside those of bodies and springs, or the whole Lagrangian; ``dissipation`` is Rayleigh's function."""
+    """Energies (J) beside those of bodies and springs, or the whole Lagrangian T - V (J).
+
+    ``dissipation`` is Rayleigh's function R (W), whose forces are -dR/dqd. Raises MechanismError for what is no
+    expression. Source: Goldstein, Classical Mechanics, section 1.5.
+    """
 
     kinetic: Expression | None = None
     potential: Expression | None = None
@@ -59,7 +63,10 @@ class Gravity:
 
 @dataclass(frozen=True)
 class Spring:
-    """A linear spring: ``elongation`` as an expression, or ``between`` two points or bodies with natural ``length``."""
+    """A linear spring: ``elongation`` as an expression, or ``between`` two points or bodies with natural ``length``.
+
+    ``stiffness`` k in N/m, the others in m; N.m/rad and rad for one that turns. V = 1/2 k elongation^2.
+    """
 
     name: str
     stiffness: Expression
@@ -74,7 +81,10 @@ class Spring:
 
 @dataclass(frozen=True)
 class Damper:
-    """A linear damper: ``rate`` of elongation as an expression, or ``between`` two points or bodies."""
+    """A linear damper: ``rate`` of elongation as an expression, or ``between`` two points or bodies.
+
+    ``damping`` c in N.s/m, ``rate`` in m/s; N.m.s/rad and rad/s for one that turns. R = 1/2 c rate^2.
+    """
 
     name: str
     damping: Expression
@@ -88,7 +98,7 @@ class Damper:
 
 @dataclass(frozen=True)
 class Force:
-    """A generalized non-potential force Q on one coordinate."""
+    """A generalized non-potential force Q on one coordinate: in N, or N.m for an angle; Q qd is its power, in W."""
 
     coordinate: str
     expression: Expression

@@ -36,7 +36,8 @@ class Frame:
 
     ``origin`` (m) is in the parent's axes. ``rotations`` are turns (axis, angle) about the moving axes in turn,
     R = R1 R2 ...; instead a unit ``quaternion`` (e0, e1, e2, e3) may be given, e0 being its scalar part:
-    R v = v + 2 e0 e x v + 2 e x (e x v).
+    R v = v + 2 e0 e x v + 2 e x (e x v). Raises MechanismError for axes that are none. Source: Wittenburg, Dynamics of
+    Multibody Systems, 2nd edition, chapter 2.
     """
 
     name: str
@@ -78,7 +79,10 @@ def checked_axis(axis: object, where: str) -> str | Vector:
 
 
 class Place:
-    """What bodies and points have in common: something can be attached to them."""
+    """What bodies and points have in common: something can be attached to them.
+
+    ``position`` (2 or 3 entries) in m, ``angle`` in rad.
+    """
 
     name: str
     position: Sequence[Expression] | None
@@ -98,7 +102,8 @@ class Body(Place):
     ``mass`` in kg. Without a frame ``position`` holds the 2 or 3 coordinates (m) of the mass centre in the fixed frame,
     r(t, q); ``inertia`` about the mass centre is in kg.m2, ``angle`` in rad, counter-clockwise. A spatial body has its
     mass centre at ``center`` (m) and the inertia tensor (Ixx, Iyy, Izz, Ixy, Ixz, Iyz) about it, both in the axes of
-    its frame; the entries are those of the tensor, Ixy = - integral of x y dm. Without inertia it is a particle.
+    its frame; the entries are those of the tensor, Ixy = - integral of x y dm. Without inertia it is a particle. Raises
+    MechanismError for a vector where one expression is expected, and the other way round.
     """
 
     name: str

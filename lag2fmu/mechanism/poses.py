@@ -32,7 +32,7 @@ class Pose(NamedTuple):
     angular: sp.Matrix
 
     def at(self, place: sp.Matrix) -> sp.Matrix:
-        """The point ``place`` (3, 1) of the frame, in the axes of the base."""
+        """The point ``place`` (3, 1) of the frame, in the axes of the base, (3, 1), in m."""
         return self.origin + self.rotation * place
 
 
@@ -53,7 +53,7 @@ class Poses:
         return sp.sympify(expression)
 
     def rate(self, expression: sp.Expr) -> sp.Expr:
-        """The time derivative of an expression in t, q and motions."""
+        """The time derivative of an expression in t, q and motions, by the chain rule."""
         return sp.Add(*(expression.diff(x) * rate for x, rate in self._rates.items() if expression.has(x)))
 
     def common(self, a: str, b: str) -> str:
@@ -71,7 +71,10 @@ class Poses:
         return chain[::-1]
 
     def pose(self, name: str, base: str) -> Pose:
-        """The frame ``name`` relative to ``base``, which carries it."""
+        """The frame ``name`` relative to ``base``, which carries it: composed along the frames in between.
+
+        Source: Wittenburg, Dynamics of Multibody Systems, 2nd edition, chapter 2.
+        """
         origin, angular, before, last = sp.zeros(3, 1), sp.zeros(3, 1), sp.eye(3), _Turn()
         for frame in self._chain(name, base):
             origin += before * last.matrix() * sp.Matrix([self.resolved(x) for x in frame.origin])

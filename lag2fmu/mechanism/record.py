@@ -72,8 +72,10 @@ class Mechanism:
     """A mechanism as analytical mechanics describes it; complete and checked when built.
 
     Built in Python from symbols that ``coordinate``, ``parameter`` and ``signal`` declare, or read from text by
-    ``lag2fmu.load``. Raises MechanismError (UnitError for dimensions when ``strict_units``), naming part and remedy.
-    ``warnings`` lists what was let pass: mismatching dimensions, inertia tensors that no body has.
+    ``lag2fmu.load``. There are n coordinates and m constraints, the holonomic ones first; expressions compute in SI
+    units. Raises MechanismError (UnitError for dimensions when ``strict_units``), naming part and remedy. ``warnings``
+    lists what was let pass: mismatching dimensions, inertia tensors that no body has. Source of the procedure: Hand,
+    Finch, Analytical Mechanics, section 1.9.
     """
 
     name: str
@@ -241,7 +243,7 @@ class Mechanism:
         return position
 
     def expressions(self) -> Iterator[tuple[str, sp.Expr]]:
-        """Every expression of the record with its place, e.g. ('bodies.bob.position[0]', x)."""
+        """Every expression of the record, in SI units, with its place, e.g. ('bodies.bob.position[0]', x)."""
         for table in fields(self):
             content = getattr(self, table.name)
             for part in content if isinstance(content, tuple) else (content,):

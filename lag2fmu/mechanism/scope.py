@@ -127,7 +127,7 @@ def in_order(parts: Iterable[Part], table: str) -> list[Part]:
 
 
 def check_constraints(m: Mechanism, scope: Scope) -> None:
-    """A holonomic constraint contains a coordinate, a nonholonomic one a velocity."""
+    """Raise MechanismError unless a holonomic constraint contains a coordinate, a nonholonomic one a velocity."""
     for constraint in m.constraints:
         where = f"constraints.{constraint.kind}.{constraint.name}"
         meanings = {scope.meaning[name] for name in scope.names_in(where, constraint.expression)}
@@ -184,7 +184,7 @@ def fixed_parameters(m: Mechanism) -> frozenset[str]:
 
 
 def check_presence(m: Mechanism, scope: Scope) -> None:
-    """Every coordinate appears in an energy, dissipation or position."""
+    """Raise MechanismError unless every coordinate appears in an energy, dissipation or position."""
     used: set[str] = set()
     for where, expression in m.expressions():
         if where.split(".")[0] in ("energy", "frames", "bodies", "points", "springs", "dampers", "constraints"):

@@ -13,7 +13,7 @@ from lag2fmu.mechanism.units import Unit, parse_unit
 
 @dataclass(frozen=True)
 class Coordinate:
-    """A generalized coordinate q: start values of q and qd, nominal value and bounds in SI.
+    """A generalized coordinate q: start values of q and qd, nominal value and bounds in SI units.
 
     ``start`` is exact if ``given``, else a first guess, from which constraints determine it; likewise ``velocity``.
     None: nobody gave it; then it is exact too, unless a constraint determines it.
@@ -33,7 +33,7 @@ class Coordinate:
 
 @dataclass(frozen=True)
 class Parameter:
-    """A constant of the mechanism: an independent one has a ``value`` (SI), a dependent one an ``expression``."""
+    """A constant of the mechanism: an independent one has a ``value`` (SI unit), a dependent one an ``expression``."""
 
     name: str
     value: float | None = None
@@ -46,7 +46,7 @@ class Parameter:
 
 @dataclass(frozen=True)
 class Input:
-    """A signal from outside, start value in SI. A ``motion`` input y0 comes with its derivatives y0_dot and y0_ddot."""
+    """A signal from outside, start value in SI units. A ``motion`` input y0 comes with y0_dot and y0_ddot."""
 
     name: str
     unit: Unit | None = None

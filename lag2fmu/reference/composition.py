@@ -115,7 +115,7 @@ class Composition:
         return sp.Add(*moving), -sp.Add(*resting)
 
     def place(self, name: str) -> Vector:
-        """The position (m) of a point or body; 2 or 3 entries. Raises MechanismError for one on a frame."""
+        """The position (m) of a point or body, (2,) or (3,). Raises MechanismError for one on a frame."""
         return tuple(self.written(x) for x in self.mechanism.place(name))
 
     def on_frame(self, name: object) -> bool:
