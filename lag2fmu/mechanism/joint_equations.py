@@ -147,18 +147,13 @@ class _Between:
 
     def __init__(self, m: Mechanism, joint: Joint, poses: Poses) -> None:
         self.m, self.joint, self.poses = m, joint, poses
-        (name_a, name_b), where = map(str, joint.between or ()), f"joints.{joint.name}"
+        name_a, name_b = map(str, joint.between or ())
         (frame_a, place_a), (frame_b, place_b) = (_location(m, joint, name) for name in (name_a, name_b))
         self.planar = m.dimension == 2
         self.groups = groups_of(m, joint) if self.planar else JOINTS[joint.kind].equations
-        free = joint.kind == "spherical" or (self.planar and name_a != name_b)
-        same = place_a == place_b and (not self.planar or turn_alike(m, joint))
-        missing = [key for key in JOINTS[joint.kind].keys if getattr(joint, key) is None]
-        if not self.planar and missing:
-            raise MechanismError(f"{where}: '{missing[0]}' is missing")
-        if frame_a == frame_b and (same or not free or frame_a != WORLD):
-            both = f"are both on '{frame_a}'" if name_a != name_b else "are the same"
-            raise MechanismError(f"{where}.between: '{name_a}' and '{name_b}' {both}; name two that move differently")
+        self._check_keys()
+        if frame_a == frame_b:
+            self._check_apart(frame_a, same_place=place_a == place_b)
         self.base = poses.common(frame_a, frame_b)
         self.a, self.b = self._end(name_a, frame_a, place_a), self._end(name_b, frame_b, place_b)
         self.apart = self.b.position - self.a.position
@@ -167,6 +162,23 @@ class _Between:
         self.normals = [self.a.pose.rotation * n for n in normals]
         self.u, self.s = self.a.pose.rotation * direction(joint.axis), self.b.pose.rotation * direction(twin)
         self.twin_normal = self.b.pose.rotation * across(twin)[0]
+
+    def _check_keys(self) -> None:
+        """Raise MechanismError for a key that is missing in space."""
+        missing = [key for key in JOINTS[self.joint.kind].keys if getattr(self.joint, key) is None]
+        if not self.planar and missing:
+            raise MechanismError(f"joints.{self.joint.name}: '{missing[0]}' is missing")
+
+    def _check_apart(self, frame: str, same_place: bool) -> None:
+        """Raise MechanismError unless the ends, which are both on ``frame``, can move relative to each other."""
+        a, b = map(str, self.joint.between or ())
+        free = self.joint.kind == "spherical" or (self.planar and a != b)
+        same = same_place and (not self.planar or turn_alike(self.m, self.joint))
+        if same or not free or frame != WORLD:
+            both = f"are both on '{frame}'" if a != b else "are the same"
+            raise MechanismError(
+                f"joints.{self.joint.name}.between: '{a}' and '{b}' {both}; name two that move differently"
+            )
 
     def _end(self, name: str, frame: str, place: tuple[sp.Expr, ...]) -> End:
         column = _column(self.poses, place)

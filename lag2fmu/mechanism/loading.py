@@ -222,18 +222,7 @@ def with_values(mechanism: Mechanism, settings: Mapping[str, float]) -> Mechanis
     LoadError for an unknown name or dependent parameter and MechanismError for a value out of its bounds.
     """
     m, left = mechanism, {name: _check_finite(name, value) for name, value in settings.items()}
-    dependent = {p.name: p.expression for p in m.parameters if p.expression is not None}
-    known = [p.name for p in m.parameters if p.name not in dependent]
-    known += [name for q in m.coordinates for name in (q.name, names.velocity(q.name))] + [u.name for u in m.inputs]
-    for name in left:
-        if name in dependent:
-            raise LoadError(
-                f"'{name}' cannot be set in '{m.name}': it follows from {dependent[name]}; known are {', '.join(known)}"
-            )
-        if name not in known:
-            near = suggestion(name, known)
-            listed = "" if near.startswith("known") else f" known are {', '.join(known)}"
-            raise LoadError(f"'{name}' is no parameter, coordinate, velocity or input of '{m.name}'; {near}{listed}")
+    _check_settable(m, left)
     coordinates = [
         replace(
             q,
@@ -247,6 +236,22 @@ def with_values(mechanism: Mechanism, settings: Mapping[str, float]) -> Mechanis
     parameters = [replace(p, value=left.get(p.name, p.value)) for p in m.parameters]
     inputs = [replace(u, start=left.get(u.name, u.start)) for u in m.inputs]
     return replace(m, coordinates=coordinates, parameters=parameters, inputs=inputs)  # type: ignore[arg-type]
+
+
+def _check_settable(m: Mechanism, wanted: Iterable[str]) -> None:
+    """Raise LoadError for the first name in ``wanted`` that is no independent parameter or start value of ``m``."""
+    dependent = {p.name: p.expression for p in m.parameters if p.expression is not None}
+    known = [p.name for p in m.parameters if p.name not in dependent]
+    known += [name for q in m.coordinates for name in (q.name, names.velocity(q.name))] + [u.name for u in m.inputs]
+    for name in wanted:
+        if name in dependent:
+            raise LoadError(
+                f"'{name}' cannot be set in '{m.name}': it follows from {dependent[name]}; known are {', '.join(known)}"
+            )
+        if name not in known:
+            near = suggestion(name, known)
+            listed = "" if near.startswith("known") else f" known are {', '.join(known)}"
+            raise LoadError(f"'{name}' is no parameter, coordinate, velocity or input of '{m.name}'; {near}{listed}")
 
 
 def _check_finite(name: str, value: object) -> float:
