@@ -96,8 +96,8 @@ def starting_consistently(mechanism: Mechanism, graph: Graph, constraints: Const
     Given values stay, guesses are moved: by Newton's method with steps of least norm, coordinates measured by their
     nominal values. Given values that miss by less than ``PROJECTED`` are moved too. Raises DerivationError with the
     residuals where that does not lead to a solution, for a constraint that is constant, and for constraints that leave
-    nothing to move. Source: P. Deuflhard, Newton Methods for Nonlinear Problems, Springer 2004, chapter 4 (Gauss-Newton
-    methods).
+    nothing to move. Source: P. Deuflhard, Newton Methods for Nonlinear Problems, Springer 2004, section 4.4 (steps of
+    least norm).
     """
     if not mechanism.constraints:
         return mechanism

@@ -85,7 +85,7 @@ class EquationsOfMotion:
 
     @property
     def mass_matrix(self) -> tuple[tuple[int, ...], ...]:
-        """M = d2T/dqd2, (n, n) nodes."""
+        """M, (n, n) nodes: d2L/dqd2, and what ``parts.carried`` adds to make it regular."""
         return self._further.mass_matrix
 
     @property
@@ -139,7 +139,7 @@ def derive(model: Mechanism | str | Path, method: str | None = None) -> Equation
 
     Raises DerivationError if T is not quadratic in the velocities, if the mass matrix is singular for every q (naming
     the coordinates), or if an energy has no finite value at the start; LoadError for a ``model`` that is none. Source:
-    the module's head.
+    Hand, Finch, Analytical Mechanics, section 1.9.
     """
     mechanism = as_mechanism(model)
     methods = [method] if method else METHODS[: 1 if len(mechanism.coordinates) > MAX_FACTORISED else None]

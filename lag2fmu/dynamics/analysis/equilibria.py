@@ -36,7 +36,7 @@ def equilibria(equations: EquationsOfMotion, most: int = 6) -> tuple[Equilibrium
 
     External forces are zero, other inputs as at the start. Angles are told apart by less than a turn only. The first is
     the one found from the start, if there is one. Of a family of equilibria the member next to the start is taken.
-    Source: P. Deuflhard, Newton Methods for Nonlinear Problems, Springer 2004, chapter 4, for steps of least norm.
+    Source: P. Deuflhard, Newton Methods for Nonlinear Problems, Springer 2004, section 4.4, for steps of least norm.
     """
     search = _Search(equations)
     found: list[Equilibrium] = []
