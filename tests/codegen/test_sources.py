@@ -103,6 +103,29 @@ def test_no_mark_of_a_template_survives(model: str, solver: str) -> None:
         assert text.endswith("\n"), name
 
 
+OPTIONAL = {"massless.c", "constraint_projection.c", "solver_lu.c", "solver_runge_kutta.c", "solver_variational.c"}
+
+
+@pytest.mark.parametrize(
+    ("model", "solver", "expected"),
+    [
+        ("pendulum", "dopri5", {"solver_runge_kutta.c"}),
+        ("pendulum", "ros2", {"solver_lu.c"}),
+        ("four_bar_linkage", "dopri5", {"constraint_projection.c", "solver_runge_kutta.c"}),
+        ("four_bar_linkage", "lobatto4", {"constraint_projection.c", "solver_variational.c"}),
+        (
+            "slides_problem_5_small",
+            "dopri5",
+            {"massless.c", "constraint_projection.c", "solver_lu.c", "solver_runge_kutta.c"},
+        ),
+    ],
+)
+def test_the_runtime_files_are_those_that_are_needed(model: str, solver: str, expected: set[str]) -> None:
+    """What has no mass is solved for by the L U decomposition of an implicit solver, with an explicit one too."""
+    _, sources = sources_of(load(model), solver)
+    assert set(sources) & OPTIONAL == expected
+
+
 @pytest.mark.parametrize("name", GENERATED)
 def test_an_undefined_name_in_a_template_is_an_error(name: str) -> None:
     with pytest.raises(UndefinedError, match="is undefined"):
