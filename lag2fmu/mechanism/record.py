@@ -126,7 +126,7 @@ class Mechanism:
         experiment: Experiment | None = None,
         strict_units: bool = False,
     ) -> None:
-        """The keywords are the tables of a .toml file; see the class and DESIGN of the text format."""
+        """The keywords are the tables of a .toml file, of which ``lag2fmu new`` writes an example; see the class."""
         bodies, points, joints = tuple(bodies), tuple(points), tuple(joints)
         places: dict[str, Place] = {part.name: part for part in (*bodies, *points)}
         loads, load_inputs = with_inputs(loads, places)
