@@ -33,7 +33,8 @@
 
 enum { N = N_COORDINATES, S = STAGES, MOST_ITERATIONS = 100 };
 
-static const double CONVERGED = 1e-9; /* relative changes below this may come to rest at rounding */
+static const double CONVERGED = 1e-9; /* relative changes below this may come to rest at rounding, ... */
+static const double RESTING_PART = 16.0 * DBL_EPSILON / 1e-9; /* ... as do those that move a coordinate by 16 units */
 
 static void evaluate(Instance *instance, double time, const double q[], const double qd[], double momenta[],
                      double forces[]) {
@@ -83,7 +84,8 @@ static void complete(Instance *instance, Step step, Stages *stages) {
 }
 
 /* One round: each V_i is corrected by M^-1 times what its momentum misses, with M at the start of the step. Returns the
-   greatest relative change. */
+   greatest relative change. Constraints tell velocities to the rounding of coordinates by h, which in very short steps
+   is more than that of the velocities. */
 static double correct(Instance *instance, Step step, const double p[], Stages *stages) {
     static const double RESTING[N_CONSTRAINTS + 1];
     double changes[S][N_UNKNOWNS];
@@ -102,7 +104,9 @@ static double correct(Instance *instance, Step step, const double p[], Stages *s
     for (int i = 0; i < S; i++) {
         for (int k = 0; k < N; k++) {
             stages->velocities[i][k] += changes[i][k];
-            const double relative = fabs(changes[i][k]) / (fabs(stages->velocities[i][k]) + NOMINAL_STATES[N + k]);
+            const double reach = (fabs(stages->coordinates[i][k]) + NOMINAL_STATES[k]) / step.length;
+            const double size = fabs(stages->velocities[i][k]) + NOMINAL_STATES[N + k] + RESTING_PART * reach;
+            const double relative = fabs(changes[i][k]) / size;
             greatest = isfinite(relative) ? fmax(greatest, relative) : HUGE_VAL;
         }
     }

@@ -156,6 +156,22 @@ def test_a_constraint_that_is_moved_by_an_input(solver: str, exported, moved_pen
     assert observed_order(errors) == pytest.approx(METHODS[solver].order, abs=0.1)
 
 
+@pytest.mark.parametrize("solver", LOBATTO)
+@pytest.mark.parametrize("model", ["four_bar_linkage", "free_body"])
+def test_steps_may_be_as_short_as_rounding_lets_them(model: str, solver: str, exported) -> None:
+    """Importers that look for events take such steps; constraints then tell velocities to 1e-16 m by h only."""
+    truth = integrate(complete(load(model)), [0.0, 0.2], rtol=1e-12).trajectory
+    with Stepping(exported(model, solver=solver).path) as s:
+        s.start({"solver_step": 1e-4}).step(0.1)
+        for length in (1e-6, 1e-7, 1e-8, 1e-10, 1e-12, 1e-15):
+            s.steps(5, length)
+            residuals = [name for name in s.references if name.startswith("residual_")]
+            assert s.get(residuals) == pytest.approx([0.0] * len(residuals), abs=1e-14)
+        s.step(0.2 - s.time)
+        worst = max(abs(s.get([name])[0] - truth[name][-1]) for name in s.states)
+    assert worst < {"verlet": 5e-5, "lobatto4": 1e-9}[solver]
+
+
 # ------------------------------------------------------------------------------------------------- long times, states
 
 
