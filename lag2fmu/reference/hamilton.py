@@ -15,7 +15,7 @@ from lag2fmu.errors import SimulationError
 from lag2fmu.mechanism import Mechanism
 from lag2fmu.mechanism.names import velocity
 from lag2fmu.reference.equations import Equations
-from lag2fmu.reference.integrate import DAMPING
+from lag2fmu.reference.integrate import DAMPING, METHODS
 from lag2fmu.reference.state import Floats
 from lag2fmu.reference.trajectory import Trajectory
 
@@ -23,11 +23,14 @@ SINGULAR = 1e12
 """Condition of the scaled mass matrix above which momenta do not determine velocities."""
 
 
-def integrate_canonically(mechanism: Mechanism, times: ArrayLike, *, rtol: float = 1e-11) -> Trajectory:
+def integrate_canonically(
+    mechanism: Mechanism, times: ArrayLike, *, rtol: float = 1e-11, method: str = METHODS[0]
+) -> Trajectory:
     """q and qd at ``times`` (k,) in s by integrating (q, p) from the declared start, without inputs; SI units.
 
-    By DOP853 with the relative tolerance ``rtol``. Raises SimulationError where M is singular, or if the integration
-    fails. Source: Goldstein, Classical Mechanics, section 8.1.
+    ``rtol``: the relative tolerance; ``method``: one of METHODS, such as ``integrate`` came to take: Radau for stiff
+    mechanisms. Raises SimulationError where M is singular, or if the integration fails. Source: Goldstein, Classical
+    Mechanics, section 8.1.
     """
     from scipy.integrate import solve_ivp
 
@@ -35,7 +38,7 @@ def integrate_canonically(mechanism: Mechanism, times: ArrayLike, *, rtol: float
     problem = _Canonical(mechanism)
     start = problem.start(float(grid[0]))
     options = {"t_eval": grid, "rtol": rtol, "atol": rtol * problem.weights(float(grid[0]), start)}
-    solution = solve_ivp(problem.slope, (grid[0], grid[-1]), start, "DOP853", **options)
+    solution = solve_ivp(problem.slope, (grid[0], grid[-1]), start, method, **options)
     if solution.status != 0:
         raise SimulationError(f"mechanism '{mechanism.name}': Hamilton's equations: {solution.message}")
     q, p = solution.y.T[:, : problem.n], solution.y.T[:, problem.n :]

@@ -207,7 +207,8 @@ def _check_values(values: Mapping[str, float], description: Any) -> None:
     for name, value in values.items():
         low, high = (float(x) if x is not None else None for x in (settable[name].min, settable[name].max))
         if not math.isfinite(value) or (low is not None and value < low) or (high is not None and value > high):
-            raise LoadError(f"{name} = {value!r} is not finite or outside of [{low}, {high}]")
+            bounds = [f"{'below' if x is low else 'above'} {x:g}" for x in (low, high) if x is not None]
+            raise LoadError(f"{name} = {value!r} is {' or '.join(['not finite', *bounds])}")
 
 
 def _check_inputs(inputs: Trajectory, description: Any) -> None:

@@ -17,6 +17,12 @@ static const char *fixed_step_remedy(void) {
                                          "with --solver radau5";
 }
 
+/* What helps where an iteration fails. Under error control steps became as short as they can be. */
+static const char *iteration_remedy(void) {
+    return METHOD.error_order > 0 ? "raise solver_tolerance unless the motion is singular here"
+                                  : "lower solver_step, or export with --solver radau5 if the mechanism is stiff";
+}
+
 enum { NAMES_SHOWN = 8, NAMES_SIZE = 400 };
 
 /* Writes the names of the flagged coordinates as "a, b, c"; of a long list the first NAMES_SHOWN. */
@@ -107,8 +113,7 @@ void failure_sentence(const Failure *failure, char text[], size_t size) {
         break;
     case FAILURE_ITERATION:
         snprintf(text, size, "at time %.17g the equations of an implicit solver step of %.3g s are not solved by "
-                 "iteration; lower solver_step, or export with --solver radau5 if the mechanism is stiff%s",
-                 failure->time, failure->step, DEPENDENCE);
+                 "iteration; %s%s", failure->time, failure->step, iteration_remedy(), DEPENDENCE);
         break;
     case FAILURE_CONSTRAINTS:
         constraints_sentence(failure, text, size);

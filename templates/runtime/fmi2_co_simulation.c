@@ -13,6 +13,9 @@
    communication step is bridged, and a stop time may be passed by that part. */
 static const double TIME_TOLERANCE = 1e-3;
 static const double STOP_TIME_TOLERANCE = 1e-6;
+#if N_VIBRATIONS > 0
+enum { VIBRATIONS_SHOWN = 3 }; /* of those that are damped, the fastest ones */
+#endif
 
 /* 64 units in the last place of a time. */
 static double rounding(double time) {
@@ -56,12 +59,18 @@ static fmi2Status check_step(Instance *instance, double point, double step) {
 /* Reports the vibrations that are faster than steps of this length (s) resolve, and how to keep them. */
 static fmi2Status warn_damped(Instance *instance, const Notice *notice) {
 #if N_VIBRATIONS > 0
-    char list[160] = "";
+    char list[400] = "";
     size_t used = 0;
-    for (int i = 0; i < N_VIBRATIONS && notice->step > RESOLVING_STEP(VIBRATIONS[i]) && used < sizeof list; i++) {
-        const int written = snprintf(list + used, sizeof list - used, "%s%.3g rad/s (%s)", i > 0 ? ", " : "",
-                                     VIBRATIONS[i], COORDINATE_NAMES[VIBRATING[i]]);
-        used += written > 0 ? (size_t)written : 0;
+    int count = 0;
+    for (; count < N_VIBRATIONS && notice->step > RESOLVING_STEP(VIBRATIONS[count]); count++) {
+        if (count < VIBRATIONS_SHOWN && used < sizeof list) {
+            const int written = snprintf(list + used, sizeof list - used, "%s%.3g rad/s (%.80s)", count > 0 ? ", " : "",
+                                         VIBRATIONS[count], COORDINATE_NAMES[VIBRATING[count]]);
+            used += written > 0 ? (size_t)written : 0;
+        }
+    }
+    if (count > VIBRATIONS_SHOWN && used < sizeof list) {
+        snprintf(list + used, sizeof list - used, " and %d slower ones", count - VIBRATIONS_SHOWN);
     }
     return warn(instance, "solver %s damps undamped vibrations at time %.17g s, where its step of %.3g s is longer "
                 "than an eighth of a period: %s; if they matter, set solver_max_step to %.2g s", METHOD.name,

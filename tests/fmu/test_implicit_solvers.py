@@ -220,6 +220,32 @@ def test_what_is_damped_is_said_at_the_export_and_once_in_the_log(tmp_path: Path
         )
 
 
+def shaken_blocks(count: int) -> Mechanism:
+    """A slow oscillator that shakes blocks at 1000, 1100, 1200, ... rad/s."""
+    x, m, k = coordinate("x", "m", start=0.1), parameter("m", 1.0, "kg"), parameter("k", 1.0, "N/m")
+    blocks = [coordinate(f"block_{i}", "m", start=0.001) for i in range(count)]
+    springs = [Spring(f"hard_{y.name}", (1000.0 + 100 * i) ** 2, elongation=y - x / 100) for i, y in enumerate(blocks)]
+    return Mechanism("blocks", coordinates=[x, *blocks], parameters=[m, k],
+                     springs=[Spring("soft", k, elongation=x), *springs],
+                     bodies=[Body(q.name, m, (q, 0)) for q in (x, *blocks)])  # fmt: skip
+
+
+def test_of_many_vibrations_that_are_damped_the_fastest_are_said(exported) -> None:
+    (sentence,) = told(exported(shaken_blocks(9), solver="ros2").path, [0.1])
+    listed = "1.8e+03 rad/s (block_8), 1.7e+03 rad/s (block_7), 1.6e+03 rad/s (block_6) and 6 slower ones; if they"
+    assert listed in sentence
+
+
+def test_an_iteration_that_fails_under_error_control_has_a_remedy_of_its_own(exported) -> None:
+    """A step of 1e294 s: whatever fails, the length of the first step and radau5 itself are no remedies."""
+    with Stepping(exported("double_pendulum", solver="radau5").path) as s:
+        s.start()
+        with pytest.raises(Exception, match="fmi2DoStep"):
+            s.step(1e308)
+        assert re.search(r"at time 0 the equations of an implicit.* are not solved.*; raise solver_tol", s.sentences[0])
+        assert "--solver radau5" not in s.sentences[0]
+
+
 def test_damping_of_what_is_not_resolved_is_as_announced(exported) -> None:
     """An eighth of a period: ros2 takes 1 % from a vibration in each, radau5 0.03 %: |R(i pi / 4)|^8."""
     for solver, expected in [("ros2", 1 - 0.010065), ("radau5", 1 - 0.000251)]:

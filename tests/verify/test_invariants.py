@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from lag2fmu.dynamics import derive
-from lag2fmu.mechanism.loading import load
+from lag2fmu.mechanism.loading import load, with_values
 from lag2fmu.reference import Reference, Trajectory, integrate
 from lag2fmu.verify.invariants import action_note, drift_checks, hamilton_checks
 
@@ -41,6 +41,16 @@ def test_hamilton_s_equations_find_another_motion(kepler: Reference) -> None:
     other = integrate(load("kepler"), TIMES, parameters={"alpha": 1.001})
     (check,), _ = hamilton_checks(derive(load("kepler")), other, 2.0, BAR)
     assert not check.passed
+
+
+def test_stiff_mechanisms_are_compared_too() -> None:
+    """Decays of 10 /s and 1e7 /s, which an explicit method would follow in millions of steps; against exp(-10 t)."""
+    block = with_values(load("spring_mass_damper"), {"m": 1.0, "k": 1e8, "c": 1e7 + 10, "x": 0.1, "x_dot": -1.0})
+    reference = integrate(block, TIMES, method="Radau")
+    assert reference.trajectory["x"] == pytest.approx(0.1 * np.exp(-10 * TIMES), abs=1e-10)
+    (check,), notes = hamilton_checks(derive(block), reference, 2.0, BAR)
+    assert check.passed
+    assert not notes
 
 
 def test_a_singular_mass_matrix_is_a_note() -> None:

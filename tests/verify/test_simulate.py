@@ -121,7 +121,7 @@ def test_what_the_fmu_warns_of_is_said(exported, caplog) -> None:
         ({"values": {"p_theta": 1.0}}, "no settable variable 'p_theta'"),
         ({"values": {"theta": math.nan}}, "theta = nan is not finite"),
         ({"values": {"g": math.inf}}, "g = inf is not finite"),
-        ({"values": {"solver_step": -1.0}}, "solver_step = -1.0 is not finite or outside"),
+        ({"values": {"solver_step": -1.0}}, "solver_step = -1.0 is not finite or below 0"),
         ({"inputs": Trajectory.of([0.0, 1.0], {"F": [0.0, 1.0]})}, "no input 'F'"),
         ({"inputs": Trajectory.of([0.0, 1.0], {"theta": [0.0, 1.0]})}, "no input 'theta'"),
         ({"stop_time": 0.0}, "stop time 0.0 s is not positive"),
