@@ -164,7 +164,8 @@ typedef struct {
     Implicit implicit;
 #endif
     double jacobian[SIZE_JACOBIAN]; /* of linearly implicit solvers: equations_jacobian, ... */
-    double matrix[SIZE_JACOBIAN];   /* ... and the matrix of their systems */
+    double matrix[SIZE_JACOBIAN];   /* ... the matrix of their systems, ... */
+    double missed;                  /* ... and what the linearization missed of the last step, see solver_stiffness */
     bool inputs_move;        /* some input is not constant in the running communication step, ... */
     double step_start;       /* ... which began at this time, s */
     double inputs[N_INPUTS]; /* at a stage of the solver */

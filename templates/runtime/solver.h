@@ -31,8 +31,8 @@ bool solver_step(Instance *instance, Step step);
 double solver_error(const Instance *instance, Step step, double tolerance, int *worst);
 
 /* The length of the last trial step in units of what the stability of the method allows for the fastest decay in the
-   motion; 0 if that is not known or not limited. Hairer, Wanner, Solving Ordinary Differential Equations II, 2nd
-   edition, section IV.2. */
+   motion; 0 if that is not known or not limited. Of a linearly implicit method more than 1 where its linearization does
+   not hold over the step. Hairer, Wanner, Solving Ordinary Differential Equations II, 2nd edition, section IV.2. */
 double solver_stiffness(const Instance *instance);
 
 /* The terms of the interpolant (dense_output.h) from HERMITE_TERMS on, for the last trial step, which is about to be

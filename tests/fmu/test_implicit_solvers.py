@@ -8,11 +8,12 @@ from pathlib import Path
 import numpy as np
 import pytest
 from scipy.linalg import expm
+from scipy.special import ellipk
 from stepping import WARNING, Stepping
 
 from lag2fmu import export
 from lag2fmu.codegen import METHODS
-from lag2fmu.mechanism import Body, Energy, Mechanism, Spring, coordinate, parameter
+from lag2fmu.mechanism import Body, Damper, Energy, Mechanism, Spring, coordinate, parameter
 from lag2fmu.mechanism.loading import load, with_values
 
 pytestmark = pytest.mark.fmu
@@ -182,6 +183,32 @@ def test_a_fixed_step_that_is_too_long_is_said_before_the_run_ends_and_can_be_ta
         x = [x for x, _ in s.steps(400, 1e-4)]
         assert x[-1] == pytest.approx(x[0] * np.exp(-101.02 * 0.0399), rel=0.01)
         s.unit.freeFMUState(saved)
+
+
+def on_a_rod() -> Mechanism:
+    """A pendulum of 1 m in Cartesian coordinates on a stiff rod with critical damping, let go horizontally."""
+    x, y = coordinate("x", "m", start=1.0), coordinate("y", "m")
+    m, k = parameter("m", 1.0, "kg"), parameter("k", 1e8, "N/m")
+    length = (x**2 + y**2) ** 0.5
+    return Mechanism("on_a_rod", coordinates=[x, y], parameters=[m, k], bodies=[Body("bob", m, (x, y))], gravity=9.81,
+                     springs=[Spring("rod", k, elongation=length - 1)],
+                     dampers=[Damper("rod", 2 * (k * m) ** 0.5, rate=(x * x.dot + y * y.dot) / length)])  # fmt: skip
+
+
+@pytest.mark.parametrize("stiffness", [1e6, 1e8, 1e10])
+def test_what_turns_too_far_for_a_linearly_implicit_method_is_said(stiffness: float, exported) -> None:
+    """It is said where results are wrong and only there; against a rigid rod, T = 4 K(1/2) sqrt(l/g): up once more."""
+    period = 4 * ellipk(0.5) / np.sqrt(9.81)
+    for step in (4e-3, 1e-3, 2.5e-4):
+        with Stepping(exported(on_a_rod(), solver="ros2").path) as s:
+            s.start({"k": stiffness, "solver_step": step})
+            x, y = np.array(s.steps(8, period / 8))[-1][:2]
+        warned = [sentence for sentence in s.sentences if "turn too far" in sentence]
+        assert len(warned) == (np.hypot(x - 1, y) > 0.1), (step, x, y, s.sentences)
+        for sentence in warned:
+            assert re.search(
+                r"at time 0\.\d+ s for a solver step of .*lower solver_step, or .*--solver radau5", sentence
+            )
 
 
 @pytest.mark.parametrize("solver", ["dopri5", "dop853"])
