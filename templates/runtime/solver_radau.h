@@ -16,4 +16,7 @@ void radau_stage(const Instance *instance, double h, int i, const double acceler
    Differential Equations II, 2nd edition, section IV.8. */
 void radau_filter(const Instance *instance, double h, double r[]);
 
+/* accelerations[n] at the part x of the last step that was solved, of their polynomial; 0 if there was none. */
+void radau_polynomial(const Memory *memory, double x, double accelerations[]);
+
 #endif

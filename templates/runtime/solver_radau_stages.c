@@ -146,8 +146,7 @@ static void weigh_stages(double x, double weights[]) {
     }
 }
 
-/* accelerations[n] at this part of the last step that was solved, of their polynomial; 0 if there was none. */
-static void continue_last(const Memory *memory, double x, double accelerations[]) {
+void radau_polynomial(const Memory *memory, double x, double accelerations[]) {
     double weights[S];
     weigh_stages(x, weights);
     for (int k = 0; k < N; k++) {
@@ -166,7 +165,7 @@ static void expect(const State *state, double now, double accelerations[]) {
         memcpy(accelerations, state->time == memory->end ? memory->end_accelerations : memory->start_accelerations,
                N * sizeof(double));
     } else {
-        continue_last(memory, now, accelerations);
+        radau_polynomial(memory, now, accelerations);
     }
 }
 
@@ -181,7 +180,7 @@ static void predict(const Instance *instance, Step step, double accelerations[])
     double expected[N];
     expect(state, now, expected);
     for (int i = 0; i < S; i++) {
-        continue_last(memory, now + rate * COLLOCATION.c[i] * step.length, accelerations + i * N);
+        radau_polynomial(memory, now + rate * COLLOCATION.c[i] * step.length, accelerations + i * N);
         for (int k = 0; k < N; k++) {
             accelerations[i * N + k] += state->first_stage[N + k] - expected[k];
         }

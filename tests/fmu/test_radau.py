@@ -12,12 +12,13 @@ import numpy as np
 import pytest
 import sympy as sp
 from scipy.linalg import expm
+from scipy.optimize import brentq
 from stepping import Stepping
 
 from lag2fmu.dynamics import derive, lower
 from lag2fmu.dynamics.lagrange import complete
 from lag2fmu.fmu.exporting import describe, fmi_headers
-from lag2fmu.mechanism import Body, Constraint, Damper, Mechanism, Spring, coordinate, parameter
+from lag2fmu.mechanism import Body, Constraint, Damper, Energy, Mechanism, Spring, coordinate, parameter
 from lag2fmu.mechanism.loading import load, with_values
 from lag2fmu.reference import integrate
 
@@ -168,6 +169,42 @@ def test_errors_at_all_times_follow_the_tolerance(exported) -> None:
         errors.append((np.abs(np.array(found) - exact) / [0.1, 10.0]).max())
     assert max(errors / tolerances) < 1.0
     assert 0.8 < np.polyfit(np.log(tolerances), np.log(errors), 1)[0] < 1.2, errors
+
+
+def relaxing() -> Mechanism:
+    """Van der Pol's oscillator with mu = 1000, in time such that eps y'' = (1 - y^2) y' - y."""
+    y = coordinate("y", start=2.0, velocity=-2.0 / 3.0)
+    eps = parameter("eps", 1e-6)
+    return Mechanism("relaxing", coordinates=[y], parameters=[eps], energy=Energy(eps * y.dot**2 / 2, y**2 / 2),
+                     forces={y: (1 - y**2) * y.dot})  # fmt: skip
+
+
+@pytest.mark.parametrize("tolerance", [1e-3, 1e-4, 1e-6, 1e-8])
+def test_states_between_the_ends_of_long_steps(tolerance: float, exported) -> None:
+    """Where accelerations show errors times 3e6 /s. Against y' = y / (1 - y^2) + O(eps), so ln y - y^2 / 2 = t + C."""
+    times = 0.005 * np.arange(1, 141)
+    y = [brentq(lambda y, t=t: np.log(y) - y**2 / 2 - t - np.log(2.0) + 2.0, 1.0, 2.0) for t in times]
+    exact = np.array([y, [u / (1 - u**2) for u in y]]).T
+    with Stepping(exported(relaxing(), solver="radau5").path) as s:
+        s.start(tolerance=tolerance)
+        found = np.array(s.steps(140, 0.005))
+    errors = np.abs(found - exact).max(axis=0)
+    assert errors[0] < tolerance + 2e-6
+    assert errors[1] < 20 * tolerance + 2e-5
+
+
+@pytest.mark.parametrize("tolerance", [1e-3, 1e-6])
+@pytest.mark.parametrize("step", [1e-4, 1e-3])
+def test_states_after_a_force_on_a_stiff_damper_has_jumped(step: float, tolerance: float, exported) -> None:
+    """Decays of 10 /s and 1e7 /s; what is left of the fast one, times 1e7, stays out of the states between."""
+    A = np.array([[0.0, 1.0, 0.0], [-1e8, -1e7, 1e6], [0.0, 0.0, 0.0]])
+    with Stepping(exported("spring_mass_damper", solver="radau5").path) as s:
+        s.start({"k": 1e8, "c": 1e7}, tolerance=tolerance)
+        start = s.step(0.05)[:2]
+        s.set({"Q_x": 1e6})
+        found = np.array(s.steps(100, step))[:, :2]
+    exact = np.array([(expm(A * step * i) @ [*start, 1.0])[:2] for i in range(1, 101)])
+    assert np.abs(found - exact).max() < tolerance
 
 
 @pytest.mark.parametrize("model", ["bricard", "elastic"])
