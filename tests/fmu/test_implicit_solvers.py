@@ -118,7 +118,7 @@ def test_error_of_radau_follows_the_tolerance(model: str, exported, directly) ->
     assert errors[-1] < 1e-8
 
 
-@pytest.mark.parametrize("solver", ["radau5", "gauss4"])
+@pytest.mark.parametrize("solver", ["radau5", "ros2", "verlet", "lobatto4", "midpoint", "gauss4", "gauss6"])
 def test_a_rolled_back_run_repeats_itself_bit_for_bit(solver: str, exported) -> None:
     with Stepping(exported("double_pendulum", solver=solver).path) as s:
         s.start()
