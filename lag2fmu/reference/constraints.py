@@ -21,7 +21,7 @@ from lag2fmu.errors import SimulationError
 from lag2fmu.mechanism.expressions import TIME
 from lag2fmu.reference.composition import Composition
 from lag2fmu.reference.functions import compiled
-from lag2fmu.reference.state import Floats, State
+from lag2fmu.reference.state import Floats, State, batch_first, batch_last
 
 RANK = 1e-10
 """Eigenvalues of the scaled KKT matrix below this count as zero; they are squares of distances between rows of G."""
@@ -65,8 +65,8 @@ class Constraints:
         phi, velocity, gamma, jacobian = self(state)
         position = np.concatenate([phi[: self.h], np.zeros_like(phi[self.h :])])
         aim = gamma + 2 * rate * velocity + rate**2 * position
-        M, G = np.moveaxis(mass, (0, 1), (-2, -1)), np.moveaxis(jacobian, (0, 1), (-2, -1))
-        right = np.concatenate([np.moveaxis(forcing, 0, -1), -np.moveaxis(aim, 0, -1)], axis=-1)
+        M, G = batch_first(mass, 2), batch_first(jacobian, 2)
+        right = batch_first(np.concatenate([forcing, -aim]), 1)
         if not (np.isfinite(M).all() and np.isfinite(G).all() and np.isfinite(right).all()):
             return np.full_like(forcing, np.nan), np.full_like(phi, np.nan)
         if self._full_rank is None:
@@ -78,9 +78,8 @@ class Constraints:
         matrix[..., : self.n, self.n :] = np.swapaxes(G, -1, -2)
         matrix[..., self.n :, : self.n] = G
         matrix *= scale[..., :, None] * scale[..., None, :]
-        inverse = np.linalg.pinv(matrix, rcond=RANK, hermitian=True)
-        found = scale * (inverse @ (scale * right)[..., None])[..., 0]
-        return np.moveaxis(found[..., : self.n], -1, 0), -np.moveaxis(found[..., self.n :], -1, 0)
+        found = batch_last(scale * _least(matrix, scale * right))
+        return found[: self.n], -found[self.n :]
 
     # ------------------------------------------------------------------------------------------- onto the constraints
 
@@ -159,6 +158,16 @@ def _relative(residual: Floats, jacobian: Floats) -> float:
         return 0.0
     size = np.abs(jacobian).max(axis=1)
     return float(np.max(np.abs(residual) / np.where(size > 0, size, 1.0)))
+
+
+def _least(matrix: Floats, right: Floats) -> Floats:
+    """The solution of least norm, (*batch, k), for symmetric matrices (*batch, k, k), by their eigenvectors."""
+    values, vectors = np.linalg.eigh(matrix)
+    size = np.abs(values)
+    small = size <= RANK * size.max(axis=-1, keepdims=True)
+    parts = (right[..., None, :] @ vectors)[..., 0, :] / np.where(small, np.inf, values)
+    solution: Floats = (vectors @ parts[..., None])[..., 0]
+    return solution
 
 
 def _scales(M: Floats, G: Floats, plain: bool) -> Floats:

@@ -20,7 +20,7 @@ from lag2fmu.reference.composition import Composition
 from lag2fmu.reference.constraints import Constraints
 from lag2fmu.reference.functions import Array, compiled
 from lag2fmu.reference.spatial import Spatial
-from lag2fmu.reference.state import Floats, InputValues, State
+from lag2fmu.reference.state import Floats, InputValues, State, batch_last
 
 
 class Energies:
@@ -96,8 +96,9 @@ class Energies:
                     f"mechanism '{self.mechanism.name}' has no input '{name}'; known are {', '.join(self._row)}"
                 )
             signals[self._row[name]] = value
-        time = np.broadcast_to(np.asarray(t, dtype=float), batch)
-        return State(time, np.moveaxis(positions, -1, 0), np.moveaxis(velocities, -1, 0), signals)
+        time = np.empty(batch)
+        time[...] = t
+        return State(time, batch_last(positions), batch_last(velocities), signals)
 
     def energies(self, state: State) -> Floats:
         """T, V (J) and R (W) at ``state``: (3, *batch)."""

@@ -27,7 +27,7 @@ from lag2fmu.errors import DerivationError, SimulationError
 from lag2fmu.mechanism import Mechanism
 from lag2fmu.reference.energies import Energies
 from lag2fmu.reference.functions import BLOCK, STEP, Array
-from lag2fmu.reference.state import Floats, InputValues, State
+from lag2fmu.reference.state import Floats, InputValues, State, batch_first, batch_last
 
 
 @dataclass(frozen=True)
@@ -78,7 +78,8 @@ class Equations:
         self.mechanism, self.n = mechanism, self.energies.n
         self._motions = len(mechanism.motions)
         self._parts = self.energies.velocity_part()
-        self._pairs = np.triu_indices(self.n, 1)
+        self._pairs, self._diagonal = np.triu_indices(self.n, 1), np.diag_indices(self.n)
+        self._steps = 1j * STEP * np.eye(2 * self.n)  # along each q and qd
         self._scale = np.ones(self.n)
         self._units = self._unit_velocities()
         q, qd = self.energies.start()
@@ -100,15 +101,15 @@ class Equations:
             raise SimulationError(
                 f"{self._where(state, qdd)}: the accelerations are not finite ({self.weakness(state)})"
             )
-        return np.moveaxis(qdd, 0, -1)
+        return batch_first(qdd, 1)
 
     def multipliers(self, t: ArrayLike, q: ArrayLike, qd: ArrayLike, inputs: InputValues | None = None) -> Floats:
         """The constraints' multipliers (m,) or (batch, m), in W by the unit of the constraint's rate."""
-        return np.moveaxis(self.rates(self.energies.state(t, q, qd, inputs))[1], 0, -1)
+        return batch_first(self.rates(self.energies.state(t, q, qd, inputs))[1], 1)
 
     def residuals(self, t: ArrayLike, q: ArrayLike, qd: ArrayLike, inputs: InputValues | None = None) -> Floats:
         """What the constraints say is zero: phi, or A qd + b, (m,) or (batch, m)."""
-        return np.moveaxis(self.energies.constraints(self.energies.state(t, q, qd, inputs))[0], 0, -1)
+        return batch_first(self.energies.constraints(self.energies.state(t, q, qd, inputs))[0], 1)
 
     def kinetic_energy(self, t: ArrayLike, q: ArrayLike, qd: ArrayLike, inputs: InputValues | None = None) -> Floats:
         """T in J, () or (m,)."""
@@ -129,11 +130,11 @@ class Equations:
 
     def momenta(self, t: ArrayLike, q: ArrayLike, qd: ArrayLike, inputs: InputValues | None = None) -> Floats:
         """p = dL/dqd, (n,) or (m, n), in J.s by the unit of q."""
-        return np.moveaxis(self.terms(self.energies.state(t, q, qd, inputs)).momenta, 0, -1)
+        return batch_first(self.terms(self.energies.state(t, q, qd, inputs)).momenta, 1)
 
     def mass_matrix(self, t: ArrayLike, q: ArrayLike, qd: ArrayLike, inputs: InputValues | None = None) -> Floats:
         """M = d2L/dqd2, (n, n) or (m, n, n), in J.s2 by the units of both q."""
-        return np.moveaxis(self.terms(self.energies.state(t, q, qd, inputs)).mass_matrix, (0, 1), (-2, -1))
+        return batch_first(self.terms(self.energies.state(t, q, qd, inputs)).mass_matrix, 2)
 
     def outputs(
         self, t: ArrayLike, q: ArrayLike, qd: ArrayLike, inputs: InputValues | None = None
@@ -151,7 +152,7 @@ class Equations:
         Mechanics, section 2.7 (the energy function).
         """
         state = self.energies.state(t, q, qd, inputs)
-        x = np.moveaxis(np.broadcast_to(np.asarray(qdd, dtype=float), np.shape(q)), -1, 0)
+        x = batch_last(np.broadcast_to(np.asarray(qdd, dtype=float), np.shape(q)))
         rows = self._rows(state, 3)
         self._move(rows[:, :], state)
         rows[1 + self.n : 1 + 2 * self.n] += 1j * STEP * x[:, None]
@@ -183,13 +184,11 @@ class Equations:
 
     def _unconstrained(self, terms: Terms, forcing: Floats) -> Floats:
         """M^-1 forcing"""
-        matrix = np.moveaxis(terms.mass_matrix, (0, 1), (-2, -1))
         try:
-            solution = np.linalg.solve(matrix, np.moveaxis(forcing, 0, -1)[..., None])
-            qdd: Floats = np.asarray(np.moveaxis(solution[..., 0], -1, 0), dtype=np.float64)
+            solution = np.linalg.solve(batch_first(terms.mass_matrix, 2), batch_first(forcing, 1)[..., None])
+            return batch_last(np.asarray(solution[..., 0], dtype=np.float64))
         except np.linalg.LinAlgError:
-            qdd = np.full_like(forcing, np.nan)
-        return qdd
+            return np.full_like(forcing, np.nan)
 
     def terms(self, state: State) -> Terms:
         """The parts of the equations at ``state``, by polarisation and complex steps, see the module.
@@ -205,9 +204,9 @@ class Equations:
     def weakness(self, state: State) -> str:
         """What is wrong with the mass matrix at one of the states, in words that name the coordinates."""
         names = [c.name for c in self.mechanism.coordinates]
-        matrices = np.moveaxis(self.terms(state).mass_matrix, (0, 1), (-2, -1)).reshape(-1, self.n, self.n)
+        matrices = batch_first(self.terms(state).mass_matrix, 2).reshape(-1, self.n, self.n)
         if self.energies.constraints.m:
-            jacobian = np.moveaxis(self.energies.constraints(state)[3], (0, 1), (-2, -1)).reshape(-1, *self._shape)
+            jacobian = batch_first(self.energies.constraints(state)[3], 2).reshape(-1, *self._shape)
             size = np.abs(matrices).max(axis=(1, 2)) / np.maximum((jacobian**2).max(axis=(1, 2)), 1e-300)
             matrices = matrices + np.swapaxes(jacobian, 1, 2) @ (size[:, None, None] * jacobian)
         for matrix in matrices:
@@ -228,9 +227,7 @@ class Equations:
         batch = (1,) * state.t.ndim
         rows[1 + n : 1 + 2 * n, :units] = self._units.reshape(n, units, *batch)
         self._move(rows[:, :units], state)
-        for i in range(n):
-            rows[1 + i, units + i] += 1j * STEP
-            rows[1 + n + i, units + n + i] += 1j * STEP
+        rows[1 : 1 + 2 * n, units:-1] += self._steps.reshape(2 * n, 2 * n, *batch)
         self._move(rows[:, -1:], state, explicit=True)
         K, U, R = self._parts(rows)
         matrix, linear = self._polarised(K[:units])
@@ -257,7 +254,7 @@ class Equations:
         n, (i, j) = self.n, self._pairs
         zero, plus, minus = K[0], K[1 : 1 + n], K[1 + n : 1 + 2 * n]
         matrix = np.empty((n, n, *K.shape[1:]), K.dtype)
-        matrix[np.arange(n), np.arange(n)] = plus + minus - 2 * zero
+        matrix[self._diagonal] = plus + minus - 2 * zero
         matrix[i, j] = matrix[j, i] = K[1 + 2 * n :] - plus[i] - plus[j] + zero
         scale = self._scale.reshape(n, *(1,) * (K.ndim - 1))
         return matrix / (scale[:, None] * scale), (plus - minus) / (2 * scale)

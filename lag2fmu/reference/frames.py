@@ -23,6 +23,9 @@ from lag2fmu.mechanism.record import AXES, WORLD
 from lag2fmu.reference.composition import Composition
 from lag2fmu.reference.functions import Array
 
+_NEXT, _LAST = np.array([1, 2, 0]), np.array([2, 0, 1])
+"""The axes after and before x, y, z."""
+
 
 class Slots:
     """Expressions that are evaluated together; each user keeps the slice of values that is his."""
@@ -94,8 +97,9 @@ def spot_of(composition: Composition, slots: Slots, name: str) -> Spot:
 
 def poses_of(links: Sequence[Link], values: Array) -> dict[str, Pose]:
     """The poses of all frames and of the world for the ``values`` of the slots, (slots, *shape)."""
-    one = np.eye(3, dtype=values.dtype if values.dtype == object else float).reshape(3, 3, *(1,) * (values.ndim - 1))
-    zero = 0 * one[0]
+    one = np.zeros((3, 3, *values.shape[1:]), values.dtype)
+    one[range(3), range(3)] = 1
+    zero = np.zeros_like(one[0])
     poses = {WORLD: Pose(one, zero, zero, zero)}
     for link in links:
         parent, origin = poses[link.parent], values[link.origin]
@@ -131,7 +135,14 @@ def dot(a: Array, b: Array) -> Array:
 
 def cross(a: Array, b: Array) -> Array:
     """a x b, (3, *shape)."""
-    return np.stack([a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]])
+    product: Array = a[_NEXT] * b[_LAST] - a[_LAST] * b[_NEXT]
+    return product
+
+
+def _rows_cross(matrix: Array, vector: Array) -> Array:
+    """Each row of a matrix x vector, (3, 3, *shape)."""
+    product: Array = matrix[:, _NEXT] * vector[_LAST] - matrix[:, _LAST] * vector[_NEXT]
+    return product
 
 
 # ------------------------------------------------------------------------------------------------------ one frame
@@ -175,16 +186,16 @@ def _turned(R: Array, w: Array, axis: int | Array, values: Array) -> tuple[Array
     c, s, rate = values
     if isinstance(axis, int):
         i, j = (axis + 1) % 3, (axis + 2) % 3
-        columns = [R[:, k] for k in range(3)]
-        columns[i], columns[j] = c * R[:, i] + s * R[:, j], c * R[:, j] - s * R[:, i]
-        return np.stack(np.broadcast_arrays(*columns), axis=1), w + rate * R[:, axis]
+        turned = R.copy()
+        turned[:, i], turned[:, j] = c * R[:, i] + s * R[:, j], c * R[:, j] - s * R[:, i]
+        return turned, w + rate * R[:, axis]
     # Rodrigues: each row r of R becomes c r + s r x u + (1 - c)(r . u) u
-    rows = [c * r + s * cross(r, axis) + (1 - c) * dot(r, axis) * axis for r in R]
-    return np.stack(rows), w + rate * apply(R, axis)
+    along = apply(R, axis)
+    return c * R + s * _rows_cross(R, axis) + (1 - c) * along[:, None] * axis, w + rate * along
 
 
 def _by_quaternion(R: Array, w: Array, values: Array) -> tuple[Array, Array]:
     """R and w after the rotation of a unit quaternion, r -> r + 2 e0 e x r + 2 e x (e x r)."""
     e0, e, e0_dot, e_dot = values[0], values[1:4], values[4], values[5:]
-    rows = [r + 2 * e0 * cross(r, e) + 2 * cross(cross(r, e), e) for r in R]
-    return np.stack(rows), w + 2 * apply(R, e0 * e_dot - e0_dot * e + cross(e, e_dot))
+    once = _rows_cross(R, e)
+    return R + 2 * e0 * once + 2 * _rows_cross(once, e), w + 2 * apply(R, e0 * e_dot - e0_dot * e + cross(e, e_dot))
