@@ -4,6 +4,8 @@ VENV ?= .venv
 BIN := $(VENV)/$(if $(filter Windows_NT,$(OS)),Scripts,bin)
 READY := $(VENV)/.ready
 JOBS ?= 2
+# every process goes on with its part of the tests and then takes from the others
+SPREAD := -n $(JOBS) --dist worksteal
 
 .PHONY: demo test check test-all bench clean
 
@@ -15,14 +17,14 @@ test: $(READY)
 	$(BIN)/ruff format --check .
 	$(BIN)/mypy
 	$(BIN)/mypy templates/python/runtime
-	$(BIN)/python -m pytest -n $(JOBS) $(PYTEST)
+	$(BIN)/python -m pytest $(SPREAD) $(PYTEST)
 
 check: $(READY)
 	$(BIN)/ruff check .
 	$(BIN)/ruff format --check .
 	$(BIN)/mypy
 	$(BIN)/mypy templates/python/runtime
-	$(BIN)/python -m pytest -n $(JOBS) -m "not slow and not fmu and not toolchain"
+	$(BIN)/python -m pytest $(SPREAD) -m "not slow and not fmu and not toolchain"
 
 test-all: PYTEST := --all-models
 test-all: test

@@ -2,13 +2,16 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+import os
+from collections.abc import Callable, Iterator
 from pathlib import Path
 
 import pytest
+from building import compiled_once
 
 from lag2fmu.codegen import DEFAULT_SOLVER
 from lag2fmu.fmu import Fmu, export
+from lag2fmu.fmu.compilers import compile_libraries
 from lag2fmu.mechanism import Mechanism
 from lag2fmu.mechanism.loading import load
 
@@ -27,6 +30,23 @@ def pytest_collection_modifyitems(config: pytest.Config, items: list[pytest.Item
         left_out = [item for item in items if item.get_closest_marker("all_models")]
         items[:] = [item for item in items if item not in left_out]
         config.hook.pytest_deselected(items=left_out)
+
+
+@pytest.fixture(scope="session", autouse=True)
+def _compiled_once(tmp_path_factory: pytest.TempPathFactory) -> Iterator[None]:
+    """``export`` compiles the same sources once a run, also where pytest-xdist runs it in several processes."""
+    base = tmp_path_factory.getbasetemp()
+    folder = (base.parent if "PYTEST_XDIST_WORKER" in os.environ else base) / "libraries"
+    folder.mkdir(exist_ok=True)
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr("lag2fmu.fmu.exporting.compile_libraries", compiled_once(folder))
+        yield
+
+
+@pytest.fixture
+def compiled_anew(monkeypatch: pytest.MonkeyPatch) -> None:
+    """For tests of what the compiler makes: ``export`` compiles, whatever was compiled before."""
+    monkeypatch.setattr("lag2fmu.fmu.exporting.compile_libraries", compile_libraries)
 
 
 @pytest.fixture(scope="session")

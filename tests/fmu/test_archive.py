@@ -73,6 +73,7 @@ def full(request, exported) -> Fmu:
 # ------------------------------------------------------------------------------------------------------- same bytes
 
 
+@pytest.mark.usefixtures("compiled_anew")
 def test_exporting_twice_gives_the_same_bytes(exported, tmp_path) -> None:
     """Also where the solver is chosen and not named."""
     again = export(load("double_pendulum"), tmp_path / "other_name.fmu")
@@ -88,6 +89,7 @@ def test_the_hash_seed_does_not_matter(seed: str, exported, tmp_path) -> None:
         assert same(tmp_path / f"{model}.fmu", exported(model).path)
 
 
+@pytest.mark.usefixtures("compiled_anew")
 @pytest.mark.parametrize(("epoch", "expected"), [("1700000000", "2023-11-14T22:13:20Z"), ("0", "1970-01-01T00:00:00Z")])
 def test_source_date_epoch_is_the_only_date(epoch: str, expected: str, exported, tmp_path, monkeypatch) -> None:
     plain = exported("pendulum")
