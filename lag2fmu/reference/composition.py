@@ -10,6 +10,7 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, field
+from functools import lru_cache
 
 import sympy as sp
 
@@ -54,6 +55,12 @@ def symbols_of(mechanism: Mechanism) -> Symbols:
         [p.name for p in mechanism.parameters],
     )
     return Symbols(*(tuple(symbol(name) for name in group) for group in groups))
+
+
+@lru_cache(maxsize=16)
+def composition_of(mechanism: Mechanism) -> Composition:
+    """The composition of ``mechanism``; those made last are kept."""
+    return Composition(mechanism)
 
 
 @dataclass(frozen=True)

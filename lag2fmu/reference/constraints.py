@@ -13,13 +13,15 @@ Source: F. Udwadia, R. Kalaba, Analytical Dynamics, Cambridge 1996, chapters 2 a
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
+from functools import lru_cache
 
 import numpy as np
 import sympy as sp
 
 from lag2fmu.errors import SimulationError
+from lag2fmu.mechanism import Mechanism
 from lag2fmu.mechanism.expressions import TIME
-from lag2fmu.reference.composition import Composition
+from lag2fmu.reference.composition import Composition, composition_of
 from lag2fmu.reference.functions import compiled
 from lag2fmu.reference.state import Floats, State, batch_first, batch_last
 
@@ -39,15 +41,7 @@ class Constraints:
         self.h, self.m, self.n = len(mechanism.holonomic), len(mechanism.constraints), len(s.q)
         self._constants = tuple(constants)
         self._full_rank: bool | None = None  # of G, where it is asked for the first time
-        values = [composition.written(c.expression) for c in mechanism.constraints]
-        velocities = [*(composition.rate(x) for x in values[: self.h]), *values[self.h :]]
-        jacobian = [velocity.diff(v) for velocity in velocities for v in s.qd]
-        moving = {s.q[i]: s.qd[i] for i in range(self.n)} | {TIME: sp.S.One}
-        moving |= dict(zip(s.motion, s.motion_dot, strict=True)) | dict(zip(s.motion_dot, s.motion_ddot, strict=True))
-        gamma = [sp.Add(*(w.diff(x) * rate for x, rate in moving.items())) for w in velocities]
-        self._function = compiled(
-            (TIME, *s.q, *s.qd, *s.inputs, *s.parameters), [*values, *velocities, *gamma, *jacobian]
-        )
+        self._function = compiled((TIME, *s.q, *s.qd, *s.inputs, *s.parameters), _expressions(mechanism))
 
     def __call__(self, state: State) -> tuple[Floats, Floats, Floats, Floats]:
         """phi or A qd + b (m, *batch), velocities (m, *batch), gamma (m, *batch), G (m, n, *batch)."""
@@ -97,32 +91,48 @@ class Constraints:
         makes the state of (q, qd). Raises SimulationError with the residuals if a relative residual of 1e-6 is left for
         the coordinates that are given. Source: N. Yamashita, M. Fukushima, Computing Suppl. 15 (2001), pp. 239-249.
         """
-        q_free, qd_free = (np.array(x, dtype=bool) for x in (free or ([True] * self.n, [True] * self.n)))
-        everything = np.ones(self.n, dtype=bool)
+        everything = np.ones(self.n, dtype=bool), TIGHT
+        q_passes, qd_passes = (
+            ([(np.array(x, dtype=bool), LOOSE), everything] for x in free) if free else 2 * ([everything],)
+        )
 
         def positions(x: Floats) -> tuple[Floats, Floats]:
             phi, _, _, jacobian = self(state(x, qd))
             return phi[: self.h], jacobian[: self.h] * nominal
 
-        for chosen in (q_free, everything):
+        for chosen, bar in q_passes:
             q = _newton(positions, q, chosen, nominal)
-            self._refuse(*positions(q), LOOSE if chosen is q_free and free else TIGHT)
+            self._refuse(*positions(q), bar)
 
         def velocities(x: Floats) -> tuple[Floats, Floats]:
             _, velocity, _, jacobian = self(state(q, x))
             return velocity, jacobian * nominal
 
-        for chosen in (qd_free, everything):
+        for chosen, bar in qd_passes:
             qd = _newton(velocities, qd, chosen, nominal)
             pace = max(1.0, float(np.abs(qd / nominal).max()))
             residual, jacobian = velocities(qd)
-            self._refuse(residual, jacobian * pace, LOOSE if chosen is qd_free and free else TIGHT)
+            self._refuse(residual, jacobian * pace, bar)
         return q, qd
 
     def _refuse(self, residual: Floats, jacobian: Floats, bar: float) -> None:
         if not _relative(residual, jacobian) <= bar:
             listed = ", ".join(f"{name} = {r:.3g}" for name, r in zip(self.names, residual, strict=False))
             raise SimulationError(f"the constraints cannot be met from the start values; residuals: {listed}")
+
+
+@lru_cache(maxsize=16)
+def _expressions(mechanism: Mechanism) -> tuple[sp.Expr, ...]:
+    """Values, velocities, gamma and G of the constraints, one after the other."""
+    composition, h = composition_of(mechanism), len(mechanism.holonomic)
+    s = composition.symbols
+    values = [composition.written(c.expression) for c in mechanism.constraints]
+    velocities = [*(composition.rate(x) for x in values[:h]), *values[h:]]
+    jacobian = [velocity.diff(v) for velocity in velocities for v in s.qd]
+    moving = dict(zip(s.q, s.qd, strict=True)) | {TIME: sp.S.One}
+    moving |= dict(zip(s.motion, s.motion_dot, strict=True)) | dict(zip(s.motion_dot, s.motion_ddot, strict=True))
+    gamma = [sp.Add(*(w.diff(x) * rate for x, rate in moving.items())) for w in velocities]
+    return (*values, *velocities, *gamma, *jacobian)
 
 
 def _newton(

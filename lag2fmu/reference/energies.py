@@ -16,7 +16,7 @@ from lag2fmu.errors import LoadError, SimulationError
 from lag2fmu.mechanism import Mechanism, Parameter
 from lag2fmu.mechanism.expressions import TIME, symbol
 from lag2fmu.mechanism.names import multiplier
-from lag2fmu.reference.composition import Composition
+from lag2fmu.reference.composition import composition_of
 from lag2fmu.reference.constraints import Constraints
 from lag2fmu.reference.functions import Array, compiled
 from lag2fmu.reference.spatial import Spatial
@@ -32,7 +32,7 @@ class Energies:
 
     def __init__(self, mechanism: Mechanism, parameters: Mapping[str, float] | None = None) -> None:
         self.mechanism = mechanism
-        self.composition = Composition(mechanism)
+        self.composition = composition_of(mechanism)
         self.n = len(mechanism.coordinates)
         self.parameters = parameter_values(mechanism, parameters or {})
         s = self.composition.symbols

@@ -9,7 +9,7 @@ are given here as f(x) + i f'(x) Im z, and stay NaN where the real function is n
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from functools import reduce
+from functools import lru_cache, reduce
 from typing import Any
 
 import numpy as np
@@ -140,8 +140,16 @@ def compiled(
 
     The first ``arguments`` are the rows of an array (rows, *shape), real or complex, the others are ``constants``
     of type float64. Any size of batch is taken, in blocks of BLOCK points. Values outside the range of a function
-    give inf or NaN, without a warning.
+    give inf or NaN, without a warning. The functions compiled last are kept: a mechanism's equations are often built
+    again with other parameters.
     """
+    return _compiled(tuple(arguments), tuple(expressions))
+
+
+@lru_cache(maxsize=128)
+def _compiled(
+    arguments: tuple[sp.Symbol, ...], expressions: tuple[sp.Expr, ...]
+) -> Callable[[Array, Sequence[float]], Array]:
     renamed = {old: sp.Symbol(f"a{i}", real=True) for i, old in enumerate(arguments)}
     outputs = [expression.xreplace(renamed) for expression in expressions]
     function = sp.lambdify(
