@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import shutil
+from functools import cache
 from pathlib import Path
 
 import casadi
@@ -15,8 +16,9 @@ from fmpy.validation import validate_fmu
 from numpy.typing import NDArray
 
 from lag2fmu.fmu import Fmu
+from lag2fmu.mechanism import Mechanism
 from lag2fmu.mechanism.loading import bundled
-from lag2fmu.reference import integrate
+from lag2fmu.reference import Trajectory, integrate
 from lag2fmu.verify.checking import check_fmu
 
 pytestmark = [pytest.mark.toolchain, pytest.mark.fmu]
@@ -36,9 +38,15 @@ def states_of(fmu: Fmu) -> list[str]:
     return [*names, *(f"{name}_dot" for name in names)]
 
 
+@cache
+def integrated(mechanism: Mechanism) -> Trajectory:
+    """The direct integration, at the start and the stop time."""
+    return integrate(mechanism, [0.0, STOP]).trajectory
+
+
 def directly(fmu: Fmu) -> NDArray[np.float64]:
     """The states at the stop time by the direct integration."""
-    return integrate(fmu.mechanism, [0.0, STOP]).trajectory.columns(states_of(fmu))[-1]
+    return integrated(fmu.mechanism).columns(states_of(fmu))[-1]
 
 
 def end_in_fmpy(folder: Path, names: list[str], kind: str) -> NDArray[np.float64]:
@@ -75,7 +83,7 @@ def test_casadi(fmu: Fmu) -> None:
     t, states = casadi.MX.sym("t"), casadi.MX.sym("x", len(x))
     problem = {"t": t, "x": states, "ode": function(t, states, np.array(dae.start(u)), np.array(dae.start(p)))}
     run = casadi.integrator("run", "cvodes", problem, 0.0, STOP, {"abstol": 1e-10, "reltol": 1e-10})
-    start = integrate(fmu.mechanism, [0.0, STOP]).trajectory.columns(x)[0]  # guesses are solved for by the FMU only
+    start = integrated(fmu.mechanism).columns(x)[0]  # guesses are solved for by the FMU only
     found = np.array(casadi.DM(run(x0=start)["xf"]).full())[:, 0]
     assert np.abs(found - directly(fmu)[[states_of(fmu).index(name) for name in x]]).max() < ACCURACY
 

@@ -86,13 +86,17 @@ def test_nothing_is_found(model: str, checker: Path, exported) -> None:
     assert findings(checker, exported(representative(model)).path) == ""
 
 
-def test_nothing_is_found_in_the_fullest_fmu(checker: Path, tmp_path: Path) -> None:
+@pytest.fixture(scope="module")
+def fullest(tmp_path_factory: pytest.TempPathFactory) -> Fmu:
     """All outputs promoted, with a reference trajectory inside."""
     from lag2fmu.verify.experiment import reference_files
 
-    mechanism = load("double_pendulum")
-    fmu = export(mechanism, tmp_path / "full.fmu", outputs=("all",), extra=reference_files(mechanism))
-    assert findings(checker, fmu.path) == ""
+    mechanism, path = load("double_pendulum"), tmp_path_factory.mktemp("fullest") / "full.fmu"
+    return export(mechanism, path, outputs=("all",), extra=reference_files(mechanism))
+
+
+def test_nothing_is_found_in_the_fullest_fmu(checker: Path, fullest: Fmu) -> None:
+    assert findings(checker, fullest.path) == ""
 
 
 def test_nothing_is_found_in_an_fmu_of_the_python_backend(checker: Path, tmp_path: Path) -> None:
