@@ -8,7 +8,7 @@ from lag2fmu.errors import DerivationError, LoadError, SimulationError
 from lag2fmu.mechanism import Body, Damper, Energy, Load, Mechanism, Point, Spring, coordinate, parameter
 from lag2fmu.mechanism.expressions import FUNCTIONS
 from lag2fmu.reference import Equations, sympy_accelerations
-from lag2fmu.reference.functions import STEP, compiled
+from lag2fmu.reference.functions import FEW, STEP, compiled
 from models.double_pendulum import double_pendulum
 from tests.reference.mechanisms import charged_particle, driven_pendulum, falling, loaded, oscillator, pendulum
 
@@ -179,6 +179,20 @@ def test_values_outside_of_a_function_are_nan_not_complex() -> None:
     for expression in (sp.sqrt(x), x ** sp.Rational(1, 3), sp.log(x), sp.asin(x - 1)):
         assert np.isnan(compiled([x], [expression])(rows, ())[0, 0].real)
     assert compiled([x], [sp.Heaviside(x)])(np.zeros((1, 1)), ())[0, 0] == 0.5
+
+
+@pytest.mark.parametrize("step", [0.0, 1j * STEP])
+def test_few_points_are_evaluated_like_many(step: complex) -> None:
+    """One by one as NumPy's scalars, or as rows: the same values and derivatives, the same NaN."""
+    x, y = sp.symbols("x y", real=True)
+    two = [sp.atan2(y, x), sp.Min(x, y), sp.Max(x, y), x**y, x**2.5, x**-3, x**3 / y, sp.sqrt(x) * y]
+    function = compiled([x, y], [*(f(x) for count, f in FUNCTIONS.values() if count == 1), *two])
+    rows = np.array([[0.0, -2.0, 0.5, 1.0, 3.0, -0.25], [1.5, 0.0, -0.5, 1.0, 2.0, 0.25]]) + step
+    many = function(rows, ())
+    few = np.concatenate([function(rows[:, i : i + 2], ()) for i in range(0, 6, 2)], axis=1)
+    assert len(rows.T) > FEW
+    np.testing.assert_allclose(few.real, many.real, rtol=1e-14)
+    np.testing.assert_allclose(few.imag, many.imag, rtol=1e-14)
 
 
 def test_names_of_the_user_do_not_meet_those_of_the_code() -> None:
