@@ -190,14 +190,16 @@ def build(mechanism: Mechanism, solver: str, folder: Path) -> Path:
         (place / link).symlink_to(sundials / f"sundials_{library}.so")
     units = [name for name in sources if name.endswith(".c")]
     flags = [flag for flag in FLAGS if flag != "-fPIC"]
-    wrap = ["-Wl,--wrap=mechanism_accelerations", f"-Wl,-rpath,{place}", "-Wl,--allow-shlib-undefined"]
+    linking = [f"-Wl,-rpath,{place}", "-Wl,--allow-shlib-undefined"]
+    if not mechanism.constraints:  # with them evaluations are counted elsewhere
+        linking.append("-Wl,--wrap=mechanism_accelerations")
     folder_of_peer = None if mechanism.constraints else reference_code()
     if folder_of_peer is not None:
         for file in ("dop853.c", "dop853.h"):  # copied: a memory.h beside them hides that of the C library
             shutil.copy(folder_of_peer / file, place)
         units.append("dop853.c")
         flags.append("-DHAIRER")
-    command = ["gcc", *flags, "-I.", f"-I{fmi_headers()}", *units, str(KERNELS / "integrators.c"), *links, *wrap]
+    command = ["gcc", *flags, "-I.", f"-I{fmi_headers()}", *units, str(KERNELS / "integrators.c"), *links, *linking]
     subprocess.run([*command, "-lm", "-o", "host"], cwd=place, check=True)
     return place / "host"
 

@@ -7,7 +7,8 @@ C compilers grows faster than the length of a function.
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
+from fractions import Fraction
 
 from lag2fmu.dynamics import Function, Program
 from lag2fmu.dynamics.operations import CONSTANT, OPERATIONS
@@ -21,6 +22,12 @@ def c_number(value: float) -> str:
     text = repr(float(value))
     text = text if any(mark in text for mark in ".en") else f"{text}.0"
     return f"({text})" if text.startswith("-") else text
+
+
+def c_combination(weights: Sequence[Fraction], vectors: str = "k", begin: str = " " * 21) -> str:
+    """Entry i of sum_j weights[j] vectors[j] as C, a term a line; vectors of weight 0 do not take part."""
+    terms = [f"{c_number(float(w))} * {vectors}[{j}][i]" for j, w in enumerate(weights) if w]
+    return f" +\n{begin}".join(terms) or "0.0"
 
 
 def c_string(text: str) -> str:

@@ -113,6 +113,17 @@ class Tableau:
         return self.a[-1] == self.b and float(self.c[-1]) == 1.0
 
     @property
+    def twin(self) -> int:
+        """The last stage at the same time as the one before it, 0 if there is none."""
+        times = [float(c) for c in self.c]
+        return max((i for i in range(1, self.stages) if times[i] == times[i - 1]), default=0)
+
+    @property
+    def twin_weights(self) -> Row:
+        """The row of a of the twin minus that of the stage before, (s,)."""
+        return tuple(x - y for x, y in zip(self.a[self.twin], self.a[self.twin - 1], strict=True))
+
+    @property
     def stability(self) -> float:
         """The largest h for which steps for dx/dt = -x do not grow."""
         return stability_interval(self.a, self.b)

@@ -6,7 +6,7 @@ from functools import lru_cache
 
 from jinja2 import Environment, FileSystemLoader, StrictUndefined
 
-from lag2fmu.codegen.c import c_function, c_number, c_prototype, c_string
+from lag2fmu.codegen.c import c_combination, c_function, c_number, c_prototype, c_string
 from lag2fmu.codegen.python import python_text
 from lag2fmu.resources import resource_folder
 
@@ -22,6 +22,7 @@ def _environment() -> Environment:
         autoescape=False,  # noqa: S701  # the result is C or Python; XML is written by an XML library
     )
     environment.filters |= {
+        "c_combination": c_combination,
         "c_number": c_number,
         "c_string": c_string,
         "c_prototype": c_prototype,

@@ -15,13 +15,16 @@
 #endif
 
 bool equations_derivative(Instance *instance, double time, const double states[], double derivatives[]) {
-    double unknowns[N_UNKNOWNS];
-    if (!accelerations_at(instance, time, states, inputs_at(instance, time), unknowns)) {
-        return false; /* with nothing written that was not calculated: derivatives may belong to the State */
-    }
+    double *accelerations = derivatives + N_COORDINATES;
     memcpy(derivatives, states + N_COORDINATES, N_COORDINATES * sizeof(double));
-    memcpy(derivatives + N_COORDINATES, unknowns, N_COORDINATES * sizeof(double));
-    return true;
+#if N_CONSTRAINTS > 0
+    double unknowns[N_UNKNOWNS];
+    const bool known = accelerations_at(instance, time, states, inputs_at(instance, time), unknowns);
+    memcpy(accelerations, unknowns, N_COORDINATES * sizeof(double));
+    return known;
+#else
+    return accelerations_at(instance, time, states, inputs_at(instance, time), accelerations);
+#endif
 }
 
 /* unknowns = - K^-1 change, with a factorisation of the matrix K of the system. */

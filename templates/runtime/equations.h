@@ -28,8 +28,8 @@ typedef struct {
     double locals[MAX_OUTPUT_ORDER][SIZE_LOCALS];
 } Motion;
 
-/* derivatives[2n] = [qd, qdd] at any time (s) and states[2n] in a communication step, with the inputs at that time.
-   Touches no cache: the solver does not depend on which variables were read in between. */
+/* derivatives[2n] = [qd, qdd] at any time (s) and states[2n] in a communication step, with the inputs at that time; not
+   to be used where that fails. Touches no cache: the solver does not depend on which variables were read in between. */
 bool equations_derivative(Instance *instance, double time, const double states[], double derivatives[]);
 
 /* d(qdd)/d(q, qd) likewise: jacobian[2n][n], a row for each state, by tangents along groups of states that do not meet

@@ -1,6 +1,8 @@
 /* Start values, assignments and the gate that every fmi2 function passes. */
 #include "instance.h"
 
+#include <math.h>
+
 #include <string.h>
 
 #include "integrator.h"
@@ -14,7 +16,7 @@ void instance_start(Instance *instance) {
     memcpy(state->states, START_STATES, sizeof state->states);
     memcpy(state->inputs, START_INPUTS, sizeof state->inputs);
     memcpy(state->parameters, START_PARAMETERS, sizeof state->parameters);
-    state->previous_error = 1e-4; /* the value dopri5.f starts from */
+    state->previous_log_error = log(1e-4); /* the value dopri5.f starts from */
 
     memset(&instance->failure, 0, sizeof instance->failure);
     memset(instance->noted_calls, 0, sizeof instance->noted_calls);

@@ -1,25 +1,36 @@
-/* An explicit Runge-Kutta method as data; the one that was chosen at export is in the generated tableau.c.
+/* An explicit Runge-Kutta method; the one that was chosen at export is in the generated tableau.c.
 
    k_i = f(t + c_i h, x + h sum_j<i a_ij k_j),  x_new = x + h sum_i b_i k_i,  error = h sum_i e_i k_i.
 
-   Where there is a second estimate E' with weights second_i, of lower order, the error is E^2 / sqrt(E^2 + (E'/10)^2).
-   Dense output takes further stages, rows of a and c behind those of the step. */
+   Where there is a second estimate E', of lower order, the error is E^2 / sqrt(E^2 + (E'/10)^2). Dense output takes
+   further stages behind those of the step. The sums are written out, so that they stay in registers, zeros cost nothing
+   and the compiler sees how long they are. */
 #ifndef RUNGE_KUTTA_H
 #define RUNGE_KUTTA_H
 
+#include "solver.h"
+
 typedef struct {
-    int stages;             /* of a step */
-    int all_stages;         /* and of dense output */
-    int first_same_as_last; /* the last row of the step in a is b and its c is 1: it is the next step's first stage */
-    const double *a;        /* all_stages x all_stages, row-major, strictly lower triangular */
-    const double *b;        /* stages */
-    const double *c;        /* all_stages */
-    const double *e;        /* stages; b minus the weights of the embedded solution, NULL: a fixed-step method */
-    const double *second;   /* stages, NULL: there is none */
-    const double *dense;    /* DENSE_ROWS x all_stages: the terms h sum_i dense_ji k_i of dense_output.h */
+    int stages;             /* of a step; those of dense output, up to STAGES, come behind */
+    int first_same_as_last; /* the last stage is at the end of the step and at x_new: it is the next step's first one */
+    const double *c;        /* STAGES */
+    int twin;               /* the last stage at the same time as the one before it, 0 if there is none */
     double stability;       /* steps h for dx/dt = -x do not grow up to this h */
 } Tableau;
 
 extern const Tableau TABLEAU;
+
+/* result[N_STATES] = x + h sum_j a_ij k_j for stage i > 0; x_new for stage i = STAGES, if it is not the last stage. */
+void tableau_states(int stage, double h, const double x[restrict], const double k[restrict][N_STATES],
+                    double result[restrict]);
+
+/* error and other[N_STATES] = both error estimates, 0 for those that the method has not. */
+void tableau_errors(double h, const double k[restrict][N_STATES], double error[restrict], double other[restrict]);
+
+/* difference[N_STATES] = what the states at the twin and at the stage before it differ by, in units of h. */
+void tableau_difference(const double k[restrict][N_STATES], double difference[restrict]);
+
+/* terms[DENSE_TERMS][N_STATES] of dense_output.h from HERMITE_TERMS on. */
+void tableau_dense(double h, const double k[restrict][N_STATES], double terms[restrict][N_STATES]);
 
 #endif

@@ -8,56 +8,10 @@
 #include "runge_kutta.h"
 #include "solver.h"
 
-enum { MANY_STATES = 16 }; /* from here on a sum over the stages does not stay in registers */
+typedef const double (*Stages)[N_STATES];
 
-static void add_stage(double weight, const double k[], double sum[]) {
-    for (int i = 0; i < N_STATES; i++) {
-        sum[i] += weight * k[i];
-    }
-}
-
-/* Four stages at a time, so that the sum is loaded less often. */
-static void add_by_fours(double scale, const double weights[], const int used[], int count,
-                         const double stages[][N_STATES], double sum[]) {
-    int j = 0;
-    for (; j + 3 < count; j += 4) {
-        const double *k0 = stages[used[j]], *k1 = stages[used[j + 1]], *k2 = stages[used[j + 2]];
-        const double *k3 = stages[used[j + 3]];
-        const double w0 = scale * weights[used[j]], w1 = scale * weights[used[j + 1]];
-        const double w2 = scale * weights[used[j + 2]], w3 = scale * weights[used[j + 3]];
-        for (int i = 0; i < N_STATES; i++) {
-            sum[i] += (w0 * k0[i] + w1 * k1[i]) + (w2 * k2[i] + w3 * k3[i]);
-        }
-    }
-    for (; j < count; j++) {
-        add_stage(scale * weights[used[j]], stages[used[j]], sum);
-    }
-}
-
-/* sum += scale sum_j weights[j] k_j over the first count stages. */
-static void add_stages(const Instance *instance, double scale, const double weights[], int count, double sum[]) {
-    const double(*stages)[N_STATES] = instance->scratch.stages;
-    int used[STAGES];
-    int size = 0;
-    for (int j = 0; j < count; j++) {
-        if (weights[j] != 0.0 && N_STATES < MANY_STATES) {
-            add_stage(scale * weights[j], stages[j], sum);
-        } else if (weights[j] != 0.0) {
-            used[size++] = j;
-        }
-    }
-    add_by_fours(scale, weights, used, size, stages, sum);
-}
-
-/* result = x + sum_j h weights[j] k_j over the first count stages; the last weight is not 0. The last stage was computed
-   just now and is waited for: it takes part in one multiplication and two additions. */
-static void combine(const Instance *instance, double h, const double weights[], int count, double result[]) {
-    double sum[N_STATES] = {0.0};
-    add_stages(instance, h, weights, count - 1, sum);
-    const double weight = h * weights[count - 1];
-    for (int i = 0; i < N_STATES; i++) {
-        result[i] = instance->state.states[i] + (sum[i] + weight * instance->scratch.stages[count - 1][i]);
-    }
+static Stages stages_of(const Instance *instance) {
+    return instance->scratch.stages;
 }
 
 /* Computes the stages from one up to the one before another; the states of the last one stay in scratch. */
@@ -65,7 +19,7 @@ static bool compute_stages(Instance *instance, Step step, int first, int end) {
     Scratch *scratch = &instance->scratch;
     for (int i = first; i < end; i++) {
         const double time = TABLEAU.c[i] == 1.0 ? step.end : instance->state.time + TABLEAU.c[i] * step.length;
-        combine(instance, step.length, TABLEAU.a + i * TABLEAU.all_stages, i, scratch->stage_states);
+        tableau_states(i, step.length, instance->state.states, stages_of(instance), scratch->stage_states);
         if (!equations_derivative(instance, time, scratch->stage_states, scratch->stages[i])) {
             return false;
         }
@@ -87,19 +41,16 @@ bool solver_step(Instance *instance, Step step) {
         memcpy(scratch->new_derivatives, scratch->stages[last], sizeof scratch->new_derivatives);
         return new_states_finite(instance, step);
     }
-    combine(instance, step.length, TABLEAU.b, TABLEAU.stages, scratch->new_states);
+    tableau_states(STAGES, step.length, state->states, stages_of(instance), scratch->new_states);
     return new_states_finite(instance, step) &&
            equations_derivative(instance, step.end, scratch->new_states, scratch->new_derivatives);
 }
 
 double solver_error(const Instance *instance, Step step, double tolerance, int *worst) {
     const double *old = instance->state.states, *new = instance->scratch.new_states;
-    double estimate[N_STATES] = {0.0}, other[N_STATES] = {0.0};
+    double estimate[N_STATES], other[N_STATES];
     double error = 0.0, second = 0.0;
-    add_stages(instance, step.length, TABLEAU.e, TABLEAU.stages, estimate);
-    if (TABLEAU.second != NULL) {
-        add_stages(instance, 0.1 * step.length, TABLEAU.second, TABLEAU.stages, other);
-    }
+    tableau_errors(step.length, stages_of(instance), estimate, other);
     *worst = 0;
     for (int i = 0; i < N_STATES; i++) {
         const double size = fabs(old[i]) > fabs(new[i]) ? fabs(old[i]) : fabs(new[i]);
@@ -111,17 +62,8 @@ double solver_error(const Instance *instance, Step step, double tolerance, int *
         }
         second = two > second ? two : second;
     }
-    const double ratio = second / error;
+    const double ratio = 0.1 * second / error;
     return second > 0.0 && error > 0.0 ? error / sqrt(1.0 + ratio * ratio) : error;
-}
-
-/* The last stage at the same time as the one before it, 0 if there is none: often both are at the end of the step. */
-static int twin_stage(void) {
-    int twin = TABLEAU.stages - 1;
-    while (twin > 0 && TABLEAU.c[twin] != TABLEAU.c[twin - 1]) {
-        twin--;
-    }
-    return twin;
 }
 
 /* Two stages are derivatives at the same time, at states that differ by an error of the method: where a fast decay is
@@ -130,22 +72,18 @@ static int twin_stage(void) {
    coordinates, in nominal values: for a decay both give its rate, for a vibration the lesser one at most its frequency. */
 double solver_stiffness(const Instance *instance) {
     const Scratch *scratch = &instance->scratch;
-    const int twin = twin_stage();
-    const double *weights = TABLEAU.a + twin * TABLEAU.all_stages, *before = weights - TABLEAU.all_stages;
-    double apart[2] = {0.0}, rise = 0.0; /* squares; of coordinates and of velocities */
-    if (twin == 0) {
+    double difference[N_STATES], apart[2] = {0.0}, rise = 0.0; /* squares; of coordinates and of velocities */
+    if (TABLEAU.twin == 0) {
         return 0.0;
     }
+    tableau_difference(stages_of(instance), difference);
     for (int i = 0; i < N_STATES; i++) {
-        double difference = 0.0;
-        for (int j = 0; j < twin; j++) {
-            difference += (weights[j] - before[j]) * scratch->stages[j][i];
-        }
-        difference /= NOMINAL_STATES[i];
-        apart[i / N_COORDINATES] += difference * difference;
+        const double distance = difference[i] / NOMINAL_STATES[i];
+        apart[i / N_COORDINATES] += distance * distance;
     }
+    const double *at = scratch->stages[TABLEAU.twin], *before = scratch->stages[TABLEAU.twin - 1];
     for (int i = N_COORDINATES; i < N_STATES; i++) {
-        const double change = (scratch->stages[twin][i] - scratch->stages[twin - 1][i]) / NOMINAL_STATES[i];
+        const double change = (at[i] - before[i]) / NOMINAL_STATES[i];
         rise += change * change;
     }
     if (!(apart[0] > 0.0 && apart[1] > 0.0)) {
@@ -156,13 +94,9 @@ double solver_stiffness(const Instance *instance) {
 }
 
 bool solver_dense(Instance *instance, Step step, double terms[DENSE_TERMS][N_STATES]) {
-    if (!compute_stages(instance, step, TABLEAU.stages, TABLEAU.all_stages)) {
+    if (!compute_stages(instance, step, TABLEAU.stages, STAGES)) {
         return false;
     }
-    for (int row = 0; row < DENSE_ROWS; row++) {
-        double *term = terms[HERMITE_TERMS + row];
-        memset(term, 0, N_STATES * sizeof(double));
-        add_stages(instance, step.length, TABLEAU.dense + row * TABLEAU.all_stages, TABLEAU.all_stages, term);
-    }
+    tableau_dense(step.length, stages_of(instance), terms);
     return true;
 }

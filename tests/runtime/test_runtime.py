@@ -8,6 +8,7 @@ import re
 import shutil
 import subprocess
 import sys
+from fractions import Fraction
 from pathlib import Path
 
 import fmpy
@@ -16,7 +17,9 @@ import pytest
 from fmpy.fmi2 import FMU2Model, FMU2Slave
 from scipy.integrate import solve_ivp
 
+from lag2fmu.codegen import METHODS, TABLEAUS, Tableau
 from lag2fmu.codegen.sources import CONSTRAINT_FILES, MASSLESS_FILES, SOLVER_FILES
+from lag2fmu.codegen.templates import render
 
 HERE = Path(__file__).parent
 RUNTIME = HERE.parents[1] / "templates" / "runtime"
@@ -29,22 +32,34 @@ GUID = "{6c1e5f0a-0d6b-4b0e-8a55-3f1d3b7a9c01}"
 COMPILERS = {"zig": [sys.executable, "-m", "ziglang", "cc"]}
 if shutil.which("gcc"):
     COMPILERS["gcc"] = ["gcc"]
-TABLEAUS = sorted(path.stem for path in (HERE / "tableaus").glob("*.c"))
-WRITTEN_OUT = ["solver_ros2"]
-"""Solvers without coefficients; those of collocation methods are compiled with the FMUs of tests/codegen."""
-SOLVERS = [*TABLEAUS, *WRITTEN_OUT]
+HEUN = Tableau(
+    solver="heun_euler",
+    title="Heun's method with Euler's embedded",
+    source="Hairer, Norsett, Wanner, Solving Ordinary Differential Equations I, 2nd edition, section II.4",
+    order=2,
+    a=((Fraction(0), Fraction(0)), (Fraction(1), Fraction(0))),
+    b=(Fraction(1, 2), Fraction(1, 2)),
+    embedded=(Fraction(1), Fraction(0)),
+    embedded_order=1,
+)
+"""Adaptive, and the last stage is not the next step's first."""
+SOLVERS = {"heun_euler": HEUN, "dopri5": TABLEAUS["dopri5"], "rk4": TABLEAUS["rk4"], "ros2": METHODS["ros2"]}
+"""Those of collocation methods are compiled with the FMUs of tests/codegen."""
 
 
 def build(target: Path, mechanism: str, solver: str, compiler: list[str], flags: list[str], extra: list[Path]) -> Path:
     """Compile the runtime with a mechanism and a solver; returns target, raises AssertionError with the messages."""
-    chosen = [RUNTIME / "solver_runge_kutta.c", HERE / "tableaus" / f"{solver}.c"]
-    if solver in WRITTEN_OUT:
-        chosen = [RUNTIME / f"{solver}.c", RUNTIME / "solver_lu.c"]
+    method = SOLVERS[solver]
+    chosen = [RUNTIME / name for name in method.runtime_files if name.endswith(".c")]
+    for name in method.generated_files:
+        chosen.append(target.with_name(f"{solver}_{name}"))
+        chosen[-1].write_text(render(f"mechanism/{name}.jinja", {"method": method}))
     unused = (CONSTRAINT_FILES, MASSLESS_FILES, SOLVER_FILES)
     runtime = [path for path in sorted(RUNTIME.glob("*.c")) if not path.name.startswith(unused)]
     sources = [*runtime, *chosen, HERE / mechanism / "mechanism.c"]
     folders = [f"-I{folder}" for folder in (RUNTIME, HERE / mechanism, HERE, HEADERS)]
-    command = [*compiler, *STRICT, *flags, *folders, *map(str, sources + extra), "-lm", "-o", str(target)]
+    sizes = [f"-DSTAGES={method.all_stages}", f"-DDENSE_ROWS={method.dense_rows}"]
+    command = [*compiler, *STRICT, *flags, *sizes, *folders, *map(str, sources + extra), "-lm", "-o", str(target)]
     done = subprocess.run(command, check=False, capture_output=True, text=True)
     assert done.returncode == 0, done.stderr
     return target
@@ -67,7 +82,7 @@ def blow_up_sources() -> list[Path]:
 
 @pytest.mark.parametrize("compiler", COMPILERS)
 def test_double_pendulum(compiler: str, tmp_path: Path) -> None:
-    program = build(tmp_path / "host", "double_pendulum", "dormand_prince", COMPILERS[compiler], [], pendulum_sources())
+    program = build(tmp_path / "host", "double_pendulum", "dopri5", COMPILERS[compiler], [], pendulum_sources())
     run(program)
 
 
@@ -82,7 +97,7 @@ if "gcc" in COMPILERS:  # zig has no runtime library for the address sanitizer
     @pytest.mark.slow
     def test_sanitized(tmp_path: Path) -> None:
         gcc = COMPILERS["gcc"]
-        run(build(tmp_path / "a", "double_pendulum", "dormand_prince", gcc, SANITIZE, pendulum_sources()))
+        run(build(tmp_path / "a", "double_pendulum", "dopri5", gcc, SANITIZE, pendulum_sources()))
         for solver in SOLVERS:
             run(build(tmp_path / "b", "blow_up", solver, gcc, SANITIZE, blow_up_sources()))
 
@@ -93,7 +108,7 @@ def unpacked(tmp_path_factory: pytest.TempPathFactory) -> Path:
     folder = tmp_path_factory.mktemp("fmu")
     binary = folder / "binaries" / fmpy.platform / f"double_pendulum{fmpy.sharedLibraryExtension}"
     binary.parent.mkdir(parents=True)
-    build(binary, "double_pendulum", "dormand_prince", COMPILERS["zig"], ["-shared", "-fPIC"], [])
+    build(binary, "double_pendulum", "dopri5", COMPILERS["zig"], ["-shared", "-fPIC"], [])
     return folder
 
 

@@ -30,8 +30,6 @@
 #define SIZE_FACTOR 3
 #define N_VARIABLES 25
 #define DEFAULT_SOLVER_STEP 1e-3
-#define STAGES 7
-#define DENSE_ROWS 1
 #define VARIATIONAL 0
 #define FULLY_IMPLICIT 0
 #define IMPLICIT 1
