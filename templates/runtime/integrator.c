@@ -18,7 +18,7 @@
 #endif
 
 static const double DEFAULT_TOLERANCE = 1e-6;
-static const double SAFETY = 0.8; /* 0.9 has so many steps rejected that the same accuracy takes 3 to 15 % more */
+static const double SAFETY = 0.75; /* 0.9 has so many steps rejected that the same accuracy takes 3 to 20 % more */
 static const double LARGEST_GROWTH = 10.0;
 static const double LARGEST_REDUCTION = 0.2;
 static const double SMALLEST_ERROR = 1e-4; /* remembered by the controller */

@@ -20,7 +20,7 @@ TOLERANCE, STEP, MAX_STEP = range(3)
 """The settings; 0 is automatic for each of them."""
 DEFAULT_TOLERANCE = 1e-6
 LEAST_TOLERANCE = 2e-15  # that rounding allows
-SAFETY = 0.8
+SAFETY = 0.75
 LARGEST_GROWTH = 10.0
 LARGEST_REDUCTION = 0.2
 SMALLEST_ERROR = 1e-4  # remembered by the controller
