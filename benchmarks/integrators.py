@@ -1,7 +1,7 @@
 """Work and precision of the adaptive solvers in a C host, beside CVODE on the same equations.
 
-The explicit ones run beside CVODE's Adams methods and Hairer and Wanner's dop853 (in the C version that PyDSTool
-carries), the implicit one, on stiff problems, beside CVODE's BDF.
+The explicit ones run beside CVODE's Adams methods and Hairer and Wanner's dop853, the implicit one, on stiff problems,
+beside CVODE's BDF and the same authors' radau5. PyDSTool carries their codes, dop853 in C, radau5 in Fortran.
 
 Run with `make bench` or `python -m benchmarks.integrators [--folder FOLDER]`. CPU time is the median of several runs;
 the error is that of the states at the end, relative to max(|x|, nominal). The bars: less CPU time than the peer at
@@ -41,7 +41,7 @@ from lag2fmu.reference import integrate
 
 EXPLICIT = ("dopri5", "dop853")
 IMPLICIT = ("radau5",)
-ADAMS, BDF, HAIRER = "CVODE Adams", "CVODE BDF", "Hairer's dop853"
+ADAMS, BDF, DOP853, RADAU5 = "CVODE Adams", "CVODE BDF", "Hairer's dop853", "Hairer's radau5"
 TOLERANCES = 10.0 ** -np.arange(2.0, 13.6, 0.5)
 ERRORS = 10.0 ** -np.arange(3.0, 11.1, 1.0)
 LIBRARIES = ("cvode", "nvecserial", "sunlinsoldense", "sunmatrixdense", "core")
@@ -158,22 +158,49 @@ CLOSED = {"four-bar linkage": (lambda: complete(load("four_bar_linkage")), 1.5)}
 """The same, with a closed loop, for steps of 1 ms only."""
 INTERLEAVED = 7
 """So many times the runs that are compared with each other take turns."""
-CONTESTS = ((SMOOTH, EXPLICIT, (ADAMS, HAIRER)), (STIFF, IMPLICIT, (BDF,)))
+CONTESTS = ((SMOOTH, EXPLICIT, (ADAMS, DOP853)), (STIFF, IMPLICIT, (BDF, RADAU5)))
 """Problems, solvers for them, and the peers."""
-WHICH = {ADAMS: "adams", BDF: "bdf", HAIRER: "dop853"}
+WHICH = {ADAMS: "adams", BDF: "bdf", DOP853: "dop853", RADAU5: "radau5"}
 """What benchmarks/kernels/integrators.c calls the peers."""
+FORTRAN = ("radau5.f", "dc_lapack.f", "lapack.f", "lapackc.f")
+"""The sources of radau5."""
 
 
 # ------------------------------------------------------------------------------------------------------------ running
 
 
-def reference_code() -> Path | None:
-    """The folder of dop853.c in the installed PyDSTool, found without importing it; None if there is none."""
+def codes() -> Path | None:
+    """The folder of Hairer and Wanner's codes in the installed PyDSTool, found without importing it; None: nowhere."""
     try:
         files = importlib.metadata.files("PyDSTool") or ()
     except importlib.metadata.PackageNotFoundError:
         return None
     return next((Path(str(file.locate())).parent for file in files if file.name == "dop853.c"), None)
+
+
+def missing(peer: str) -> str:
+    """What ``peer`` lacks to be built, "" if nothing."""
+    if peer in (DOP853, RADAU5) and codes() is None:
+        return "PyDSTool, which carries it, is not installed"
+    if peer == RADAU5 and shutil.which("gfortran") is None:
+        return "gfortran is not installed"
+    return ""
+
+
+def build_codes(mechanism: Mechanism, place: Path) -> list[str]:
+    """Arguments of gcc, run in ``place``, for those codes of Hairer and Wanner that can be built and integrate it."""
+    arguments: list[str] = []
+    folder = codes()
+    if folder is not None and not mechanism.constraints:
+        for file in ("dop853.c", "dop853.h"):  # copied: a memory.h beside them hides that of the C library
+            shutil.copy(folder / file, place)
+        arguments += ["-DDOP853", "dop853.c"]
+    if folder is not None and not missing(RADAU5):
+        shutil.copy(folder / "radau5.h", place)
+        sources = [str(folder / name) for name in FORTRAN]
+        subprocess.run(["gfortran", "-O2", "-std=legacy", "-w", "-c", *sources], cwd=place, check=True)
+        arguments += ["-DRADAU5", *(Path(name).with_suffix(".o").name for name in FORTRAN), "-lgfortran"]
+    return arguments
 
 
 def build(mechanism: Mechanism, solver: str, folder: Path) -> Path:
@@ -193,14 +220,9 @@ def build(mechanism: Mechanism, solver: str, folder: Path) -> Path:
     linking = [f"-Wl,-rpath,{place}", "-Wl,--allow-shlib-undefined"]
     if not mechanism.constraints:  # with them evaluations are counted elsewhere
         linking.append("-Wl,--wrap=mechanism_accelerations")
-    folder_of_peer = None if mechanism.constraints else reference_code()
-    if folder_of_peer is not None:
-        for file in ("dop853.c", "dop853.h"):  # copied: a memory.h beside them hides that of the C library
-            shutil.copy(folder_of_peer / file, place)
-        units.append("dop853.c")
-        flags.append("-DHAIRER")
-    command = ["gcc", *flags, "-I.", f"-I{fmi_headers()}", *units, str(KERNELS / "integrators.c"), *links, *linking]
-    subprocess.run([*command, "-lm", "-o", "host"], cwd=place, check=True)
+    peers = build_codes(mechanism, place)
+    command = ["gcc", *flags, "-I.", f"-I{fmi_headers()}", *units, str(KERNELS / "integrators.c"), *peers, *links]
+    subprocess.run([*command, *linking, "-lm", "-o", "host"], cwd=place, check=True)
     return place / "host"
 
 
@@ -318,10 +340,10 @@ def main() -> None:
         raise SystemExit("this benchmark links fmpy's SUNDIALS on Linux only")
     hosts: dict[str, dict[str, Path]] = {}
     with tempfile.TemporaryDirectory() as folder:
-        if reference_code() is None:
-            console.print(f"PyDSTool, which carries {HAIRER}, is not installed: no comparison with it")
         for problems, methods, all_peers in CONTESTS:
-            peers = [peer for peer in all_peers if peer != HAIRER or reference_code() is not None]
+            peers = [peer for peer in all_peers if not missing(peer)]
+            for peer in {*all_peers} - {*peers}:
+                console.print(f"no comparison with {peer}: {missing(peer)}")
             found: dict[str, dict[str, list[Run]]] = {}
             for name, (make, stop) in problems.items():
                 mechanism = make()

@@ -1,9 +1,9 @@
 /* Times an FMU's solver against CVODE on the same generated equations: Adams methods with functional iteration, or BDF with
-   Newton's method, a dense solver and CVODE's own difference quotients; and, with HAIRER defined, against the code dop853
-   of Hairer and Wanner in the C version that PyDSTool carries, without constraints only. Equations with constraints are evaluated by the
+   Newton's method, a dense solver and CVODE's own difference quotients; and, with DOP853 and RADAU5 defined, against the
+   codes of Hairer and Wanner that PyDSTool carries, dop853 in C (without constraints only) and radau5 in Fortran. Equations with constraints are evaluated by the
    FMU in model exchange, where they are stabilised; the others by a direct call.
 
-   usage: integrators own|read|adams|bdf|dop853 TOLERANCE STOP STEP ROUNDS. "read" gets all outputs after each step. Integrates from 0 to STOP (s) in communication steps of STEP,
+   usage: integrators own|read|adams|bdf|dop853|radau5 TOLERANCE STOP STEP ROUNDS. "read" gets all outputs after each step. Integrates from 0 to STOP (s) in communication steps of STEP,
    ROUNDS times; prints the least and the median CPU time (ns), the evaluations of one run, the states at the end. */
 #define _POSIX_C_SOURCE 199309L /* clock_gettime */
 #include <stdint.h>
@@ -14,8 +14,11 @@
 
 #include "fmi2Functions.h"
 #include "mechanism.h"
-#ifdef HAIRER
+#ifdef DOP853
 #include "dop853.h"
+#endif
+#ifdef RADAU5
+#include "radau5.h"
 #endif
 
 /* What is used of SUNDIALS 7; fmpy carries its libraries, but not its headers. */
@@ -140,25 +143,26 @@ static fmi2Component start(double x[]) {
     return c;
 }
 
+/* dy = dy/dt for the peers; not 0 if there is none. */
+static int rates(double t, const double y[], double dy[]) {
 #if N_CONSTRAINTS > 0
-static int derivatives(double t, N_Vector y, N_Vector dy, void *data) {
     fmi2Component c = start(NULL);
-    (void)data;
     evaluations++;
     fmi2SetTime(c, t);
-    fmi2SetContinuousStates(c, y->content->data, N_STATES);
-    return fmi2GetDerivatives(c, dy->content->data, N_STATES) == fmi2OK ? 0 : 1;
-}
+    fmi2SetContinuousStates(c, y, N_STATES);
+    return fmi2GetDerivatives(c, dy, N_STATES) == fmi2OK ? 0 : 1;
 #else
-static int derivatives(double t, N_Vector y, N_Vector dy, void *data) {
     double pivots[N_COORDINATES];
-    (void)data;
-    memcpy(dy->content->data, y->content->data + N_COORDINATES, N_COORDINATES * sizeof(double));
-    mechanism_accelerations(t, y->content->data, START_INPUTS, START_PARAMETERS, dy->content->data + N_COORDINATES,
-                            pivots);
+    memcpy(dy, y + N_COORDINATES, N_COORDINATES * sizeof(double));
+    mechanism_accelerations(t, y, START_INPUTS, START_PARAMETERS, dy + N_COORDINATES, pivots);
     return 0;
-}
 #endif
+}
+
+static int derivatives(double t, N_Vector y, N_Vector dy, void *data) {
+    (void)data;
+    return rates(t, y->content->data, dy->content->data);
+}
 
 /* One run of CVODE with the same error weights. */
 static double run_cvode(const Task *task, int method, double x[]) {
@@ -200,13 +204,11 @@ static double run_cvode(const Task *task, int method, double x[]) {
     return time;
 }
 
-#ifdef HAIRER
+#ifdef DOP853
 static void slope(unsigned n, double t, double *y, double *parameters, double *dy) {
-    double pivots[N_COORDINATES];
     (void)n;
     (void)parameters;
-    memcpy(dy, y + N_COORDINATES, N_COORDINATES * sizeof(double));
-    mechanism_accelerations(t, y, START_INPUTS, START_PARAMETERS, dy + N_COORDINATES, pivots);
+    rates(t, y, dy);
 }
 
 static void keep_step(double t, double *h) {
@@ -230,6 +232,51 @@ static double run_dop853(const Task *task, double x[]) {
 }
 #endif
 
+#ifdef RADAU5
+static void stiff_slope(int *n, double *t, double *y, double *dy, double *reals, int *integers) {
+    (void)n;
+    (void)reals;
+    (void)integers;
+    rates(*t, y, dy);
+}
+
+static void keep_stiff_step(double *t, double *h) {
+    (void)t;
+    (void)h;
+}
+
+/* One run of radau5 with the same error weights (it takes their root mean square), in one step, with its own difference
+   quotients; it is told that the first half of the states are coordinates, the second half their velocities. */
+static double run_radau5(const Task *task, double x[]) {
+    enum { N = N_STATES, HALF = N_COORDINATES, REALS = 20 + N * (HALF + 3 * N + 12), INTEGERS = 20 + 3 * N };
+    static double first[N], reals[REALS];
+    static int integers[INTEGERS];
+    static int started;
+    double t = 0.0, end = task->stop, h = 0.0, relative[N], absolute[N], unused = 0.0;
+    int n = N, vectors = 1, no = 0, lower = HALF, upper = 0, lower_mass = 0, upper_mass = 0; /* some are written to */
+    int size = REALS, integer_size = INTEGERS, outcome = 0, spare = 0;
+    if (!started) {
+        start(first);
+        started = 1;
+    }
+    for (int i = 0; i < N; i++) {
+        relative[i] = task->tolerance;
+        absolute[i] = task->tolerance * NOMINAL_STATES[i];
+    }
+    memset(reals, 0, sizeof reals);
+    memset(integers, 0, sizeof integers);
+    integers[1] = 100000000; /* steps at most */
+    integers[8] = integers[9] = HALF;
+    memcpy(x, first, sizeof first);
+    const double begin = now();
+    radau5_(&n, stiff_slope, &t, x, &end, &h, relative, absolute, &vectors, NULL, &no, &lower, &upper, NULL, &no,
+            &lower_mass, &upper_mass, NULL, &no, reals, &size, integers, &integer_size, &unused, &spare, &outcome, keep_stiff_step);
+    const double time = now() - begin;
+    demand(outcome == 1, "radau5");
+    return time;
+}
+#endif
+
 static int ascending(const void *a, const void *b) {
     const double x = *(const double *)a, y = *(const double *)b;
     return (x > y) - (x < y);
@@ -245,9 +292,13 @@ int main(int count, char *arguments[]) {
         evaluations = 0;
         if (strcmp(arguments[1], "own") == 0 || strcmp(arguments[1], "read") == 0) {
             times[i] = run_own(&task, arguments[1][0] == 'r', x);
-#ifdef HAIRER
+#ifdef DOP853
         } else if (strcmp(arguments[1], "dop853") == 0) {
             times[i] = run_dop853(&task, x);
+#endif
+#ifdef RADAU5
+        } else if (strcmp(arguments[1], "radau5") == 0) {
+            times[i] = run_radau5(&task, x);
 #endif
         } else {
             times[i] = run_cvode(&task, strcmp(arguments[1], "adams") == 0 ? CV_ADAMS : CV_BDF, x);

@@ -38,6 +38,7 @@ class Collocation:
     c: Row
     variational: bool = True
     error_order: int = 0
+    safety = 0.9
     generated_files = ("collocation.c",)
 
     def __post_init__(self) -> None:

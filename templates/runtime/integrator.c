@@ -1,7 +1,7 @@
 /* Step size control. Sources:
    [HNW]  Hairer, Norsett, Wanner, Solving Ordinary Differential Equations I, 2nd edition, section II.4;
    [HW]   Hairer, Wanner, Solving Ordinary Differential Equations II, 2nd edition, section IV.2 (the PI controller),
-          with the constants of the code dopri5.f of the same authors, but for SAFETY. */
+          with the constants of the code dopri5.f of the same authors. */
 #include "integrator.h"
 
 #include <float.h>
@@ -18,7 +18,6 @@
 #endif
 
 static const double DEFAULT_TOLERANCE = 1e-6;
-static const double SAFETY = 0.75; /* 0.9 has so many steps rejected that the same accuracy takes 3 to 20 % more */
 static const double LARGEST_GROWTH = 10.0;
 static const double LARGEST_REDUCTION = 0.2;
 static const double SMALLEST_ERROR = 1e-4; /* remembered by the controller */
@@ -216,7 +215,7 @@ static Step choose_step(const State *state, double end, double horizon) {
 static void propose(State *state, Step step, double error, bool after_rejection) {
     const double beta = 0.2 / error_power();
     const double alpha = 1.0 / error_power() - 0.75 * beta;
-    double factor = SAFETY * exp(beta * state->previous_log_error - alpha * log(error)); /* error 0: infinite */
+    double factor = METHOD.safety * exp(beta * state->previous_log_error - alpha * log(error)); /* error 0: infinite */
     factor = smaller(larger(factor, LARGEST_REDUCTION), after_rejection ? 1.0 : LARGEST_GROWTH);
     if (step.cut_short) {
         state->next_step = larger(state->next_step, factor * step.length);
@@ -276,7 +275,7 @@ static bool step_adaptively(Instance *instance, double end) {
             state->ahead = step.end > end;
             rejected = false;
         } else {
-            const double factor = error > 1.0 && isfinite(error) ? SAFETY * pow(error, -1.0 / error_power()) : 0.25;
+            const double factor = error > 1.0 && isfinite(error) ? METHOD.safety * pow(error, -1.0 / error_power()) : 0.25;
             rejected = true;
             state->next_step = step.length * larger(factor, LARGEST_REDUCTION);
             if (state->next_step < shortest) {

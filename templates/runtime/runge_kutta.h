@@ -10,6 +10,12 @@
 
 #include "solver.h"
 
+#if __STDC_VERSION__ >= 199901L
+#define RESTRICT restrict
+#else
+#define RESTRICT /* the C of Microsoft's compiler, if not told otherwise */
+#endif
+
 typedef struct {
     int stages;             /* of a step; those of dense output, up to STAGES, come behind */
     int first_same_as_last; /* the last stage is at the end of the step and at x_new: it is the next step's first one */
@@ -21,16 +27,16 @@ typedef struct {
 extern const Tableau TABLEAU;
 
 /* result[N_STATES] = x + h sum_j a_ij k_j for stage i > 0; x_new for stage i = STAGES, if it is not the last stage. */
-void tableau_states(int stage, double h, const double x[restrict], const double k[restrict][N_STATES],
-                    double result[restrict]);
+void tableau_states(int stage, double h, const double *RESTRICT x, const double (*RESTRICT k)[N_STATES],
+                    double *RESTRICT result);
 
 /* error and other[N_STATES] = both error estimates, 0 for those that the method has not. */
-void tableau_errors(double h, const double k[restrict][N_STATES], double error[restrict], double other[restrict]);
+void tableau_errors(double h, const double (*RESTRICT k)[N_STATES], double *RESTRICT error, double *RESTRICT other);
 
 /* difference[N_STATES] = what the states at the twin and at the stage before it differ by, in units of h. */
-void tableau_difference(const double k[restrict][N_STATES], double difference[restrict]);
+void tableau_difference(const double (*RESTRICT k)[N_STATES], double *RESTRICT difference);
 
 /* terms[DENSE_TERMS][N_STATES] of dense_output.h from HERMITE_TERMS on. */
-void tableau_dense(double h, const double k[restrict][N_STATES], double terms[restrict][N_STATES]);
+void tableau_dense(double h, const double (*RESTRICT k)[N_STATES], double (*RESTRICT terms)[N_STATES]);
 
 #endif

@@ -10,6 +10,7 @@ typedef struct {
     int error_order; /* the error estimate of a step is proportional to its length to this power plus 1; 0: there is
                         none, and steps have a fixed length */
     int dense_order; /* of the states within a step, 0 if it gives none */
+    double safety;   /* the part that is taken of the step which would just meet the tolerance */
 } Method;
 
 extern const Method METHOD;

@@ -22,7 +22,7 @@
 #include "solver.h"
 #include "solver_lu.h"
 
-const Method METHOD = {"ros2", 2, 0, 0};
+const Method METHOD = {"ros2", 2, 0, 0, 0.0};
 
 enum { N = N_COORDINATES };
 

@@ -14,6 +14,7 @@
 
 #include "equations.h"
 #include "fmi2Functions.h"
+#include "integrator.h"
 #include "solver.h"
 
 typedef struct {
@@ -57,7 +58,8 @@ static int take_adaptive_steps(double tolerance, double stop, int points) {
     Residuals residuals = {0.0, 0.0};
     for (int i = 0; i < points; i++) {
         const double now = stop * i / points;
-        if (fmi2DoStep(instance, now, stop * (i + 1) / points - now, fmi2True) != fmi2OK) {
+        if (fmi2DoStep(instance, now, stop * (i + 1) / points - now, fmi2True) != fmi2OK ||
+            !integrator_catch_up(instance)) {
             return 1;
         }
         note_residuals(instance, &residuals);
@@ -93,7 +95,7 @@ static int compare_jacobian(double stop) {
     static double jacobian[SIZE_JACOBIAN];
     Instance *instance = start(1e-8);
     double states[N_STATES], side[2][N_STATES], difference = 0.0, greatest = 0.0;
-    if (fmi2DoStep(instance, 0.0, stop, fmi2True) != fmi2OK ||
+    if (fmi2DoStep(instance, 0.0, stop, fmi2True) != fmi2OK || !integrator_catch_up(instance) ||
         !equations_jacobian(instance, stop, instance->state.states, jacobian)) {
         return 1;
     }

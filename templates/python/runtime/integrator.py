@@ -20,7 +20,6 @@ TOLERANCE, STEP, MAX_STEP = range(3)
 """The settings; 0 is automatic for each of them."""
 DEFAULT_TOLERANCE = 1e-6
 LEAST_TOLERANCE = 2e-15  # that rounding allows
-SAFETY = 0.75
 LARGEST_GROWTH = 10.0
 LARGEST_REDUCTION = 0.2
 SMALLEST_ERROR = 1e-4  # remembered by the controller
@@ -94,7 +93,8 @@ class Integrator:
                 self._accept(trial)
                 rejected = False
                 continue
-            reduction = max(SAFETY * error ** (-1.0 / self.power), LARGEST_REDUCTION) if math.isfinite(error) else 0.25
+            safety = self.model.tableau.safety
+            reduction = max(safety * error ** (-1.0 / self.power), LARGEST_REDUCTION) if math.isfinite(error) else 0.25
             state.next_step, rejected = length * reduction, True
             if state.next_step < shortest:
                 raise failure
@@ -135,7 +135,7 @@ class Integrator:
         """
         state, beta = self.state, 0.2 / self.power
         alpha = 1.0 / self.power - 0.75 * beta
-        factor = SAFETY * state.previous_error**beta / error**alpha if error else math.inf
+        factor = self.model.tableau.safety * state.previous_error**beta / error**alpha if error else math.inf
         factor = min(max(factor, LARGEST_REDUCTION), 1.0 if after_rejection else LARGEST_GROWTH)
         if cut_short:
             state.next_step = max(state.next_step, factor * length)

@@ -43,11 +43,13 @@ class Tableau:
     k_i = f(t + c_i h, x + h sum_j a_ij k_j),  x_new = x + h sum_i b_i k_i,  error = h sum_i e_i k_i;
     ``a`` holds i weights for stage i = 0 ... s-1; ``e`` is empty for a fixed step. ``second`` are the weights of
     another estimate E' of lower order, or empty: the error then is E^2 / sqrt(E^2 + (E'/10)^2). ``order`` is that of
-    x_new, the error is proportional to h^(``error_order`` + 1).
+    x_new, the error is proportional to h^(``error_order`` + 1). Of the step that would just meet the tolerance the part
+    ``safety`` is taken.
     """
 
     order: int
     error_order: int
+    safety: float
     a: Sequence[Vector]
     b: Vector
     c: Vector
