@@ -105,6 +105,12 @@ class Collocation:
         return _inverse([[_row_product(row, [h[j] for h in self.hat]) for j in inner[:-1]] for row in self.a[1:]])
 
     @property
+    def squared(self) -> tuple[Row, ...]:
+        """The matrix a a, (s, s): how positions at the stages answer what changes the velocities."""
+        columns = list(zip(*self.a, strict=True))
+        return tuple(tuple(_row_product(row, column) for column in columns) for row in self.a)
+
+    @property
     def modes(self) -> Modes | None:
         """What decouples the stages of radau5, see ``modes_of``; None for variational methods."""
         return None if self.variational else modes_of(self.a)

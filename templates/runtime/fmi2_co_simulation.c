@@ -11,7 +11,8 @@ static bool moved_within_solver_step(Instance *instance, double point, double st
     const double end = point + step;
     const bool within = instance != NULL && instance->state.mode == MODE_STEP_COMPLETE &&
                         instance->cache.states_behind && step > 0.0 &&
-                        fabs(point - instance->state.time) <= COMMUNICATION_POINT_TOLERANCE * step && end < instance->state.dense.end;
+                        fabs(point - instance->state.time) <= COMMUNICATION_POINT_TOLERANCE * step &&
+                        end < instance->state.dense.end;
     if (within) {
         instance->state.time = end;
     }

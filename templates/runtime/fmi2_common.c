@@ -167,7 +167,6 @@ fmi2Status fmi2ExitInitializationMode(fmi2Component c) {
     massless_keep(&instance->state);
     instance->state.displaced = 0;
 #endif
-    instance->state.undisturbed = 1; /* start values say nothing of what will be set between steps */
     instance->state.mode = instance->type == fmi2ModelExchange ? MODE_EVENT : MODE_STEP_COMPLETE;
     return fmi2OK;
 }

@@ -94,7 +94,7 @@ typedef struct {
     double settings[N_SETTINGS]; /* by Setting */
 
     double next_step;             /* s; proposal for the next solver step, 0 before the first one */
-    double previous_log_error;    /* of the last full step, in units of the tolerance, its logarithm; memory of the PI controller */
+    double previous_log_error;    /* ln of the error of the last full step in tolerances, for the PI controller */
     int64_t steps;                /* accepted so far; of them, in the present series of suspicious ones: */
     int64_t stiff_steps;          /* as long as stability allows, ... */
     int64_t easy_steps;           /* ... and shorter */

@@ -146,7 +146,8 @@ static bool update_first_stage(Instance *instance) {
 
 /* Variational methods meet the constraints by themselves, with momenta that belong to these velocities. */
 static bool bring_back_result(Instance *instance, Step step) {
-    return VARIATIONAL || bring_back(instance, step.end, instance->scratch.new_states, instance->scratch.new_derivatives);
+    Scratch *scratch = &instance->scratch;
+    return VARIATIONAL || bring_back(instance, step.end, scratch->new_states, scratch->new_derivatives);
 }
 
 /* Makes the result of a trial step the present point. */
@@ -275,7 +276,8 @@ static bool step_adaptively(Instance *instance, double end) {
             state->ahead = step.end > end;
             rejected = false;
         } else {
-            const double factor = error > 1.0 && isfinite(error) ? METHOD.safety * pow(error, -1.0 / error_power()) : 0.25;
+            const bool measured = error > 1.0 && isfinite(error);
+            const double factor = measured ? METHOD.safety * pow(error, -1.0 / error_power()) : 0.25;
             rejected = true;
             state->next_step = step.length * larger(factor, LARGEST_REDUCTION);
             if (state->next_step < shortest) {

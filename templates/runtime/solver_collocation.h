@@ -22,6 +22,7 @@ extern const Collocation COLLOCATION;
    but for those of the pair. */
 typedef struct {
     double real;
+    const double *squared; /* a a, 3 x 3 */
     const double *pair; /* 2 x 2 */
     const double *to_modes; /* 3 x 3 */
     const double *from_modes;

@@ -26,12 +26,13 @@ bool lu_factorize(double a[], int rows[], int size) {
         if (best != k) {
             swap_rows(a, rows, size, best, k);
         }
-        const double pivot = a[k * size + k];
-        if (!(fabs(pivot) > 0.0) || !isfinite(pivot)) {
+        const double pivot = a[k * size + k], inverse = 1.0 / pivot;
+        if (!isfinite(pivot) || !isfinite(inverse)) {
             return false;
         }
+        a[k * size + k] = inverse;
         for (int i = k + 1; i < size; i++) {
-            const double factor = a[i * size + k] / pivot;
+            const double factor = a[i * size + k] * inverse;
             a[i * size + k] = factor;
             for (int j = k + 1; j < size && factor != 0.0; j++) {
                 a[i * size + j] -= factor * a[k * size + j];
@@ -43,15 +44,17 @@ bool lu_factorize(double a[], int rows[], int size) {
 
 void lu_solve(const double a[], const int rows[], int size, const double b[], double x[]) {
     for (int i = 0; i < size; i++) {
-        x[i] = b[rows[i]];
+        double sum = b[rows[i]];
         for (int j = 0; j < i; j++) {
-            x[i] -= a[i * size + j] * x[j];
+            sum -= a[i * size + j] * x[j];
         }
+        x[i] = sum;
     }
     for (int i = size - 1; i >= 0; i--) {
+        double sum = x[i];
         for (int j = i + 1; j < size; j++) {
-            x[i] -= a[i * size + j] * x[j];
+            sum -= a[i * size + j] * x[j];
         }
-        x[i] /= a[i * size + i];
+        x[i] = sum * a[i * size + i];
     }
 }

@@ -52,14 +52,15 @@ static void estimate_with(Instance *instance, double h, const double derivatives
 
 double solver_error(const Instance *instance, Step step, double tolerance, int *worst) {
     const Scratch *scratch = &instance->scratch;
-    const double inner = inner_tolerance(tolerance);
+    const double by_inner = 1.0 / inner_tolerance(tolerance), by_tolerance = 1.0 / tolerance;
     double largest = 0.0;
     (void)step;
     *worst = 0;
     for (int i = 0; i < N_STATES; i++) {
-        const double size = fmax(fabs(instance->state.states[i]), fabs(scratch->new_states[i]));
-        const double first = fabs(scratch->implicit.errors[0][i]), second = fabs(scratch->implicit.errors[1][i]);
-        const double error = fmax(first / inner, second / tolerance) / (size + NOMINAL_STATES[i]);
+        const double old = fabs(instance->state.states[i]), new = fabs(scratch->new_states[i]);
+        const double first = fabs(scratch->implicit.errors[0][i]) * by_inner;
+        const double second = fabs(scratch->implicit.errors[1][i]) * by_tolerance;
+        const double error = (first > second ? first : second) / ((old > new ? old : new) + NOMINAL_STATES[i]);
         if (!(error <= largest)) {
             largest = error;
             *worst = i;

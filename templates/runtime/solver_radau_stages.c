@@ -15,15 +15,6 @@ enum { N = N_COORDINATES, S = STAGES, SIZE = S * N, MOST_ITERATIONS = 10 };
 static const double MOST_GROWTH = 4.0; /* of the second change beyond the first one, to go on with the iterations */
 static const double KEEP = 0.02; /* iterations that contract by less go on with the same K and D in the next step */
 
-/* (a a)_ij */
-static double squared(int i, int j) {
-    double sum = 0.0;
-    for (int k = 0; k < S; k++) {
-        sum += COLLOCATION.a[i * S + k] * COLLOCATION.a[k * S + j];
-    }
-    return sum;
-}
-
 /* matrix = I - h b x D - h^2 (b b) x K for a block b of the modes (size x size), factorised. */
 static bool factorize_block(const Memory *memory, double h, const double b[], int size, double matrix[], int rows[]) {
     for (int i = 0; i < size; i++) {
@@ -95,17 +86,14 @@ static void solve_linearized(const Implicit *work, const double residual[], doub
 
 void radau_stage(const Instance *instance, double h, int i, const double accelerations[], double states[]) {
     const double *x = instance->state.states;
-    memset(states, 0, N_STATES * sizeof(double));
-    for (int j = 0; j < S; j++) {
-        const double first = COLLOCATION.a[i * S + j], second = squared(i, j);
-        for (int k = 0; k < N; k++) {
-            states[k] += second * accelerations[j * N + k];
-            states[N + k] += first * accelerations[j * N + k];
-        }
-    }
     for (int k = 0; k < N; k++) {
-        states[k] = x[k] + h * (COLLOCATION.c[i] * x[N + k] + h * states[k]);
-        states[N + k] = x[N + k] + h * states[N + k];
+        double first = 0.0, second = 0.0;
+        for (int j = 0; j < S; j++) {
+            first += COLLOCATION.a[i * S + j] * accelerations[j * N + k];
+            second += MODES.squared[i * S + j] * accelerations[j * N + k];
+        }
+        states[k] = x[k] + h * (COLLOCATION.c[i] * x[N + k] + h * second);
+        states[N + k] = x[N + k] + h * first;
     }
 }
 
@@ -128,12 +116,19 @@ static bool residuals(Instance *instance, Step step, const double accelerations[
 /* What a change of the accelerations changes in the states, in units of the tolerance. */
 static double size_of(const Instance *instance, double h, double tolerance, const double change[]) {
     double greatest = 0.0;
-    for (int i = 0; i < SIZE; i++) {
-        const double *x = instance->state.states + i % N, *nominal = NOMINAL_STATES + i % N;
-        greatest = fmax(greatest, fabs(h * change[i]) / (tolerance * (fabs(x[N]) + nominal[N])));
-        greatest = fmax(greatest, fabs(h * h * change[i]) / (tolerance * (fabs(x[0]) + nominal[0])));
+    for (int k = 0; k < N; k++) {
+        const double *x = instance->state.states + k, *nominal = NOMINAL_STATES + k;
+        double largest = 0.0;
+        for (int i = 0; i < S; i++) {
+            const double size = fabs(change[i * N + k]);
+            largest = size > largest ? size : largest;
+        }
+        const double in_velocity = h * largest / (fabs(x[N]) + nominal[N]);
+        const double in_position = h * h * largest / (fabs(x[0]) + nominal[0]);
+        const double size = in_velocity > in_position ? in_velocity : in_position;
+        greatest = size > greatest ? size : greatest;
     }
-    return all_finite(change, SIZE) ? greatest : HUGE_VAL;
+    return all_finite(change, SIZE) ? greatest / tolerance : HUGE_VAL;
 }
 
 /* The values of the polynomials that are 1 at one stage and 0 at the others, x being the part of the step. */
