@@ -12,6 +12,9 @@
 
 /* A stop time may be passed by this part of the communication step. */
 static const double STOP_TIME_TOLERANCE = 1e-6;
+#if N_VIBRATIONS > 0
+enum { VIBRATIONS_SHOWN = 3 }; /* of those that are damped, the fastest ones */
+#endif
 
 /* 64 units in the last place of a time. */
 static double rounding(double time) {
