@@ -76,8 +76,8 @@ static fmi2Status report_notice(Instance *instance) {
     case NOTICE_STIFF:
         if (IMPLICIT) {
             return warn(instance, "the mechanism is too stiff at time %.17g s for a solver step of %.3g s: its stiff "
-                        "directions turn too far in it for solver %s, whose results are wrong then; lower solver_step, or "
-                        "export with --solver radau5", notice->time, notice->step, METHOD.name);
+                        "directions turn too far in it for solver %s, whose results are wrong then; lower "
+                        "solver_step, or export with --solver radau5", notice->time, notice->step, METHOD.name);
         }
         if (METHOD.error_order == 0) {
             return warn(instance, "the mechanism is too stiff at time %.17g s for a solver step of %.3g s: solver %s "

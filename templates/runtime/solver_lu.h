@@ -5,8 +5,8 @@
 
 #include <stdbool.h>
 
-/* Overwrites a[size * size] by its factors, with the inverses of the pivots on the diagonal, and rows[size] by the order
-   of its rows. Returns false if a pivot or its inverse is not finite. */
+/* Overwrites a[size * size] by its factors, with the inverses of the pivots on the diagonal, and rows[size] by the
+   order of its rows. Returns false if a pivot or its inverse is not finite. */
 bool lu_factorize(double a[], int rows[], int size);
 
 /* x[size] for b[size], with the factors. */

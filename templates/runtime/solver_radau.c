@@ -133,8 +133,8 @@ double solver_stiffness(const Instance *instance) {
     return 0.0; /* L-stable */
 }
 
-/* The accelerations[n] at the start of the last step, for its interpolant: of the polynomial through the stages, moved by
-   what the equations say beyond it. Stiff parts of that are errors of the states, or a transient that the step passes
+/* The accelerations[n] at the start of the last step, for its interpolant: of the polynomial through the stages, moved
+   by what the equations say beyond it. Stiff parts of that are errors of the states, or a transient that the step passes
    over, times the stiffness, and would bend the states between ends that are right: by 9 m/s after a force on a stiff
    damper had jumped. They are filtered as in the error estimate, by 1 - (1 - filter)^2, which spares the others. */
 static void smooth_start(const Instance *instance, double h, double accelerations[]) {
@@ -151,8 +151,8 @@ static void smooth_start(const Instance *instance, double h, double acceleration
     }
 }
 
-/* Hermite's quintic for the coordinates, which meets their accelerations at both ends too (smooth_start and those of the
-   last stage), and its derivative for the velocities. It is as smooth as the motion and needs no evaluation; the
+/* Hermite's quintic for the coordinates, which meets their accelerations at both ends too (smooth_start and those of
+   the last stage), and its derivative for the velocities. It is as smooth as the motion and needs no evaluation; the
    polynomial through the stages has order 3. */
 bool solver_dense(Instance *instance, Step step, double terms[DENSE_TERMS][N_STATES]) {
     const double h = step.length, *after = instance->state.memory.accelerations + (S - 1) * N;
