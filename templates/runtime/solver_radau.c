@@ -134,7 +134,7 @@ double solver_stiffness(const Instance *instance) {
 }
 
 /* The accelerations[n] at the start of the last step, for its interpolant: of the polynomial through the stages, moved
-   by what the equations say beyond it. Stiff parts of that are errors of the states, or a transient that the step passes
+   by what the equations say beyond it. Stiff parts of that are errors of the states, or a transient that the step leaps
    over, times the stiffness, and would bend the states between ends that are right: by 9 m/s after a force on a stiff
    damper had jumped. They are filtered as in the error estimate, by 1 - (1 - filter)^2, which spares the others. */
 static void smooth_start(const Instance *instance, double h, double accelerations[]) {
