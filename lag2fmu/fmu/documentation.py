@@ -21,16 +21,17 @@ Row = dict[str, str]
 
 
 def documentation(
-    description: ModelDescription, equations: EquationsOfMotion, program: Program, binaries: str
+    description: ModelDescription, equations: EquationsOfMotion, program: Program, binaries: str, stiffness: str
 ) -> dict[str, bytes]:
-    """{name in the archive: content} of the page, the licences and the icon; ``binaries`` says what these are.
+    """{name in the archive: content} of the page, the licences and the icon; where they stand: FMI 2.0.5, section 2.3.
 
-    Where they stand: FMI 2.0.5, section 2.3.
+    ``binaries`` says what these are, ``stiffness`` is a phrase on that of the motion, "" if nothing is known.
     """
     mechanism = description.mechanism
     context = {
         "mechanism": mechanism,
         "solver": METHODS[description.solver].title,
+        "stiffness": stiffness,
         "states": sum(v.state for v in description.variables),
         "massless": any(_is_massless(v) for v in description.variables),
         "nomenclature": [(heading, rows) for heading, rows in _nomenclature(description.variables) if rows],

@@ -87,7 +87,8 @@ def export(
     _check_target(target)
     _check_texts(mechanism)
     equations = derive(mechanism)
-    solver, choice = (solver, "") if solver else suited_solver(mechanism, backend)
+    suited, reason = suited_solver(mechanism, backend)
+    solver, choice = (solver, "") if solver else (suited, reason)
     _check_solver(equations.mechanism, METHODS[solver])
     program = lower(equations, promotable(equations, outputs), METHODS[solver].variational)
     mechanism = complete(mechanism, equations)
@@ -97,7 +98,7 @@ def export(
         "modelDescription.xml": to_xml(description),
         MECHANISM_ENTRY: write(mechanism).encode(),
         "terminalsAndIcons/terminalsAndIcons.xml": terminals(mechanism),
-        **documentation(description, equations, program, binaries),
+        **documentation(description, equations, program, binaries, reason),
         **(extra or {}),
     }
     pack(files, target)
@@ -105,7 +106,7 @@ def export(
 
 
 def suited_solver(mechanism: Mechanism, backend: str) -> tuple[str, str]:
-    """The solver for a mechanism whose user named none, and why, as a phrase.
+    """The solver for a mechanism whose user named none, and why, as a phrase; "" where its start tells nothing.
 
     It derives equations of its own: what it adds to their graph must not show in the FMU, which is the same file as if
     the solver had been named.

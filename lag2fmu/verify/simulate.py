@@ -42,7 +42,7 @@ class _Log:
         return " | ".join(self.sentences[-3:]) or "the FMU gave no reason"
 
 
-def simulate_fmu(
+def simulate_fmu(  # noqa: PLR0913 (what fmpy can be told)
     path: Path,
     *,
     stop_time: float | None = None,
@@ -53,13 +53,15 @@ def simulate_fmu(
     outputs: Sequence[str] | None = None,
     kind: Kind = "co-simulation",
     progress: Callable[[float], None] | None = None,
+    warned: Callable[[str], None] | None = None,
 ) -> Trajectory:
     """Run the FMU ``path`` from 0 to ``stop_time`` (s) and record ``outputs`` (default: all) every ``step`` (s).
 
     ``step`` is the communication step of co-simulation; ``values`` are start values of parameters, states and inputs
     in SI; ``inputs`` is interpolated linearly and held constant during a communication step; ``progress`` is called
-    with the time reached. What is not given is taken from the FMU's DefaultExperiment. Raises LoadError for unknown
-    names and SimulationError with the FMU's own words if the run fails.
+    with the time reached, ``warned`` with each warning of the FMU (default: they are logged). What is not given is
+    taken from the FMU's DefaultExperiment. Raises LoadError for unknown names and SimulationError with the FMU's own
+    words if the run fails.
     """
     import fmpy
 
@@ -101,7 +103,10 @@ def simulate_fmu(
     except Exception as error:  # fmpy raises bare exceptions
         raise SimulationError(f"'{path}': the simulation failed: {error}; {log.tail()}") from error
     for sentence in log.warnings:
-        _LOGGER.warning("warning: '%s': %s", path.name, sentence)
+        if warned is None:
+            _LOGGER.warning("warning: '%s': %s", path.name, sentence)
+        else:
+            warned(sentence)
     reached = float(result["time"][-1])
     if reached < stop_time - 1e-9 * max(step, stop_time):
         raise SimulationError(

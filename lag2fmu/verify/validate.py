@@ -7,7 +7,7 @@ comparison ends where that exceeds 1e-2: from there on the motion is chaotic at 
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from pathlib import Path
 
 import numpy as np
@@ -15,6 +15,7 @@ from numpy.typing import NDArray
 
 from lag2fmu.dynamics import derive
 from lag2fmu.errors import SimulationError
+from lag2fmu.fmu import suited_solver
 from lag2fmu.mechanism import Mechanism, names
 from lag2fmu.reference import Equations, Reference, Trajectory, held, integrate
 from lag2fmu.reference.signals import Inputs
@@ -49,13 +50,14 @@ def validate_fmu(
     checks = [Check("findings of fmpy's validation", float(len(found)), 0.0, "; ".join(found)[:200])]
     shared = _reference(task, task.grid(task.steps[-1]), None) if inputs is None else None
     runs: dict[str, Trajectory] = {}
+    warnings: dict[str, list[str]] = {}
     plan: list[tuple[Kind, float]] = [("co-simulation", step) for step in task.steps]
     if offers_model_exchange(path):
         plan.append(("model-exchange", task.steps[1]))
     for kind, step in plan:
         label = f"co-simulation, step {step:.3g} s" if kind == "co-simulation" else "model exchange, CVode of fmpy"
         reference = shared or _reference(task, task.grid(step), _driving(task, step))
-        runs[label] = run = _run(task, kind, step)
+        runs[label] = run = _run(task, kind, step, warnings.setdefault(label, []).append)
         checks.append(_compare(task, label, run, reference))
         if (kind, step) == ("co-simulation", task.steps[1]):
             energy = _energy_checks(task, run, reference)
@@ -65,7 +67,7 @@ def validate_fmu(
     return Report(
         title=f"{mechanism.title}: FMU against direct integration, {task.stop_time:g} s, tolerance {task.tolerance:g}",
         checks=tuple(checks),
-        notes=(*_notes(task, reference), *analysis_notes),
+        notes=(*_notes(task, reference), *analysis_notes, *_solver_notes(task, warnings)),
         coordinates=tuple(c.name for c in mechanism.coordinates),
         trajectories={DIRECT: reference.trajectory, **runs},
     )
@@ -81,8 +83,11 @@ def _reference(task: Task, grid: Floats, inputs: Inputs | None) -> Reference:
     return integrate(task.mechanism, grid, inputs=inputs, rtol=rtol)
 
 
-def _run(task: Task, kind: Kind, step: float) -> Trajectory:
-    """One run of the FMU; CVode gets a hundredth of the tolerance, for its global errors exceed its local ones."""
+def _run(task: Task, kind: Kind, step: float, warned: Callable[[str], None]) -> Trajectory:
+    """One run of the FMU, whose warnings go to ``warned``.
+
+    CVode gets a hundredth of the tolerance, for its global errors exceed its local ones.
+    """
     outputs = [*task.states, *(names.acceleration(c.name) for c in task.mechanism.coordinates), "generalized_energy"]
     outputs += [names.residual(c.name) for c in task.mechanism.constraints]
     tolerance = task.tolerance if kind == "co-simulation" else max(task.tolerance / 100, 1e-13)
@@ -94,6 +99,7 @@ def _run(task: Task, kind: Kind, step: float) -> Trajectory:
         inputs=task.inputs,
         outputs=outputs,
         kind=kind,
+        warned=warned,
     )
 
 
@@ -197,6 +203,13 @@ def _analysis(task: Task, run: Trajectory, reference: Reference) -> tuple[list[C
 def _sizes(reference: Reference) -> list[float]:
     kinetic = "kinetic_energy"
     return [float(np.abs(reference.trajectory[kinetic]).max())] if kinetic in reference.trajectory else []
+
+
+def _solver_notes(task: Task, warnings: Mapping[str, Sequence[str]]) -> list[str]:
+    """Which solver suits the start, and what the FMU said of its own in each run."""
+    solver, reason = suited_solver(task.mechanism, "c")
+    suited = [f"Solver for co-simulation: {solver} suits this mechanism; {reason}."] if reason else []
+    return suited + [f"The FMU warned, {label}: {text}" for label, texts in warnings.items() for text in texts]
 
 
 def _notes(task: Task, reference: Reference) -> list[str]:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import re
 from pathlib import Path
+from zipfile import ZipFile
 
 import numpy as np
 import pytest
@@ -11,7 +12,7 @@ from scipy.linalg import expm
 from scipy.special import ellipk
 from stepping import WARNING, Stepping
 
-from lag2fmu import export
+from lag2fmu import export, validate
 from lag2fmu.codegen import METHODS
 from lag2fmu.mechanism import Body, Damper, Energy, Mechanism, Spring, coordinate, parameter
 from lag2fmu.mechanism.loading import load, with_values
@@ -313,4 +314,15 @@ def test_the_solver_is_chosen_for_the_motion_at_the_start(tmp_path: Path) -> Non
     ]:
         fmu = export(mechanism, tmp_path / "x.fmu", compiler="host")
         assert (fmu.description.solver, phrase in fmu.solver_choice) == (solver, True), fmu.solver_choice
+        with ZipFile(fmu.path) as archive:
+            assert phrase in archive.read("documentation/index.html").decode()
     assert export(fast, tmp_path / "x.fmu", solver="dopri5", compiler="host").description.solver == "dopri5"
+
+
+def test_a_report_says_which_solver_suits_and_what_the_fmu_warned_of() -> None:
+    fast = with_values(load("spring_mass_damper"), {"k": 1e6, "c": 1e4})
+    notes = " ".join(validate(fast, stop_time=0.5, solver="dopri5").notes)
+    assert "radau5 suits this mechanism; the motion is stiff at its start, with decays of 9.9e+03 /s" in notes
+    assert "The FMU warned, co-simulation, step" in notes
+    assert "stability, not accuracy, bounds the steps" in notes
+    assert "warned" not in " ".join(validate(load("pendulum"), stop_time=1.0).notes)
