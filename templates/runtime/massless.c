@@ -187,7 +187,7 @@ static bool hardly_depend(const double jacobian[], double part, Slopes *slopes) 
     }
     bool found = !factorize(scaled, N_MASSLESS, slopes);
     for (int k = 0; k < N_MASSLESS && !found; k++) {
-        found = fabs(slopes->matrix[k * N_MASSLESS + k]) < part;
+        found = part * fabs(slopes->matrix[k * N_MASSLESS + k]) > 1.0; /* inverse pivots */
     }
     return found;
 }
