@@ -6,6 +6,7 @@ import logging
 import math
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
+from functools import partial
 from pathlib import Path
 from typing import Any, Literal
 
@@ -70,11 +71,8 @@ def simulate_fmu(  # noqa: PLR0913 (what fmpy can be told)
     stop_time = float(experiment.stopTime or 1.0) if stop_time is None else stop_time
     step = float(experiment.stepSize or stop_time / 500) if step is None else step
     _check_times(stop_time, step)
-    names = (
-        list(outputs)
-        if outputs is not None
-        else [v.name for v in description.modelVariables if v.causality == "output"]
-    )
+    all_outputs = [v.name for v in description.modelVariables if v.causality == "output"]
+    names = all_outputs if outputs is None else list(outputs)
     _check_known(names, [v.name for v in description.modelVariables], "variable")
     _check_values(values or {}, description)
     signals = None
@@ -103,10 +101,7 @@ def simulate_fmu(  # noqa: PLR0913 (what fmpy can be told)
     except Exception as error:  # fmpy raises bare exceptions
         raise SimulationError(f"'{path}': the simulation failed: {error}; {log.tail()}") from error
     for sentence in log.warnings:
-        if warned is None:
-            _LOGGER.warning("warning: '%s': %s", path.name, sentence)
-        else:
-            warned(sentence)
+        (warned or partial(_LOGGER.warning, "warning: '%s': %s", path.name))(sentence)
     reached = float(result["time"][-1])
     if reached < stop_time - 1e-9 * max(step, stop_time):
         raise SimulationError(
