@@ -27,11 +27,11 @@ from benchmarks.cases import Case, Floats
 from benchmarks.peers import casadi_text
 from benchmarks.running import FLAGS, KERNELS, Kernel, Source, compile_kernel, compiler, loaded, time_interleaved
 from lag2fmu.dynamics import EquationsOfMotion, derive, lower
-from lag2fmu.dynamics.graph import Graph
-from lag2fmu.dynamics.operations import CONSTANT, OPERATIONS, SYMBOL
 from lag2fmu.dynamics.samples import start_values
 from lag2fmu.fmu.exporting import describe, fmi_headers
-from lag2fmu.mechanism.loading import load
+from lag2fmu.formats.loading import load
+from lag2fmu.graph.graph import Graph
+from lag2fmu.graph.operations import CONSTANT, OPERATIONS, SYMBOL
 
 MODELS = ("four_bar_linkage", "andrews_squeezer", "parallel_manipulator", "whipple_bicycle")
 PERIODS, TOLERANCE = 500, 1e-10

@@ -12,8 +12,8 @@ from benchmarks.recursive import Given, articulated, inverse_and_mass
 from benchmarks.running import Source
 from lag2fmu.codegen.c import c_function
 from lag2fmu.dynamics import Array, EquationsOfMotion, Function, Program, derive, lower
-from lag2fmu.dynamics.graph import Graph
 from lag2fmu.dynamics.lagrange import METHODS
+from lag2fmu.graph.graph import Graph
 from lag2fmu.mechanism import Mechanism
 
 OURS = "lag2fmu"

@@ -21,7 +21,7 @@ from lag2fmu.codegen import DEFAULT_SOLVER
 from lag2fmu.dynamics import derive, lower
 from lag2fmu.fmu.compilers import compile_library, host_platform
 from lag2fmu.fmu.exporting import describe, fmi_headers
-from lag2fmu.mechanism.loading import load
+from lag2fmu.formats.loading import load
 
 RUNS = 9
 

@@ -29,8 +29,8 @@ from lag2fmu.codegen import METHODS
 from lag2fmu.dynamics import derive, lower
 from lag2fmu.fmu.compilers import FLAGS
 from lag2fmu.fmu.exporting import describe, fmi_headers
+from lag2fmu.formats.loading import load
 from lag2fmu.mechanism import Mechanism
-from lag2fmu.mechanism.loading import load
 
 SAMPLES = 64
 """Energies in a period of a method that chooses its steps; of the others one a step."""

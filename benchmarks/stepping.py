@@ -20,7 +20,7 @@ from benchmarks.running import KERNELS
 from lag2fmu.dynamics import derive, lower
 from lag2fmu.fmu.compilers import FLAGS, host_platform
 from lag2fmu.fmu.exporting import describe, fmi_headers
-from lag2fmu.mechanism.loading import load
+from lag2fmu.formats.loading import load
 
 STEPS, ROUNDS = 500, 3000
 

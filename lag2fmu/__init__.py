@@ -15,8 +15,8 @@ if TYPE_CHECKING:
     from lag2fmu.dynamics import derive
     from lag2fmu.errors import Lag2FmuError
     from lag2fmu.fmu import Fmu, export
+    from lag2fmu.formats.loading import load
     from lag2fmu.mechanism import Mechanism
-    from lag2fmu.mechanism.loading import load
     from lag2fmu.reference import Trajectory
     from lag2fmu.verify import Report, simulate, validate
 
@@ -28,7 +28,7 @@ _HOME = {
     "Trajectory": "lag2fmu.reference",
     "derive": "lag2fmu.dynamics",
     "export": "lag2fmu.fmu",
-    "load": "lag2fmu.mechanism.loading",
+    "load": "lag2fmu.formats.loading",
     "simulate": "lag2fmu.verify",
     "validate": "lag2fmu.verify",
 }

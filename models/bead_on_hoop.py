@@ -16,8 +16,8 @@ Source: H. Goldstein, C. Poole, J. Safko, Classical Mechanics, 3rd edition, chap
 
 from sympy import cos, sin
 
+from lag2fmu.language.expressions import TIME as t
 from lag2fmu.mechanism import Body, Mechanism, Output, coordinate, parameter
-from lag2fmu.mechanism.expressions import TIME as t
 
 
 def bead_on_hoop() -> Mechanism:

@@ -16,8 +16,8 @@ Source: L. D. Landau, E. M. Lifshitz, Mechanics, section 2, formula 2.8.
 
 from sympy import cos, sin
 
+from lag2fmu.language.expressions import TIME as t
 from lag2fmu.mechanism import Energy, Mechanism, coordinate, parameter
-from lag2fmu.mechanism.expressions import TIME as t
 
 
 def changed_lagrangian() -> Mechanism:

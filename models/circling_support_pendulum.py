@@ -15,8 +15,8 @@ Source: L. D. Landau, E. M. Lifshitz, Mechanics, section 5, problem 3a.
 
 from sympy import cos, sin
 
+from lag2fmu.language.expressions import TIME as t
 from lag2fmu.mechanism import Body, Mechanism, Output, coordinate, parameter
-from lag2fmu.mechanism.expressions import TIME as t
 
 
 def circling_support_pendulum() -> Mechanism:

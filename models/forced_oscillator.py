@@ -17,8 +17,8 @@ Source: L. D. Landau, E. M. Lifshitz, Mechanics, sections 22, 25, 26 and 29.
 
 from sympy import cos
 
+from lag2fmu.language.expressions import TIME as t
 from lag2fmu.mechanism import Body, Damper, Energy, Experiment, Mechanism, coordinate, parameter
-from lag2fmu.mechanism.expressions import TIME as t
 
 
 def forced_oscillator() -> Mechanism:

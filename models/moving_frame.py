@@ -11,8 +11,8 @@ The Lagrangian m (v + V)^2/2 differs from m v^2/2 by a total derivative of time:
 Source: L. D. Landau, E. M. Lifshitz, Mechanics, sections 3 and 4.
 """
 
+from lag2fmu.language.expressions import TIME as t
 from lag2fmu.mechanism import Body, Mechanism, coordinate, parameter
-from lag2fmu.mechanism.expressions import TIME as t
 
 
 def moving_frame() -> Mechanism:

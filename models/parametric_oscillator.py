@@ -15,8 +15,8 @@ Source: L. D. Landau, E. M. Lifshitz, Mechanics, section 27.
 
 from sympy import cos
 
+from lag2fmu.language.expressions import TIME as t
 from lag2fmu.mechanism import Body, Damper, Energy, Mechanism, coordinate, parameter
-from lag2fmu.mechanism.expressions import TIME as t
 
 
 def parametric_oscillator() -> Mechanism:

@@ -15,8 +15,8 @@ Source: L. D. Landau, E. M. Lifshitz, Mechanics, section 49 (adiabatic invariant
 
 from sympy import cos, sin
 
+from lag2fmu.language.expressions import TIME as t
 from lag2fmu.mechanism import Body, Mechanism, Output, coordinate, parameter
-from lag2fmu.mechanism.expressions import TIME as t
 
 
 def shortened_pendulum() -> Mechanism:

@@ -18,8 +18,8 @@ a rigid rod; there the crank turns at 150 rad/s.
 
 from sympy import cos, sin
 
+from lag2fmu.language.expressions import symbol
 from lag2fmu.mechanism import Body, Constraint, Experiment, Mechanism, Output, coordinate, parameter
-from lag2fmu.mechanism.expressions import symbol
 
 
 def slider_crank() -> Mechanism:

@@ -20,8 +20,8 @@ Source: slides "Lagrangian Dynamics", section 4, problem 4; values chosen.
 
 from sympy import cos, sin
 
+from lag2fmu.language.expressions import TIME as t
 from lag2fmu.mechanism import Body, Experiment, Mechanism, Output, Point, Spring, coordinate, parameter
-from lag2fmu.mechanism.expressions import TIME as t
 
 
 def slides_problem_4() -> Mechanism:

@@ -18,8 +18,8 @@ Source: slides "Lagrangian Dynamics", section 4, problem 4; values chosen.
 
 from sympy import sin
 
+from lag2fmu.language.expressions import TIME as t
 from lag2fmu.mechanism import Energy, Experiment, Mechanism, Output, coordinate, parameter
-from lag2fmu.mechanism.expressions import TIME as t
 
 
 def slides_problem_4_small() -> Mechanism:

@@ -18,8 +18,8 @@ Source: slides "Lagrangian Dynamics", section 4, problem 5.
 
 from sympy import cos, sin
 
+from lag2fmu.language.expressions import TIME
 from lag2fmu.mechanism import Body, Experiment, Load, Mechanism, Output, Spring, coordinate, parameter, signal
-from lag2fmu.mechanism.expressions import TIME
 
 
 def slides_problem_5() -> Mechanism:

@@ -6,7 +6,7 @@ from typing import Any
 
 import pytest
 
-from lag2fmu.mechanism.loading import bundled
+from lag2fmu.formats.loading import bundled
 
 REPRESENTATIVE = frozenset(
     (

@@ -12,8 +12,8 @@ from building import compiled_once
 from lag2fmu.codegen import DEFAULT_SOLVER
 from lag2fmu.fmu import Fmu, export
 from lag2fmu.fmu.compilers import compile_libraries
+from lag2fmu.formats.loading import load
 from lag2fmu.mechanism import Mechanism
-from lag2fmu.mechanism.loading import load
 
 Exported = Callable[..., Fmu]
 

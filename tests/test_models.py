@@ -13,10 +13,10 @@ from describing import described
 import lag2fmu
 from lag2fmu.codegen import DEFAULT_SOLVER, METHODS
 from lag2fmu.fmu import export, read_mechanism
+from lag2fmu.formats.loading import bundled, load
+from lag2fmu.formats.text import read
+from lag2fmu.formats.write import write
 from lag2fmu.mechanism import Mechanism
-from lag2fmu.mechanism.loading import bundled, load
-from lag2fmu.mechanism.text import read
-from lag2fmu.mechanism.write import write
 from lag2fmu.reference import Reference, integrate
 
 pytestmark = pytest.mark.fmu

@@ -10,7 +10,7 @@ from pathlib import Path
 
 import pytest
 
-from lag2fmu.mechanism.loading import bundled
+from lag2fmu.formats.loading import bundled
 
 ROOT = Path(__file__).parents[1]
 README = (ROOT / "README.md").read_text("utf-8")

@@ -88,7 +88,7 @@ def validate(
 @click.option("--run/--no-run", default=True, show_default=True, help="Run its library, in a process of its own.")
 def check(fmu: Path, run: bool) -> None:
     """Check FMU, of any tool, by the rules of FMI 2.0; running it executes code that is in it."""
-    from lag2fmu.verify.checking import check_fmu
+    from lag2fmu.checking import check_fmu
 
     findings = check_fmu(fmu, run=run)
     console().print(findings.table())

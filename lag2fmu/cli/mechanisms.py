@@ -17,7 +17,7 @@ def models() -> None:
     from rich.table import Table
 
     import lag2fmu
-    from lag2fmu.mechanism.loading import bundled
+    from lag2fmu.formats.loading import bundled
 
     table = Table(box=None, pad_edge=False)
     for heading in ("model", "n", "what it is"):
@@ -32,7 +32,7 @@ def models() -> None:
 @click.argument("name")
 def new(name: str) -> None:
     """Write NAME.toml, a commented mechanism to start from, and the schema with which editors check it."""
-    from lag2fmu.mechanism.starting import write_start
+    from lag2fmu.formats.starting import write_start
 
     path, schema = write_start(name, Path())
     click.echo(f"wrote {path}, a cart with a pole to start from: try 'lag2fmu validate {path}'")
@@ -49,15 +49,15 @@ def new(name: str) -> None:
 @SET
 def show(model: str, style: str, plot: Path | None, analysis: bool, settings: tuple[str, ...]) -> None:
     """Walk the twelve steps of the textbook procedure, or write the mechanism as text (toml)."""
-    from lag2fmu.mechanism.write import write
-    from lag2fmu.verify.procedure import procedure
+    from lag2fmu.explain.procedure import procedure
+    from lag2fmu.formats.write import write
 
     if analysis and style == "toml":
         raise ExportError("--analysis is written as text or LaTeX; leave out '--format toml'")
     mechanism = load_mechanism(model, settings)
     click.echo(write(mechanism) if style == "toml" else procedure(mechanism, style), nl=False)
     if analysis:
-        from lag2fmu.dynamics.analysis import analysis_report
+        from lag2fmu.analysis import analysis_report
 
         click.echo(analysis_report(mechanism, style), nl=False)
     if plot is not None:

@@ -26,7 +26,7 @@ PICTURES = (".png", ".svg", ".pdf")
 
 def load_mechanism(model: str, settings: tuple[str, ...]) -> Mechanism:
     """The mechanism ``model`` with what --set gave; its warnings go to standard error. Raises Lag2FmuError."""
-    from lag2fmu.mechanism.loading import load, split_settings, with_values
+    from lag2fmu.formats.loading import load, split_settings, with_values
 
     structural, values = split_settings(model, settings)
     mechanism = with_values(load(model, structural), values)

@@ -97,7 +97,7 @@ def simulate(
     settings: tuple[str, ...],
 ) -> None:
     """Run MODEL or an FMU by fmpy."""
-    from lag2fmu.mechanism.names import SETTINGS
+    from lag2fmu.description.names import SETTINGS
     from lag2fmu.reference import read_csv
     from lag2fmu.verify import running
 
@@ -126,8 +126,8 @@ def simulate(
 
 def _source_and_values(model: str, settings: tuple[str, ...]) -> tuple[Model, dict[str, float]]:
     """What to run, and the values to set in the FMU: all that --set gave, or those of the solver for a MODEL."""
-    from lag2fmu.mechanism.loading import numbers_of, pairs_of
-    from lag2fmu.mechanism.names import SETTINGS
+    from lag2fmu.description.names import SETTINGS
+    from lag2fmu.formats.loading import numbers_of, pairs_of
     from lag2fmu.verify import running
 
     if running.is_fmu(Path(model)):

@@ -1,8 +1,8 @@
 """Code generation: Program -> C text, templates -> source tree."""
 
-from lag2fmu.codegen.solvers import DEFAULT_SOLVER, METHODS, STIFF_SOLVER, Method, takes
 from lag2fmu.codegen.sources import Slot, Tables, render_sources
-from lag2fmu.codegen.tableaus import TABLEAUS, Tableau
+from lag2fmu.solvers.methods import DEFAULT_SOLVER, METHODS, STIFF_SOLVER, Method, takes
+from lag2fmu.solvers.tableaus import TABLEAUS, Tableau
 
 __all__ = [
     "DEFAULT_SOLVER",

@@ -11,7 +11,7 @@ from collections.abc import Mapping, Sequence
 from fractions import Fraction
 
 from lag2fmu.dynamics import Function, Program
-from lag2fmu.dynamics.operations import CONSTANT, OPERATIONS
+from lag2fmu.graph.operations import CONSTANT, OPERATIONS
 
 MAX_STATEMENTS = 1500
 """Statements in one C function; compilers are near linear up to a few thousand."""

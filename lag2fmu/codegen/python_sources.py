@@ -13,10 +13,10 @@ from lag2fmu.codegen.python import (
     used_functions,
 )
 from lag2fmu.codegen.sources import Slot, Tables
-from lag2fmu.codegen.tableaus import Tableau
 from lag2fmu.codegen.templates import render
 from lag2fmu.dynamics import Function, Program
 from lag2fmu.resources import resource_folder
+from lag2fmu.solvers.tableaus import Tableau
 
 PRINTED = {
     "mechanism_dynamics": (("t", "x", "u", "p"), ("M", "f")),

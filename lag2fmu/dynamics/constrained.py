@@ -18,11 +18,11 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from lag2fmu.dynamics.batches import Floats
 from lag2fmu.dynamics.elimination import solve
-from lag2fmu.dynamics.graph import Graph
 from lag2fmu.dynamics.lagrange import EquationsOfMotion
 from lag2fmu.dynamics.samples import start_values
+from lag2fmu.graph.batches import Floats
+from lag2fmu.graph.graph import Graph
 
 CLEAR = 1e-3
 """A pivot of S relative to its diagonal entry: above it the row is clearly independent, below it may be redundant."""

@@ -19,13 +19,14 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from lag2fmu.dynamics.autodiff import forward, reverse
-from lag2fmu.dynamics.graph import Graph
+from lag2fmu.description import names
 from lag2fmu.dynamics.samples import start_values
-from lag2fmu.dynamics.translate import Translator
 from lag2fmu.dynamics.variables import Variables
 from lag2fmu.errors import DerivationError
-from lag2fmu.mechanism import Constraint, Mechanism, names
+from lag2fmu.graph.autodiff import forward, reverse
+from lag2fmu.graph.graph import Graph
+from lag2fmu.graph.translate import Translator
+from lag2fmu.mechanism import Constraint, Mechanism
 
 Floats = NDArray[np.float64]
 

@@ -12,8 +12,8 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
-from lag2fmu.dynamics.graph import Graph
 from lag2fmu.dynamics.quadratic import LinearNodes, QuadraticForm
+from lag2fmu.graph.graph import Graph
 
 
 @dataclass(frozen=True)

@@ -13,14 +13,14 @@ from dataclasses import dataclass, field
 
 import sympy as sp
 
-from lag2fmu.dynamics.autodiff import Forward
+from lag2fmu.description.places import WORLD
 from lag2fmu.dynamics.frames import Frames, Rate, Velocity
-from lag2fmu.dynamics.graph import Graph
-from lag2fmu.dynamics.translate import Translator
 from lag2fmu.dynamics.variables import Variables
-from lag2fmu.dynamics.vectors import Vector, apply, times
+from lag2fmu.graph.autodiff import Forward
+from lag2fmu.graph.graph import Graph
+from lag2fmu.graph.translate import Translator
+from lag2fmu.graph.vectors import Vector, apply, times
 from lag2fmu.mechanism import Body, Damper, Load, Mechanism, Output, Spring
-from lag2fmu.mechanism.places import WORLD
 
 
 @dataclass(frozen=True)

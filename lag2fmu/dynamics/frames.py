@@ -13,9 +13,10 @@ from __future__ import annotations
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
-from lag2fmu.dynamics.graph import Graph
-from lag2fmu.dynamics.translate import Translator
-from lag2fmu.dynamics.vectors import (
+from lag2fmu.description.places import WORLD
+from lag2fmu.graph.graph import Graph
+from lag2fmu.graph.translate import Translator
+from lag2fmu.graph.vectors import (
     Turn,
     Vector,
     apply,
@@ -27,7 +28,6 @@ from lag2fmu.dynamics.vectors import (
     turn_by_quaternion,
 )
 from lag2fmu.mechanism import Frame, Mechanism
-from lag2fmu.mechanism.places import WORLD
 
 Rate = Callable[[Sequence[int]], Sequence[int]]
 """Nodes to their derivatives along a motion."""

@@ -24,13 +24,10 @@ from pathlib import Path
 
 import numpy as np
 
-from lag2fmu.dynamics.autodiff import Forward, reverse
-from lag2fmu.dynamics.batches import matrix
+from lag2fmu.description import names
 from lag2fmu.dynamics.constraints import Constraints, compose, starting_consistently
-from lag2fmu.dynamics.cost import cycles
 from lag2fmu.dynamics.elimination import Entries, Solution, mass_matrix, solve
 from lag2fmu.dynamics.energies import Composer, Energies
-from lag2fmu.dynamics.graph import Graph
 from lag2fmu.dynamics.massless import with_equilibria
 from lag2fmu.dynamics.samples import (
     check_agreement,
@@ -43,8 +40,12 @@ from lag2fmu.dynamics.samples import (
 )
 from lag2fmu.dynamics.terms import named_energies, quadratic_form, unconstrained_residual, with_constraints
 from lag2fmu.dynamics.variables import Variables, declare, translator
-from lag2fmu.mechanism import Mechanism, names
-from lag2fmu.mechanism.loading import as_mechanism
+from lag2fmu.formats.loading import as_mechanism
+from lag2fmu.graph.autodiff import Forward, reverse
+from lag2fmu.graph.batches import matrix
+from lag2fmu.graph.cost import cycles
+from lag2fmu.graph.graph import Graph
+from lag2fmu.mechanism import Mechanism
 
 METHODS = ("elimination", "factorisation")
 """How M qdd = forcing is solved: by elimination over the velocity graph, or by an LDL^T of M; both on the graph."""

@@ -15,13 +15,14 @@ from dataclasses import replace
 
 import sympy as sp
 
-from lag2fmu.dynamics.autodiff import forward
+from lag2fmu.description import names
 from lag2fmu.dynamics.elimination import Entries, null_vectors
-from lag2fmu.dynamics.graph import Graph
 from lag2fmu.dynamics.variables import Variables
-from lag2fmu.dynamics.written import tidy, written
 from lag2fmu.errors import DerivationError
-from lag2fmu.mechanism import Constraint, Mechanism, names
+from lag2fmu.graph.autodiff import forward
+from lag2fmu.graph.graph import Graph
+from lag2fmu.graph.written import tidy, written
+from lag2fmu.mechanism import Constraint, Mechanism
 
 _LONG = 300
 """Operations of an expression beyond which it is left as it is."""

@@ -7,11 +7,11 @@ from dataclasses import dataclass
 
 from lag2fmu.dynamics.constrained import solve_constrained
 from lag2fmu.dynamics.elimination import solve
-from lag2fmu.dynamics.graph import Graph
 from lag2fmu.dynamics.lagrange import EquationsOfMotion
 from lag2fmu.dynamics.tangent import Tangent, differentiate
 from lag2fmu.dynamics.terms import canonical
 from lag2fmu.dynamics.time_derivatives import SecondDerivatives, differentiate_twice
+from lag2fmu.graph.graph import Graph
 
 
 @dataclass(frozen=True)

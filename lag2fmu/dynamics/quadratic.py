@@ -8,8 +8,8 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Iterator, Sequence
 
-from lag2fmu.dynamics.graph import Graph
-from lag2fmu.dynamics.operations import ADD, DIVIDE, MULTIPLY, NEGATE, SUBTRACT
+from lag2fmu.graph.graph import Graph
+from lag2fmu.graph.operations import ADD, DIVIDE, MULTIPLY, NEGATE, SUBTRACT
 
 
 class QuadraticForm:

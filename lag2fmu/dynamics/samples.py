@@ -7,11 +7,12 @@ from collections.abc import Iterator, Mapping, Sequence
 
 import numpy as np
 
-from lag2fmu.dynamics.batches import Floats, evaluate, matrix
+from lag2fmu.description import names
 from lag2fmu.dynamics.elimination import Entries, Solution
-from lag2fmu.dynamics.graph import Graph
 from lag2fmu.errors import DerivationError
-from lag2fmu.mechanism import Mechanism, names
+from lag2fmu.graph.batches import Floats, evaluate, matrix
+from lag2fmu.graph.graph import Graph
+from lag2fmu.mechanism import Mechanism
 
 State = dict[str, float]
 """The values of all variables, by name, in SI units."""

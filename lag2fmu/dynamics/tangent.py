@@ -10,8 +10,8 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-from lag2fmu.dynamics.autodiff import forward
 from lag2fmu.dynamics.lagrange import EquationsOfMotion
+from lag2fmu.graph.autodiff import forward
 
 
 @dataclass(frozen=True)

@@ -6,9 +6,10 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from graphlib import TopologicalSorter
 
-from lag2fmu.dynamics.graph import Graph
-from lag2fmu.dynamics.translate import Translator
-from lag2fmu.mechanism import Mechanism, names
+from lag2fmu.description import names
+from lag2fmu.graph.graph import Graph
+from lag2fmu.graph.translate import Translator
+from lag2fmu.mechanism import Mechanism
 
 
 @dataclass(frozen=True)

@@ -4,9 +4,9 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Mapping
 
+from lag2fmu.description import names
 from lag2fmu.dynamics import EquationsOfMotion
 from lag2fmu.dynamics.massless import continuous_states
-from lag2fmu.mechanism import names
 
 
 def dependencies(equations: EquationsOfMotion) -> dict[str, frozenset[str]]:

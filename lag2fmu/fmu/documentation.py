@@ -5,16 +5,16 @@ from __future__ import annotations
 import platform as host
 from collections.abc import Iterable
 
+from lag2fmu.analysis import analysis_sections
 from lag2fmu.codegen import METHODS
 from lag2fmu.codegen.templates import render
 from lag2fmu.dynamics import EquationsOfMotion, Program
-from lag2fmu.dynamics.analysis import analysis_sections
-from lag2fmu.dynamics.formulas import Formula, formulas
-from lag2fmu.dynamics.picture import draw, drawable, layout_of
+from lag2fmu.explain.formulas import Formula, formulas
 from lag2fmu.fmu.compilers import Platform
 from lag2fmu.fmu.model_description import ModelDescription
 from lag2fmu.fmu.sketch import sketch
 from lag2fmu.fmu.variables import Variable
+from lag2fmu.picture import draw, drawable, layout_of
 from lag2fmu.resources import resource_folder
 
 Row = dict[str, str]

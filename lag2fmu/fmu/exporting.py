@@ -23,14 +23,14 @@ from lag2fmu.fmu.python_backend import binaries_of_pythonfmu, check_choices, pyt
 from lag2fmu.fmu.sources import compiled_files, source_files
 from lag2fmu.fmu.terminals import terminals
 from lag2fmu.fmu.variables import build_table, promotable
+from lag2fmu.formats.loading import as_mechanism
+from lag2fmu.formats.text import read
+from lag2fmu.formats.write import write
 from lag2fmu.mechanism import Mechanism
-from lag2fmu.mechanism.loading import as_mechanism
-from lag2fmu.mechanism.text import read
-from lag2fmu.mechanism.write import write
 from lag2fmu.version import VERSION
 
 if TYPE_CHECKING:
-    from lag2fmu.dynamics.analysis import Vibration
+    from lag2fmu.analysis import Vibration
 
 BACKENDS = ("c", "python")
 MECHANISM_ENTRY = "extra/org.lag2fmu/mechanism.toml"
@@ -111,7 +111,7 @@ def suited_solver(mechanism: Mechanism, backend: str) -> tuple[str, str]:
     It derives equations of its own: what it adds to their graph must not show in the FMU, which is the same file as if
     the solver had been named.
     """
-    from lag2fmu.dynamics.analysis import stiffness
+    from lag2fmu.analysis import stiffness
 
     found = stiffness(derive(mechanism))
     if found is None:
@@ -139,7 +139,7 @@ def damping(equations: EquationsOfMotion, method: Method) -> str:
 
 def damped_vibrations(equations: EquationsOfMotion, method: Method) -> tuple[Vibration, ...]:
     """The fast undamped vibrations about the start that ``method`` damps if its steps do not resolve them."""
-    from lag2fmu.dynamics.analysis import undamped_vibrations
+    from lag2fmu.analysis import undamped_vibrations
 
     return undamped_vibrations(equations) if method.implicit else ()
 

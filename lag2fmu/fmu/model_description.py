@@ -10,8 +10,8 @@ from datetime import datetime, timezone
 
 from lag2fmu.fmu.variables import Variable
 from lag2fmu.fmu.xml_text import document
+from lag2fmu.language.units import BASE_UNITS, RADIAN, SECOND, Exponents, Unit, parse_unit
 from lag2fmu.mechanism import Mechanism
-from lag2fmu.mechanism.units import BASE_UNITS, RADIAN, SECOND, Exponents, Unit, parse_unit
 
 LOG_CATEGORIES = {
     "logSingularLinearSystems": "states in which the mass matrix is singular",

@@ -8,8 +8,9 @@ from __future__ import annotations
 
 import xml.etree.ElementTree as ET
 
+from lag2fmu.description import names
 from lag2fmu.fmu.xml_text import document
-from lag2fmu.mechanism import Mechanism, names
+from lag2fmu.mechanism import Mechanism
 
 
 def terminals(mechanism: Mechanism) -> bytes:

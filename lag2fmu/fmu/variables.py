@@ -14,17 +14,18 @@ from difflib import get_close_matches
 
 from lag2fmu.codegen import Slot, Tables
 from lag2fmu.codegen.colours import coloured
+from lag2fmu.description import names
 from lag2fmu.dynamics import EquationsOfMotion, Program
 from lag2fmu.dynamics.constraints import ambiguous
 from lag2fmu.dynamics.massless import continuous_states, determined
 from lag2fmu.errors import ExportError
 from lag2fmu.fmu.dependencies import dependencies
-from lag2fmu.mechanism import Constraint, Mechanism, names
+from lag2fmu.language.units import JOULE, SECOND, WATT, Unit, parse_unit
+from lag2fmu.mechanism import Constraint, Mechanism
 from lag2fmu.mechanism.norms import norm_constraints
 from lag2fmu.mechanism.record import Coordinate
 from lag2fmu.mechanism.scope import fixed_parameters
 from lag2fmu.mechanism.unit_check import constraint_units
-from lag2fmu.mechanism.units import JOULE, SECOND, WATT, Unit, parse_unit
 
 _ENERGY_DOCS = {
     "kinetic_energy": "kinetic energy T",

@@ -5,14 +5,14 @@ from __future__ import annotations
 import math
 from typing import TYPE_CHECKING
 
+from lag2fmu.description import names
+from lag2fmu.description.outputs import QUANTITIES, Output
+from lag2fmu.description.parts import Damper, Load, Spring
+from lag2fmu.description.places import WORLD, Vector
+from lag2fmu.description.symbols import Coordinate, Input, Parameter
 from lag2fmu.errors import MechanismError, UnitError
-from lag2fmu.mechanism import names
 from lag2fmu.mechanism.geometry import check_geometry, check_values
-from lag2fmu.mechanism.outputs import QUANTITIES, Output
-from lag2fmu.mechanism.parts import Damper, Load, Spring
-from lag2fmu.mechanism.places import WORLD, Vector
 from lag2fmu.mechanism.scope import Scope, check_constraints, check_presence, check_symbols
-from lag2fmu.mechanism.symbols import Coordinate, Input, Parameter
 from lag2fmu.mechanism.unit_check import mismatches
 
 if TYPE_CHECKING:

@@ -9,10 +9,10 @@ from typing import TYPE_CHECKING
 
 import sympy as sp
 
+from lag2fmu.description.names import suggestion
+from lag2fmu.description.places import WORLD, Body, Frame, Rotation
 from lag2fmu.errors import MechanismError
-from lag2fmu.mechanism.expressions import value_of
-from lag2fmu.mechanism.names import suggestion
-from lag2fmu.mechanism.places import WORLD, Body, Frame, Rotation
+from lag2fmu.language.expressions import value_of
 from lag2fmu.mechanism.scope import Scope, in_order
 
 if TYPE_CHECKING:

@@ -14,18 +14,18 @@ from typing import TYPE_CHECKING, NamedTuple
 
 import sympy as sp
 
+from lag2fmu.description.joints import JOINTS, Joint, across, direction
+from lag2fmu.description.names import multiplier, suggestion
+from lag2fmu.description.outputs import Output
+from lag2fmu.description.parts import Constraint
+from lag2fmu.description.places import AXES, WORLD
 from lag2fmu.errors import MechanismError
-from lag2fmu.mechanism.expressions import symbol, value_of
+from lag2fmu.language.expressions import symbol, value_of
+from lag2fmu.language.units import NEWTON, TORQUE
 from lag2fmu.mechanism.geometry import check_geometry, values_of
-from lag2fmu.mechanism.joints import JOINTS, Joint, across, direction
-from lag2fmu.mechanism.names import multiplier, suggestion
 from lag2fmu.mechanism.norms import vanishes
-from lag2fmu.mechanism.outputs import Output
-from lag2fmu.mechanism.parts import Constraint
-from lag2fmu.mechanism.places import AXES, WORLD
 from lag2fmu.mechanism.planar_joints import groups_of, planar_pose, turn_alike
 from lag2fmu.mechanism.poses import Pose, Poses
-from lag2fmu.mechanism.units import NEWTON, TORQUE
 
 if TYPE_CHECKING:
     from lag2fmu.mechanism.record import Mechanism

@@ -5,12 +5,12 @@ from __future__ import annotations
 from collections.abc import Iterable, Mapping
 from dataclasses import replace
 
+from lag2fmu.description.parts import Load
+from lag2fmu.description.places import AXES, Place
+from lag2fmu.description.symbols import Input
 from lag2fmu.errors import MechanismError
-from lag2fmu.mechanism.expressions import symbol
-from lag2fmu.mechanism.parts import Load
-from lag2fmu.mechanism.places import AXES, Place
-from lag2fmu.mechanism.symbols import Input
-from lag2fmu.mechanism.units import NEWTON, TORQUE
+from lag2fmu.language.expressions import symbol
+from lag2fmu.language.units import NEWTON, TORQUE
 
 
 def with_inputs(loads: Iterable[Load], places: Mapping[str, Place]) -> tuple[tuple[Load, ...], tuple[Input, ...]]:

@@ -9,8 +9,8 @@ from typing import TYPE_CHECKING
 
 import sympy as sp
 
-from lag2fmu.mechanism.expressions import free_names, symbol, value_of
-from lag2fmu.mechanism.parts import Constraint
+from lag2fmu.description.parts import Constraint
+from lag2fmu.language.expressions import free_names, symbol, value_of
 from lag2fmu.mechanism.scope import in_order
 
 if TYPE_CHECKING:

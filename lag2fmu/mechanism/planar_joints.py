@@ -9,9 +9,9 @@ from typing import TYPE_CHECKING
 
 import sympy as sp
 
+from lag2fmu.description.joints import Joint, direction
+from lag2fmu.description.places import WORLD
 from lag2fmu.errors import MechanismError
-from lag2fmu.mechanism.joints import Joint, direction
-from lag2fmu.mechanism.places import WORLD
 from lag2fmu.mechanism.poses import Pose, Poses
 
 if TYPE_CHECKING:

@@ -14,10 +14,10 @@ from typing import TYPE_CHECKING, NamedTuple
 
 import sympy as sp
 
-from lag2fmu.mechanism import names
-from lag2fmu.mechanism.expressions import TIME, symbol
-from lag2fmu.mechanism.joints import direction
-from lag2fmu.mechanism.places import WORLD, Expression, Frame
+from lag2fmu.description import names
+from lag2fmu.description.joints import direction
+from lag2fmu.description.places import WORLD, Expression, Frame
+from lag2fmu.language.expressions import TIME, symbol
 from lag2fmu.mechanism.scope import in_order
 
 if TYPE_CHECKING:

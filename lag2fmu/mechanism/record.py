@@ -11,16 +11,11 @@ from typing import TypeVar
 
 import sympy as sp
 
-from lag2fmu.errors import MechanismError
-from lag2fmu.mechanism.check import check
-from lag2fmu.mechanism.joint_equations import written_out
-from lag2fmu.mechanism.joints import Joint, joined
-from lag2fmu.mechanism.loads import with_inputs
-from lag2fmu.mechanism.names import check_names, suggestion
-from lag2fmu.mechanism.norms import missing_norms
-from lag2fmu.mechanism.outputs import Experiment, Output
-from lag2fmu.mechanism.parts import KINDS, Constraint, Damper, Definition, Energy, Force, Gravity, Load, Spring
-from lag2fmu.mechanism.places import (
+from lag2fmu.description.joints import Joint, joined
+from lag2fmu.description.names import check_names, suggestion
+from lag2fmu.description.outputs import Experiment, Output
+from lag2fmu.description.parts import KINDS, Constraint, Damper, Definition, Energy, Force, Gravity, Load, Spring
+from lag2fmu.description.places import (
     AXES,
     WORLD,
     Body,
@@ -32,8 +27,13 @@ from lag2fmu.mechanism.places import (
     Vector,
     expressions_of,
 )
+from lag2fmu.description.symbols import Coordinate, Declared, Input, Parameter, coordinate, parameter, signal
+from lag2fmu.errors import MechanismError
+from lag2fmu.mechanism.check import check
+from lag2fmu.mechanism.joint_equations import written_out
+from lag2fmu.mechanism.loads import with_inputs
+from lag2fmu.mechanism.norms import missing_norms
 from lag2fmu.mechanism.scope import constrained
-from lag2fmu.mechanism.symbols import Coordinate, Declared, Input, Parameter, coordinate, parameter, signal
 
 __all__ = [
     "AXES",

@@ -8,11 +8,11 @@ from typing import TYPE_CHECKING, TypeVar
 
 import sympy as sp
 
+from lag2fmu.description import names
+from lag2fmu.description.parts import Constraint, Definition
+from lag2fmu.description.symbols import Parameter
 from lag2fmu.errors import MechanismError
-from lag2fmu.mechanism import names
-from lag2fmu.mechanism.expressions import free_names
-from lag2fmu.mechanism.parts import Constraint, Definition
-from lag2fmu.mechanism.symbols import Parameter
+from lag2fmu.language.expressions import free_names
 
 if TYPE_CHECKING:
     from lag2fmu.mechanism.record import Mechanism

@@ -7,14 +7,14 @@ from typing import TYPE_CHECKING
 
 import sympy as sp
 
+from lag2fmu.description import names
+from lag2fmu.description.outputs import QUANTITIES
+from lag2fmu.description.parts import Damper, Spring
+from lag2fmu.description.symbols import Coordinate, Input, Parameter
 from lag2fmu.errors import UnitError
-from lag2fmu.mechanism import names
-from lag2fmu.mechanism.dimensions import ONE, Dimension, DimensionOf, describe, dimension
-from lag2fmu.mechanism.outputs import QUANTITIES
-from lag2fmu.mechanism.parts import Damper, Spring
+from lag2fmu.language.dimensions import ONE, Dimension, DimensionOf, describe, dimension
+from lag2fmu.language.units import JOULE, KILOGRAM, METRE, NEWTON, SECOND, TORQUE, WATT, Unit, si_name
 from lag2fmu.mechanism.scope import in_order
-from lag2fmu.mechanism.symbols import Coordinate, Input, Parameter
-from lag2fmu.mechanism.units import JOULE, KILOGRAM, METRE, NEWTON, SECOND, TORQUE, WATT, Unit, si_name
 
 if TYPE_CHECKING:
     from lag2fmu.mechanism.record import Mechanism

@@ -14,9 +14,9 @@ from functools import lru_cache
 
 import sympy as sp
 
+from lag2fmu.description.names import acceleration, generalized_force, velocity
+from lag2fmu.language.expressions import TIME, symbol
 from lag2fmu.mechanism import Body, Mechanism, Output
-from lag2fmu.mechanism.expressions import TIME, symbol
-from lag2fmu.mechanism.names import acceleration, generalized_force, velocity
 
 Vector = tuple[sp.Expr, ...]
 

@@ -19,8 +19,8 @@ import numpy as np
 import sympy as sp
 
 from lag2fmu.errors import SimulationError
+from lag2fmu.language.expressions import TIME
 from lag2fmu.mechanism import Mechanism
-from lag2fmu.mechanism.expressions import TIME
 from lag2fmu.reference.composition import Composition, composition_of
 from lag2fmu.reference.functions import compiled
 from lag2fmu.reference.state import Floats, State, batch_first, batch_last

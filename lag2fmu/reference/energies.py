@@ -12,10 +12,10 @@ import numpy as np
 import sympy as sp
 from numpy.typing import ArrayLike
 
+from lag2fmu.description.names import multiplier
 from lag2fmu.errors import LoadError, SimulationError
+from lag2fmu.language.expressions import TIME, symbol
 from lag2fmu.mechanism import Mechanism, Parameter
-from lag2fmu.mechanism.expressions import TIME, symbol
-from lag2fmu.mechanism.names import multiplier
 from lag2fmu.reference.composition import composition_of
 from lag2fmu.reference.constraints import Constraints
 from lag2fmu.reference.functions import Array, compiled

@@ -11,9 +11,9 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import ArrayLike
 
+from lag2fmu.description.names import velocity
 from lag2fmu.errors import SimulationError
 from lag2fmu.mechanism import Mechanism
-from lag2fmu.mechanism.names import velocity
 from lag2fmu.reference.equations import Equations
 from lag2fmu.reference.integrate import DAMPING, METHODS
 from lag2fmu.reference.state import Floats

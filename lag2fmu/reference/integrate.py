@@ -17,9 +17,9 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike
 
+from lag2fmu.description.names import acceleration, multiplier, residual, velocity
 from lag2fmu.errors import LoadError, SimulationError
 from lag2fmu.mechanism import Mechanism
-from lag2fmu.mechanism.names import acceleration, multiplier, residual, velocity
 from lag2fmu.reference.equations import Equations
 from lag2fmu.reference.signals import Inputs, Signals, signals_of
 from lag2fmu.reference.state import Floats, State

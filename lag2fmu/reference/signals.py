@@ -9,10 +9,10 @@ from typing import TypeAlias
 import numpy as np
 import sympy as sp
 
+from lag2fmu.description.names import acceleration, velocity
 from lag2fmu.errors import LoadError, SimulationError
+from lag2fmu.language.expressions import TIME, normal_form
 from lag2fmu.mechanism import Mechanism
-from lag2fmu.mechanism.expressions import TIME, normal_form
-from lag2fmu.mechanism.names import acceleration, velocity
 from lag2fmu.reference.composition import symbols_of
 from lag2fmu.reference.functions import compiled
 from lag2fmu.reference.state import Floats

@@ -11,9 +11,9 @@ import xml.etree.ElementTree as ET
 
 import numpy as np
 
+from lag2fmu.description.names import velocity
 from lag2fmu.fmu.xml_text import document
 from lag2fmu.mechanism import Mechanism
-from lag2fmu.mechanism.names import velocity
 from lag2fmu.reference import Reference, Trajectory, integrate
 
 _FOLDER = "extra/org.fmi-standard.fmi-ls-ref"

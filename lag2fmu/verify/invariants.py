@@ -9,12 +9,12 @@ from collections.abc import Iterator
 import numpy as np
 from numpy.typing import NDArray
 
+from lag2fmu.analysis import action, conserved
+from lag2fmu.description import names
 from lag2fmu.dynamics import EquationsOfMotion
-from lag2fmu.dynamics.analysis import action, conserved
-from lag2fmu.dynamics.autodiff import reverse
-from lag2fmu.dynamics.batches import evaluate
 from lag2fmu.errors import SimulationError
-from lag2fmu.mechanism import names
+from lag2fmu.graph.autodiff import reverse
+from lag2fmu.graph.batches import evaluate
 from lag2fmu.reference import Reference, Trajectory, integrate_canonically
 from lag2fmu.verify.report import Check
 

@@ -6,8 +6,9 @@ from collections.abc import Mapping, Sequence
 
 import numpy as np
 
+from lag2fmu.description import names
 from lag2fmu.dynamics.massless import continuous_states
-from lag2fmu.mechanism import Constraint, Mechanism, names
+from lag2fmu.mechanism import Constraint, Mechanism
 from lag2fmu.mechanism.norms import norm_constraints
 from lag2fmu.mechanism.scope import fixed_parameters
 from lag2fmu.reference import Equations, Reference, sympy_accelerations

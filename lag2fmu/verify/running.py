@@ -7,11 +7,11 @@ from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from pathlib import Path
 
+from lag2fmu.description.names import velocity
 from lag2fmu.errors import ExportError
 from lag2fmu.fmu import Fmu, export, read_mechanism
+from lag2fmu.formats.loading import as_mechanism, with_values
 from lag2fmu.mechanism import Mechanism
-from lag2fmu.mechanism.loading import as_mechanism, with_values
-from lag2fmu.mechanism.names import velocity
 from lag2fmu.reference import Trajectory
 from lag2fmu.verify.report import Report
 from lag2fmu.verify.simulate import Kind, simulate_fmu

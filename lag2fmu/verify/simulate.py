@@ -13,8 +13,8 @@ from typing import Any, Literal
 import numpy as np
 from numpy.typing import NDArray
 
+from lag2fmu.description.names import acceleration, velocity
 from lag2fmu.errors import LoadError, SimulationError
-from lag2fmu.mechanism.names import acceleration, velocity
 from lag2fmu.reference import Trajectory
 
 Floats = NDArray[np.float64]

@@ -8,7 +8,8 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
-from lag2fmu.mechanism import Mechanism, names
+from lag2fmu.description import names
+from lag2fmu.mechanism import Mechanism
 from lag2fmu.reference import Trajectory
 
 Floats = NDArray[np.float64]

@@ -13,10 +13,11 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
+from lag2fmu.description import names
 from lag2fmu.dynamics import derive
 from lag2fmu.errors import SimulationError
 from lag2fmu.fmu import suited_solver
-from lag2fmu.mechanism import Mechanism, names
+from lag2fmu.mechanism import Mechanism
 from lag2fmu.reference import Equations, Reference, Trajectory, held, integrate
 from lag2fmu.reference.signals import Inputs
 from lag2fmu.verify.invariants import action_note, drift_checks, hamilton_checks

@@ -13,8 +13,8 @@ from compiling import compiled
 
 from lag2fmu.codegen.c import c_function, c_number, c_prototype, c_string
 from lag2fmu.dynamics import Array, Function, Program, derive, lower
-from lag2fmu.dynamics.graph import Graph
-from lag2fmu.mechanism.loading import load
+from lag2fmu.formats.loading import load
+from lag2fmu.graph.graph import Graph
 
 NUMBERS = [0.0, -0.0, 1.0, -1.0, 0.1, 1 / 3, -2 / 3, 1e16, 1e22, 123456789012345680.0, 9.81, 5e-324, -5e-324]
 NUMBERS += [2.2250738585072014e-308, 1.7976931348623157e308, math.pi, math.nextafter(1.0, 2.0), 1e-7, 1e100]

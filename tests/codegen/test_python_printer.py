@@ -11,8 +11,8 @@ import pytest
 
 from lag2fmu.codegen.python import python_body, python_names, python_number, python_text, used_functions
 from lag2fmu.dynamics import Array, Function, Program
-from lag2fmu.dynamics.graph import Graph
-from lag2fmu.dynamics.operations import ARITY, CODE, OPERATIONS
+from lag2fmu.graph.graph import Graph
+from lag2fmu.graph.operations import ARITY, CODE, OPERATIONS
 from lag2fmu.resources import resource_folder
 
 NAMES = ("lambda", "states", "sin", "v1", "M", "theta")

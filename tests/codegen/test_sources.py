@@ -38,12 +38,12 @@ from lag2fmu.codegen import DEFAULT_SOLVER, METHODS, takes
 from lag2fmu.codegen.sources import GENERATED
 from lag2fmu.codegen.templates import render
 from lag2fmu.dynamics import Program, derive, lower
-from lag2fmu.dynamics.graph import Graph
-from lag2fmu.dynamics.operations import OPERATIONS, SYMBOL
 from lag2fmu.fmu.exporting import describe
+from lag2fmu.formats.loading import load
+from lag2fmu.graph.graph import Graph
+from lag2fmu.graph.operations import OPERATIONS, SYMBOL
+from lag2fmu.language.expressions import TIME
 from lag2fmu.mechanism import Energy, Mechanism, Output, coordinate, parameter
-from lag2fmu.mechanism.expressions import TIME
-from lag2fmu.mechanism.loading import load
 
 SIZE = 512
 """Longer than any array of these mechanisms."""

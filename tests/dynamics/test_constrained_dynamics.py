@@ -18,9 +18,9 @@ from lag2fmu.dynamics.constraints import ambiguous
 from lag2fmu.dynamics.samples import start_values
 from lag2fmu.dynamics.terms import canonical
 from lag2fmu.errors import DerivationError
+from lag2fmu.formats.loading import load
+from lag2fmu.formats.text import read
 from lag2fmu.mechanism import Body, Constraint, Mechanism, coordinate, parameter
-from lag2fmu.mechanism.loading import load
-from lag2fmu.mechanism.text import read
 from lag2fmu.reference import Equations
 
 SEEDS = range(8)

@@ -11,17 +11,18 @@ import numpy as np
 import pytest
 import sympy as sp
 
+from lag2fmu.description import names
 from lag2fmu.dynamics import derive, lower
-from lag2fmu.dynamics.cost import cycles
 from lag2fmu.dynamics.elimination import mass_matrix, solve
-from lag2fmu.dynamics.graph import Graph
 from lag2fmu.dynamics.lagrange import METHODS, EquationsOfMotion
-from lag2fmu.dynamics.operations import OPERATIONS
 from lag2fmu.dynamics.quadratic import second_degree
 from lag2fmu.dynamics.samples import start_values
-from lag2fmu.dynamics.translate import Translator
-from lag2fmu.mechanism import Body, Energy, Frame, Mechanism, Spring, coordinate, names, parameter, signal
-from lag2fmu.mechanism.loading import bundled, load
+from lag2fmu.formats.loading import bundled, load
+from lag2fmu.graph.cost import cycles
+from lag2fmu.graph.graph import Graph
+from lag2fmu.graph.operations import OPERATIONS
+from lag2fmu.graph.translate import Translator
+from lag2fmu.mechanism import Body, Energy, Frame, Mechanism, Spring, coordinate, parameter, signal
 from lag2fmu.reference import Equations
 
 COUNTS = Path(__file__).with_name("operations.txt")
@@ -232,7 +233,7 @@ def test_cycles_are_the_longest_chain_and_half_the_operations() -> None:
 
 def test_the_graph_does_not_depend_on_the_hash_seed() -> None:
     code = (
-        "from lag2fmu.dynamics import derive, lower; from lag2fmu.mechanism.loading import load\n"
+        "from lag2fmu.dynamics import derive, lower; from lag2fmu.formats.loading import load\n"
         "g = lower(derive(load('six_axis_arm'))).graph\n"
         "print(hash((tuple(g.code), tuple(g.operands))), len(g), list(g.leaf.values())[-9:])"
     )

@@ -11,13 +11,14 @@ import sympy as sp
 from kkt import solve
 
 from lag2fmu.codegen.c import c_function
+from lag2fmu.description import names
 from lag2fmu.dynamics import derive, lower
 from lag2fmu.dynamics.lagrange import EquationsOfMotion
 from lag2fmu.dynamics.samples import mass_matrices, samples, start_values
 from lag2fmu.dynamics.tangent import differentiate
 from lag2fmu.errors import DerivationError
-from lag2fmu.mechanism import Body, Energy, Mechanism, coordinate, names, parameter, signal
-from lag2fmu.mechanism.loading import bundled, load
+from lag2fmu.formats.loading import bundled, load
+from lag2fmu.mechanism import Body, Energy, Mechanism, coordinate, parameter, signal
 from lag2fmu.reference import Equations
 
 NAMES = {name: sp.Symbol(name, real=True) for name in ("Q_slider", "k", "x", "slider")}

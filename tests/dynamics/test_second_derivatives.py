@@ -9,7 +9,7 @@ import pytest
 
 from lag2fmu.dynamics import derive, lower
 from lag2fmu.dynamics.time_derivatives import differentiate_twice
-from lag2fmu.mechanism.loading import bundled, load
+from lag2fmu.formats.loading import bundled, load
 
 STEP = 0.02
 

@@ -11,7 +11,7 @@ import numpy as np
 import pytest
 
 from lag2fmu.dynamics.lagrange import complete
-from lag2fmu.mechanism.loading import load
+from lag2fmu.formats.loading import load
 from lag2fmu.reference import Reference, integrate
 
 STOP, POINTS = 10.0, 1000

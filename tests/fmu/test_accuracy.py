@@ -11,9 +11,9 @@ from stepping import Stepping, bits
 
 import lag2fmu
 from lag2fmu.codegen import METHODS
+from lag2fmu.description.names import velocity
 from lag2fmu.fmu import Fmu
-from lag2fmu.mechanism.loading import load
-from lag2fmu.mechanism.names import velocity
+from lag2fmu.formats.loading import load
 from lag2fmu.reference import Reference
 
 pytestmark = pytest.mark.fmu

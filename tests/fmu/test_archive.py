@@ -28,8 +28,8 @@ import lag2fmu
 from lag2fmu.errors import BuildError, ExportError, MechanismError
 from lag2fmu.fmu import Fmu, export, read_mechanism
 from lag2fmu.fmu.model_description import to_xml
+from lag2fmu.formats.loading import bundled, load
 from lag2fmu.mechanism import Body, Damper, Energy, Mechanism, Output, Spring, coordinate, parameter, signal
-from lag2fmu.mechanism.loading import bundled, load
 from lag2fmu.reference import integrate
 from lag2fmu.verify.simulate import problems
 

@@ -18,7 +18,7 @@ from fmpy.fmi1 import FMICallException
 from stepping import DISCARD, ERROR, Stepping, bits
 
 from lag2fmu.fmu import Fmu
-from lag2fmu.mechanism.loading import load
+from lag2fmu.formats.loading import load
 from lag2fmu.reference import integrate
 
 pytestmark = pytest.mark.fmu

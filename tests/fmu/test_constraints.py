@@ -11,7 +11,7 @@ import pytest
 from stepping import ERROR, Stepping
 
 from lag2fmu import export
-from lag2fmu.mechanism.text import read
+from lag2fmu.formats.text import read
 
 pytestmark = pytest.mark.fmu
 

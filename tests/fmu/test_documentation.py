@@ -143,7 +143,7 @@ def test_the_icon_is_a_small_picture(exported) -> None:
 
 @pytest.mark.usefixtures("host_compiler")
 def test_the_host_compiler_is_named(tmp_path, exported) -> None:
-    from lag2fmu.mechanism.loading import load
+    from lag2fmu.formats.loading import load
 
     fmu = export(load("pendulum"), tmp_path / "pendulum.fmu", compiler="host")
     assert "built by the compiler of one machine" in page(fmu).text

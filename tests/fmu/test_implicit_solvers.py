@@ -14,8 +14,8 @@ from stepping import WARNING, Stepping
 
 from lag2fmu import export, validate
 from lag2fmu.codegen import METHODS
+from lag2fmu.formats.loading import load, with_values
 from lag2fmu.mechanism import Body, Damper, Energy, Mechanism, Spring, coordinate, parameter
-from lag2fmu.mechanism.loading import load, with_values
 
 pytestmark = pytest.mark.fmu
 

@@ -15,13 +15,13 @@ import pe
 import pytest
 from test_archive import functions_of_fmi
 
+from lag2fmu.checking.binaries import read_libraries
 from lag2fmu.cli import main
 from lag2fmu.errors import BuildError
 from lag2fmu.fmu import export
 from lag2fmu.fmu.compilers import PLATFORMS, choose_platforms, host_platform
 from lag2fmu.fmu.universal import universal
-from lag2fmu.mechanism.loading import load
-from lag2fmu.verify.checking.binaries import read_libraries
+from lag2fmu.formats.loading import load
 
 FILES = {
     "binaries/aarch64-darwin/double_pendulum.dylib",

@@ -26,8 +26,8 @@ from lag2fmu.dynamics import derive, lower
 from lag2fmu.errors import BuildError, ExportError, SimulationError
 from lag2fmu.fmu import Fmu, ModelDescription, export
 from lag2fmu.fmu.python_backend import check_choices, python_fmu
+from lag2fmu.formats.loading import load, with_values
 from lag2fmu.mechanism import Constraint, Energy, Mechanism, coordinate, parameter
-from lag2fmu.mechanism.loading import load, with_values
 from lag2fmu.reference import Trajectory
 from lag2fmu.verify.simulate import problems
 from tests.stepping import ERROR, Stepping, bits

@@ -12,8 +12,8 @@ from fmpy.fmi1 import FMICallException
 from numpy.typing import NDArray
 from stepping import Stepping, bits
 
-from lag2fmu.mechanism.expressions import TIME
-from lag2fmu.mechanism.loading import load
+from lag2fmu.formats.loading import load
+from lag2fmu.language.expressions import TIME
 from lag2fmu.reference import integrate
 from lag2fmu.reference.signals import Signals, signals_of
 

@@ -14,9 +14,9 @@ from lag2fmu import export
 from lag2fmu.codegen import METHODS
 from lag2fmu.dynamics.lagrange import complete
 from lag2fmu.errors import ExportError
+from lag2fmu.formats.loading import load
+from lag2fmu.language.expressions import TIME
 from lag2fmu.mechanism import Body, Constraint, Energy, Mechanism, coordinate, parameter, signal
-from lag2fmu.mechanism.expressions import TIME
-from lag2fmu.mechanism.loading import load
 from lag2fmu.reference import integrate
 
 pytestmark = pytest.mark.fmu

@@ -11,9 +11,9 @@ from sympy import cos, sin
 
 import lag2fmu
 from lag2fmu.fmu import Fmu
+from lag2fmu.formats.loading import load
+from lag2fmu.language.expressions import TIME, symbol
 from lag2fmu.mechanism import Body, Frame, Gravity, Joint, Mechanism, Output, Point, coordinate, parameter
-from lag2fmu.mechanism.expressions import TIME, symbol
-from lag2fmu.mechanism.loading import load
 from lag2fmu.reference import Trajectory, integrate
 
 pytestmark = pytest.mark.fmu

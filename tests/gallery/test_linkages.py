@@ -9,8 +9,8 @@ from one_degree import OneDegree
 from scipy.integrate import solve_ivp
 
 import lag2fmu
+from lag2fmu.formats.loading import load
 from lag2fmu.mechanism import Body, Constraint, Mechanism, Output, coordinate
-from lag2fmu.mechanism.loading import load
 
 pytestmark = pytest.mark.fmu
 

@@ -10,10 +10,10 @@ from stepping import Stepping
 
 from lag2fmu.dynamics import derive
 from lag2fmu.errors import DerivationError, Lag2FmuError
+from lag2fmu.formats.loading import load
+from lag2fmu.formats.text import read
+from lag2fmu.formats.write import write
 from lag2fmu.mechanism import Energy, Mechanism, coordinate, parameter, signal
-from lag2fmu.mechanism.loading import load
-from lag2fmu.mechanism.text import read
-from lag2fmu.mechanism.write import write
 from lag2fmu.verify.running import simulate, validate
 
 m, l, k, g, c = 1.0, 0.5, 100.0, 9.81, 10.0  # noqa: E741

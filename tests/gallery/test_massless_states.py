@@ -19,8 +19,8 @@ from test_massless import c, g, k, l, m, with_friction
 
 from lag2fmu.dynamics import derive
 from lag2fmu.errors import MechanismError, SimulationError
+from lag2fmu.formats.loading import load
 from lag2fmu.mechanism import Constraint, Energy, Mechanism, coordinate, parameter
-from lag2fmu.mechanism.loading import load
 from lag2fmu.verify.running import simulate
 
 hard = 2e4

@@ -9,9 +9,9 @@ from sympy import cos, sin
 
 import lag2fmu
 from lag2fmu.errors import MechanismError
+from lag2fmu.formats.text import read
+from lag2fmu.formats.write import write
 from lag2fmu.mechanism import Body, Joint, Mechanism, Point, coordinate
-from lag2fmu.mechanism.text import read
-from lag2fmu.mechanism.write import write
 from lag2fmu.reference import Trajectory
 
 G = 9.81

@@ -12,8 +12,8 @@ from lagrange import by_hand
 from quadrature import cycle
 from scipy.linalg import eigh
 
-from lag2fmu.dynamics.analysis import linearized
-from lag2fmu.mechanism.loading import load
+from lag2fmu.analysis import linearized
+from lag2fmu.formats.loading import load
 
 G = 9.81
 

@@ -9,7 +9,13 @@ import pytest
 from jsonschema import Draft7Validator
 from sympy import Rational, cos, sin
 
+from lag2fmu.description.joints import JOINTS, across, direction
 from lag2fmu.errors import MechanismError
+from lag2fmu.formats.loading import with_values
+from lag2fmu.formats.schema import schema
+from lag2fmu.formats.text import read, tomllib
+from lag2fmu.formats.write import write
+from lag2fmu.language.expressions import symbol
 from lag2fmu.mechanism import (
     Body,
     Constraint,
@@ -22,12 +28,6 @@ from lag2fmu.mechanism import (
     coordinate,
     parameter,
 )
-from lag2fmu.mechanism.expressions import symbol
-from lag2fmu.mechanism.joints import JOINTS, across, direction
-from lag2fmu.mechanism.loading import with_values
-from lag2fmu.mechanism.schema import schema
-from lag2fmu.mechanism.text import read, tomllib
-from lag2fmu.mechanism.write import write
 
 R, p = parameter("R", 0.2, "m"), parameter("p", 0.01, "m")
 r = [coordinate(k, "m") for k in "xyz"]

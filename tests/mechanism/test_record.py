@@ -11,6 +11,8 @@ import sympy as sp
 from sympy import cos, sin
 
 from lag2fmu.errors import MechanismError, UnitError
+from lag2fmu.language.expressions import symbol
+from lag2fmu.language.units import parse_unit
 from lag2fmu.mechanism import (
     Body,
     Coordinate,
@@ -30,8 +32,6 @@ from lag2fmu.mechanism import (
     parameter,
     signal,
 )
-from lag2fmu.mechanism.expressions import symbol
-from lag2fmu.mechanism.units import parse_unit
 
 m, l, g = parameter("m", 1.0, "kg"), parameter("l", 1.0, "m"), parameter("g", 9.81, "m/s2")  # noqa: E741
 theta, F, y0 = coordinate("theta", "rad"), signal("F", "N"), signal("y0", "m", motion=True)

@@ -10,6 +10,10 @@ import pytest
 from sympy import Rational, cos, pi, sin, sqrt
 
 from lag2fmu.errors import MechanismError, UnitError
+from lag2fmu.formats.text import read
+from lag2fmu.formats.write import write
+from lag2fmu.language.expressions import TIME, symbol
+from lag2fmu.language.units import parse_unit
 from lag2fmu.mechanism import (
     Body,
     Damper,
@@ -24,11 +28,7 @@ from lag2fmu.mechanism import (
     parameter,
     signal,
 )
-from lag2fmu.mechanism.expressions import TIME, symbol
 from lag2fmu.mechanism.geometry import principal_moments
-from lag2fmu.mechanism.text import read
-from lag2fmu.mechanism.units import parse_unit
-from lag2fmu.mechanism.write import write
 from tests.reference.spatial_mechanisms import everything_spatial
 
 q1, q2, l, y = coordinate("q1", "rad"), coordinate("q2", "rad"), parameter("l", 0.5, "m"), signal("y", motion=True)  # noqa: E741

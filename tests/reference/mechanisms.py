@@ -2,6 +2,7 @@
 
 from sympy import Symbol, cos, sin
 
+from lag2fmu.language.expressions import TIME
 from lag2fmu.mechanism import (
     Body,
     Damper,
@@ -15,7 +16,6 @@ from lag2fmu.mechanism import (
     parameter,
     signal,
 )
-from lag2fmu.mechanism.expressions import TIME
 from lag2fmu.mechanism.record import Definition
 
 

@@ -2,6 +2,7 @@
 
 from sympy import Rational, Symbol, cos, sin, sqrt
 
+from lag2fmu.language.expressions import TIME
 from lag2fmu.mechanism import (
     Body,
     Damper,
@@ -16,7 +17,6 @@ from lag2fmu.mechanism import (
     parameter,
     signal,
 )
-from lag2fmu.mechanism.expressions import TIME
 
 TENSOR = (0.3, 0.5, 0.6, 0.02, -0.03, 0.04)
 

@@ -5,8 +5,8 @@ import pytest
 import sympy as sp
 
 from lag2fmu.errors import DerivationError, LoadError, SimulationError
+from lag2fmu.language.expressions import FUNCTIONS
 from lag2fmu.mechanism import Body, Damper, Energy, Load, Mechanism, Point, Spring, coordinate, parameter
-from lag2fmu.mechanism.expressions import FUNCTIONS
 from lag2fmu.reference import Equations, sympy_accelerations
 from lag2fmu.reference.functions import FEW, STEP, compiled
 from models.double_pendulum import double_pendulum

@@ -7,8 +7,8 @@ import pytest
 from sympy import cos, sin
 
 from lag2fmu.errors import SimulationError
+from lag2fmu.formats.loading import load
 from lag2fmu.mechanism import Body, Constraint, Energy, Mechanism, Spring, coordinate
-from lag2fmu.mechanism.loading import load
 from lag2fmu.reference import integrate, integrate_canonically
 
 TIMES = np.linspace(0, 2, 21)

@@ -8,8 +8,8 @@ import sympy as sp
 from scipy.special import ellipj, ellipk
 
 from lag2fmu.errors import LoadError, SimulationError
+from lag2fmu.language.expressions import TIME
 from lag2fmu.mechanism import Energy, Mechanism, coordinate, parameter, signal
-from lag2fmu.mechanism.expressions import TIME
 from lag2fmu.reference import Trajectory, held, integrate
 from models.double_pendulum import double_pendulum
 from tests.reference.mechanisms import charged_particle, driven_pendulum, falling, loaded, oscillator, pendulum

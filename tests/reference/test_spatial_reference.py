@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from lag2fmu.mechanism.loading import load
+from lag2fmu.formats.loading import load
 from lag2fmu.reference import Equations, Trajectory, integrate, sympy_accelerations
 from tests.reference.spatial_mechanisms import (
     TENSOR,

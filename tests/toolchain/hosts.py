@@ -13,8 +13,8 @@ from fmpy import read_model_description
 
 from lag2fmu.fmu import Fmu
 from lag2fmu.fmu.exporting import fmi_headers
+from lag2fmu.formats.loading import load
 from lag2fmu.mechanism import Mechanism
-from lag2fmu.mechanism.loading import load
 
 HERE = Path(__file__).parent
 HOST = sorted((HERE / "host").glob("*.c"))

@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from stepping import Stepping
 
 from lag2fmu.fmu import Fmu
-from lag2fmu.mechanism.loading import load
+from lag2fmu.formats.loading import load
 from lag2fmu.reference import Equations, integrate
 
 Floats = NDArray[np.float64]

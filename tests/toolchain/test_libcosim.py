@@ -16,7 +16,7 @@ from libcosimpy.CosimObserver import CosimObserver
 from libcosimpy.CosimSlave import CosimLocalSlave
 from stepping import Stepping, bits
 
-from lag2fmu.mechanism.loading import load
+from lag2fmu.formats.loading import load
 from lag2fmu.reference import held, integrate
 from lag2fmu.reference.trajectory import Trajectory
 

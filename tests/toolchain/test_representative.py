@@ -15,11 +15,11 @@ from fmpy.build import build_platform_binary
 from fmpy.validation import validate_fmu
 from numpy.typing import NDArray
 
+from lag2fmu.checking import check_fmu
 from lag2fmu.fmu import Fmu
+from lag2fmu.formats.loading import bundled
 from lag2fmu.mechanism import Mechanism
-from lag2fmu.mechanism.loading import bundled
 from lag2fmu.reference import Trajectory, integrate
-from lag2fmu.verify.checking import check_fmu
 
 pytestmark = [pytest.mark.toolchain, pytest.mark.fmu]
 

@@ -16,7 +16,7 @@ import pytest
 from hosts import REPRESENTATIVE, representative
 
 from lag2fmu.fmu import Fmu, export
-from lag2fmu.mechanism.loading import bundled, load
+from lag2fmu.formats.loading import bundled, load
 
 pytestmark = pytest.mark.toolchain
 

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from lag2fmu.dynamics import derive
-from lag2fmu.mechanism.loading import load, with_values
+from lag2fmu.formats.loading import load, with_values
 from lag2fmu.reference import Reference, Trajectory, integrate
 from lag2fmu.verify.invariants import action_note, drift_checks, hamilton_checks
 

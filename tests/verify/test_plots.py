@@ -12,9 +12,9 @@ from matplotlib.figure import Figure
 from matplotlib.image import imread
 
 from lag2fmu.errors import LoadError
+from lag2fmu.formats.loading import load
+from lag2fmu.language.expressions import symbol
 from lag2fmu.mechanism import Mechanism
-from lag2fmu.mechanism.expressions import symbol
-from lag2fmu.mechanism.loading import load
 from lag2fmu.reference import Trajectory, integrate
 from lag2fmu.verify.plots import mechanism_figure, motion_figure, save
 

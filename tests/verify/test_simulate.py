@@ -11,8 +11,8 @@ import pytest
 import lag2fmu
 from lag2fmu.errors import LoadError, SimulationError
 from lag2fmu.fmu import export
+from lag2fmu.formats.loading import load
 from lag2fmu.mechanism import Energy, Mechanism, coordinate
-from lag2fmu.mechanism.loading import load
 from lag2fmu.reference import Trajectory, held, integrate, read_csv
 
 pytestmark = pytest.mark.fmu

@@ -11,8 +11,8 @@ from sympy import Rational
 
 import lag2fmu
 from lag2fmu.errors import ExportError, LoadError, MechanismError
+from lag2fmu.formats.loading import load, with_values
 from lag2fmu.mechanism import Mechanism
-from lag2fmu.mechanism.loading import load, with_values
 from lag2fmu.reference import Trajectory
 from lag2fmu.verify import Report
 from lag2fmu.verify.validate import validate_fmu

@@ -11,11 +11,13 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.patches import Circle, Polygon
 
+from lag2fmu.analysis import Mode, equilibria, linearize, normal_modes
+from lag2fmu.analysis.evaluation import at, driven_by_time, resting_inputs
 from lag2fmu.dynamics import EquationsOfMotion, derive
-from lag2fmu.dynamics.analysis import Mode, equilibria, linearize, normal_modes
-from lag2fmu.dynamics.analysis.evaluation import at, driven_by_time, resting_inputs
-from lag2fmu.dynamics.batches import Floats, evaluate
-from lag2fmu.dynamics.picture import (
+from lag2fmu.errors import DerivationError, LoadError
+from lag2fmu.graph.batches import Floats, evaluate
+from lag2fmu.mechanism import Coordinate, Mechanism
+from lag2fmu.picture import (
     STYLES,
     Disc,
     Layout,
@@ -27,8 +29,6 @@ from lag2fmu.dynamics.picture import (
     posture,
     pretty,
 )
-from lag2fmu.errors import DerivationError, LoadError
-from lag2fmu.mechanism import Coordinate, Mechanism
 from lag2fmu.reference import integrate
 from lag2fmu.verify.plots.figures import LINE, dressed, say
 

@@ -10,14 +10,14 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from numpy.typing import NDArray
 
+from lag2fmu.analysis import conserved
+from lag2fmu.description.names import velocity
 from lag2fmu.dynamics import EquationsOfMotion, derive
-from lag2fmu.dynamics.analysis import conserved
-from lag2fmu.dynamics.batches import evaluate
-from lag2fmu.dynamics.picture import drawable, layout_of, posture, pretty
 from lag2fmu.dynamics.samples import start_values
+from lag2fmu.graph.batches import evaluate
+from lag2fmu.language.units import Unit
 from lag2fmu.mechanism import Mechanism
-from lag2fmu.mechanism.names import velocity
-from lag2fmu.mechanism.units import Unit
+from lag2fmu.picture import drawable, layout_of, posture, pretty
 from lag2fmu.reference import Trajectory
 from lag2fmu.verify.plots.figures import LINE, MOST_CURVES, dressed, say
 from lag2fmu.verify.plots.mechanism import draw_marks

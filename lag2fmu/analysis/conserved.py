@@ -1,0 +1,213 @@
+"""Conserved quantities: momenta, the generalized energy, linear and angular momentum of all bodies.
+
+Along the motion d/dt p = dL/dq + N + G^T multiplier, with the non-potential forces N; a momentum is conserved where the
+right side vanishes for every state, which nodes of the graph show exactly. For h = sum qd p - L likewise
+dh/dt = N.qd - dL/dt - multiplier.b. The momenta of all bodies are found conserved by the values of their derivatives at
+random states; so is every other quantity confirmed. External forces count as zero.
+Source: Landau, Lifshitz, Mechanics, sections 6, 7, 9 and 40; E. Noether, Invariante Variationsprobleme, 1918.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+
+import numpy as np
+import sympy as sp
+
+from lag2fmu.analysis.evaluation import random_states, unknowns
+from lag2fmu.description import names
+from lag2fmu.dynamics.energies import Composer
+from lag2fmu.dynamics.lagrange import EquationsOfMotion
+from lag2fmu.dynamics.variables import translator
+from lag2fmu.graph.autodiff import forward, reverse
+from lag2fmu.graph.batches import evaluate
+from lag2fmu.graph.graph import Graph
+from lag2fmu.graph.vectors import Vector, apply, cross, plus, times
+from lag2fmu.graph.written import tidy, written, written_operations
+from lag2fmu.mechanism import Mechanism
+
+CONSTANT_IF = 1e-9
+"""A derivative that is smaller, relative to the sum of the magnitudes of its terms, is zero but for rounding."""
+
+_STATES, _MAX_WRITTEN = 6, 120
+
+
+@dataclass(frozen=True)
+class Conserved:
+    """A quantity that stays as it is along the motion: ``node`` on the equations' graph; ``meaning`` is a phrase.
+
+    ``expression`` is its formula, None if it is long. ``drift``: the largest derivative found at random states,
+    relative to its terms.
+    """
+
+    name: str
+    meaning: str
+    node: int
+    drift: float
+    expression: sp.Expr | None
+
+
+def lagrangian(equations: EquationsOfMotion) -> int:
+    """L = sum qd p - h (J) as a node."""
+    g = equations.graph
+    return g.subtract(g.dot(equations.variables.qd, equations.momenta), equations.energies["generalized_energy"])
+
+
+def momentum_rates(equations: EquationsOfMotion) -> list[int]:
+    """dL/dq + N + G^T multiplier, (n,) nodes: what the rates of the momenta are along the motion."""
+    g, v = equations.graph, equations.variables
+    rates = forward(g, equations.momenta, v.direction(g, accelerating=True))
+    return [g.subtract(rate, r) for rate, r in zip(rates, equations.residual, strict=False)]
+
+
+def energy_rate(equations: EquationsOfMotion) -> int:
+    """N.qd - dL/dt - multiplier.b in W, as a node: what the rate of h is along the motion."""
+    g, v, c = equations.graph, equations.variables, equations.constraints
+    (rate,) = forward(g, [equations.energies["generalized_energy"]], v.direction(g, accelerating=True))
+    work = g.dot(v.qd, equations.residual[: len(v.qd)])
+    return g.subtract(g.subtract(rate, work), g.dot(v.multipliers, c.velocities))
+
+
+def conserved(equations: EquationsOfMotion) -> tuple[Conserved, ...]:
+    """The conserved quantities of ``equations``, each confirmed at random states; external forces are zero.
+
+    Those that symmetries give (cyclic coordinates, L without t), and the momenta of all bodies. Source: Landau,
+    Lifshitz, Mechanics, sections 6, 7 and 9.
+    """
+    found: dict[int, tuple[str, str]] = {}
+    for name, meaning, node in [*_by_symmetry(equations), *_of_bodies(equations)]:
+        if not equations.variables.moves(equations.graph, node):
+            continue  # what prescribed motions alone make up
+        if node in found:
+            known, phrase = found[node]
+            found[node] = known, f"{phrase}; {meaning}"
+        else:
+            found[node] = name, meaning
+    drifts = _drifts(equations, list(found))
+    return tuple(
+        Conserved(name, meaning, node, drift, _formula(equations.graph, node))
+        for (node, (name, meaning)), drift in zip(found.items(), drifts, strict=True)
+        if drift <= CONSTANT_IF
+    )
+
+
+def why_energy_changes(equations: EquationsOfMotion) -> str:
+    """What makes h change, as a phrase; empty if it is conserved."""
+    g, v = equations.graph, equations.variables
+    rate = _silent(equations, energy_rate(equations))
+    if rate == g.zero:
+        return ""
+    (work,) = [g.dot([_silent(equations, x) for x in _nonpotential(equations)], v.qd)]
+    reasons = []
+    if work != g.zero and _forced(equations.mechanism):
+        reasons.append("forces that have no potential, or friction, do work")
+    if forward(g, [lagrangian(equations)], {v.t: g.one}) != [g.zero]:
+        reasons.append("the Lagrangian contains the time")
+    if set(g.cone([rate])) & {node for motion in v.motions for node in motion}:
+        reasons.append("motion inputs drive it")
+    if set(g.cone([rate])) & set(v.multipliers):
+        reasons.append("constraints move")
+    return " and ".join(reasons) or "its rate does not vanish"
+
+
+def _forced(m: Mechanism) -> bool:
+    """Whether there are forces beside those of potentials and constraints."""
+    return bool(m.forces or m.loads or m.dampers or m.energy.dissipation is not None)
+
+
+def _nonpotential(equations: EquationsOfMotion) -> list[int]:
+    """N = Q - dR/dqd, (n,)."""
+    g, v = equations.graph, equations.variables
+    slopes = reverse(g, {lagrangian(equations): g.one}, v.q)
+    reactions = reverse(g, dict(zip(equations.constraints.velocities, v.multipliers, strict=True)), v.qd)
+    triples = zip(momentum_rates(equations), slopes, reactions, strict=True)
+    return [g.subtract(g.subtract(rate, slope), reaction) for rate, slope, reaction in triples]
+
+
+def _silent(equations: EquationsOfMotion, node: int) -> int:
+    """``node`` without external forces."""
+    g, v = equations.graph, equations.variables
+    return g.substitute([node], dict.fromkeys((*v.Q, *v.plain), g.zero))[0]
+
+
+Candidate = tuple[str, str, int]
+"""Name, meaning and node of a quantity."""
+
+
+def _by_symmetry(equations: EquationsOfMotion) -> Iterator[Candidate]:
+    """The momenta and h whose rates vanish identically; with constraints all, for they need to on the manifold only."""
+    zero, bound = equations.graph.zero, bool(len(equations.constraints))
+    for q, momentum, rate in zip(
+        equations.mechanism.coordinates, equations.momenta, momentum_rates(equations), strict=True
+    ):
+        if (bound or _silent(equations, rate) == zero) and momentum != zero:
+            yield names.momentum(q.name), f"momentum of the cyclic coordinate {q.name}", momentum
+    if bound or _silent(equations, energy_rate(equations)) == zero:
+        yield "generalized_energy", _energy_meaning(equations), equations.energies["generalized_energy"]
+
+
+def _energy_meaning(equations: EquationsOfMotion) -> str:
+    same = equations.energies.get("total_energy") == equations.energies["generalized_energy"]
+    return "energy T + V" if same else "generalized energy h = sum qd p - L"
+
+
+def _of_bodies(equations: EquationsOfMotion) -> Iterator[Candidate]:
+    """Linear momentum along the axes, and angular momentum about those through the origin, of all bodies."""
+    mechanism, g = equations.mechanism, equations.graph
+    composer = Composer(g, mechanism, translator(g, mechanism, equations.variables), equations.variables)
+    linear: Vector = (g.zero,) * 3
+    angular: Vector = (g.zero,) * 3
+    spatial = mechanism.dimension == 3
+    for body in mechanism.bodies:
+        place: Vector = (*composer.place(body.name), *((g.zero,) if not spatial else ()))
+        mass, velocity = composer.put(body.mass), tuple(composer.rate(place))
+        momentum = times(g, mass, velocity)
+        linear, angular = plus(g, linear, momentum), plus(g, angular, cross(g, place, momentum))
+        angular = plus(g, angular, _spin(composer, body.name))
+    if not mechanism.bodies:
+        return
+    for axis, p, moment in zip("xyz", linear, angular, strict=True):
+        if (spatial or axis != "z") and p != g.zero:
+            yield f"linear_momentum_{axis}", f"linear momentum of the bodies along {axis}", p
+        if (spatial or axis == "z") and moment != g.zero:
+            yield f"angular_momentum_{axis}", f"angular momentum of the bodies about the {axis} axis", moment
+
+
+def _spin(composer: Composer, name: str) -> Vector:
+    """The angular momentum (3,) of a body about its own mass centre, in fixed axes."""
+    g = composer.g
+    body = next(b for b in composer.mechanism.bodies if b.name == name)
+    if body.inertia is None:
+        return (g.zero,) * 3
+    if body.frame is None:
+        return (g.zero, g.zero, g.multiply(composer.put(body.inertia), *composer.rate([composer.put(body.angle)])))
+    frame = str(body.frame)
+    return composer.frames.to_world(frame, apply(g, composer.tensor(body), composer.velocities[frame].angular))
+
+
+def _drifts(equations: EquationsOfMotion, nodes: list[int]) -> list[float]:
+    """The derivative of each of ``nodes`` along the motion relative to its terms, the worst at random states, (k,)."""
+    g, v = equations.graph, equations.variables
+    direction = v.direction(g, accelerating=True)
+    variables, rates = list(direction), list(direction.values())
+    gradients = [reverse(g, {node: g.one}, variables) for node in nodes]
+    worst, states = np.zeros(len(nodes)), 0
+    for state in random_states(equations, _STATES):
+        qdd, multipliers = unknowns(equations, state)
+        labels = [str(g.leaf[node]) for node in v.unknowns]
+        values = {**state, **dict(zip(labels, [*qdd, *multipliers], strict=True))}
+        along = evaluate(g, rates, values)
+        terms = evaluate(g, [x for row in gradients for x in row], values).reshape(len(nodes), len(rates)) * along
+        if not np.isfinite(terms).all():
+            continue
+        size = np.abs(terms).sum(axis=1)
+        worst = np.maximum(worst, np.abs(terms.sum(axis=1)) / np.where(size > 0, size, 1.0))
+        states += 1
+    return worst.tolist() if states else [np.inf] * len(nodes)
+
+
+def _formula(graph: Graph, node: int) -> sp.Expr | None:
+    if written_operations(graph, [node]) > _MAX_WRITTEN:
+        return None
+    return tidy(written(graph, [node])[0])

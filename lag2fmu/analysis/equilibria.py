@@ -1,0 +1,178 @@
+"""Equilibria: configurations where the mechanism stays at rest, by Newton's method.
+
+At rest and without accelerations the residual of the equations and the constraints vanish. Steps are of least norm, so
+that coordinates along which nothing changes stay where they are.
+Source: Hand, Finch, Analytical Mechanics, section 3.1; Goldstein, Classical Mechanics, section 6.1.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+
+import numpy as np
+
+from lag2fmu.analysis.evaluation import at, resting_inputs
+from lag2fmu.dynamics.lagrange import EquationsOfMotion
+from lag2fmu.graph.autodiff import forward
+from lag2fmu.graph.batches import Floats, Values, evaluate
+
+_SEEDS, _ITERATIONS, _HALVINGS, _RETURNS = 12, 40, 6, 4
+_MANY = 6
+_CONVERGED, _BALANCED, _FAR, _ROUNDING = 1e-12, 1e-9, 1e4, 1e-9
+TURN = 2 * np.pi
+
+
+@dataclass(frozen=True, eq=False)
+class Equilibrium:
+    """The configuration ``q`` (n,) in SI units, where the ``multipliers`` (m,) hold it."""
+
+    q: Floats
+    multipliers: Floats
+
+
+def equilibria(equations: EquationsOfMotion, most: int = 6) -> tuple[Equilibrium, ...]:
+    """The equilibria that Newton's method finds from the start and from places around it, ``most`` at most.
+
+    External forces are zero, other inputs as at the start. Angles are told apart by less than a turn only. The first is
+    the one found from the start, if there is one. Of a family of equilibria the member next to the start is taken.
+    Source: P. Deuflhard, Newton Methods for Nonlinear Problems, Springer 2004, section 4.4, for steps of least norm.
+    """
+    search = _Search(equations)
+    found: list[Equilibrium] = []
+    for seed in search.seeds():
+        solution = search.nearest(seed)
+        if solution is not None and not any(search.same(solution.q, other.q) for other in found):
+            found.append(solution)
+        if len(found) == most:
+            break
+    return tuple(found)
+
+
+class _Search:
+    """The equations at rest, r(q, multipliers) = 0 with n + h + m rows, and their derivatives."""
+
+    def __init__(self, equations: EquationsOfMotion) -> None:
+        self.equations, g, v = equations, equations.graph, equations.variables
+        c, n = equations.constraints, len(equations.forcing)
+        resting = dict.fromkeys((*v.qd, *v.qdd), g.zero)
+        self.rows = g.substitute([*equations.residual[:n], *c.positions, *c.velocities[len(c.positions) :]], resting)
+        self.variables = (*v.q, *v.multipliers)
+        self.seeds_of = {x: g.symbol(f"d {g.leaf[x]}") for x in self.variables}
+        self.slopes = forward(g, self.rows, self.seeds_of)
+        self.values: Values = resting_inputs(equations)
+        self.nominal = np.array([q.nominal for q in equations.mechanism.coordinates])
+        self.start = np.array([q.start for q in equations.mechanism.coordinates])
+        self.angle = np.array([q.unit is not None and q.unit.si_name == "rad" for q in equations.mechanism.coordinates])
+
+    def seeds(self) -> Iterator[Floats]:
+        """The start, everything zero, and places around the start: angles anywhere, the rest by 3 nominal values."""
+        generator = np.random.default_rng(11)
+        yield self.start
+        yield np.zeros_like(self.start)
+        for _ in range(_SEEDS if len(self.start) <= _MANY else _SEEDS // 3):
+            around = self.start + 3 * self.nominal * generator.uniform(-1, 1, len(self.start))
+            yield np.where(self.angle, generator.uniform(-np.pi, np.pi, len(self.start)), around)
+
+    def nearest(self, seed: Floats) -> Equilibrium | None:
+        """What is reached from ``seed``, and then along motions that change nothing towards the start."""
+        found = self.solve(seed)
+        if found is None or seed is self.start:
+            return found
+        for _ in range(_RETURNS):
+            neutral = self._neutral(found.q)
+            away = self.nominal * (neutral @ (neutral.T @ ((found.q - self.start) / self.nominal)))
+            closer = self.solve(found.q - away) if np.abs(away / self.nominal).max() > _CONVERGED else None
+            if closer is None or not self.same(closer.q, found.q):
+                break
+            found = closer
+        return found
+
+    def solve(self, q: Floats) -> Equilibrium | None:
+        """The equilibrium reached from ``q`` (n,), None if there is none or if it is one at an instant only."""
+        n, m = len(q), len(self.equations.constraints)
+        x = np.concatenate([q, np.zeros(m)])
+        r, slopes = self._measure(x)
+        size = 0.0
+        for _ in range(_ITERATIONS):
+            if not (np.isfinite(r).all() and np.isfinite(slopes).all()):
+                return None
+            size = max(size, float(np.abs(slopes[:, :n] * self.nominal).max(initial=0.0)))
+            step = self._step(slopes, r)
+            for halving in range(_HALVINGS):
+                trial = x + 0.5**halving * step
+                found, new = self._measure(trial)
+                if np.linalg.norm(found) < np.linalg.norm(r):
+                    break
+            else:
+                if np.abs(r).max() > _BALANCED * size:
+                    return None  # nowhere better along Newton's direction
+            moved = float(np.abs((trial - x)[:n] / self.nominal).max())
+            x, r, slopes = trial, found, new
+            if moved < _CONVERGED * max(1.0, float(np.abs(x[:n] / self.nominal).max())):
+                break
+        else:
+            return None
+        if np.abs(r).max(initial=0.0) > _BALANCED * (size or 1.0) or np.abs(x[:n] / self.nominal).max() > _FAR:
+            return None
+        if not self._lasts(x, size):
+            return None
+        place = np.where(self.angle, x[:n] - TURN * np.round((x[:n] - 1e-9) / TURN), x[:n])
+        place = np.where(np.abs(place) < _ROUNDING * self.nominal, 0.0, place)
+        return Equilibrium(self._nice(place), x[n:])
+
+    def _nice(self, q: Floats) -> Floats:
+        """Angles that are multiples of a quarter turn but for rounding, made exact."""
+        quarter = np.round(q / (np.pi / 2)) * (np.pi / 2)
+        return np.where(self.angle & (np.abs(q - quarter) < _ROUNDING), quarter, q)
+
+    def same(self, a: Floats, b: Floats) -> bool:
+        """Whether two configurations are one, but for turns of angles and motions along which nothing changes."""
+        apart = np.where(self.angle, (a - b + np.pi) % TURN - np.pi, a - b)
+        neutral = self._neutral(b)
+        apart = apart / self.nominal
+        apart -= neutral @ (neutral.T @ apart)
+        if np.abs(apart).max() < 1e-6:
+            return True
+        # along a bent family of equilibria the potential energy is one
+        one, other = self._energies(a, b)
+        family = neutral.shape[1] > 0 and self._neutral(a).shape == neutral.shape
+        return family and len(self.equations.constraints) > 0 and bool(abs(one - other) <= 1e-9 * (abs(one) or 1.0))
+
+    def _energies(self, *places: Floats) -> list[float]:
+        """h of the mechanism at rest at ``places``, each (n,)."""
+        node = [self.equations.energies["generalized_energy"]]
+        states = (at(self.equations, self.values, q, np.zeros_like(q)) for q in places)
+        return [float(evaluate(self.equations.graph, node, values)[0]) for values in states]
+
+    def _neutral(self, q: Floats) -> Floats:
+        """The motions (n, k), in nominal values, along which no row changes at ``q``, an orthonormal basis."""
+        slopes = self._measure(np.concatenate([q, np.zeros(len(self.equations.constraints))]))[1][:, : len(q)]
+        _, singular, right = np.linalg.svd(slopes * self.nominal)
+        rank = int(np.sum(singular > 1e-10 * max(float(singular.max(initial=0.0)), 1e-300)))
+        return np.asarray(right[rank:].T, dtype=np.float64)
+
+    def _measure(self, x: Floats, t: float = 0.0) -> tuple[Floats, Floats]:
+        n = len(self.start)
+        values = at(self.equations, {**self.values, "t": t}, x[:n], np.zeros(n))
+        g, units = self.equations.graph, np.eye(len(x))
+        values |= {str(g.leaf[node]): value for node, value in zip(self.variables[n:], x[n:], strict=True)}
+        values |= {str(g.leaf[s]): unit for s, unit in zip(self.seeds_of.values(), units, strict=True)}
+        found = evaluate(g, [*self.rows, *self.slopes], values)
+        return found[: len(self.rows), 0], found[len(self.rows) :]
+
+    def _step(self, slopes: Floats, r: Floats) -> Floats:
+        """Newton's step of least norm, in nominal values, with rows of one size."""
+        columns = np.concatenate([self.nominal, np.ones(slopes.shape[1] - len(self.nominal))])
+        scaled = slopes * columns
+        size = np.abs(scaled).max(axis=1)
+        scaled, right = scaled / np.where(size > 0, size, 1.0)[:, None], r / np.where(size > 0, size, 1.0)
+        step: Floats = columns * np.linalg.lstsq(scaled, -right, rcond=1e-10)[0]
+        return step
+
+    def _lasts(self, x: Floats, size: float) -> bool:
+        """Whether the forces balance at other times too."""
+        if self.equations.variables.t not in self.equations.graph.cone(self.rows):
+            return True
+        later = [np.abs(self._measure(x, t)[0]).max(initial=0.0) for t in (0.37, 1.93, 11.1)]
+        return bool(max(later) <= _BALANCED * (size or 1.0))

@@ -1,0 +1,98 @@
+"""The equations of motion in numbers: accelerations, states that meet the constraints."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import replace
+
+import numpy as np
+
+from lag2fmu.description import names
+from lag2fmu.dynamics.constraints import starting_consistently
+from lag2fmu.dynamics.lagrange import EquationsOfMotion
+from lag2fmu.dynamics.samples import start_values
+from lag2fmu.errors import DerivationError
+from lag2fmu.graph.autodiff import forward
+from lag2fmu.graph.batches import Floats, Values, evaluate, matrix
+
+
+def at(equations: EquationsOfMotion, values: Values, q: Floats, qd: Floats) -> dict[str, float | Floats]:
+    """``values`` with q and qd, (n,) or (n, *batch), put in."""
+    coordinates = [c.name for c in equations.mechanism.coordinates]
+    moved = dict(zip(coordinates, q, strict=True))
+    return {**values, **moved, **dict(zip(map(names.velocity, coordinates), qd, strict=True))}
+
+
+def resting_inputs(equations: EquationsOfMotion) -> dict[str, float | Floats]:
+    """The start values of everything by name, in SI units, the external forces being zero."""
+    silent = {str(equations.graph.leaf[node]): 0.0 for node in equations.variables.plain}
+    return {**start_values(equations.mechanism), **silent}
+
+
+def driven_by_time(equations: EquationsOfMotion) -> bool:
+    """Whether the equations of motion change with time by themselves."""
+    g, t = equations.graph, equations.variables.t
+    return any(rate != g.zero for rate in forward(g, equations.residual, {t: g.one}))
+
+
+def unknowns(equations: EquationsOfMotion, values: Values) -> tuple[Floats, Floats]:
+    """Accelerations (n,) and multipliers (m,) at one state; of least norm where constraints are redundant.
+
+    M and G are scaled by the coordinates' nominal values, so that the rank does not depend on units.
+    """
+    g, c, n = equations.graph, equations.constraints, len(equations.forcing)
+    M, G = matrix(g, equations.mass_matrix, values, n), matrix(g, c.jacobian, values, n)
+    right = np.concatenate([evaluate(g, equations.forcing, values), -evaluate(g, c.accelerations, values)])
+    solution = saddle(equations, M, G) @ right
+    return solution[:n], solution[n:]
+
+
+def saddle(equations: EquationsOfMotion, M: Floats, G: Floats) -> Floats:
+    """The (pseudo-)inverse (n + m, n + m) of [M -G^T; G 0], M (n, n) and G (m, n); NaN where one is not finite.
+
+    Scaled first, so that the rank does not depend on units. Source: F. Udwadia, R. Kalaba, Analytical Dynamics,
+    Cambridge 1996, chapters 2 and 3.
+    """
+    m = len(G)
+    whole = np.block([[M, -G.T], [G, np.zeros((m, m))]])
+    # columns of q by the roots of M's diagonal (of nominal values where there is no mass), rows of G to unit length
+    diagonal = np.abs(np.diagonal(M))
+    nominal = np.array([q.nominal for q in equations.mechanism.coordinates])
+    columns = np.where(diagonal > 0, 1 / np.sqrt(np.where(diagonal > 0, diagonal, 1.0)), nominal)
+    length = np.linalg.norm(G * columns, axis=1)
+    scale = np.concatenate([columns, 1 / np.where(length > 0, length, 1.0)])
+    if not np.isfinite(whole).all():
+        return np.full_like(whole, np.nan)
+    inverse: Floats = scale[:, None] * np.linalg.pinv(scale[:, None] * whole * scale, rcond=1e-11) * scale
+    return inverse
+
+
+def random_states(equations: EquationsOfMotion, count: int) -> Iterator[dict[str, float | Floats]]:
+    """``count`` states (SI) around the start that meet the constraints, reproducible, external forces being zero.
+
+    Without constraints the parameters are moved by up to a tenth too. Fewer are found where the constraints can hardly
+    be met.
+    """
+    generator = np.random.default_rng(41)
+    mechanism, c = equations.mechanism, equations.constraints
+    for _ in range(count):
+        coordinates = tuple(
+            replace(
+                q,
+                start=q.start + q.nominal * generator.uniform(-0.7, 0.7),
+                velocity=q.velocity + q.nominal * generator.uniform(-1, 1),
+                given=False if len(c) else q.given,
+                velocity_given=False if len(c) else q.velocity_given,
+            )
+            for q in mechanism.coordinates
+        )
+        moved = replace(mechanism, coordinates=coordinates)
+        try:
+            moved = starting_consistently(moved, equations.graph, c)
+        except DerivationError:
+            continue
+        values = resting_inputs(replace(equations, mechanism=moved)) | {"t": float(generator.uniform(0, 5))}
+        if not len(c):
+            free = [p.name for p in mechanism.parameters if p.value is not None]
+            values |= {name: values[name] * generator.uniform(0.9, 1.1) for name in free}
+        yield values

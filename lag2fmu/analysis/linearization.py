@@ -1,0 +1,214 @@
+"""The linearized equations about a state, on the constraint manifold.
+
+The tangent program gives dqdd by the seeds (dq, dqd, du). Small motions keep to the constraints' positions and
+velocities, linearized as well: they are a linear function of as many independent coordinates and velocities as the
+manifold has dimensions, z, and of the inputs. With them
+
+    dz/dt = A z + B u,    y = C z + D u.
+
+At an equilibrium the same residual gives M, the damping and the stiffness matrix, the multipliers' share included.
+Source: Landau, Lifshitz, Mechanics, section 23; J. G. de Jalon, E. Bayo, Kinematic and Dynamic Simulation of Multibody
+Systems, 1994, section 5.3, for independent coordinates of a null space.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+
+from lag2fmu.analysis.evaluation import at, resting_inputs, saddle, unknowns
+from lag2fmu.description import names
+from lag2fmu.dynamics.lagrange import EquationsOfMotion
+from lag2fmu.dynamics.tangent import Tangent, differentiate
+from lag2fmu.errors import DerivationError
+from lag2fmu.graph.batches import Floats, Values, evaluate, matrix
+
+RANK = 1e-9
+
+
+@dataclass(frozen=True, eq=False)
+class Linearization:
+    """dz/dt = A z + B u and y = C z + D u about the state ``values`` {variable: SI value}.
+
+    ``states``: the k independent coordinates and velocities z; ``inputs``: names of u (r,); ``outputs``: names of y
+    (o,), the mechanism's. A (k, k), B (k, r), C (o, k), D (o, r). ``shape`` (2 n, k): all of q and qd for each z.
+    ``mass``, ``damping``, ``stiffness`` (n, n) and ``action`` (n, r) are those of M d2q + damping dq' + stiffness dq =
+    action u + G^T dmultiplier, before constraints are used; ``tangent`` (n, f) spans the motions that these let free.
+    """
+
+    values: Values
+    states: tuple[str, ...]
+    inputs: tuple[str, ...]
+    outputs: tuple[str, ...]
+    A: Floats
+    B: Floats
+    C: Floats
+    D: Floats
+    shape: Floats
+    mass: Floats
+    damping: Floats
+    stiffness: Floats
+    action: Floats
+    tangent: Floats
+
+    @cached_property
+    def eigenvalues(self) -> np.ndarray:
+        """Those of A, (k,), in 1/s, by rising imaginary part."""
+        found = np.linalg.eigvals(self.A)
+        return found[np.lexsort((found.real, found.imag))]
+
+
+class Linearizer:
+    """The tangent program of ``equations``, derived once for many states; a call is ``linearize`` at one of them."""
+
+    def __init__(self, equations: EquationsOfMotion) -> None:
+        self.equations = equations
+        self.tangent: Tangent = differentiate(equations)
+        v, g = equations.variables, equations.graph
+        self.inputs = tuple(str(g.leaf[node]) for node in v.inputs)
+
+    def __call__(self, values: Values) -> Linearization:
+        """The linearization about the state ``values``; raises DerivationError where M is singular or not finite.
+
+        The state has to meet the constraints.
+        """
+        e, n = self.equations, len(self.equations.forcing)
+        m = len(e.constraints)
+        labels = [str(e.graph.leaf[node]) for node in e.variables.unknowns]
+        qdd, multipliers = unknowns(e, values)
+        values = {**values, **dict(zip(labels, [*qdd, *multipliers], strict=True))}
+        rows = self._residual(values)
+        M, G = (matrix(e.graph, r, values, n) for r in (e.mass_matrix, e.constraints.jacobian))
+        inverse = saddle(e, M, G)
+        if not (np.isfinite(rows).all() and np.isfinite(inverse).all()):
+            raise DerivationError(
+                f"mechanism '{e.mechanism.name}': the equations have no finite derivatives at the state"
+            )
+        self._check_mass(M, G)
+        moved = -inverse @ rows[: n + m]  # (n + m, 2 n + r), dqdd and dmultipliers by every seed
+        bound = rows[n + m :]
+        chosen, shape, push = self._independent(bound[:, : 2 * n], bound[:, 2 * n :], len(e.constraints.positions))
+        rate = np.concatenate([np.eye(2 * n, 2 * n + len(self.inputs))[n:], moved[:n]])
+        by_state, by_input = rate[:, : 2 * n], rate[:, 2 * n :]
+        C, D = self._outputs(values, moved)
+        coordinates = [c.name for c in e.mechanism.coordinates]
+        everything = [*coordinates, *map(names.velocity, coordinates)]
+        return Linearization(
+            values=values,
+            states=tuple(everything[i] for i in chosen),
+            inputs=self.inputs,
+            outputs=tuple(e.outputs),
+            A=(by_state @ shape)[chosen],
+            B=(by_input + by_state @ push)[chosen],
+            C=C @ shape,
+            D=D + C @ push,
+            shape=shape,
+            mass=M,
+            damping=rows[:n, n : 2 * n],
+            stiffness=rows[:n, :n],
+            action=-rows[:n, 2 * n :],
+            tangent=shape[:n, : sum(i < n for i in chosen)],
+        )
+
+    def _check_mass(self, M: Floats, G: Floats) -> None:
+        """Raise DerivationError unless M (n, n) is regular on the motions that G (m, n) lets free."""
+        nominal = np.array([c.nominal for c in self.equations.mechanism.coordinates])
+        rows = G * nominal
+        length = np.linalg.norm(rows, axis=1, keepdims=True)
+        free = nominal[:, None] * null_space(rows / np.where(length > 0, length, 1.0))
+        inertia = free.T @ M @ free
+        size = np.sqrt(np.abs(np.diagonal(inertia)))
+        if not (size > 0).all() or np.linalg.cond(inertia / np.outer(size, size)) > 1e12:
+            raise DerivationError(
+                f"mechanism '{self.equations.mechanism.name}': the mass matrix is singular at the state, the "
+                "coordinates do not describe small motions there; choose other coordinates"
+            )
+
+    def _residual(self, values: Values) -> Floats:
+        """Derivatives of the equations, and of the constraints' velocities and positions, by q, qd and u."""
+        seeds = [*self.tangent.dx, *self.tangent.du]
+        return self._seeded(self.tangent.residual, values, np.eye(len(seeds)))
+
+    def _outputs(self, values: Values, moved: Floats) -> tuple[Floats, Floats]:
+        """The outputs' derivatives by (q, qd), (o, 2 n), and by u, (o, r)."""
+        e, n = self.equations, len(self.equations.forcing)
+        by_name = dict(zip((name for name, _ in e.locals()), self.tangent.locals, strict=True))
+        nodes = [by_name[name] for name in e.outputs]
+        found = self._seeded(nodes, values, np.eye(2 * n + len(self.inputs)), moved)
+        return found[:, : 2 * n], found[:, 2 * n :]
+
+    def _seeded(self, nodes: Sequence[int], values: Values, seeds: Floats, moved: Floats | None = None) -> Floats:
+        """``nodes`` for every row of ``seeds`` (s, 2 n + r), accelerations and multipliers along as ``moved`` says."""
+        g, t = self.equations.graph, self.tangent
+        given = {**values, str(g.leaf[t.dt]): 0.0, **dict.fromkeys((str(g.leaf[x]) for x in t.dp), 0.0)}
+        given |= {str(g.leaf[x]): seed for x, seed in zip((*t.dx, *t.du), seeds.T, strict=True)}
+        along = np.zeros((len(t.dqdd), len(seeds))) if moved is None else moved
+        given |= {str(g.leaf[x]): seed for x, seed in zip(t.dqdd, along, strict=True)}
+        return evaluate(g, nodes, given)
+
+    def _independent(self, by_state: Floats, by_input: Floats, h: int) -> tuple[list[int], Floats, Floats]:
+        """Indices of the independent z among (q, qd), all of (q, qd) by z (2 n, k) and by u at z = 0 (2 n, r).
+
+        ``by_state`` (m + h, 2 n) and ``by_input`` (m + h, r) are the derivatives of the constraints' velocities and, in
+        the last h rows, of their positions.
+        """
+        n2 = by_state.shape[1]
+        nominal = np.tile([c.nominal for c in self.equations.mechanism.coordinates], 2)
+        rows, m = by_state * nominal, len(by_state) - h
+        length = np.linalg.norm(rows, axis=1, keepdims=True)
+        rows = rows / np.where(length > 0, length, 1.0)
+        places, rates = rows[m:, : n2 // 2], rows[:m, n2 // 2 :]
+        chosen = [*independent_rows(null_space(places)), *(n2 // 2 + i for i in independent_rows(null_space(rates)))]
+        null = null_space(rows)
+        if null.shape[1] != len(chosen):
+            raise DerivationError(
+                f"mechanism '{self.equations.mechanism.name}': the constraints lose their rank at the state; "
+                "choose another"
+            )
+        shape = nominal[:, None] * null @ np.linalg.inv(nominal[chosen][:, None] * null[chosen])
+        # what inputs move the manifold by: a particular solution, brought to z = 0
+        push = -nominal[:, None] * np.linalg.pinv(rows, rcond=RANK) @ (by_input / np.where(length > 0, length, 1.0))
+        return chosen, shape, push - shape @ push[chosen]
+
+
+def linearize(
+    equations: EquationsOfMotion, q: Floats | None = None, qd: Floats | None = None, t: float = 0.0
+) -> Linearization:
+    """The linearization about q, qd (n,) in SI units, by default the start, at the time ``t`` in s.
+
+    Inputs have their start values. Raises DerivationError where M is singular or nothing is finite. Source: J. G. de
+    Jalon, E. Bayo, Kinematic and Dynamic Simulation of Multibody Systems, 1994, section 5.3, under constraints.
+    """
+    coordinates = equations.mechanism.coordinates
+    place = np.array([c.start for c in coordinates]) if q is None else np.asarray(q, dtype=np.float64)
+    rate = np.array([c.velocity for c in coordinates]) if qd is None else np.asarray(qd, dtype=np.float64)
+    return Linearizer(equations)(at(equations, resting_inputs(equations) | {"t": t}, place, rate))
+
+
+def null_space(rows: Floats) -> Floats:
+    """An orthonormal basis, (n, k), of what ``rows`` (m, n) of unit length map to zero: right singular vectors.
+
+    Source: Golub, Van Loan, Matrix Computations, 4th edition, section 2.4.
+    """
+    _, singular, right = np.linalg.svd(rows, full_matrices=True)
+    basis: Floats = right[int(np.sum(singular > RANK)) :].T
+    return basis
+
+
+def independent_rows(basis: Floats) -> list[int]:
+    """The k rows of ``basis`` (n, k) that are most independent, ascending; the earlier one of equals.
+
+    The longest remainder is taken in turn: Q R with column pivoting of its transpose. Source: Golub, Van Loan, Matrix
+    Computations, 4th edition, section 5.4.
+    """
+    rest, chosen = basis.copy(), []
+    for _ in range(basis.shape[1]):
+        size = np.linalg.norm(rest, axis=1)
+        best = int(np.argmax(size > 0.999999 * size.max()))
+        chosen.append(best)
+        direction = rest[best] / size[best]
+        rest = rest - np.outer(rest @ direction, direction)
+    return sorted(chosen)

@@ -1,0 +1,248 @@
+"""The analysis of a mechanism as sections of sentences and formulas, for the command line and the FMU's documentation.
+
+An analysis that does not apply says so in a sentence; the others are not touched by that.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+import sympy as sp
+
+from lag2fmu.analysis.canonical import cyclic_coordinates, hamiltonian_form, routhian_form
+from lag2fmu.analysis.conserved import conserved, why_energy_changes
+from lag2fmu.analysis.equilibria import Equilibrium, equilibria
+from lag2fmu.analysis.evaluation import driven_by_time
+from lag2fmu.analysis.floquet import floquet
+from lag2fmu.analysis.linearization import Linearization, linearize
+from lag2fmu.analysis.modes import Mode, normal_modes
+from lag2fmu.description import names
+from lag2fmu.dynamics.lagrange import EquationsOfMotion, derive
+from lag2fmu.errors import DerivationError
+from lag2fmu.graph.batches import Floats
+from lag2fmu.language.expressions import to_text
+from lag2fmu.mechanism import Mechanism
+
+_MODES, _MATRIX = 12, 8
+"""The most modes that are listed, and the most states of a linearization whose matrices are printed."""
+
+
+@dataclass(frozen=True)
+class Line:
+    """A sentence, or with an ``expression`` the formula ``text`` = expression."""
+
+    text: str
+    expression: sp.Expr | None = None
+
+    def __str__(self) -> str:
+        return self.text if self.expression is None else f"{self.text} = {to_text(self.expression)}"
+
+    @property
+    def latex(self) -> str:
+        """The line in LaTeX."""
+        if self.expression is None:
+            return self.text.replace("_", "\\_").replace("^", "\\^{}") + "\\\\"
+        return f"\\[ {sp.latex(sp.Symbol(self.text))} = {sp.latex(self.expression)} \\]"
+
+
+@dataclass(frozen=True)
+class Section:
+    """A title with lines."""
+
+    title: str
+    lines: tuple[Line, ...]
+
+
+def analysis_report(mechanism: Mechanism, style: str = "text") -> str:
+    """The whole analysis of ``mechanism`` as plain text or as LaTeX (``style`` 'text' or 'latex')."""
+    sections = analysis_sections(derive(mechanism))
+    if style == "latex":
+        return "".join(f"\\paragraph{{{s.title}}}\n" + "".join(f"{x.latex}\n" for x in s.lines) for s in sections)
+    return "".join(f"\n{s.title}\n" + "".join(f"      {x}\n" for x in s.lines) for s in sections)
+
+
+def analysis_sections(equations: EquationsOfMotion, closed_forms: bool = True) -> tuple[Section, ...]:
+    """Conserved quantities, equilibria with their modes, and with ``closed_forms`` H, the Routhian, A, B, C, D."""
+    found = equilibria(equations)
+    sections: list[tuple[str, Callable[[], Iterator[Line]]]] = [
+        ("Conserved quantities", lambda: _conserved(equations)),
+        ("Equilibria", lambda: _equilibria(equations, found)),
+        ("Small motions about the equilibrium", lambda: _small_motions(equations, found)),
+    ]
+    if closed_forms:
+        sections += [
+            ("Linearization dz/dt = A z + B u, y = C z + D u", lambda: _matrices(equations, found)),
+            ("Hamiltonian", lambda: _hamiltonian(equations)),
+            ("Routhian", lambda: _routhian(equations)),
+        ]
+    return tuple(Section(title, tuple(_guarded(content))) for title, content in sections)
+
+
+def _guarded(content: Callable[[], Iterator[Line]]) -> Iterator[Line]:
+    """The lines, or what kept them from being made."""
+    try:
+        yield from content()
+    except DerivationError as error:
+        sentence = str(error).split("': ", 1)[-1]
+        yield Line(sentence[0].upper() + sentence[1:] + ".")
+
+
+def _conserved(equations: EquationsOfMotion) -> Iterator[Line]:
+    found = conserved(equations)
+    for item in found:
+        yield Line(f"{item.name}: {item.meaning}.")
+        if item.expression is not None:
+            yield Line(item.name, item.expression)
+    if not any(item.name == "generalized_energy" for item in found):
+        yield Line(f"The generalized energy h changes: {why_energy_changes(equations)}.")
+    if not any(item.name != "generalized_energy" for item in found):
+        yield Line("No momentum is conserved.")
+
+
+def _equilibria(equations: EquationsOfMotion, found: Sequence[Equilibrium]) -> Iterator[Line]:
+    if not found:
+        yield Line("None was found, neither from the start nor from places around it.")
+    for item in found:
+        yield Line(f"{_place(equations, item)}{_stability(equations, item)}.")
+
+
+def _stability(equations: EquationsOfMotion, item: Equilibrium) -> str:
+    """What small motions do, as the end of a sentence; nothing where that is not known."""
+    if driven_by_time(equations):
+        return ""
+    try:
+        modes = normal_modes(_about(equations, item))
+    except DerivationError:
+        return ""
+    largest = max(abs(mode.eigenvalue) for mode in modes) if modes else 0.0
+    growing = any(mode.eigenvalue.real > 1e-9 * largest for mode in modes)
+    return ": unstable" if growing else ": small motions do not grow"
+
+
+def _place(equations: EquationsOfMotion, item: Equilibrium) -> str:
+    nominal = [c.nominal for c in equations.mechanism.coordinates]
+    values = (_number(x, size) for x, size in zip(item.q, nominal, strict=True))
+    units = (c.unit.si_name if c.unit is not None else "" for c in equations.mechanism.coordinates)
+    labels = (c.name for c in equations.mechanism.coordinates)
+    return ", ".join(f"{q} = {x} {u}".rstrip() for q, x, u in zip(labels, values, units, strict=True))
+
+
+def _about(equations: EquationsOfMotion, item: Equilibrium) -> Linearization:
+    return linearize(equations, item.q, np.zeros_like(item.q))
+
+
+def _small_motions(equations: EquationsOfMotion, found: Sequence[Equilibrium]) -> Iterator[Line]:
+    if not found:
+        yield Line("There is no equilibrium to look at.")
+        return
+    yield Line(f"About {_place(equations, found[0])}:")
+    if driven_by_time(equations):
+        yield from _exponents(equations, found[0])
+        return
+    modes = normal_modes(_about(equations, found[0]))
+    still = sum(mode.eigenvalue == 0 for mode in modes)
+    if still > 1:
+        yield Line(f"{still} modes without a restoring force")
+        modes = tuple(mode for mode in modes if mode.eigenvalue != 0)
+    for number, mode in enumerate(modes[:_MODES], start=1):
+        yield Line(f"mode {number}: {_rate(mode)}; {_shape(equations, mode)}")
+    if len(modes) > _MODES:
+        yield Line(f"and {len(modes) - _MODES} faster ones")
+
+
+def _exponents(equations: EquationsOfMotion, item: Equilibrium) -> Iterator[Line]:
+    yield Line("The equations change with time, so that there are no normal modes.")
+    result = floquet(equations, item.q)
+    size = float(np.abs(result.exponents).max())
+    listed = ", ".join(_complex(complex(x), size) for x in result.exponents)
+    behaviour = "do not grow" if result.stable else "grow"
+    yield Line(f"Floquet exponents for the period {_number(result.period)} s: {listed} 1/s; small motions {behaviour}.")
+
+
+def _rate(mode: Mode) -> str:
+    """Frequency and decay in words."""
+    real, omega = mode.eigenvalue.real, mode.frequency
+    size = abs(mode.eigenvalue)
+    if size == 0:
+        return "no restoring force"
+    if omega <= 1e-9 * size:
+        return f"{'grows' if real > 0 else 'decays'} by e in {_number(1 / abs(real))} s"
+    text = f"{_number(omega)} rad/s, {_number(omega / (2 * np.pi))} Hz"
+    if abs(real) <= 1e-9 * size:
+        return text
+    return f"{text}, {'growing' if real > 0 else 'damping ratio'} {_number(abs(real) / size)}"
+
+
+def _shape(equations: EquationsOfMotion, mode: Mode) -> str:
+    """The coordinates that take part."""
+    entries = []
+    for c, x in zip(equations.mechanism.coordinates, mode.shape, strict=True):
+        if abs(x) >= 5e-4:
+            in_phase = abs(x.imag) <= 1e-4 * abs(x)
+            value = f"{x.real:.4g}" if in_phase else f"{abs(x):.4g} at {np.degrees(np.angle(x)):.3g} deg"
+            entries.append(f"{c.name} {value}")
+    return ", ".join(entries)
+
+
+def _matrices(equations: EquationsOfMotion, found: Sequence[Equilibrium]) -> Iterator[Line]:
+    """A, B, C, D about the first equilibrium, at the start without one."""
+    if found:
+        about = _about(equations, found[0])
+        yield Line(f"About {_place(equations, found[0])}{', at the time 0' if driven_by_time(equations) else ''}:")
+    else:
+        about = linearize(equations)
+        yield Line("About the start, there being no equilibrium:")
+    yield Line(f"z = ({', '.join(about.states)}), u = ({', '.join(about.inputs)}), y = ({', '.join(about.outputs)})")
+    if len(about.states) > _MATRIX:
+        yield Line(f"A has {len(about.states)} rows and is not printed; lag2fmu.analysis.linearize returns it.")
+        return
+    for name, matrix in zip("ABCD", (about.A, about.B, about.C, about.D), strict=True):
+        if matrix.size:
+            yield Line(f"{name} = [{'; '.join(_row(row, matrix) for row in matrix)}]")
+
+
+def _row(row: Floats, matrix: Floats) -> str:
+    size = float(np.abs(matrix).max())
+    return ", ".join(_number(x, size) for x in row)
+
+
+def _hamiltonian(equations: EquationsOfMotion) -> Iterator[Line]:
+    form = hamiltonian_form(equations)
+    if form is None:
+        yield Line("Written out, it is too long, or the mass matrix is singular; it can be evaluated.")
+        return
+    yield Line("H", form)
+    if len(equations.constraints):
+        yield Line("The constraints' forces G^T multiplier come to dp/dt = -dH/dq.")
+
+
+def _routhian(equations: EquationsOfMotion) -> Iterator[Line]:
+    cyclic = cyclic_coordinates(equations)
+    if not cyclic:
+        yield Line("There is no cyclic coordinate.")
+        return
+    form = routhian_form(equations)
+    if form is None:
+        yield Line(f"Written out for the cyclic {', '.join(cyclic)}, it is too long.")
+        return
+    yield Line(f"With {', '.join(map(names.momentum, cyclic))} in the place of the velocities:")
+    yield Line("R", form[1])
+
+
+def _number(x: float, size: float = 0.0) -> str:
+    """Six digits; what is rounding beside ``size`` is 0."""
+    return "0" if abs(x) <= 1e-9 * size else f"{x:.6g}"
+
+
+def _complex(x: complex, size: float) -> str:
+    real, imaginary = _number(x.real, size), _number(x.imag, size)
+    if imaginary == "0":
+        return real
+    sign = "-" if imaginary.startswith("-") else "+"
+    return (
+        f"{sign if sign == '-' else ''}{imaginary.lstrip('-')}i"
+        if real == "0"
+        else f"{real} {sign} {imaginary.lstrip('-')}i"
+    )

@@ -1,0 +1,88 @@
+"""Whether explicit solvers would spend their steps on stability instead of accuracy, judged at the start.
+
+A motion is stiff where something decays much faster than the rest goes on. Explicit steps have to resolve the decay
+even after it has died away: they are about 3 / rate long, while the accuracy of the rest allows about 0.3 / pace. Where
+the one is some twenty times shorter, an implicit step of a few Newton iterations costs less; RATIO leaves a margin to
+that, because the start is one place only. The implicit methods are L-stable: they also damp fast vibrations that their
+steps do not resolve, those of bodies on hard springs without dampers, say, which is to be known. Source: E. Hairer,
+G. Wanner, Solving Ordinary Differential Equations II, 2nd edition, sections IV.1 and IV.2.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from lag2fmu.analysis.linearization import linearize
+from lag2fmu.analysis.modes import normal_modes
+from lag2fmu.dynamics.lagrange import EquationsOfMotion
+from lag2fmu.errors import DerivationError
+
+RATIO = 1000.0
+"""From here on, rate by pace, a mechanism is called stiff."""
+APERIODIC = 0.9
+"""Share of an eigenvalue's size from which it is a decay: oscillations have to be followed by any method."""
+UNDAMPED = 0.05
+"""Share of an eigenvalue's size up to which it is an undamped vibration: that lasts for several periods."""
+FAST = 100
+"""A vibration is fast if the experiment has more of its periods than this."""
+
+
+@dataclass(frozen=True)
+class Stiffness:
+    """``rate`` of the fastest decay and ``pace`` of the fastest oscillation or growth, at least 1 / duration: 1/s."""
+
+    rate: float
+    pace: float
+
+    @property
+    def stiff(self) -> bool:
+        """Whether implicit steps pay."""
+        return self.rate > RATIO * self.pace
+
+
+def stiffness(equations: EquationsOfMotion) -> Stiffness | None:
+    """What the eigenvalues (1/s) of the motion linearized about the start show; None where it has no linearization.
+
+    Source: Hairer, Wanner, Solving Ordinary Differential Equations II, 2nd edition, section IV.2, for stability.
+    """
+    try:
+        eigenvalues = linearize(equations).eigenvalues
+    except DerivationError:
+        return None
+    size = np.abs(eigenvalues)
+    decays = -eigenvalues.real > APERIODIC * size
+    duration = equations.mechanism.experiment.stop_time
+    return Stiffness(rate=float(size[decays].max(initial=0.0)), pace=float(size[~decays].max(initial=1.0 / duration)))
+
+
+@dataclass(frozen=True)
+class Vibration:
+    """A vibration about the start: ``frequency`` in rad/s to three digits, and the ``coordinate`` that moves most."""
+
+    frequency: float
+    coordinate: str
+
+    def __str__(self) -> str:
+        """Such as '1e+03 rad/s (x)'."""
+        return f"{self.frequency:.3g} rad/s ({self.coordinate})"
+
+
+def undamped_vibrations(equations: EquationsOfMotion) -> tuple[Vibration, ...]:
+    """The fast undamped vibrations (rad/s) of the motion linearized about the start, the fastest first.
+
+    Fast: more than FAST periods in the experiment; undamped: |Re| < UNDAMPED |eigenvalue|. None where ``stiffness`` is.
+    """
+    try:
+        modes = normal_modes(linearize(equations))
+    except DerivationError:
+        return ()
+    coordinates = equations.mechanism.coordinates
+    nominal = np.array([c.nominal for c in coordinates])
+    slowest = 2 * np.pi * FAST / equations.mechanism.experiment.stop_time
+    return tuple(
+        Vibration(float(f"{mode.frequency:.3g}"), coordinates[int(np.argmax(np.abs(mode.shape) / nominal))].name)
+        for mode in reversed(modes)
+        if mode.frequency > slowest and abs(mode.eigenvalue.real) < UNDAMPED * abs(mode.eigenvalue)
+    )

@@ -1,0 +1,78 @@
+"""The process that runs an FMU: ``python -m lag2fmu.checking.child FOLDER JOURNAL LABELS KIND=LIBRARY...``.
+
+FOLDER holds modelDescription.xml and resources/. LABELS names the trials, one a line; the
+journal gets a line of JSON at the begin of each trial, for each finding, and at its end, so that the parent knows
+what was done when the FMU took the process down.
+"""
+
+from __future__ import annotations
+
+import json
+import sys
+from collections.abc import Iterator
+from dataclasses import asdict
+from pathlib import Path
+from typing import TextIO
+
+from lag2fmu.checking.archive import DESCRIPTION
+from lag2fmu.checking.binding import RefusedError, quiet
+from lag2fmu.checking.catalogue import ESSENTIAL, trials_of
+from lag2fmu.checking.description import Description, read_description
+from lag2fmu.checking.findings import Finding
+from lag2fmu.checking.session import Model
+
+
+def main(folder: Path, journal: Path, libraries: dict[str, Path], labels: list[str]) -> None:
+    """Do the trials ``labels``, each 'KIND: name', and write the journal."""
+    quiet()
+    description = read_description((folder / DESCRIPTION).read_bytes())
+    with journal.open("a", encoding="utf-8") as stream:
+        for label in labels:
+            kind, name = label.split(": ", 1)
+            _write(stream, {"begin": label})
+            failed = False
+            for finding in _try(description, kind, name, folder, libraries[kind]):
+                failed |= finding.rule in ("load", "refused")
+                _write(stream, {"finding": asdict(finding)})
+            _write(stream, {"end": label, "failed": failed})
+            if failed and name in ESSENTIAL:
+                return
+
+
+def _write(stream: TextIO, record: object) -> None:
+    stream.write(json.dumps(record) + "\n")
+    stream.flush()
+
+
+def _try(description: Description, kind: str, name: str, folder: Path, library: Path) -> Iterator[Finding]:
+    """The findings of a trial; what stops it is one of them."""
+    try:
+        model = Model(description, kind, folder, library)
+    except OSError as error:
+        remedy = "build it for this machine, with all that it needs"
+        yield Finding("load", kind, f"the library cannot be loaded: {error}", remedy)
+        return
+    try:
+        yield from trials_of(kind)[name](model)
+    except RefusedError as refused:
+        yield Finding("refused", kind, f"in the trial '{name}', {refused}", "answer legal calls with fmi2OK")
+    except RecursionError as error:
+        yield Finding("events", kind, str(error), "clear newDiscreteStatesNeeded when nothing changes any more")
+    except AttributeError as error:
+        yield Finding("refused", kind, f"in the trial '{name}', a function is missing: {error}", "export all functions")
+    yield from _categories(description, kind, model)
+
+
+def _categories(description: Description, kind: str, model: Model) -> Iterator[Finding]:
+    """The categories that were used without being declared."""
+    declared = {c.get("name") for c in description.root.all("LogCategories", "Category")}
+    used = {category for _, category, _ in model.log.sentences if category}
+    for category in sorted(used - declared) if declared else ():
+        problem = f"logs in the category '{category}', which LogCategories lacks"
+        yield Finding("log-category", kind, problem, "declare it", "warning")
+
+
+if __name__ == "__main__":
+    pairs = (argument.split("=", 1) for argument in sys.argv[4:])
+    unpacked, written, trials = (Path(argument) for argument in sys.argv[1:4])
+    main(unpacked, written, {k: Path(v) for k, v in pairs}, trials.read_text("utf-8").splitlines())

@@ -1,0 +1,243 @@
+"""Joints as a convenience: what each kind is, and the frame and coordinates that it brings where it carries a frame.
+
+A joint ``between`` two ends is a set of constraints, see ``joint_equations``; one on a ``parent`` is a frame that moves
+by coordinates of its own. Both are written out when the mechanism is built, and written down as they were given.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Iterator, Sequence
+from dataclasses import dataclass, field
+from typing import NamedTuple, TypeVar
+
+import sympy as sp
+
+from lag2fmu.description.names import suggestion
+from lag2fmu.description.outputs import Output
+from lag2fmu.description.parts import Constraint
+from lag2fmu.description.places import (
+    AXES,
+    WORLD,
+    End,
+    Expression,
+    Frame,
+    Vector,
+    checked_axis,
+    name_ends,
+    name_parts,
+    normalise,
+)
+from lag2fmu.description.symbols import Coordinate, Declared
+from lag2fmu.errors import MechanismError
+from lag2fmu.language.expressions import symbol, value_of
+from lag2fmu.language.units import DIMENSIONLESS, METRE, RADIAN
+
+
+class Kind(NamedTuple):
+    """What a kind of joint is.
+
+    ``equations``: the groups of constraints between two ends, see ``joint_equations``; ``coordinates``: suffixes of the
+    names of those on a parent, None where there is no such form; ``keys``: what describes it.
+    """
+
+    equations: tuple[str, ...]
+    coordinates: tuple[str, ...] | None
+    keys: tuple[str, ...]
+
+
+JOINTS = {
+    "revolute": Kind(("point", "axis"), ("angle",), ("axis",)),
+    "prismatic": Kind(("line", "turn"), ("slide",), ("axis",)),
+    "cylindrical": Kind(("line", "axis"), ("angle", "slide"), ("axis",)),
+    "screw": Kind(("line", "axis", "thread"), ("angle",), ("axis", "pitch")),
+    "planar": Kind(("plane", "axis"), ("x", "y", "angle"), ("axis",)),
+    "spherical": Kind(("point",), ("e0", "e1", "e2", "e3"), ()),
+    "universal": Kind(("point", "cross"), ("angle_1", "angle_2"), ("axis", "second_axis")),
+    "fixed": Kind(("point", "turn"), (), ()),
+    "rolling_disc": Kind(("contact",), None, ("axis", "second_axis", "radius")),
+    "rolling_sphere": Kind(("contact",), None, ("axis", "radius")),
+    "gear": Kind(("ratio",), None, ("ratio",)),
+}
+"""The joints by name."""
+
+_UNITS = {"slide": METRE, "x": METRE, "y": METRE, **dict.fromkeys(("e0", "e1", "e2", "e3"), DIMENSIONLESS)}
+_KEYS = ("axis", "second_axis", "pitch", "radius", "ratio")
+_SPATIAL = {("revolute", "axis"), ("rolling_disc", "second_axis")}
+
+
+@dataclass(frozen=True)
+class Joint:
+    """A joint of one of the kinds ``JOINTS``, as constraints ``between`` two ends, or as a frame on a ``parent``.
+
+    An end is a frame (its origin), a point or a body; "world" is a frame. The ``axis`` ("x", "y", "z" or 3 numbers) is
+    fixed in the first one; ``second_axis`` in the second, by default the same numbers. It is
+
+    - of revolute, cylindrical and screw the axis of rotation, of prismatic the direction, of planar the normal;
+    - of universal that of the first fork, and ``second_axis``, across it, that of the second;
+    - of rolling_disc and rolling_sphere the normal of the plane, out of it, through the first end; the second end is
+      the centre, ``second_axis`` the axis of the disc and ``radius`` its radius (m).
+
+    In the plane there are revolute, prismatic, fixed, rolling_disc and gear, between bodies, points with an angle and
+    the "world", in whose place the frames are; a disc turns about z, and has no ``second_axis``.
+
+    prismatic and fixed keep the axes of both frames parallel. A screw advances by ``pitch`` (m) in a turn, to the left
+    if it is negative. A gear is between coordinates, or joints on a parent: the first is ``ratio`` times the second.
+
+    With ``reactions`` there are the outputs NAME_force_x ... (N) and NAME_torque_x ... (N.m): what acts at the joint on
+    the second end, along the ``axes`` of the "world" or of the first end's "frame".
+
+    On a ``parent`` the joint brings the frame NAME, whose place is ``origin`` (m) in the parent's axes, and its
+    ``coordinates``, unless they are declared; by default they are called NAME_SUFFIX, suffixes and order being those of
+    the table ``JOINTS``. Raises MechanismError for what does not fit together.
+    """
+
+    name: str
+    kind: str
+    between: Sequence[End | Frame | Joint] | None = None
+    parent: str | Frame | None = None
+    origin: Sequence[Expression] = (0, 0, 0)
+    axis: str | Sequence[Expression] | None = None
+    second_axis: str | Sequence[Expression] | None = None
+    coordinates: Sequence[str | Declared] = ()
+    pitch: Expression | None = None
+    radius: Expression | None = None
+    ratio: Expression | None = None
+    reactions: bool = False
+    axes: str = WORLD
+    declared: tuple[Coordinate, ...] = field(init=False, compare=False, repr=False)
+
+    def __post_init__(self) -> None:
+        where = f"joints.{self.name}"
+        if self.kind not in JOINTS:
+            raise MechanismError(f"{where}.kind: '{self.kind}' is no joint; {suggestion(self.kind, JOINTS)}")
+        name_parts(self, "parent")
+        name_ends(self)
+        normalise(self, where, "origin", "pitch", "radius", "ratio")
+        for key in ("axis", "second_axis"):
+            if getattr(self, key) is not None:
+                object.__setattr__(self, key, _constant_axis(getattr(self, key), f"{where}.{key}"))
+        declared = (q.declaration for q in self.coordinates if isinstance(q, Declared))
+        object.__setattr__(self, "declared", tuple(q for q in declared if isinstance(q, Coordinate)))
+        object.__setattr__(self, "coordinates", tuple(str(q) for q in self.coordinates))
+        self._check_form(where)
+        self._check_keys(where)
+        if self.parent is not None:
+            self._complete(where)
+
+    def _check_form(self, where: str) -> None:
+        if (self.between is None) == (self.parent is None):
+            raise MechanismError(f"{where}: give either 'between', two ends, or 'parent', the frame it stands on")
+        if self.between is not None and len(self.between) != 2:
+            raise MechanismError(f"{where}.between: {len(self.between)} ends; name two frames, points or bodies")
+        if self.axes not in (WORLD, "frame"):
+            raise MechanismError(f"{where}.axes: '{self.axes}' is unknown; give 'world' or 'frame'")
+        if self.parent is not None and JOINTS[self.kind].coordinates is None:
+            raise MechanismError(f"{where}.parent: '{self.kind}' carries no frame; give 'between' instead")
+        if self.between is not None and (self.coordinates or any(self.origin)):
+            key = "coordinates" if self.coordinates else "origin"
+            raise MechanismError(f"{where}.{key}: goes with 'parent'; between two ends there are constraints only")
+        if self.reactions and (self.parent is not None or self.kind == "gear"):
+            instead = "close it by 'between'" if self.parent is not None else f"multiplier_{self.name} is the torque"
+            raise MechanismError(f"{where}.reactions: this joint has none; {instead}")
+
+    def _check_keys(self, where: str) -> None:
+        """The keys fit the kind; in the plane some are not needed, which is seen later."""
+        known = JOINTS[self.kind].keys
+        for key in _KEYS:
+            twin = key == "second_axis" and self.between is not None and "axis" in JOINTS[self.kind].equations
+            if getattr(self, key) is not None and key not in known and not twin:
+                raise MechanismError(f"{where}.{key}: does not go with '{self.kind}'; leave it out")
+            missing = getattr(self, key) is None and key in known
+            later = (self.kind, key) in _SPATIAL and self.parent is None
+            if missing and not later:
+                raise MechanismError(f"{where}: '{key}' is missing")
+
+    def _complete(self, where: str) -> None:
+        suffixes = JOINTS[self.kind].coordinates or ()
+        if not self.coordinates:
+            object.__setattr__(self, "coordinates", tuple(f"{self.name}_{suffix}" for suffix in suffixes))
+        if len(self.coordinates) != len(suffixes):
+            listed = ", ".join(suffixes) or "none"
+            raise MechanismError(f"{where}.coordinates: {len(self.coordinates)} names; '{self.kind}' has {listed}")
+        if self.kind == "universal" and direction(self.axis).cross(direction(self.second_axis)).is_zero_matrix:
+            raise MechanismError(f"{where}.second_axis: is parallel to the first one, {self.axis}; give one across it")
+
+    # -------------------------------------------------------------------------------------------- as a frame
+
+    def own_coordinates(self) -> Iterator[Coordinate]:
+        """The coordinates of the joint on a parent: as they were declared with it, or by default."""
+        declared = {q.name: q for q in self.declared}
+        for name, suffix in zip(self.coordinates, JOINTS[self.kind].coordinates or (), strict=bool(self.parent)):
+            default = Coordinate(
+                str(name),
+                _UNITS.get(suffix, RADIAN),
+                start=float(suffix == "e0"),
+                doc=f"{suffix.replace('_', ' ')} of the joint {self.name}",
+            )
+            yield declared.get(str(name), default)
+
+    @property
+    def frame(self) -> Frame:
+        """The frame that the joint on a parent brings: its place (m) and turns (rad) by the joint's coordinates."""
+        q = [symbol(str(name)) for name in self.coordinates]
+        if self.kind == "spherical":
+            return Frame(self.name, str(self.parent), self.origin, quaternion=q)
+        u, along = direction(self.axis), sp.zeros(3, 1)
+        turns: list[tuple[str | Sequence[Expression], Expression]] = []
+        if self.kind in ("revolute", "cylindrical", "screw", "planar"):
+            turns = [(self.axis or "z", q[-1] if self.kind == "planar" else q[0])]
+        elif self.kind == "universal":
+            turns = [(self.axis or "z", q[0]), (self.second_axis or "z", q[1])]
+        if self.kind in ("prismatic", "cylindrical"):
+            along = u * q[-1]
+        elif self.kind == "screw":
+            along = u * self.pitch * q[0] / (2 * sp.pi)
+        elif self.kind == "planar":
+            first, second = across(self.axis)
+            along = first * q[0] + second * q[1]
+        return Frame(self.name, str(self.parent), tuple(sp.Matrix(self.origin) + along), turns)
+
+
+# ------------------------------------------------------------------------------------------------------------- axes
+
+
+def _constant_axis(axis: object, where: str) -> str | Vector:
+    found = checked_axis(axis, where)
+    if not isinstance(found, str) and not all(x.is_number for x in found):
+        raise MechanismError(f"{where}: {list(found)} is not constant; give numbers, and let a frame do the turning")
+    return found
+
+
+def direction(axis: str | Sequence[Expression] | None) -> sp.Matrix:
+    """The unit vector of an axis, (3, 1), given by its letter or 3 numbers of any length; z where there is none."""
+    if axis is None or isinstance(axis, str):
+        return sp.Matrix([int(letter == (axis or "z")) for letter in AXES])
+    vector = sp.Matrix(axis)
+    return vector / sp.sqrt(vector.dot(vector))
+
+
+def across(axis: str | Sequence[Expression] | None) -> tuple[sp.Matrix, sp.Matrix]:
+    """Two unit vectors (3, 1) that make a right-handed triple with the axis behind them; of z they are x and y."""
+    if axis is None or isinstance(axis, str):
+        k = AXES.index(axis or "z")
+        return direction(AXES[(k + 1) % 3]), direction(AXES[(k + 2) % 3])
+    u = direction(axis)
+    least = min(range(3), key=lambda k: abs(value_of(u[k])))
+    first = direction(tuple(u.cross(direction(AXES[least]))))
+    return first, u.cross(first)
+
+
+# ---------------------------------------------------------------------------------------------------------- merging
+
+Named = TypeVar("Named", Frame, Constraint, Output)
+
+
+def joined(own: Iterable[Named], brought: Iterable[Named], table: str) -> tuple[Named, ...]:
+    """``own`` parts and those that joints bring; raises MechanismError where a name stands for two different ones."""
+    parts = list(own)
+    for part in brought:
+        same = [other for other in parts if other.name == part.name]
+        if any(other != part for other in same):
+            raise MechanismError(f"{table}.{part.name}: a joint brings one of this name too; rename one of them")
+        parts += [] if same else [part]
+    return tuple(parts)

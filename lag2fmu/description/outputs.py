@@ -1,0 +1,72 @@
+"""Outputs of a mechanism, as expressions or as quantities of frames and points, and what a default run looks like."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+from lag2fmu.description.places import AXES, WORLD, End, Expression, Frame, name_parts, normalise
+from lag2fmu.language.units import DIMENSIONLESS, METRE, RADIAN, SECOND, Unit, parse_unit
+
+_MATRIX = tuple(f"{row}{column}" for row in (1, 2, 3) for column in (1, 2, 3))
+
+QUANTITIES: dict[str, tuple[str, tuple[str, ...], Unit]] = {
+    "position": ("point", AXES, METRE),
+    "velocity": ("point", AXES, METRE / SECOND),
+    "angular_velocity": ("frame", AXES, RADIAN / SECOND),
+    "angles": ("frame", AXES, RADIAN),
+    "quaternion": ("frame", ("0", "1", "2", "3"), DIMENSIONLESS),
+    "rotation": ("frame", _MATRIX, DIMENSIONLESS),
+}
+"""Quantity of an output -> (the key it belongs to, suffixes of its entries, unit)."""
+
+
+@dataclass(frozen=True)
+class Output:
+    """A further output of the FMU, by ``expression`` in t, q, qd, inputs and parameters, or a ``quantity`` of a part.
+
+    Of a ``point`` (or body: its mass centre), in world axes: ``position`` (m) and ``velocity`` (m/s), NAME_x, NAME_y,
+    and NAME_z in space. Of a ``frame``, relative to the world, R being its rotation matrix (r_world = R r):
+
+    - ``angular_velocity`` (rad/s): NAME_x, NAME_y, NAME_z in the ``axes`` of the "world" or of the "frame";
+    - ``rotation``: NAME_11, NAME_12, ... NAME_33, R row by row;
+    - ``quaternion``: NAME_0 ... NAME_3, the product of those of the rotations, hence smooth; e and -e mean the same R;
+    - ``angles`` (rad): NAME_x, NAME_y, NAME_z with R = Rx Ry Rz (Cardan), singular at NAME_y = +-pi/2.
+
+    ``unit`` is that of the entries and need not be given with a quantity. ``dimension`` is the number of entries of
+    positions; the Mechanism sets it.
+    """
+
+    name: str
+    expression: Expression | None = None
+    unit: Unit | str | None = None
+    doc: str = ""
+    frame: str | Frame | None = None
+    point: End | None = None
+    quantity: str | None = None
+    axes: str = WORLD
+    dimension: int = 3
+
+    def __post_init__(self) -> None:
+        normalise(self, f"outputs.{self.name}", "expression")
+        name_parts(self, "frame", "point")
+        unit = parse_unit(self.unit) if isinstance(self.unit, str) else self.unit
+        if unit is None and self.quantity in QUANTITIES:
+            unit = QUANTITIES[str(self.quantity)][2]
+        object.__setattr__(self, "unit", unit)
+
+    @property
+    def names(self) -> tuple[str, ...]:
+        """The names of the entries as the FMU shows them, just the name for an expression."""
+        if self.quantity not in QUANTITIES:
+            return (self.name,)
+        key, suffixes, _ = QUANTITIES[self.quantity]
+        return tuple(f"{self.name}_{x}" for x in (suffixes[: self.dimension] if key == "point" else suffixes))
+
+
+@dataclass(frozen=True)
+class Experiment:
+    """What a default run looks like: stop time and communication step in s, relative tolerance."""
+
+    stop_time: float = 10.0
+    step: float = 0.01
+    tolerance: float = 1e-6

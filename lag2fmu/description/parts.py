@@ -1,0 +1,173 @@
+"""The parts of a mechanism that are no variables, places or outputs: energies, springs, dampers, loads, constraints.
+
+All are frozen; their expressions are in the normal form of ``expressions`` and compute in SI units. Parts refer to each
+other by name; Python may give the part itself.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, fields
+
+import sympy as sp
+
+from lag2fmu.description import names
+from lag2fmu.description.places import WORLD, End, Expression, Vector, name_ends, name_parts, normalise
+from lag2fmu.errors import MechanismError
+from lag2fmu.language.units import Unit, parse_unit
+
+
+@dataclass(frozen=True)
+class Definition:
+    """A name for an expression, in SI units, that other expressions use; raises MechanismError for what is none."""
+
+    name: str
+    expression: sp.Expr
+
+    def __post_init__(self) -> None:
+        normalise(self, "definition", "expression")
+
+
+@dataclass(frozen=True)
+class Energy:
+    """Energies (J) beside those of bodies and springs, or the whole Lagrangian T - V (J).
+
+    ``dissipation`` is Rayleigh's function R (W), whose forces are -dR/dqd. Raises MechanismError for what is no
+    expression. Source: Goldstein, Classical Mechanics, section 1.5.
+    """
+
+    kinetic: Expression | None = None
+    potential: Expression | None = None
+    dissipation: Expression | None = None
+    lagrangian: Expression | None = None
+
+    def __post_init__(self) -> None:
+        for item in fields(self):
+            if getattr(self, item.name) is not None:
+                normalise(self, "energy", item.name)
+
+
+@dataclass(frozen=True)
+class Gravity:
+    """Uniform gravity: ``acceleration`` (m/s2) along ``direction`` (2 or 3 entries; by default -y or -z)."""
+
+    acceleration: Expression
+    direction: Vector | None = None
+
+    def __post_init__(self) -> None:
+        normalise(self, "gravity", "acceleration", "direction")
+
+
+# ----------------------------------------------------------------------------------------------------------- forces
+
+
+@dataclass(frozen=True)
+class Spring:
+    """A linear spring: ``elongation`` as an expression, or ``between`` two points or bodies with natural ``length``.
+
+    ``stiffness`` k in N/m, the others in m; N.m/rad and rad for one that turns. V = 1/2 k elongation^2.
+    """
+
+    name: str
+    stiffness: Expression
+    elongation: Expression | None = None
+    between: Sequence[End] | None = None
+    length: Expression | None = None
+
+    def __post_init__(self) -> None:
+        normalise(self, f"springs.{self.name}", "stiffness", "elongation", "length")
+        name_ends(self)
+
+
+@dataclass(frozen=True)
+class Damper:
+    """A linear damper: ``rate`` of elongation as an expression, or ``between`` two points or bodies.
+
+    ``damping`` c in N.s/m, ``rate`` in m/s; N.m.s/rad and rad/s for one that turns. R = 1/2 c rate^2.
+    """
+
+    name: str
+    damping: Expression
+    rate: Expression | None = None
+    between: Sequence[End] | None = None
+
+    def __post_init__(self) -> None:
+        normalise(self, f"dampers.{self.name}", "damping", "rate")
+        name_ends(self)
+
+
+@dataclass(frozen=True)
+class Force:
+    """A generalized non-potential force Q on one coordinate: in N, or N.m for an angle; Q qd is its power, in W."""
+
+    coordinate: str
+    expression: Expression
+
+    def __post_init__(self) -> None:
+        object.__setattr__(self, "coordinate", str(self.coordinate))
+        normalise(self, f"forces.{self.coordinate}", "expression")
+
+
+@dataclass(frozen=True)
+class Load:
+    """A force (N) at a ``point`` (or at a body's mass centre), or a ``torque`` (N.m) on a ``body``.
+
+    The torque on a planar body is one expression, on a spatial one (of a frame) 3. The entries are along the ``axes``
+    of the "world" or of the "frame" of point or body. With ``input=True`` and no value the load itself becomes FMU
+    inputs: NAME_x, NAME_y (NAME_z) for a force, NAME for a planar torque, NAME_x, NAME_y, NAME_z for a spatial one.
+    """
+
+    name: str
+    point: End | None = None
+    body: End | None = None
+    force: Sequence[Expression] | None = None
+    torque: Expression | Sequence[Expression] | None = None
+    input: bool = False
+    axes: str = WORLD
+
+    def __post_init__(self) -> None:
+        normalise(self, f"loads.{self.name}", "force", "torque")
+        name_parts(self, "point", "body")
+
+
+# ------------------------------------------------------------------------------------------------------ constraints
+
+
+KINDS = ("holonomic", "equilibrium", "nonholonomic", "damped_equilibrium")
+
+
+@dataclass(frozen=True)
+class Constraint:
+    """``expression`` = 0: holonomic in t, q and motions, or nonholonomic and affine in the velocities.
+
+    An ``equilibrium`` is that of the forces on a coordinate without mass, which may contain all inputs: it ties the
+    coordinates without a force of its own; a ``damped_equilibrium`` ties velocities. The derivation finds them.
+
+    ``unit`` is that of the expression; None: what follows from the units of the names in it.
+    """
+
+    name: str
+    expression: Expression
+    kind: str = "holonomic"
+    unit: Unit | str | None = None
+
+    def __post_init__(self) -> None:
+        normalise(self, f"constraints.{self.name}", "expression")
+        if self.kind not in KINDS:
+            raise MechanismError(f"constraints.{self.name}: '{self.kind}' is no kind; give one of {', '.join(KINDS)}")
+        object.__setattr__(self, "unit", parse_unit(self.unit) if isinstance(self.unit, str) else self.unit)
+
+    @property
+    def holonomic(self) -> bool:
+        """Whether it restricts the coordinates themselves, not only the velocities."""
+        return self.kind in KINDS[:2]
+
+    @property
+    def massless(self) -> bool:
+        """Whether it is the equilibrium of forces on something without mass."""
+        return self.kind.endswith("equilibrium")
+
+    @property
+    def coordinate(self) -> str | None:
+        """The coordinate without mass that it is solved for, with friction its velocity; None for other kinds."""
+        return names.coordinate_of_massless(self.name) if self.massless else None

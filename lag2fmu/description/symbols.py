@@ -1,0 +1,170 @@
+"""Coordinates, parameters and inputs, and the symbols that declare them in Python."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import sympy as sp
+
+from lag2fmu.errors import MechanismError
+from lag2fmu.language.expressions import normal_form, symbol
+from lag2fmu.language.units import Unit, parse_unit
+
+
+@dataclass(frozen=True)
+class Coordinate:
+    """A generalized coordinate q: start values of q and qd, nominal value and bounds in SI units.
+
+    ``start`` is exact if ``given``, else a first guess, from which constraints determine it; likewise ``velocity``.
+    None: nobody gave it; then it is exact too, unless a constraint determines it.
+    """
+
+    name: str
+    unit: Unit | None = None
+    start: float = 0.0
+    velocity: float = 0.0
+    nominal: float = 1.0
+    minimum: float | None = None
+    maximum: float | None = None
+    doc: str = ""
+    given: bool | None = None
+    velocity_given: bool | None = None
+
+
+@dataclass(frozen=True)
+class Parameter:
+    """A constant of the mechanism: an independent one has a ``value`` (SI unit), a dependent one an ``expression``."""
+
+    name: str
+    value: float | None = None
+    unit: Unit | None = None
+    doc: str = ""
+    expression: sp.Expr | None = None
+    minimum: float | None = None
+    maximum: float | None = None
+
+
+@dataclass(frozen=True)
+class Input:
+    """A signal from outside, start value in SI units. A ``motion`` input y0 comes with y0_dot and y0_ddot."""
+
+    name: str
+    unit: Unit | None = None
+    start: float = 0.0
+    motion: bool = False
+    doc: str = ""
+    minimum: float | None = None
+    maximum: float | None = None
+
+
+class Declared(sp.Symbol):  # type: ignore[misc]
+    """A real symbol that carries the record it was declared with, so that a model is written once.
+
+    It is equal to every symbol declared under the same name; ``Mechanism`` takes the record and keeps plain symbols.
+    """
+
+    __slots__ = ("declaration",)
+    declaration: Coordinate | Parameter | Input
+
+    def __new__(cls, declaration: Coordinate | Parameter | Input) -> Declared:
+        """A new symbol called as ``declaration`` says (SymPy's cache is passed by: it would return an older record)."""
+        new: Declared = sp.Symbol.__xnew__(cls, declaration.name, real=True)
+        new.declaration = declaration
+        return new
+
+    @property
+    def dot(self) -> sp.Symbol:
+        """The velocity of a coordinate or motion input, NAME_dot."""
+        return symbol(f"{self.name}_dot")
+
+    @property
+    def ddot(self) -> sp.Symbol:
+        """The acceleration of a motion input, NAME_ddot."""
+        return symbol(f"{self.name}_ddot")
+
+
+def coordinate(  # noqa: PLR0913 (the keys of the text format)
+    name: str,
+    unit: str | None = None,
+    *,
+    start: float | None = None,
+    velocity: float | None = None,
+    guess: float | None = None,
+    guess_velocity: float | None = None,
+    nominal: float = 1.0,
+    minimum: float | None = None,
+    maximum: float | None = None,
+    doc: str = "",
+) -> Declared:
+    """A generalized coordinate, its velocity being ``.dot``; numbers are in ``unit`` (``velocity`` in unit/s).
+
+    ``start`` is given and exact, ``guess`` is where constraints are solved from. Raises MechanismError for both.
+    """
+    u = parse_unit(unit or "1")
+    place, given = start_or_guess(start, guess, f"coordinates.{name}", "start", "guess")
+    rate, rate_given = start_or_guess(velocity, guess_velocity, f"coordinates.{name}", "velocity", "guess_velocity")
+    return Declared(
+        Coordinate(
+            name,
+            _unit(unit),
+            u.to_si(0.0 if place is None else place),
+            u.difference_to_si(0.0 if rate is None else rate),
+            u.difference_to_si(nominal),
+            _si(_unit(unit), minimum),
+            _si(_unit(unit), maximum),
+            doc,
+            given,
+            rate_given,
+        )
+    )
+
+
+def start_or_guess(
+    start: float | None, guess: float | None, where: str, key: str, guess_key: str
+) -> tuple[float | None, bool | None]:
+    """The one of the two that is there, and whether it is ``start``; raises MechanismError for both."""
+    if start is not None and guess is not None:
+        raise MechanismError(f"{where}: '{key}' and '{guess_key}' exclude each other; leave one out")
+    return (start, True) if start is not None else (guess, None if guess is None else False)
+
+
+def parameter(
+    name: str,
+    value: float | sp.Expr,
+    unit: str | None = None,
+    doc: str = "",
+    *,
+    minimum: float | None = None,
+    maximum: float | None = None,
+) -> Declared:
+    """A parameter: independent if ``value`` is a number (in ``unit``), dependent if it is an expression (in SI)."""
+    u = _unit(unit)
+    low, high = _si(u, minimum), _si(u, maximum)
+    if isinstance(value, sp.Expr) and value.free_symbols:
+        expression = normal_form(value, f"parameters.{name}")
+        return Declared(Parameter(name, None, u, doc, expression, low, high))
+    return Declared(Parameter(name, _si(u, float(value)), u, doc, None, low, high))
+
+
+def signal(
+    name: str,
+    unit: str | None = None,
+    *,
+    start: float = 0.0,
+    motion: bool = False,
+    minimum: float | None = None,
+    maximum: float | None = None,
+    doc: str = "",
+) -> Declared:
+    """An FMU input for expressions of forces; with ``motion=True`` a prescribed motion with ``.dot`` and ``.ddot``."""
+    u = _unit(unit)
+    return Declared(Input(name, u, _si(u, start), motion, doc, _si(u, minimum), _si(u, maximum)))
+
+
+def _unit(unit: str | None) -> Unit | None:
+    return None if unit is None else parse_unit(unit)
+
+
+def _si(unit: Unit | None, value: float | None) -> float:
+    """SI value of a number given in ``unit`` (None stays None: a bound that is not there)."""
+    return value if value is None else float(value) if unit is None else unit.to_si(float(value))  # type: ignore[return-value]

@@ -1,0 +1,308 @@
+"""The twelve steps of the textbook procedure for deriving equations of motion, filled in for a mechanism.
+
+The steps are those of the lecture slides "Lagrangian Dynamics" (PROCEDURE for planar mechanical systems). The formulas
+come from the independent path, so that they are a second opinion on what the FMU computes. For large mechanisms the
+derivatives are counted instead of written out.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator, Sequence
+from dataclasses import dataclass
+from functools import cache, cached_property
+
+import numpy as np
+import sympy as sp
+
+from lag2fmu.description import names
+from lag2fmu.dynamics.lagrange import complete
+from lag2fmu.language.expressions import TIME, symbol, to_text
+from lag2fmu.mechanism import Frame, Mechanism
+from lag2fmu.reference import Energies
+from lag2fmu.reference.composition import Composition
+
+MAX_OPERATIONS = 400
+"""Lagrangians with more operations than this are not differentiated on paper."""
+
+Formula = tuple[str, sp.Expr]
+"""A left side, in the notation of the text or of LaTeX, and the expression it equals."""
+
+
+@dataclass(frozen=True)
+class _Notation:
+    """How one format writes things: names, expressions, derivatives, headings and lines."""
+
+    name: Callable[[str], str]
+    expression: Callable[[sp.Expr], str]
+    partial: Callable[[str, str], str]
+    total: Callable[[str], str]
+    heading: Callable[[int, str], str]
+    formula: Callable[[str, str], str]
+    remark: Callable[[str], str]
+
+
+def procedure(mechanism: Mechanism, style: str = "text") -> str:
+    """The twelve steps for ``mechanism`` as plain text or as LaTeX (``style`` 'text' or 'latex')."""
+    notation = _TEXT if style == "text" else _LATEX
+    mechanism = complete(mechanism)
+    steps = _Steps(mechanism, Composition(mechanism), notation)
+    lines: list[str] = []
+    for number, (title, content) in enumerate(steps.all(), start=1):
+        lines += [notation.heading(number, title), *content]
+    return "\n".join(lines) + "\n"
+
+
+@dataclass(frozen=True)
+class _Steps:
+    mechanism: Mechanism
+    composition: Composition
+    notation: _Notation
+
+    def all(self) -> Iterator[tuple[str, Sequence[str]]]:
+        """(title, lines) of each step."""
+        m = self.mechanism
+        rigid = [b.name for b in m.bodies if b.inertia is not None]
+        particles = [b.name for b in m.bodies if b.inertia is None]
+        yield (
+            "Particles and rigid bodies",
+            [
+                self._say(
+                    f"n_p = {len(particles)} particles{_listed(particles)}, n_r = {len(rigid)} bodies{_listed(rigid)}"
+                )
+            ],
+        )
+        yield "Degrees of freedom", [self._say(self._freedom())]
+        yield (
+            "Generalized coordinates",
+            [
+                self._say(f"{self.notation.name(q.name)}: {q.doc or 'generalized coordinate'}{_unit(q.unit)}")
+                for q in m.coordinates
+            ],
+        )
+        yield "Coordinate system", [self._say(self._axes())]
+        if m.frames:
+            yield from self._on_frames()
+            return
+        yield "Transformation equations", [*self._formulas(self._positions()), *self._constraints()]
+        yield "Velocities", self._formulas(self._velocities())
+        yield "Kinetic energy", self._formulas([("T", _tidy(self.composition.kinetic))])
+        yield "Potential energy", self._formulas([("V", _tidy(self.composition.potential))])
+        yield "Lagrangian L = T - V", self._formulas([("L", self._lagrangian)])
+        yield "Non-potential forces", self._formulas(self._forces())
+        if sp.count_ops(self._lagrangian) > MAX_OPERATIONS:
+            count = f"L has {sp.count_ops(self._lagrangian)} operations: its derivatives are not written out"
+            yield "Derivatives of L", [self._say(count)]
+            yield (
+                "Equations of motion",
+                [self._say(f"{len(m.coordinates)} equations {self._form}, derived on the graph")],
+            )
+            return
+        yield "Derivatives of L", self._formulas(self._derivatives())
+        yield "Equations of motion", self._formulas(self._equations())
+
+    def _on_frames(self) -> Iterator[tuple[str, Sequence[str]]]:
+        """The steps of a spatial mechanism: its frames as they are given; the rest is composed, not written out."""
+        m = self.mechanism
+        frames = [f"frame {f.name} on {f.parent}: {_pose(f)}" for f in m.frames]
+        places = [
+            f"{part.name} at {_vector(m.location(part.name)[1])} in {m.location(part.name)[0]}" for part in m.places
+        ]
+        yield "Transformation equations", [*(self._say(line) for line in (*frames, *places)), *self._constraints()]
+        yield (
+            "Velocities",
+            [self._say("from frame to frame: v = R^T (v_P + omega_P x d + d_dot), omega = R^T omega_P + rates")],
+        )
+        yield "Kinetic energy", [self._say("T = 1/2 sum (m v.v + omega.I.omega)")]
+        yield "Potential energy", [self._say(f"V = - sum m a.r{' + springs' if m.springs else ''}")]
+        yield "Lagrangian L = T - V", [self._say("composed on the graph, not written out")]
+        loads = [f"{load.name} at {load.point or load.body}" for load in m.loads]
+        yield (
+            "Non-potential forces",
+            [self._say(", ".join([*loads, *(f"on {f.coordinate}" for f in m.forces)]) or "none")],
+        )
+        yield "Derivatives of L", [self._say("by automatic differentiation")]
+        yield "Equations of motion", [self._say(f"{len(m.coordinates)} equations {self._form}")]
+
+    # ------------------------------------------------------------------------------------------------- the steps
+
+    @property
+    def _form(self) -> str:
+        return "M(q, t) qdd = forcing" + " + G^T multiplier" * bool(self.mechanism.constraints)
+
+    @cached_property
+    def _lagrangian(self) -> sp.Expr:
+        return _tidy(self.composition.kinetic) - _tidy(self.composition.potential)
+
+    def _freedom(self) -> str:
+        """s, which is smaller than the number of coordinates where independent constraints hold."""
+        m = self.mechanism
+        if not m.constraints:
+            return f"s = {len(m.coordinates)}"
+        energies = Energies(m)
+        jacobian = energies.constraints(energies.state(0.0, *energies.start()))[3]
+        rank = int(np.linalg.matrix_rank(jacobian, tol=1e-8))
+        redundant = f", {len(jacobian) - rank} of {len(jacobian)} constraints redundant" * (rank < len(jacobian))
+        return f"s = {len(m.coordinates)} coordinates - {rank} constraints = {len(m.coordinates) - rank}{redundant}"
+
+    def _constraints(self) -> list[str]:
+        """The constraints as equations, with what kind they are."""
+        lines = []
+        for constraint in self.mechanism.constraints:
+            follows = f" ({constraint.coordinate} has no mass and follows)" if constraint.massless else ""
+            lines.append(self._say(f"{constraint.kind} constraint {constraint.name}{follows}:"))
+            written = self.notation.expression(self.composition.written(constraint.expression))
+            lines.append(self.notation.formula(written, "0"))
+        return lines
+
+    def _reactions(self) -> list[sp.Expr]:
+        """G^T multiplier, (n,)"""
+        c, s, m = self.composition, self.composition.symbols, self.mechanism
+        values = [c.written(item.expression) for item in m.constraints]
+        rates = [c.rate(x) if item.holonomic else x for x, item in zip(values, m.constraints, strict=True)]
+        multipliers = [symbol(names.multiplier(item.name)) for item in m.constraints]
+        return [sp.Add(*(x * rate.diff(v) for x, rate in zip(multipliers, rates, strict=True))) for v in s.qd]
+
+    def _axes(self) -> str:
+        m = self.mechanism
+        dimension = m.dimension
+        axes = "fixed Cartesian axes " + "xyz"[:dimension]
+        if m.gravity is None:
+            return axes
+        if m.gravity.direction is None:
+            return f"{axes}, gravity along -{'xyz'[dimension - 1]}"
+        return f"{axes}, gravity along ({', '.join(to_text(d) for d in m.gravity.direction)})"
+
+    def _positions(self) -> Iterator[Formula]:
+        for body in self.mechanism.bodies:
+            for axis, position in zip("xyz", self.mechanism.place(body.name), strict=False):
+                yield self.notation.name(f"{axis}_{body.name}"), self.composition.written(position)
+            if body.angle is not None:
+                yield self.notation.name(f"phi_{body.name}"), self.composition.written(body.angle)
+
+    def _velocities(self) -> Iterator[Formula]:
+        for body in self.mechanism.bodies:
+            for axis, position in zip("xyz", self.mechanism.place(body.name), strict=False):
+                rate = self.composition.rate(self.composition.written(position))
+                yield self.notation.name(names.velocity(f"{axis}_{body.name}")), rate
+            if body.angle is not None:
+                rate = self.composition.rate(self.composition.written(body.angle))
+                yield self.notation.name(names.velocity(f"phi_{body.name}")), rate
+
+    def _forces(self) -> Iterator[Formula]:
+        """Q of each coordinate, the forces of Rayleigh's function included, as the equations have them on the right."""
+        c = self.composition
+        for q, velocity, force in zip(c.symbols.q, c.symbols.qd, c.forces, strict=True):
+            yield self.notation.name(f"Q^np_{q.name}"), force - c.dissipation.diff(velocity)
+
+    def _derivatives(self) -> Iterator[Formula]:
+        s, write = self.composition.symbols, self.notation
+        for q, qd in zip(s.q, s.qd, strict=True):
+            momentum = self._lagrangian.diff(qd)
+            yield write.partial("L", write.name(qd.name)), _tidy(momentum)
+            yield write.total(write.partial("L", write.name(qd.name))), _tidy(self._rate(momentum))
+            yield write.partial("L", write.name(q.name)), _tidy(self._lagrangian.diff(q))
+
+    def _equations(self) -> Iterator[Formula]:
+        c, s = self.composition, self.composition.symbols
+        accelerations = [symbol(names.acceleration(q.name)) for q in s.q]
+        for qd, q, force, reaction in zip(s.qd, s.q, c.forces, self._reactions(), strict=True):
+            left = _tidy(self._rate(self._lagrangian.diff(qd)) - self._lagrangian.diff(q))
+            left = sp.collect(sp.expand(left), accelerations)
+            yield self.notation.expression(left), force - c.dissipation.diff(qd) + reaction
+
+    def _rate(self, expression: sp.Expr) -> sp.Expr:
+        """The total time derivative of a function of t, q, qd and motions."""
+        s = self.composition.symbols
+        second = {qd: symbol(names.acceleration(q.name)) for q, qd in zip(s.q, s.qd, strict=True)}
+        second |= dict(zip(s.motion_dot, s.motion_ddot, strict=True))
+        return self.composition.rate(expression) + sp.Add(*(expression.diff(v) * a for v, a in second.items()))
+
+    # ------------------------------------------------------------------------------------------------- writing
+
+    def _formulas(self, formulas: Iterator[Formula] | Sequence[Formula]) -> list[str]:
+        lines = [self.notation.formula(left, self.notation.expression(right)) for left, right in formulas]
+        return lines or [self._say("none")]
+
+    def _say(self, sentence: str) -> str:
+        return self.notation.remark(sentence)
+
+
+def _tidy(expression: sp.Expr) -> sp.Expr:
+    """The shorter one of ``expression`` and its trigonometric simplification; large ones as they stand.
+
+    Terms with the same factors outside of trigonometric functions are simplified together, which is much faster than
+    to treat all symbols alike.
+    """
+    if sp.count_ops(expression) > MAX_OPERATIONS:
+        return expression
+    groups: dict[sp.Expr, sp.Expr] = {}
+    for term in sp.Add.make_args(sp.expand(expression)):
+        rest, angular = term.as_independent(sp.sin, sp.cos, sp.tan, as_Add=False)
+        number, factors = rest.as_coeff_Mul()
+        groups[factors] = groups.get(factors, sp.S.Zero) + number * angular
+    simpler = sp.factor_terms(sp.Add(*(factors * _shorter(angular) for factors, angular in groups.items())))
+    return simpler if sp.count_ops(simpler) < sp.count_ops(expression) else expression
+
+
+@cache
+def _shorter(angular: sp.Expr) -> sp.Expr:
+    return sp.trigsimp(angular)
+
+
+def _listed(items: Sequence[str]) -> str:
+    return f" ({', '.join(items)})" if items else ""
+
+
+def _unit(unit: object) -> str:
+    name = getattr(unit, "si_name", "")
+    return f" [{name}]" if name else ""
+
+
+def _vector(entries: Sequence[sp.Expr]) -> str:
+    return f"({', '.join(to_text(sp.sympify(x)) for x in entries)})"
+
+
+def _pose(frame: Frame) -> str:
+    """Origin and rotation of a frame in words."""
+    if frame.quaternion is not None:
+        return f"origin {_vector(frame.origin)}, quaternion {_vector(frame.quaternion)}"
+    turns = [
+        f"{axis if isinstance(axis, str) else _vector(axis)} by {to_text(angle)}" for axis, angle in frame.rotations
+    ]
+    return f"origin {_vector(frame.origin)}" + (f", turned about {', then '.join(turns)}" if turns else "")
+
+
+def _latex_name(name: str) -> str:
+    r"""``theta1_dot`` -> ``\dot{\theta}_{1}``; names that are several words keep their underscores as indices."""
+    for suffix, accent in (("_ddot", "ddot"), ("_dot", "dot")):
+        if name.endswith(suffix):
+            return f"\\{accent}{{{_latex_name(name.removesuffix(suffix))}}}"
+    head, hat, rest = name.partition("^np_")
+    if hat:
+        return f"{head}^{{np}}_{{{_latex_name(rest)}}}"
+    return str(sp.latex(sp.Symbol(name)))
+
+
+def _latex(expression: sp.Expr) -> str:
+    symbols = {s: _latex_name(s.name) for s in expression.free_symbols if s != TIME}
+    return str(sp.latex(expression, symbol_names=symbols))
+
+
+_TEXT = _Notation(
+    name=lambda name: name,
+    expression=to_text,
+    partial=lambda f, x: f"d{f}/d({x})",
+    total=lambda f: f"d/dt {f}",
+    heading=lambda number, title: f"\n{number:2d}. {title}" if number > 1 else f"{number:2d}. {title}",
+    formula=lambda left, right: f"      {left} = {right}",
+    remark=lambda sentence: f"      {sentence}",
+)
+_LATEX = _Notation(
+    name=_latex_name,
+    expression=_latex,
+    partial=lambda f, x: f"\\frac{{\\partial {f}}}{{\\partial {x}}}",
+    total=lambda f: f"\\frac{{d}}{{dt}} {f}",
+    heading=lambda number, title: f"\\paragraph{{{number}. {title}}}",
+    formula=lambda left, right: f"\\[ {left} = {right} \\]",
+    remark=lambda sentence: sentence.replace("_", "\\_") + "\\\\",
+)

@@ -1,0 +1,260 @@
+"""Loading a mechanism by name, from a model file in Python or from text, and setting its values."""
+
+from __future__ import annotations
+
+import importlib.util
+import inspect
+import math
+import sys
+import traceback
+from collections.abc import Callable, Iterable, Mapping
+from dataclasses import replace
+from functools import lru_cache
+from hashlib import sha256
+from pathlib import Path
+from types import ModuleType
+
+from lag2fmu.description import names
+from lag2fmu.description.names import suggestion
+from lag2fmu.errors import LoadError
+from lag2fmu.formats.text import read_file
+from lag2fmu.mechanism.record import Mechanism
+from lag2fmu.resources import resource_folder
+
+SUFFIXES = (".py", ".toml")
+
+
+def bundled() -> dict[str, Path]:
+    """The models that come with lag2fmu: name -> file, sorted by name."""
+    files = (
+        path for path in resource_folder("models").iterdir() if path.suffix in SUFFIXES and path.stem.isidentifier()
+    )
+    return {path.stem: path for path in sorted(files) if not path.stem.startswith("_")}
+
+
+def as_mechanism(model: Mechanism | str | Path) -> Mechanism:
+    """``model`` itself if it is a mechanism, else what ``load`` finds under its name; raises LoadError as that does."""
+    if isinstance(model, Mechanism):
+        return model
+    if not isinstance(model, (str, Path)):
+        raise LoadError(f"expected a Mechanism, a model's name or a path, got {type(model).__name__}")
+    return load(model)
+
+
+def load(model: str | Path, arguments: Mapping[str, object] | None = None) -> Mechanism:
+    """The mechanism called ``model``: a bundled name, a .py file or a .toml file.
+
+    ``arguments`` are the structural ones of a family (``n`` of ``n_pendulum``); strings are converted to the type that
+    the model function declares. Raises LoadError if the model is missing, fails or does not take the arguments, and
+    MechanismError (TextError) for what is wrong in a text.
+    """
+    path, arguments = find(model), dict(arguments or {})
+    if path.suffix == ".toml":
+        if arguments:
+            raise LoadError(f"{path}: a mechanism as text has no structural arguments, got {', '.join(arguments)}")
+        return read_file(path)
+    function = _model_function(path)
+    taken = _arguments_of(path, function)
+    unknown = next((name for name in arguments if name not in taken), None)
+    if unknown is not None:
+        known = ", ".join(taken) or "none"
+        raise LoadError(f"{path}: '{unknown}' is no structural argument of {function.__name__}; known are: {known}")
+    converted = {name: _convert(value, taken[name], f"{path}: {name}") for name, value in arguments.items()}
+    missing = [name for name, p in taken.items() if p.default is p.empty and name not in converted]
+    if missing:
+        raise LoadError(
+            f"{path}: {function.__name__} needs the structural argument(s) {', '.join(missing)}; give NAME=VALUE"
+        )
+    mechanism = _guarded(path, lambda: function(**converted))
+    if not isinstance(mechanism, Mechanism):
+        raise LoadError(f"{path}: {function.__name__} returned {type(mechanism).__name__} instead of a Mechanism")
+    return mechanism
+
+
+def find(model: str | Path) -> Path:
+    """The file of ``model``; raises LoadError, with the names near to it, if there is none."""
+    if isinstance(model, str) and model in bundled():
+        return bundled()[model]
+    path = Path(model)
+    try:
+        exists = path.is_file()
+    except (OSError, ValueError) as error:
+        raise LoadError(f"{str(model)[:60]!r} is no model: {error}") from None
+    if path.suffix not in SUFFIXES:
+        remedy = suggestion(str(model), bundled())
+        raise LoadError(f"unknown model '{model}'; {remedy} (or give a .py or .toml file)")
+    if not exists:
+        raise LoadError(f"model file '{path}' {'is not a file' if path.exists() else 'does not exist'}")
+    return path
+
+
+def structural_arguments(model: str | Path) -> dict[str, inspect.Parameter]:
+    """The keyword arguments of the model function of ``model``, empty for a text; raises LoadError as ``load``."""
+    path = find(model)
+    return {} if path.suffix == ".toml" else _arguments_of(path, _model_function(path))
+
+
+# --------------------------------------------------------------------------------------------------- model files
+
+
+def _model_function(path: Path) -> Callable[..., object]:
+    """The public function named like the file, or the only one that is defined there and may return a Mechanism."""
+    try:
+        source, stamp = path.read_bytes(), path.resolve()
+    except OSError as error:
+        raise LoadError(f"{path}: cannot be read: {error.strerror}") from error
+    module = _module(stamp, source)
+    own = {
+        name: item
+        for name, item in vars(module).items()
+        if inspect.isfunction(item) and item.__module__ == module.__name__ and not name.startswith("_")
+    }
+    if path.stem in own:
+        return own[path.stem]
+    declared = {n: f for n, f in own.items() if f.__annotations__.get("return") in (Mechanism, "Mechanism")} or own
+    if len(declared) != 1:
+        found = ", ".join(declared) or "none"
+        raise LoadError(
+            f"{path}: expected a function '{path.stem}' that returns a Mechanism; public functions there: {found}"
+        )
+    return next(iter(declared.values()))
+
+
+@lru_cache(maxsize=64)
+def _module(path: Path, source: bytes) -> ModuleType:
+    """The module of a model file, run under a name of its own and leaving no bytecode behind."""
+    name = f"lag2fmu_model_{path.stem}_{sha256(str(path).encode() + source).hexdigest()[:12]}"
+    spec = importlib.util.spec_from_file_location(name, path)
+    if spec is None:
+        raise LoadError(f"{path}: Python cannot import it")
+    module = importlib.util.module_from_spec(spec)
+    sys.modules[name] = module  # while it runs: dataclasses look themselves up there
+    try:
+        _guarded(path, lambda: exec(compile(source, str(path), "exec"), vars(module)))  # noqa: S102 (the user's program)
+    finally:
+        del sys.modules[name]
+    return module
+
+
+def _guarded(path: Path, action: Callable[[], object]) -> object:
+    """What ``action`` returns; raises LoadError with the line of ``path`` for whatever exception it ends with."""
+    try:
+        return action()
+    except (Exception, SystemExit) as error:
+        if isinstance(error, SyntaxError) and error.filename == str(path.resolve()):
+            line, text = error.lineno, f"{type(error).__name__}: {error.msg}"
+        else:
+            frames = traceback.extract_tb(error.__traceback__)
+            line = next((f.lineno for f in reversed(frames) if Path(f.filename).resolve() == path.resolve()), None)
+            text = f"{type(error).__name__}: {error}"
+        raise LoadError(f"{path}, line {line}: {text}" if line else f"{path}: {text}") from error
+
+
+def _arguments_of(path: Path, function: Callable[..., object]) -> dict[str, inspect.Parameter]:
+    parameters = inspect.signature(function).parameters
+    for p in parameters.values():
+        if p.kind in (p.POSITIONAL_ONLY, p.VAR_POSITIONAL, p.VAR_KEYWORD):
+            raise LoadError(
+                f"{path}: {function.__name__} takes '{p}'; structural arguments are plain keyword arguments"
+            )
+    return dict(parameters)
+
+
+def _convert(value: object, p: inspect.Parameter, where: str) -> object:
+    """``value`` in the type of ``p`` (int, float, str or bool, by annotation or default); raises LoadError."""
+    kinds = {"int": int, "float": float, "str": str, "bool": bool}
+    annotation = p.annotation if isinstance(p.annotation, str) else getattr(p.annotation, "__name__", "")
+    kind = kinds.get(annotation, kinds.get(type(p.default).__name__))
+    if kind is None or type(value) is kind:
+        return value
+    try:
+        if kind is bool:
+            return {"true": True, "1": True, "yes": True, "false": False, "0": False, "no": False}[str(value).lower()]
+        if isinstance(value, bool) or (kind is int and not isinstance(value, str) and value != int(value)):  # type: ignore[call-overload]
+            raise ValueError
+        return kind(value)
+    except (ValueError, TypeError, KeyError, OverflowError):
+        raise LoadError(f"{where} expects {kind.__name__}, got {value!r}") from None
+
+
+# -------------------------------------------------------------------------------------------------------- settings
+
+
+def split_settings(model: str | Path, items: Iterable[str]) -> tuple[dict[str, str], dict[str, float]]:
+    """``NAME=VALUE`` items as (structural arguments of ``model``, values in SI for ``with_values``).
+
+    Raises LoadError for an item of another form, a name given twice and a value that is no number.
+    """
+    pairs, taken = pairs_of(items), structural_arguments(model)
+    structural = {name: text for name, text in pairs.items() if name in taken}
+    return structural, numbers_of({name: text for name, text in pairs.items() if name not in taken})
+
+
+def pairs_of(items: Iterable[str]) -> dict[str, str]:
+    """``NAME=VALUE`` items as a mapping; raises LoadError for another form or a name given twice."""
+    pairs: dict[str, str] = {}
+    for item in items:
+        name, equals, text = (part.strip() for part in item.partition("="))
+        if not (name and equals and text):
+            raise LoadError(f"setting '{item}': expected NAME=VALUE")
+        if name in pairs:
+            raise LoadError(f"setting '{item}': '{name}' is set twice, first to {pairs[name]}")
+        pairs[name] = text
+    return pairs
+
+
+def numbers_of(pairs: Mapping[str, str]) -> dict[str, float]:
+    """The values of ``pairs`` as finite numbers; raises LoadError for any other."""
+    numbers: dict[str, float] = {}
+    for name, text in pairs.items():
+        try:
+            numbers[name] = float(text)
+        except ValueError:
+            raise LoadError(f"setting '{name}={text}': '{text}' is not a number") from None
+        _check_finite(name, numbers[name])
+    return numbers
+
+
+def with_values(mechanism: Mechanism, settings: Mapping[str, float]) -> Mechanism:
+    """``mechanism`` with other values of parameters and start values, all in SI.
+
+    A coordinate's start is set by its name, that of its velocity by ``NAME_dot``, that of an input by its name. Raises
+    LoadError for an unknown name or dependent parameter and MechanismError for a value out of its bounds.
+    """
+    m, left = mechanism, {name: _check_finite(name, value) for name, value in settings.items()}
+    _check_settable(m, left)
+    coordinates = [
+        replace(
+            q,
+            start=left.get(q.name, q.start),
+            velocity=left.get(names.velocity(q.name), q.velocity),
+            given=True if q.given is None and q.name in left else q.given,
+            velocity_given=True if q.velocity_given is None and names.velocity(q.name) in left else q.velocity_given,
+        )
+        for q in m.coordinates
+    ]
+    parameters = [replace(p, value=left.get(p.name, p.value)) for p in m.parameters]
+    inputs = [replace(u, start=left.get(u.name, u.start)) for u in m.inputs]
+    return replace(m, coordinates=coordinates, parameters=parameters, inputs=inputs)  # type: ignore[arg-type]
+
+
+def _check_settable(m: Mechanism, wanted: Iterable[str]) -> None:
+    """Raise LoadError for the first name in ``wanted`` that is no independent parameter or start value of ``m``."""
+    dependent = {p.name: p.expression for p in m.parameters if p.expression is not None}
+    known = [p.name for p in m.parameters if p.name not in dependent]
+    known += [name for q in m.coordinates for name in (q.name, names.velocity(q.name))] + [u.name for u in m.inputs]
+    for name in wanted:
+        if name in dependent:
+            raise LoadError(
+                f"'{name}' cannot be set in '{m.name}': it follows from {dependent[name]}; known are {', '.join(known)}"
+            )
+        if name not in known:
+            near = suggestion(name, known)
+            listed = "" if near.startswith("known") else f" known are {', '.join(known)}"
+            raise LoadError(f"'{name}' is no parameter, coordinate, velocity or input of '{m.name}'; {near}{listed}")
+
+
+def _check_finite(name: str, value: object) -> float:
+    if isinstance(value, bool) or not isinstance(value, (int, float)) or not math.isfinite(value):
+        raise LoadError(f"'{name}' cannot be set to {value!r}; give a finite number in SI units")
+    return float(value)

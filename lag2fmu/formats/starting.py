@@ -1,0 +1,35 @@
+"""A start file: the text of a mechanism that runs as it is, with every table of the format explained."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+from lag2fmu.description.names import check_identifier
+from lag2fmu.errors import LoadError
+from lag2fmu.formats.schema import FILE_NAME
+from lag2fmu.resources import resource_folder
+
+
+def write_start(name: str, folder: Path) -> tuple[Path, Path]:
+    """Write ``folder/NAME.toml`` and, for editors, the schema its first line names; return the two paths.
+
+    Raises MechanismError if ``name`` is no identifier, LoadError if there is such a file or it cannot be written.
+    """
+    check_identifier(name, "NAME")
+    templates = resource_folder("templates")
+    text = (templates / "start.toml").read_text("utf-8")
+    text = text.replace('name = "start"', f'name = "{name}"', 1).replace("start.toml", f"{name}.toml")
+    schema_text = (templates / FILE_NAME).read_text("utf-8")
+    path, schema = folder / f"{name}.toml", folder / FILE_NAME
+    try:
+        if path.exists():
+            raise LoadError(f"'{path}' exists and is not overwritten; give another name, or move or delete it")
+        if not schema.exists():
+            schema.write_text(schema_text, "utf-8", newline="\n")
+        elif schema.read_bytes() != schema_text.encode():
+            raise LoadError(f"'{schema}' exists and is not the schema of this lag2fmu; move or delete it")
+        with path.open("x", encoding="utf-8", newline="\n") as file:
+            file.write(text)
+    except OSError as error:
+        raise LoadError(f"'{path}' cannot be written: {error.strerror}") from error
+    return path, schema

@@ -1,0 +1,175 @@
+"""Tables of a text: each entry taken in the type it should have, every fault named with its place."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterable
+from decimal import Decimal
+from fractions import Fraction
+from typing import Any
+
+import sympy as sp
+
+from lag2fmu.description.names import suggestion
+from lag2fmu.errors import TextError, UnitError
+from lag2fmu.language.expressions import parse
+from lag2fmu.language.units import Unit, parse_unit
+
+MAX_EXPONENT, MAX_BITS, MAX_NUMBER = 330, 1024, 1600
+
+
+class Table:
+    """One table of the text with its place; hands out each entry in the type it should have, or raises TextError."""
+
+    def __init__(self, where: str, content: object, keys: Iterable[str] | None = None) -> None:
+        """``keys`` are the ones that may stand here (None: any)."""
+        if not isinstance(content, dict):
+            listed = "" if keys is None else f"; its keys are {', '.join(keys)}"
+            raise TextError(f"{where}: expected a table {{ ... }}, got {describe(content)}{listed}")
+        self.where, self.content = where, content
+        known = content if keys is None else tuple(keys)
+        for key in content:
+            if key not in known:
+                raise TextError(f"{self.place(key)}: unknown key; {suggestion(key, known)}")
+
+    def place(self, key: str) -> str:
+        """``TABLE.KEY``, as messages begin with it."""
+        short = key if len(key) <= 60 else f"{key[:57]}..."
+        return f"{self.where}.{short}" if self.where else short
+
+    def table(self, key: str, keys: Iterable[str] | None = None) -> Table:
+        """The table ``key``, empty if it is not there."""
+        return Table(self.place(key), self.content.get(key, {}), keys)
+
+    def text(self, key: str, default: str | None = "") -> str | None:
+        """The string ``key``, ``default`` if it is not there; raises TextError for another type."""
+        value = self.content.get(key, default)
+        if key in self.content and not isinstance(value, str):
+            raise TextError(f"{self.place(key)}: expected a string, got {describe(value)}")
+        return value
+
+    def flag(self, key: str) -> bool:
+        """The boolean ``key``, false if it is not there; raises TextError for another type."""
+        value = self.content.get(key, False)
+        if not isinstance(value, bool):
+            raise TextError(f"{self.place(key)}: expected true or false, got {describe(value)}")
+        return value
+
+    def number(self, key: str, convert: Callable[[Fraction], float] = float) -> float | None:
+        """The number ``key`` passed through ``convert`` (to SI); None if it is not there."""
+        return convert(fraction(self.content[key], self.place(key))) if key in self.content else None
+
+    def unit(self) -> Unit | None:
+        """The unit, None if there is none; raises TextError for a text that is no unit."""
+        text = self.text("unit", None)
+        try:
+            return None if text is None else parse_unit(text)
+        except UnitError as error:
+            raise TextError(f"{self.place('unit')}: {error}") from error
+
+    def require(self, key: str) -> None:
+        """Raise TextError unless ``key`` is there."""
+        if key not in self.content:
+            raise TextError(f"{self.where or 'the file'}: '{key}' is missing")
+
+    def expression(self, key: str, required: bool = False) -> sp.Expr | None:
+        """The expression ``key``, a string or a number; None if it is not there and not required."""
+        if required:
+            self.require(key)
+        return read_expression(self.content[key], self.place(key)) if key in self.content else None
+
+    def vector(self, key: str) -> tuple[sp.Expr, ...] | None:
+        """The expressions of the array ``key``, None if it is not there; raises TextError if it is empty."""
+        value = self._array(key, "expressions")
+        return value and tuple(read_expression(item, f"{self.place(key)}[{i}]") for i, item in enumerate(value))
+
+    def scalar_or_vector(self, key: str) -> sp.Expr | tuple[sp.Expr, ...] | None:
+        """The expression ``key``, or the expressions of the array ``key``; None if it is not there."""
+        return self.vector(key) if isinstance(self.content.get(key), list) else self.expression(key)
+
+    def names(self, key: str) -> tuple[str, ...] | None:
+        """The strings of the array ``key``, None if it is not there; raises TextError for other entries."""
+        value = self._array(key, "names")
+        for i, item in enumerate(value or ()):
+            if not isinstance(item, str):
+                raise TextError(f"{self.place(key)}[{i}]: expected a name, got {describe(item)}")
+        return value
+
+    def rotations(self, key: str) -> tuple[tuple[str | tuple[sp.Expr, ...], sp.Expr], ...]:
+        """The pairs [axis, angle] of the array ``key``, an axis being a string or an array; may be empty or absent."""
+        turns = []
+        pairs = () if self.content.get(key) == [] else self._array(key, "pairs of axis and angle")
+        for i, item in enumerate(pairs or ()):
+            place = f"{self.place(key)}[{i}]"
+            if not isinstance(item, list) or len(item) != 2:
+                raise TextError(f'{place}: expected a pair of axis and angle, e.g. ["z", "q"], got {describe(item)}')
+            axis, angle = item
+            turns.append((_axis(axis, f"{place}.axis"), read_expression(angle, f"{place}.angle")))
+        return tuple(turns)
+
+    def axis(self, key: str) -> str | tuple[sp.Expr, ...] | None:
+        """The axis ``key``, a string or an array of expressions; None if it is not there."""
+        return _axis(self.content[key], self.place(key)) if key in self.content else None
+
+    def _array(self, key: str, entries: str) -> tuple[Any, ...] | None:
+        value = self.content.get(key)
+        if key in self.content and not isinstance(value, list):
+            raise TextError(f"{self.place(key)}: expected an array of {entries}, got {describe(value)}")
+        if value == []:
+            raise TextError(f"{self.place(key)}: the array is empty")
+        return None if value is None else tuple(value)
+
+
+def _axis(value: object, where: str) -> str | tuple[sp.Expr, ...]:
+    if value == []:
+        raise TextError(f"{where}: the array is empty")
+    if isinstance(value, list):
+        return tuple(read_expression(x, f"{where}[{j}]") for j, x in enumerate(value))
+    if not isinstance(value, str):
+        raise TextError(f"{where}: expected 'x', 'y', 'z' or an array of 3, got {describe(value)}")
+    return value
+
+
+def describe(value: object) -> str:
+    """Kind and value of an entry for a message, e.g. ``the string 'abc'``, cut where it is long."""
+    kinds = {
+        bool: "a boolean",
+        str: "the string",
+        int: "the number",
+        Decimal: "the number",
+        list: "an array",
+        dict: "a table",
+    }
+    kind = kinds.get(type(value), "the date or time")
+    if isinstance(value, (list, dict)):
+        return kind
+    if isinstance(value, int) and not isinstance(value, bool) and value.bit_length() > MAX_BITS:
+        return f"the number {hex(value)[:20]}..."
+    shown = str(value).lower() if isinstance(value, bool) else repr(value) if isinstance(value, str) else str(value)
+    return f"{kind} {shown if len(shown) <= 40 else shown[:37] + '...'}"
+
+
+def fraction(value: object, where: str) -> Fraction:
+    """``value`` exactly; raises TextError for another type, for inf, nan and what no float holds."""
+    if isinstance(value, bool) or not isinstance(value, (int, Decimal)):
+        raise TextError(f"{where}: expected a number, got {describe(value)}")
+    if isinstance(value, Decimal) and not value.is_finite():
+        raise TextError(f"{where}: {value} is not a finite number")
+    if not value:
+        return Fraction(0)
+    if isinstance(value, int):
+        too_large = value.bit_length() > MAX_BITS
+    else:
+        too_large = abs(value.adjusted()) > MAX_EXPONENT or len(value.as_tuple().digits) > MAX_NUMBER
+    if too_large:
+        raise TextError(f"{where}: {describe(value)} has too many digits or is outside of the range of floats")
+    return Fraction(value)
+
+
+def read_expression(value: object, where: str) -> sp.Expr:
+    """A string parsed or a number taken; raises TextError or ExpressionError with ``where``."""
+    if isinstance(value, str):
+        return parse(value, where=where)
+    if isinstance(value, bool) or not isinstance(value, (int, Decimal)):
+        raise TextError(f"{where}: expected an expression (a string or a number), got {describe(value)}")
+    fraction(value, where)
+    return parse(str(value), where=where)

@@ -1,0 +1,1 @@
+"""Hash-consed scalar expression graph: nodes, operations, differentiation, evaluation; it knows no mechanism."""

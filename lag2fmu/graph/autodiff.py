@@ -1,0 +1,112 @@
+"""Forward and reverse automatic differentiation on the graph; both return nodes, so they nest.
+
+Source: A. Griewank, A. Walther, Evaluating Derivatives, SIAM 2008, sections 3.1 (tangents) and 3.2 (adjoints).
+"""
+
+from __future__ import annotations
+
+from collections.abc import Collection, Iterable, Mapping, Sequence
+
+from lag2fmu.graph.graph import Graph
+from lag2fmu.graph.operations import ADD, MULTIPLY, NEGATE, OPERATIONS, SUBTRACT
+
+FUNCTIONS = frozenset(code for code, row in enumerate(OPERATIONS) if row.arity == 1 and code != NEGATE)
+
+
+def forward(graph: Graph, outputs: Sequence[int], seeds: Mapping[int, int]) -> list[int]:
+    """Directional derivatives of ``outputs``, (k,) nodes, in the direction ``seeds`` {variable: its rate}: (k,) nodes.
+
+    Variables without a rate stand still. Source: Griewank, Walther, section 3.1 (propagation of tangents).
+    """
+    return Forward(graph, seeds)(outputs)
+
+
+class Forward:
+    """Directional derivatives in the direction ``seeds`` {variable: its rate}; each node is differentiated once.
+
+    For outputs that are asked for one after the other along the same direction; see ``forward``.
+    """
+
+    def __init__(self, graph: Graph, seeds: Mapping[int, int]) -> None:
+        self.graph = graph
+        self.rates = dict(seeds)  # of the nodes that have one
+        self.done = set(seeds)
+
+    def __call__(self, outputs: Sequence[int]) -> list[int]:
+        """The derivatives of ``outputs``, (k,) nodes"""
+        graph, rates = self.graph, self.rates
+        cone = graph.cone(outputs, self.done)
+        for node in cone:
+            if node not in self.done:
+                rate = self._rate(node)
+                if rate != graph.zero:
+                    rates[node] = rate
+        self.done.update(cone)
+        return [rates.get(output, graph.zero) for output in outputs]
+
+    def _rate(self, node: int) -> int:
+        g, rates, operands = self.graph, self.rates, self.graph.operands[node]
+        moving = [operand for operand in operands if operand in rates]
+        if not moving:
+            return g.zero
+        if g.code[node] in (ADD, SUBTRACT):
+            a, b = (rates.get(operand, g.zero) for operand in operands)
+            return g.add(a, b) if g.code[node] == ADD else g.subtract(a, b)
+        return g.total(
+            g.multiply(partial, rates[below]) for below, partial in _partials(g, node, rates) if below in rates
+        )
+
+
+def reverse(graph: Graph, seeds: Mapping[int, int], variables: Iterable[int]) -> list[int]:
+    """Gradient by ``variables``, (n,) nodes, of the sum of adjoint * output over ``seeds`` {output: adjoint}.
+
+    The adjoints in ``seeds`` are taken as they stand, not differentiated. The cost is a small multiple of that of the
+    outputs, whatever n is. Source: Griewank, Walther, section 3.2 (propagation of adjoints).
+    """
+    variables, zero = list(variables), graph.zero
+    adjoint: dict[int, int] = {}
+    for output, weight in seeds.items():
+        adjoint[output] = graph.add(adjoint.get(output, zero), weight)
+    inner = _dependent(graph, seeds, variables)
+    depending = {*inner, *variables}
+    for node in reversed(inner):
+        weight = adjoint.get(node, zero)
+        if weight == zero:
+            continue
+        for operand, partial in _partials(graph, node, depending):
+            if operand in depending:
+                adjoint[operand] = graph.add(adjoint.get(operand, zero), graph.multiply(partial, weight))
+    return [adjoint.get(variable, zero) for variable in variables]
+
+
+def _dependent(graph: Graph, outputs: Iterable[int], variables: Iterable[int]) -> list[int]:
+    """The inner nodes between ``variables`` and ``outputs``, ascending."""
+    reached = set(variables)
+    order: list[int] = []
+    for node in graph.cone(outputs):
+        if not reached.isdisjoint(graph.operands[node]):
+            reached.add(node)
+            order.append(node)
+    return order
+
+
+def _partials(graph: Graph, node: int, varying: Collection[int]) -> Iterable[tuple[int, int]]:
+    """(operand, partial derivative) of ``node``; an operand that stands twice (a square) is met once.
+
+    Of l * sin(x) with an l that does not vary, x counts as the operand: l * cos(x) is what velocities are made of, so
+    that it is there already.
+    """
+    code, operands = graph.code[node], graph.operands[node]
+    if code == MULTIPLY:
+        a, b = operands
+        factor, other = (a, b) if b in varying else (b, a)
+        if factor not in varying and graph.code[other] in FUNCTIONS:
+            ((below, partial),) = _partials(graph, other, varying)
+            return ((below, graph.multiply(factor, partial)),)
+        return ((a, graph.add(a, a)),) if a == b else ((a, b), (b, a))
+    derivative = OPERATIONS[code].derivative
+    assert derivative is not None  # constants and symbols have no operands and never come here
+    partials = derivative(graph, operands, node)
+    if len(operands) == 2 and operands[0] == operands[1]:
+        return ((operands[0], graph.add(*partials)),)
+    return zip(operands, partials, strict=True)

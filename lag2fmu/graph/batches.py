@@ -1,0 +1,65 @@
+"""Nodes in numbers at batches of states, by NumPy; ``Graph.evaluate`` is for one state."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping, Sequence
+
+import numpy as np
+from numpy.typing import NDArray
+
+from lag2fmu.graph.graph import Graph
+from lag2fmu.graph.operations import CONSTANT, OPERATIONS, SYMBOL
+
+Floats = NDArray[np.float64]
+Values = Mapping[str, "float | Floats"]
+
+_NUMPY: dict[str, Callable[..., Floats]] = {
+    "add": np.add,
+    "subtract": np.subtract,
+    "multiply": np.multiply,
+    "divide": np.divide,
+    "negate": np.negative,
+    "asin": np.arcsin,
+    "acos": np.arccos,
+    "atan": np.arctan,
+    "abs": np.abs,
+    "heaviside": lambda x: np.heaviside(x, 0.5),
+    "atan2": np.arctan2,
+    "power": np.power,
+    "min": np.minimum,
+    "max": np.maximum,
+}
+
+
+def _value(values: Mapping[str, Floats | float], name: str) -> Floats | float:
+    """The value of a variable; seeds of tangents, whose names have a space, are 0.
+
+    They may stand in a node that was built for a tangent and has the value of what is asked for whatever they are.
+    """
+    return values.get(name, 0.0) if " " in name else values[name]
+
+
+def evaluate(graph: Graph, nodes: Sequence[int], values: Values) -> Floats:
+    """``nodes`` (k,) at a batch of ``values`` {variable: () or what broadcasts}: (k, *batch); nan without a value."""
+    found: dict[int, Floats | float] = {}
+    with np.errstate(all="ignore"):
+        for node in graph.cone(nodes):
+            code = graph.code[node]
+            if code == CONSTANT:
+                found[node] = np.float64(float(graph.value(node)))
+            elif code == SYMBOL:
+                found[node] = np.asarray(_value(values, str(graph.leaf[node])), dtype=np.float64)
+            else:
+                name = OPERATIONS[code].name
+                function = _NUMPY.get(name) or getattr(np, name)
+                found[node] = function(*(found[operand] for operand in graph.operands[node]))
+    batch = np.broadcast_shapes(*{np.shape(x) for x in values.values()})
+    result: Floats = np.empty((len(nodes), *batch))
+    for i, node in enumerate(nodes):
+        result[i, ...] = found[node]
+    return result
+
+
+def matrix(graph: Graph, rows: Sequence[Sequence[int]], values: Values, columns: int) -> Floats:
+    """A matrix of nodes (r, ``columns``) at the state ``values`` (SI units): as numbers, of the same shape."""
+    return evaluate(graph, [entry for row in rows for entry in row], values).reshape(len(rows), columns)

@@ -1,0 +1,73 @@
+"""Fingerprints: every node evaluated at one random point modulo the prime 2^61 - 1.
+
+Two expressions with equal fingerprints are equal, but for a chance of about (nodes^2 * degree) / 2^61 (Schwartz and
+Zippel). Sines and cosines are points of the unit circle and sums of angles are products of such points, so that
+sin^2 + cos^2 = 1 and the addition theorems hold. Other functions are random values of their operands' fingerprints.
+Source: J. T. Schwartz, J. ACM 27 (1980) 701-717; the same idea for program graphs: W. A. Martin, J. ACM 18 (1971) 549.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from fractions import Fraction
+from hashlib import blake2b
+from typing import TYPE_CHECKING
+
+from lag2fmu.graph.operations import ADD, NEGATE, SUBTRACT
+
+if TYPE_CHECKING:
+    from lag2fmu.graph.graph import Graph
+
+PRIME = (1 << 61) - 1
+Point = tuple[int, int]
+"""(cos, sin) of an angle, as a point of the unit circle modulo PRIME."""
+
+
+def random_mark(kind: str, key: str | Sequence[int]) -> int:
+    """A value from 1 on that depends on nothing but its arguments, whatever the hash seed."""
+    digest = blake2b(f"{kind} {key}".encode(), digest_size=16).digest()
+    return int.from_bytes(digest, "big") % (PRIME - 1) + 1
+
+
+def constant_mark(value: Fraction | float) -> int:
+    """The value of a number."""
+    exact = Fraction(value) if math.isfinite(value) else None
+    if exact is None or exact.denominator % PRIME == 0:
+        return random_mark("constant", repr(value))
+    return exact.numerator * pow(exact.denominator, -1, PRIME) % PRIME
+
+
+class Circle:
+    """The points of the circle for the angles of a graph: sums, differences, opposites by the addition theorems."""
+
+    def __init__(self) -> None:
+        self.known: dict[int, Point] = {}
+
+    def copy(self) -> Circle:
+        """The same points, for a copy of the graph"""
+        other = Circle()
+        other.known = self.known.copy()
+        return other
+
+    def point(self, graph: Graph, angle: int) -> Point:
+        """The point of the node ``angle``."""
+        known = self.known.get(angle)
+        if known is None:
+            known = self.known[angle] = self._new(graph, angle)
+        return known
+
+    def _new(self, graph: Graph, angle: int) -> Point:
+        code, operands = graph.code[angle], graph.operands[angle]
+        if code in (ADD, SUBTRACT):
+            (c, s), (d, t) = (self.point(graph, operand) for operand in operands)
+            t = t if code == ADD else -t
+            return (c * d - s * t) % PRIME, (s * d + c * t) % PRIME
+        if code == NEGATE:
+            c, s = self.point(graph, operands[0])
+            return c, -s % PRIME
+        if angle == graph.zero:
+            return 1, 0
+        tangent = random_mark("angle", [graph.marks[angle]])  # of half the angle
+        inverse = pow(1 + tangent * tangent, -1, PRIME)
+        return (1 - tangent * tangent) * inverse % PRIME, 2 * tangent * inverse % PRIME

@@ -1,0 +1,382 @@
+"""A hash-consed graph of scalar expressions: every distinct subexpression stands once.
+
+Distinct means distinct in value: nodes are compared by a fingerprint, so that sin(x)^2 + cos(x)^2 is the node 1.
+
+Nodes are integers; a node's operands have smaller numbers, so ascending order is an order of evaluation. Building a
+node applies cheap local rewrites (neutral elements, signs, constants folded as exact fractions). The same input
+builds the same graph, whatever the hash seed.
+
+Source: J.-C. Filliatre, S. Conchon, Type-safe modular hash-consing, ML Workshop 2006; A. Griewank, A. Walther,
+Evaluating Derivatives, SIAM 2008, chapter 2, for the evaluation graph.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Collection, Iterable, Mapping, Sequence
+from fractions import Fraction
+
+from lag2fmu.graph.fingerprint import PRIME, Circle, constant_mark, random_mark
+from lag2fmu.graph.operations import (
+    ADD,
+    CODE,
+    CONSTANT,
+    COSINE,
+    DIVIDE,
+    MULTIPLY,
+    NEGATE,
+    OPERATIONS,
+    SINE,
+    SUBTRACT,
+    SYMBOL,
+)
+
+Number = Fraction | float
+_MAX_BITS = 512  # exact constants longer than this are rounded to double precision
+
+
+class Graph:
+    """The nodes: ``code`` of the operation, ``operands``, ``marks`` (fingerprints), each a list by node number.
+
+    ``leaf``: {node: value of a constant, name of a symbol}. An operation first asks whether there is a node of its
+    value, or of the opposite one; rewrites are for what is new.
+    """
+
+    def __init__(self) -> None:
+        self.code: list[int] = []
+        self.operands: list[tuple[int, ...]] = []
+        self.leaf: dict[int, Number | str] = {}
+        self.marks: list[int] = []
+        self._by_mark: dict[int, int] = {}
+        self._leaves: dict[Number | str, int] = {}
+        self._functions: dict[tuple[int, ...], int] = {}
+        self._inverses: dict[int, int] = {}
+        self._circle = Circle()
+        self.zero: int = self.constant(0)
+        self.one: int = self.constant(1)
+        self.minus_one: int = self.constant(-1)
+        self.constant_half: int = self.constant(Fraction(1, 2))
+
+    def __len__(self) -> int:
+        return len(self.code)
+
+    def copy(self) -> Graph:
+        """The same nodes, to go on from in another way"""
+        other = Graph()
+        for name, content in vars(self).items():
+            setattr(other, name, content if isinstance(content, int) else content.copy())
+        return other
+
+    def adopt(self, copy: Graph) -> None:
+        """Take over the nodes of a copy that has gone on"""
+        vars(self).update(vars(copy))
+
+    # ------------------------------------------------------------------------------------------------- making nodes
+
+    def _new(self, code: int, operands: tuple[int, ...], mark: int) -> int:
+        node = self._by_mark[mark] = len(self.code)
+        self.code.append(code)
+        self.operands.append(operands)
+        self.marks.append(mark)
+        return node
+
+    def _new_leaf(self, code: int, leaf: Number | str, mark: int) -> int:
+        node = self._by_mark.get(mark)
+        if node is None:
+            node = self._new(code, (), mark)
+            self.leaf[node] = leaf
+        return node
+
+    def _opposite(self, mark: int) -> int:
+        """- (the node of the opposite value), which there is"""
+        return self._new(NEGATE, (self._by_mark[PRIME - mark],), mark)
+
+    def constant(self, value: Number | int) -> int:
+        """The node of a number; fractions stay exact up to a length of 512 bits."""
+        node = self._leaves.get(value)
+        if node is None:
+            exact: Number = value if isinstance(value, float) else Fraction(value)
+            if isinstance(exact, Fraction) and max(map(int.bit_length, exact.as_integer_ratio())) > _MAX_BITS:
+                exact = float(exact)
+            node = self._leaves[value] = self._new_leaf(CONSTANT, exact, constant_mark(exact))
+        return node
+
+    def symbol(self, name: str) -> int:
+        """The node of the variable ``name``."""
+        node = self._leaves.get(name)
+        if node is None:
+            node = self._leaves[name] = self._new_leaf(SYMBOL, name, random_mark("symbol", name))
+        return node
+
+    def is_constant(self, node: int) -> bool:
+        """Whether ``node`` is a number."""
+        return self.code[node] == CONSTANT
+
+    def value(self, node: int) -> Number:
+        """The number of a constant node."""
+        value = self.leaf[node]
+        assert isinstance(value, (Fraction, float))
+        return value
+
+    # --------------------------------------------------------------------------------------------------- arithmetic
+
+    def negate(self, a: int) -> int:
+        """-a"""
+        mark = -self.marks[a] % PRIME
+        node = self._by_mark.get(mark)
+        if node is not None:
+            return node
+        return self.constant(-self.value(a)) if self.code[a] == CONSTANT else self._new(NEGATE, (a,), mark)
+
+    def add(self, a: int, b: int) -> int:
+        """a + b"""
+        mark = (self.marks[a] + self.marks[b]) % PRIME
+        node = self._by_mark.get(mark)
+        return self._sum(a, b, mark) if node is None else node
+
+    def _sum(self, a: int, b: int, mark: int) -> int:
+        code = self.code
+        if code[a] == CONSTANT and code[b] == CONSTANT:
+            return self.constant(self.value(a) + self.value(b))
+        if PRIME - mark in self._by_mark:
+            return self._opposite(mark)
+        if code[b] == NEGATE:
+            return self._difference(a, self.operands[b][0], mark)
+        if code[a] == NEGATE:
+            return self._difference(b, self.operands[a][0], mark)
+        if a == b:
+            return self._scaled(self.constant(2), a, mark)
+        return self._new(ADD, (a, b) if a < b else (b, a), mark)
+
+    def subtract(self, a: int, b: int) -> int:
+        """a - b"""
+        mark = (self.marks[a] - self.marks[b]) % PRIME
+        node = self._by_mark.get(mark)
+        return self._difference(a, b, mark) if node is None else node
+
+    def _difference(self, a: int, b: int, mark: int) -> int:
+        code = self.code
+        if code[a] == CONSTANT and code[b] == CONSTANT:
+            return self.constant(self.value(a) - self.value(b))
+        if PRIME - mark in self._by_mark:
+            return self._opposite(mark)
+        if code[b] == NEGATE:
+            return self._sum(a, self.operands[b][0], mark)
+        if code[a] == NEGATE:
+            return self.negate(self.add(self.operands[a][0], b))
+        return self._new(SUBTRACT, (a, b), mark)
+
+    def multiply(self, a: int, b: int) -> int:
+        """a * b; constants are gathered in front, signs are pulled out"""
+        mark = self.marks[a] * self.marks[b] % PRIME
+        node = self._by_mark.get(mark)
+        return self._product(a, b, mark) if node is None else node
+
+    def _product(self, a: int, b: int, mark: int) -> int:
+        code = self.code
+        if code[b] == CONSTANT:
+            a, b = b, a
+        if code[a] == CONSTANT:
+            return self._scaled(a, b, mark)
+        if PRIME - mark in self._by_mark:
+            return self._opposite(mark)
+        for x, y in ((a, b), (b, a)):
+            kind, operands = code[x], self.operands[x]
+            if kind == NEGATE:
+                return self.negate(self.multiply(operands[0], y))
+            if kind == MULTIPLY and code[operands[0]] == CONSTANT:
+                return self.multiply(operands[0], self.multiply(operands[1], y))
+        return self._new(MULTIPLY, (a, b) if a < b else (b, a), mark)
+
+    def _scaled(self, factor: int, b: int, mark: int) -> int:
+        """factor * b with a constant ``factor``"""
+        if self.code[b] == CONSTANT:
+            return self.constant(self.value(factor) * self.value(b))
+        if PRIME - mark in self._by_mark:
+            return self._opposite(mark)
+        if self.code[b] == NEGATE:
+            return self.multiply(self.negate(factor), self.operands[b][0])
+        if self.code[b] == MULTIPLY and self.code[self.operands[b][0]] == CONSTANT:
+            inner, rest = self.operands[b]
+            return self.multiply(self.constant(self.value(factor) * self.value(inner)), rest)
+        return self._new(MULTIPLY, (factor, b), mark)
+
+    def divide(self, a: int, b: int) -> int:
+        """a / b; raises ZeroDivisionError if b is the constant 0"""
+        if self.code[b] == CONSTANT:
+            return self.multiply(self.constant(1 / self.value(b)), a)
+        inverse = self._inverses.get(b)
+        if inverse is None:
+            inverse = self._inverses[b] = pow(self.marks[b], -1, PRIME)
+        mark = self.marks[a] * inverse % PRIME
+        node = self._by_mark.get(mark)
+        if node is not None:
+            return node
+        if PRIME - mark in self._by_mark:
+            return self._opposite(mark)
+        if self.code[a] == NEGATE:
+            return self.negate(self.divide(self.operands[a][0], b))
+        if self.code[b] == NEGATE:
+            return self.negate(self.divide(a, self.operands[b][0]))
+        return self._new(DIVIDE, (a, b), mark)
+
+    def power(self, base: int, exponent: int) -> int:
+        """base ** exponent; whole and half powers by repeated squaring and a square root
+
+        Source: D. Knuth, The Art of Computer Programming, volume 2, section 4.6.3 (the binary method).
+        """
+        if not self.is_constant(exponent):
+            return self._function(CODE["power"], (base, exponent))
+        value = self.value(exponent)
+        if not isinstance(value, Fraction) or value.denominator > 2:
+            return self.apply("power", base, exponent)
+        if value < 0:
+            return self.divide(self.one, self.power(base, self.constant(-value)))
+        whole, half = divmod(value, 1)
+        result = self.apply("sqrt", base) if half else self.one
+        square, count = base, int(whole)
+        while count:
+            if count & 1:
+                result = self.multiply(result, square)
+            square, count = (self.multiply(square, square) if count > 1 else square), count >> 1
+        return result
+
+    def apply(self, name: str, *operands: int) -> int:
+        """A function of OPERATIONS by ``name``; of constants, its value (exact for the trivial arguments)"""
+        key = (CODE[name], *operands)
+        node = self._functions.get(key)
+        if node is None:
+            node = self._functions[key] = self._applied(name, key[0], operands)
+        return node
+
+    def _applied(self, name: str, code: int, operands: tuple[int, ...]) -> int:
+        if operands == (self.zero,) and name in ("sin", "tan", "asin", "atan", "sinh", "tanh", "sqrt", "abs", "sign"):
+            return self.zero
+        if operands == (self.zero,) and name in ("cos", "exp", "cosh"):
+            return self.one
+        if all(self.is_constant(operand) for operand in operands):
+            return self.constant(OPERATIONS[code].value(*(float(self.value(o)) for o in operands)))
+        return self._function(code, operands)
+
+    def _function(self, code: int, operands: tuple[int, ...]) -> int:
+        if code in (SINE, COSINE):
+            mark = self._circle.point(self, operands[0])[code == SINE]
+        else:
+            mark = random_mark(OPERATIONS[code].name, [self.marks[operand] for operand in operands])
+        node = self._by_mark.get(mark)
+        if node is not None:
+            return node
+        return self._opposite(mark) if PRIME - mark in self._by_mark else self._new(code, operands, mark)
+
+    def total(self, terms: Iterable[int]) -> int:
+        """The sum of ``terms``, from left to right"""
+        result = self.zero
+        for term in terms:
+            result = self.add(result, term)
+        return result
+
+    def dot(self, a: Sequence[int], b: Sequence[int]) -> int:
+        """The inner product of two vectors of nodes of equal length"""
+        return self.total(self.multiply(x, y) for x, y in zip(a, b, strict=True))
+
+    # --------------------------------------------------------------------------------------------------- traversals
+
+    def cone(self, outputs: Iterable[int], given: Collection[int] = ()) -> list[int]:
+        """All nodes that ``outputs`` need, ascending; what is below ``given`` nodes is not needed"""
+        return sorted(self._reached(outputs, given))
+
+    def _reached(self, outputs: Iterable[int], given: Collection[int]) -> set[int]:
+        operands = self.operands
+        seen = set(outputs)
+        stack = list(seen)
+        while stack:
+            node = stack.pop()
+            if node in given:
+                continue
+            for operand in operands[node]:
+                if operand not in seen:
+                    seen.add(operand)
+                    stack.append(operand)
+        return seen
+
+    def symbols(self, outputs: Iterable[int]) -> set[str]:
+        """The names of all variables that ``outputs``, (k,) nodes, depend on"""
+        return {str(self.leaf[node]) for node in self.cone(outputs) if self.code[node] == SYMBOL}
+
+    def schedule(self, outputs: Iterable[int], given: Collection[int] = ()) -> list[int]:
+        """The nodes that ``outputs`` need beside ``given`` ones, in depth-first order: operands shortly before use"""
+        done: set[int] = set(given)
+        order: list[int] = []
+        for output in outputs:
+            stack = [output]
+            while stack:
+                node = stack.pop()
+                if node < 0:  # the complement of a node whose operands are there
+                    order.append(~node)
+                elif node not in done:
+                    done.add(node)
+                    stack.append(~node)
+                    stack += reversed(self.operands[node])
+        return order
+
+    def operations(self, outputs: Iterable[int], given: Collection[int] = ()) -> int:
+        """The number of arithmetic operations and function calls that ``outputs`` take beside ``given`` nodes"""
+        code, reached = self.code, self._reached(outputs, given)
+        return sum(code[node] > SYMBOL for node in reached.difference(given))
+
+    def frontier(self, outputs: Sequence[int], variables: Collection[int]) -> list[int]:
+        """What ``outputs`` need of nodes that do not depend on ``variables``: the operands between both, ascending"""
+        moving = set(variables)
+        border: set[int] = {output for output in outputs if output not in moving}
+        for node in self.cone(outputs):
+            operands = self.operands[node]
+            if any(operand in moving for operand in operands):
+                moving.add(node)
+                border |= set(operands)
+        return sorted(node for node in border if node not in moving and not self.is_constant(node))
+
+    def substitute(self, outputs: Sequence[int], replacement: Mapping[int, int]) -> list[int]:
+        """``outputs``, (k,) nodes, with nodes replaced {old: new}, rebuilt through the rewrites: (k,) nodes"""
+        new: dict[int, int] = dict(replacement)
+        for node in self.cone(outputs):
+            if node not in new:
+                new[node] = self.rebuild(node, [new[operand] for operand in self.operands[node]])
+        return [new[output] for output in outputs]
+
+    def rebuild(self, node: int, operands: Sequence[int]) -> int:
+        """The operation of ``node`` on other ``operands``"""
+        code = self.code[node]
+        if code in (CONSTANT, SYMBOL):
+            return node
+        arithmetic = {ADD: self.add, SUBTRACT: self.subtract, MULTIPLY: self.multiply, DIVIDE: self.divide}
+        if code in arithmetic:
+            return arithmetic[code](*operands)
+        name = OPERATIONS[code].name
+        if name == "negate":
+            return self.negate(*operands)
+        return self.power(*operands) if name == "power" else self.apply(name, *operands)
+
+    def evaluate(self, outputs: Sequence[int], values: Mapping[str, float]) -> list[float]:
+        """The values of ``outputs``, (k,) nodes, in double precision; nan where a function has none.
+
+        ``values`` {variable: SI value} has all that they depend on. For many states at once see ``batches.evaluate``.
+        """
+        result: dict[int, float] = {}
+        for node in self.cone(outputs):
+            code, operands = self.code[node], self.operands[node]
+            if code == MULTIPLY:
+                result[node] = result[operands[0]] * result[operands[1]]
+            elif code == ADD:
+                result[node] = result[operands[0]] + result[operands[1]]
+            elif code == SUBTRACT:
+                result[node] = result[operands[0]] - result[operands[1]]
+            elif code == SYMBOL:
+                result[node] = values[str(self.leaf[node])]
+            elif code == CONSTANT:
+                result[node] = float(self.value(node))
+            else:
+                try:
+                    result[node] = OPERATIONS[code].value(*(result[operand] for operand in operands))
+                except (ValueError, OverflowError, ZeroDivisionError):
+                    result[node] = math.nan
+        return [result[output] for output in outputs]

@@ -1,0 +1,125 @@
+"""SymPy expressions of a record, put on the graph."""
+
+from __future__ import annotations
+
+from collections import Counter
+from collections.abc import Iterable, Mapping
+from fractions import Fraction
+
+import sympy as sp
+
+from lag2fmu.errors import DerivationError
+from lag2fmu.graph.graph import Graph
+
+FUNCTIONS = {
+    sp.sin: "sin",
+    sp.cos: "cos",
+    sp.tan: "tan",
+    sp.asin: "asin",
+    sp.acos: "acos",
+    sp.atan: "atan",
+    sp.sinh: "sinh",
+    sp.cosh: "cosh",
+    sp.tanh: "tanh",
+    sp.exp: "exp",
+    sp.log: "log",
+    sp.Abs: "abs",
+    sp.sign: "sign",
+    sp.Heaviside: "heaviside",
+    sp.atan2: "atan2",
+    sp.Min: "min",
+    sp.Max: "max",
+}
+
+
+class Translator:
+    """Puts expressions on ``graph``; ``names`` gives the node of each variable and definition, by name.
+
+    Sums begin with the terms that stand in most sums of ``expressions``, so that sums share their beginnings: positions
+    of a chain written as flat sums l1 sin(q1) + l2 sin(q2) + ... become a recursion from link to link.
+    """
+
+    def __init__(self, graph: Graph, names: Mapping[str, int], expressions: Iterable[sp.Expr] = ()) -> None:
+        self.graph, self.names = graph, dict(names)
+        self._memory: dict[sp.Expr, int] = {}
+        self._cores: dict[sp.Expr, sp.Expr] = {}
+        self._frequency = self._term_frequency(expressions)
+
+    def define(self, name: str, node: int) -> None:
+        """Let ``name`` stand for ``node`` in expressions translated from now on."""
+        self.names[name] = node
+
+    def __call__(self, expression: sp.Expr) -> int:
+        """The node of ``expression``; raises DerivationError for an operation the graph does not have."""
+        node = self._memory.get(expression)
+        if node is None:
+            node = self._memory[expression] = self._translate(expression)
+        return node
+
+    def vector(self, expressions: tuple[sp.Expr, ...]) -> tuple[int, ...]:
+        """The nodes of several expressions, (k,)."""
+        return tuple(self(e) for e in expressions)
+
+    def _translate(self, e: sp.Expr) -> int:
+        g = self.graph
+        if e.is_Symbol:
+            return self.names[e.name]
+        if e.is_Rational:
+            return g.constant(Fraction(int(e.p), int(e.q)))
+        if e.is_NumberSymbol:
+            return g.constant(float(e))
+        if e.is_Add:
+            return self._sum(e)
+        if e.is_Mul:
+            return self._product(e)
+        if e.is_Pow:
+            return g.apply("exp", self(e.exp)) if e.base is sp.E else g.power(self(e.base), self(e.exp))
+        name = FUNCTIONS.get(e.func)
+        if name is None:
+            raise DerivationError(f"'{e}' uses the operation {e.func.__name__}, which the equations cannot be made of")
+        arguments = [self(a) for a in (e.args[:1] if name == "heaviside" else e.args)]
+        if name in ("min", "max"):
+            result = arguments[0]
+            for argument in arguments[1:]:
+                result = g.apply(name, result, argument)
+            return result
+        return g.apply(name, *arguments)
+
+    def _sum(self, e: sp.Expr) -> int:
+        """A sum from left to right, the most frequent terms first."""
+        cores = {term: self._core(term) for term in e.args}
+        order = sorted(e.args, key=lambda term: (-self._frequency[cores[term]], self(cores[term])))
+        return self.graph.total(self(term) for term in order)
+
+    def _core(self, term: sp.Expr) -> sp.Expr:
+        """``term`` without its numerical factor; one object for equal ones, so that SymPy need not compare them."""
+        core = self._cores.get(term)
+        if core is None:
+            core = term.as_coeff_Mul()[1]
+            core = self._cores[term] = self._cores.setdefault(core, core)
+        return core
+
+    def _term_frequency(self, expressions: Iterable[sp.Expr]) -> Counter[sp.Expr]:
+        """How many different sums in ``expressions`` each term stands in, numerical factors aside."""
+        frequency: Counter[sp.Expr] = Counter()
+        seen: set[sp.Expr] = set()
+        stack = list(expressions)
+        while stack:
+            e = stack.pop()
+            if e not in seen:
+                seen.add(e)
+                stack.extend(e.args)
+                if e.is_Add:
+                    frequency.update([self._core(term) for term in e.args])
+        return frequency
+
+    def _product(self, e: sp.Expr) -> int:
+        """A product as numerator / denominator, so that x/y is one division."""
+        g = self.graph
+        above, below = g.one, g.one
+        for factor in e.args:
+            if factor.is_Pow and factor.exp.is_Rational and factor.exp.is_negative:
+                below = g.multiply(below, self(1 / factor))
+            else:
+                above = g.multiply(above, self(factor))
+        return g.divide(above, below)

@@ -1,0 +1,99 @@
+"""From nodes of the graph back to SymPy expressions, as one would write them on paper.
+
+The graph shares subexpressions; a reader wants them written out. Hence expressions are multiplied out and products of
+sines and cosines are taken together by the addition theorems; nothing else is simplified.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Mapping, Sequence
+from itertools import combinations
+
+import sympy as sp
+
+from lag2fmu.graph.graph import Graph
+from lag2fmu.graph.operations import CONSTANT, NEGATE, OPERATIONS, SYMBOL
+from lag2fmu.graph.translate import FUNCTIONS
+
+_SYMPY = {name: function for function, name in FUNCTIONS.items()} | {
+    "add": lambda a, b: a + b,
+    "subtract": lambda a, b: a - b,
+    "multiply": lambda a, b: a * b,
+    "divide": lambda a, b: a / b,
+    "negate": lambda a: -a,
+    "sqrt": sp.sqrt,
+    "power": sp.Pow,
+}
+_OTHER = {sp.sin: sp.cos, sp.cos: sp.sin}
+
+
+def written_operations(graph: Graph, nodes: Iterable[int]) -> int:
+    """The number of operations of ``nodes`` if every formula is written out, shared parts as often as they stand."""
+    nodes = list(nodes)
+    count: dict[int, int] = {}
+    for node in graph.cone(nodes):
+        operands = graph.operands[node]
+        count[node] = sum(count[o] for o in operands) + bool(operands)
+    return sum(count[node] for node in nodes)
+
+
+def written(graph: Graph, nodes: Sequence[int]) -> list[sp.Expr]:
+    """``nodes``, (k,), as SymPy expressions in symbols that are real; what stands in functions is tidied."""
+    found: dict[int, sp.Expr] = {}
+    for node in graph.cone(nodes):
+        code = graph.code[node]
+        if code == CONSTANT:
+            found[node] = sp.sympify(graph.value(node))
+        elif code == SYMBOL:
+            found[node] = sp.Symbol(str(graph.leaf[node]), real=True)
+        else:
+            operands = [found[o] for o in graph.operands[node]]
+            if code > NEGATE:  # what stands below a root or in a function is not reached by tidying the whole
+                operands = [tidy(operand) for operand in operands]
+            found[node] = _SYMPY[OPERATIONS[code].name](*operands)
+    return [found[node] for node in nodes]
+
+
+def tidy(expression: sp.Expr) -> sp.Expr:
+    """``expression`` multiplied out, with sin a sin b + cos a cos b and the like taken together."""
+    terms = dict(sp.expand(expression).as_coefficients_dict())
+    while (pair := _addition_theorem(terms)) is not None:
+        one, other, result = pair
+        del terms[one], terms[other]
+        factor, core = result.as_coeff_Mul()
+        terms[core] = terms.get(core, 0) + factor
+    return sp.Add(*(coefficient * core for core, coefficient in terms.items()))
+
+
+def _addition_theorem(terms: Mapping[sp.Expr, sp.Expr]) -> tuple[sp.Expr, sp.Expr, sp.Expr] | None:
+    """Two of ``terms`` {product: coefficient} and what both are together by an addition theorem; None without such two.
+
+    cos(a - b) = cos a cos b + sin a sin b, sin(a + b) = sin a cos b + cos a sin b; Abramowitz and Stegun, 4.3.16-17.
+    """
+    for core, coefficient in terms.items():
+        for f, g in combinations(_circular_factors(core), 2):
+            a, b = f.args[0], g.args[0]
+            other = core / (f * g) * _OTHER[f.func](a) * _OTHER[g.func](b)
+            partner = terms.get(other)
+            if partner is None or other == core or partner not in (coefficient, -coefficient):
+                continue
+            same = partner == coefficient
+            if f.func == g.func:
+                sign = 1 if same or f.func is sp.cos else -1
+                together = sign * sp.cos(a - b if same else a + b)
+            elif f.func is sp.sin:
+                together = sp.sin(a + b if same else a - b)
+            else:
+                together = sp.sin(a + b) if same else sp.sin(b - a)
+            return core, other, coefficient * core / (f * g) * together
+    return None
+
+
+def _circular_factors(core: sp.Expr) -> list[sp.Expr]:
+    """The sines and cosines that ``core`` is a product of, squares twice."""
+    found: list[sp.Expr] = []
+    for factor in sp.Mul.make_args(core):
+        base, exponent = factor.as_base_exp()
+        if base.func in _OTHER and exponent in (1, 2):
+            found += [base] * int(exponent)
+    return found

@@ -1,0 +1,1 @@
+"""Units, dimensions, expressions and their parser; this room knows no mechanism."""

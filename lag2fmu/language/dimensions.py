@@ -1,0 +1,103 @@
+"""Dimensions of expressions, inferred from the units of the names in them.
+
+A dimension is a tuple of the exponents of kg, m, s, A, K, mol, cd (fractions under roots); None is unknown. Unknown
+dimensions are let pass: only what is known can mismatch. The radian counts as 1.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from fractions import Fraction
+
+import sympy as sp
+
+from lag2fmu.errors import UnitError
+from lag2fmu.language.units import BASE_UNITS, Exponents, si_name
+
+Dimension = tuple[Fraction, ...]
+ONE: Dimension = (Fraction(0),) * (len(BASE_UNITS) - 1)
+
+_SAME = (sp.Min, sp.Max, sp.Abs)
+
+
+def dimension(exponents: Exponents) -> Dimension:
+    """The dimension of a unit with ``exponents`` (of BASE_UNITS)."""
+    return tuple(Fraction(e) for e in exponents[: len(ONE)])
+
+
+def describe(d: Dimension) -> str:
+    """``d`` as a unit name, e.g. ``N.m``-like text for a message."""
+    if any(e.denominator != 1 for e in d):
+        return ".".join(f"{base}^({e})" for base, e in zip(BASE_UNITS, d, strict=False) if e)
+    return si_name((*(int(e) for e in d), 0)) or "1"
+
+
+class DimensionOf:
+    """Infers dimensions of expressions; ``known`` maps names to dimensions (None or missing: unknown)."""
+
+    def __init__(self, known: Mapping[str, Dimension | None]) -> None:
+        self.known = known
+        self.memory: dict[sp.Expr, Dimension | None] = {}
+
+    def __call__(self, expression: sp.Expr) -> Dimension | None:
+        """The dimension of ``expression``, None if unknown; raises UnitError where a sum or function mismatches."""
+        if expression not in self.memory:
+            self.memory[expression] = self._infer(expression)
+        return self.memory[expression]
+
+    def _infer(self, e: sp.Expr) -> Dimension | None:
+        if e.is_Symbol:
+            return self.known.get(e.name)
+        if e.is_number:
+            return ONE
+        if e.is_Mul:
+            return _product([self(a) for a in e.args])
+        if e.is_Pow:
+            return self._power(e)
+        if e.is_Add or isinstance(e, (*_SAME, sp.atan2)):
+            common = self._common(e)
+            return ONE if isinstance(e, sp.atan2) else common
+        if isinstance(e, (sp.sign, sp.Heaviside)):
+            self(e.args[0])
+            return ONE
+        argument = self(e.args[0])
+        if argument not in (None, ONE):
+            raise UnitError(
+                f"the argument of '{e}' has the dimension {describe(argument)}; it must be a pure number or an angle"
+            )
+        return ONE
+
+    def _power(self, e: sp.Expr) -> Dimension | None:
+        base, exponent = self(e.base), self(e.exp)
+        if exponent not in (None, ONE):
+            raise UnitError(f"the exponent of '{e}' has the dimension {describe(exponent)}; it must be a pure number")
+        if base is None or base == ONE:
+            return base
+        if not e.exp.is_Rational:
+            return None
+        return tuple(b * Fraction(int(e.exp.p), int(e.exp.q)) for b in base)
+
+    def _common(self, e: sp.Expr) -> Dimension | None:
+        """The one dimension of all arguments of a sum; zero fits everywhere."""
+        found: tuple[sp.Expr, Dimension] | None = None
+        unknown = False
+        for a in e.args:
+            d = self(a)
+            unknown |= d is None
+            if d is None or a.is_zero:
+                continue
+            if found is not None and d != found[1]:
+                raise UnitError(
+                    f"'{found[0]}' is in {describe(found[1])} but '{a}' is in {describe(d)}; they cannot be added"
+                )
+            found = (a, d)
+        return found[1] if found and not unknown else None
+
+
+def _product(factors: list[Dimension | None]) -> Dimension | None:
+    total = ONE
+    for d in factors:
+        if d is None:
+            return None
+        total = tuple(a + b for a, b in zip(total, d, strict=True))
+    return total

@@ -1,0 +1,69 @@
+"""Expressions: their language and normal form, the safe reader of their text, and the writer.
+
+Reader and writer are inverse to each other: ``parse(to_text(e)) == normal_form(e)``.
+"""
+
+from __future__ import annotations
+
+import sympy as sp
+from sympy.printing.str import StrPrinter
+
+from lag2fmu.language.parser import parse
+from lag2fmu.language.vocabulary import CONSTANTS, FUNCTIONS, NAME_OF, TIME, free_names, normal_form, symbol, value_of
+
+__all__ = [
+    "CONSTANTS",
+    "FUNCTIONS",
+    "NAME_OF",
+    "TIME",
+    "free_names",
+    "normal_form",
+    "number_text",
+    "parse",
+    "symbol",
+    "to_text",
+    "value_of",
+]
+
+
+class _TextPrinter(StrPrinter):  # type: ignore[misc]
+    """Prints with the names of FUNCTIONS."""
+
+    def _print_Function(self, expr: sp.Expr) -> str:
+        """Functions carry our names where SymPy's differ (Abs, Heaviside)."""
+        arguments = expr.args[:1] if isinstance(expr, sp.Heaviside) else expr.args
+        return f"{NAME_OF[expr.func]}({self.stringify(arguments, ', ')})"
+
+    _print_Abs = _print_Heaviside = _print_Min = _print_Max = _print_Function
+    _print_LatticeOp = _print_Function
+
+    def _print_Mul(self, expr: sp.Expr) -> str:
+        """1/(5*(x + y)) is written 1/(x + y)/5: read back, the first one would become 1/(5*x + 5*y)."""
+        coefficient, rest = expr.as_coeff_Mul()
+        below = [a for a in sp.Mul.make_args(rest) if a.is_Pow and a.exp.is_Rational and a.exp.is_negative]
+        if coefficient.q == 1 or len(below) != 1 or not below[0].base.is_Add or below[0].exp != -1:
+            return str(super()._print_Mul(expr))
+        return f"{self._print(coefficient.p * rest)}/{coefficient.q}"
+
+    def _print_Exp1(self, expr: sp.Expr) -> str:
+        """Euler's number has no letter in the text format."""
+        return "exp(1)"
+
+
+def to_text(expression: sp.Expr) -> str:
+    """``expression`` in the syntax of the text format, with decimals as decimals (``9.81*m``, not ``981*m/100``)."""
+    decimals = {number: _decimal(number) for number in expression.atoms(sp.Rational)}
+    return str(_TextPrinter({"order": "none"}).doprint(expression.xreplace(decimals)))
+
+
+def _decimal(number: sp.Rational) -> sp.Expr:
+    """A stand-in that prints ``number`` as a decimal, where that is exact and shorter than the fraction."""
+    text = number_text(abs(float(number))) if number.q > 12 and number else ""
+    if not text or len(text) > len(str(number)) or sp.Rational(text) != abs(number):
+        return number
+    return sp.sign(number) * sp.Symbol(text)
+
+
+def number_text(value: float) -> str:
+    """The shortest decimal text that reads back to ``value``."""
+    return repr(float(value))

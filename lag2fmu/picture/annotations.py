@@ -1,0 +1,125 @@
+"""What is written into the picture beside the mechanism: coordinates, axes, gravity, constraints."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+
+from lag2fmu.description.places import WORLD
+from lag2fmu.graph.batches import Floats
+from lag2fmu.language.expressions import to_text
+from lag2fmu.picture import glyphs
+from lag2fmu.picture.labels import pretty
+from lag2fmu.picture.layout import BOX, Layout
+from lag2fmu.picture.scene import Canvas, bounds
+
+_ARCS, _TRIADS, _NAMED, _LETTERS = 8, 8, 8, 9
+"""Hinges with an arrow, frames with axes, constraints with a name, letters of gravity, at most."""
+_SEEN = 0.15
+"""How long a unit vector has to look for an arrow."""
+
+
+def annotate(canvas: Canvas, layout: Layout) -> None:
+    """All of them; last, what stands beside the rest."""
+    _coordinates(canvas, layout)
+    _frames(canvas, layout)
+    _beside(canvas, layout)
+    _constraints(canvas, layout)
+
+
+def _coordinates(canvas: Canvas, layout: Layout) -> None:
+    """Names at the hinges and arrows along the rails, also of prescribed motions."""
+    s, m = layout.skeleton, layout.mechanism
+    names = {c.name for c in m.coordinates} | {u.name for u in m.motions}
+    turning: dict[int, list[str]] = {}
+    for name, spot in s.hinges.items():
+        if name in names:
+            turning.setdefault(spot, []).append(name)
+    for spot, group in turning.items():
+        _turning(canvas, layout, spot, group, arrow=layout.planar and len(turning) <= _ARCS)
+    for name, spot in s.sliders.items():
+        if name in names and name not in s.hinges:
+            _sliding(canvas, layout, spot, name)
+    for name, ends in s.stretches.items():
+        if name in names:
+            middle = layout.at_start[list(ends)].mean(axis=0)
+            canvas.name(f"coordinates.{name}", "coordinate", pretty(name), middle, 2.5)
+    for together, spot in s.floating.items():
+        canvas.name(f"coordinates.{together}", "coordinate", pretty(together), layout.at_start[spot], 3.0)
+
+
+def _turning(canvas: Canvas, layout: Layout, spot: int, group: Sequence[str], arrow: bool) -> None:
+    """The coordinates that turn something about one spot."""
+    part, text, place, away = f"coordinates.{group[0]}", pretty(", ".join(group)), layout.at_start[spot], 1.5
+    if arrow:
+        lines = glyphs.arc(place, 9.5 if layout.half(spot) else 5.0, *_swing(layout, spot))
+        canvas.stroke(part, "coordinate", lines)
+        place, away = lines[0][len(lines[0]) // 2], 1.0
+    canvas.name(part, "coordinate", text, place, away)
+
+
+def _swing(layout: Layout, spot: int) -> tuple[float, float]:
+    """The angles (rad) between which the arrow about a hinge runs: beside the link that turns there."""
+    for link in layout.skeleton.links:
+        if link.ends[0] == spot:
+            along = layout.at_start[link.ends[1]] - layout.at_start[spot]
+            angle = float(np.arctan2(along[1], along[0]))
+            return angle + 0.25, angle + 1.1
+    return 0.4, 2.0
+
+
+def _sliding(canvas: Canvas, layout: Layout, spot: int, name: str) -> None:
+    """An arrow beside what a coordinate shifts."""
+    beside = max(BOX[1], layout.radius(spot)) + 3.0
+    start = layout.at_start[spot] + beside * layout.across(spot)
+    end = start + 8.0 * layout.direction(spot)
+    canvas.stroke(f"coordinates.{name}", "coordinate", glyphs.arrow(start, end, 1.6))
+    canvas.name(f"coordinates.{name}", "coordinate", pretty(name), end, 1.0)
+
+
+def _frames(canvas: Canvas, layout: Layout) -> None:
+    """The axes of the frames of a spatial mechanism."""
+    if layout.planar or len(layout.mechanism.frames) > _TRIADS:
+        return
+    for name, axes in layout.skeleton.axes.items():
+        _axes(
+            canvas,
+            layout,
+            f"frames.{name}",
+            layout.at_start[layout.skeleton.origins[name]],
+            layout.positions[list(axes)],
+        )
+
+
+def _axes(canvas: Canvas, layout: Layout, part: str, origin: Floats, axes: Floats, size: float = 5.0) -> list[Floats]:
+    """Arrows along the ``axes`` (3, 3), its rows, as far as they are seen; returns their tips, (2,) each."""
+    tips = [origin + size * layout.view.flat(axis) for axis in axes]
+    for tip in tips:
+        if float(np.linalg.norm(tip - origin)) > _SEEN * size:
+            canvas.stroke(part, "axis", glyphs.arrow(origin, tip, 0.24 * size))
+    return tips
+
+
+def _beside(canvas: Canvas, layout: Layout) -> None:
+    """The world's axes at the lower left, gravity at the upper right of everything else."""
+    left, bottom, right, top = bounds(canvas.marks)
+    origin = np.array([left - 7.0, bottom])
+    for letter, tip in zip("xyz", _axes(canvas, layout, WORLD, origin, np.eye(3), 7.0), strict=True):
+        if float(np.linalg.norm(tip - origin)) > _SEEN * 7.0:
+            canvas.name(WORLD, "axis", letter, tip, 0.4)
+    gravity, down = layout.mechanism.gravity, layout.view.down
+    if gravity is None or down is None or float(np.linalg.norm(layout.view.flat(down))) < _SEEN:
+        return
+    corner, along = np.array([right + 5.0, top]), 9.0 * layout.view.flat(down)
+    canvas.stroke("gravity", "gravity", glyphs.arrow(corner, corner + along))
+    letter = to_text(gravity.acceleration)
+    canvas.name("gravity", "gravity", pretty(letter) if len(letter) <= _LETTERS else "g", corner + along / 2, 1.2)
+
+
+def _constraints(canvas: Canvas, layout: Layout) -> None:
+    """Their names, below."""
+    names = [c.name for c in layout.mechanism.constraints]
+    if names:
+        rest = f" and {len(names) - _NAMED} more" if len(names) > _NAMED else ""
+        canvas.notes.append(f"Constraints: {', '.join(names[:_NAMED])}{rest}.")

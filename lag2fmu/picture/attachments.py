@@ -1,0 +1,117 @@
+"""Where springs and dampers act that are written as an elongation or a rate, found from their derivatives by q.
+
+An elongation e(q) of a spring along an axis d between the places A and B has de/dq = d.(drB/dq - drA/dq); where A is
+at rest it is a wall. One that turns has de/dq = +-1 for an angle: a torsion spring at that hinge.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+
+import numpy as np
+
+from lag2fmu.graph.batches import Floats
+from lag2fmu.mechanism import Damper, Spring
+from lag2fmu.picture.skeleton import Skeleton
+
+_NEAR = 1e-9
+
+
+@dataclass(frozen=True)
+class Attachment:
+    """Spring or damper ``part`` between spots; ``wall``: the second end is a wall in the direction (3,) ``along``.
+
+    ``share``: the first end is that far along the link from the first spot (1: at its end). ``hinge``: it turns there.
+    """
+
+    part: Spring | Damper
+    ends: tuple[int, ...] = ()
+    along: tuple[float, float, float] | None = None
+    link: tuple[int, int] | None = None
+    share: float = 1.0
+    hinge: int | None = None
+
+
+def attach(skeleton: Skeleton, part: Spring | Damper, places: dict[int, Floats]) -> Attachment | None:
+    """Where ``part`` acts, ``places`` being the slopes of bodies, points and joints; None if that cannot be told."""
+    if part.between is not None:
+        a, b = (skeleton.place[str(end)] for end in part.between)
+        return Attachment(part, (a, b))
+    written = part.elongation if isinstance(part, Spring) else part.rate
+    assert written is not None
+    node = skeleton.put(written)
+    slope = skeleton.slopes([node], by_velocity=isinstance(part, Damper))[0]
+    if not np.isfinite(slope).all() or not np.any(slope):
+        return None
+    hinge = _at_hinge(part, slope, skeleton)
+    if hinge is not None:
+        return hinge
+    return _at_wall(part, slope, places) or _between(part, slope, places) or _at_link(part, slope, skeleton, places)
+
+
+def _slopes_of_places(skeleton: Skeleton) -> dict[int, Floats]:
+    """{spot of a body, point or joint: (3, n, samples)}, bodies first; those without a slope left out."""
+    numbers = [*skeleton.place.values(), *(i for link in skeleton.links for i in link.ends)]
+    return {i: skeleton.spot_slopes[i] for i in dict.fromkeys(numbers) if np.isfinite(skeleton.spot_slopes[i]).all()}
+
+
+def _at_wall(part: Spring | Damper, slope: Floats, places: dict[int, Floats]) -> Attachment | None:
+    for spot, found in places.items():
+        for axis in range(3):
+            for sign in (1.0, -1.0):
+                if _same(sign * found[axis], slope):
+                    return Attachment(part, (spot,), _unit(axis, -sign))
+    return None
+
+
+def _between(part: Spring | Damper, slope: Floats, places: dict[int, Floats]) -> Attachment | None:
+    for a, mine in places.items():
+        for b, theirs in places.items():
+            if a != b and any(_same(theirs[axis] - mine[axis], slope) for axis in range(3)):
+                return Attachment(part, (a, b))
+    return None
+
+
+def _at_link(part: Spring | Damper, slope: Floats, skeleton: Skeleton, places: dict[int, Floats]) -> Attachment | None:
+    """A wall that holds a point of a link, or of its continuation."""
+    for link in skeleton.links:
+        if not set(link.ends) <= places.keys():
+            continue
+        a, b = (places[i] for i in link.ends)
+        for axis in range(3):
+            reach, beyond = b[axis] - a[axis], slope - a[axis]
+            size = float((reach * reach).sum())
+            share = float((reach * beyond).sum()) / size if size else 0.0
+            if share and abs(share) < 20 and _same(share * reach, beyond):
+                return Attachment(part, (), _unit(axis, -1.0), link.ends, share)
+    return None
+
+
+def _at_hinge(part: Spring | Damper, slope: Floats, skeleton: Skeleton) -> Attachment | None:
+    """The hinge of the newest coordinate, where the elongation is a difference of angles."""
+    if np.ptp(slope, axis=1).max() > _NEAR:
+        return None
+    coordinates = skeleton.mechanism.coordinates
+    used = [c.name for c, share in zip(coordinates, slope[:, 0], strict=True) if abs(share) > _NEAR]
+    if not used or any(name not in skeleton.hinges or name in skeleton.sliders for name in used):
+        return None
+    return Attachment(part, hinge=skeleton.hinges[used[-1]])
+
+
+def _same(a: Floats, b: Floats) -> bool:
+    return bool(np.abs(a - b).max() <= _NEAR * max(float(np.abs(b).max()), 1e-300))
+
+
+def _unit(axis: int, sign: float) -> tuple[float, float, float]:
+    x, y, z = (sign * float(i == axis) for i in range(3))
+    return x, y, z
+
+
+def attachments(skeleton: Skeleton) -> Iterator[tuple[Spring | Damper, Attachment | None]]:
+    """Every spring and damper with its place."""
+    parts: tuple[Spring | Damper, ...] = (*skeleton.mechanism.springs, *skeleton.mechanism.dampers)
+    written = any(part.between is None for part in parts)
+    places = _slopes_of_places(skeleton) if written and skeleton.reads else {}
+    for part in parts:
+        yield part, attach(skeleton, part, places)

@@ -1,0 +1,153 @@
+"""The mechanism drawn on a canvas: ground, links, bodies, points, and with forces and annotations the whole scene."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+
+import numpy as np
+
+from lag2fmu.errors import DerivationError
+from lag2fmu.graph.batches import Floats, Values
+from lag2fmu.mechanism import Mechanism
+from lag2fmu.picture import glyphs
+from lag2fmu.picture.annotations import annotate
+from lag2fmu.picture.forces import draw_forces
+from lag2fmu.picture.labels import pretty
+from lag2fmu.picture.layout import BOX, Layout
+from lag2fmu.picture.scene import Canvas, Disc, Scene, Stroke
+from lag2fmu.picture.shapes import BALL, CUBOID, DISC, PARTICLE, ROD, Shape
+
+_ORDER = (BALL, CUBOID, DISC, ROD, PARTICLE)
+"""Which bodies lie behind which."""
+_NAMED = 8
+"""Bodies beyond which their names are left out."""
+
+
+def drawable(mechanism: Mechanism) -> bool:
+    """Whether there are bodies, points or frames: something to draw."""
+    return bool(mechanism.places or mechanism.frames)
+
+
+def layout_of(mechanism: Mechanism) -> Layout:
+    """The layout of ``mechanism`` at its start values, which are taken to meet the constraints.
+
+    Raises DerivationError if there is nothing to draw.
+    """
+    if not drawable(mechanism):
+        raise DerivationError(
+            f"mechanism '{mechanism.name}' has no bodies or points: there is nothing to draw; "
+            'give it a point that moves, e.g. [points.P] position = ["x", "y"]'
+        )
+    return Layout(mechanism)
+
+
+def draw(layout: Layout) -> Scene:
+    """The whole scene at the start, back to front."""
+    canvas, flat = Canvas(), layout.at_start
+    if layout.shift:
+        canvas.notes.append("Coordinates are displacements: the bodies are drawn side by side.")
+    _grounds(canvas, layout)
+    _links(canvas, layout, flat)
+    _bodies(canvas, layout, flat, layout.shapes)
+    _points(canvas, layout)
+    draw_forces(canvas, layout)
+    annotate(canvas, layout)
+    return canvas.finished(layout.mechanism.title, layout.unit)
+
+
+def posture(layout: Layout, values: Values) -> tuple[Stroke | Disc, ...]:
+    """Links and bodies alone at another state, to be drawn over the scene."""
+    positions = layout.skeleton.positions(values)
+    canvas, flat = Canvas(), layout.at(positions)
+    _links(canvas, layout, flat)
+    _bodies(canvas, layout, flat, layout.shapes_at(values, positions))
+    return tuple(canvas.marks)
+
+
+def _grounds(canvas: Canvas, layout: Layout) -> None:
+    """A support where a link or a spring ends that does not move, a cross where something only refers to, rails."""
+    s, flat = layout.skeleton, layout.at_start
+    still = s.still()
+    turning = set(s.hinges.values()) & set(s.origins.values())
+    starts = {link.ends[0] for link in s.links if s.rigid(link)} | turning
+    held = {i for _, a in layout.attached if a is not None for i in a.ends if i in s.place.values()}
+    pivots = ((starts | held) & still) - set(s.sliders.values())
+    for i in sorted(pivots):
+        canvas.stroke("ground", "ground", glyphs.support(flat[i]))
+    for i in sorted({link.ends[0] for link in s.links} & still - pivots):
+        canvas.stroke("ground", "axis", glyphs.cross(flat[i]))
+    for coordinate, i in s.sliders.items():
+        _rail(canvas, layout, coordinate, i)
+
+
+def _rail(canvas: Canvas, layout: Layout, coordinate: str, spot: int) -> None:
+    """The ground under what slides or rolls."""
+    depth = layout.radius(spot) or (BOX[1] + 0.2 if layout.half(spot) else 0.0)
+    if depth and layout.planar and not layout.upright(spot):
+        along = layout.direction(spot)
+        middle, reach = layout.at_start[spot] - depth * layout.across(spot), max(11.0, 1.2 * depth)
+        rail = glyphs.hatched(middle - reach * along, middle + reach * along)
+        canvas.stroke(f"coordinates.{coordinate}", "ground", rail)
+
+
+def _links(canvas: Canvas, layout: Layout, flat: Floats) -> None:
+    """Every link once; a spring between its ends takes its place."""
+    seen: set[tuple[tuple[float, float], ...]] = set()
+    sprung = [set(a.ends) for _, a in layout.attached if a is not None]
+    for link in layout.skeleton.links:
+        ends = flat[list(link.ends)]
+        key = tuple(sorted((round(float(x), 3), round(float(y), 3)) for x, y in ends))
+        if key[0] != key[1] and key not in seen and set(link.ends) not in sprung:
+            canvas.stroke(f"links.{link.part}", "link" if layout.skeleton.rigid(link) else "guide", [ends])
+        seen.add(key)
+
+
+def _bodies(canvas: Canvas, layout: Layout, flat: Floats, shapes: Mapping[str, Shape]) -> None:
+    """All bodies at one state; the radius of a particle tells of its mass."""
+    s, bodies = layout.skeleton, layout.mechanism.bodies
+    heaviest, room = max(s.masses.values(), default=0.0) or 1.0, layout.room
+    for name in sorted(s.masses, key=lambda name: _ORDER.index(shapes[name].kind)):
+        radius = room * (1.3 + 1.4 * (max(s.masses[name], 0.0) / heaviest) ** (1 / 3))
+        _body(canvas, layout, name, shapes[name], flat[s.place[name]], radius)
+    for body in bodies if len(bodies) <= _NAMED else ():
+        canvas.name(f"bodies.{body.name}", "name", body.name, flat[s.place[body.name]], 3.2, inside=True)
+
+
+def _body(canvas: Canvas, layout: Layout, name: str, shape: Shape, center: Floats, radius: float) -> None:
+    part, spot = f"bodies.{name}", layout.skeleton.place[name]
+    lines = [layout.view.flat(line) / layout.unit + layout.shift.get(spot, 0.0) for line in shape.outline()]
+    if shape.kind == PARTICLE and layout.half(spot):
+        canvas.stroke(
+            part, "shape", [glyphs.box(center, BOX[0] * layout.direction(spot), BOX[1] * layout.across(spot))]
+        )
+    elif shape.kind == PARTICLE:
+        canvas.disc(part, "mass", center, radius)
+    elif shape.kind == ROD:
+        canvas.stroke(part, "rod edge", lines)
+        canvas.stroke(part, "rod", lines)
+    elif shape.kind == BALL:
+        canvas.disc(part, "shape", center, max(float(shape.size[0]) / layout.unit, 1.6))
+    else:
+        canvas.stroke(part, "shape", lines if shape.kind == DISC else _facing(layout, shape, lines))
+    if shape.kind != PARTICLE:
+        canvas.disc(part, "center", center, 0.7)
+
+
+def _facing(layout: Layout, shape: Shape, lines: list[Floats]) -> list[Floats]:
+    """The faces of a box that the viewer sees."""
+    towards = shape.axes @ layout.view.normal
+    faces = [(axis, sign) for axis in range(3) for sign in (1, -1)]
+    return [line for (axis, sign), line in zip(faces, lines, strict=True) if sign * towards[axis] > 1e-9]
+
+
+def _points(canvas: Canvas, layout: Layout) -> None:
+    """Joints, where no body is drawn over them, and points."""
+    s, flat = layout.skeleton, layout.at_start
+    joints = {link.ends[0] for link in s.links if link.arm} - set(s.place.values())
+    bodies = [flat[s.place[body.name]] for body in layout.mechanism.bodies]
+    for i in sorted(joints):
+        if not any(np.allclose(flat[i], body, atol=0.5) for body in bodies):
+            canvas.disc("joint", "joint", flat[i], 1.0)
+    for point in layout.mechanism.points:
+        canvas.disc(f"points.{point.name}", "joint", flat[s.place[point.name]], 0.8)
+        canvas.name(f"points.{point.name}", "name", pretty(point.name), flat[s.place[point.name]])

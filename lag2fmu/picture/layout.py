@@ -1,0 +1,129 @@
+"""Where everything is in the picture: the view, the scale, the shapes, and which way things can slide."""
+
+from __future__ import annotations
+
+from functools import cached_property
+
+import numpy as np
+
+from lag2fmu.graph.batches import Floats, Values
+from lag2fmu.mechanism import Mechanism
+from lag2fmu.picture.attachments import attachments
+from lag2fmu.picture.loops import add_loops
+from lag2fmu.picture.shapes import BALL, DISC, PARTICLE, Shape, shape_of
+from lag2fmu.picture.skeleton import Skeleton
+from lag2fmu.picture.view import view_of
+
+SIZE, DISPLACED = 60.0, 8.0
+"""The length of the mechanism in units of the picture; that of displacements where bodies are drawn side by side."""
+GAP, BOX = 28.0, (6.2, 3.6)
+"""Between bodies drawn side by side and to walls; half the edges of what slides."""
+
+
+class Layout:
+    """The geometry of a picture; view, unit and shifts are those of the start for other postures too.
+
+    ``at_start`` (spots, 2): the spots of the skeleton in the picture; ``rails``: {spot: direction (2,)} of what can
+    move along a line only; ``shapes``: {body: its shape}; ``unit``: metres for a unit of the picture; ``shift``:
+    {spot: (2,)} of bodies that are drawn beside where they are.
+    """
+
+    def __init__(self, mechanism: Mechanism) -> None:
+        self.mechanism = mechanism
+        self.skeleton = Skeleton(mechanism)
+        add_loops(self.skeleton)
+        self.view = view_of(self.skeleton)
+        self.values = self.skeleton.start()
+        self.positions = self.skeleton.positions(self.values)
+        self.attached = list(attachments(self.skeleton))
+        self.rails = {i: self.view.flat(along) for i, along in self.skeleton.rails().items()}
+        self.shapes = self.shapes_at(self.values, self.positions)
+        self.unit = self._unit()
+        self.shift = self._side_by_side()
+        self.at_start = self.at(self.positions)
+
+    def shapes_at(self, values: Values, positions: Floats) -> dict[str, Shape]:
+        """{body: its shape} at a state, with the skeleton's ``positions`` (spots, 3) there."""
+        plane = self.view.plane
+        return {b.name: shape_of(self.skeleton, b, values, positions, plane) for b in self.mechanism.bodies}
+
+    def _unit(self) -> float:
+        """Metres for one unit."""
+        s = self.skeleton
+        numbers = {*s.place.values(), *s.origins.values(), *(i for link in s.links for i in link.ends)}
+        outlines = [self.positions[sorted(numbers)], *(x for shape in self.shapes.values() for x in shape.outline())]
+        flat = self.view.flat(np.vstack(outlines))
+        reach = float(np.ptp(flat, axis=0).max())
+        largest = max((float(shape.size.max()) for shape in self.shapes.values()), default=0.0)
+        extent = max(reach, 3 * largest)
+        return (extent / (DISPLACED if self._crowded() else SIZE)) or 1.0
+
+    def _crowded(self) -> bool:
+        """Whether all there is are bodies on lines whose coordinates seem to be displacements from where they rest.
+
+        They start close to each other, or the difference of two coordinates is an elongation.
+        """
+        s = self.skeleton
+        spots = list(s.place.values())
+        if s.links or s.origins or len(spots) < 2 or not set(spots) <= set(self.rails):
+            return False
+        if any(a is not None and len(a.ends) == 2 and part.between is None for part, a in self.attached):
+            return True
+        along = np.sort(self.view.flat(self.positions[spots]) @ self.direction(spots[0]))
+        return bool(np.diff(along).min() < 0.1 * max(c.nominal for c in self.mechanism.coordinates))
+
+    def _side_by_side(self) -> dict[int, Floats]:
+        """{spot: shift (2,)} of bodies that would be drawn over each other: along what joins them, else across."""
+        if not self._crowded():
+            return {}
+        spots = list(dict.fromkeys(self.skeleton.place.values()))
+        joined = any(a is not None and len(a.ends) == 2 for _, a in self.attached)
+        along = self.direction(spots[0])
+        step = along if joined else np.array([abs(along[1]), abs(along[0])])
+        return {i: GAP * k * step for k, i in enumerate(spots)}
+
+    def direction(self, spot: int) -> Floats:
+        """In which direction (2,) of the picture the spot can move."""
+        moved = self.rails.get(spot, np.array([1.0, 0.0]))
+        length = float(np.linalg.norm(moved))
+        return moved / length if length > 0 else np.array([1.0, 0.0])
+
+    def at(self, positions: Floats) -> Floats:
+        """The spots (spots, 3) in the picture, (spots, 2)."""
+        flat: Floats = self.view.flat(positions) / self.unit
+        for spot, shift in self.shift.items():
+            flat[spot] += shift
+        return flat
+
+    @cached_property
+    def room(self) -> float:
+        """1, or less where links are so short that particles would cover them."""
+        ends = (self.at_start[list(link.ends)] for link in self.skeleton.links if link.arm)
+        lengths = [float(np.linalg.norm(b - a)) for a, b in ends]
+        return float(np.clip(max(lengths, default=SIZE) / 12.0, 0.2, 1.0))
+
+    def across(self, spot: int) -> Floats:
+        """To the left of ``direction``, (2,)."""
+        along = self.direction(spot)
+        return np.array([-along[1], along[0]])
+
+    @property
+    def planar(self) -> bool:
+        """Whether the mechanism is seen in its plane."""
+        return self.view.plane is not None
+
+    def upright(self, spot: int) -> bool:
+        """Whether the spot slides up and down, so that no rail carries it."""
+        down = self.view.down
+        return down is not None and abs(float(self.direction(spot) @ self.view.flat(down))) > 0.9
+
+    def half(self, spot: int) -> float:
+        """How far the body at the spot reaches along its rail."""
+        kinds = {self.skeleton.place[n]: shape.kind for n, shape in self.shapes.items()}
+        slides = spot in self.rails and kinds.get(spot) == PARTICLE
+        return BOX[0] if slides and self.planar else 0.0
+
+    def radius(self, spot: int) -> float:
+        """The radius of the disc or ball at the spot."""
+        shapes = (shape for n, shape in self.shapes.items() if self.skeleton.place[n] == spot)
+        return max((shape.size[0] / self.unit for shape in shapes if shape.kind in (DISC, BALL)), default=0.0)

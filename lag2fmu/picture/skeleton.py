@@ -1,0 +1,270 @@
+"""The mechanism as places and what joins them, evaluated on the graph at any state: pure geometry, nothing drawn.
+
+Positions come from the record by the same composition of frames that the equations are made of; joints between them
+from reading transformation equations, see ``arms``.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, field
+from functools import cached_property
+
+import numpy as np
+import sympy as sp
+
+from lag2fmu.description.places import WORLD
+from lag2fmu.dynamics.frames import Frames
+from lag2fmu.dynamics.samples import start_values
+from lag2fmu.dynamics.variables import declare, translator
+from lag2fmu.graph.autodiff import forward
+from lag2fmu.graph.batches import Floats, Values, evaluate
+from lag2fmu.graph.graph import Graph
+from lag2fmu.graph.vectors import Vector
+from lag2fmu.language.expressions import symbol
+from lag2fmu.mechanism import Mechanism
+from lag2fmu.picture.arms import ARM, SHIFT, Step, steps
+
+_SAMPLES = 5
+MOST_PARTS = 40
+"""Beyond this many bodies a position is not read for arms, which takes time and would be drawn as a tangle."""
+
+
+@dataclass(frozen=True)
+class Link:
+    """A straight part of ``part`` (a body, point, frame or constraint) between the spots ``ends``.
+
+    ``arm``: whether it turns about its first end; ``angles``: by which.
+    """
+
+    part: str
+    ends: tuple[int, int]
+    arm: bool
+    angles: frozenset[sp.Expr] = frozenset()
+
+
+@dataclass
+class Skeleton:
+    """Spots (positions in world axes) by number, and what lies between them.
+
+    ``place``: {body or point: spot}; ``links``; ``hinges``: {coordinate: spot} about which it turns something;
+    ``sliders``: {coordinate: spot} of what it shifts by itself; ``floating``: {coordinates: spot} likewise of several;
+    ``stretches``: {coordinate: spots} between which it is a distance; ``axes``: {frame: numbers of three vectors};
+    ``origins``: {frame: spot}.
+    """
+
+    mechanism: Mechanism
+    place: dict[str, int] = field(default_factory=dict)
+    links: list[Link] = field(default_factory=list)
+    hinges: dict[str, int] = field(default_factory=dict)
+    sliders: dict[str, int] = field(default_factory=dict)
+    floating: dict[str, int] = field(default_factory=dict)
+    stretches: dict[str, tuple[int, int]] = field(default_factory=dict)
+    axes: dict[str, tuple[int, int, int]] = field(default_factory=dict)
+    origins: dict[str, int] = field(default_factory=dict)
+    _nodes: list[Vector] = field(default_factory=list)
+    _numbered: dict[Vector, int] = field(default_factory=dict)
+
+    def __post_init__(self) -> None:
+        """Put everything on a graph of its own, so that drawing cannot change what is emitted."""
+        m = self.mechanism
+        self.graph = Graph()
+        self.variables = declare(self.graph, m)
+        self.put = translator(self.graph, m, self.variables)
+        self._meaning = _written_out(m)
+        self.order = {name: i for i, name in enumerate(("t", *(u.name for u in m.motions)))}
+        self.order |= {c.name: len(self.order) + i for i, c in enumerate(m.coordinates)}
+        self.frames = Frames(self.graph, m, self.put)
+        self.reads = len(m.places) <= MOST_PARTS
+        for frame in m.frames:
+            self._add_frame(frame.name)
+        for part in m.places:
+            self._add_place(part.name)
+
+    # ------------------------------------------------------------------------------------------------ putting together
+
+    def spot(self, nodes: Sequence[int]) -> int:
+        """The number of the position or vector with the (2,) or (3,) ``nodes``; equal ones have one number."""
+        padded = (*nodes, *(self.graph.zero,) * (3 - len(nodes)))
+        number = self._numbered.setdefault(padded, len(self._nodes))
+        if number == len(self._nodes):
+            self._nodes.append(padded)
+        return number
+
+    def _add_frame(self, name: str) -> None:
+        frame = self.frames.by_name[name]
+        self.origins[name] = here = self.spot(self.frames.origin(name))
+        self.axes[name] = tuple(self.spot(axis) for axis in self.frames.axes(name))  # type: ignore[assignment]
+        if frame.parent == WORLD:
+            self._read(f"frames.{name}", tuple(frame.origin))
+        else:
+            self.join(f"frames.{name}", self.origins.get(str(frame.parent)), here, arm=True)
+        for _, angle in frame.rotations:
+            self._hinge(angle, here)
+
+    def _add_place(self, name: str) -> None:
+        frame, position = self.mechanism.location(name)
+        if frame == WORLD:
+            self.place[name] = self._read(name, position)
+        else:
+            here = self.spot(self.frames.position(frame, self.put.vector(position)))
+            self.place[name] = here
+            self.join(name, self.origins[frame], here, arm=True)
+        angle = getattr(self._part(name), "angle", None)
+        if angle is not None:
+            self._hinge(angle, self.place[name])
+
+    def _hinge(self, angle: sp.Expr, spot: int) -> None:
+        """What moves in ``angle`` turns something about ``spot``, unless it turned something before."""
+        for name in sorted(s.name for s in self.written(angle).free_symbols if s.name in self.order):
+            self.hinges.setdefault(name, spot)
+
+    def _part(self, name: str) -> object:
+        return next(part for part in self.mechanism.places if part.name == name)
+
+    def _read(self, part: str, position: tuple[sp.Expr, ...]) -> int:
+        """Add the links of a position in the world; return its spot."""
+        here = self.spot(self.put.vector(position))
+        if not self.reads:
+            return here
+        for step in steps(tuple(map(self.written, position)), self.order):
+            here = self._add_step(part, step)
+        return here
+
+    def _add_step(self, part: str, step: Step) -> int:
+        start, end = (self.spot(self.put.vector(x)) for x in (step.start, step.end))
+        if step.kind == ARM:
+            for name in step.names:
+                self.hinges.setdefault(name, start)
+            for name in step.lengths:
+                self.stretches.setdefault(name, (start, end))
+                self.sliders.pop(name, None)
+            self.join(part, start, end, arm=True, angles=step.angles)
+        elif step.kind == SHIFT:
+            (self.sliders if len(step.names) == 1 else self.floating).setdefault(", ".join(step.names), end)
+        return end
+
+    def join(
+        self,
+        part: str,
+        start: int | None,
+        end: int,
+        *,
+        arm: bool,
+        angles: frozenset[sp.Expr] = frozenset(),
+    ) -> None:
+        """A link of ``part`` between two spots, unless there is one."""
+        if start is not None and start != end and not any(link.ends == (start, end) for link in self.links):
+            self.links.append(Link(part, (start, end), arm, angles))
+
+    # ------------------------------------------------------------------------------------------------ in numbers
+
+    def start(self) -> dict[str, float]:
+        """The values of all variables at the start."""
+        return start_values(self.mechanism)
+
+    @cached_property
+    def samples(self) -> dict[str, Floats | float]:
+        """Values at the start and at states all around it where all spots have a place; constraints are not heeded."""
+        generator = np.random.default_rng(5)
+        values: dict[str, Floats | float] = dict(self.start())
+        moving = {c.name: c.nominal for c in self.mechanism.coordinates}
+        moving |= {u.name: 1.0 for u in self.mechanism.motions} | {"t": 1.0}
+        for name, size in moving.items():
+            values[name] = values[name] + size * np.append(0.0, generator.uniform(-0.7, 0.7, _SAMPLES))
+        known = np.asarray(np.isfinite(self.positions(values)).all(axis=(0, 1)))
+        known[0] = True
+        return {name: x if np.ndim(x) == 0 else np.asarray(x)[known] for name, x in values.items()}
+
+    def positions(self, values: Values) -> Floats:
+        """All spots and vectors at ``values``, (spots, 3, *batch)."""
+        flat = evaluate(self.graph, [x for nodes in self._nodes for x in nodes], values)
+        return flat.reshape(len(self._nodes), 3, *flat.shape[1:])
+
+    def number(self, expression: object, values: Values) -> float:
+        """The value of an expression."""
+        return float(self._numbers([self.put(sp.sympify(expression))], values)[0])
+
+    @cached_property
+    def masses(self) -> dict[str, float]:
+        """{body: kg}, at the start."""
+        nodes = [self.put(sp.sympify(body.mass)) for body in self.mechanism.bodies]
+        found = self._numbers(nodes, self.start())
+        return {body.name: float(mass) for body, mass in zip(self.mechanism.bodies, found, strict=True)}
+
+    def vector(self, expressions: Sequence[sp.Expr], values: Values) -> Floats:
+        """The values of (k,) expressions."""
+        return self._numbers(self.put.vector(tuple(expressions)), values)
+
+    def slopes(self, nodes: Sequence[int], by_velocity: bool = False) -> Floats:
+        """The derivatives of ``nodes`` (k,) by the coordinates (or velocities) at the samples, (k, n, samples).
+
+        nan where one has no value.
+        """
+        v, g = self.variables, self.graph
+        variables = v.qd if by_velocity else v.q
+        rows = [forward(g, nodes, {x: g.one}) for x in variables]
+        flat = evaluate(g, [x for row in rows for x in row], self.samples)
+        return np.swapaxes(flat.reshape(len(variables), len(nodes), -1), 0, 1)
+
+    @cached_property
+    def spot_slopes(self) -> Floats:
+        """Those of all spots, (spots, 3, n, samples)."""
+        flat = self.slopes([x for nodes in self._nodes for x in nodes])
+        return flat.reshape(len(self._nodes), 3, *flat.shape[1:])
+
+    def rails(self) -> dict[int, Floats]:
+        """{place or slider: direction (3,)} of those that can only move along a line."""
+        spots = sorted({*self.place.values(), *self.sliders.values()}) if self.reads else []
+        found = {i: _line(self.spot_slopes[i]) for i in spots}
+        return {i: along for i, along in found.items() if along is not None}
+
+    def still(self) -> set[int]:
+        """The spots that do not move, whatever the coordinates and motions are."""
+        moved = self.positions(self.samples)
+        return {i for i, place in enumerate(moved) if float(np.ptp(place, axis=1).max()) == 0.0}
+
+    def nodes(self, spot: int) -> Vector:
+        """The three nodes of a spot."""
+        return self._nodes[spot]
+
+    def rigid(self, link: Link) -> bool:
+        """Whether the ends keep their distance whatever the coordinates are."""
+        a, b = (self._nodes[i] for i in link.ends)
+        return self.keeps_length([self.graph.subtract(y, x) for x, y in zip(a, b, strict=True)])
+
+    def keeps_length(self, vector: Sequence[int]) -> bool:
+        """Whether a vector of nodes has one length at all samples."""
+        found = evaluate(self.graph, vector, self.samples)
+        length = np.linalg.norm(found, axis=0)
+        return bool(np.ptp(length) <= 1e-9 * max(float(np.abs(length).max()), 1e-300))
+
+    def _numbers(self, nodes: Sequence[int], values: Values) -> Floats:
+        return evaluate(self.graph, list(nodes), values)
+
+    def written(self, expression: object) -> sp.Expr:
+        """``expression`` with definitions written out."""
+        return sp.sympify(expression).xreplace(self._meaning)
+
+    def moves(self, expression: sp.Expr) -> bool:
+        """Whether a coordinate, a motion or time stands in ``expression``."""
+        return any(s.name in self.order for s in expression.free_symbols)
+
+
+def _line(slopes: Floats) -> Floats | None:
+    """The direction (3,) of a spot's ``slopes`` (3, n, samples), None if it rests, or not always moves that way."""
+    if not np.isfinite(slopes).all() or np.ptp(slopes, axis=2).max() > 1e-9 * np.abs(slopes).max():
+        return None
+    left, singular, _ = np.linalg.svd(slopes[:, :, 0], full_matrices=False)
+    if not singular[0] > 0 or (len(singular) > 1 and singular[1] > 1e-9 * singular[0]):
+        return None
+    along = left[:, 0]
+    return np.asarray(along * np.sign(along[np.argmax(np.abs(along))]), dtype=np.float64)
+
+
+def _written_out(mechanism: Mechanism) -> dict[sp.Symbol, sp.Expr]:
+    """{definition: its expression without definitions}."""
+    named = {symbol(d.name): d.expression for d in mechanism.definitions}
+    for _ in named:
+        named = {key: value.xreplace(named) for key, value in named.items()}
+    return named

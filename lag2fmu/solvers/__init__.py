@@ -1,0 +1,1 @@
+"""The methods of co-simulation as data: coefficients that prove their own order, and what each method needs."""

@@ -1,0 +1,258 @@
+"""Implicit Runge-Kutta methods by collocation: coefficients from their abscissae, by exact integration of polynomials.
+
+A method is one entry of COLLOCATIONS. Its orders are derived from the coefficients; an entry whose claim is false
+cannot be built. Abscissae with roots are fractions with 50 digits, rounded to double precision once, when printed.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterable, Sequence
+from dataclasses import dataclass
+from decimal import Context, Decimal
+from fractions import Fraction
+from typing import TypeVar
+
+from lag2fmu.solvers.order_conditions import order_of
+
+Row = tuple[Fraction, ...]
+Number = TypeVar("Number", float, complex)
+
+
+@dataclass(frozen=True)
+class Collocation:
+    """A method of s stages: ``a`` (s, s), ``b`` (s,) and ``c`` (s,); ``hat`` (s, s) sums what changes velocities.
+
+    ``variational``: it comes from a discrete action and works on momenta, with steps of fixed length. Else
+    ``error_order`` is that of its error estimate. ``solver`` is the name on the command line, ``source`` where the
+    method comes from.
+    """
+
+    solver: str
+    title: str
+    source: str
+    order: int
+    a: tuple[Row, ...]
+    hat: tuple[Row, ...]
+    b: Row
+    c: Row
+    variational: bool = True
+    error_order: int = 0
+    safety = 0.9
+    generated_files = ("collocation.c",)
+
+    def __post_init__(self) -> None:
+        """Raise ValueError unless the method is symplectic or collocation, and has the order that is claimed."""
+        if self.variational and not self._symplectic():
+            raise ValueError(f"method '{self.solver}': the pair of a and hat is not symplectic")
+        if self.a == self.hat and (derived := order_of(self.a, self.b, self.order + 1)) != self.order:
+            raise ValueError(f"method '{self.solver}': b has order {derived}, not {self.order}")
+
+    def _symplectic(self) -> bool:
+        """b_i hat_ij + b_j a_ji = b_i b_j; Hairer, Lubich, Wanner, Geometric Numerical Integration, VI.4.6."""
+        size, b = range(len(self.b)), self.b
+        return all(
+            abs(b[i] * self.hat[i][j] + b[j] * self.a[j][i] - b[i] * b[j]) < Fraction(1, 10**40)
+            for i in size
+            for j in size
+        )
+
+    @property
+    def stages(self) -> int:
+        """The number of stages."""
+        return len(self.b)
+
+    @property
+    def all_stages(self) -> int:
+        """The same: dense output needs no stages of its own."""
+        return self.stages
+
+    @property
+    def dense_order(self) -> int:
+        """Of the velocities in Hermite's quintic of the coordinates; 0 where steps are fixed and there is none."""
+        return 0 if self.variational else 4
+
+    @property
+    def dense_rows(self) -> int:
+        """The terms of the quintic beyond the cubic."""
+        return 0 if self.variational else 2
+
+    @property
+    def fully_implicit(self) -> bool:
+        """Whether Newton's method is used, with linearized equations."""
+        return not self.variational
+
+    @property
+    def implicit(self) -> bool:
+        """Whether Jacobians of the accelerations are needed."""
+        return not self.variational
+
+    @property
+    def holonomic(self) -> bool:
+        """Whether it takes holonomic constraints: the first stage is the start, the last one's force ends the step."""
+        start_and_end = not any(self.a[0]) and not any(row[-1] for row in self.hat)
+        return self.variational and self.stages > 1 and start_and_end
+
+    @property
+    def multiplier_weights(self) -> tuple[Row, ...]:
+        """The inverse of how positions at stages 2 ... s answer forces at stages 1 ... s - 1: of a hat, (s - 1, s - 1).
+
+        () for methods that take no constraints.
+        """
+        if not self.holonomic:
+            return ()
+        inner = range(self.stages)
+        return _inverse([[_row_product(row, [h[j] for h in self.hat]) for j in inner[:-1]] for row in self.a[1:]])
+
+    @property
+    def squared(self) -> tuple[Row, ...]:
+        """The matrix a a, (s, s): how positions at the stages answer what changes the velocities."""
+        columns = list(zip(*self.a, strict=True))
+        return tuple(tuple(_row_product(row, column) for column in columns) for row in self.a)
+
+    @property
+    def modes(self) -> Modes | None:
+        """What decouples the stages of radau5, see ``modes_of``; None for variational methods."""
+        return None if self.variational else modes_of(self.a)
+
+    @property
+    def runtime_files(self) -> tuple[str, ...]:
+        """The files of the runtime that only these methods need."""
+        if self.variational:
+            names = ("solver_collocation.h", "solver_variational.c", "solver_variational.h")
+            return (*names, "solver_constraint_stages.c") if self.holonomic else names
+        radau = ("solver_radau.c", "solver_radau.h", "solver_radau_stages.c")
+        return ("solver_collocation.h", "solver_lu.c", "solver_lu.h", *radau)
+
+
+@dataclass(frozen=True)
+class Modes:
+    """a = from_modes . diag(real, [[x, y], [-y, x]]) . to_modes for a of 3 stages; ``pair`` is (x, y).
+
+    ``to_modes`` and ``from_modes`` are (3, 3).
+    """
+
+    real: float
+    pair: tuple[float, float]
+    to_modes: tuple[tuple[float, ...], ...]
+    from_modes: tuple[tuple[float, ...], ...]
+
+
+def modes_of(a: Sequence[Row]) -> Modes:
+    """The modes of ``a`` (3, 3), which has one real eigenvalue and a complex pair, with real and imaginary parts apart.
+
+    Written out in elementary operations, so that the digits are the same on every machine. Hairer, Wanner, Solving
+    Ordinary Differential Equations II, 2nd edition, section IV.8.
+    """
+    rows = [[float(x) for x in row] for row in a]
+    trace = sum(rows[i][i] for i in range(3))
+    minors = sum(rows[i][i] * rows[j][j] - rows[i][j] * rows[j][i] for i, j in ((0, 1), (1, 2), (2, 0)))
+    determinant = _dot(rows[0], _cross(rows[1], rows[2]))
+    real = trace / 3
+    for _ in range(50):  # Newton's method on the characteristic polynomial
+        real -= (((real - trace) * real + minors) * real - determinant) / ((3 * real - 2 * trace) * real + minors)
+    x = (trace - real) / 2
+    pair = complex(x, math.sqrt(minors - 2 * real * x - x * x))
+    u, v = _null_vector(rows, complex(real)), _null_vector(rows, pair)
+    columns = [[z.real for z in u], [z.real for z in v], [z.imag for z in v]]
+    volume = _dot(columns[0], _cross(columns[1], columns[2]))
+    inverse = [[z / volume for z in _cross(columns[i - 2], columns[i - 1])] for i in range(3)]
+    return Modes(real, (pair.real, pair.imag), _frozen(inverse), _frozen(zip(*columns, strict=True)))
+
+
+def _null_vector(rows: Sequence[Sequence[float]], value: complex) -> list[complex]:
+    """An eigenvector: the first two rows of a - value I are independent."""
+    first, second = ([x - value * (i == k) for k, x in enumerate(rows[i])] for i in range(2))
+    return _cross(first, second)
+
+
+def _cross(a: Sequence[Number], b: Sequence[Number]) -> list[Number]:
+    return [a[i - 2] * b[i - 1] - a[i - 1] * b[i - 2] for i in range(3)]
+
+
+def _dot(a: Sequence[float], b: Sequence[float]) -> float:
+    return sum(x * y for x, y in zip(a, b, strict=True))
+
+
+def _frozen(rows: Iterable[Sequence[float]]) -> tuple[tuple[float, ...], ...]:
+    return tuple(tuple(row) for row in rows)
+
+
+def _row_product(row: Sequence[Fraction], column: Sequence[Fraction]) -> Fraction:
+    return sum((x * y for x, y in zip(row, column, strict=True)), Fraction(0))
+
+
+def _inverse(matrix: Sequence[Sequence[Fraction]]) -> tuple[Row, ...]:
+    """By Gauss and Jordan, exactly; the leading minors are not 0."""
+    size = len(matrix)
+    rows = [[*row, *(Fraction(i == j) for j in range(size))] for i, row in enumerate(matrix)]
+    for k, pivot in enumerate(rows):
+        pivot[:] = [x / pivot[k] for x in pivot]
+        for row in rows[:k] + rows[k + 1 :]:
+            row[:] = [x - row[k] * y for x, y in zip(row, pivot, strict=True)]
+    return tuple(tuple(row[size:]) for row in rows)
+
+
+def _root(number: int) -> Fraction:
+    """The square root with 50 digits."""
+    return Fraction(Context(prec=50).sqrt(Decimal(number)))
+
+
+def _integral(nodes: Sequence[Fraction], j: int, end: Fraction) -> Fraction:
+    """The integral from 0 to ``end`` of the polynomial that is 1 at node j and 0 at the others."""
+    coefficients = [Fraction(1)]
+    for k, node in enumerate(nodes):
+        if k != j:
+            scale = nodes[j] - node
+            shifted = [Fraction(0), *coefficients]
+            coefficients = [(x - node * y) / scale for x, y in zip(shifted, [*coefficients, Fraction(0)], strict=True)]
+    return sum((x * end ** (power + 1) / (power + 1) for power, x in enumerate(coefficients)), Fraction(0))
+
+
+def _collocation(nodes: Sequence[Fraction]) -> tuple[tuple[Row, ...], Row]:
+    """a and b of the collocation method with these abscissae."""
+    size = range(len(nodes))
+    a = tuple(tuple(_integral(nodes, j, c) for j in size) for c in nodes)
+    return a, tuple(_integral(nodes, j, Fraction(1)) for j in size)
+
+
+def _conjugate(a: tuple[Row, ...], b: Row) -> tuple[Row, ...]:
+    """hat_ij = b_j - b_j a_ji / b_i, which makes a symplectic pair with a."""
+    size = range(len(b))
+    return tuple(tuple(b[j] - b[j] * a[j][i] / b[i] for j in size) for i in size)
+
+
+_ACTION = "J. E. Marsden, M. West, Discrete mechanics and variational integrators, Acta Numerica 2001"
+
+
+def _variational(solver: str, title: str, order: int, nodes: Sequence[Fraction]) -> Collocation:
+    a, b = _collocation(nodes)
+    hat = _conjugate(a, b)
+    pairs = ((x, y) for row, other in zip(a, hat, strict=True) for x, y in zip(row, other, strict=True))
+    gauss = all(abs(x - y) < Fraction(1, 10**40) for x, y in pairs)
+    return Collocation(solver, title, _ACTION, order, a, a if gauss else hat, b, tuple(nodes))
+
+
+def _radau(solver: str, title: str, nodes: Sequence[Fraction]) -> Collocation:
+    a, b = _collocation(nodes)
+    source = "E. Hairer, G. Wanner, Solving Ordinary Differential Equations II, 2nd edition, section IV.8"
+    order = 2 * len(nodes) - 1
+    return Collocation(solver, title, source, order, a, a, b, tuple(nodes), variational=False, error_order=3)
+
+
+_HALF, _THREE, _SIX, _FIFTEEN = Fraction(1, 2), _root(3), _root(6), _root(15)
+
+COLLOCATIONS: dict[str, Collocation] = {
+    method.solver: method
+    for method in (
+        _radau("radau5", "Radau IIA, adaptive, for stiff mechanisms", ((4 - _SIX) / 10, (4 + _SIX) / 10, Fraction(1))),
+        _variational("verlet", "Stoermer-Verlet, variational, fixed step", 2, (Fraction(0), Fraction(1))),
+        _variational("lobatto4", "Lobatto IIIA-IIIB, variational, fixed step", 4, (Fraction(0), _HALF, Fraction(1))),
+        _variational("midpoint", "implicit midpoint rule, variational, fixed step", 2, (_HALF,)),
+        _variational("gauss4", "Gauss, variational, fixed step", 4, (_HALF - _THREE / 6, _HALF + _THREE / 6)),
+        _variational(
+            "gauss6", "Gauss, variational, fixed step", 6, (_HALF - _FIFTEEN / 10, _HALF, _HALF + _FIFTEEN / 10)
+        ),
+    )
+}
+"""Methods by the name that ``--solver`` takes."""

@@ -1,0 +1,198 @@
+"""Running FMUs that are wrong in one way each: a finding, never a crash or a hang of the checker."""
+
+from __future__ import annotations
+
+import tempfile
+import time
+from collections.abc import Callable
+from pathlib import Path
+
+import pytest
+from faults import DESCRIPTION, files_of, spoiled, variable, written
+
+from lag2fmu.checking import Findings, check_fmu, running
+from lag2fmu.errors import SimulationError
+from lag2fmu.fmu.compilers import compile_library, host_platform
+from lag2fmu.fmu.exporting import fmi_headers
+
+pytestmark = pytest.mark.fmu
+
+SOURCE = (Path(__file__).parent / "faulty_fmu.c").read_text("utf-8")
+XML = """<?xml version="1.0" encoding="UTF-8"?>
+<fmiModelDescription fmiVersion="2.0" modelName="faulty" guid="{a7b1c4de-0123-4567-89ab-cdef01234567}">
+  <CoSimulation modelIdentifier="faulty" canGetAndSetFMUstate="true" canSerializeFMUstate="true"
+    providesDirectionalDerivative="true"/>
+  <LogCategories><Category name="logStatusError"/></LogCategories>
+  <DefaultExperiment startTime="0" stopTime="1" stepSize="0.125"/>
+  <ModelVariables>
+    <ScalarVariable name="x" valueReference="0" causality="output" initial="calculated"><Real/></ScalarVariable>
+    <ScalarVariable name="u" valueReference="1" causality="input"><Real start="0"/></ScalarVariable>
+    <ScalarVariable name="k" valueReference="2" causality="parameter" variability="tunable"><Real start="2"/>
+    </ScalarVariable>
+  </ModelVariables>
+  <ModelStructure>
+    <Outputs><Unknown index="1"/></Outputs>
+    <InitialUnknowns><Unknown index="1"/></InitialUnknowns>
+  </ModelStructure>
+</fmiModelDescription>
+"""
+Make = Callable[[str], Path]
+
+
+@pytest.fixture
+def make(tmp_path: Path) -> Make:
+    """``make(fault)``: the FMU with the macro ``fault`` defined ('' for the one that is right)."""
+
+    def build(fault: str) -> Path:
+        platform = host_platform()
+        text = f"#define {fault} 1\n{SOURCE}" if fault else SOURCE
+        library = compile_library({"faulty.c": text}, fmi_headers(), "faulty", platform)
+        files = {DESCRIPTION: XML.encode(), "documentation/index.html": b"<p>"}
+        files |= {f"binaries/{folder}/faulty{platform.suffix}": library for folder in platform.folders}
+        return written(files, tmp_path / "faulty.fmu")
+
+    return build
+
+
+def rules(found: Findings) -> set[tuple[str, str]]:
+    return {(f.rule, f.severity) for f in found.findings}
+
+
+def test_the_fmu_that_is_right(make: Make) -> None:
+    assert check_fmu(make("")).findings == ()
+
+
+FAULTS = {
+    "OTHER_START": {("start-value", "error")},
+    "NOT_A_NUMBER": {("value-finite", "error")},
+    "HALF_RESET": {("reset", "error")},
+    "HALF_STATE": {("state", "error"), ("serialize", "error")},
+    "HALF_BLOCK": {("serialize", "error")},
+    "DANGLING_STATE": {("state-free", "warning")},
+    "WRONG_DERIVATIVE": {("directional", "error")},
+    "OTHER_CATEGORY": {("log-category", "warning")},
+    "PRINT": {("prints", "warning")},
+    "MISSING_FUNCTION": {("binary-functions", "error")},
+    "OTHER_FUNCTION": {("binary-exports", "warning")},
+    "REFUSE": {("refused", "error")},
+    "NO_INSTANCE": {("refused", "error")},
+    "CRASH": {("crash", "error")},
+    "EXIT": {("crash", "error")},
+    "CRASH_ON_WRONG_REFERENCE": {("crash", "error")},
+}
+
+
+@pytest.mark.parametrize("fault", FAULTS)
+def test_faults_of_a_library(fault: str, make: Make) -> None:
+    assert rules(check_fmu(make(fault))) == FAULTS[fault]
+
+
+def test_state_outside_of_the_instance(make: Make) -> None:
+    """It shows in repeated runs; where it hides from these, in two instances at a time."""
+    found = {rule for rule, _ in rules(check_fmu(make("SHARED_STATE")))}
+    assert {"repeat", "instances"} <= found
+
+
+def test_the_words_of_the_fmu_are_passed_on(make: Make) -> None:
+    (finding,) = check_fmu(make("NO_INSTANCE")).findings
+    assert "there is no licence" in finding.problem
+
+
+def test_a_crash_does_not_hide_what_comes_later(make: Make) -> None:
+    """The trial in which it crashes is named, and those after it are done."""
+    (finding,) = check_fmu(make("CRASH_ON_WRONG_REFERENCE")).findings
+    assert "reading a value reference that does not exist" in finding.problem
+    (finding,) = check_fmu(make("CRASH")).findings
+    assert "in the trial 'run'" in finding.problem
+
+
+def test_a_hang_ends(make: Make, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    folder = tmp_path / "temporary"
+    folder.mkdir()
+    path = make("HANG")
+    monkeypatch.setattr(tempfile, "tempdir", str(folder))
+    begun = time.monotonic()
+    (finding,) = check_fmu(path, timeout=2.0).findings
+    assert finding.rule == "hang"
+    assert "does not come back within 2 s" in finding.problem
+    assert time.monotonic() - begun < 75
+    assert list(folder.iterdir()) == [], "nothing is left behind"
+
+
+def test_an_fmu_that_takes_everything(make: Make) -> None:
+    """Warnings for what is forbidden, errors where the standard knows no doubt."""
+    found = check_fmu(make("ACCEPT_ALL"))
+    assert ("wrong-guid", "error") in rules(found)
+    problems = {f.problem: f.severity for f in found.findings if f.rule == "illegal-call"}
+    expected = {
+        "reading a value reference that does not exist": "error",
+        "setting a value reference that does not exist": "error",
+        "a step back in time": "warning",
+        "a step past the stop time": "warning",
+        "a step before initialization": "warning",
+        "terminating twice": "warning",
+        "a serialized state that is none": "warning",
+    }
+    for what, severity in expected.items():
+        assert problems[f"{what} is answered as if it were right"] == severity
+
+
+def test_only_one_instance_in_a_process(make: Make, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """What cannot be instantiated twice gets a new process for each trial, so that shared state stays alone."""
+
+    def once(root) -> None:
+        root.find("CoSimulation").set("canBeInstantiatedOnlyOncePerProcess", "true")
+
+    few = ["run", "several instances", "FMU state"]
+    monkeypatch.setattr(running, "trials_of", lambda kind: few)
+    assert check_fmu(spoiled(make(""), tmp_path / "y.fmu", once)).findings == ()
+    path = make("SHARED_STATE")
+    assert {rule for rule, _ in rules(check_fmu(path))} == {"instances", "state"}
+    assert {rule for rule, _ in rules(check_fmu(spoiled(path, tmp_path / "x.fmu", once)))} == {"state"}
+
+
+def test_an_fmu_that_needs_a_tool(make: Make, tmp_path: Path) -> None:
+    def tool(root) -> None:
+        root.find("CoSimulation").set("needsExecutionTool", "true")
+
+    found = check_fmu(spoiled(make("NO_INSTANCE"), tmp_path / "x.fmu", tool))
+    assert rules(found) == {("execution-tool", "warning"), ("refused", "warning")}
+
+
+def test_a_library_that_cannot_be_loaded(make: Make, tmp_path: Path) -> None:
+    files = files_of(make(""))
+    for name in files:
+        if name.startswith("binaries/"):
+            files[name] = files[name][: len(files[name]) // 2]
+    found = check_fmu(written(files, tmp_path / "x.fmu"))
+    assert {"load", "crash"} & {f.rule for f in found.findings}
+
+
+def test_start_values_of_other_digits(make: Make, tmp_path: Path) -> None:
+    """A value that was rounded on the way is a warning, another one an error."""
+    for text, severity in (("2.0000000000000004", "warning"), ("2.1", "error")):
+        path = spoiled(make(""), tmp_path / "x.fmu", lambda root, t=text: variable(root, "k")[0].set("start", t))
+        (finding,) = check_fmu(path).findings
+        assert (finding.rule, finding.severity) == ("start-value", severity)
+
+
+def test_a_process_that_cannot_start_is_said(make: Make, monkeypatch: pytest.MonkeyPatch) -> None:
+    path = make("")
+    monkeypatch.setattr(running, "_CHILD", "lag2fmu.absent")
+    with pytest.raises(SimulationError, match=r"could not start.*No module named lag2fmu.absent"):
+        check_fmu(path)
+
+
+OURS = ["double_pendulum", "cart_pole", "motion_driven_pendulum", "heavy_top", "six_axis_arm"]
+
+
+@pytest.mark.parametrize("model", OURS)
+def test_nothing_is_found_in_ours(model: str, exported) -> None:
+    found = check_fmu(exported(model).path)
+    assert found.findings == (), str(found)
+    assert any("trials" in note for note in found.notes)
+
+
+def test_nothing_is_found_with_all_outputs(exported) -> None:
+    found = check_fmu(exported("cart_pole", outputs=("all",)).path)
+    assert found.findings == (), str(found)

@@ -1,0 +1,224 @@
+"""The text format: what is written reads back the same, and whatever is wrong gets one clear error with its place."""
+
+from __future__ import annotations
+
+import re
+import time
+from pathlib import Path
+
+import pytest
+from sympy import Rational, cos, sin
+
+from lag2fmu.errors import TextError
+from lag2fmu.formats.loading import bundled, load
+from lag2fmu.formats.text import MAX_BYTES, read, read_file
+from lag2fmu.formats.write import write
+from lag2fmu.language.expressions import TIME, symbol
+from lag2fmu.language.units import parse_unit
+from lag2fmu.mechanism import (
+    Body,
+    Damper,
+    Definition,
+    Energy,
+    Experiment,
+    Gravity,
+    Load,
+    Mechanism,
+    Output,
+    Parameter,
+    Point,
+    Spring,
+    coordinate,
+    parameter,
+    signal,
+)
+
+BROKEN = sorted((Path(__file__).parent / "broken").glob("*.toml"))
+
+PENDULUM = """
+[mechanism]
+name = "p"
+[coordinates]
+theta = { unit = "deg", start = 30, velocity = 90, max = 360 }
+[parameters]
+l = { value = 250, unit = "mm", min = 1 }
+T0 = { value = 20, unit = "degC" }
+[bodies.bob]
+mass = 2
+position = ["l*sin(theta)", "-l*cos(theta)"]
+"""
+
+
+def everything() -> Mechanism:
+    """A mechanism that uses every concept, with texts that need escapes."""
+    doc = 'a "quoted" \\ back\nline\tü\x7f\x01'
+    x = coordinate("x", "mm", start=3.3, velocity=-70.1, nominal=5.0, minimum=-9.9, doc=doc)
+    phi = coordinate("phi", "deg", start=10.0, maximum=720.1)
+    m, k, d = parameter("m", 0.1, "kg"), parameter("k", 1.7, "N/mm", "stiff", minimum=0.1), parameter("d", 1.0)
+    I0, w, T0 = parameter("I0", m * symbol("k") / 3), parameter("w", 33.3, "rpm"), parameter("T0", -40.3, "degC")
+    F, y0, e0 = signal("F", "kN", start=0.07), signal("y0", "cm", motion=True, start=1.1), symbol("e0")
+    A, rod, bead = (
+        Point("A", (0, y0)),
+        Body("rod", m, (x, y0), angle=phi, inertia=I0),
+        Body("bead", 2, (x + cos(phi), 0.05)),
+    )
+    return Mechanism(
+        "everything",
+        title="All of it",
+        source="this test",
+        coordinates=[x, phi],
+        parameters=[m, k, d, I0, w, T0],
+        inputs=[F, y0],
+        definitions=[Definition("e0", x / 3 + sin(w * TIME)), Definition("v0", symbol("e0") * x.dot)],
+        energy=Energy(kinetic=m * phi.dot**2 / 7, potential=k * e0**2, dissipation=0.013 * x.dot**2),
+        forces={x: F - y0.ddot, phi: 0.1 * phi.dot},
+        gravity=Gravity(9.81, (Rational(3, 5), Rational(-4, 5))),
+        bodies=[rod, bead],
+        points=[A],
+        springs=[Spring("one", k, elongation=x - e0), Spring("two", 3, between=(A, rod), length=0.1)],
+        dampers=[Damper("one", d, rate=x.dot), Damper("two", 3, between=("bead", "rod"))],
+        loads=[
+            Load("push", point=A, input=True),
+            Load("turn", body=rod, input=True),
+            Load("pull", point=rod, force=(F, 0)),
+        ],
+        outputs=[Output("o", e0, "m", "an output"), Output("e0", e0)],
+        experiment=Experiment(2.5, 0.02, 1e-9),
+    )
+
+
+# ------------------------------------------------------------------------------------------------------ round trip
+
+
+@pytest.mark.parametrize("name", bundled())
+def test_models_read_back_the_same(name: str) -> None:
+    mechanism = load(name)
+    assert read(write(mechanism), name) == mechanism
+
+
+def test_everything_reads_back_the_same() -> None:
+    mechanism = everything()
+    text = write(mechanism)
+    again = read(text, "everything.toml")
+    assert again == mechanism
+    assert again.warnings == mechanism.warnings
+    assert write(again) == text
+    assert [u.name for u in again.inputs] == ["F", "y0", "push_x", "push_y", "turn"]
+
+
+@pytest.mark.parametrize("unit", ["deg", "mm", "rpm", "degC", "km/h", "lbf", "kN", "%", "eV", "1"])
+def test_values_in_other_units_read_back_exactly(unit: str) -> None:
+    values = [0.1, 1 / 3, -2.718281828459045, 1e-12, 6.02e23, 0.1 + 0.2, 299792458.0, 5e-5, 273.15, 1e-300]
+    mechanism = load("pendulum")
+    odd = [Parameter(f"a{i}", value, parse_unit(unit), minimum=-1e24, maximum=value) for i, value in enumerate(values)]
+    changed = Mechanism(
+        "p", coordinates=mechanism.coordinates, parameters=[*mechanism.parameters, *odd], bodies=mechanism.bodies
+    )
+    assert read(write(changed), "p.toml") == changed
+
+
+def test_values_are_written_as_short_as_they_were_meant() -> None:
+    text = write(read(PENDULUM, "p.toml"))
+    assert 'theta = { unit = "deg", start = 30.0, velocity = 90.0, max = 360.0 }' in text
+    assert 'l = { value = 250.0, unit = "mm", min = 1.0 }' in text
+    assert 'T0 = { value = 20.0, unit = "degC" }' in text
+    assert "mass = 2\n" in text
+
+
+# --------------------------------------------------------------------------------------------------------- reading
+
+
+def test_numbers_are_converted_to_si() -> None:
+    mechanism = read(PENDULUM, "p.toml")
+    (theta,), (rod, T0) = mechanism.coordinates, mechanism.parameters
+    assert theta.start == pytest.approx(0.5235987755982988, rel=1e-15)
+    assert theta.velocity == pytest.approx(1.5707963267948966)
+    assert theta.nominal == parse_unit("deg").factor
+    assert theta.maximum == pytest.approx(6.283185307179586)
+    assert (rod.value, rod.minimum, T0.value) == (0.25, 0.001, 293.15)
+    assert mechanism.bodies[0].mass == 2
+    assert mechanism.bodies[0].position[0] == symbol("l") * sin(symbol("theta"))
+
+
+def test_text_and_python_mean_the_same_numbers() -> None:
+    declared = coordinate("theta", "deg", start=30, velocity=90, maximum=360).declaration
+    assert read(PENDULUM, "p.toml").coordinates[0] == declared
+
+
+def test_an_input_load_becomes_inputs() -> None:
+    mechanism = read(PENDULUM + '[loads.push]\npoint = "bob"\ninput = true\n', "p.toml")
+    assert [(u.name, u.unit) for u in mechanism.inputs] == [("push_x", parse_unit("N")), ("push_y", parse_unit("N"))]
+    assert mechanism.loads[0].force == (symbol("push_x"), symbol("push_y"))
+
+
+def test_a_mismatching_unit_is_a_warning_unless_strict() -> None:
+    text = PENDULUM.replace("mass = 2", 'mass = "l"')
+    assert read(text, "p.toml").warnings == ("bodies.bob.mass: 'l' is in m, expected kg",)
+
+
+# ---------------------------------------------------------------------------------------------------------- errors
+
+
+def test_there_are_enough_broken_texts() -> None:
+    assert len(BROKEN) >= 30
+
+
+@pytest.mark.parametrize("path", BROKEN, ids=lambda path: path.stem)
+def test_a_broken_text_gets_one_clear_error(path: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.chdir(tmp_path)
+    expected = re.match(r"# expect: (.*)", path.read_text(encoding="utf-8"))
+    assert expected is not None, "the first line says what the error should be"
+    began = time.process_time()
+    with pytest.raises(TextError) as caught:
+        read_file(path)
+    assert time.process_time() - began < 1.0
+    message = str(caught.value)
+    assert message.startswith(f"{path}: ")
+    assert re.match(expected[1], message[len(f"{path}: ") :]), message
+    assert len(message) < 1000
+    assert "\n" not in message
+    assert not list(tmp_path.iterdir()), "something was executed"
+
+
+def test_a_large_file_is_refused_by_its_size(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    path = tmp_path / "large.toml"
+    path.write_bytes(b"# " + b"x" * 10_000_000)
+    monkeypatch.setattr(Path, "read_bytes", lambda self: pytest.fail("the file was read"))
+    began = time.process_time()
+    with pytest.raises(TextError, match=r"large\.toml: has 10000002 bytes; .* more than 1000000 bytes is not read"):
+        read_file(path)
+    assert time.process_time() - began < 1.0
+
+
+def test_a_text_that_grows_too_large_is_refused() -> None:
+    with pytest.raises(TextError, match=r"p\.toml: has 1000001 characters"):
+        read(" " * (MAX_BYTES + 1), "p.toml")
+
+
+@pytest.mark.parametrize(
+    ("content", "expected"),
+    [(b"[mechanism]\nname = \"\xff\"", "byte 20 .0xff. is not UTF-8"), (b"\x00", "no valid TOML: .*line 1, column 1")],
+)  # fmt: skip
+def test_other_bytes_are_refused(content: bytes, expected: str, tmp_path: Path) -> None:
+    (tmp_path / "p.toml").write_bytes(content)
+    with pytest.raises(TextError, match=expected):
+        read_file(tmp_path / "p.toml")
+
+
+def test_a_byte_order_mark_is_let_pass(tmp_path: Path) -> None:
+    (tmp_path / "p.toml").write_bytes(b"\xef\xbb\xbf" + PENDULUM.encode())
+    assert read_file(tmp_path / "p.toml") == read(PENDULUM, "p.toml")
+
+
+def test_a_missing_file_and_a_folder_are_errors(tmp_path: Path) -> None:
+    for path in (tmp_path / "none.toml", tmp_path):
+        with pytest.raises(TextError, match=re.escape(f"{path}: cannot be read")):
+            read_file(path)
+
+
+@pytest.mark.parametrize("line", ["a.b.c = 1\n" * 20000, "[a]\n" * 20000, "x = [" * 100000, "a = '''" + "\n" * 900000])
+def test_large_nonsense_is_refused_soon(line: str) -> None:
+    began = time.process_time()
+    with pytest.raises(TextError, match=r"^p\.toml: "):
+        read(line[: MAX_BYTES - 1], "p.toml")
+    assert time.process_time() - began < 1.0

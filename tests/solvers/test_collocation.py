@@ -1,0 +1,43 @@
+"""Coefficients of the implicit methods against published ones."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from lag2fmu.solvers.collocation import COLLOCATIONS
+
+
+def test_radau5_is_the_method_of_the_book() -> None:
+    """Hairer, Wanner, Solving Ordinary Differential Equations II, 2nd edition, table IV.5.6."""
+    root, method = np.sqrt(6.0), COLLOCATIONS["radau5"]
+    a = [
+        [(88 - 7 * root) / 360, (296 - 169 * root) / 1800, (-2 + 3 * root) / 225],
+        [(296 + 169 * root) / 1800, (88 + 7 * root) / 360, (-2 - 3 * root) / 225],
+        [(16 - root) / 36, (16 + root) / 36, 1 / 9],
+    ]
+    assert np.array(method.a, float) == pytest.approx(np.array(a), abs=1e-15)
+    assert np.array(method.c, float) == pytest.approx(np.array(a).sum(axis=1), abs=1e-15)
+
+
+def test_the_modes_of_radau5() -> None:
+    """The eigenvalues of the inverse of a are the zeros of x^3 - 9 x^2 + 36 x - 60: the method's denominator."""
+    method = COLLOCATIONS["radau5"]
+    modes = method.modes
+    assert modes is not None
+    pair = complex(*modes.pair)
+    assert 1 / modes.real == pytest.approx(3.6378342527444957, rel=1e-15)
+    assert 1 / pair == pytest.approx(2.6810828736277523 - 3.0504301992474105j, rel=1e-15)
+    blocks = np.array([[modes.real, 0, 0], [0, pair.real, pair.imag], [0, -pair.imag, pair.real]])
+    product = np.array(modes.from_modes) @ blocks @ np.array(modes.to_modes)
+    assert product == pytest.approx(np.array(method.a, float), abs=1e-14)
+    assert np.array(modes.from_modes) @ np.array(modes.to_modes) == pytest.approx(np.eye(3), abs=1e-14)
+
+
+def test_weights_of_multipliers() -> None:
+    """They invert how the positions at later stages answer forces at earlier ones; Lobatto's pairs have them."""
+    assert [name for name, method in COLLOCATIONS.items() if method.holonomic] == ["verlet", "lobatto4"]
+    for method in (COLLOCATIONS["verlet"], COLLOCATIONS["lobatto4"]):
+        answer = (np.array(method.a, float) @ np.array(method.hat, float))[1:, :-1]
+        size = np.eye(method.stages - 1)
+        assert np.array(method.multiplier_weights, float) @ answer == pytest.approx(size, abs=1e-15)
