@@ -14,28 +14,46 @@ import lag2fmu
 PACKAGE = Path(lag2fmu.__file__).parent
 
 ROOMS = {
-    "mechanism": ({"errors", "resources"}, {"sympy", "tomli", "tomllib"}),
-    "reference": ({"errors", "mechanism"}, {"sympy", "numpy", "scipy"}),
-    "dynamics": ({"errors", "mechanism"}, {"sympy", "numpy"}),
-    "codegen": ({"errors", "resources", "dynamics"}, {"jinja2"}),
-    "fmu": ({"errors", "resources", "version", "mechanism", "dynamics", "codegen"}, set()),
-    "verify": (
-        {"errors", "mechanism", "dynamics", "codegen", "fmu", "reference"},
-        {"sympy", "numpy", "fmpy", "lief", "rich", "matplotlib"},
+    "language": ({"errors"}, {"sympy"}),
+    "description": ({"errors", "language"}, {"sympy"}),
+    "mechanism": ({"errors", "language", "description"}, {"sympy"}),
+    "formats": ({"errors", "resources", "language", "description", "mechanism"}, {"sympy", "tomli"}),
+    "reference": ({"errors", "language", "description", "mechanism"}, {"sympy", "numpy", "scipy"}),
+    "graph": ({"errors"}, {"sympy", "numpy"}),
+    "dynamics": ({"errors", "description", "mechanism", "formats", "graph"}, {"sympy", "numpy"}),
+    "analysis": ({"errors", "language", "description", "mechanism", "graph", "dynamics"}, {"sympy", "numpy"}),
+    "picture": ({"errors", "language", "description", "mechanism", "graph", "dynamics"}, {"sympy", "numpy"}),
+    "explain": (
+        {"language", "description", "mechanism", "reference", "graph", "dynamics"},
+        {"sympy", "numpy"},
     ),
+    "solvers": (set(), set()),
+    "codegen": ({"resources", "graph", "dynamics", "solvers"}, {"jinja2"}),
+    "fmu": (
+        {"errors", "resources", "version", "language", "description", "mechanism", "formats", "dynamics", "analysis"}
+        | {"picture", "explain", "codegen"},
+        set(),
+    ),
+    "verify": (
+        {"errors", "language", "description", "mechanism", "formats", "reference", "graph", "dynamics", "analysis"}
+        | {"picture", "fmu"},
+        {"sympy", "numpy", "fmpy", "rich", "matplotlib"},
+    ),
+    "checking": ({"errors", "fmu", "verify"}, {"lief", "rich"}),
     "cli": (
-        {"errors", "version", "mechanism", "dynamics", "codegen", "fmu", "verify", "reference"},
+        {"errors", "version", "description", "mechanism", "formats", "reference", "dynamics", "analysis", "explain"}
+        | {"codegen", "fmu", "verify", "checking"},
         {"click", "rich"},
     ),
 }
-"""room -> (rooms it may import beside itself, third-party packages)"""
+"""room -> (rooms it may import beside itself, third-party packages); each room stands below those that it may import"""
 
 USERS = {
     "jinja2": {"codegen/templates.py"},
-    "subprocess": {"fmu/compilers.py", "verify/checking/running.py"},
+    "subprocess": {"fmu/compilers.py", "checking/running.py"},
     "zipfile": {"fmu/pack.py"},
     "fmpy": {"verify/simulate.py"},
-    "lief": {"verify/checking/binaries.py"},
+    "lief": {"checking/binaries.py"},
     "matplotlib": {"verify/plots"},
 }
 """package -> the modules or rooms that use it: one each, but compilers and strangers' FMUs are different programs"""
@@ -82,6 +100,13 @@ def test_a_module_imports_only_what_its_room_may(path: Path) -> None:
             assert target in rooms | {room}, f"{path} imports {name}"
         elif top != "lag2fmu" and top not in sys.stdlib_module_names:
             assert top in packages, f"{path} imports {name}"
+
+
+def test_a_room_imports_only_rooms_above_it() -> None:
+    order = list(ROOMS)
+    for room, (others, _) in ROOMS.items():
+        above = order[: order.index(room)]
+        assert others <= {*above, "errors", "resources", "version"}, room
 
 
 def test_every_module_belongs_to_a_room() -> None:

@@ -5,13 +5,13 @@ from __future__ import annotations
 import math
 from typing import TYPE_CHECKING
 
-from lag2fmu.description import names
 from lag2fmu.description.outputs import QUANTITIES, Output
 from lag2fmu.description.parts import Damper, Load, Spring
 from lag2fmu.description.places import WORLD, Vector
 from lag2fmu.description.symbols import Coordinate, Input, Parameter
 from lag2fmu.errors import MechanismError, UnitError
 from lag2fmu.mechanism.geometry import check_geometry, check_values
+from lag2fmu.mechanism.name_check import check_names
 from lag2fmu.mechanism.scope import Scope, check_constraints, check_presence, check_symbols
 from lag2fmu.mechanism.unit_check import mismatches
 
@@ -28,7 +28,7 @@ def check(mechanism: Mechanism) -> tuple[str, ...]:
         raise MechanismError(
             f"coordinates: mechanism '{mechanism.name}' has none; declare at least one generalized coordinate"
         )
-    names.check_names(mechanism)
+    check_names(mechanism)
     _check_numbers(mechanism)
     _check_parts(mechanism)
     scope = Scope(mechanism)

@@ -12,7 +12,7 @@ from typing import TypeVar
 import sympy as sp
 
 from lag2fmu.description.joints import Joint, joined
-from lag2fmu.description.names import check_names, suggestion
+from lag2fmu.description.names import suggestion
 from lag2fmu.description.outputs import Experiment, Output
 from lag2fmu.description.parts import KINDS, Constraint, Damper, Definition, Energy, Force, Gravity, Load, Spring
 from lag2fmu.description.places import (
@@ -32,6 +32,7 @@ from lag2fmu.errors import MechanismError
 from lag2fmu.mechanism.check import check
 from lag2fmu.mechanism.joint_equations import written_out
 from lag2fmu.mechanism.loads import with_inputs
+from lag2fmu.mechanism.name_check import check_names
 from lag2fmu.mechanism.norms import missing_norms
 from lag2fmu.mechanism.scope import constrained
 
