@@ -30,7 +30,7 @@ MAX_COORDINATES, MAX_OPERATIONS = 3, 200
 
 def velocities(equations: EquationsOfMotion, values: Values, momenta: Floats) -> Floats:
     """qd (n,) of the ``momenta`` p (n,) at t, q and inputs in ``values``; raises DerivationError if M is singular."""
-    n = len(equations.forcing)
+    equations, n = equations.apart(), len(equations.forcing)
     M = matrix(equations.graph, inertia(equations), values, n)
     resting = dict.fromkeys((names.velocity(c.name) for c in equations.mechanism.coordinates), 0.0)
     linear = evaluate(equations.graph, equations.momenta, {**values, **resting})
@@ -56,6 +56,7 @@ def hamiltonian(equations: EquationsOfMotion, values: Values, momenta: Floats) -
 def poisson_bracket(equations: EquationsOfMotion, f: int, g: int, values: Values) -> float:
     """{f, g} = df/dq.dg/dp - df/dp.dg/dq of two nodes in t, q, qd, at the state ``values``.
 
+    The nodes are on the graph of ``equations``, which stand apart: their derivatives join it.
     With fixed p, dqd = -M^-1 (dp/dq) dq; with fixed q, dqd = M^-1 dp. Constraints have no part in it. Source: Landau,
     Lifshitz, Mechanics, section 42 (with the opposite sign); Goldstein, Classical Mechanics, section 9.5.
     """
@@ -79,6 +80,7 @@ def action(equations: EquationsOfMotion, time: Floats, states: Values) -> Floats
     with its correction by dL/dt, of fourth order in the distance of the times. Source: Landau, Lifshitz, Mechanics,
     section 43, for S; P. Davis, P. Rabinowitz, Methods of Numerical Integration, chapter 2, for the rule.
     """
+    equations = equations.apart()
     g, v = equations.graph, equations.variables
     L = lagrangian(equations)
     (rate,) = forward(g, [L], v.direction(g, accelerating=True))
@@ -139,20 +141,25 @@ def routhian_form(equations: EquationsOfMotion) -> tuple[tuple[str, ...], sp.Exp
 
 def cyclic_coordinates(equations: EquationsOfMotion) -> list[str]:
     """The names of the coordinates that L does not contain."""
+    equations = equations.apart()
     g, v = equations.graph, equations.variables
     slopes = reverse(g, {lagrangian(equations): g.one}, v.q)
     return [c.name for c, slope in zip(equations.mechanism.coordinates, slopes, strict=True) if slope == g.zero]
 
 
 def inertia(equations: EquationsOfMotion) -> list[list[int]]:
-    """The second derivatives of L by the velocities, (n, n) nodes: M without what only serves to make it regular."""
+    """The second derivatives of L by the velocities, (n, n) nodes: M without what only serves to make it regular.
+
+    The nodes join the graph of ``equations``, which stand apart.
+    """
     g = equations.graph
     return [forward(g, equations.momenta, {velocity: g.one}) for velocity in equations.variables.qd]
 
 
 def _quadratic(equations: EquationsOfMotion) -> tuple[sp.Matrix, sp.Matrix, sp.Expr] | None:
     """M (n, n), a (n, 1) and L0 as formulas; None if they are too long."""
-    g, v, n = equations.graph, equations.variables, len(equations.forcing)
+    equations, n = equations.apart(), len(equations.forcing)
+    g, v = equations.graph, equations.variables
     if n > MAX_COORDINATES:
         return None
     resting = dict.fromkeys(v.qd, g.zero)

@@ -35,34 +35,42 @@ _STATES, _MAX_WRITTEN = 6, 120
 
 @dataclass(frozen=True)
 class Conserved:
-    """A quantity that stays as it is along the motion: ``node`` on the equations' graph; ``meaning`` is a phrase.
+    """A quantity that stays as it is along the motion: ``node`` on ``graph``, a copy of that of the equations.
 
+    ``meaning`` is a phrase.
     ``expression`` is its formula, None if it is long. ``drift``: the largest derivative found at random states,
     relative to its terms.
     """
 
     name: str
     meaning: str
+    graph: Graph
     node: int
     drift: float
     expression: sp.Expr | None
 
 
 def lagrangian(equations: EquationsOfMotion) -> int:
-    """L = sum qd p - h (J) as a node."""
+    """L = sum qd p - h (J) as a node; it joins the graph of ``equations``, which stand apart."""
     g = equations.graph
     return g.subtract(g.dot(equations.variables.qd, equations.momenta), equations.energies["generalized_energy"])
 
 
 def momentum_rates(equations: EquationsOfMotion) -> list[int]:
-    """dL/dq + N + G^T multiplier, (n,) nodes: what the rates of the momenta are along the motion."""
+    """dL/dq + N + G^T multiplier, (n,) nodes: what the rates of the momenta are along the motion.
+
+    The nodes join the graph of ``equations``, which stand apart.
+    """
     g, v = equations.graph, equations.variables
     rates = forward(g, equations.momenta, v.direction(g, accelerating=True))
     return [g.subtract(rate, r) for rate, r in zip(rates, equations.residual, strict=False)]
 
 
 def energy_rate(equations: EquationsOfMotion) -> int:
-    """N.qd - dL/dt - multiplier.b in W, as a node: what the rate of h is along the motion."""
+    """N.qd - dL/dt - multiplier.b in W: what the rate of h is along the motion.
+
+    The node joins the graph of ``equations``, which stand apart.
+    """
     g, v, c = equations.graph, equations.variables, equations.constraints
     (rate,) = forward(g, [equations.energies["generalized_energy"]], v.direction(g, accelerating=True))
     work = g.dot(v.qd, equations.residual[: len(v.qd)])
@@ -75,6 +83,7 @@ def conserved(equations: EquationsOfMotion) -> tuple[Conserved, ...]:
     Those that symmetries give (cyclic coordinates, L without t), and the momenta of all bodies. Source: Landau,
     Lifshitz, Mechanics, sections 6, 7 and 9.
     """
+    equations = equations.apart()
     found: dict[int, tuple[str, str]] = {}
     for name, meaning, node in [*_by_symmetry(equations), *_of_bodies(equations)]:
         if not equations.variables.moves(equations.graph, node):
@@ -86,7 +95,7 @@ def conserved(equations: EquationsOfMotion) -> tuple[Conserved, ...]:
             found[node] = name, meaning
     drifts = _drifts(equations, list(found))
     return tuple(
-        Conserved(name, meaning, node, drift, _formula(equations.graph, node))
+        Conserved(name, meaning, equations.graph, node, drift, _formula(equations.graph, node))
         for (node, (name, meaning)), drift in zip(found.items(), drifts, strict=True)
         if drift <= CONSTANT_IF
     )
@@ -94,6 +103,7 @@ def conserved(equations: EquationsOfMotion) -> tuple[Conserved, ...]:
 
 def why_energy_changes(equations: EquationsOfMotion) -> str:
     """What makes h change, as a phrase; empty if it is conserved."""
+    equations = equations.apart()
     g, v = equations.graph, equations.variables
     rate = _silent(equations, energy_rate(equations))
     if rate == g.zero:

@@ -53,7 +53,8 @@ class _Search:
     """The equations at rest, r(q, multipliers) = 0 with n + h + m rows, and their derivatives."""
 
     def __init__(self, equations: EquationsOfMotion) -> None:
-        self.equations, g, v = equations, equations.graph, equations.variables
+        self.equations = equations = equations.apart()
+        g, v = equations.graph, equations.variables
         c, n = equations.constraints, len(equations.forcing)
         resting = dict.fromkeys((*v.qd, *v.qdd), g.zero)
         self.rows = g.substitute([*equations.residual[:n], *c.positions, *c.velocities[len(c.positions) :]], resting)

@@ -31,7 +31,7 @@ def resting_inputs(equations: EquationsOfMotion) -> dict[str, float | Floats]:
 
 def driven_by_time(equations: EquationsOfMotion) -> bool:
     """Whether the equations of motion change with time by themselves."""
-    g, t = equations.graph, equations.variables.t
+    g, t = equations.apart().graph, equations.variables.t
     return any(rate != g.zero for rate in forward(g, equations.residual, {t: g.one}))
 
 

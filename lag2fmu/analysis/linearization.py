@@ -65,7 +65,7 @@ class Linearizer:
     """The tangent program of ``equations``, derived once for many states; a call is ``linearize`` at one of them."""
 
     def __init__(self, equations: EquationsOfMotion) -> None:
-        self.equations = equations
+        self.equations = equations = equations.apart()
         self.tangent: Tangent = differentiate(equations)
         v, g = equations.variables, equations.graph
         self.inputs = tuple(str(g.leaf[node]) for node in v.inputs)

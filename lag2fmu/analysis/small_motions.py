@@ -66,7 +66,8 @@ class _Form:
     """M, C, K, the constraints' rows and the inputs' forces at an equilibrium, as expressions."""
 
     def __init__(self, equations: EquationsOfMotion, about: Equilibrium) -> None:
-        self.equations, self.about = equations, about
+        self.equations = equations = equations.apart()
+        self.about = about
         g, v = equations.graph, equations.variables
         if driven_by_time(equations):
             raise DerivationError(

@@ -19,7 +19,6 @@ import math
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from fractions import Fraction
-from functools import cached_property
 from pathlib import Path
 
 import numpy as np
@@ -64,8 +63,11 @@ class EquationsOfMotion:
     with its pivots, by ``method``, None if every order meets a pivot that is identically zero; ``constraints``: of m
     equations; ``outputs`` and ``dependent`` (parameters) by name; ``parts``: the energies and forces as composed.
 
-    What the accelerations do not need joins the graph when it is first asked for, all at once: what the graph then
-    holds does not depend on which was asked for.
+    ``mass_matrix``: M (n, n), d2L/dqd2 and what ``parts.carried`` adds to make it regular; ``residual``: M qdd -
+    forcing - G^T multiplier and behind it the constraints' accelerations, (n + m,), with qdd as variables; ``momenta``:
+    p = dL/dqd, (n,); ``energies`` (J) and the power of the external inputs (W) by name, see ``terms.named_energies``.
+
+    The graph is sealed: what needs further nodes works on the equations ``apart``.
     """
 
     mechanism: Mechanism
@@ -79,30 +81,14 @@ class EquationsOfMotion:
     outputs: Mapping[str, int]
     dependent: Mapping[str, int]
     parts: Energies
+    mass_matrix: tuple[tuple[int, ...], ...]
+    residual: tuple[int, ...]
+    momenta: tuple[int, ...]
+    energies: Mapping[str, int]
 
-    @cached_property
-    def _further(self) -> _Further:
-        return _further(self)
-
-    @property
-    def mass_matrix(self) -> tuple[tuple[int, ...], ...]:
-        """M, (n, n) nodes: d2L/dqd2, and what ``parts.carried`` adds to make it regular."""
-        return self._further.mass_matrix
-
-    @property
-    def residual(self) -> tuple[int, ...]:
-        """M qdd - forcing - G^T multiplier and the constraints' accelerations, (n + m,), with qdd as variables."""
-        return self._further.residual
-
-    @property
-    def momenta(self) -> tuple[int, ...]:
-        """p = dL/dqd, (n,) nodes."""
-        return self._further.momenta
-
-    @property
-    def energies(self) -> Mapping[str, int]:
-        """Energies (J) and the power of the external inputs (W), by name, see ``terms.named_energies``."""
-        return self._further.energies
+    def apart(self) -> EquationsOfMotion:
+        """The same equations, nodes included, on a copy of the graph that can grow."""
+        return replace(self, graph=self.graph.copy())
 
     @property
     def operations(self) -> int:
@@ -151,6 +137,7 @@ def derive(model: Mechanism | str | Path, method: str | None = None) -> Equation
             return derive(completed, method)
     equations = _equations(solved)
     _check(equations, solved.composer.distances())
+    equations.graph.seal()
     return equations
 
 
@@ -246,41 +233,34 @@ def _solved(given: _Composed, methods: Sequence[str]) -> _Solved:
 
 
 def _equations(solved: _Solved) -> EquationsOfMotion:
-    """With what the user asked for beside the accelerations."""
-    mechanism, composer = solved.mechanism, solved.composer
+    """With what follows from the parts, and what the user asked for, beside the accelerations."""
+    mechanism, composer, g, v, parts = (
+        solved.mechanism,
+        solved.composer,
+        solved.graph,
+        solved.variables,
+        solved.energies,
+    )
+    start = starting_consistently(mechanism, g, solved.constraints)
+    outputs = {name: x for o in mechanism.outputs for name, x in zip(o.names, composer.output(o), strict=True)}
+    dependent = {p.name: composer.put.names[p.name] for p in mechanism.parameters if p.expression is not None}
+    momenta = tuple(reverse(g, {parts.lagrangian(g): g.one}, v.qd))
+    rate, accelerating = (Forward(g, v.direction(g, along)) for along in (False, True))
+    residual = unconstrained_residual(g, v, parts, rate, accelerating)
     return EquationsOfMotion(
-        mechanism=starting_consistently(mechanism, solved.graph, solved.constraints),
+        mechanism=start,
         method=solved.method,
-        graph=solved.graph,
-        variables=solved.variables,
+        graph=g,
+        variables=v,
         entries=solved.entries,
         forcing=solved.forcing,
         solution=solved.solution,
         constraints=solved.constraints,
-        outputs={name: x for o in mechanism.outputs for name, x in zip(o.names, composer.output(o), strict=True)},
-        dependent={p.name: composer.put.names[p.name] for p in mechanism.parameters if p.expression is not None},
-        parts=solved.energies,
-    )
-
-
-@dataclass(frozen=True)
-class _Further:
-    """What else follows from the parts of the equations: see EquationsOfMotion."""
-
-    mass_matrix: tuple[tuple[int, ...], ...]
-    residual: tuple[int, ...]
-    momenta: tuple[int, ...]
-    energies: Mapping[str, int]
-
-
-def _further(equations: EquationsOfMotion) -> _Further:
-    g, v, parts = equations.graph, equations.variables, equations.parts
-    momenta = tuple(reverse(g, {parts.lagrangian(g): g.one}, v.qd))
-    rate, accelerating = (Forward(g, v.direction(g, along)) for along in (False, True))
-    residual = unconstrained_residual(g, v, parts, rate, accelerating)
-    return _Further(
-        mass_matrix=mass_matrix(g, equations.entries, v.qd),
-        residual=with_constraints(g, v, residual, equations.constraints, accelerating),
+        outputs=outputs,
+        dependent=dependent,
+        parts=parts,
+        mass_matrix=mass_matrix(g, solved.entries, v.qd),
+        residual=with_constraints(g, v, residual, solved.constraints, accelerating),
         momenta=momenta,
         energies=named_energies(g, v, parts, momenta),
     )

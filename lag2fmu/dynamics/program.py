@@ -76,10 +76,10 @@ def lower(equations: EquationsOfMotion, promoted: Collection[str] = (), variatio
     the independent parameters; qdd, n, and behind it the m multipliers. M is row-major with only its lower triangle
     written.
     """
+    equations = equations.apart()
     g, v = equations.graph, equations.variables
     p = Array("p", v.parameters)
     state = (Array("t", (v.t,), True), Array("x", (*v.q, *v.qd)), Array("u", v.inputs), p)
-    dynamics = _dynamics(equations, state)  # the first of all, so that the rest of the equations is on the graph
     factor, solution = _factor_and_solve(equations, state)
     outputs = frozenset((*equations.mechanism.output_names, *promoted))
     qdd = Array("qdd", v.unknowns)
@@ -88,7 +88,7 @@ def lower(equations: EquationsOfMotion, promoted: Collection[str] = (), variatio
         functions=(
             _function("mechanism_dependent", "Dependent parameters c.", (p,), c=equations.dependent.values()),
             _accelerations(equations, state),
-            dynamics,
+            _dynamics(equations, state),
             factor,
             solution,
             *_constraints(equations, state, factor),

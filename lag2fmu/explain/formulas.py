@@ -38,6 +38,7 @@ class Formulas:
 
 def formulas(equations: EquationsOfMotion) -> Formulas | None:
     """The formulas of ``equations``; None if they have more than MAX_OPERATIONS operations, written out."""
+    equations = equations.apart()
     g, v = equations.graph, equations.variables
     n = len(v.q)
     energies = [(letter, equations.energies.get(name)) for letter, name in _ENERGIES.items()]

@@ -11,7 +11,7 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from lag2fmu.codegen import DEFAULT_SOLVER, METHODS, STIFF_SOLVER, Method, Tables, render_sources, takes
+from lag2fmu.codegen import DEFAULT_SOLVER, METHODS, STIFF_SOLVER, Method, render_sources, takes
 from lag2fmu.dynamics import EquationsOfMotion, Program, derive, lower
 from lag2fmu.dynamics.lagrange import complete
 from lag2fmu.errors import BuildError, ExportError
@@ -87,7 +87,7 @@ def export(
     _check_target(target)
     _check_texts(mechanism)
     equations = derive(mechanism)
-    suited, reason = suited_solver(mechanism, backend)
+    suited, reason = suited_solver(equations, backend)
     solver, choice = (solver, "") if solver else (suited, reason)
     _check_solver(equations.mechanism, METHODS[solver])
     program = lower(equations, promotable(equations, outputs), METHODS[solver].variational)
@@ -105,15 +105,11 @@ def export(
     return Fmu(target, description, "; ".join(filter(None, [choice, damping(equations, METHODS[solver])])))
 
 
-def suited_solver(mechanism: Mechanism, backend: str) -> tuple[str, str]:
-    """The solver for a mechanism whose user named none, and why, as a phrase; "" where its start tells nothing.
-
-    It derives equations of its own: what it adds to their graph must not show in the FMU, which is the same file as if
-    the solver had been named.
-    """
+def suited_solver(equations: EquationsOfMotion, backend: str) -> tuple[str, str]:
+    """The solver for a mechanism whose user named none, and why, as a phrase; "" where its start tells nothing."""
     from lag2fmu.analysis import stiffness
 
-    found = stiffness(derive(mechanism))
+    found = stiffness(equations)
     if found is None:
         return DEFAULT_SOLVER, ""
     if not found.stiff:
@@ -209,16 +205,21 @@ def describe(
     vibrations = tuple((v.frequency, index[v.coordinate]) for v in damped_vibrations(equations, METHODS[solver]))
     tables = replace(table.tables, vibrations=vibrations)
     blank = ModelDescription(mechanism, table.variables, identifier_of(mechanism.name), "", solver, VERSION)
-    guid = _guid(blank, program, tables, METHODS[solver])
-    sources = render_sources(program, tables, METHODS[solver], guid)
+    texts = render_sources(program, tables, METHODS[solver], _BLANK)
+    guid = _guid(blank, texts)
+    sources = {file: text.replace(_BLANK, guid) for file, text in texts.items()}
     return replace(blank, guid=guid, source_files=compiled_files(sources)), sources
 
 
-def _guid(blank: ModelDescription, program: Program, tables: Tables, method: Method) -> str:
+_BLANK = "{00000000-0000-0000-0000-000000000000}"
+"""What stands in the sources where the GUID comes in, until it is known."""
+
+
+def _guid(blank: ModelDescription, sources: Mapping[str, str]) -> str:
     """A GUID made of a SHA-256 of sources and variables, so that the same input gives the same FMU."""
     digest = hashlib.sha256()
-    for file, text in render_sources(program, tables, method, "").items():
-        digest.update(f"{file}\0{text}\0".encode())
+    for file, text in sources.items():
+        digest.update(f"{file}\0{text.replace(_BLANK, '')}\0".encode())
     digest.update(repr((blank.mechanism.title, blank.mechanism.experiment, blank.variables)).encode())
     return "{" + str(uuid.UUID(bytes=digest.digest()[:16], version=5)) + "}"
 

@@ -15,6 +15,7 @@ from __future__ import annotations
 import math
 from collections.abc import Collection, Iterable, Mapping, Sequence
 from fractions import Fraction
+from types import MappingProxyType
 
 from lag2fmu.graph.fingerprint import PRIME, Circle, constant_mark, random_mark
 from lag2fmu.graph.operations import (
@@ -61,11 +62,15 @@ class Graph:
         return len(self.code)
 
     def copy(self) -> Graph:
-        """The same nodes, to go on from in another way"""
+        """The same nodes, to go on from in another way; it can grow, also where the original is sealed."""
         other = Graph()
         for name, content in vars(self).items():
             setattr(other, name, content if isinstance(content, int) else content.copy())
         return other
+
+    def seal(self) -> None:
+        """From here on a new node is a TypeError: those who need further ones add them to a copy."""
+        self._by_mark = MappingProxyType(self._by_mark)  # type: ignore[assignment]  # it refuses to be written to
 
     def adopt(self, copy: Graph) -> None:
         """Take over the nodes of a copy that has gone on"""

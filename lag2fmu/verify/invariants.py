@@ -46,7 +46,8 @@ def drift_checks(
     amplification = np.maximum(1.0, reference.amplification[rows][seen])
     scales = [reference.scales[str(g.leaf[node])] for node in (*v.q, *v.qd)]
     for item in found:
-        value, *slopes = evaluate(g, [item.node, *reverse(g, {item.node: g.one}, [*v.q, *v.qd])], values)
+        nodes = [item.node, *reverse(item.graph, {item.node: g.one}, [*v.q, *v.qd])]
+        value, *slopes = evaluate(item.graph, nodes, values)
         moved = max(float(np.abs(slope).max() * scale) for slope, scale in zip(slopes, scales, strict=True))
         size = max(float(np.abs(value).max()), moved, 1e-300)
         drift = np.abs(value - value[0]) / size / amplification

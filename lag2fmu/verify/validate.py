@@ -208,7 +208,7 @@ def _sizes(reference: Reference) -> list[float]:
 
 def _solver_notes(task: Task, warnings: Mapping[str, Sequence[str]]) -> list[str]:
     """Which solver suits the start, and what the FMU said of its own in each run."""
-    solver, reason = suited_solver(task.mechanism, "c")
+    solver, reason = suited_solver(derive(task.mechanism), "c")
     suited = [f"Solver for co-simulation: {solver} suits this mechanism; {reason}."] if reason else []
     return suited + [f"The FMU warned, {label}: {text}" for label, texts in warnings.items() for text in texts]
 

@@ -78,7 +78,7 @@ def vectors(mechanism: Mechanism, values: dict[str, float]) -> tuple[np.ndarray,
 
 @pytest.mark.parametrize("seed", SEEDS)
 def test_random_linkages_agree_with_the_independent_path(seed: int) -> None:
-    equations = derive(random_linkage(seed))
+    equations = derive(random_linkage(seed)).apart()
     mechanism, independent = equations.mechanism, Equations(equations.mechanism)
     for values in states(mechanism):
         q, qd = vectors(mechanism, values)
@@ -92,7 +92,7 @@ def test_random_linkages_agree_with_the_independent_path(seed: int) -> None:
 @pytest.mark.parametrize("seed", SEEDS)
 def test_the_residual_vanishes_at_the_solution(seed: int) -> None:
     """M qdd - forcing - G^T multiplier and G qdd + gamma, from other nodes than those that are solved with."""
-    equations = derive(random_linkage(seed))
+    equations = derive(random_linkage(seed)).apart()
     mechanism = equations.mechanism
     for values in states(mechanism):
         qdd, multipliers = kkt.solve(equations, values)
@@ -109,7 +109,7 @@ def test_redundant_constraints_change_nothing(seed: int) -> None:
     x, y = (c.expression for c in plain.constraints[:2])
     more = [Constraint("sum", 2 * x + y), Constraint("turned", x * cos(0.3) - y * sin(0.3)), Constraint("again", 5 * x)]
     redundant = replace(plain, constraints=(*plain.constraints[:2], *more, *plain.constraints[2:]))
-    equations, other = derive(plain), derive(redundant)
+    equations, other = derive(plain).apart(), derive(redundant).apart()
     values = start_values(equations.mechanism)
     qdd, _ = kkt.solve(equations, values)
     assert kkt.solve(other, values)[0] == pytest.approx(qdd, rel=1e-9, abs=1e-9)
@@ -136,7 +136,7 @@ def formula(equations: EquationsOfMotion, values: dict[str, float]) -> tuple[np.
 
 @pytest.mark.parametrize("seed", SEEDS)
 def test_the_formula_is_the_solution(seed: int) -> None:
-    equations = derive(random_linkage(seed))
+    equations = derive(random_linkage(seed)).apart()
     for values in states(equations.mechanism):
         qdd, multipliers, holds = formula(equations, values)
         expected, forces = kkt.solve(equations, values)
@@ -148,7 +148,7 @@ def test_the_formula_is_the_solution(seed: int) -> None:
 @pytest.mark.parametrize("seed", SEEDS)
 def test_the_formula_brings_back_what_drifts(seed: int) -> None:
     """G qdd + gamma + drift = 0"""
-    equations = derive(random_linkage(seed))
+    equations = derive(random_linkage(seed)).apart()
     drift = {f"drift {k}": 0.1 + k for k in range(len(equations.constraints))}
     values = start_values(equations.mechanism)
     qdd, _, _ = formula(equations, values | drift)
@@ -159,7 +159,7 @@ def test_the_formula_brings_back_what_drifts(seed: int) -> None:
 
 
 def test_a_formula_that_is_too_long_is_not_made(monkeypatch: pytest.MonkeyPatch) -> None:
-    equations = derive(load("four_bar_linkage"))
+    equations = derive(load("four_bar_linkage")).apart()
     drift = [equations.graph.zero] * 2
     assert solve_constrained(equations, drift) is not None
     monkeypatch.setattr("lag2fmu.dynamics.constrained.MOST_OPERATIONS", 100)
@@ -187,7 +187,7 @@ third = "cos(a) + 1.2*cos(c) - cos(b) - 1.2"
 
 def test_the_formula_leaves_out_what_is_redundant_and_tells_where_it_is_not() -> None:
     """A parallelogram with a third bar."""
-    equations = derive(read(THREE_BARS, "three_bars.toml"))
+    equations = derive(read(THREE_BARS, "three_bars.toml")).apart()
     values = start_values(equations.mechanism)
     qdd, multipliers, holds = formula(equations, values)
     assert holds
@@ -304,7 +304,7 @@ def test_what_is_driven_or_redundant_is_let_pass(expressions: Sequence[str]) -> 
 @pytest.mark.parametrize("model", ["heavy_top_quaternion", "four_bar_linkage"])
 def test_momenta_and_forces_are_slopes_of_the_action(model: str) -> None:
     """Anywhere, by differences of L, which is T - V on the constraints; M is the slope of the momenta, and regular."""
-    equations = derive(load(model))
+    equations = derive(load(model)).apart()
     g, v, parts = equations.graph, equations.variables, equations.parts
     momenta, forces = canonical(g, v, parts)
     still = [g.multiply(weight, g.multiply(x, x)) for x, weight in parts.carried.items()]

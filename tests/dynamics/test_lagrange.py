@@ -10,6 +10,7 @@ import pytest
 import sympy as sp
 from kkt import solve
 
+from lag2fmu.analysis import analysis_report, linearize
 from lag2fmu.codegen.c import c_function
 from lag2fmu.description import names
 from lag2fmu.dynamics import derive, lower
@@ -78,7 +79,7 @@ def test_bundled_models_agree_with_the_independent_path(name: str) -> None:
 @pytest.mark.parametrize("name", bundled())
 def test_tangents_against_central_differences(name: str) -> None:
     """dr of the tangent program against (r(x + e s) - r(x - e s)) / 2e along random seeds s."""
-    equations = derive(load(name))
+    equations = derive(load(name)).apart()
     g, tangent, generator = equations.graph, differentiate(equations), random.Random(3)
     values = random_values(equations.mechanism, generator)
     program = lower(equations)
@@ -162,6 +163,19 @@ def test_the_printed_text_does_not_depend_on_what_was_asked_for_first() -> None:
         assert len(program.graph) > before
         texts.append([c_function(program, function) for function in program.functions])
     assert texts[0] == texts[1] == texts[2]
+
+
+def test_equations_do_not_grow_when_they_are_read() -> None:
+    """Lowering and analyses add nodes to copies; on the equations' own graph a new node is refused."""
+    equations = derive(load("cart_pole"))
+    count = len(equations.graph)
+    lower(equations, variational=True)
+    analysis_report(equations.mechanism)
+    linearize(equations)
+    assert len(equations.graph) == count
+    with pytest.raises(TypeError):
+        equations.graph.symbol("a stranger")
+    assert equations.apart().graph.symbol("a stranger") == count
 
 
 @pytest.mark.parametrize("name", ["n_pendulum", "six_axis_arm", "kepler", "four_bar_linkage", "charged_particle"])

@@ -17,7 +17,7 @@ STEP = 0.02
 @pytest.mark.parametrize("name", bundled())
 def test_second_derivatives_along_a_curve(name: str) -> None:
     """q(t) and u(t) are polynomials with random coefficients; differences of order 6."""
-    equations = derive(load(name))
+    equations = derive(load(name)).apart()
     g, v, generator = equations.graph, equations.variables, random.Random(5)
     second = differentiate_twice(equations, [name for name, _ in equations.locals()])
     program = lower(equations)
