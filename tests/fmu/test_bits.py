@@ -56,7 +56,7 @@ def elsewhere(**request: object) -> object:
     done = subprocess.run(
         [sys.executable, str(here.with_name("other_process.py"))],
         input=json.dumps(request),
-        env=os.environ | {"PYTHONPATH": str(here.parents[1])},
+        env=os.environ | {"PYTHONPATH": os.pathsep.join(sys.path)},
         capture_output=True,
         text=True,
         check=False,

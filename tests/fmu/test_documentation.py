@@ -10,7 +10,7 @@ from pathlib import Path
 from xml.etree import ElementTree
 
 import pytest
-from test_archive import awkward_names
+from archives import awkward_names
 
 from lag2fmu.fmu import Fmu, export
 from lag2fmu.fmu.exporting import fmi_headers

@@ -13,7 +13,7 @@ import elf
 import macho
 import pe
 import pytest
-from test_archive import functions_of_fmi
+from archives import functions_of_fmi
 
 from lag2fmu.checking.binaries import read_libraries
 from lag2fmu.cli import main

@@ -10,11 +10,11 @@ import zipfile
 from pathlib import Path
 
 import pytest
+from archives import functions_of_fmi, xml
 from elf import Library
 from fmpy.build import build_platform_binary
 from fmpy.model_description import read_build_description
 from stepping import Stepping, bits
-from test_archive import functions_of_fmi, xml
 
 from lag2fmu.codegen.c import c_string
 from lag2fmu.fmu import Fmu

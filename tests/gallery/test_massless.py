@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 from scipy.integrate import solve_ivp
 from scipy.linalg import expm
+from sliders import c, g, k, l, m, with_friction
 from stepping import Stepping
 
 from lag2fmu.dynamics import derive
@@ -13,29 +14,7 @@ from lag2fmu.errors import DerivationError, Lag2FmuError
 from lag2fmu.formats.loading import load
 from lag2fmu.formats.text import read
 from lag2fmu.formats.write import write
-from lag2fmu.mechanism import Energy, Mechanism, coordinate, parameter, signal
 from lag2fmu.verify.running import simulate, validate
-
-m, l, k, g, c = 1.0, 0.5, 100.0, 9.81, 10.0  # noqa: E741
-
-
-def with_friction(friction: bool = True) -> Mechanism:
-    """Small vibrations, with a damper c on the massless slider."""
-    x, phi = coordinate("x", "m", nominal=0.1), coordinate("phi", "rad", start=0.1)
-    F = signal("F", "N")
-    mass, rod = parameter("m", m, "kg"), parameter("l", l, "m")
-    return Mechanism(
-        "rubbed_slider",
-        coordinates=[x, phi],
-        parameters=[mass, rod],
-        inputs=[F],
-        energy=Energy(
-            kinetic=mass * (x.dot + rod * phi.dot) ** 2 / 2,
-            potential=k * x**2 + mass * g * rod * phi**2 / 2,
-            dissipation=c * x.dot**2 / 2 if friction else None,
-        ),
-        forces={x: F, phi: F * rod},
-    )
 
 
 @pytest.mark.fmu

@@ -14,8 +14,8 @@ from fmpy.fmi1 import FMICallException
 from scipy.integrate import solve_ivp
 from scipy.linalg import expm
 from scipy.optimize import brentq
+from sliders import c, g, k, l, m, with_friction
 from stepping import Stepping, bits
-from test_massless import c, g, k, l, m, with_friction
 
 from lag2fmu.dynamics import derive
 from lag2fmu.errors import MechanismError, SimulationError
