@@ -7,27 +7,28 @@ JOBS ?= 2
 # every process goes on with its part of the tests and then takes from the others
 SPREAD := -n $(JOBS) --dist worksteal
 
-.PHONY: demo test check test-all bench clean
+.PHONY: demo test check test-all lint bench clean
 
 demo: $(READY)
 	$(BIN)/lag2fmu demo --plot double_pendulum.png
 
+# the main claims on every bundled model, in minutes
 test: $(READY)
+	$(BIN)/python -m pytest $(SPREAD) -m "not slow and not toolchain" $(PYTEST)
+
+# what needs neither a compiler nor an importer
+check: lint
+	$(BIN)/python -m pytest $(SPREAD) -m "not slow and not fmu and not toolchain" $(PYTEST)
+
+# everything: other importers, cross builds, sanitizers, fuzzing
+test-all: lint
+	$(BIN)/python -m pytest $(SPREAD) --all-models $(PYTEST)
+
+lint: $(READY)
 	$(BIN)/ruff check .
 	$(BIN)/ruff format --check .
 	$(BIN)/mypy
 	$(BIN)/mypy templates/python/runtime
-	$(BIN)/python -m pytest $(SPREAD) $(PYTEST)
-
-check: $(READY)
-	$(BIN)/ruff check .
-	$(BIN)/ruff format --check .
-	$(BIN)/mypy
-	$(BIN)/mypy templates/python/runtime
-	$(BIN)/python -m pytest $(SPREAD) -m "not slow and not fmu and not toolchain"
-
-test-all: PYTEST := --all-models
-test-all: test
 
 bench: $(READY)
 	-$(BIN)/python -m pip install --quiet --disable-pip-version-check -e ".[bench]"
