@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+from collections import defaultdict
 from collections.abc import Callable, Iterator
 from pathlib import Path
 
@@ -18,18 +19,44 @@ from lag2fmu.mechanism import Mechanism
 Exported = Callable[..., Fmu]
 
 
+SLOW = Path(__file__).with_name("slow.txt")
+"""The tests that are left out of 'make test' for their time, beside those that carry the marker slow."""
+LIMIT = 1.5
+"""A test that takes longer than this (s) belongs into SLOW."""
+
+_seconds: dict[str, float] = defaultdict(float)
+
+
 def pytest_addoption(parser: pytest.Parser) -> None:
-    """``--update``: write the golden files of tests/codegen anew; ``--all-models``: run what is left out else."""
+    """The options of this project's tests."""
     parser.addoption("--update", action="store_true", help="write golden files anew; read the diff before you commit")
     parser.addoption("--all-models", action="store_true", help="what takes minutes with every model ('make test-all')")
+    parser.addoption("--update-slow", action="store_true", help="list the tests of a whole run that take long anew")
 
 
+@pytest.hookimpl(tryfirst=True)
 def pytest_collection_modifyitems(config: pytest.Config, items: list[pytest.Item]) -> None:
-    """Without ``--all-models`` leave out the tests with the marker all_models."""
+    """Mark what SLOW lists; without ``--all-models`` leave out the tests with the marker all_models."""
+    listed = set(SLOW.read_text("utf-8").splitlines())
+    for item in items:
+        if item.nodeid in listed:
+            item.add_marker(pytest.mark.slow)
     if not config.getoption("--all-models"):
         left_out = [item for item in items if item.get_closest_marker("all_models")]
         items[:] = [item for item in items if item not in left_out]
         config.hook.pytest_deselected(items=left_out)
+
+
+def pytest_runtest_logreport(report: pytest.TestReport) -> None:
+    """Add up the seconds that set-up, call and teardown of each test take."""
+    _seconds[report.nodeid] += report.duration
+
+
+def pytest_sessionfinish(session: pytest.Session) -> None:
+    """With ``--update-slow`` list the tests that took longer than LIMIT, in the process that hears of all of them."""
+    if session.config.getoption("--update-slow") and "PYTEST_XDIST_WORKER" not in os.environ:
+        slow = sorted(name for name, seconds in _seconds.items() if seconds > LIMIT and "test_models.py" not in name)
+        SLOW.write_text("".join(f"{name}\n" for name in slow), "utf-8")
 
 
 @pytest.fixture(scope="session", autouse=True)
