@@ -10,7 +10,6 @@ from typing import Any
 
 import pytest
 from jsonschema import Draft7Validator
-from tests.mechanism.test_text import everything
 
 from lag2fmu.errors import TextError
 from lag2fmu.formats.keys import CONSTRAINT, EXPRESSIONS, NAMED, SINGLE
@@ -19,6 +18,7 @@ from lag2fmu.formats.schema import FILE_NAME, schema, schema_text
 from lag2fmu.formats.text import read, tomllib
 from lag2fmu.formats.write import write
 from lag2fmu.resources import resource_folder
+from tests.formats.test_text import everything
 from tests.reference.spatial_mechanisms import everything_spatial
 
 VALIDATOR = Draft7Validator(schema())
@@ -43,14 +43,14 @@ def faults(text: str) -> list[str]:
 
 
 def test_the_shipped_file_is_what_is_generated(request: pytest.FixtureRequest) -> None:
-    """``pytest tests/mechanism --update`` writes it anew."""
+    """``pytest tests/formats --update`` writes it anew."""
     path = resource_folder("templates") / FILE_NAME
     if request.config.getoption("--update"):
         path.write_text(schema_text(), "utf-8", newline="\n")
     shipped = path.read_text("utf-8")
     difference = difflib.unified_diff(shipped.splitlines(), schema_text().splitlines(), "shipped", "generated", "", "")
     if shipped != schema_text():
-        pytest.fail("\n".join(difference) + "\nif this is meant, run pytest tests/mechanism --update")
+        pytest.fail("\n".join(difference) + "\nif this is meant, run pytest tests/formats --update")
 
 
 def test_it_is_a_schema() -> None:

@@ -6,7 +6,6 @@ import re
 from pathlib import Path
 
 import pytest
-from tests.mechanism.test_schema import faults
 
 import lag2fmu
 from lag2fmu.errors import LoadError, MechanismError
@@ -15,6 +14,7 @@ from lag2fmu.formats.loading import load
 from lag2fmu.formats.schema import FILE_NAME
 from lag2fmu.formats.starting import write_start
 from lag2fmu.formats.text import read_file
+from tests.formats.test_schema import faults
 
 
 @pytest.fixture
