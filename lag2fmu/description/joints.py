@@ -172,6 +172,7 @@ class Joint:
                 str(name),
                 _UNITS.get(suffix, RADIAN),
                 start=float(suffix == "e0"),
+                given=False if self.kind == "spherical" else None,  # the norm of the quaternion determines it
                 doc=f"{suffix.replace('_', ' ')} of the joint {self.name}",
             )
             yield declared.get(str(name), default)

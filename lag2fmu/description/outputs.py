@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
 from lag2fmu.description.places import AXES, WORLD, End, Expression, Frame, name_parts, normalise
 from lag2fmu.language.units import DIMENSIONLESS, METRE, RADIAN, SECOND, Unit, parse_unit
@@ -44,7 +44,7 @@ class Output:
     point: End | None = None
     quantity: str | None = None
     axes: str = WORLD
-    dimension: int = 3
+    dimension: int = field(default=3, compare=False)
 
     def __post_init__(self) -> None:
         normalise(self, f"outputs.{self.name}", "expression")

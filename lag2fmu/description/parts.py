@@ -6,7 +6,7 @@ other by name; Python may give the part itself.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, fields
 
 import sympy as sp
@@ -171,3 +171,8 @@ class Constraint:
     def coordinate(self) -> str | None:
         """The coordinate without mass that it is solved for, with friction its velocity; None for other kinds."""
         return names.coordinate_of_massless(self.name) if self.massless else None
+
+
+def in_order_of_kinds(constraints: Iterable[Constraint]) -> tuple[Constraint, ...]:
+    """``constraints``, the holonomic ones first; those of one kind stay in their order."""
+    return tuple(sorted(constraints, key=lambda item: KINDS.index(item.kind)))

@@ -15,13 +15,13 @@ from typing import Any, TypeVar
 import sympy as sp
 
 from lag2fmu.description.parts import KINDS
+from lag2fmu.description.places import WORLD
 from lag2fmu.description.symbols import start_or_guess
 from lag2fmu.errors import MechanismError, TextError
 from lag2fmu.formats.keys import CONSTRAINT, NAMED, SINGLE, TABLES
 from lag2fmu.formats.tables import Table
 from lag2fmu.language.units import DIMENSIONLESS
-from lag2fmu.mechanism.record import (
-    WORLD,
+from lag2fmu.mechanism import (
     Body,
     Constraint,
     Coordinate,

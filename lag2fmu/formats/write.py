@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import json
-from collections.abc import Callable, Container, Iterable, Mapping
+from collections.abc import Callable, Iterable, Mapping
 from decimal import Context, Decimal
 from fractions import Fraction
 
@@ -11,11 +11,11 @@ import sympy as sp
 
 from lag2fmu.description.outputs import QUANTITIES
 from lag2fmu.description.parts import KINDS
+from lag2fmu.description.places import WORLD
+from lag2fmu.description.record import Description
 from lag2fmu.language.expressions import to_text
 from lag2fmu.language.units import DIMENSIONLESS, Unit, exact
-from lag2fmu.mechanism.joint_equations import brought_by_joints
-from lag2fmu.mechanism.record import (
-    WORLD,
+from lag2fmu.mechanism import (
     Body,
     Coordinate,
     Damper,
@@ -36,11 +36,14 @@ Entries = Mapping[str, str | None]
 
 
 def write(mechanism: Mechanism) -> str:
-    """The text of ``mechanism`` in TOML, such that ``read(write(mechanism), ...) == mechanism`` exactly."""
-    m, brought = mechanism, brought_by_joints(mechanism)
+    """What is written about ``mechanism`` in TOML: ``read(write(mechanism), ...) == mechanism`` exactly.
+
+    What follows from it, equilibria of what has no mass too, is not part of the text.
+    """
+    m = mechanism.description
     head = {"name": _string(m.name), "title": _string(m.title), "source": _string(m.source) if m.source else None}
     blocks = [
-        _table("mechanism", {**head, "strict_units": "true" if m.strict_units else None}),
+        _table("mechanism", {**head, **_flags(m, "strict_units")}),
         _table("parameters", {p.name: _inline(_parameter(p)) for p in m.parameters}),
         _table("coordinates", {q.name: _inline(_coordinate(q)) for q in m.coordinates}),
         _table("inputs", {u.name: _inline(_input(u)) for u in m.inputs}),
@@ -48,15 +51,15 @@ def write(mechanism: Mechanism) -> str:
         _table("energy", _expressions(m.energy, "kinetic", "potential", "dissipation", "lagrangian")),
         _table("forces", {f.coordinate: _expression(f.expression) for f in m.forces}),
         _table("gravity", _expressions(m.gravity, "acceleration", "direction") if m.gravity else {}),
-        *(_table(f"frames.{f.name}", _frame(f)) for f in m.frames if f.name not in brought.frames),
+        *(_table(f"frames.{f.name}", _frame(f)) for f in m.frames),
         *(_table(f"bodies.{b.name}", _body(b)) for b in m.bodies),
         *(_table(f"points.{p.name}", {**_names(p, "frame"), **_expressions(p, "position", "angle")}) for p in m.points),
         *(_table(f"springs.{s.name}", _element(s, "stiffness", "elongation", "length")) for s in m.springs),
         *(_table(f"dampers.{d.name}", _element(d, "damping", "rate")) for d in m.dampers),
         *(_table(f"loads.{x.name}", _load(x)) for x in m.loads),
         *(_table(f"joints.{j.name}", _joint(j)) for j in m.joints),
-        *(_table(f"constraints.{kind}", _constraints(m, kind, brought.constraints)) for kind in KINDS),
-        _table("outputs", {o.name: _inline(_output(o)) for o in m.outputs if o.name not in brought.outputs}),
+        *(_table(f"constraints.{kind}", _constraints(m, kind)) for kind in KINDS),
+        _table("outputs", {o.name: _inline(_output(o)) for o in m.outputs}),
         _table("experiment", _experiment(m.experiment)),
     ]
     return "\n".join(block for block in blocks if block)
@@ -87,13 +90,13 @@ def _coordinate(q: Coordinate) -> Entries:
     }
 
 
-def _constraints(m: Mechanism, kind: str, brought: Container[str]) -> Entries:
+def _constraints(m: Description, kind: str) -> Entries:
     return {
         c.name: _expression(c.expression)
         if c.unit is None
         else _inline({"expression": _expression(c.expression), "unit": _unit(_resolved(c.unit))})
         for c in m.constraints
-        if c.kind == kind and c.name not in brought
+        if c.kind == kind
     }
 
 
@@ -102,7 +105,7 @@ def _input(u: Input) -> Entries:
     return {
         "unit": _unit(u.unit),
         "start": start,
-        "motion": "true" if u.motion else None,
+        **_flags(u, "motion"),
         **_bounds(u),
         "doc": _doc(u.doc),
     }
@@ -135,7 +138,7 @@ def _body(b: Body) -> Entries:
 
 
 def _load(x: Load) -> Entries:
-    return {**_names(x, "point", "body"), **_expressions(x, "force", "torque"), "axes": _axes(x)}
+    return {**_names(x, "point", "body"), **_expressions(x, "force", "torque"), **_flags(x, "input"), "axes": _axes(x)}
 
 
 def _joint(j: Joint) -> Entries:
@@ -143,7 +146,7 @@ def _joint(j: Joint) -> Entries:
     origin = _expressions(j, "origin") if any(j.origin) else {}
     axes = {key: None if getattr(j, key) is None else _axis(getattr(j, key)) for key in ("axis", "second_axis")}
     coordinates = _strings(j.coordinates) if j.coordinates else None
-    rest = {"reactions": "true" if j.reactions else None, "axes": _axes(j)}
+    rest = {**_flags(j, "reactions"), "axes": _axes(j)}
     return {
         **ends,
         **_names(j, "parent"),
@@ -179,6 +182,10 @@ def _element(part: Spring | Damper, *keys: str) -> Entries:
 
 def _experiment(e: Experiment) -> Entries:
     return {key: _number(getattr(e, key), DIMENSIONLESS) for key in ("stop_time", "step", "tolerance")}
+
+
+def _flags(part: object, *keys: str) -> Entries:
+    return {key: "true" if getattr(part, key) else None for key in keys}
 
 
 def _names(part: object, *keys: str) -> Entries:

@@ -3,24 +3,21 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Iterator
-from typing import TYPE_CHECKING
 
 import sympy as sp
 
 from lag2fmu.description import names
 from lag2fmu.description.outputs import QUANTITIES
 from lag2fmu.description.parts import Damper, Spring
+from lag2fmu.description.record import Description
 from lag2fmu.description.symbols import Coordinate, Input, Parameter
 from lag2fmu.errors import UnitError
 from lag2fmu.language.dimensions import ONE, Dimension, DimensionOf, describe, dimension
 from lag2fmu.language.units import JOULE, KILOGRAM, METRE, NEWTON, SECOND, TORQUE, WATT, Unit, si_name
 from lag2fmu.mechanism.scope import in_order
 
-if TYPE_CHECKING:
-    from lag2fmu.mechanism.record import Mechanism
 
-
-def _known_dimensions(m: Mechanism) -> dict[str, Dimension | None]:
+def _known_dimensions(m: Description) -> dict[str, Dimension | None]:
     second = dimension(SECOND.exponents)
 
     def per_second(d: Dimension | None, times: int) -> Dimension | None:
@@ -48,7 +45,7 @@ def _dimension_of(unit: Unit | str | None) -> Dimension | None:
     return dimension(unit.exponents) if isinstance(unit, Unit) else None
 
 
-def mismatches(m: Mechanism) -> Iterator[str]:
+def mismatches(m: Description) -> Iterator[str]:
     """One sentence for every expression whose known dimension is not the expected one.
 
     A plain number stands for a value in SI and fits everywhere; beside a quantity in a sum it does not.
@@ -76,7 +73,7 @@ def mismatches(m: Mechanism) -> Iterator[str]:
             yield f"outputs.{output.name}.unit: the {output.quantity} is in {describe(measured)}, not {describe(given)}"
 
 
-def constraint_units(m: Mechanism) -> dict[str, Unit | None]:
+def constraint_units(m: Description) -> dict[str, Unit | None]:
     """The unit of every constraint's expression: as given, or as it follows from the names in it; None if unknown."""
     known = _known_dimensions(m)
     infer = DimensionOf(known)
@@ -99,7 +96,7 @@ def _inferred(infer: DimensionOf, expression: sp.Expr) -> Dimension | None:
         return None
 
 
-def _expectations(m: Mechanism, infer: DimensionOf) -> Iterator[tuple[str, sp.Expr, Dimension | None]]:
+def _expectations(m: Description, infer: DimensionOf) -> Iterator[tuple[str, sp.Expr, Dimension | None]]:
     """(place, expression, expected dimension) of every expression that should have a certain one."""
     fixed = {
         ("energy", "kinetic"): JOULE, ("energy", "potential"): JOULE, ("energy", "lagrangian"): JOULE,
