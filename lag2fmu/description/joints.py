@@ -12,6 +12,7 @@ from typing import NamedTuple, TypeVar
 
 import sympy as sp
 
+from lag2fmu.description.keys import CONFIGURATION, CONSTANT, key
 from lag2fmu.description.names import suggestion
 from lag2fmu.description.outputs import Output
 from lag2fmu.description.parts import Constraint
@@ -22,9 +23,8 @@ from lag2fmu.description.places import (
     Expression,
     Frame,
     Vector,
+    axes_key,
     checked_axis,
-    name_ends,
-    name_parts,
     normalise,
 )
 from lag2fmu.description.symbols import Coordinate, Declared
@@ -92,33 +92,56 @@ class Joint:
     """
 
     name: str
-    kind: str
-    between: Sequence[End | Frame | Joint] | None = None
-    parent: str | Frame | None = None
-    origin: Sequence[Expression] = (0, 0, 0)
-    axis: str | Sequence[Expression] | None = None
-    second_axis: str | Sequence[Expression] | None = None
-    coordinates: Sequence[str | Declared] = ()
-    pitch: Expression | None = None
-    radius: Expression | None = None
-    ratio: Expression | None = None
-    reactions: bool = False
-    axes: str = WORLD
+    kind: str = key(tuple(JOINTS), "What joint it is.")
+    between: Sequence[End | Frame | Joint] | None = key(
+        "names",
+        "Two frames, points or bodies; of a gear two coordinates, or joints that have one.",
+        default=None,
+    )
+    parent: str | Frame | None = key(
+        "part", "Instead of between: the frame it stands on; it carries the frame of its own name.", default=None
+    )
+    origin: Sequence[Expression] = key(
+        "vector",
+        "With parent: where the joint is, 3 entries in m, in the parent's axes.",
+        default=(0, 0, 0),
+        names=CONFIGURATION,
+        unit=METRE,
+    )
+    axis: str | Sequence[Expression] | None = key(
+        "axis", "Fixed in the first one: x, y, z or 3 numbers; of a plane its normal.", default=None, names=CONSTANT
+    )
+    second_axis: str | Sequence[Expression] | None = key(
+        "axis", "Fixed in the second one; by default the same numbers.", default=None, names=CONSTANT
+    )
+    coordinates: Sequence[str | Declared] = key(
+        "names", "With parent: the names of its coordinates; by default NAME_angle and the like.", default=()
+    )
+    pitch: Expression | None = key(
+        "expression", "Of a screw, in m for a turn.", default=None, names=CONSTANT, unit=METRE
+    )
+    radius: Expression | None = key(
+        "expression", "Of a disc or sphere that rolls, in m.", default=None, names=CONSTANT, unit=METRE
+    )
+    ratio: Expression | None = key(
+        "expression", "Of a gear: the first coordinate is so many times the second.", default=None, names=CONSTANT
+    )
+    reactions: bool = key(
+        "flag", "true: the outputs NAME_force_x ... and NAME_torque_x ..., acting on the second.", default=False
+    )
+    axes: str = axes_key("Whose axes the reactions are along; frame: that of the first one.")
     declared: tuple[Coordinate, ...] = field(init=False, compare=False, repr=False)
 
     def __post_init__(self) -> None:
         where = f"joints.{self.name}"
         if self.kind not in JOINTS:
             raise MechanismError(f"{where}.kind: '{self.kind}' is no joint; {suggestion(self.kind, JOINTS)}")
-        name_parts(self, "parent")
-        name_ends(self)
-        normalise(self, where, "origin", "pitch", "radius", "ratio")
-        for key in ("axis", "second_axis"):
-            if getattr(self, key) is not None:
-                object.__setattr__(self, key, _constant_axis(getattr(self, key), f"{where}.{key}"))
         declared = (q.declaration for q in self.coordinates if isinstance(q, Declared))
         object.__setattr__(self, "declared", tuple(q for q in declared if isinstance(q, Coordinate)))
-        object.__setattr__(self, "coordinates", tuple(str(q) for q in self.coordinates))
+        normalise(self, where)
+        for name in ("axis", "second_axis"):
+            if getattr(self, name) is not None:
+                object.__setattr__(self, name, _constant_axis(getattr(self, name), f"{where}.{name}"))
         self._check_form(where)
         self._check_keys(where)
         if self.parent is not None:
@@ -134,8 +157,8 @@ class Joint:
         if self.parent is not None and JOINTS[self.kind].coordinates is None:
             raise MechanismError(f"{where}.parent: '{self.kind}' carries no frame; give 'between' instead")
         if self.between is not None and (self.coordinates or any(self.origin)):
-            key = "coordinates" if self.coordinates else "origin"
-            raise MechanismError(f"{where}.{key}: goes with 'parent'; between two ends there are constraints only")
+            unfit = "coordinates" if self.coordinates else "origin"
+            raise MechanismError(f"{where}.{unfit}: goes with 'parent'; between two ends there are constraints only")
         if self.reactions and (self.parent is not None or self.kind == "gear"):
             instead = "close it by 'between'" if self.parent is not None else f"multiplier_{self.name} is the torque"
             raise MechanismError(f"{where}.reactions: this joint has none; {instead}")
@@ -143,14 +166,14 @@ class Joint:
     def _check_keys(self, where: str) -> None:
         """The keys fit the kind; in the plane some are not needed, which is seen later."""
         known = JOINTS[self.kind].keys
-        for key in _KEYS:
-            twin = key == "second_axis" and self.between is not None and "axis" in JOINTS[self.kind].equations
-            if getattr(self, key) is not None and key not in known and not twin:
-                raise MechanismError(f"{where}.{key}: does not go with '{self.kind}'; leave it out")
-            missing = getattr(self, key) is None and key in known
-            later = (self.kind, key) in _SPATIAL and self.parent is None
+        for name in _KEYS:
+            twin = name == "second_axis" and self.between is not None and "axis" in JOINTS[self.kind].equations
+            if getattr(self, name) is not None and name not in known and not twin:
+                raise MechanismError(f"{where}.{name}: does not go with '{self.kind}'; leave it out")
+            missing = getattr(self, name) is None and name in known
+            later = (self.kind, name) in _SPATIAL and self.parent is None
             if missing and not later:
-                raise MechanismError(f"{where}: '{key}' is missing")
+                raise MechanismError(f"{where}: '{name}' is missing")
 
     def _complete(self, where: str) -> None:
         suffixes = JOINTS[self.kind].coordinates or ()

@@ -6,12 +6,14 @@ Numbers of coordinates, parameters and inputs are kept in SI; the unit says how 
 from __future__ import annotations
 
 from collections.abc import Iterable, Iterator, Mapping
-from dataclasses import KW_ONLY, Field, dataclass, field, fields
-from typing import Any, TypeVar
+from dataclasses import KW_ONLY, dataclass, field, fields
+from functools import cache
+from typing import Any, NamedTuple, TypeVar
 
 import sympy as sp
 
 from lag2fmu.description.joints import Joint
+from lag2fmu.description.keys import Key, key
 from lag2fmu.description.names import suggestion
 from lag2fmu.description.outputs import Experiment, Output
 from lag2fmu.description.parts import (
@@ -30,9 +32,37 @@ from lag2fmu.description.symbols import Coordinate, Declared, Input, Parameter
 from lag2fmu.errors import MechanismError
 
 
-def table(part: type) -> Any:
-    """The field of a table that holds any number of parts of the kind ``part``."""
-    return field(default=(), metadata={"part": part})
+@dataclass(frozen=True)
+class TableKey:
+    """A table of the text: what kind of ``part`` it holds, a sentence for the editor, and its ``form``.
+
+    "single": the keys of one part; "tables": a table [TABLE.NAME] for each part; "lines": a line NAME = { ... } for
+    each; "expressions": a line NAME = expression for each; "kinds": lines in a table [constraints.KIND] for each kind.
+    """
+
+    part: type
+    doc: str
+    form: str
+
+    @property
+    def many(self) -> bool:
+        """Whether it holds any number of parts."""
+        return self.form != "single"
+
+
+def table_key(part: type, form: str, doc: str, *, default: Any = ()) -> Any:
+    """The field of a table, see ``TableKey``."""
+    return field(default=default, metadata={"table": TableKey(part, doc, form)})
+
+
+class Entry(NamedTuple):
+    """An ``expression`` of a ``part``, with the ``table`` and the ``key`` under which it stands, and its place."""
+
+    table: str
+    part: Any
+    key: Key
+    where: str
+    expression: sp.Expr
 
 
 @dataclass(frozen=True)
@@ -45,34 +75,57 @@ class Description:
     Raises MechanismError for a part that belongs to another table; ``Mechanism`` checks everything else.
     """
 
-    name: str
+    name: str = key("string", "An identifier; the name of the FMU.")
     _: KW_ONLY
-    title: str = ""
-    source: str = ""
-    parameters: tuple[Parameter, ...] = table(Parameter)
-    coordinates: tuple[Coordinate, ...] = table(Coordinate)
-    inputs: tuple[Input, ...] = table(Input)
-    definitions: tuple[Definition, ...] = table(Definition)
-    energy: Energy = Energy()  # noqa: RUF009 (frozen)
-    forces: tuple[Force, ...] = table(Force)
-    gravity: Gravity | None = None
-    frames: tuple[Frame, ...] = table(Frame)
-    bodies: tuple[Body, ...] = table(Body)
-    points: tuple[Point, ...] = table(Point)
-    springs: tuple[Spring, ...] = table(Spring)
-    dampers: tuple[Damper, ...] = table(Damper)
-    loads: tuple[Load, ...] = table(Load)
-    joints: tuple[Joint, ...] = table(Joint)
-    constraints: tuple[Constraint, ...] = table(Constraint)
-    outputs: tuple[Output, ...] = table(Output)
-    experiment: Experiment = Experiment()  # noqa: RUF009 (frozen)
-    strict_units: bool = False
+    title: str = key("string", "What it is, in a few words.", default="")
+    source: str = key("string", "Where equations and values come from.", default="")
+    parameters: tuple[Parameter, ...] = table_key(
+        Parameter, "lines", "Constants of the mechanism: NAME = { value = ..., unit = ... }."
+    )
+    coordinates: tuple[Coordinate, ...] = table_key(
+        Coordinate, "lines", "Generalized coordinates q; NAME_dot is the velocity of NAME."
+    )
+    inputs: tuple[Input, ...] = table_key(Input, "lines", "Signals from outside that expressions may use.")
+    definitions: tuple[Definition, ...] = table_key(
+        Definition, "expressions", "Names for expressions that others use, in any order."
+    )
+    energy: Energy = table_key(
+        Energy,
+        "single",
+        "Energies beside those of bodies and springs, which add theirs; or the whole Lagrangian.",
+        default=Energy(),
+    )
+    forces: tuple[Force, ...] = table_key(
+        Force, "expressions", "Generalized non-potential force on a coordinate: COORDINATE = expression."
+    )
+    gravity: Gravity | None = table_key(Gravity, "single", "Uniform gravity on all bodies.", default=None)
+    frames: tuple[Frame, ...] = table_key(Frame, "tables", "Frames that move in space.")
+    bodies: tuple[Body, ...] = table_key(
+        Body, "tables", "Bodies: particles (no inertia), planar bodies (position and angle), spatial ones (frame)."
+    )
+    points: tuple[Point, ...] = table_key(Point, "tables", "Points that springs, dampers, loads and outputs refer to.")
+    springs: tuple[Spring, ...] = table_key(
+        Spring, "tables", "Springs, by the elongation or between two points or bodies."
+    )
+    dampers: tuple[Damper, ...] = table_key(Damper, "tables", "Dampers, by the rate or between two points or bodies.")
+    loads: tuple[Load, ...] = table_key(Load, "tables", "Forces at points and torques on bodies.")
+    joints: tuple[Joint, ...] = table_key(
+        Joint,
+        "tables",
+        "Joints between frames, points and bodies, as constraints; or on a parent, as a frame that they carry.",
+    )
+    constraints: tuple[Constraint, ...] = table_key(
+        Constraint, "kinds", "Equations that hold all the time, each written as an expression that is zero."
+    )
+    outputs: tuple[Output, ...] = table_key(Output, "lines", "Further outputs of the FMU.")
+    experiment: Experiment = table_key(Experiment, "single", "What a default run looks like.", default=Experiment())
+    strict_units: bool = key("flag", "true: dimensions that do not match are an error, not a warning.", default=False)
 
     def __post_init__(self) -> None:
         given, gravity = self.forces, self.gravity
         forces = [Force(str(q), Q) for q, Q in given.items()] if isinstance(given, Mapping) else given
         own = {**vars(self), "forces": forces}
-        parts = {item.name: _records(own[item.name], item) for item in fields(Description) if "part" in item.metadata}
+        parts = {name: _records(own[name], name, of.part) for name, of in table_keys().items() if of.many}
         parts["coordinates"] = _with_declared(parts["coordinates"], parts["joints"])
         parts["constraints"] = in_order_of_kinds(parts["constraints"])
         vars(self).update(
@@ -138,13 +191,30 @@ class Description:
             raise MechanismError(f"'{name}' is on frame '{frame}'; its position is composed along the frames")
         return position
 
+    def entries(self) -> Iterator[Entry]:
+        """Every expression of the record, in SI units, with what it belongs to."""
+        for name, of in table_keys().items():
+            content = getattr(self, name)
+            for part in content if of.many else [] if content is None else [content]:
+                label = f"{name}.{label_of(part)}" if of.many else name
+                for where, expression, known in expressions_of(part, label):
+                    yield Entry(name, part, known, where, expression)
+
     def expressions(self) -> Iterator[tuple[str, sp.Expr]]:
         """Every expression of the record, in SI units, with its place, e.g. ('bodies.bob.position[0]', x)."""
-        for item in fields(Description):
-            content = getattr(self, item.name)
-            for part in content if isinstance(content, tuple) else (content,):
-                label = getattr(part, "name", getattr(part, "coordinate", ""))
-                yield from expressions_of(part, f"{item.name}.{label}" if label else item.name)
+        for entry in self.entries():
+            yield entry.where, entry.expression
+
+
+@cache
+def table_keys() -> dict[str, TableKey]:
+    """The tables of a description by name, in the order in which they stand in a text."""
+    return {item.name: item.metadata["table"] for item in fields(Description) if "table" in item.metadata}
+
+
+def label_of(part: Any) -> str:
+    """The name under which ``part`` stands in its table; a force stands under that of its coordinate."""
+    return str(part.coordinate if isinstance(part, Force) else part.name)
 
 
 Part = TypeVar("Part", Frame, Place)
@@ -158,15 +228,14 @@ def _named(parts: Iterable[Part], name: str, what: str) -> Part:
     return found[name]
 
 
-def _records(declared: Iterable[Any], item: Field[Any]) -> tuple[Any, ...]:
-    """The records of the symbols or records ``declared`` for the table ``item``; raises MechanismError for others."""
-    kind: type = item.metadata["part"]
+def _records(declared: Iterable[Any], name: str, kind: type) -> tuple[Any, ...]:
+    """The records of the symbols or records ``declared``; raises MechanismError for a thing of another kind."""
     records = tuple(part.declaration if isinstance(part, Declared) else part for part in declared)
     for record in records:
         if not isinstance(record, kind):
             expected, found = kind.__name__.lower(), type(record).__name__
             article = "an" if expected[0] in "aeiou" else "a"
-            raise MechanismError(f"{item.name}: expected {article} {expected}, got {found} '{record}'")
+            raise MechanismError(f"{name}: expected {article} {expected}, got {found} '{record}'")
     return records
 
 

@@ -7,13 +7,14 @@ from collections.abc import Callable, Iterable, Iterator
 import sympy as sp
 
 from lag2fmu.description import names
+from lag2fmu.description.keys import OWN
 from lag2fmu.description.outputs import QUANTITIES
-from lag2fmu.description.parts import Damper, Spring
+from lag2fmu.description.parts import Damper, Force, Spring
 from lag2fmu.description.record import Description
 from lag2fmu.description.symbols import Coordinate, Input, Parameter
 from lag2fmu.errors import UnitError
-from lag2fmu.language.dimensions import ONE, Dimension, DimensionOf, describe, dimension
-from lag2fmu.language.units import JOULE, KILOGRAM, METRE, NEWTON, SECOND, TORQUE, WATT, Unit, si_name
+from lag2fmu.language.dimensions import Dimension, DimensionOf, describe, dimension
+from lag2fmu.language.units import JOULE, METRE, SECOND, WATT, Unit, si_name
 from lag2fmu.mechanism.scope import in_order
 
 
@@ -98,32 +99,17 @@ def _inferred(infer: DimensionOf, expression: sp.Expr) -> Dimension | None:
 
 def _expectations(m: Description, infer: DimensionOf) -> Iterator[tuple[str, sp.Expr, Dimension | None]]:
     """(place, expression, expected dimension) of every expression that should have a certain one."""
-    fixed = {
-        ("energy", "kinetic"): JOULE, ("energy", "potential"): JOULE, ("energy", "lagrangian"): JOULE,
-        ("energy", "dissipation"): WATT, ("bodies", "mass"): KILOGRAM, ("bodies", "position"): METRE,
-        ("points", "position"): METRE, ("bodies", "center"): METRE, ("frames", "origin"): METRE,
-        ("bodies", "inertia"): KILOGRAM * METRE * METRE, ("springs", "length"): METRE,
-        ("joints", "origin"): METRE, ("joints", "pitch"): METRE, ("joints", "radius"): METRE,
-        ("gravity", "acceleration"): METRE / SECOND / SECOND, ("loads", "force"): NEWTON, ("loads", "torque"): TORQUE,
-    }  # fmt: skip
-    declared = {(t, p.name): p.unit for t, ps in (("parameters", m.parameters), ("outputs", m.outputs)) for p in ps}
     coordinates = {q.name: q.unit for q in m.coordinates}
-    units = {c.name: _dimension_of(c.unit) for c in m.constraints}
-    for where, expression in m.expressions():
-        table, key, label = where.split(".")[0], where.split(".")[-1].split("[")[0], where.split(".")[1]
-        if (table, key) in fixed:
-            yield where, expression, _dimension_of(fixed[table, key])
-        elif key in ("angle", "direction", "quaternion"):
-            yield where, expression, ONE
-        elif key in ("axis", "second_axis"):
-            yield where, expression, None
-        elif table == "constraints":
-            yield where, expression, units[label]
-        elif (table, label) in declared:
-            yield where, expression, _dimension_of(declared[table, label])
-        elif table == "forces":
-            unit = coordinates[label]
-            yield where, expression, None if unit is None else _dimension_of(JOULE / unit)
+    for entry in m.entries():
+        expected = entry.key.unit
+        if isinstance(entry.part, Force):
+            unit = coordinates[entry.part.coordinate]
+            expected = None if unit is None else JOULE / unit
+        elif expected is None and entry.key.kind != "axis":
+            continue  # definitions have been inferred, springs and dampers come below
+        elif expected == OWN:
+            expected = entry.part.unit
+        yield entry.where, entry.expression, _dimension_of(expected)
     yield from _element_expectations(m.springs, JOULE, "elongation", infer)
     yield from _element_expectations(m.dampers, WATT, "rate", infer)
 
