@@ -145,7 +145,7 @@ class Joint:
         self._check_form(where)
         self._check_keys(where)
         if self.parent is not None:
-            self._complete(where)
+            self._check_parent(where)
 
     def _check_form(self, where: str) -> None:
         if (self.between is None) == (self.parent is None):
@@ -175,11 +175,9 @@ class Joint:
             if missing and not later:
                 raise MechanismError(f"{where}: '{name}' is missing")
 
-    def _complete(self, where: str) -> None:
+    def _check_parent(self, where: str) -> None:
         suffixes = JOINTS[self.kind].coordinates or ()
-        if not self.coordinates:
-            object.__setattr__(self, "coordinates", tuple(f"{self.name}_{suffix}" for suffix in suffixes))
-        if len(self.coordinates) != len(suffixes):
+        if self.coordinates and len(self.coordinates) != len(suffixes):
             listed = ", ".join(suffixes) or "none"
             raise MechanismError(f"{where}.coordinates: {len(self.coordinates)} names; '{self.kind}' has {listed}")
         if self.kind == "universal" and direction(self.axis).cross(direction(self.second_axis)).is_zero_matrix:
@@ -187,23 +185,29 @@ class Joint:
 
     # -------------------------------------------------------------------------------------------- as a frame
 
+    @property
+    def coordinate_names(self) -> tuple[str, ...]:
+        """The names of the coordinates of the joint on a parent, as they are written or by default."""
+        suffixes = JOINTS[self.kind].coordinates if self.parent is not None else None
+        return tuple(map(str, self.coordinates)) or tuple(f"{self.name}_{suffix}" for suffix in suffixes or ())
+
     def own_coordinates(self) -> Iterator[Coordinate]:
         """The coordinates of the joint on a parent: as they were declared with it, or by default."""
         declared = {q.name: q for q in self.declared}
-        for name, suffix in zip(self.coordinates, JOINTS[self.kind].coordinates or (), strict=bool(self.parent)):
+        for name, suffix in zip(self.coordinate_names, JOINTS[self.kind].coordinates or (), strict=False):
             default = Coordinate(
-                str(name),
+                name,
                 _UNITS.get(suffix, RADIAN),
                 start=float(suffix == "e0"),
                 given=False if self.kind == "spherical" else None,  # the norm of the quaternion determines it
                 doc=f"{suffix.replace('_', ' ')} of the joint {self.name}",
             )
-            yield declared.get(str(name), default)
+            yield declared.get(name, default)
 
     @property
     def frame(self) -> Frame:
         """The frame that the joint on a parent brings: its place (m) and turns (rad) by the joint's coordinates."""
-        q = [symbol(str(name)) for name in self.coordinates]
+        q = [symbol(name) for name in self.coordinate_names]
         if self.kind == "spherical":
             return Frame(self.name, str(self.parent), self.origin, quaternion=q)
         u, along = direction(self.axis), sp.zeros(3, 1)

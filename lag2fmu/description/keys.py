@@ -6,8 +6,9 @@ form of parts, the check of names and the check of units derive from it.
 
 from __future__ import annotations
 
-from collections.abc import Iterator
-from dataclasses import MISSING, dataclass, field, fields
+from collections.abc import Mapping
+from dataclasses import MISSING, dataclass, field, fields, replace
+from functools import cache
 from typing import Any
 
 from lag2fmu.language.units import Unit
@@ -84,14 +85,18 @@ def bound_key(name: str) -> Any:
     return key("number", f"{which} value, in the unit.", default=None, name=name)
 
 
-def keys_in(part: Any) -> Iterator[Key]:
+def keys_in(part: Any) -> tuple[Key, ...]:
     """The keys of a part or of a class of parts, in the order of its fields."""
-    for item in fields(part):
-        known = item.metadata.get("key")
-        if known is not None:
-            yield Key(**{**vars(known), "field": item.name, "name": known.name or item.name})
+    kind: Any = part if isinstance(part, type) else type(part)
+    return _keys_in(kind)
 
 
-def keys_of(part: Any) -> dict[str, Key]:
+def keys_of(part: Any) -> Mapping[str, Key]:
     """The keys of a part or of a class of parts by name, in the order in which they stand in a text."""
-    return {known.name: known for known in sorted(keys_in(part), key=lambda known: known.order)}
+    return {found.name: found for found in sorted(keys_in(part), key=lambda found: found.order)}
+
+
+@cache
+def _keys_in(part: type) -> tuple[Key, ...]:
+    found = ((item.name, item.metadata["key"]) for item in fields(part) if "key" in item.metadata)
+    return tuple(replace(known, field=field, name=known.name or field) for field, known in found)

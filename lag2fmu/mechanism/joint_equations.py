@@ -44,7 +44,7 @@ class Equation(NamedTuple):
     kind: str = "holonomic"
 
 
-class End(NamedTuple):
+class Side(NamedTuple):
     """One of the two things that a joint joins: where it is on which frame, and the pose of that frame in the base."""
 
     name: str
@@ -157,11 +157,11 @@ class _Between:
                 f"joints.{self.joint.name}.between: '{a}' and '{b}' {both}; name two that move differently"
             )
 
-    def _end(self, name: str, frame: str, place: tuple[sp.Expr, ...]) -> End:
+    def _end(self, name: str, frame: str, place: tuple[sp.Expr, ...]) -> Side:
         column = _column(self.poses, place)
         if self.planar:
-            return End(name, frame, _NOTHING, planar_pose(self.m, self.poses, name, column))
-        return End(name, frame, column, self.poses.pose(frame, self.base))
+            return Side(name, frame, _NOTHING, planar_pose(self.m, self.poses, name, column))
+        return Side(name, frame, column, self.poses.pose(frame, self.base))
 
     def equations(self) -> Iterator[Equation]:
         """All of them, those that hold by themselves too."""
@@ -244,10 +244,10 @@ def _column(poses: Poses, place: tuple[sp.Expr, ...]) -> sp.Matrix:
 def _ratio(m: Description, joint: Joint) -> Constraint:
     """The first coordinate is ``ratio`` times the second."""
     coordinates = [q.name for q in m.coordinates]
-    carrying = {other.name: other.coordinates for other in m.joints if other.coordinates}
+    carrying = {other.name: other.coordinate_names for other in m.joints if other.coordinate_names}
     found = []
     for end in map(str, joint.between or ()):
-        name = end if end in coordinates else str(carrying[end][0]) if end in carrying else None
+        name = end if end in coordinates else carrying[end][0] if end in carrying else None
         if name is None:
             remedy = suggestion(end, [*coordinates, *carrying])
             raise MechanismError(

@@ -7,12 +7,15 @@ from copy import copy
 from dataclasses import dataclass, field, fields
 from typing import Any
 
+from lag2fmu.description.names import suggestion
 from lag2fmu.description.parts import Constraint, in_order_of_kinds
 from lag2fmu.description.record import Description
 from lag2fmu.description.symbols import Coordinate
 from lag2fmu.mechanism.completion import completed
 from lag2fmu.mechanism.name_check import check_names
 from lag2fmu.mechanism.scope import Scope, fixed_parameters
+
+_TABLES = tuple(item.name for item in fields(Description) if item.name != "name")
 
 
 @dataclass(frozen=True, init=False, eq=False)
@@ -39,6 +42,9 @@ class Mechanism(Description):
 
         Raises MechanismError (UnitError for dimensions when ``strict_units``), naming part and remedy.
         """
+        unknown = next((table for table in tables if table not in _TABLES), None)
+        if unknown is not None:
+            raise TypeError(f"Mechanism: there is no table '{unknown}'; {suggestion(unknown, _TABLES)}")
         written = Description(name, **tables)
         found = completed(written)
         vars(self).update(
