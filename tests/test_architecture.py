@@ -122,10 +122,11 @@ def test_a_package_has_its_users_only(package: str, expected: set[str]) -> None:
 
 
 def test_there_are_no_import_cycles() -> None:
+    """Imports for types count; in graph they do not yet."""
     graph = {}
     for path in _modules():
         name = ".".join(("lag2fmu", *path.with_suffix("").parts)).removesuffix(".__init__")
-        graph[name] = _imports(path, typing_too=False)
+        graph[name] = _imports(path, typing_too=path.parts[0] not in ("__init__.py", "graph"))
     graph = {name: {n for n in imports if n in graph and n != name} for name, imports in graph.items()}
     while graph:
         leaves = [name for name, imports in graph.items() if not imports & graph.keys()]

@@ -86,7 +86,7 @@ def random_states(equations: EquationsOfMotion, count: int) -> Iterator[dict[str
             )
             for q in mechanism.coordinates
         )
-        moved = replace(mechanism, coordinates=coordinates)
+        moved = mechanism.starting_at(coordinates)
         try:
             moved = starting_consistently(moved, equations.graph, c)
         except DerivationError:

@@ -12,6 +12,7 @@ from typing import NamedTuple, TypeVar
 
 import sympy as sp
 
+from lag2fmu.description.keys import CONFIGURATION, CONSTANT, key
 from lag2fmu.description.names import suggestion
 from lag2fmu.description.outputs import Output
 from lag2fmu.description.parts import Constraint
@@ -22,9 +23,8 @@ from lag2fmu.description.places import (
     Expression,
     Frame,
     Vector,
+    axes_key,
     checked_axis,
-    name_ends,
-    name_parts,
     normalise,
 )
 from lag2fmu.description.symbols import Coordinate, Declared
@@ -92,37 +92,60 @@ class Joint:
     """
 
     name: str
-    kind: str
-    between: Sequence[End | Frame | Joint] | None = None
-    parent: str | Frame | None = None
-    origin: Sequence[Expression] = (0, 0, 0)
-    axis: str | Sequence[Expression] | None = None
-    second_axis: str | Sequence[Expression] | None = None
-    coordinates: Sequence[str | Declared] = ()
-    pitch: Expression | None = None
-    radius: Expression | None = None
-    ratio: Expression | None = None
-    reactions: bool = False
-    axes: str = WORLD
+    kind: str = key(tuple(JOINTS), "What joint it is.")
+    between: Sequence[End | Frame | Joint] | None = key(
+        "names",
+        "Two frames, points or bodies; of a gear two coordinates, or joints that have one.",
+        default=None,
+    )
+    parent: str | Frame | None = key(
+        "part", "Instead of between: the frame it stands on; it carries the frame of its own name.", default=None
+    )
+    origin: Sequence[Expression] = key(
+        "vector",
+        "With parent: where the joint is, 3 entries in m, in the parent's axes.",
+        default=(0, 0, 0),
+        names=CONFIGURATION,
+        unit=METRE,
+    )
+    axis: str | Sequence[Expression] | None = key(
+        "axis", "Fixed in the first one: x, y, z or 3 numbers; of a plane its normal.", default=None, names=CONSTANT
+    )
+    second_axis: str | Sequence[Expression] | None = key(
+        "axis", "Fixed in the second one; by default the same numbers.", default=None, names=CONSTANT
+    )
+    coordinates: Sequence[str | Declared] = key(
+        "names", "With parent: the names of its coordinates; by default NAME_angle and the like.", default=()
+    )
+    pitch: Expression | None = key(
+        "expression", "Of a screw, in m for a turn.", default=None, names=CONSTANT, unit=METRE
+    )
+    radius: Expression | None = key(
+        "expression", "Of a disc or sphere that rolls, in m.", default=None, names=CONSTANT, unit=METRE
+    )
+    ratio: Expression | None = key(
+        "expression", "Of a gear: the first coordinate is so many times the second.", default=None, names=CONSTANT
+    )
+    reactions: bool = key(
+        "flag", "true: the outputs NAME_force_x ... and NAME_torque_x ..., acting on the second.", default=False
+    )
+    axes: str = axes_key("Whose axes the reactions are along; frame: that of the first one.")
     declared: tuple[Coordinate, ...] = field(init=False, compare=False, repr=False)
 
     def __post_init__(self) -> None:
         where = f"joints.{self.name}"
         if self.kind not in JOINTS:
             raise MechanismError(f"{where}.kind: '{self.kind}' is no joint; {suggestion(self.kind, JOINTS)}")
-        name_parts(self, "parent")
-        name_ends(self)
-        normalise(self, where, "origin", "pitch", "radius", "ratio")
-        for key in ("axis", "second_axis"):
-            if getattr(self, key) is not None:
-                object.__setattr__(self, key, _constant_axis(getattr(self, key), f"{where}.{key}"))
         declared = (q.declaration for q in self.coordinates if isinstance(q, Declared))
         object.__setattr__(self, "declared", tuple(q for q in declared if isinstance(q, Coordinate)))
-        object.__setattr__(self, "coordinates", tuple(str(q) for q in self.coordinates))
+        normalise(self, where)
+        for name in ("axis", "second_axis"):
+            if getattr(self, name) is not None:
+                object.__setattr__(self, name, _constant_axis(getattr(self, name), f"{where}.{name}"))
         self._check_form(where)
         self._check_keys(where)
         if self.parent is not None:
-            self._complete(where)
+            self._check_parent(where)
 
     def _check_form(self, where: str) -> None:
         if (self.between is None) == (self.parent is None):
@@ -134,8 +157,8 @@ class Joint:
         if self.parent is not None and JOINTS[self.kind].coordinates is None:
             raise MechanismError(f"{where}.parent: '{self.kind}' carries no frame; give 'between' instead")
         if self.between is not None and (self.coordinates or any(self.origin)):
-            key = "coordinates" if self.coordinates else "origin"
-            raise MechanismError(f"{where}.{key}: goes with 'parent'; between two ends there are constraints only")
+            unfit = "coordinates" if self.coordinates else "origin"
+            raise MechanismError(f"{where}.{unfit}: goes with 'parent'; between two ends there are constraints only")
         if self.reactions and (self.parent is not None or self.kind == "gear"):
             instead = "close it by 'between'" if self.parent is not None else f"multiplier_{self.name} is the torque"
             raise MechanismError(f"{where}.reactions: this joint has none; {instead}")
@@ -143,20 +166,18 @@ class Joint:
     def _check_keys(self, where: str) -> None:
         """The keys fit the kind; in the plane some are not needed, which is seen later."""
         known = JOINTS[self.kind].keys
-        for key in _KEYS:
-            twin = key == "second_axis" and self.between is not None and "axis" in JOINTS[self.kind].equations
-            if getattr(self, key) is not None and key not in known and not twin:
-                raise MechanismError(f"{where}.{key}: does not go with '{self.kind}'; leave it out")
-            missing = getattr(self, key) is None and key in known
-            later = (self.kind, key) in _SPATIAL and self.parent is None
+        for name in _KEYS:
+            twin = name == "second_axis" and self.between is not None and "axis" in JOINTS[self.kind].equations
+            if getattr(self, name) is not None and name not in known and not twin:
+                raise MechanismError(f"{where}.{name}: does not go with '{self.kind}'; leave it out")
+            missing = getattr(self, name) is None and name in known
+            later = (self.kind, name) in _SPATIAL and self.parent is None
             if missing and not later:
-                raise MechanismError(f"{where}: '{key}' is missing")
+                raise MechanismError(f"{where}: '{name}' is missing")
 
-    def _complete(self, where: str) -> None:
+    def _check_parent(self, where: str) -> None:
         suffixes = JOINTS[self.kind].coordinates or ()
-        if not self.coordinates:
-            object.__setattr__(self, "coordinates", tuple(f"{self.name}_{suffix}" for suffix in suffixes))
-        if len(self.coordinates) != len(suffixes):
+        if self.coordinates and len(self.coordinates) != len(suffixes):
             listed = ", ".join(suffixes) or "none"
             raise MechanismError(f"{where}.coordinates: {len(self.coordinates)} names; '{self.kind}' has {listed}")
         if self.kind == "universal" and direction(self.axis).cross(direction(self.second_axis)).is_zero_matrix:
@@ -164,22 +185,29 @@ class Joint:
 
     # -------------------------------------------------------------------------------------------- as a frame
 
+    @property
+    def coordinate_names(self) -> tuple[str, ...]:
+        """The names of the coordinates of the joint on a parent, as they are written or by default."""
+        suffixes = JOINTS[self.kind].coordinates if self.parent is not None else None
+        return tuple(map(str, self.coordinates)) or tuple(f"{self.name}_{suffix}" for suffix in suffixes or ())
+
     def own_coordinates(self) -> Iterator[Coordinate]:
         """The coordinates of the joint on a parent: as they were declared with it, or by default."""
         declared = {q.name: q for q in self.declared}
-        for name, suffix in zip(self.coordinates, JOINTS[self.kind].coordinates or (), strict=bool(self.parent)):
+        for name, suffix in zip(self.coordinate_names, JOINTS[self.kind].coordinates or (), strict=False):
             default = Coordinate(
-                str(name),
+                name,
                 _UNITS.get(suffix, RADIAN),
                 start=float(suffix == "e0"),
+                given=False if self.kind == "spherical" else None,  # the norm of the quaternion determines it
                 doc=f"{suffix.replace('_', ' ')} of the joint {self.name}",
             )
-            yield declared.get(str(name), default)
+            yield declared.get(name, default)
 
     @property
     def frame(self) -> Frame:
         """The frame that the joint on a parent brings: its place (m) and turns (rad) by the joint's coordinates."""
-        q = [symbol(str(name)) for name in self.coordinates]
+        q = [symbol(name) for name in self.coordinate_names]
         if self.kind == "spherical":
             return Frame(self.name, str(self.parent), self.origin, quaternion=q)
         u, along = direction(self.axis), sp.zeros(3, 1)

@@ -2,10 +2,11 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
-from lag2fmu.description.places import AXES, WORLD, End, Expression, Frame, name_parts, normalise
-from lag2fmu.language.units import DIMENSIONLESS, METRE, RADIAN, SECOND, Unit, parse_unit
+from lag2fmu.description.keys import ANY, OWN, doc_key, key, unit_key
+from lag2fmu.description.places import AXES, End, Expression, Frame, axes_key, normalise
+from lag2fmu.language.units import DIMENSIONLESS, METRE, RADIAN, SECOND, Unit
 
 _MATRIX = tuple(f"{row}{column}" for row in (1, 2, 3) for column in (1, 2, 3))
 
@@ -37,22 +38,27 @@ class Output:
     """
 
     name: str
-    expression: Expression | None = None
-    unit: Unit | str | None = None
-    doc: str = ""
-    frame: str | Frame | None = None
-    point: End | None = None
-    quantity: str | None = None
-    axes: str = WORLD
-    dimension: int = 3
+    expression: Expression | None = key(
+        "expression",
+        "In t, coordinates, velocities, accelerations, inputs, parameters.",
+        default=None,
+        names=ANY | {"multiplier"},
+        unit=OWN,
+    )
+    unit: Unit | str | None = unit_key(order=1)
+    doc: str = doc_key(order=1)
+    frame: str | Frame | None = key("part", "The frame whose quantity it is.", default=None)
+    point: End | None = key("part", "The point or body whose quantity it is.", default=None)
+    quantity: str | None = key(
+        tuple(QUANTITIES), "Of a point: position, velocity; the others are of a frame.", default=None
+    )
+    axes: str = axes_key()
+    dimension: int = field(default=3, compare=False)
 
     def __post_init__(self) -> None:
-        normalise(self, f"outputs.{self.name}", "expression")
-        name_parts(self, "frame", "point")
-        unit = parse_unit(self.unit) if isinstance(self.unit, str) else self.unit
-        if unit is None and self.quantity in QUANTITIES:
-            unit = QUANTITIES[str(self.quantity)][2]
-        object.__setattr__(self, "unit", unit)
+        normalise(self, f"outputs.{self.name}")
+        if self.unit is None and self.quantity in QUANTITIES:
+            object.__setattr__(self, "unit", QUANTITIES[str(self.quantity)][2])
 
     @property
     def names(self) -> tuple[str, ...]:
@@ -67,6 +73,6 @@ class Output:
 class Experiment:
     """What a default run looks like: stop time and communication step in s, relative tolerance."""
 
-    stop_time: float = 10.0
-    step: float = 0.01
-    tolerance: float = 1e-6
+    stop_time: float = key("number", "In s.", default=10.0)
+    step: float = key("number", "Communication step in s.", default=0.01)
+    tolerance: float = key("number", "Relative tolerance of the solver.", default=1e-6)

@@ -6,15 +6,17 @@ other by name; Python may give the part itself.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-from dataclasses import dataclass, fields
+from collections.abc import Iterable, Sequence
+from dataclasses import dataclass
+from typing import Any
 
 import sympy as sp
 
 from lag2fmu.description import names
-from lag2fmu.description.places import WORLD, End, Expression, Vector, name_ends, name_parts, normalise
+from lag2fmu.description.keys import ANY, CONFIGURATION, GIVEN, OWN, STATE, key, unit_key
+from lag2fmu.description.places import End, Expression, Vector, axes_key, normalise
 from lag2fmu.errors import MechanismError
-from lag2fmu.language.units import Unit, parse_unit
+from lag2fmu.language.units import DIMENSIONLESS, JOULE, METRE, NEWTON, SECOND, TORQUE, WATT, Unit
 
 
 @dataclass(frozen=True)
@@ -22,10 +24,10 @@ class Definition:
     """A name for an expression, in SI units, that other expressions use; raises MechanismError for what is none."""
 
     name: str
-    expression: sp.Expr
+    expression: sp.Expr = key("expression", "", names=ANY)
 
     def __post_init__(self) -> None:
-        normalise(self, "definition", "expression")
+        normalise(self, "definition")
 
 
 @dataclass(frozen=True)
@@ -36,29 +38,42 @@ class Energy:
     expression. Source: Goldstein, Classical Mechanics, section 1.5.
     """
 
-    kinetic: Expression | None = None
-    potential: Expression | None = None
-    dissipation: Expression | None = None
-    lagrangian: Expression | None = None
+    kinetic: Expression | None = key("expression", "Kinetic energy T in J.", default=None, names=STATE, unit=JOULE)
+    potential: Expression | None = key("expression", "Potential energy V in J.", default=None, names=STATE, unit=JOULE)
+    dissipation: Expression | None = key(
+        "expression", "Rayleigh's function R in W: the force is -dR/dqd.", default=None, names=STATE, unit=WATT
+    )
+    lagrangian: Expression | None = key(
+        "expression", "The whole Lagrangian L in J, instead of T and V.", default=None, names=STATE, unit=JOULE
+    )
 
     def __post_init__(self) -> None:
-        for item in fields(self):
-            if getattr(self, item.name) is not None:
-                normalise(self, "energy", item.name)
+        normalise(self, "energy")
 
 
 @dataclass(frozen=True)
 class Gravity:
     """Uniform gravity: ``acceleration`` (m/s2) along ``direction`` (2 or 3 entries; by default -y or -z)."""
 
-    acceleration: Expression
-    direction: Vector | None = None
+    acceleration: Expression = key("expression", "In m/s2.", names=CONFIGURATION, unit=METRE / SECOND / SECOND)
+    direction: Vector | None = key(
+        "vector",
+        "2 entries, 3 in space; by default along -y, in space along -z.",
+        default=None,
+        names=GIVEN,
+        unit=DIMENSIONLESS,
+    )
 
     def __post_init__(self) -> None:
-        normalise(self, "gravity", "acceleration", "direction")
+        normalise(self, "gravity")
 
 
 # ----------------------------------------------------------------------------------------------------------- forces
+
+
+def between_key() -> Any:
+    """The field of the two ends of a spring or damper."""
+    return key("names", "The two ends: names of points or bodies.", default=None)
 
 
 @dataclass(frozen=True)
@@ -69,14 +84,17 @@ class Spring:
     """
 
     name: str
-    stiffness: Expression
-    elongation: Expression | None = None
-    between: Sequence[End] | None = None
-    length: Expression | None = None
+    stiffness: Expression = key("expression", "In N/m, of an angle in N.m/rad.", names=CONFIGURATION)
+    elongation: Expression | None = key(
+        "expression", "By how much it is longer than at rest; or give 'between'.", default=None, names=CONFIGURATION
+    )
+    between: Sequence[End] | None = between_key()
+    length: Expression | None = key(
+        "expression", "The length at rest in m, with 'between'.", default=None, names=CONFIGURATION, unit=METRE
+    )
 
     def __post_init__(self) -> None:
-        normalise(self, f"springs.{self.name}", "stiffness", "elongation", "length")
-        name_ends(self)
+        normalise(self, f"springs.{self.name}")
 
 
 @dataclass(frozen=True)
@@ -87,13 +105,14 @@ class Damper:
     """
 
     name: str
-    damping: Expression
-    rate: Expression | None = None
-    between: Sequence[End] | None = None
+    damping: Expression = key("expression", "In N.s/m, of an angle in N.m.s/rad.", names=CONFIGURATION)
+    rate: Expression | None = key(
+        "expression", "The velocity it opposes; or give 'between'.", default=None, names=STATE
+    )
+    between: Sequence[End] | None = between_key()
 
     def __post_init__(self) -> None:
-        normalise(self, f"dampers.{self.name}", "damping", "rate")
-        name_ends(self)
+        normalise(self, f"dampers.{self.name}")
 
 
 @dataclass(frozen=True)
@@ -101,11 +120,11 @@ class Force:
     """A generalized non-potential force Q on one coordinate: in N, or N.m for an angle; Q qd is its power, in W."""
 
     coordinate: str
-    expression: Expression
+    expression: Expression = key("expression", "", names=ANY)
 
     def __post_init__(self) -> None:
         object.__setattr__(self, "coordinate", str(self.coordinate))
-        normalise(self, f"forces.{self.coordinate}", "expression")
+        normalise(self, f"forces.{self.coordinate}")
 
 
 @dataclass(frozen=True)
@@ -118,16 +137,17 @@ class Load:
     """
 
     name: str
-    point: End | None = None
-    body: End | None = None
-    force: Sequence[Expression] | None = None
-    torque: Expression | Sequence[Expression] | None = None
-    input: bool = False
-    axes: str = WORLD
+    point: End | None = key("part", "The point or body the force acts at.", default=None)
+    body: End | None = key("part", "The body the force or the torque acts on.", default=None)
+    force: Sequence[Expression] | None = key("vector", "Entries in N.", default=None, names=ANY, unit=NEWTON)
+    torque: Expression | Sequence[Expression] | None = key(
+        "expression or vector", "In N.m; 3 entries in space.", default=None, names=ANY, unit=TORQUE
+    )
+    input: bool = key("flag", "true: the load is an input of the FMU and has no value here.", default=False)
+    axes: str = axes_key()
 
     def __post_init__(self) -> None:
-        normalise(self, f"loads.{self.name}", "force", "torque")
-        name_parts(self, "point", "body")
+        normalise(self, f"loads.{self.name}")
 
 
 # ------------------------------------------------------------------------------------------------------ constraints
@@ -147,15 +167,14 @@ class Constraint:
     """
 
     name: str
-    expression: Expression
+    expression: Expression = key("expression", "What is zero.", names=CONFIGURATION, unit=OWN)
     kind: str = "holonomic"
-    unit: Unit | str | None = None
+    unit: Unit | str | None = unit_key()
 
     def __post_init__(self) -> None:
-        normalise(self, f"constraints.{self.name}", "expression")
+        normalise(self, f"constraints.{self.name}")
         if self.kind not in KINDS:
             raise MechanismError(f"constraints.{self.name}: '{self.kind}' is no kind; give one of {', '.join(KINDS)}")
-        object.__setattr__(self, "unit", parse_unit(self.unit) if isinstance(self.unit, str) else self.unit)
 
     @property
     def holonomic(self) -> bool:
@@ -171,3 +190,8 @@ class Constraint:
     def coordinate(self) -> str | None:
         """The coordinate without mass that it is solved for, with friction its velocity; None for other kinds."""
         return names.coordinate_of_massless(self.name) if self.massless else None
+
+
+def in_order_of_kinds(constraints: Iterable[Constraint]) -> tuple[Constraint, ...]:
+    """``constraints``, the holonomic ones first; those of one kind stay in their order."""
+    return tuple(sorted(constraints, key=lambda item: KINDS.index(item.kind)))

@@ -6,13 +6,15 @@ Positions are in m, angles in rad; expressions compute in SI.
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass, fields
+from dataclasses import dataclass
 from typing import Any, NamedTuple, TypeAlias
 
 import sympy as sp
 
+from lag2fmu.description.keys import CONFIGURATION, CONSTANT, GIVEN, Key, key, keys_in
 from lag2fmu.errors import MechanismError
 from lag2fmu.language.expressions import normal_form
+from lag2fmu.language.units import DIMENSIONLESS, KILOGRAM, METRE, RADIAN, parse_unit
 
 Expression: TypeAlias = "sp.Expr | int | float"
 Vector = tuple[sp.Expr, ...]
@@ -41,15 +43,24 @@ class Frame:
     """
 
     name: str
-    parent: str | Frame = WORLD
-    origin: Sequence[Expression] = (0, 0, 0)
-    rotations: Sequence[tuple[str | Sequence[Expression], Expression]] = ()
-    quaternion: Sequence[Expression] | None = None
+    parent: str | Frame = key("part", "The frame it moves in; by default the world.", default=WORLD)
+    origin: Sequence[Expression] = key(
+        "vector", "3 entries in m, in the parent's axes.", default=(0, 0, 0), names=CONFIGURATION, unit=METRE
+    )
+    rotations: Sequence[tuple[str | Sequence[Expression], Expression]] = key(
+        "rotations", 'Turns about the moving axes, in turn, e.g. [["z", "q1"], ["y", "q2"]].', default=()
+    )
+    quaternion: Sequence[Expression] | None = key(
+        "vector",
+        "4 entries, the scalar part first, instead of rotations.",
+        default=None,
+        names=CONFIGURATION,
+        unit=DIMENSIONLESS,
+    )
 
     def __post_init__(self) -> None:
         where = f"frames.{self.name}"
-        name_parts(self, "parent")
-        normalise(self, where, "origin", "quaternion")
+        normalise(self, where)
         if isinstance(self.rotations, str) or not isinstance(self.rotations, Sequence):
             raise MechanismError(f"{where}.rotations: expected pairs of axis and angle, got {self.rotations!r}")
         turns = tuple(_rotation(item, f"{where}.rotations[{i}]") for i, item in enumerate(self.rotations))
@@ -107,16 +118,34 @@ class Body(Place):
     """
 
     name: str
-    mass: Expression
-    position: Sequence[Expression] | None = None
-    angle: Expression | None = None
-    inertia: Expression | Sequence[Expression] | None = None
-    frame: str | Frame | None = None
-    center: Sequence[Expression] = (0, 0, 0)
+    mass: Expression = key("expression", "In kg.", names=GIVEN, unit=KILOGRAM, order=-1)
+    position: Sequence[Expression] | None = key(
+        "vector", "The mass centre in m: 2 entries, 3 in space.", default=None, names=CONFIGURATION, unit=METRE
+    )
+    angle: Expression | None = key(
+        "expression", "The angle of a planar body in rad.", default=None, names=CONFIGURATION, unit=RADIAN
+    )
+    inertia: Expression | Sequence[Expression] | None = key(
+        "expression or vector",
+        "In kg.m2 about the mass centre; in space [Ixx, Iyy, Izz, Ixy, Ixz, Iyz].",
+        default=None,
+        names=GIVEN,
+        unit=KILOGRAM * METRE * METRE,
+        order=-1,
+    )
+    frame: str | Frame | None = key(
+        "part", "The frame a spatial body is fixed to, instead of a position.", default=None
+    )
+    center: Sequence[Expression] = key(
+        "vector",
+        "The mass centre in the axes of the frame; by default its origin.",
+        default=(0, 0, 0),
+        names=CONFIGURATION,
+        unit=METRE,
+    )
 
     def __post_init__(self) -> None:
-        name_parts(self, "frame")
-        normalise(self, f"bodies.{self.name}", "mass", "position", "angle", "inertia", "center")
+        normalise(self, f"bodies.{self.name}")
 
 
 @dataclass(frozen=True)
@@ -127,13 +156,22 @@ class Point(Place):
     """
 
     name: str
-    position: Sequence[Expression]
-    frame: str | Frame | None = None
-    angle: Expression | None = None
+    position: Sequence[Expression] = key(
+        "vector", "2 entries in m, 3 in space or in the axes of the frame.", names=CONFIGURATION, unit=METRE
+    )
+    frame: str | Frame | None = key(
+        "part", "The frame the point is fixed to; by default the world.", default=None, order=-1
+    )
+    angle: Expression | None = key(
+        "expression",
+        "In the plane the angle of what it is fixed to, in rad, for joints.",
+        default=None,
+        names=CONFIGURATION,
+        unit=RADIAN,
+    )
 
     def __post_init__(self) -> None:
-        name_parts(self, "frame")
-        normalise(self, f"points.{self.name}", "position", "angle")
+        normalise(self, f"points.{self.name}")
 
 
 End = str | Place
@@ -142,54 +180,59 @@ End = str | Place
 # ----------------------------------------------------------------------------------------------------- normal forms
 
 
-_VECTORS = frozenset({"position", "origin", "center", "quaternion", "direction", "force"})
-_EITHER = frozenset({"inertia", "torque"})
+def axes_key(doc: str = "Whose axes the entries are along; by default the world's.") -> Any:
+    """The field of the axes that entries are along."""
+    return key((WORLD, "frame"), doc, default=WORLD)
 
 
-def normalise(part: object, where: str, *names: str) -> None:
-    """Bring the expressions ``names`` of a frozen part to normal form; sequences become tuples.
+_EXPRESSIONS = ("expression", "vector", "expression or vector")
 
-    Raises MechanismError for a vector where one expression is expected, and the other way round.
+
+def normalise(part: object, where: str) -> None:
+    """Bring the keys of a frozen part to normal form: expressions, references to parts by name, units.
+
+    Sequences become tuples. Raises MechanismError for a vector where one expression is expected, and the other way
+    round, UnitError for a text that is no unit.
     """
-    for name in names:
-        value = getattr(part, name)
-        if value is None:
-            continue
-        is_vector = isinstance(value, (tuple, list, sp.MatrixBase))
-        if is_vector != (name in _VECTORS) and name not in _EITHER:
-            expected = "one expression" if is_vector else "a tuple of expressions"
-            raise MechanismError(f"{where}.{name}: expected {expected}, got {value!r}")
-        if is_vector:
-            value = tuple(normal_form(item, f"{where}.{name}[{i}]") for i, item in enumerate(value))
-        else:
-            value = normal_form(value, f"{where}.{name}")
-        object.__setattr__(part, name, value)
+    for known in keys_in(part):
+        value = getattr(part, known.field)
+        if known.kind in _EXPRESSIONS and value is not None:
+            value = _normal(value, str(known.kind), f"{where}.{known.field}")
+        elif known.kind == "part" and isinstance(value, (Place, Frame)):
+            value = value.name
+        elif known.kind == "names" and value is not None:
+            value = tuple(getattr(end, "name", end) for end in value)
+        elif known.kind == "unit" and isinstance(value, str):
+            value = parse_unit(value)
+        object.__setattr__(part, known.field, value)
 
 
-def name_parts(part: object, *keys: str) -> None:
-    """Put the names of the parts that ``keys`` refer to in their place."""
-    for key in keys:
-        value = getattr(part, key)
-        if isinstance(value, (Place, Frame)):
-            object.__setattr__(part, key, value.name)
+def _normal(value: object, kind: str, where: str) -> sp.Expr | Vector:
+    is_vector = isinstance(value, (tuple, list, sp.MatrixBase))
+    if is_vector != (kind == "vector") and kind != "expression or vector":
+        expected = "one expression" if is_vector else "a tuple of expressions"
+        raise MechanismError(f"{where}: expected {expected}, got {value!r}")
+    if isinstance(value, (tuple, list, sp.MatrixBase)):
+        return tuple(normal_form(item, f"{where}[{i}]") for i, item in enumerate(value))
+    return normal_form(value, where)
 
 
-def name_ends(part: Any) -> None:
-    """Put the names of the parts that ``part`` is between in their place."""
-    if part.between is not None:
-        object.__setattr__(part, "between", tuple(getattr(end, "name", end) for end in part.between))
+_TURN_AXIS = Key("axis", "", names=CONSTANT)
+_TURN_ANGLE = Key("expression", "", names=CONFIGURATION, unit=RADIAN)
 
 
-def expressions_of(part: object, where: str) -> Iterator[tuple[str, sp.Expr]]:
-    """Every expression of ``part`` with its place, e.g. ('frames.arm.rotations[0].angle', q1)."""
-    if isinstance(part, sp.Expr):
-        yield where, part
-    elif isinstance(part, Rotation):
-        yield from expressions_of(part.axis, f"{where}.axis")
-        yield from expressions_of(part.angle, f"{where}.angle")
-    elif isinstance(part, tuple):
-        for i, entry in enumerate(part):
-            yield from expressions_of(entry, f"{where}[{i}]")
-    elif hasattr(part, "__dataclass_fields__"):
-        for item in fields(part):  # type: ignore[arg-type]
-            yield from expressions_of(getattr(part, item.name), f"{where}.{item.name}")
+def expressions_of(part: object, where: str) -> Iterator[tuple[str, sp.Expr, Key]]:
+    """Every expression of ``part`` with its place and key, e.g. ('frames.arm.rotations[0].angle', q1, key)."""
+    for known in keys_in(part):
+        yield from _expressions(getattr(part, known.field), f"{where}.{known.field}", known)
+
+
+def _expressions(value: object, where: str, known: Key) -> Iterator[tuple[str, sp.Expr, Key]]:
+    if isinstance(value, sp.Expr):
+        yield where, value, known
+    elif isinstance(value, Rotation):
+        yield from _expressions(value.axis, f"{where}.axis", _TURN_AXIS)
+        yield from _expressions(value.angle, f"{where}.angle", _TURN_ANGLE)
+    elif isinstance(value, tuple):
+        for i, entry in enumerate(value):
+            yield from _expressions(entry, f"{where}[{i}]", known)

@@ -6,6 +6,7 @@ from dataclasses import dataclass
 
 import sympy as sp
 
+from lag2fmu.description.keys import CONSTANT, OWN, bound_key, doc_key, key, unit_key
 from lag2fmu.errors import MechanismError
 from lag2fmu.language.expressions import normal_form, symbol
 from lag2fmu.language.units import Unit, parse_unit
@@ -20,15 +21,31 @@ class Coordinate:
     """
 
     name: str
-    unit: Unit | None = None
-    start: float = 0.0
-    velocity: float = 0.0
-    nominal: float = 1.0
-    minimum: float | None = None
-    maximum: float | None = None
-    doc: str = ""
-    given: bool | None = None
-    velocity_given: bool | None = None
+    unit: Unit | None = unit_key(order=-1)
+    start: float = key("number", "Given and exact, in the unit.", default=0.0, order=-1)
+    velocity: float = key(
+        "difference", "Start of the velocity, given and exact, in the unit per s.", default=0.0, order=-1
+    )
+    nominal: float = key(
+        "difference", "Typical size, in the unit; the solvers' errors are measured by it.", default=1.0
+    )
+    minimum: float | None = bound_key("min")
+    maximum: float | None = bound_key("max")
+    doc: str = doc_key()
+    given: bool | None = key(
+        "number",
+        "Instead of start: about here, solved for from the constraints.",
+        name="guess",
+        default=None,
+        order=-1,
+    )
+    velocity_given: bool | None = key(
+        "difference",
+        "Instead of velocity: about here, solved for from the constraints.",
+        name="guess_velocity",
+        default=None,
+        order=-1,
+    )
 
 
 @dataclass(frozen=True)
@@ -36,12 +53,19 @@ class Parameter:
     """A constant of the mechanism: an independent one has a ``value`` (SI unit), a dependent one an ``expression``."""
 
     name: str
-    value: float | None = None
-    unit: Unit | None = None
-    doc: str = ""
-    expression: sp.Expr | None = None
-    minimum: float | None = None
-    maximum: float | None = None
+    value: float | None = key("number", "In the unit.", default=None, order=-1)
+    unit: Unit | None = unit_key()
+    doc: str = doc_key()
+    expression: sp.Expr | None = key(
+        "expression",
+        "In other parameters, instead of a value: it follows them.",
+        default=None,
+        names=CONSTANT,
+        unit=OWN,
+        order=-1,
+    )
+    minimum: float | None = bound_key("min")
+    maximum: float | None = bound_key("max")
 
 
 @dataclass(frozen=True)
@@ -49,12 +73,16 @@ class Input:
     """A signal from outside, start value in SI units. A ``motion`` input y0 comes with y0_dot and y0_ddot."""
 
     name: str
-    unit: Unit | None = None
-    start: float = 0.0
-    motion: bool = False
-    doc: str = ""
-    minimum: float | None = None
-    maximum: float | None = None
+    unit: Unit | None = unit_key()
+    start: float = key("number", "Value while nothing is connected, in the unit.", default=0.0)
+    motion: bool = key(
+        "flag",
+        "true: a prescribed motion NAME, NAME_dot, NAME_ddot, for positions and energies too.",
+        default=False,
+    )
+    doc: str = doc_key(order=1)
+    minimum: float | None = bound_key("min")
+    maximum: float | None = bound_key("max")
 
 
 class Declared(sp.Symbol):  # type: ignore[misc]

@@ -266,7 +266,7 @@ class _Start:
         """The mechanism with the values found."""
         found = zip(self.mechanism.coordinates, self.q, self.qd, strict=True)
         coordinates = [replace(c, start=float(q), velocity=float(qd)) for c, q, qd in found]
-        return replace(self.mechanism, coordinates=coordinates)  # type: ignore[arg-type]
+        return self.mechanism.starting_at(coordinates)
 
 
 def _meaning(constraints: Sequence[Constraint]) -> str:

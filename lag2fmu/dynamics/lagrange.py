@@ -45,6 +45,7 @@ from lag2fmu.graph.batches import matrix
 from lag2fmu.graph.cost import cycles
 from lag2fmu.graph.graph import Graph
 from lag2fmu.mechanism import Mechanism
+from lag2fmu.mechanism.check import check_starts
 
 METHODS = ("elimination", "factorisation")
 """How M qdd = forcing is solved: by elimination over the velocity graph, or by an LDL^T of M; both on the graph."""
@@ -57,7 +58,8 @@ MAX_FACTORISED = 16
 class EquationsOfMotion:
     """M qdd = forcing + G^T multiplier and what follows from the same graph; all entries are nodes of ``graph``.
 
-    ``mechanism`` is the one given, with start values that meet its constraints.
+    ``completed`` is the mechanism given with the equilibria of what has no mass, ``mechanism`` the same with start
+    values that meet its constraints.
 
     ``entries``: the quadratic form 2 T2 over the velocity graph; ``forcing``: (n,); ``solution``: M^-1 forcing (n,)
     with its pivots, by ``method``, None if every order meets a pivot that is identically zero; ``constraints``: of m
@@ -71,6 +73,7 @@ class EquationsOfMotion:
     """
 
     mechanism: Mechanism
+    completed: Mechanism
     method: str
     graph: Graph
     variables: Variables
@@ -159,12 +162,7 @@ def complete(mechanism: Mechanism, equations: EquationsOfMotion | None = None) -
 
     ``equations`` are those of the mechanism, if they are known. Raises what ``derive`` raises.
     """
-    found = (equations or derive(mechanism)).mechanism
-    if len(found.constraints) == len(mechanism.constraints):
-        return mechanism
-    pairs = zip(found.coordinates, mechanism.coordinates, strict=True)
-    coordinates = [replace(new, start=old.start, velocity=old.velocity) for new, old in pairs]
-    return replace(found, coordinates=coordinates)  # type: ignore[arg-type]
+    return (equations or derive(mechanism)).completed
 
 
 def _carried(mechanism: Mechanism) -> dict[int, float]:
@@ -234,21 +232,18 @@ def _solved(given: _Composed, methods: Sequence[str]) -> _Solved:
 
 def _equations(solved: _Solved) -> EquationsOfMotion:
     """With what follows from the parts, and what the user asked for, beside the accelerations."""
-    mechanism, composer, g, v, parts = (
-        solved.mechanism,
-        solved.composer,
-        solved.graph,
-        solved.variables,
-        solved.energies,
-    )
-    start = starting_consistently(mechanism, g, solved.constraints)
+    mechanism, composer, parts = solved.mechanism, solved.composer, solved.energies
+    g, v = solved.graph, solved.variables
+    started = starting_consistently(mechanism, g, solved.constraints)
+    check_starts(started)
     outputs = {name: x for o in mechanism.outputs for name, x in zip(o.names, composer.output(o), strict=True)}
     dependent = {p.name: composer.put.names[p.name] for p in mechanism.parameters if p.expression is not None}
     momenta = tuple(reverse(g, {parts.lagrangian(g): g.one}, v.qd))
     rate, accelerating = (Forward(g, v.direction(g, along)) for along in (False, True))
     residual = unconstrained_residual(g, v, parts, rate, accelerating)
     return EquationsOfMotion(
-        mechanism=start,
+        mechanism=started,
+        completed=mechanism,
         method=solved.method,
         graph=g,
         variables=v,

@@ -55,10 +55,9 @@ def with_equilibria(
         i, equilibrium = _equilibrium(mechanism, graph, v, name, force, direction, moved)
         left.remove(i)
         equilibria.append(equilibrium)
-        given = coordinates[i].given and not equilibrium.holonomic
+        given = False if equilibrium.holonomic else coordinates[i].given
         coordinates[i] = replace(coordinates[i], given=given, velocity_given=False)
-    constraints = [*mechanism.constraints, *equilibria]
-    return replace(mechanism, coordinates=coordinates, constraints=constraints)  # type: ignore[arg-type]
+    return mechanism.with_equilibria(equilibria, coordinates)
 
 
 def determined(mechanism: Mechanism) -> tuple[int | None, ...]:

@@ -21,10 +21,8 @@ from lag2fmu.dynamics.massless import continuous_states, determined
 from lag2fmu.errors import ExportError
 from lag2fmu.fmu.dependencies import dependencies
 from lag2fmu.language.units import JOULE, SECOND, WATT, Unit, parse_unit
-from lag2fmu.mechanism import Constraint, Mechanism
+from lag2fmu.mechanism import Constraint, Coordinate, Mechanism
 from lag2fmu.mechanism.norms import norm_constraints
-from lag2fmu.mechanism.record import Coordinate
-from lag2fmu.mechanism.scope import fixed_parameters
 from lag2fmu.mechanism.unit_check import constraint_units
 
 _ENERGY_DOCS = {
@@ -191,7 +189,7 @@ def _inputs(mechanism: Mechanism) -> Iterable[Variable]:
 
 def _add_parameters(builder: _Builder, mechanism: Mechanism) -> None:
     independent = [p for p in mechanism.parameters if p.value is not None]
-    fixed = fixed_parameters(mechanism)
+    fixed = mechanism.fixed_parameters
     for i, p in enumerate(independent):
         variability, kind = _PARAMETER[p.name in fixed]
         variable = Variable(p.name, 0, "parameter", variability, "exact", p.value, p.unit, p.doc, p.minimum, p.maximum)
@@ -203,7 +201,7 @@ def _add_parameters(builder: _Builder, mechanism: Mechanism) -> None:
 
 def _add_calculated(builder: _Builder, equations: EquationsOfMotion, program: Program) -> None:
     mechanism = equations.mechanism
-    fixed = fixed_parameters(mechanism)
+    fixed = mechanism.fixed_parameters
     dependent = {p.name: p for p in mechanism.parameters if p.expression is not None}
     for i, name in enumerate(program.dependent):
         p = dependent[name]

@@ -16,9 +16,11 @@ from types import ModuleType
 
 from lag2fmu.description import names
 from lag2fmu.description.names import suggestion
+from lag2fmu.description.record import Description
+from lag2fmu.description.symbols import Coordinate
 from lag2fmu.errors import LoadError
 from lag2fmu.formats.text import read_file
-from lag2fmu.mechanism.record import Mechanism
+from lag2fmu.mechanism import Mechanism, complete
 from lag2fmu.resources import resource_folder
 
 SUFFIXES = (".py", ".toml")
@@ -221,21 +223,40 @@ def with_values(mechanism: Mechanism, settings: Mapping[str, float]) -> Mechanis
     A coordinate's start is set by its name, that of its velocity by ``NAME_dot``, that of an input by its name. Raises
     LoadError for an unknown name or dependent parameter and MechanismError for a value out of its bounds.
     """
-    m, left = mechanism, {name: _check_finite(name, value) for name, value in settings.items()}
-    _check_settable(m, left)
-    coordinates = [
-        replace(
-            q,
-            start=left.get(q.name, q.start),
-            velocity=left.get(names.velocity(q.name), q.velocity),
-            given=True if q.given is None and q.name in left else q.given,
-            velocity_given=True if q.velocity_given is None and names.velocity(q.name) in left else q.velocity_given,
-        )
-        for q in m.coordinates
-    ]
-    parameters = [replace(p, value=left.get(p.name, p.value)) for p in m.parameters]
-    inputs = [replace(u, start=left.get(u.name, u.start)) for u in m.inputs]
-    return replace(m, coordinates=coordinates, parameters=parameters, inputs=inputs)  # type: ignore[arg-type]
+    left = {name: _check_finite(name, value) for name, value in settings.items()}
+    _check_settable(mechanism, left)
+    d = _writing_out(mechanism, left)
+    found = {q.name: q for q in mechanism.coordinates}
+    coordinates = tuple(_started(q, found[q.name], left) for q in d.coordinates)
+    parameters = tuple(replace(p, value=left.get(p.name, p.value)) for p in d.parameters)
+    inputs = tuple(replace(u, start=left.get(u.name, u.start)) for u in d.inputs)
+    return complete(replace(d, coordinates=coordinates, parameters=parameters, inputs=inputs))
+
+
+def _writing_out(mechanism: Mechanism, settings: Iterable[str]) -> Description:
+    """The description of ``mechanism``, with what joints and loads bring written in it if ``settings`` name some."""
+    d, origins = mechanism.description, mechanism.origins
+    if any(f"coordinates.{name}" in origins for item in settings for name in (item, item.removesuffix("_dot"))):
+        d = replace(d, coordinates=mechanism.coordinates)
+    if any(f"inputs.{name}" in origins for name in settings):
+        d = replace(d, inputs=mechanism.inputs, loads=mechanism.loads)
+    return d
+
+
+def _started(q: Coordinate, found: Coordinate, settings: Mapping[str, float]) -> Coordinate:
+    """``q`` as it is written with the starts in ``settings``; they are guesses where those of ``found`` are."""
+    rate = names.velocity(q.name)
+    given = found.given is not False if q.given is None and q.name in settings else q.given
+    velocity_given = (
+        found.velocity_given is not False if q.velocity_given is None and rate in settings else q.velocity_given
+    )
+    return replace(
+        q,
+        start=settings.get(q.name, q.start),
+        velocity=settings.get(rate, q.velocity),
+        given=given,
+        velocity_given=velocity_given,
+    )
 
 
 def _check_settable(m: Mechanism, wanted: Iterable[str]) -> None:

@@ -1,6 +1,6 @@
 """The JSON schema (draft 7) of the text format, with which editors complete, explain and check a mechanism.
 
-It knows keys and types, for both come from ``keys``; names, units and equations are checked by ``text.read``.
+It knows keys and types, for both come from the parts' fields; names, units and equations are checked by ``text.read``.
 """
 
 from __future__ import annotations
@@ -10,8 +10,9 @@ from collections.abc import Mapping
 from typing import Any
 
 from lag2fmu.description import parts, places
+from lag2fmu.description.keys import Key
 from lag2fmu.description.names import IDENTIFIER, MAX_NAME
-from lag2fmu.formats.keys import CONSTRAINT, EXPRESSIONS, NAMED, SINGLE, TABLES, Key
+from lag2fmu.formats.keys import CONSTRAINT, EXPRESSIONS, NAMED, SINGLE, TABLES
 
 Schema = dict[str, Any]
 
@@ -24,7 +25,10 @@ _PAIR: Schema = {"type": "array", "items": [_AXIS, _EXPRESSION], "minItems": 2, 
 
 VALUES: dict[str, Schema] = {
     "string": {"type": "string"},
+    "part": {"type": "string"},
+    "unit": {"type": "string"},
     "number": {"type": "number"},
+    "difference": {"type": "number"},
     "flag": {"type": "boolean"},
     "expression": _EXPRESSION,
     "vector": _VECTOR,

@@ -58,13 +58,13 @@ class Table:
         """The number ``key`` passed through ``convert`` (to SI); None if it is not there."""
         return convert(fraction(self.content[key], self.place(key))) if key in self.content else None
 
-    def unit(self) -> Unit | None:
-        """The unit, None if there is none; raises TextError for a text that is no unit."""
-        text = self.text("unit", None)
+    def unit(self, key: str = "unit") -> Unit | None:
+        """The unit ``key``, None if there is none; raises TextError for a text that is no unit."""
+        text = self.text(key, None)
         try:
             return None if text is None else parse_unit(text)
         except UnitError as error:
-            raise TextError(f"{self.place('unit')}: {error}") from error
+            raise TextError(f"{self.place(key)}: {error}") from error
 
     def require(self, key: str) -> None:
         """Raise TextError unless ``key`` is there."""

@@ -1,7 +1,7 @@
 """Reading a mechanism from its text format, TOML (https://toml.io/en/v1.0.0), safely: nothing in the text is evaluated.
 
-The tables are the keywords of ``Mechanism``, their keys the fields of its parts. Numbers are exact until they are
-converted to SI, where they are rounded once. ``write.write`` is the inverse.
+The tables are the fields of ``Description``, their keys those of its parts, and both say what may stand there. Numbers
+are exact until they are converted to SI, where they are rounded once. ``write.write`` is the inverse.
 """
 
 from __future__ import annotations
@@ -10,37 +10,17 @@ import sys
 from collections.abc import Callable
 from decimal import Decimal
 from pathlib import Path
-from typing import Any, TypeVar
+from typing import Any
 
-import sympy as sp
-
+from lag2fmu.description.keys import keys_of
 from lag2fmu.description.parts import KINDS
-from lag2fmu.description.symbols import start_or_guess
+from lag2fmu.description.record import Description, table_keys
+from lag2fmu.description.symbols import Coordinate, start_or_guess
 from lag2fmu.errors import MechanismError, TextError
 from lag2fmu.formats.keys import CONSTRAINT, NAMED, SINGLE, TABLES
 from lag2fmu.formats.tables import Table
 from lag2fmu.language.units import DIMENSIONLESS
-from lag2fmu.mechanism.record import (
-    WORLD,
-    Body,
-    Constraint,
-    Coordinate,
-    Damper,
-    Definition,
-    Energy,
-    Experiment,
-    Force,
-    Frame,
-    Gravity,
-    Input,
-    Joint,
-    Load,
-    Mechanism,
-    Output,
-    Parameter,
-    Point,
-    Spring,
-)
+from lag2fmu.mechanism import Mechanism, complete
 
 if sys.version_info >= (3, 11):
     import tomllib
@@ -77,7 +57,7 @@ def read(text: str, where: str) -> Mechanism:
     if len(text) > MAX_BYTES:
         raise TextError(f"{where}: has {len(text)} characters; a mechanism of more than {MAX_BYTES} is not read")
     try:
-        return _mechanism(_parse_toml(text))
+        return complete(_description(_parse_toml(text)))
     except MechanismError as error:
         raise TextError(f"{where}: {error}") from error
 
@@ -100,188 +80,101 @@ def _parse_toml(text: str) -> dict[str, Any]:
 
 # ---------------------------------------------------------------------------------------------------------- tables
 
-Part = TypeVar("Part")
+_READ: dict[str, Callable[[Table, str], object]] = {
+    "string": Table.text,
+    "part": Table.text,
+    "unit": Table.unit,
+    "flag": Table.flag,
+    "expression": Table.expression,
+    "vector": Table.vector,
+    "expression or vector": Table.scalar_or_vector,
+    "axis": Table.axis,
+    "names": Table.names,
+    "rotations": Table.rotations,
+}
+"""Kind of a ``Key`` -> how it is read; numbers need the unit of their table, see ``_values``."""
 
 
-def _mechanism(content: dict[str, Any]) -> Mechanism:
+def _description(content: dict[str, Any]) -> Description:
     root = Table("", content, TABLES)
     root.require("mechanism")
-    head = root.table("mechanism", SINGLE["mechanism"])
-    head.require("name")
-    return Mechanism(
-        head.text("name") or "",
-        title=head.text("title") or "",
-        source=head.text("source") or "",
-        strict_units=head.flag("strict_units"),
-        parameters=_named(root, "parameters", _parameter),
-        coordinates=_named(root, "coordinates", _coordinate),
-        inputs=_named(root, "inputs", _input),
-        definitions=_expressions(root, "definitions", Definition),
-        energy=_energy(root),
-        forces=_expressions(root, "forces", Force),
-        gravity=_gravity(root) if "gravity" in content else None,
-        frames=_named(root, "frames", _frame),
-        bodies=_named(root, "bodies", _body),
-        points=_named(root, "points", _point),
-        springs=_named(root, "springs", _spring),
-        dampers=_named(root, "dampers", _damper),
-        loads=_named(root, "loads", _load),
-        joints=_named(root, "joints", _joint),
-        constraints=_constraints(root),
-        outputs=_named(root, "outputs", _output),
-        experiment=_experiment(root),
-    )
+    head = _values(Description, root.table("mechanism", SINGLE["mechanism"]))
+    written = {name: of for name, of in table_keys().items() if name in content}
+    parts: dict[str, Any] = {name: _FORMS[of.form](root, name, of.part) for name, of in written.items()}
+    return Description(**head, **parts)
 
 
-def _named(root: Table, table: str, build: Callable[[str, Table], Part]) -> list[Part]:
-    """The parts of ``table``, one for each of its sub-tables, built by ``build(name, sub-table)``."""
-    parts = root.table(table)
-    return [build(name, Table(parts.place(name), content, NAMED[table])) for name, content in parts.content.items()]
+def _single(root: Table, name: str, kind: type) -> object:
+    return _part(kind, root.table(name, SINGLE[name]))
 
 
-def _expressions(root: Table, table: str, kind: Callable[[str, Any], Part]) -> list[Part]:
-    parts = root.table(table)
-    return [kind(name, parts.expression(name)) for name in parts.content]
+def _named(root: Table, name: str, kind: type) -> list[object]:
+    """A part for each of the sub-tables."""
+    parts = root.table(name)
+    subs = {label: Table(parts.place(label), content, NAMED[name]) for label, content in parts.content.items()}
+    return [_part(kind, sub, label) for label, sub in subs.items()]
 
 
-def _or(value: float | None, default: float) -> float:
-    return default if value is None else value
+def _expressions(root: Table, name: str, kind: type) -> list[object]:
+    """A part for each of the expressions."""
+    parts = root.table(name)
+    return [kind(label, parts.expression(label)) for label in parts.content]
 
 
-def _parameter(name: str, table: Table) -> Parameter:
-    unit = table.unit()
-    si = (unit or DIMENSIONLESS).to_si
-    doc, expression = table.text("doc") or "", table.expression("expression")
-    return Parameter(
-        name, table.number("value", si), unit, doc, expression, table.number("min", si), table.number("max", si)
-    )
-
-
-def _coordinate(name: str, table: Table) -> Coordinate:
-    unit = table.unit()
-    si, rate = (unit or DIMENSIONLESS).to_si, (unit or DIMENSIONLESS).difference_to_si
-    start, given = start_or_guess(table.number("start", si), table.number("guess", si), table.where, "start", "guess")
-    velocity, velocity_given = start_or_guess(
-        table.number("velocity", rate), table.number("guess_velocity", rate), table.where, "velocity", "guess_velocity"
-    )
-    return Coordinate(
-        name,
-        unit,
-        start=_or(start, si(0.0)),
-        velocity=_or(velocity, 0.0),
-        nominal=_or(table.number("nominal", rate), rate(1.0)),
-        minimum=table.number("min", si),
-        maximum=table.number("max", si),
-        doc=table.text("doc") or "",
-        given=given,
-        velocity_given=velocity_given,
-    )
-
-
-def _constraints(root: Table) -> list[Constraint]:
-    """An expression alone, or a table with its unit."""
-    kinds = root.table("constraints", KINDS)
+def _constraints(root: Table, name: str, kind: type) -> list[object]:
+    """An expression alone, or a table with its unit, in a table for each kind of constraint."""
+    kinds = root.table(name, KINDS)
     found = []
-    for kind in kinds.content:
-        table = kinds.table(kind)
-        for name, content in table.content.items():
+    for of in kinds.content:
+        table = kinds.table(of)
+        for label, content in table.content.items():
             if isinstance(content, dict):
-                entry = Table(table.place(name), content, CONSTRAINT)
-                found.append(Constraint(name, entry.expression("expression", required=True), kind, entry.unit()))
+                found.append(_part(kind, Table(table.place(label), content, CONSTRAINT), label, kind=of))
             else:
-                found.append(Constraint(name, table.expression(name), kind))
+                found.append(kind(label, table.expression(label), of))
     return found
 
 
-def _input(name: str, table: Table) -> Input:
-    unit = table.unit()
-    si = (unit or DIMENSIONLESS).to_si
-    start, doc = _or(table.number("start", si), si(0.0)), table.text("doc") or ""
-    return Input(name, unit, start, table.flag("motion"), doc, table.number("min", si), table.number("max", si))
+_FORMS: dict[str, Callable[[Table, str, type], object]] = {
+    "single": _single,
+    "tables": _named,
+    "lines": _named,
+    "expressions": _expressions,
+    "kinds": _constraints,
+}
+"""Form of a ``TableKey`` -> how it is read."""
 
 
-def _energy(root: Table) -> Energy:
-    table = root.table("energy", SINGLE["energy"])
-    return Energy(**{key: table.expression(key) for key in table.content})
+def _part(part: type, table: Table, *label: str, **more: str) -> object:
+    """The record of what ``table`` says of the part called ``label``."""
+    return part(*label, **_values(part, table), **more)
 
 
-def _gravity(root: Table) -> Gravity:
-    table = root.table("gravity", SINGLE["gravity"])
-    return Gravity(table.expression("acceleration", required=True), table.vector("direction"))
+def _values(part: type, table: Table) -> dict[str, Any]:
+    """Field -> value of the keys in ``table``, and of numbers whose default is meant in the unit of the part."""
+    keys = keys_of(part)
+    for name in (name for name, known in keys.items() if known.required):
+        table.require(name)
+    unit = (table.unit() if "unit" in keys else None) or DIMENSIONLESS
+    convert = {"number": unit.to_si, "difference": unit.difference_to_si}
+    values: dict[str, Any] = {}
+    for name, known in keys.items():
+        if name in table.content and known.kind in convert:
+            values[known.field] = table.number(name, convert[str(known.kind)])
+        elif name in table.content:
+            values[known.field] = _READ["string" if isinstance(known.kind, tuple) else known.kind](table, name)
+    if part is Coordinate:
+        values |= _starts(values, table.where)
+    for known in keys.values():
+        if known.kind in convert and known.default is not None:
+            values.setdefault(known.field, convert[str(known.kind)](known.default))
+    return values
 
 
-_ORIGIN = (sp.S.Zero,) * 3
-
-
-def _frame(name: str, table: Table) -> Frame:
-    origin, quaternion = table.vector("origin") or _ORIGIN, table.vector("quaternion")
-    return Frame(name, table.text("parent", WORLD) or "", origin, table.rotations("rotations"), quaternion)
-
-
-def _body(name: str, table: Table) -> Body:
-    return Body(
-        name,
-        table.expression("mass", required=True),
-        table.vector("position"),
-        table.expression("angle"),
-        table.scalar_or_vector("inertia"),
-        table.text("frame", None),
-        table.vector("center") or _ORIGIN,
-    )
-
-
-def _point(name: str, table: Table) -> Point:
-    table.require("position")
-    return Point(name, table.vector("position") or (), table.text("frame", None), table.expression("angle"))
-
-
-def _spring(name: str, table: Table) -> Spring:
-    stiffness = table.expression("stiffness", required=True)
-    return Spring(name, stiffness, table.expression("elongation"), table.names("between"), table.expression("length"))
-
-
-def _damper(name: str, table: Table) -> Damper:
-    return Damper(name, table.expression("damping", required=True), table.expression("rate"), table.names("between"))
-
-
-def _load(name: str, table: Table) -> Load:
-    point, body, axes = table.text("point", None), table.text("body", None), table.text("axes", WORLD) or ""
-    force, torque = table.vector("force"), table.scalar_or_vector("torque")
-    return Load(name, point, body, force, torque, table.flag("input"), axes)
-
-
-def _joint(name: str, table: Table) -> Joint:
-    table.require("kind")
-    return Joint(
-        name,
-        table.text("kind") or "",
-        table.names("between"),
-        table.text("parent", None),
-        table.vector("origin") or _ORIGIN,
-        table.axis("axis"),
-        table.axis("second_axis"),
-        table.names("coordinates") or (),
-        table.expression("pitch"),
-        table.expression("radius"),
-        table.expression("ratio"),
-        table.flag("reactions"),
-        table.text("axes", WORLD) or "",
-    )
-
-
-def _output(name: str, table: Table) -> Output:
-    return Output(
-        name,
-        table.expression("expression"),
-        table.unit(),
-        table.text("doc") or "",
-        table.text("frame", None),
-        table.text("point", None),
-        table.text("quantity", None),
-        table.text("axes", WORLD) or "",
-    )
-
-
-def _experiment(root: Table) -> Experiment:
-    table = root.table("experiment", SINGLE["experiment"])
-    return Experiment(**{key: _or(table.number(key), getattr(Experiment, key)) for key in SINGLE["experiment"]})
+def _starts(values: dict[str, Any], where: str) -> dict[str, Any]:
+    """The starts of a coordinate, and whether they are given; the fields for that still hold the guesses."""
+    found: dict[str, Any] = {}
+    for start, given, guess in (("start", "given", "guess"), ("velocity", "velocity_given", "guess_velocity")):
+        value, found[given] = start_or_guess(values.get(start), values.get(given), where, start, guess)
+        found |= {} if value is None else {start: value}
+    return found

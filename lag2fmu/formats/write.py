@@ -3,195 +3,110 @@
 from __future__ import annotations
 
 import json
-from collections.abc import Callable, Container, Iterable, Mapping
+from collections.abc import Callable, Iterable, Mapping
 from decimal import Context, Decimal
 from fractions import Fraction
+from typing import Any
 
 import sympy as sp
 
-from lag2fmu.description.outputs import QUANTITIES
+from lag2fmu.description.keys import keys_of
+from lag2fmu.description.outputs import QUANTITIES, Output
 from lag2fmu.description.parts import KINDS
+from lag2fmu.description.record import label_of, table_keys
+from lag2fmu.description.symbols import Coordinate
 from lag2fmu.language.expressions import to_text
 from lag2fmu.language.units import DIMENSIONLESS, Unit, exact
-from lag2fmu.mechanism.joint_equations import brought_by_joints
-from lag2fmu.mechanism.record import (
-    WORLD,
-    Body,
-    Coordinate,
-    Damper,
-    Experiment,
-    Frame,
-    Input,
-    Joint,
-    Load,
-    Mechanism,
-    Output,
-    Parameter,
-    Rotation,
-    Spring,
-)
+from lag2fmu.mechanism import Mechanism
 
 Entries = Mapping[str, str | None]
 """Keys of one table with their values as TOML text; None is left out."""
 
 
 def write(mechanism: Mechanism) -> str:
-    """The text of ``mechanism`` in TOML, such that ``read(write(mechanism), ...) == mechanism`` exactly."""
-    m, brought = mechanism, brought_by_joints(mechanism)
-    head = {"name": _string(m.name), "title": _string(m.title), "source": _string(m.source) if m.source else None}
-    blocks = [
-        _table("mechanism", {**head, "strict_units": "true" if m.strict_units else None}),
-        _table("parameters", {p.name: _inline(_parameter(p)) for p in m.parameters}),
-        _table("coordinates", {q.name: _inline(_coordinate(q)) for q in m.coordinates}),
-        _table("inputs", {u.name: _inline(_input(u)) for u in m.inputs}),
-        _table("definitions", {d.name: _expression(d.expression) for d in m.definitions}),
-        _table("energy", _expressions(m.energy, "kinetic", "potential", "dissipation", "lagrangian")),
-        _table("forces", {f.coordinate: _expression(f.expression) for f in m.forces}),
-        _table("gravity", _expressions(m.gravity, "acceleration", "direction") if m.gravity else {}),
-        *(_table(f"frames.{f.name}", _frame(f)) for f in m.frames if f.name not in brought.frames),
-        *(_table(f"bodies.{b.name}", _body(b)) for b in m.bodies),
-        *(_table(f"points.{p.name}", {**_names(p, "frame"), **_expressions(p, "position", "angle")}) for p in m.points),
-        *(_table(f"springs.{s.name}", _element(s, "stiffness", "elongation", "length")) for s in m.springs),
-        *(_table(f"dampers.{d.name}", _element(d, "damping", "rate")) for d in m.dampers),
-        *(_table(f"loads.{x.name}", _load(x)) for x in m.loads),
-        *(_table(f"joints.{j.name}", _joint(j)) for j in m.joints),
-        *(_table(f"constraints.{kind}", _constraints(m, kind, brought.constraints)) for kind in KINDS),
-        _table("outputs", {o.name: _inline(_output(o)) for o in m.outputs if o.name not in brought.outputs}),
-        _table("experiment", _experiment(m.experiment)),
-    ]
+    """What is written about ``mechanism`` in TOML: ``read(write(mechanism), ...) == mechanism`` exactly.
+
+    What follows from it, equilibria of what has no mass too, is not part of the text; nor are defaults, but those of
+    numbers.
+    """
+    d = mechanism.description
+    blocks = [_table("mechanism", _entries(d))]
+    for name, of in table_keys().items():
+        content = getattr(d, name)
+        blocks += _FORMS[of.form](name, content if of.many else [content] if content is not None else [])
     return "\n".join(block for block in blocks if block)
 
 
-# ----------------------------------------------------------------------------------------------------------- parts
+# ----------------------------------------------------------------------------------------------------------- tables
 
 
-def _parameter(p: Parameter) -> Entries:
-    unit = p.unit or DIMENSIONLESS
-    value = {
-        "value": _number(p.value, unit),
-        "expression": _expression(p.expression) if p.expression is not None else None,
-    }
-    return {**value, "unit": _unit(p.unit), **_bounds(p), "doc": _doc(p.doc)}
+def _sub_tables(name: str, parts: Iterable[Any]) -> list[str]:
+    return [_table(f"{name}.{label_of(part)}", _entries(part), needed=True) for part in parts]
 
 
-def _coordinate(q: Coordinate) -> Entries:
-    unit = q.unit or DIMENSIONLESS
-    rate = _difference(q.velocity, unit)
-    return {
-        "unit": _unit(q.unit),
-        "guess" if q.given is False else "start": None if q.given is None else _number(q.start, unit),
-        "guess_velocity" if q.velocity_given is False else "velocity": None if q.velocity_given is None else rate,
-        "nominal": _difference(q.nominal, unit) if q.nominal != unit.difference_to_si(1.0) else None,
-        **_bounds(q),
-        "doc": _doc(q.doc),
-    }
+def _lines(name: str, parts: Iterable[Any]) -> list[str]:
+    return [_table(name, {label_of(part): _inline(_entries(part)) for part in parts})]
 
 
-def _constraints(m: Mechanism, kind: str, brought: Container[str]) -> Entries:
-    return {
-        c.name: _expression(c.expression)
-        if c.unit is None
-        else _inline({"expression": _expression(c.expression), "unit": _unit(_resolved(c.unit))})
-        for c in m.constraints
-        if c.kind == kind and c.name not in brought
-    }
+def _of_expressions(name: str, parts: Iterable[Any]) -> list[str]:
+    return [_table(name, {label_of(part): _expression(part.expression) for part in parts})]
 
 
-def _input(u: Input) -> Entries:
-    start = _number(u.start, u.unit or DIMENSIONLESS)
-    return {
-        "unit": _unit(u.unit),
-        "start": start,
-        "motion": "true" if u.motion else None,
-        **_bounds(u),
-        "doc": _doc(u.doc),
-    }
+def _of_constraints(name: str, parts: Iterable[Any]) -> list[str]:
+    return [
+        _table(
+            f"{name}.{kind}",
+            {c.name: _inline(_entries(c)) if c.unit else _expression(c.expression) for c in parts if c.kind == kind},
+        )
+        for kind in KINDS
+    ]
 
 
-def _bounds(part: Parameter | Coordinate | Input) -> Entries:
-    unit = part.unit or DIMENSIONLESS
-    return {"min": _number(part.minimum, unit), "max": _number(part.maximum, unit)}
+_FORMS: dict[str, Callable[[str, list[Any]], list[str]]] = {
+    "single": lambda name, parts: [_table(name, _entries(part)) for part in parts],
+    "tables": _sub_tables,
+    "lines": _lines,
+    "expressions": _of_expressions,
+    "kinds": _of_constraints,
+}
+"""Form of a ``TableKey`` -> how its parts are written."""
 
 
-def _frame(f: Frame) -> Entries:
-    return {
-        "parent": _string(str(f.parent)),
-        **_expressions(f, "origin"),
-        "rotations": _rotations(f) if f.rotations else None,
-        **_expressions(f, "quaternion"),
-    }
+# ------------------------------------------------------------------------------------------------------------- keys
 
 
-def _rotations(f: Frame) -> str:
-    pairs = (Rotation(*turn) for turn in f.rotations)  # type: ignore[arg-type]
-    written = [f"[{_axis(axis)}, {_expression(angle)}]" for axis, angle in pairs]
-    return f"[{', '.join(written)}]"
-
-
-def _body(b: Body) -> Entries:
-    if b.frame is None:
-        return _expressions(b, "mass", "inertia", "position", "angle")
-    return {**_names(b, "frame"), **_expressions(b, "center", "mass", "inertia")}
-
-
-def _load(x: Load) -> Entries:
-    return {**_names(x, "point", "body"), **_expressions(x, "force", "torque"), "axes": _axes(x)}
-
-
-def _joint(j: Joint) -> Entries:
-    ends = {"kind": _string(j.kind), "between": _strings(j.between) if j.between is not None else None}
-    origin = _expressions(j, "origin") if any(j.origin) else {}
-    axes = {key: None if getattr(j, key) is None else _axis(getattr(j, key)) for key in ("axis", "second_axis")}
-    coordinates = _strings(j.coordinates) if j.coordinates else None
-    rest = {"reactions": "true" if j.reactions else None, "axes": _axes(j)}
-    return {
-        **ends,
-        **_names(j, "parent"),
-        **origin,
-        **axes,
-        "coordinates": coordinates,
-        **_expressions(j, "pitch", "radius", "ratio"),
-        **rest,
-    }
-
-
-def _output(o: Output) -> Entries:
-    unit = _resolved(o.unit)
-    if o.quantity in QUANTITIES and unit == QUANTITIES[o.quantity][2]:
-        unit = None
-    keys = {**_expressions(o, "expression"), **_names(o, "frame", "point", "quantity"), "axes": _axes(o)}
-    return {**keys, "unit": _unit(unit), "doc": _doc(o.doc)}
-
-
-def _resolved(unit: Unit | str | None) -> Unit | None:
-    return unit if isinstance(unit, Unit) else None
-
-
-def _axes(part: Load | Output | Joint) -> str | None:
-    return None if part.axes == WORLD else _string(part.axes)
-
-
-def _element(part: Spring | Damper, *keys: str) -> Entries:
-    between = _strings(part.between) if part.between is not None else None
-    first, *rest = keys
-    return {**_expressions(part, first), "between": between, **_expressions(part, *rest)}
-
-
-def _experiment(e: Experiment) -> Entries:
-    return {key: _number(getattr(e, key), DIMENSIONLESS) for key in ("stop_time", "step", "tolerance")}
-
-
-def _names(part: object, *keys: str) -> Entries:
-    return {key: _string(getattr(part, key)) if getattr(part, key) is not None else None for key in keys}
-
-
-def _expressions(part: object, *keys: str) -> Entries:
-    """The expressions and vectors called ``keys`` of ``part``; None where there is none."""
+def _entries(part: Any) -> Entries:
+    """The keys of ``part`` with their values, in the order of the format."""
+    unit: Unit = getattr(part, "unit", None) or DIMENSIONLESS
+    special = _special(part, unit)
     written: dict[str, str | None] = {}
-    for key in keys:
-        value = getattr(part, key)
-        written[key] = None if value is None else _vector(value) if isinstance(value, tuple) else _expression(value)
+    for name, known in keys_of(part).items():
+        value = getattr(part, known.field)
+        if name in special:
+            written[name] = special[name]
+        elif known.kind == "number":
+            written[name] = _number(value, unit)
+        elif known.kind == "difference":
+            written[name] = None if value == unit.difference_to_si(known.default) else _difference(value, unit)
+        else:
+            written_as = _WRITE["string" if isinstance(known.kind, tuple) else known.kind]
+            written[name] = None if value is None or value == known.default else written_as(value)
     return written
+
+
+def _special(part: Any, unit: Unit) -> Entries:
+    """Starts of a coordinate as given or as guesses; no unit for an output whose quantity tells it."""
+    if isinstance(part, Coordinate):
+        start, rate = _number(part.start, unit), _difference(part.velocity, unit)
+        return {
+            "start": start if part.given else None,
+            "guess": start if part.given is False else None,
+            "velocity": rate if part.velocity_given else None,
+            "guess_velocity": rate if part.velocity_given is False else None,
+        }
+    if isinstance(part, Output) and part.quantity in QUANTITIES and part.unit == QUANTITIES[part.quantity][2]:
+        return {"unit": None}
+    return {}
 
 
 def _strings(names: Iterable[object]) -> str:
@@ -209,10 +124,10 @@ def _vector(entries: Iterable[sp.Expr]) -> str:
 # ------------------------------------------------------------------------------------------------------------ TOML
 
 
-def _table(name: str, entries: Entries) -> str:
-    """The table ``name`` with a line for each entry; empty without entries."""
+def _table(name: str, entries: Entries, *, needed: bool = False) -> str:
+    """The table ``name`` with a line for each entry; empty without entries, unless it is ``needed``."""
     lines = [f"{key} = {value}\n" for key, value in entries.items() if value is not None]
-    return f"[{name}]\n{''.join(lines)}" if lines else ""
+    return f"[{name}]\n{''.join(lines)}" if lines or needed else ""
 
 
 def _inline(entries: Entries) -> str:
@@ -223,14 +138,6 @@ def _inline(entries: Entries) -> str:
 def _string(text: str) -> str:
     """A basic string of TOML: JSON's escapes, and the one character more that TOML wants escaped."""
     return json.dumps(text, ensure_ascii=False).replace("\x7f", "\\u007f")
-
-
-def _doc(text: str) -> str | None:
-    return _string(text) if text else None
-
-
-def _unit(unit: Unit | None) -> str | None:
-    return None if unit is None else _string(unit.name or "1")
 
 
 def _expression(expression: sp.Expr) -> str:
@@ -268,3 +175,18 @@ _DIGITS: Iterable[int] = (*range(1, 41), 400, 1200)
 def _toml_float(decimal: Decimal) -> str:
     text = str(decimal).lower()
     return text if "." in text or "e" in text else f"{text}.0"
+
+
+_WRITE: dict[str, Callable[[Any], str]] = {
+    "string": _string,
+    "part": _string,
+    "unit": lambda unit: _string(unit.name or "1"),
+    "flag": lambda _: "true",
+    "expression": _expression,
+    "vector": _vector,
+    "expression or vector": lambda value: _vector(value) if isinstance(value, tuple) else _expression(value),
+    "axis": _axis,
+    "names": _strings,
+    "rotations": lambda turns: f"[{', '.join(f'[{_axis(axis)}, {_expression(angle)}]' for axis, angle in turns)}]",
+}
+"""Kind of a ``Key`` -> how its value is written; numbers depend on the unit of their part, see ``_entries``."""

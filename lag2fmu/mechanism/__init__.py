@@ -1,29 +1,11 @@
-"""What a user writes: the record ``Mechanism``, its parts, and the symbols that declare them."""
+"""The record ``Mechanism``, and from the room description its parts and the symbols that declare them."""
 
-from lag2fmu.mechanism.record import (
-    Body,
-    Constraint,
-    Coordinate,
-    Damper,
-    Definition,
-    Energy,
-    Experiment,
-    Force,
-    Frame,
-    Gravity,
-    Input,
-    Joint,
-    Load,
-    Mechanism,
-    Output,
-    Parameter,
-    Point,
-    Rotation,
-    Spring,
-    coordinate,
-    parameter,
-    signal,
-)
+from lag2fmu.description.joints import Joint
+from lag2fmu.description.outputs import Experiment, Output
+from lag2fmu.description.parts import Constraint, Damper, Definition, Energy, Force, Gravity, Load, Spring
+from lag2fmu.description.places import Body, Frame, Point, Rotation
+from lag2fmu.description.symbols import Coordinate, Input, Parameter, coordinate, parameter, signal
+from lag2fmu.mechanism.record import Mechanism, complete
 
 __all__ = [
     "Body",
@@ -45,6 +27,7 @@ __all__ = [
     "Point",
     "Rotation",
     "Spring",
+    "complete",
     "coordinate",
     "parameter",
     "signal",

@@ -3,43 +3,38 @@
 from __future__ import annotations
 
 import math
-from typing import TYPE_CHECKING
 
 from lag2fmu.description.outputs import QUANTITIES, Output
 from lag2fmu.description.parts import Damper, Load, Spring
 from lag2fmu.description.places import WORLD, Vector
+from lag2fmu.description.record import Description
 from lag2fmu.description.symbols import Coordinate, Input, Parameter
 from lag2fmu.errors import MechanismError, UnitError
-from lag2fmu.mechanism.geometry import check_geometry, check_values
+from lag2fmu.mechanism.geometry import check_values
 from lag2fmu.mechanism.name_check import check_names
 from lag2fmu.mechanism.scope import Scope, check_constraints, check_presence, check_symbols
 from lag2fmu.mechanism.unit_check import mismatches
 
-if TYPE_CHECKING:
-    from lag2fmu.mechanism.record import Mechanism
 
+def check(m: Description) -> tuple[Scope, tuple[str, ...]]:
+    """The scope of ``m``, whose geometry has been checked, and what is let pass as warnings.
 
-def check(mechanism: Mechanism) -> tuple[str, ...]:
-    """Raise MechanismError for the first fault of ``mechanism``; return what is let pass as warnings.
-
-    With ``strict_units`` a mismatch of units raises UnitError.
+    Raises MechanismError for the first fault. With ``strict_units`` a mismatch of units raises UnitError.
     """
-    if not mechanism.coordinates:
-        raise MechanismError(
-            f"coordinates: mechanism '{mechanism.name}' has none; declare at least one generalized coordinate"
-        )
-    check_names(mechanism)
-    _check_numbers(mechanism)
-    _check_parts(mechanism)
-    scope = Scope(mechanism)
-    check_symbols(mechanism, scope)
-    check_presence(mechanism, scope)
-    check_constraints(mechanism, scope)
-    warnings = check_values(mechanism, scope)
-    unfit = tuple(mismatches(mechanism))
-    if unfit and mechanism.strict_units:
+    if not m.coordinates:
+        raise MechanismError(f"coordinates: mechanism '{m.name}' has none; declare at least one generalized coordinate")
+    check_names(m)
+    _check_numbers(m)
+    _check_parts(m)
+    scope = Scope(m)
+    check_symbols(m, scope)
+    check_presence(m, scope)
+    check_constraints(m, scope)
+    warnings = check_values(m, scope)
+    unfit = tuple(mismatches(m))
+    if unfit and m.strict_units:
         raise UnitError(unfit[0])
-    return (*unfit, *warnings)
+    return scope, (*unfit, *warnings)
 
 
 # -------------------------------------------------------------------------------------------------------- numbers
@@ -54,11 +49,18 @@ def check_number(where: str, value: float, low: float | None = None, high: float
         raise MechanismError(f"{where}: {value!r} is outside of {bounds}")
 
 
-def _check_numbers(mechanism: Mechanism) -> None:
-    for q in mechanism.coordinates:
-        _check_bounds(q, f"coordinates.{q.name}")
+def check_starts(m: Description) -> None:
+    """Raise MechanismError for a start value that is not finite or out of its bounds."""
+    for q in m.coordinates:
         check_number(f"coordinates.{q.name}.start", q.start, q.minimum, q.maximum)
         check_number(f"coordinates.{q.name}.velocity", q.velocity)
+
+
+def _check_numbers(mechanism: Description) -> None:
+    for q in mechanism.coordinates:
+        _check_bounds(q, f"coordinates.{q.name}")
+    check_starts(mechanism)
+    for q in mechanism.coordinates:
         check_number(f"coordinates.{q.name}.nominal", q.nominal)
         if q.nominal <= 0:
             raise MechanismError(f"coordinates.{q.name}.nominal: {q.nominal!r} is not positive")
@@ -91,11 +93,10 @@ def _check_bounds(part: Coordinate | Parameter | Input, where: str) -> None:
 # ---------------------------------------------------------------------------------------------------------- parts
 
 
-def _check_parts(m: Mechanism) -> None:
+def _check_parts(m: Description) -> None:
     """Combinations of keys that belong together, and references between parts."""
     if m.energy.lagrangian is not None and (m.energy.kinetic is not None or m.energy.potential is not None):
         raise MechanismError("energy: 'lagrangian' stands for kinetic and potential; give it alone, or those two")
-    check_geometry(m)
     for table, parts in (("springs", m.springs), ("dampers", m.dampers)):
         for part in parts:
             _check_element(m, part, f"{table}.{part.name}")
@@ -111,7 +112,7 @@ def _check_parts(m: Mechanism) -> None:
             )
 
 
-def _check_element(m: Mechanism, part: Spring | Damper, where: str) -> None:
+def _check_element(m: Description, part: Spring | Damper, where: str) -> None:
     """A spring or damper acts by an expression or between two different places."""
     key = "elongation" if hasattr(part, "elongation") else "rate"
     if (getattr(part, key) is None) == (part.between is None):
@@ -129,7 +130,7 @@ def _check_element(m: Mechanism, part: Spring | Damper, where: str) -> None:
         )
 
 
-def _location(m: Mechanism, name: str, where: str) -> tuple[str, Vector]:
+def _location(m: Description, name: str, where: str) -> tuple[str, Vector]:
     """Frame and position of the point or body ``name``; raises MechanismError with ``where`` if there is none."""
     try:
         return m.location(name)
@@ -137,7 +138,7 @@ def _location(m: Mechanism, name: str, where: str) -> tuple[str, Vector]:
         raise MechanismError(f"{where}: {error}") from None
 
 
-def _check_load(m: Mechanism, where: str, load: Load) -> None:
+def _check_load(m: Description, where: str, load: Load) -> None:
     if (load.force is None) == (load.torque is None):
         raise MechanismError(f"{where}: give either a force (at a point) or a torque (on a body), or input = true")
     key = "body" if load.point is None else "point"
@@ -157,7 +158,7 @@ def _check_load(m: Mechanism, where: str, load: Load) -> None:
     _check_torque(m, where, load)
 
 
-def _check_torque(m: Mechanism, where: str, load: Load) -> None:
+def _check_torque(m: Description, where: str, load: Load) -> None:
     """A planar torque is one expression on a body with an angle, a spatial one has 3 entries on a body of a frame."""
     body = next((part for part in m.bodies if part.name == load.body), None)
     if body is None or (body.angle is None and body.frame is None):
@@ -176,7 +177,7 @@ def _check_axes(where: str, part: Load | Output, framed: bool) -> None:
         raise MechanismError(f"{where}.axes: there is no frame to take the axes of; give 'world'")
 
 
-def _check_output(m: Mechanism, where: str, output: Output) -> None:
+def _check_output(m: Description, where: str, output: Output) -> None:
     """An output has an expression, or the quantity of a frame or point."""
     given = [key for key in ("expression", "frame", "point") if getattr(output, key) is not None]
     if len(given) != 1:

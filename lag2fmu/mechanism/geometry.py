@@ -5,18 +5,15 @@ from __future__ import annotations
 import math
 from collections.abc import Iterator
 from contextlib import suppress
-from typing import TYPE_CHECKING
 
 import sympy as sp
 
 from lag2fmu.description.names import suggestion
 from lag2fmu.description.places import WORLD, Body, Frame, Rotation
+from lag2fmu.description.record import Description
 from lag2fmu.errors import MechanismError
 from lag2fmu.language.expressions import value_of
 from lag2fmu.mechanism.scope import Scope, in_order
-
-if TYPE_CHECKING:
-    from lag2fmu.mechanism.record import Mechanism
 
 Values = dict[str, float]
 Matrix = list[list[float]]
@@ -27,7 +24,7 @@ ROUNDING = 1e-12
 _NO_VALUE = (KeyError, ValueError, ArithmeticError)
 
 
-def check_geometry(m: Mechanism) -> None:
+def check_geometry(m: Description) -> None:
     """Raise MechanismError for the first fault of frames, bodies, points and the direction of gravity."""
     frames = {frame.name: frame for frame in m.frames}
     for frame in m.frames:
@@ -116,7 +113,7 @@ def _check_body(body: Body) -> None:
         )
 
 
-def _check_entries(m: Mechanism) -> None:
+def _check_entries(m: Description) -> None:
     """All positions have 2 entries, or all 3; the direction of gravity has as many."""
     fixed = {len(part.position) for part in m.places if part.frame is None and part.position is not None}
     if fixed - {2, 3} or len(fixed) > 1:
@@ -133,7 +130,7 @@ def _check_entries(m: Mechanism) -> None:
 # ----------------------------------------------------------------------------- what depends on the parameters' values
 
 
-def check_values(m: Mechanism, scope: Scope) -> tuple[str, ...]:
+def check_values(m: Description, scope: Scope) -> tuple[str, ...]:
     """Raise MechanismError for axes, quaternions and inertia tensors that are none at the parameters' values.
 
     Returns warnings of tensors that no distribution of mass has. Time is 0, motion inputs have their start values;
@@ -147,7 +144,7 @@ def check_values(m: Mechanism, scope: Scope) -> tuple[str, ...]:
     return tuple(warning for body in m.bodies for warning in _check_inertia(body, values))
 
 
-def values_of(m: Mechanism) -> Values:
+def values_of(m: Description) -> Values:
     """{name: SI value} of parameters, motion inputs, time, and of the definitions that follow from them."""
     values = {"t": 0.0} | {u.name: u.start for u in m.motions}
     values |= {p.name: p.value for p in m.parameters if p.value is not None}
@@ -179,7 +176,7 @@ def _check_rotations(frame: Frame, values: Values) -> None:
             )
 
 
-def _check_quaternion(m: Mechanism, frame: Frame, scope: Scope, values: Values) -> None:
+def _check_quaternion(m: Description, frame: Frame, scope: Scope, values: Values) -> None:
     where, entries = f"frames.{frame.name}.quaternion", tuple(frame.quaternion or ())
     used = {name for i, entry in enumerate(entries) for name in scope.names_in(f"{where}[{i}]", entry)}
     if any(q.name in used for q in m.coordinates):

@@ -10,7 +10,7 @@ bodies); rolling: J. I. Neimark, N. A. Fufaev, Dynamics of Nonholonomic Systems,
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
-from typing import TYPE_CHECKING, NamedTuple
+from typing import NamedTuple
 
 import sympy as sp
 
@@ -19,16 +19,14 @@ from lag2fmu.description.names import multiplier, suggestion
 from lag2fmu.description.outputs import Output
 from lag2fmu.description.parts import Constraint
 from lag2fmu.description.places import AXES, WORLD
+from lag2fmu.description.record import Description
 from lag2fmu.errors import MechanismError
 from lag2fmu.language.expressions import symbol, value_of
 from lag2fmu.language.units import NEWTON, TORQUE
-from lag2fmu.mechanism.geometry import check_geometry, values_of
+from lag2fmu.mechanism.geometry import values_of
 from lag2fmu.mechanism.norms import vanishes
 from lag2fmu.mechanism.planar_joints import groups_of, planar_pose, turn_alike
 from lag2fmu.mechanism.poses import Pose, Poses
-
-if TYPE_CHECKING:
-    from lag2fmu.mechanism.record import Mechanism
 
 _NOTHING = sp.zeros(3, 1)
 
@@ -46,7 +44,7 @@ class Equation(NamedTuple):
     kind: str = "holonomic"
 
 
-class End(NamedTuple):
+class Side(NamedTuple):
     """One of the two things that a joint joins: where it is on which frame, and the pose of that frame in the base."""
 
     name: str
@@ -60,49 +58,28 @@ class End(NamedTuple):
         return self.pose.at(self.place)
 
 
-def written_out(m: Mechanism) -> tuple[list[Constraint], list[Output]]:
-    """The constraints and reactions of all joints of ``m`` between two ends.
+def written_out(m: Description) -> Iterator[tuple[Joint, list[Constraint], list[Output]]]:
+    """Every joint of ``m`` between two ends, with the constraints and reactions that it brings.
 
     What the coordinates meet by themselves, as frames that only turn about z meet the equations along z, is left out.
-    Raises MechanismError for ends and values that do not fit.
+    The geometry of ``m`` has been checked. Raises MechanismError for ends and values that do not fit.
     """
-    constraints: list[Constraint] = []
-    outputs: list[Output] = []
     closing = [joint for joint in m.joints if joint.between is not None]
-    if closing:
-        check_geometry(m)
-        poses, values = Poses(m), values_of(m)
-        for joint in closing:
-            _check_values(joint, values)
-            if joint.kind == "gear":
-                constraints.append(_ratio(m, joint))
-                continue
-            between = _Between(m, joint, poses)
-            equations = list(between.equations())
-            needed = [e for e in equations if not vanishes(e.expression)]
-            constraints += [Constraint(_named(joint, e), e.expression, e.kind) for e in needed]
-            if joint.reactions:
-                _refuse_unknown(joint, equations, needed)
-                outputs += between.reactions(equations)
-    return constraints, outputs
-
-
-class Brought(NamedTuple):
-    """The names of what joints bring."""
-
-    frames: frozenset[str]
-    constraints: frozenset[str]
-    outputs: frozenset[str]
-
-
-def brought_by_joints(m: Mechanism) -> Brought:
-    """The names of what stands in the record ``m`` because joints of it bring it, and is not written down."""
-    constraints, outputs = written_out(m)
-    return Brought(
-        frozenset(joint.name for joint in m.joints if joint.parent is not None),
-        frozenset(c.name for c in constraints),
-        frozenset(o.name for o in outputs),
-    )
+    if not closing:
+        return
+    poses, values = Poses(m), values_of(m)
+    for joint in closing:
+        _check_values(joint, values)
+        if joint.kind == "gear":
+            yield joint, [_ratio(m, joint)], []
+            continue
+        between = _Between(m, joint, poses)
+        equations = list(between.equations())
+        needed = [e for e in equations if not vanishes(e.expression)]
+        if joint.reactions:
+            _refuse_unknown(joint, equations, needed)
+        reactions = list(between.reactions(equations)) if joint.reactions else []
+        yield joint, [Constraint(_named(joint, e), e.expression, e.kind) for e in needed], reactions
 
 
 def _named(joint: Joint, equation: Equation) -> str:
@@ -127,7 +104,7 @@ def _check_values(joint: Joint, values: Mapping[str, float]) -> None:
 # ------------------------------------------------------------------------------------------------------------- ends
 
 
-def _location(m: Mechanism, joint: Joint, name: str) -> tuple[str, tuple[sp.Expr, ...]]:
+def _location(m: Description, joint: Joint, name: str) -> tuple[str, tuple[sp.Expr, ...]]:
     """Frame and position of the end ``name``: a point, a body, or the origin of a frame."""
     where, frames = f"joints.{joint.name}.between", [WORLD, *(frame.name for frame in m.frames)]
     places = {part.name: part for part in m.places}
@@ -145,7 +122,7 @@ def _location(m: Mechanism, joint: Joint, name: str) -> tuple[str, tuple[sp.Expr
 class _Between:
     """The equations of one joint between two ends."""
 
-    def __init__(self, m: Mechanism, joint: Joint, poses: Poses) -> None:
+    def __init__(self, m: Description, joint: Joint, poses: Poses) -> None:
         self.m, self.joint, self.poses = m, joint, poses
         name_a, name_b = map(str, joint.between or ())
         (frame_a, place_a), (frame_b, place_b) = (_location(m, joint, name) for name in (name_a, name_b))
@@ -180,11 +157,11 @@ class _Between:
                 f"joints.{self.joint.name}.between: '{a}' and '{b}' {both}; name two that move differently"
             )
 
-    def _end(self, name: str, frame: str, place: tuple[sp.Expr, ...]) -> End:
+    def _end(self, name: str, frame: str, place: tuple[sp.Expr, ...]) -> Side:
         column = _column(self.poses, place)
         if self.planar:
-            return End(name, frame, _NOTHING, planar_pose(self.m, self.poses, name, column))
-        return End(name, frame, column, self.poses.pose(frame, self.base))
+            return Side(name, frame, _NOTHING, planar_pose(self.m, self.poses, name, column))
+        return Side(name, frame, column, self.poses.pose(frame, self.base))
 
     def equations(self) -> Iterator[Equation]:
         """All of them, those that hold by themselves too."""
@@ -264,13 +241,13 @@ def _column(poses: Poses, place: tuple[sp.Expr, ...]) -> sp.Matrix:
     return sp.Matrix([*entries, *[sp.S.Zero] * (3 - len(entries))])
 
 
-def _ratio(m: Mechanism, joint: Joint) -> Constraint:
+def _ratio(m: Description, joint: Joint) -> Constraint:
     """The first coordinate is ``ratio`` times the second."""
     coordinates = [q.name for q in m.coordinates]
-    carrying = {other.name: other.coordinates for other in m.joints if other.coordinates}
+    carrying = {other.name: other.coordinate_names for other in m.joints if other.coordinate_names}
     found = []
     for end in map(str, joint.between or ()):
-        name = end if end in coordinates else str(carrying[end][0]) if end in carrying else None
+        name = end if end in coordinates else carrying[end][0] if end in carrying else None
         if name is None:
             remedy = suggestion(end, [*coordinates, *carrying])
             raise MechanismError(

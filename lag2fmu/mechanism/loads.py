@@ -2,32 +2,34 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping
+from collections.abc import Mapping
 from dataclasses import replace
 
 from lag2fmu.description.parts import Load
 from lag2fmu.description.places import AXES, Place
+from lag2fmu.description.record import Description
 from lag2fmu.description.symbols import Input
 from lag2fmu.errors import MechanismError
 from lag2fmu.language.expressions import symbol
 from lag2fmu.language.units import NEWTON, TORQUE
 
 
-def with_inputs(loads: Iterable[Load], places: Mapping[str, Place]) -> tuple[tuple[Load, ...], tuple[Input, ...]]:
-    """``loads`` that act on ``places``, those with ``input=True`` written out, and the inputs (N, N.m) they bring.
+def with_inputs(m: Description) -> tuple[list[Load], list[tuple[str, Input]]]:
+    """The loads of ``m``, those with ``input=True`` written out, and (load, input) for every input in N or N.m.
 
     Raises MechanismError for one that has a value as well.
     """
     written: list[Load] = []
-    inputs: list[Input] = []
-    for load in loads:
+    inputs: list[tuple[str, Input]] = []
+    places = {place.name: place for place in m.places}
+    for load in m.loads:
         own = _inputs_of(load, places) if load.input else []
         entries = [symbol(item.name) for item in own]
         value = entries[0] if [item.name for item in own] == [load.name] else entries
         key = "force" if load.point is not None else "torque"
         written.append(replace(load, input=False, **{key: value}) if own else load)  # type: ignore[arg-type]
-        inputs += own
-    return tuple(written), tuple(inputs)
+        inputs += [(load.name, item) for item in own]
+    return written, inputs
 
 
 def _inputs_of(load: Load, places: Mapping[str, Place]) -> list[Input]:

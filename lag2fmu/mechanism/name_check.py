@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections import Counter
 from collections.abc import Iterator
-from typing import TYPE_CHECKING
 
 from lag2fmu.description.names import (
     GLOBAL_NAMES,
@@ -17,13 +16,11 @@ from lag2fmu.description.names import (
     residual,
     velocity,
 )
+from lag2fmu.description.record import Description
 from lag2fmu.errors import MechanismError
 
-if TYPE_CHECKING:
-    from lag2fmu.mechanism.record import Mechanism
 
-
-def _generated(mechanism: Mechanism) -> Iterator[tuple[str, str]]:
+def _generated(mechanism: Description) -> Iterator[tuple[str, str]]:
     for q in mechanism.coordinates:
         of = f"of coordinate '{q.name}'"
         yield velocity(q.name), f"the velocity {of}"
@@ -40,7 +37,7 @@ def _generated(mechanism: Mechanism) -> Iterator[tuple[str, str]]:
         yield acceleration(motion.name), f"the acceleration of motion input '{motion.name}'"
 
 
-def _declared(mechanism: Mechanism) -> Iterator[tuple[str, str]]:
+def _declared(mechanism: Description) -> Iterator[tuple[str, str]]:
     for table in ("coordinates", "parameters", "inputs", "definitions"):
         for part in getattr(mechanism, table):
             yield part.name, f"{table}.{part.name}"
@@ -49,7 +46,7 @@ def _declared(mechanism: Mechanism) -> Iterator[tuple[str, str]]:
             yield name, f"outputs.{output.name}"
 
 
-def check_names(mechanism: Mechanism) -> None:
+def check_names(mechanism: Description) -> None:
     """Raise MechanismError for a name that is no identifier, stands twice, or clashes; both sides are named.
 
     An output may repeat the name of a definition: it then shows that definition.
@@ -73,7 +70,7 @@ def check_names(mechanism: Mechanism) -> None:
     _check_unique([part.coordinate for part in mechanism.forces], "forces")
 
 
-def _check_constraint_names(mechanism: Mechanism) -> None:
+def _check_constraint_names(mechanism: Description) -> None:
     """Raise MechanismError for two constraints of one name: all kinds share their names."""
     taken: dict[str, str] = {}
     for constraint in mechanism.constraints:

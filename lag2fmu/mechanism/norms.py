@@ -5,37 +5,34 @@ from __future__ import annotations
 import math
 import random
 from collections.abc import Iterator
-from typing import TYPE_CHECKING
 
 import sympy as sp
 
 from lag2fmu.description.parts import Constraint
+from lag2fmu.description.record import Description
 from lag2fmu.language.expressions import free_names, symbol, value_of
 from lag2fmu.mechanism.scope import in_order
-
-if TYPE_CHECKING:
-    from lag2fmu.mechanism.record import Mechanism
 
 _TRIALS, _ROUNDING = 5, 1e-9
 
 
-def missing_norms(m: Mechanism) -> Iterator[Constraint]:
-    """e0^2 + e1^2 + e2^2 + e3^2 - 1 = 0, called FRAME_norm, of every frame that needs it.
+def missing_norms(m: Description) -> Iterator[tuple[str, Constraint]]:
+    """Every frame of ``m`` that needs it, with e0^2 + e1^2 + e2^2 + e3^2 - 1 = 0, called FRAME_norm.
 
     It is not needed where the norm is 1 for all q, as of [cos(q/2), sin(q/2), 0, 0], nor where constraints of the user
     say the same. Both are decided by values at random points.
     """
     for frame, norm, present in _norms(m):
         if not present:
-            yield Constraint(f"{frame}_norm", norm)
+            yield frame, Constraint(f"{frame}_norm", norm)
 
 
-def norm_constraints(m: Mechanism) -> frozenset[str]:
+def norm_constraints(m: Description) -> frozenset[str]:
     """The constraints that keep the norm of a quaternion: their multipliers mean nothing, no force acts that way."""
     return frozenset(name for _, _, present in _norms(m) for name in present)
 
 
-def _norms(m: Mechanism) -> Iterator[tuple[str, sp.Expr, list[str]]]:
+def _norms(m: Description) -> Iterator[tuple[str, sp.Expr, list[str]]]:
     """(frame, norm^2 - 1, constraints that say that it vanishes) of every quaternion that does not see to it itself."""
     coordinates = {q.name for q in m.coordinates}
     written = in_order(m.definitions, "definitions") if any(f.quaternion is not None for f in m.frames) else []

@@ -5,17 +5,13 @@ An end is where its position says, turned about z by the angle of the body or po
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
-
 import sympy as sp
 
 from lag2fmu.description.joints import Joint, direction
 from lag2fmu.description.places import WORLD
+from lag2fmu.description.record import Description
 from lag2fmu.errors import MechanismError
 from lag2fmu.mechanism.poses import Pose, Poses
-
-if TYPE_CHECKING:
-    from lag2fmu.mechanism.record import Mechanism
 
 PLANAR = {
     "revolute": ("point",),
@@ -26,7 +22,7 @@ PLANAR = {
 """Kind of a joint -> the groups of its equations in the plane, see ``joint_equations``; a gear has none anywhere."""
 
 
-def groups_of(m: Mechanism, joint: Joint) -> tuple[str, ...]:
+def groups_of(m: Description, joint: Joint) -> tuple[str, ...]:
     """The groups of equations of a planar ``joint``; raises MechanismError for a kind that there is in space only.
 
     Raises it too for an axis out of the plane, and for an end without the angle that the joint needs. A particle needs
@@ -57,20 +53,20 @@ def groups_of(m: Mechanism, joint: Joint) -> tuple[str, ...]:
     return tuple(group for group in PLANAR[joint.kind] if group != "turn" or not may_lack)
 
 
-def _angle(m: Mechanism, name: str) -> sp.Expr | None:
+def _angle(m: Description, name: str) -> sp.Expr | None:
     """By how much what is called ``name`` has turned, in rad; None where nothing says so."""
     if name == WORLD:
         return sp.S.Zero
     return next((sp.sympify(part.angle) for part in m.places if part.name == name and part.angle is not None), None)
 
 
-def turn_alike(m: Mechanism, joint: Joint) -> bool:
+def turn_alike(m: Description, joint: Joint) -> bool:
     """Whether the ends of ``joint`` have the same angle, or one that makes no difference."""
     first, second = (_angle(m, str(name)) for name in joint.between or ())
     return joint.kind == "revolute" or first == second
 
 
-def planar_pose(m: Mechanism, poses: Poses, name: str, place: sp.Matrix) -> Pose:
+def planar_pose(m: Description, poses: Poses, name: str, place: sp.Matrix) -> Pose:
     """The pose in the world of the end ``name`` at ``place`` (3, 1)."""
     angle = poses.resolved(_angle(m, name) or sp.S.Zero)
     c, s = sp.cos(angle), sp.sin(angle)

@@ -10,18 +10,16 @@ Analysis of Mechanical Systems, sections 6.1 and 6.2.
 from __future__ import annotations
 
 from collections.abc import Iterable
-from typing import TYPE_CHECKING, NamedTuple
+from typing import NamedTuple
 
 import sympy as sp
 
 from lag2fmu.description import names
 from lag2fmu.description.joints import direction
 from lag2fmu.description.places import WORLD, Expression, Frame
+from lag2fmu.description.record import Description
 from lag2fmu.language.expressions import TIME, symbol
 from lag2fmu.mechanism.scope import in_order
-
-if TYPE_CHECKING:
-    from lag2fmu.mechanism.record import Mechanism
 
 
 class Pose(NamedTuple):
@@ -39,7 +37,7 @@ class Pose(NamedTuple):
 class Poses:
     """The frames of a mechanism, definitions written out."""
 
-    def __init__(self, m: Mechanism) -> None:
+    def __init__(self, m: Description) -> None:
         self.frames = {frame.name: frame for frame in m.frames}
         self._definitions = [(symbol(d.name), d.expression) for d in reversed(in_order(m.definitions, "definitions"))]
         moving = [*(q.name for q in m.coordinates), *(u.name for u in m.motions)]

@@ -1,298 +1,100 @@
-"""The record ``Mechanism``: what the textbook procedure asks for, as data. Its parts are in ``symbols`` and ``parts``.
-
-Numbers of coordinates, parameters and inputs are kept in SI; the unit says how they are shown.
-"""
+"""The record ``Mechanism``: what the textbook procedure asks for, with everything that follows from what is written."""
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator, Mapping
-from dataclasses import dataclass, field, fields, replace
-from typing import TypeVar
+from collections.abc import Iterable, Mapping
+from copy import copy
+from dataclasses import dataclass, field, fields
+from typing import Any
 
-import sympy as sp
-
-from lag2fmu.description.joints import Joint, joined
 from lag2fmu.description.names import suggestion
-from lag2fmu.description.outputs import Experiment, Output
-from lag2fmu.description.parts import KINDS, Constraint, Damper, Definition, Energy, Force, Gravity, Load, Spring
-from lag2fmu.description.places import (
-    AXES,
-    WORLD,
-    Body,
-    Expression,
-    Frame,
-    Place,
-    Point,
-    Rotation,
-    Vector,
-    expressions_of,
-)
-from lag2fmu.description.symbols import Coordinate, Declared, Input, Parameter, coordinate, parameter, signal
-from lag2fmu.errors import MechanismError
-from lag2fmu.mechanism.check import check
-from lag2fmu.mechanism.joint_equations import written_out
-from lag2fmu.mechanism.loads import with_inputs
+from lag2fmu.description.parts import Constraint, in_order_of_kinds
+from lag2fmu.description.record import Description
+from lag2fmu.description.symbols import Coordinate
+from lag2fmu.mechanism.completion import completed
 from lag2fmu.mechanism.name_check import check_names
-from lag2fmu.mechanism.norms import missing_norms
-from lag2fmu.mechanism.scope import constrained
+from lag2fmu.mechanism.scope import Scope, fixed_parameters
 
-__all__ = [
-    "AXES",
-    "WORLD",
-    "Body",
-    "Constraint",
-    "Coordinate",
-    "Damper",
-    "Declared",
-    "Definition",
-    "Energy",
-    "Experiment",
-    "Expression",
-    "Force",
-    "Frame",
-    "Gravity",
-    "Input",
-    "Joint",
-    "Load",
-    "Mechanism",
-    "Output",
-    "Parameter",
-    "Place",
-    "Point",
-    "Rotation",
-    "Spring",
-    "Vector",
-    "coordinate",
-    "parameter",
-    "signal",
-]
+_TABLES = tuple(item.name for item in fields(Description) if item.name != "name")
 
 
-@dataclass(frozen=True, init=False)
-class Mechanism:
+@dataclass(frozen=True, init=False, eq=False)
+class Mechanism(Description):
     """A mechanism as analytical mechanics describes it; complete and checked when built.
 
     Built in Python from symbols that ``coordinate``, ``parameter`` and ``signal`` declare, or read from text by
-    ``lag2fmu.load``. There are n coordinates and m constraints, the holonomic ones first; expressions compute in SI
-    units. Raises MechanismError (UnitError for dimensions when ``strict_units``), naming part and remedy. ``warnings``
-    lists what was let pass: mismatching dimensions, inertia tensors that no body has. Source of the procedure: Hand,
-    Finch, Analytical Mechanics, section 1.9.
+    ``lag2fmu.load``. Its tables are those of the ``description`` that was written, and hold what follows from it too:
+    frames, coordinates and constraints of joints, norms of quaternions, inputs of loads, equilibria of what has no
+    mass, starts that meet the constraints. ``origins`` says of each such part what brings it, both by their places:
+    {'constraints.hinge_x': 'joints.hinge'}. There are n coordinates and m constraints, the holonomic ones first;
+    expressions compute in SI units. ``warnings`` lists what was let pass: mismatching dimensions, inertia tensors that
+    no body has. Two mechanisms are equal if the same is written, and the same follows from it. Source of the procedure:
+    Hand, Finch, Analytical Mechanics, section 1.9.
     """
 
-    name: str
-    title: str
-    source: str
-    coordinates: tuple[Coordinate, ...]
-    parameters: tuple[Parameter, ...]
-    inputs: tuple[Input, ...]
-    definitions: tuple[Definition, ...]
-    energy: Energy
-    forces: tuple[Force, ...]
-    gravity: Gravity | None
-    frames: tuple[Frame, ...]
-    bodies: tuple[Body, ...]
-    points: tuple[Point, ...]
-    springs: tuple[Spring, ...]
-    dampers: tuple[Damper, ...]
-    loads: tuple[Load, ...]
-    joints: tuple[Joint, ...]
-    constraints: tuple[Constraint, ...]
-    outputs: tuple[Output, ...]
-    experiment: Experiment
-    strict_units: bool
-    warnings: tuple[str, ...] = field(default=(), init=False, compare=False, repr=False)
+    description: Description = field(init=False, repr=False)
+    origins: Mapping[str, str] = field(init=False, repr=False)
+    scope: Scope = field(init=False, repr=False)
+    warnings: tuple[str, ...] = field(init=False, repr=False)
 
-    def __init__(  # noqa: PLR0913 (the tables of the text format)
-        self,
-        name: str,
-        *,
-        coordinates: Iterable[Declared | Coordinate],
-        title: str = "",
-        source: str = "",
-        parameters: Iterable[Declared | Parameter] = (),
-        inputs: Iterable[Declared | Input] = (),
-        definitions: Iterable[Definition] = (),
-        energy: Energy | None = None,
-        forces: Iterable[Force] | Mapping[sp.Symbol, Expression] = (),
-        gravity: Gravity | Expression | None = None,
-        frames: Iterable[Frame] = (),
-        bodies: Iterable[Body] = (),
-        points: Iterable[Point] = (),
-        springs: Iterable[Spring] = (),
-        dampers: Iterable[Damper] = (),
-        loads: Iterable[Load] = (),
-        joints: Iterable[Joint] = (),
-        constraints: Iterable[Constraint] = (),
-        outputs: Iterable[Output] = (),
-        experiment: Experiment | None = None,
-        strict_units: bool = False,
-    ) -> None:
-        """The keywords are the tables of a .toml file, of which ``lag2fmu new`` writes an example; see the class."""
-        bodies, points, joints = tuple(bodies), tuple(points), tuple(joints)
-        places: dict[str, Place] = {part.name: part for part in (*bodies, *points)}
-        loads, load_inputs = with_inputs(loads, places)
-        self._hold(
-            name=name,
-            title=title or str(name).replace("_", " ").capitalize(),
-            source=source,
-            coordinates=_with_joints(_records(coordinates, Coordinate, "coordinates"), joints),
-            parameters=_records(parameters, Parameter, "parameters"),
-            inputs=(*_records(inputs, Input, "inputs"), *load_inputs),
-            definitions=tuple(definitions),
-            energy=energy or Energy(),
-            forces=_forces(forces),
-            gravity=gravity if gravity is None or isinstance(gravity, Gravity) else Gravity(gravity),
-            frames=joined(frames, (joint.frame for joint in joints if joint.parent is not None), "frames"),
-            bodies=bodies,
-            points=points,
-            springs=tuple(springs),
-            dampers=tuple(dampers),
-            loads=loads,
-            joints=joints,
-            constraints=_in_kinds(constraints),
-            outputs=_sized(outputs, places),
-            experiment=experiment or Experiment(),
-            strict_units=strict_units,
-        )
-        self._complete()
+    def __init__(self, name: str, **tables: Any) -> None:
+        """The keywords are the tables of ``Description``.
 
-    def _hold(self, **values: object) -> None:
-        """Set fields of the frozen record while it is built."""
-        for key, value in values.items():
-            object.__setattr__(self, key, value)
-
-    def _complete(self) -> None:
-        """Add what joints and quaternions bring, check everything, decide which starts are guesses.
-
-        Norms are looked for among the constraints of the joints too, but stand before them.
+        Raises MechanismError (UnitError for dimensions when ``strict_units``), naming part and remedy.
         """
-        own = self.constraints
-        brought, reactions = written_out(self)
-        self._hold(constraints=_in_kinds(joined(own, brought, "constraints")))
-        self._hold(outputs=joined(self.outputs, reactions, "outputs"))
-        self._hold(warnings=check(self))
-        own = (*own, *missing_norms(self))
-        self._hold(constraints=_in_kinds(joined(own, brought, "constraints")))
-        self._hold(coordinates=self._decided())
-        check_names(self)
-
-    def _decided(self) -> tuple[Coordinate, ...]:
-        """The coordinates; starts that nobody gave are guesses where a constraint may determine them."""
-        q_bound, qd_bound = constrained(self)
-        return tuple(
-            replace(
-                q,
-                given=False if q.given is None and q.name in q_bound else q.given,
-                velocity_given=False if q.velocity_given is None and q.name in qd_bound else q.velocity_given,
-            )
-            for q in self.coordinates
+        unknown = next((table for table in tables if table not in _TABLES), None)
+        if unknown is not None:
+            raise TypeError(f"Mechanism: there is no table '{unknown}'; {suggestion(unknown, _TABLES)}")
+        written = Description(name, **tables)
+        found = completed(written)
+        vars(self).update(
+            vars(found.expanded),
+            description=written,
+            origins=found.origins,
+            scope=found.scope,
+            warnings=found.warnings,
         )
 
-    @property
-    def holonomic(self) -> tuple[Constraint, ...]:
-        """The constraints on the coordinates; in ``constraints`` they come first."""
-        return tuple(item for item in self.constraints if item.holonomic)
+    def __eq__(self, other: object) -> bool:
+        return self._identity == other._identity if isinstance(other, Mechanism) else NotImplemented
+
+    def __hash__(self) -> int:
+        return hash(self._identity)
 
     @property
-    def plain_inputs(self) -> tuple[Input, ...]:
-        """The inputs that are no prescribed motions."""
-        return tuple(item for item in self.inputs if not item.motion)
+    def _identity(self) -> tuple[object, ...]:
+        return self.description, self.coordinates, self.constraints
 
     @property
-    def motions(self) -> tuple[Input, ...]:
-        """The prescribed motions."""
-        return tuple(item for item in self.inputs if item.motion)
+    def fixed_parameters(self) -> frozenset[str]:
+        """The names of the parameters in holonomic constraints, which cannot change in a run, see ``scope``."""
+        return fixed_parameters(self, self.scope)
 
-    @property
-    def places(self) -> tuple[Place, ...]:
-        """The bodies and points: what a spring, damper or force can be attached to."""
-        return (*self.bodies, *self.points)
+    def starting_at(self, coordinates: Iterable[Coordinate]) -> Mechanism:
+        """The same mechanism, its ``coordinates`` having other starts; nothing is checked again."""
+        return self._extended(coordinates=tuple(coordinates))
 
-    @property
-    def dimension(self) -> int:
-        """The number of entries of positions and forces: 2 in the plane, 3 in space or where there are no positions."""
-        return 3 if self.frames else next((place.dimension for place in self.places), 3)
+    def with_equilibria(self, equilibria: Iterable[Constraint], coordinates: Iterable[Coordinate]) -> Mechanism:
+        """The same mechanism with the ``equilibria`` of what has no mass, which its ``coordinates`` allow for.
 
-    @property
-    def output_names(self) -> dict[str, Output]:
-        """Every name that the outputs bring (NAME, or NAME_x ... of a quantity) -> its output, with unit and doc."""
-        return {name: output for output in self.outputs for name in output.names}
-
-    def frame(self, name: str) -> Frame:
-        """The frame called ``name``; raises MechanismError if there is none ("world" is none: it does not move)."""
-        return _named(self.frames, name, f"frame '{name}' in mechanism '{self.name}'")
-
-    def location(self, name: str) -> tuple[str, Vector]:
-        """Frame and position (m, in its axes) of the point or body ``name``; the frame is "world" for a fixed one.
-
-        Of a body it is the mass centre. Raises MechanismError if there is no such point or body.
+        Raises MechanismError for a name that clashes with those of the equilibria.
         """
-        part = _named(self.places, name, f"point or body '{name}' in mechanism '{self.name}'")
-        if isinstance(part, Body) and part.frame is not None:
-            return str(part.frame), tuple(part.center)
-        return str(part.frame or WORLD), tuple(part.position or ())
+        found = tuple(equilibria)
+        origins = {f"constraints.{c.name}": f"coordinates.{c.coordinate}" for c in found}
+        new = self._extended(
+            coordinates=tuple(coordinates),
+            constraints=in_order_of_kinds((*self.constraints, *found)),
+            origins={**self.origins, **origins},
+        )
+        check_names(new)
+        return new._extended(scope=Scope(new))
 
-    def place(self, name: str) -> Vector:
-        """The position (m) in the fixed frame of the point or body ``name``.
-
-        Raises MechanismError if there is none, or if it is on a frame: ``location`` says where, and composing frames
-        is left to those who compute with them.
-        """
-        frame, position = self.location(name)
-        if frame != WORLD:
-            raise MechanismError(f"'{name}' is on frame '{frame}'; its position is composed along the frames")
-        return position
-
-    def expressions(self) -> Iterator[tuple[str, sp.Expr]]:
-        """Every expression of the record, in SI units, with its place, e.g. ('bodies.bob.position[0]', x)."""
-        for table in fields(self):
-            content = getattr(self, table.name)
-            for part in content if isinstance(content, tuple) else (content,):
-                label = getattr(part, "name", getattr(part, "coordinate", ""))
-                yield from expressions_of(part, f"{table.name}.{label}" if label else table.name)
+    def _extended(self, **changes: object) -> Mechanism:
+        new = copy(self)
+        vars(new).update(changes)
+        return new
 
 
-def _in_kinds(constraints: Iterable[Constraint]) -> tuple[Constraint, ...]:
-    """The holonomic ones first."""
-    return tuple(sorted(constraints, key=lambda item: KINDS.index(item.kind)))
-
-
-def _forces(given: Iterable[Force] | Mapping[sp.Symbol, Expression]) -> tuple[Force, ...]:
-    """The records of {coordinate: Q}, or as they are."""
-    return tuple(Force(str(q), Q) for q, Q in given.items()) if isinstance(given, Mapping) else tuple(given)
-
-
-def _sized(outputs: Iterable[Output], places: Mapping[str, Place]) -> tuple[Output, ...]:
-    """``outputs`` with the number of entries of the place that each shows; 3 where it shows none."""
-    of = {name: place.dimension for name, place in places.items()}
-    return tuple(replace(output, dimension=of.get(str(output.point), 3)) for output in outputs)
-
-
-Record = TypeVar("Record", Coordinate, Parameter, Input)
-Part = TypeVar("Part", Frame, Place)
-
-
-def _named(parts: Iterable[Part], name: str, what: str) -> Part:
-    """The one of ``parts`` called ``name``; raises MechanismError that there is no ``what``."""
-    found = {part.name: part for part in parts}
-    if name not in found:
-        raise MechanismError(f"there is no {what}; {suggestion(name, found)}")
-    return found[name]
-
-
-def _records(declared: Iterable[Declared | Record], kind: type[Record], table: str) -> tuple[Record, ...]:
-    """The records of the symbols or records ``declared``; raises MechanismError for a thing of another kind."""
-    records: list[Record] = []
-    for item in declared:
-        record = item.declaration if isinstance(item, Declared) else item
-        if not isinstance(record, kind):
-            raise MechanismError(f"{table}: expected a {kind.__name__.lower()}, got {type(record).__name__} '{record}'")
-        records.append(record)
-    return tuple(records)
-
-
-def _with_joints(coordinates: tuple[Coordinate, ...], joints: Iterable[Joint]) -> tuple[Coordinate, ...]:
-    """``coordinates`` and those of the joints on a parent that are not among them."""
-    known = {q.name: q for q in coordinates}
-    brought = {q.name: q for joint in joints for q in joint.own_coordinates() if q.name not in known}
-    return (*coordinates, *brought.values())
+def complete(description: Description) -> Mechanism:
+    """The mechanism that follows from ``description``; raises MechanismError as ``Mechanism`` does."""
+    return Mechanism(**{item.name: getattr(description, item.name) for item in fields(Description)})

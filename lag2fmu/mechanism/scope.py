@@ -4,18 +4,17 @@ from __future__ import annotations
 
 from collections.abc import Iterable
 from graphlib import CycleError, TopologicalSorter
-from typing import TYPE_CHECKING, TypeVar
+from typing import TypeVar
 
 import sympy as sp
 
 from lag2fmu.description import names
+from lag2fmu.description.keys import CONFIGURATION, STATE
 from lag2fmu.description.parts import Constraint, Definition
+from lag2fmu.description.record import Description
 from lag2fmu.description.symbols import Parameter
 from lag2fmu.errors import MechanismError
 from lag2fmu.language.expressions import free_names
-
-if TYPE_CHECKING:
-    from lag2fmu.mechanism.record import Mechanism
 
 Part = TypeVar("Part", Definition, Parameter)
 
@@ -23,7 +22,7 @@ Part = TypeVar("Part", Definition, Parameter)
 class Scope:
     """Which names an expression may use, and what each of them is."""
 
-    def __init__(self, m: Mechanism) -> None:
+    def __init__(self, m: Description) -> None:
         self.meaning: dict[str, str] = {"t": "time"}
         for q in m.coordinates:
             self.meaning |= {q.name: "coordinate", names.velocity(q.name): "velocity"}
@@ -54,62 +53,37 @@ class Scope:
         return found
 
 
-_CONFIGURATION = {"time", "coordinate", "parameter", "motion"}
-_STATE = {*_CONFIGURATION, "velocity", "motion velocity"}
-_ANY = {*_STATE, "input", "motion acceleration"}
-
-
-def check_symbols(m: Mechanism, scope: Scope) -> None:
+def check_symbols(m: Description, scope: Scope) -> None:
     """Raise MechanismError for the first expression that uses a name which cannot stand there."""
     in_order([p for p in m.parameters if p.expression is not None], "parameters")
-    special = {f"constraints.{c.name}.expression": _kind_allows(c) for c in m.constraints if c.kind != "holonomic"}
-    for where, expression in m.expressions():
-        allowed = special.get(where) or _allowed(where)
-        for name in sorted(scope.names_in(where, expression)):
+    for entry in m.entries():
+        allowed = _kind_allows(entry.part) if isinstance(entry.part, Constraint) else entry.key.names
+        for name in sorted(scope.names_in(entry.where, entry.expression)):
             meaning = scope.meaning[name]
             if meaning not in allowed:
-                remedy = _remedy(where, meaning)
+                remedy = _remedy(entry.table, meaning)
                 raise MechanismError(
-                    f"{where}: '{name}' is {_article(meaning)} {meaning} and cannot stand here{remedy}"
+                    f"{entry.where}: '{name}' is {_article(meaning)} {meaning} and cannot stand here{remedy}"
                 )
 
 
-def _remedy(where: str, meaning: str) -> str:
+def _remedy(table: str, meaning: str) -> str:
     if meaning == "input":
         return "; a signal that moves a support is declared with motion = true"
-    if meaning == "velocity" and where.startswith("constraints."):
+    if meaning == "velocity" and table == "constraints":
         return "; a constraint on velocities belongs to the nonholonomic ones"
     return ""
 
 
-def _kind_allows(constraint: Constraint) -> set[str]:
-    """What a constraint that is not holonomic may use."""
-    state = _CONFIGURATION if constraint.holonomic else _STATE
-    return (
-        {*state, "input", "external force", "motion velocity", "motion acceleration"} if constraint.massless else state
-    )
+def _kind_allows(constraint: Constraint) -> frozenset[str]:
+    """What a constraint of its kind may use."""
+    state = CONFIGURATION if constraint.holonomic else STATE
+    inputs = {"input", "external force", "motion velocity", "motion acceleration"}
+    return state | inputs if constraint.massless else state
 
 
 def _article(noun: str) -> str:
     return "an" if noun[0] in "aeiou" else "a"
-
-
-def _allowed(where: str) -> set[str]:
-    """What kinds of names the expression at ``where`` may use."""
-    table, key = where.split(".", maxsplit=1)[0], where.rsplit(".", maxsplit=1)[-1].split("[", maxsplit=1)[0]
-    if table in ("parameters", "joints") and key != "origin":
-        return {"parameter"}
-    if table == "outputs":
-        return {*_ANY, "multiplier"}
-    if table in ("forces", "loads", "definitions"):
-        return _ANY
-    if key in ("mass", "inertia", "direction"):
-        return {"time", "parameter"}
-    if key == "axis":
-        return {"parameter"}
-    if table == "energy" or key == "rate":
-        return _STATE
-    return _CONFIGURATION
 
 
 def in_order(parts: Iterable[Part], table: str) -> list[Part]:
@@ -126,7 +100,7 @@ def in_order(parts: Iterable[Part], table: str) -> list[Part]:
         ) from None
 
 
-def check_constraints(m: Mechanism, scope: Scope) -> None:
+def check_constraints(m: Description, scope: Scope) -> None:
     """Raise MechanismError unless a holonomic constraint contains a coordinate, a nonholonomic one a velocity."""
     for constraint in m.constraints:
         where = f"constraints.{constraint.kind}.{constraint.name}"
@@ -146,14 +120,13 @@ def check_constraints(m: Mechanism, scope: Scope) -> None:
             )
 
 
-def constrained(m: Mechanism) -> tuple[frozenset[str], frozenset[str]]:
+def constrained(m: Description, scope: Scope) -> tuple[frozenset[str], frozenset[str]]:
     """The coordinates that constraints restrict, and those whose velocities they restrict.
 
     Of the coordinates in an equilibrium that is the one without mass, which follows the others.
     """
     if not m.constraints:
         return frozenset(), frozenset()
-    scope = Scope(m)
     used = {
         c: {names.velocity(c.coordinate), *([c.coordinate] if c.holonomic else [])}
         if c.coordinate is not None
@@ -166,12 +139,12 @@ def constrained(m: Mechanism) -> tuple[frozenset[str], frozenset[str]]:
     return frozenset(places & known), frozenset(rates & known)
 
 
-def fixed_parameters(m: Mechanism) -> frozenset[str]:
+def fixed_parameters(m: Description, scope: Scope) -> frozenset[str]:
     """The parameters in holonomic constraints, dependent ones with all they depend on: they cannot change in a run.
 
     Those of an equilibrium may: what has no mass follows at once.
     """
-    scope, dependent = Scope(m), {p.name: p.expression for p in m.parameters if p.expression is not None}
+    dependent = {p.name: p.expression for p in m.parameters if p.expression is not None}
     found: set[str] = set()
     holonomic = [c for c in m.holonomic if not c.massless]
     left = [name for c in holonomic for name in scope.names_in(f"constraints.{c.name}", c.expression)]
@@ -183,12 +156,12 @@ def fixed_parameters(m: Mechanism) -> frozenset[str]:
     return frozenset(found)
 
 
-def check_presence(m: Mechanism, scope: Scope) -> None:
+def check_presence(m: Description, scope: Scope) -> None:
     """Raise MechanismError unless every coordinate appears in an energy, dissipation or position."""
     used: set[str] = set()
-    for where, expression in m.expressions():
-        if where.split(".")[0] in ("energy", "frames", "bodies", "points", "springs", "dampers", "constraints"):
-            used |= scope.names_in(where, expression)
+    for entry in m.entries():
+        if entry.table in ("energy", "frames", "bodies", "points", "springs", "dampers", "constraints"):
+            used |= scope.names_in(entry.where, entry.expression)
     for q in m.coordinates:
         if not used & {q.name, names.velocity(q.name)}:
             raise MechanismError(

@@ -3,24 +3,22 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Iterator
-from typing import TYPE_CHECKING
 
 import sympy as sp
 
 from lag2fmu.description import names
+from lag2fmu.description.keys import OWN
 from lag2fmu.description.outputs import QUANTITIES
-from lag2fmu.description.parts import Damper, Spring
+from lag2fmu.description.parts import Damper, Force, Spring
+from lag2fmu.description.record import Description
 from lag2fmu.description.symbols import Coordinate, Input, Parameter
 from lag2fmu.errors import UnitError
-from lag2fmu.language.dimensions import ONE, Dimension, DimensionOf, describe, dimension
-from lag2fmu.language.units import JOULE, KILOGRAM, METRE, NEWTON, SECOND, TORQUE, WATT, Unit, si_name
+from lag2fmu.language.dimensions import Dimension, DimensionOf, describe, dimension
+from lag2fmu.language.units import JOULE, METRE, SECOND, WATT, Unit, si_name
 from lag2fmu.mechanism.scope import in_order
 
-if TYPE_CHECKING:
-    from lag2fmu.mechanism.record import Mechanism
 
-
-def _known_dimensions(m: Mechanism) -> dict[str, Dimension | None]:
+def _known_dimensions(m: Description) -> dict[str, Dimension | None]:
     second = dimension(SECOND.exponents)
 
     def per_second(d: Dimension | None, times: int) -> Dimension | None:
@@ -48,7 +46,7 @@ def _dimension_of(unit: Unit | str | None) -> Dimension | None:
     return dimension(unit.exponents) if isinstance(unit, Unit) else None
 
 
-def mismatches(m: Mechanism) -> Iterator[str]:
+def mismatches(m: Description) -> Iterator[str]:
     """One sentence for every expression whose known dimension is not the expected one.
 
     A plain number stands for a value in SI and fits everywhere; beside a quantity in a sum it does not.
@@ -76,7 +74,7 @@ def mismatches(m: Mechanism) -> Iterator[str]:
             yield f"outputs.{output.name}.unit: the {output.quantity} is in {describe(measured)}, not {describe(given)}"
 
 
-def constraint_units(m: Mechanism) -> dict[str, Unit | None]:
+def constraint_units(m: Description) -> dict[str, Unit | None]:
     """The unit of every constraint's expression: as given, or as it follows from the names in it; None if unknown."""
     known = _known_dimensions(m)
     infer = DimensionOf(known)
@@ -99,34 +97,19 @@ def _inferred(infer: DimensionOf, expression: sp.Expr) -> Dimension | None:
         return None
 
 
-def _expectations(m: Mechanism, infer: DimensionOf) -> Iterator[tuple[str, sp.Expr, Dimension | None]]:
+def _expectations(m: Description, infer: DimensionOf) -> Iterator[tuple[str, sp.Expr, Dimension | None]]:
     """(place, expression, expected dimension) of every expression that should have a certain one."""
-    fixed = {
-        ("energy", "kinetic"): JOULE, ("energy", "potential"): JOULE, ("energy", "lagrangian"): JOULE,
-        ("energy", "dissipation"): WATT, ("bodies", "mass"): KILOGRAM, ("bodies", "position"): METRE,
-        ("points", "position"): METRE, ("bodies", "center"): METRE, ("frames", "origin"): METRE,
-        ("bodies", "inertia"): KILOGRAM * METRE * METRE, ("springs", "length"): METRE,
-        ("joints", "origin"): METRE, ("joints", "pitch"): METRE, ("joints", "radius"): METRE,
-        ("gravity", "acceleration"): METRE / SECOND / SECOND, ("loads", "force"): NEWTON, ("loads", "torque"): TORQUE,
-    }  # fmt: skip
-    declared = {(t, p.name): p.unit for t, ps in (("parameters", m.parameters), ("outputs", m.outputs)) for p in ps}
     coordinates = {q.name: q.unit for q in m.coordinates}
-    units = {c.name: _dimension_of(c.unit) for c in m.constraints}
-    for where, expression in m.expressions():
-        table, key, label = where.split(".")[0], where.split(".")[-1].split("[")[0], where.split(".")[1]
-        if (table, key) in fixed:
-            yield where, expression, _dimension_of(fixed[table, key])
-        elif key in ("angle", "direction", "quaternion"):
-            yield where, expression, ONE
-        elif key in ("axis", "second_axis"):
-            yield where, expression, None
-        elif table == "constraints":
-            yield where, expression, units[label]
-        elif (table, label) in declared:
-            yield where, expression, _dimension_of(declared[table, label])
-        elif table == "forces":
-            unit = coordinates[label]
-            yield where, expression, None if unit is None else _dimension_of(JOULE / unit)
+    for entry in m.entries():
+        expected = entry.key.unit
+        if isinstance(entry.part, Force):
+            unit = coordinates[entry.part.coordinate]
+            expected = None if unit is None else JOULE / unit
+        elif expected is None and entry.key.kind != "axis":
+            continue  # definitions have been inferred, springs and dampers come below
+        elif expected == OWN:
+            expected = entry.part.unit
+        yield entry.where, entry.expression, _dimension_of(expected)
     yield from _element_expectations(m.springs, JOULE, "elongation", infer)
     yield from _element_expectations(m.dampers, WATT, "rate", infer)
 

@@ -15,9 +15,9 @@ from typing import Any
 import numpy as np
 import sympy as sp
 
+from lag2fmu.description.places import WORLD
 from lag2fmu.language.expressions import TIME
 from lag2fmu.mechanism import Body, Damper, Load, Output, Spring
-from lag2fmu.mechanism.record import WORLD
 from lag2fmu.reference.composition import Composition
 from lag2fmu.reference.frames import (
     Pose,

@@ -12,6 +12,7 @@ import xml.etree.ElementTree as ET
 import numpy as np
 
 from lag2fmu.description.names import velocity
+from lag2fmu.dynamics.lagrange import complete
 from lag2fmu.fmu.xml_text import document
 from lag2fmu.mechanism import Mechanism
 from lag2fmu.reference import Reference, Trajectory, integrate
@@ -31,7 +32,7 @@ def reference_files(mechanism: Mechanism) -> dict[str, bytes]:
 
     All inputs keep their start values. Raises SimulationError if the integration fails.
     """
-    experiment = mechanism.experiment
+    mechanism, experiment = complete(mechanism), mechanism.experiment
     count = max(1, round(experiment.stop_time / experiment.step))
     reference = integrate(mechanism, np.linspace(0.0, experiment.stop_time, count + 1))
     columns = [name for q in mechanism.coordinates for name in (q.name, velocity(q.name))]

@@ -10,7 +10,6 @@ from lag2fmu.description import names
 from lag2fmu.dynamics.massless import continuous_states
 from lag2fmu.mechanism import Constraint, Mechanism
 from lag2fmu.mechanism.norms import norm_constraints
-from lag2fmu.mechanism.scope import fixed_parameters
 from lag2fmu.reference import Equations, Reference, sympy_accelerations
 from lag2fmu.verify.report import Check
 from lag2fmu.verify.simulate import Instance, instance
@@ -49,7 +48,7 @@ def pointwise_checks(task: Task, reference: Reference) -> list[Check]:
 
 def _random_parameters(mechanism: Mechanism, generator: np.random.Generator) -> dict[str, float]:
     """The independent parameters that may change, each moved by up to a tenth within its bounds."""
-    fixed = fixed_parameters(mechanism)
+    fixed = mechanism.fixed_parameters
     free = [p for p in mechanism.parameters if p.value is not None and p.name not in fixed]
     moved = {p: (p.value or 0.0) * generator.uniform(0.9, 1.1) for p in free}
     return {p.name: _clipped(value, p.minimum, p.maximum) for p, value in moved.items()}

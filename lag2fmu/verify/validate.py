@@ -15,6 +15,7 @@ from numpy.typing import NDArray
 
 from lag2fmu.description import names
 from lag2fmu.dynamics import derive
+from lag2fmu.dynamics.lagrange import complete
 from lag2fmu.errors import SimulationError
 from lag2fmu.fmu import suited_solver
 from lag2fmu.mechanism import Mechanism
@@ -45,7 +46,7 @@ def validate_fmu(
     not raised. Source: E. Hairer, S. P. Norsett, G. Wanner, Solving Ordinary Differential Equations I, section I.14,
     for how neighbouring solutions, and hence errors, grow apart.
     """
-    experiment = mechanism.experiment
+    mechanism, experiment = complete(mechanism), mechanism.experiment
     task = Task(mechanism, path, stop_time or experiment.stop_time, tolerance or experiment.tolerance, inputs)
     found = problems(path)
     checks = [Check("findings of fmpy's validation", float(len(found)), 0.0, "; ".join(found)[:200])]

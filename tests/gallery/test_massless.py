@@ -10,6 +10,7 @@ from sliders import c, g, k, l, m, with_friction
 from stepping import Stepping
 
 from lag2fmu.dynamics import derive
+from lag2fmu.dynamics.lagrange import complete
 from lag2fmu.errors import DerivationError, Lag2FmuError
 from lag2fmu.formats.loading import load
 from lag2fmu.formats.text import read
@@ -88,11 +89,16 @@ def test_the_exact_form_runs_to_its_singular_position_and_stops_there() -> None:
         simulate(mechanism, stop_time=1.0, step=0.01)
 
 
-def test_the_equilibrium_is_part_of_the_record_and_of_its_text() -> None:
-    completed = derive(load("slides_problem_5_small")).mechanism
+def test_the_equilibrium_follows_and_is_not_part_of_the_text() -> None:
+    mechanism = load("slides_problem_5_small")
+    completed = complete(mechanism)
     (equilibrium,) = completed.constraints
     assert (equilibrium.name, equilibrium.kind) == ("massless_x", "equilibrium")
-    assert read(write(completed), "text") == completed
+    assert completed.origins == {"constraints.massless_x": "coordinates.x"}
+    assert completed != mechanism
+    assert completed.description == mechanism.description
+    assert write(completed) == write(mechanism)
+    assert complete(read(write(completed), "text")) == completed
     assert derive(with_friction()).mechanism.constraints[0].kind == "damped_equilibrium"
 
 

@@ -58,7 +58,9 @@ def test_a_joint_between_two_ends_reads_back_the_same(kind: str) -> None:
     mechanism = body(joints=[Joint("j", kind, ("world", pin), **KEYS.get(kind, {}))])
     text = write(mechanism)
     assert read(text, "x") == mechanism
-    assert "[constraints.holonomic]\nfree_norm" in text
+    assert "[constraints" not in text
+    assert mechanism.origins["constraints.free_norm"] == "frames.free.quaternion"
+    assert set(mechanism.origins.values()) <= {"joints.j", "frames.free.quaternion"}
     assert "multiplier" not in text
     assert not list(Draft7Validator(schema()).iter_errors(tomllib.loads(text)))
     moved = with_values(mechanism, {"x": 0.1})
@@ -72,6 +74,8 @@ def test_a_joint_on_a_parent_brings_a_frame_and_coordinates(kind: str) -> None:
     mechanism = body(joints=[joint], bodies=[ball, Body("more", 1, frame="j", inertia=(1, 1, 1, 0, 0, 0))])
     assert [q.name for q in mechanism.coordinates[7:]] == [f"j_{suffix}" for suffix in JOINTS[kind].coordinates or ()]
     assert mechanism.frame("j").parent == "free"
+    brought = {f"coordinates.{q.name}" for q in mechanism.coordinates[7:]} | {"frames.j"}
+    assert {place for place, by in mechanism.origins.items() if by == "joints.j"} == brought
     text = write(mechanism)
     assert read(text, "x") == mechanism
     assert "[frames.j]" not in text

@@ -6,6 +6,7 @@ from lag2fmu.language.expressions import TIME
 from lag2fmu.mechanism import (
     Body,
     Damper,
+    Definition,
     Energy,
     Load,
     Mechanism,
@@ -16,7 +17,6 @@ from lag2fmu.mechanism import (
     parameter,
     signal,
 )
-from lag2fmu.mechanism.record import Definition
 
 
 def pendulum(start: float = 1.0) -> Mechanism:

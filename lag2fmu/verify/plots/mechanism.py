@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Iterable
-from dataclasses import replace
 from typing import Any
 
 import numpy as np
@@ -243,7 +242,7 @@ def _potential(equations: EquationsOfMotion) -> Figure:
 def _path(mechanism: Mechanism) -> Floats:
     """q of the motion, (times, n)."""
     times = np.linspace(0.0, mechanism.experiment.stop_time, 1500)
-    run = integrate(replace(mechanism, outputs=()), times, rtol=1e-7).trajectory
+    run = integrate(mechanism, times, rtol=1e-7).trajectory
     return run.columns([c.name for c in mechanism.coordinates])
 
 

@@ -1,0 +1,102 @@
+"""Keys: what the text format calls a field of a part, and everything else that is to be known about it.
+
+A key stands once, in the metadata of its dataclass field. The reader, the writer, the schema for editors, the normal
+form of parts, the check of names and the check of units derive from it.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import MISSING, dataclass, field, fields, replace
+from functools import cache
+from typing import Any
+
+from lag2fmu.language.units import Unit
+
+CONSTANT = frozenset({"parameter"})
+GIVEN = CONSTANT | {"time"}
+CONFIGURATION = GIVEN | {"coordinate", "motion"}
+STATE = CONFIGURATION | {"velocity", "motion velocity"}
+ANY = STATE | {"input", "motion acceleration"}
+"""Kinds of names that expressions may use, see ``Scope`` of the room mechanism; each set is part of the next one."""
+
+OWN = "own"
+"""Stands for the unit that the part itself declares."""
+
+
+@dataclass(frozen=True)
+class Key:
+    """A key of a table.
+
+    ``kind`` names what may stand there (``schema.VALUES`` has each kind); a tuple lists the only strings that may.
+    ``doc`` is a sentence for the editor, ``name`` the key, ``field`` that of the dataclass field, ``default`` its value
+    where the key is absent (of numbers in the unit of the part), ``names`` the kinds of names that the expression may
+    use, ``unit`` the one that it should have (None: no certain one). Keys stand in the text by their ``order``, then as
+    the fields do.
+    """
+
+    kind: str | tuple[str, ...]
+    doc: str
+    default: Any = None
+    name: str = ""
+    field: str = ""
+    names: frozenset[str] = frozenset()
+    unit: Unit | str | None = None
+    order: int = 0
+
+    @property
+    def required(self) -> bool:
+        """Whether the key must be there."""
+        return self.default is MISSING
+
+
+def key(
+    kind: str | tuple[str, ...],
+    doc: str,
+    *,
+    default: Any = MISSING,
+    name: str = "",
+    names: frozenset[str] = frozenset(),
+    unit: Unit | str | None = None,
+    order: int = 0,
+) -> Any:
+    """The field of a part that the text format has under ``name``, by default the field's own; see ``Key``.
+
+    Without a ``default`` it is required.
+    """
+    known = Key(kind, doc, default, name, "", names, unit, order)
+    return field(default=default, metadata={"key": known})
+
+
+def unit_key(order: int = 0) -> Any:
+    """The field of the unit that a part declares."""
+    doc = "A unit, e.g. m, kg.m2, N.m.s/rad, deg; 1: dimensionless; none: no check of dimensions."
+    return key("unit", doc, default=None, order=order)
+
+
+def doc_key(order: int = 0) -> Any:
+    """The field of a sentence for the reader."""
+    return key("string", "A sentence for the reader.", default="", order=order)
+
+
+def bound_key(name: str) -> Any:
+    """The field of the smallest ("min") or largest ("max") value."""
+    which = "Smallest" if name == "min" else "Largest"
+    return key("number", f"{which} value, in the unit.", default=None, name=name)
+
+
+def keys_in(part: Any) -> tuple[Key, ...]:
+    """The keys of a part or of a class of parts, in the order of its fields."""
+    kind: Any = part if isinstance(part, type) else type(part)
+    return _keys_in(kind)
+
+
+def keys_of(part: Any) -> Mapping[str, Key]:
+    """The keys of a part or of a class of parts by name, in the order in which they stand in a text."""
+    return {found.name: found for found in sorted(keys_in(part), key=lambda found: found.order)}
+
+
+@cache
+def _keys_in(part: type) -> tuple[Key, ...]:
+    found = ((item.name, item.metadata["key"]) for item in fields(part) if "key" in item.metadata)
+    return tuple(replace(known, field=field, name=known.name or field) for field, known in found)

@@ -1,0 +1,251 @@
+"""The record ``Description``: what is written about a mechanism, table by table, and nothing else.
+
+Numbers of coordinates, parameters and inputs are kept in SI; the unit says how they are shown.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Iterator, Mapping
+from dataclasses import KW_ONLY, dataclass, field, fields
+from functools import cache
+from typing import Any, NamedTuple, TypeVar
+
+import sympy as sp
+
+from lag2fmu.description.joints import Joint
+from lag2fmu.description.keys import Key, key
+from lag2fmu.description.names import suggestion
+from lag2fmu.description.outputs import Experiment, Output
+from lag2fmu.description.parts import (
+    Constraint,
+    Damper,
+    Definition,
+    Energy,
+    Force,
+    Gravity,
+    Load,
+    Spring,
+    in_order_of_kinds,
+)
+from lag2fmu.description.places import WORLD, Body, Frame, Place, Point, Vector, expressions_of
+from lag2fmu.description.symbols import Coordinate, Declared, Input, Parameter
+from lag2fmu.errors import MechanismError
+
+
+@dataclass(frozen=True)
+class TableKey:
+    """A table of the text: what kind of ``part`` it holds, a sentence for the editor, and its ``form``.
+
+    "single": the keys of one part; "tables": a table [TABLE.NAME] for each part; "lines": a line NAME = { ... } for
+    each; "expressions": a line NAME = expression for each; "kinds": lines in a table [constraints.KIND] for each kind.
+    """
+
+    part: type
+    doc: str
+    form: str
+
+    @property
+    def many(self) -> bool:
+        """Whether it holds any number of parts."""
+        return self.form != "single"
+
+
+def table_key(part: type, form: str, doc: str, *, default: Any = ()) -> Any:
+    """The field of a table, see ``TableKey``."""
+    return field(default=default, metadata={"table": TableKey(part, doc, form)})
+
+
+class Entry(NamedTuple):
+    """An ``expression`` of a ``part``, with the ``table`` and the ``key`` under which it stands, and its place."""
+
+    table: str
+    part: Any
+    key: Key
+    where: str
+    expression: sp.Expr
+
+
+@dataclass(frozen=True)
+class Description:
+    """What is written about a mechanism; the text format is its lossless serialisation.
+
+    The keywords are the tables of a .toml file, of which ``lag2fmu new`` writes an example. Tables of parts take any
+    iterable, coordinates, parameters and inputs the symbols that declare them too, ``forces`` a mapping {coordinate: Q}
+    and ``gravity`` an acceleration (m/s2). Constraints stand in the order of their kinds, the holonomic ones first.
+    Raises MechanismError for a part that belongs to another table; ``Mechanism`` checks everything else.
+    """
+
+    name: str = key("string", "An identifier; the name of the FMU.")
+    _: KW_ONLY
+    title: str = key("string", "What it is, in a few words.", default="")
+    source: str = key("string", "Where equations and values come from.", default="")
+    parameters: tuple[Parameter, ...] = table_key(
+        Parameter, "lines", "Constants of the mechanism: NAME = { value = ..., unit = ... }."
+    )
+    coordinates: tuple[Coordinate, ...] = table_key(
+        Coordinate, "lines", "Generalized coordinates q; NAME_dot is the velocity of NAME."
+    )
+    inputs: tuple[Input, ...] = table_key(Input, "lines", "Signals from outside that expressions may use.")
+    definitions: tuple[Definition, ...] = table_key(
+        Definition, "expressions", "Names for expressions that others use, in any order."
+    )
+    energy: Energy = table_key(
+        Energy,
+        "single",
+        "Energies beside those of bodies and springs, which add theirs; or the whole Lagrangian.",
+        default=Energy(),
+    )
+    forces: tuple[Force, ...] = table_key(
+        Force, "expressions", "Generalized non-potential force on a coordinate: COORDINATE = expression."
+    )
+    gravity: Gravity | None = table_key(Gravity, "single", "Uniform gravity on all bodies.", default=None)
+    frames: tuple[Frame, ...] = table_key(Frame, "tables", "Frames that move in space.")
+    bodies: tuple[Body, ...] = table_key(
+        Body, "tables", "Bodies: particles (no inertia), planar bodies (position and angle), spatial ones (frame)."
+    )
+    points: tuple[Point, ...] = table_key(Point, "tables", "Points that springs, dampers, loads and outputs refer to.")
+    springs: tuple[Spring, ...] = table_key(
+        Spring, "tables", "Springs, by the elongation or between two points or bodies."
+    )
+    dampers: tuple[Damper, ...] = table_key(Damper, "tables", "Dampers, by the rate or between two points or bodies.")
+    loads: tuple[Load, ...] = table_key(Load, "tables", "Forces at points and torques on bodies.")
+    joints: tuple[Joint, ...] = table_key(
+        Joint,
+        "tables",
+        "Joints between frames, points and bodies, as constraints; or on a parent, as a frame that they carry.",
+    )
+    constraints: tuple[Constraint, ...] = table_key(
+        Constraint, "kinds", "Equations that hold all the time, each written as an expression that is zero."
+    )
+    outputs: tuple[Output, ...] = table_key(Output, "lines", "Further outputs of the FMU.")
+    experiment: Experiment = table_key(Experiment, "single", "What a default run looks like.", default=Experiment())
+    strict_units: bool = key("flag", "true: dimensions that do not match are an error, not a warning.", default=False)
+
+    def __post_init__(self) -> None:
+        given, gravity = self.forces, self.gravity
+        forces = [Force(str(q), Q) for q, Q in given.items()] if isinstance(given, Mapping) else given
+        own = {**vars(self), "forces": forces}
+        parts = {name: _records(own[name], name, of.part) for name, of in table_keys().items() if of.many}
+        parts["coordinates"] = _with_declared(parts["coordinates"], parts["joints"])
+        parts["constraints"] = in_order_of_kinds(parts["constraints"])
+        vars(self).update(
+            parts,
+            title=self.title or str(self.name).replace("_", " ").capitalize(),
+            energy=self.energy or Energy(),
+            gravity=gravity if gravity is None or isinstance(gravity, Gravity) else Gravity(gravity),
+            experiment=self.experiment or Experiment(),
+        )
+
+    @property
+    def holonomic(self) -> tuple[Constraint, ...]:
+        """The constraints on the coordinates; in ``constraints`` they come first."""
+        return tuple(item for item in self.constraints if item.holonomic)
+
+    @property
+    def plain_inputs(self) -> tuple[Input, ...]:
+        """The inputs that are no prescribed motions."""
+        return tuple(item for item in self.inputs if not item.motion)
+
+    @property
+    def motions(self) -> tuple[Input, ...]:
+        """The prescribed motions."""
+        return tuple(item for item in self.inputs if item.motion)
+
+    @property
+    def places(self) -> tuple[Place, ...]:
+        """The bodies and points: what a spring, damper or force can be attached to."""
+        return (*self.bodies, *self.points)
+
+    @property
+    def dimension(self) -> int:
+        """The number of entries of positions and forces: 2 in the plane, 3 in space or where there are no positions."""
+        return 3 if self.frames else next((place.dimension for place in self.places), 3)
+
+    @property
+    def output_names(self) -> dict[str, Output]:
+        """Every name that the outputs bring (NAME, or NAME_x ... of a quantity) -> its output, with unit and doc."""
+        return {name: output for output in self.outputs for name in output.names}
+
+    def frame(self, name: str) -> Frame:
+        """The frame called ``name``; raises MechanismError if there is none ("world" is none: it does not move)."""
+        return _named(self.frames, name, f"frame '{name}' in mechanism '{self.name}'")
+
+    def location(self, name: str) -> tuple[str, Vector]:
+        """Frame and position (m, in its axes) of the point or body ``name``; the frame is "world" for a fixed one.
+
+        Of a body it is the mass centre. Raises MechanismError if there is no such point or body.
+        """
+        part = _named(self.places, name, f"point or body '{name}' in mechanism '{self.name}'")
+        if isinstance(part, Body) and part.frame is not None:
+            return str(part.frame), tuple(part.center)
+        return str(part.frame or WORLD), tuple(part.position or ())
+
+    def place(self, name: str) -> Vector:
+        """The position (m) in the fixed frame of the point or body ``name``.
+
+        Raises MechanismError if there is none, or if it is on a frame: ``location`` says where, and composing frames
+        is left to those who compute with them.
+        """
+        frame, position = self.location(name)
+        if frame != WORLD:
+            raise MechanismError(f"'{name}' is on frame '{frame}'; its position is composed along the frames")
+        return position
+
+    def entries(self) -> Iterator[Entry]:
+        """Every expression of the record, in SI units, with what it belongs to."""
+        for name, of in table_keys().items():
+            content = getattr(self, name)
+            for part in content if of.many else [] if content is None else [content]:
+                label = f"{name}.{label_of(part)}" if of.many else name
+                for where, expression, known in expressions_of(part, label):
+                    yield Entry(name, part, known, where, expression)
+
+    def expressions(self) -> Iterator[tuple[str, sp.Expr]]:
+        """Every expression of the record, in SI units, with its place, e.g. ('bodies.bob.position[0]', x)."""
+        for entry in self.entries():
+            yield entry.where, entry.expression
+
+
+@cache
+def table_keys() -> dict[str, TableKey]:
+    """The tables of a description by name, in the order in which they stand in a text."""
+    return {item.name: item.metadata["table"] for item in fields(Description) if "table" in item.metadata}
+
+
+def label_of(part: Any) -> str:
+    """The name under which ``part`` stands in its table; a force stands under that of its coordinate."""
+    return str(part.coordinate if isinstance(part, Force) else part.name)
+
+
+Part = TypeVar("Part", Frame, Place)
+
+
+def _named(parts: Iterable[Part], name: str, what: str) -> Part:
+    """The one of ``parts`` called ``name``; raises MechanismError that there is no ``what``."""
+    found = {part.name: part for part in parts}
+    if name not in found:
+        raise MechanismError(f"there is no {what}; {suggestion(name, found)}")
+    return found[name]
+
+
+def _records(declared: Iterable[Any], name: str, kind: type) -> tuple[Any, ...]:
+    """The records of the symbols or records ``declared``; raises MechanismError for a thing of another kind."""
+    records = tuple(part.declaration if isinstance(part, Declared) else part for part in declared)
+    for record in records:
+        if not isinstance(record, kind):
+            expected, found = kind.__name__.lower(), type(record).__name__
+            article = "an" if expected[0] in "aeiou" else "a"
+            raise MechanismError(f"{name}: expected {article} {expected}, got {found} '{record}'")
+    return records
+
+
+def _with_declared(coordinates: tuple[Coordinate, ...], joints: Iterable[Joint]) -> tuple[Coordinate, ...]:
+    """``coordinates`` with those that were declared together with a joint on a parent.
+
+    Where there is one, the other coordinates of joints are written down too, so that their order is kept.
+    """
+    known = {q.name for q in coordinates}
+    if all(q.name in known for joint in joints for q in joint.declared):
+        return coordinates
+    brought = {q.name: q for joint in joints for q in joint.own_coordinates() if q.name not in known}
+    return (*coordinates, *brought.values())
