@@ -32,6 +32,7 @@ from lag2fmu.dynamics.elimination import Entries, Solution, mass_matrix, solve
 from lag2fmu.dynamics.energies import Composer, Energies
 from lag2fmu.dynamics.graph import Graph
 from lag2fmu.dynamics.massless import with_equilibria
+from lag2fmu.dynamics.nominals import with_nominals
 from lag2fmu.dynamics.samples import (
     check_agreement,
     check_rank,
@@ -57,7 +58,7 @@ MAX_FACTORISED = 16
 class EquationsOfMotion:
     """M qdd = forcing + G^T multiplier and what follows from the same graph; all entries are nodes of ``graph``.
 
-    ``mechanism`` is the one given, with start values that meet its constraints.
+    ``mechanism`` is the one given, with start values that meet its constraints and nominal values.
 
     ``entries``: the quadratic form 2 T2 over the velocity graph; ``forcing``: (n,); ``solution``: M^-1 forcing (n,)
     with its pivots, by ``method``, None if every order meets a pivot that is identically zero; ``constraints``: of m
@@ -167,12 +168,15 @@ def _check(equations: EquationsOfMotion, distances: Mapping[str, int]) -> None:
 
 
 def complete(mechanism: Mechanism, equations: EquationsOfMotion | None = None) -> Mechanism:
-    """``mechanism`` with what derivation adds to it: the equilibria of what has no mass. Start values stay as they are.
+    """``mechanism`` with what derivation adds to it: the equilibria of what has no mass, and nominal values.
+
+    Start values stay as they are.
 
     ``equations`` are those of the mechanism, if they are known. Raises what ``derive`` raises.
     """
     found = (equations or derive(mechanism)).mechanism
-    if len(found.constraints) == len(mechanism.constraints):
+    same = [q.nominal for q in found.coordinates] == [q.nominal for q in mechanism.coordinates]
+    if same and len(found.constraints) == len(mechanism.constraints):
         return mechanism
     pairs = zip(found.coordinates, mechanism.coordinates, strict=True)
     coordinates = [replace(new, start=old.start, velocity=old.velocity) for new, old in pairs]
@@ -246,16 +250,18 @@ def _solved(given: _Composed, methods: Sequence[str]) -> _Solved:
 
 def _equations(solved: _Solved) -> EquationsOfMotion:
     """With what the user asked for beside the accelerations."""
-    mechanism, composer = solved.mechanism, solved.composer
+    composer, constraints, forcing = solved.composer, solved.constraints, solved.forcing
+    mechanism = starting_consistently(solved.mechanism, solved.graph, constraints)
+    mechanism = with_nominals(mechanism, solved.graph, solved.variables, solved.entries, forcing, constraints)
     return EquationsOfMotion(
-        mechanism=starting_consistently(mechanism, solved.graph, solved.constraints),
+        mechanism=mechanism,
         method=solved.method,
         graph=solved.graph,
         variables=solved.variables,
         entries=solved.entries,
-        forcing=solved.forcing,
+        forcing=forcing,
         solution=solved.solution,
-        constraints=solved.constraints,
+        constraints=constraints,
         outputs={name: x for o in mechanism.outputs for name, x in zip(o.names, composer.output(o), strict=True)},
         dependent={p.name: composer.put.names[p.name] for p in mechanism.parameters if p.expression is not None},
         parts=solved.energies,

@@ -164,17 +164,19 @@ def _coordinate(name: str, table: Table) -> Coordinate:
     velocity, velocity_given = start_or_guess(
         table.number("velocity", rate), table.number("guess_velocity", rate), table.where, "velocity", "guess_velocity"
     )
+    nominal = table.number("nominal", rate)
     return Coordinate(
         name,
         unit,
         start=_or(start, si(0.0)),
         velocity=_or(velocity, 0.0),
-        nominal=_or(table.number("nominal", rate), rate(1.0)),
+        nominal=_or(nominal, rate(1.0)),
         minimum=table.number("min", si),
         maximum=table.number("max", si),
         doc=table.text("doc") or "",
         given=given,
         velocity_given=velocity_given,
+        nominal_from="" if nominal is None else "given",
     )
 
 

@@ -81,7 +81,7 @@ def _coordinate(q: Coordinate) -> Entries:
         "unit": _unit(q.unit),
         "guess" if q.given is False else "start": None if q.given is None else _number(q.start, unit),
         "guess_velocity" if q.velocity_given is False else "velocity": None if q.velocity_given is None else rate,
-        "nominal": _difference(q.nominal, unit) if q.nominal != unit.difference_to_si(1.0) else None,
+        "nominal": _difference(q.nominal, unit) if q.nominal_from else None,
         **_bounds(q),
         "doc": _doc(q.doc),
     }

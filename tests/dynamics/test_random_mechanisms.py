@@ -1,4 +1,4 @@
-"""Random mechanisms, with and without constraints: derived and printed, and compared with SymPy's Lagrange equations."""
+"""Random mechanisms, with and without constraints, printed and compared with SymPy's Lagrange equations."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ def compare(seed: int) -> None:
     texts = [c_function(program, function) for function in program.functions]
     assert not any("= ;" in text for text in texts)
     independent = expected(equations.mechanism)
-    outputs = [node for node in equations.outputs.values()]
+    outputs = list(equations.outputs.values())
     for values in samples(equations.mechanism, 2):
         rows = zip((equations.residual, equations.momenta, outputs), independent.numbers(values), strict=True)
         for nodes, numbers in rows:
