@@ -20,7 +20,7 @@ ROOMS = {
     "formats": ({"errors", "resources", "language", "description", "mechanism"}, {"sympy", "tomli"}),
     "reference": ({"errors", "language", "description", "mechanism"}, {"sympy", "numpy", "scipy"}),
     "graph": ({"errors"}, {"sympy", "numpy"}),
-    "dynamics": ({"errors", "description", "mechanism", "formats", "graph"}, {"sympy", "numpy"}),
+    "dynamics": ({"errors", "language", "description", "mechanism", "formats", "graph"}, {"sympy", "numpy", "scipy"}),
     "analysis": ({"errors", "language", "description", "mechanism", "graph", "dynamics"}, {"sympy", "numpy"}),
     "picture": ({"errors", "language", "description", "mechanism", "graph", "dynamics"}, {"sympy", "numpy"}),
     "explain": (

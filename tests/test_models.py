@@ -77,6 +77,13 @@ def test_a_mechanism_survives_the_way_through_text(model: str, arguments: dict[s
         assert same == sources
 
 
+@pytest.mark.parametrize("model", bundled())
+def test_every_variable_may_be_an_output(model: str) -> None:
+    """Its functions are printed from their arguments alone."""
+    _, sources = described(load(model), ["all"])
+    assert "= ;" not in sources["mechanism.c"]
+
+
 @pytest.mark.parametrize("model", ["four_bar_linkage", "six_axis_arm"])
 def test_the_text_inside_an_fmu_gives_that_fmu_byte_for_byte(model: str, exported, tmp_path) -> None:
     first = exported(model)

@@ -75,6 +75,8 @@ def export_command(
             progress=progress,
         )
     click.echo(f"wrote {fmu.path}, solver {fmu.description.solver}{fmu.solver_choice and f': {fmu.solver_choice}'}")
+    if fmu.moved_starts:
+        click.echo(fmu.moved_starts)
 
 
 @click.command()

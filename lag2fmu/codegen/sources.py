@@ -18,6 +18,8 @@ GENERATED = ("mechanism.h", "mechanism.c", "tables.c")
 _HELPERS = {
     "sign": "static double sign(double x) { return (double)((x > 0.0) - (x < 0.0)); }",
     "heaviside": "static double heaviside(double x) { return 0.5 * (1.0 + (double)((x > 0.0) - (x < 0.0))); }",
+    "power_or_zero": "static double power_or_zero(double x, double exponent) "
+    "{ return (x > 0.0 || x < 0.0) ? pow(x, exponent) : x * x; }",
 }
 
 

@@ -17,7 +17,8 @@ class Coordinate:
     """A generalized coordinate q: start values of q and qd, nominal value and bounds in SI units.
 
     ``start`` is exact if ``given``, else a first guess, from which constraints determine it; likewise ``velocity``.
-    None: nobody gave it; then it is exact too, unless a constraint determines it.
+    None: nobody gave it; then it is exact too, unless a constraint determines it. ``nominal_from`` says where the
+    nominal value is from: "given", "" for 1 in the unit, or what the derivation found it from.
     """
 
     name: str
@@ -46,6 +47,7 @@ class Coordinate:
         default=None,
         order=-1,
     )
+    nominal_from: str = ""
 
 
 @dataclass(frozen=True)
@@ -119,14 +121,15 @@ def coordinate(  # noqa: PLR0913 (the keys of the text format)
     velocity: float | None = None,
     guess: float | None = None,
     guess_velocity: float | None = None,
-    nominal: float = 1.0,
+    nominal: float | None = None,
     minimum: float | None = None,
     maximum: float | None = None,
     doc: str = "",
 ) -> Declared:
     """A generalized coordinate, its velocity being ``.dot``; numbers are in ``unit`` (``velocity`` in unit/s).
 
-    ``start`` is given and exact, ``guess`` is where constraints are solved from. Raises MechanismError for both.
+    ``start`` is given and exact, ``guess`` is where constraints are solved from; raises MechanismError for both. A
+    ``nominal`` value that is not given follows from the mechanism, see ``dynamics.nominals``.
     """
     u = parse_unit(unit or "1")
     place, given = start_or_guess(start, guess, f"coordinates.{name}", "start", "guess")
@@ -137,12 +140,13 @@ def coordinate(  # noqa: PLR0913 (the keys of the text format)
             _unit(unit),
             u.to_si(0.0 if place is None else place),
             u.difference_to_si(0.0 if rate is None else rate),
-            u.difference_to_si(nominal),
+            u.difference_to_si(1.0 if nominal is None else nominal),
             _si(_unit(unit), minimum),
             _si(_unit(unit), maximum),
             doc,
             given,
             rate_given,
+            "" if nominal is None else "given",
         )
     )
 

@@ -166,6 +166,7 @@ class _Start:
         for k, constraint in enumerate(self.mechanism.constraints):
             if not moves[k]:
                 (value,) = self._evaluate([self.constraints.residuals[k]], self.q, self.qd)
+                value = value if abs(value) > MET else 0.0
                 raise DerivationError(
                     f"constraints.{constraint.kind}.{constraint.name}: '{constraint.expression}' is {value:.3g} "
                     "whatever the coordinates are, so it cannot restrict the motion; leave it out or correct it"

@@ -28,6 +28,7 @@ from lag2fmu.dynamics.constraints import Constraints, compose, starting_consiste
 from lag2fmu.dynamics.elimination import Entries, Solution, mass_matrix, solve
 from lag2fmu.dynamics.energies import Composer, Energies
 from lag2fmu.dynamics.massless import with_equilibria
+from lag2fmu.dynamics.nominals import with_nominals
 from lag2fmu.dynamics.samples import (
     check_agreement,
     check_rank,
@@ -58,8 +59,8 @@ MAX_FACTORISED = 16
 class EquationsOfMotion:
     """M qdd = forcing + G^T multiplier and what follows from the same graph; all entries are nodes of ``graph``.
 
-    ``completed`` is the mechanism given with the equilibria of what has no mass, ``mechanism`` the same with start
-    values that meet its constraints.
+    ``completed`` is the mechanism given with the equilibria of what has no mass and the nominal values that follow,
+    ``mechanism`` the same with start values that meet its constraints.
 
     ``entries``: the quadratic form 2 T2 over the velocity graph; ``forcing``: (n,); ``solution``: M^-1 forcing (n,)
     with its pivots, by ``method``, None if every order meets a pivot that is identically zero; ``constraints``: of m
@@ -158,7 +159,9 @@ def _check(equations: EquationsOfMotion, distances: Mapping[str, int]) -> None:
 
 
 def complete(mechanism: Mechanism, equations: EquationsOfMotion | None = None) -> Mechanism:
-    """``mechanism`` with what derivation adds to it: the equilibria of what has no mass. Start values stay as they are.
+    """``mechanism`` with what derivation adds to it: the equilibria of what has no mass, and nominal values.
+
+    Start values stay as they are.
 
     ``equations`` are those of the mechanism, if they are known. Raises what ``derive`` raises.
     """
@@ -233,9 +236,14 @@ def _solved(given: _Composed, methods: Sequence[str]) -> _Solved:
 def _equations(solved: _Solved) -> EquationsOfMotion:
     """With what follows from the parts, and what the user asked for, beside the accelerations."""
     mechanism, composer, parts = solved.mechanism, solved.composer, solved.energies
-    g, v = solved.graph, solved.variables
+    g, v, forcing = solved.graph, solved.variables, solved.forcing
     started = starting_consistently(mechanism, g, solved.constraints)
+    started = with_nominals(started, g, v, solved.entries, forcing, solved.constraints)
     check_starts(started)
+    sizes = zip(mechanism.coordinates, started.coordinates, strict=True)
+    completed = mechanism.starting_at(
+        replace(q, nominal=found.nominal, nominal_from=found.nominal_from) for q, found in sizes
+    )
     outputs = {name: x for o in mechanism.outputs for name, x in zip(o.names, composer.output(o), strict=True)}
     dependent = {p.name: composer.put.names[p.name] for p in mechanism.parameters if p.expression is not None}
     momenta = tuple(reverse(g, {parts.lagrangian(g): g.one}, v.qd))
@@ -243,12 +251,12 @@ def _equations(solved: _Solved) -> EquationsOfMotion:
     residual = unconstrained_residual(g, v, parts, rate, accelerating)
     return EquationsOfMotion(
         mechanism=started,
-        completed=mechanism,
+        completed=completed,
         method=solved.method,
         graph=g,
         variables=v,
         entries=solved.entries,
-        forcing=solved.forcing,
+        forcing=forcing,
         solution=solved.solution,
         constraints=solved.constraints,
         outputs=outputs,

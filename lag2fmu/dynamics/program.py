@@ -11,7 +11,9 @@ from lag2fmu.dynamics.lagrange import EquationsOfMotion
 from lag2fmu.dynamics.tangent import Tangent, differentiate
 from lag2fmu.dynamics.terms import canonical
 from lag2fmu.dynamics.time_derivatives import SecondDerivatives, differentiate_twice
+from lag2fmu.errors import DerivationError
 from lag2fmu.graph.graph import Graph
+from lag2fmu.graph.operations import SYMBOL
 
 
 @dataclass(frozen=True)
@@ -40,6 +42,17 @@ class Function:
     def given(self) -> frozenset[int]:
         """The nodes that are entries of arguments and need not be computed."""
         return frozenset(entry for argument in self.arguments for entry in argument.entries)
+
+    def check(self, graph: Graph) -> Function:
+        """Itself; raises DerivationError if the results hold a variable that no argument brings"""
+        needed, given = graph.cone((node for *_, node in self.results), self.given), self.given
+        missing = [str(graph.leaf[node]) for node in needed if graph.code[node] == SYMBOL and node not in given]
+        if missing:
+            raise DerivationError(
+                f"{self.name} needs {', '.join(missing)}, which are none of its arguments; "
+                "this is a fault of lag2fmu, please report it with the model"
+            )
+        return self
 
 
 @dataclass(frozen=True)
@@ -74,7 +87,7 @@ def lower(equations: EquationsOfMotion, promoted: Collection[str] = (), variatio
 
     Arguments: t; x = (q, qd), 2n; u, the inputs (Q first, then the user's, then y0, y0_dot, y0_ddot of each motion); p,
     the independent parameters; qdd, n, and behind it the m multipliers. M is row-major with only its lower triangle
-    written.
+    written. Raises DerivationError if a function would need a variable that is none of its arguments.
     """
     equations = equations.apart()
     g, v = equations.graph, equations.variables
@@ -83,25 +96,26 @@ def lower(equations: EquationsOfMotion, promoted: Collection[str] = (), variatio
     factor, solution = _factor_and_solve(equations, state)
     outputs = frozenset((*equations.mechanism.output_names, *promoted))
     qdd = Array("qdd", v.unknowns)
+    functions = (
+        _function("mechanism_dependent", "Dependent parameters c.", (p,), c=equations.dependent.values()),
+        _accelerations(equations, state),
+        _dynamics(equations, state),
+        factor,
+        solution,
+        *_constraints(equations, state, factor),
+        *(_canonical(equations, state) if variational else ()),
+        _function(
+            "mechanism_locals",
+            "Momenta, energies and outputs y.",
+            (*state, qdd),
+            y=(node for _, node in equations.locals()),
+        ),
+        *_tangents(differentiate(equations), state, qdd, len(equations.constraints) > 0),
+        *_second_derivatives(differentiate_twice(equations, outputs), state, qdd),
+    )
     return Program(
         graph=g,
-        functions=(
-            _function("mechanism_dependent", "Dependent parameters c.", (p,), c=equations.dependent.values()),
-            _accelerations(equations, state),
-            _dynamics(equations, state),
-            factor,
-            solution,
-            *_constraints(equations, state, factor),
-            *(_canonical(equations, state) if variational else ()),
-            _function(
-                "mechanism_locals",
-                "Momenta, energies and outputs y.",
-                (*state, qdd),
-                y=(node for _, node in equations.locals()),
-            ),
-            *_tangents(differentiate(equations), state, qdd, len(equations.constraints) > 0),
-            *_second_derivatives(differentiate_twice(equations, outputs), state, qdd),
-        ),
+        functions=tuple(function.check(g) for function in functions),
         method=equations.method,
         factor_size=len(factor.results) - len(v.q),
         inputs=tuple(str(g.leaf[node]) for node in v.inputs),

@@ -45,6 +45,8 @@ def differentiate(equations: EquationsOfMotion) -> Tangent:
     variables = (v.t, *states, *inputs, *v.parameters)
     direction = dict(zip(variables, (dt, *dx, *du, *dp), strict=True))
     moving = direction | dict(zip(v.unknowns, dqdd, strict=True))
+    with g.as_written():  # so that it holds nothing but parameters
+        dependent = forward(g, list(equations.dependent.values()), direction)
     return Tangent(
         dt=dt,
         dx=dx,
@@ -53,5 +55,5 @@ def differentiate(equations: EquationsOfMotion) -> Tangent:
         dqdd=dqdd,
         residual=tuple(forward(g, (*equations.residual, *c.velocities, *c.positions), direction)),
         locals=tuple(forward(g, [node for _, node in equations.locals()], moving)),
-        dependent=tuple(forward(g, list(equations.dependent.values()), direction)),
+        dependent=tuple(dependent),
     )

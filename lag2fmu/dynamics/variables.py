@@ -55,19 +55,19 @@ def declare(graph: Graph, mechanism: Mechanism) -> Variables:
     """All variables of ``mechanism`` as symbols on ``graph``; names that are not the user's are those of ``names``."""
     q = [c.name for c in mechanism.coordinates]
 
-    def nodes(labels: Sequence[str]) -> tuple[int, ...]:
-        return tuple(graph.symbol(label) for label in labels)
+    def nodes(labels: Sequence[str], group: str | None = "state") -> tuple[int, ...]:
+        return tuple(graph.symbol(label, group) for label in labels)
 
     return Variables(
-        t=graph.symbol("t"),
+        t=graph.symbol("t", "state"),
         q=nodes(q),
         qd=nodes([names.velocity(c) for c in q]),
-        qdd=nodes([names.acceleration(c) for c in q]),
-        multipliers=nodes([names.multiplier(c.name) for c in mechanism.constraints]),
+        qdd=nodes([names.acceleration(c) for c in q], None),
+        multipliers=nodes([names.multiplier(c.name) for c in mechanism.constraints], None),
         Q=nodes([names.generalized_force(c) for c in q]),
         plain=nodes([u.name for u in mechanism.plain_inputs]),
         motions=tuple(
-            (graph.symbol(u.name), graph.symbol(names.velocity(u.name)), graph.symbol(names.acceleration(u.name)))
+            nodes([u.name, names.velocity(u.name), names.acceleration(u.name)])  # type: ignore[misc]
             for u in mechanism.motions
         ),
         parameters=nodes([p.name for p in mechanism.parameters if p.value is not None]),

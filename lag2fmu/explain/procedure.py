@@ -15,9 +15,10 @@ import numpy as np
 import sympy as sp
 
 from lag2fmu.description import names
+from lag2fmu.dynamics import derive
 from lag2fmu.dynamics.lagrange import complete
 from lag2fmu.language.expressions import TIME, symbol, to_text
-from lag2fmu.mechanism import Frame, Mechanism
+from lag2fmu.mechanism import Coordinate, Frame, Mechanism
 from lag2fmu.reference import Energies
 from lag2fmu.reference.composition import Composition
 
@@ -44,8 +45,9 @@ class _Notation:
 def procedure(mechanism: Mechanism, style: str = "text") -> str:
     """The twelve steps for ``mechanism`` as plain text or as LaTeX (``style`` 'text' or 'latex')."""
     notation = _TEXT if style == "text" else _LATEX
-    mechanism = complete(mechanism)
-    steps = _Steps(mechanism, Composition(mechanism), notation)
+    equations = derive(mechanism)
+    mechanism = complete(mechanism, equations)
+    steps = _Steps(mechanism, Composition(mechanism), notation, equations.mechanism.coordinates)
     lines: list[str] = []
     for number, (title, content) in enumerate(steps.all(), start=1):
         lines += [notation.heading(number, title), *content]
@@ -57,6 +59,8 @@ class _Steps:
     mechanism: Mechanism
     composition: Composition
     notation: _Notation
+    starting: tuple[Coordinate, ...]
+    """The coordinates with starts that meet the constraints."""
 
     def all(self) -> Iterator[tuple[str, Sequence[str]]]:
         """(title, lines) of each step."""
@@ -74,10 +78,7 @@ class _Steps:
         yield "Degrees of freedom", [self._say(self._freedom())]
         yield (
             "Generalized coordinates",
-            [
-                self._say(f"{self.notation.name(q.name)}: {q.doc or 'generalized coordinate'}{_unit(q.unit)}")
-                for q in m.coordinates
-            ],
+            [self._say(self._coordinate(q, new)) for q, new in zip(m.coordinates, self.starting, strict=True)],
         )
         yield "Coordinate system", [self._say(self._axes())]
         if m.frames:
@@ -132,6 +133,17 @@ class _Steps:
     @cached_property
     def _lagrangian(self) -> sp.Expr:
         return _tidy(self.composition.kinetic) - _tidy(self.composition.potential)
+
+    def _coordinate(self, q: Coordinate, starting: Coordinate) -> str:
+        """What it is, and what was not written or may be misread."""
+        remarks = [] if starting.start == q.start else [f"starts at {_amount(starting.start, q)}, by the constraints"]
+        if q.nominal_from not in ("", "given"):
+            remarks.append(f"nominal {_amount(q.nominal, q)}, from {q.nominal_from}")
+        bounds = [f"{key} {_amount(x, q)}" for key, x in (("min", q.minimum), ("max", q.maximum)) if x is not None]
+        if bounds:
+            remarks.append(f"{' and '.join(bounds)} {'is no stop' if len(bounds) == 1 else 'are no stops'}")
+        head = f"{self.notation.name(q.name)}: {q.doc or 'generalized coordinate'}{_unit(q.unit)}"
+        return "; ".join([head, *remarks])
 
     def _freedom(self) -> str:
         """s, which is smaller than the number of coordinates where independent constraints hold."""
@@ -251,6 +263,11 @@ def _shorter(angular: sp.Expr) -> sp.Expr:
 
 def _listed(items: Sequence[str]) -> str:
     return f" ({', '.join(items)})" if items else ""
+
+
+def _amount(value: float, q: Coordinate) -> str:
+    """``value``, in SI units, with the name of the unit."""
+    return f"{value:.6g} {getattr(q.unit, 'si_name', '')}".strip()
 
 
 def _unit(unit: object) -> str:

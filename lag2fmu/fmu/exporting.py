@@ -38,6 +38,10 @@ _NOT_IN_XML = re.compile("[^\t\n\r -\ud7ff\ue000-\ufffd\U00010000-\U0010ffff]")
 """Characters that no XML document can hold (XML 1.0, production 2)."""
 
 
+_SEEN, _MOST = 1e-9, 6
+"""A start that moves by less than this part of its size is not mentioned; of the others so many are named."""
+
+
 @dataclass(frozen=True)
 class Fmu:
     """An FMU that was exported: where it is, what it says, and the mechanism it was made of."""
@@ -46,6 +50,8 @@ class Fmu:
     description: ModelDescription
     solver_choice: str = ""
     """Why the solver was chosen, if it was not asked for, and what it does to fast vibrations: a phrase or nothing."""
+    moved_starts: str = ""
+    """The start values that follow from the constraints and not from what is written: a phrase or nothing."""
 
     @property
     def mechanism(self) -> Mechanism:
@@ -102,7 +108,20 @@ def export(
         **(extra or {}),
     }
     pack(files, target)
-    return Fmu(target, description, "; ".join(filter(None, [choice, damping(equations, METHODS[solver])])))
+    remarks = "; ".join(filter(None, [choice, damping(equations, METHODS[solver])]))
+    return Fmu(target, description, remarks, moved_starts(mechanism, equations))
+
+
+def moved_starts(mechanism: Mechanism, equations: EquationsOfMotion) -> str:
+    """The starts of coordinates of ``equations`` that are not those of ``mechanism``, a phrase; empty for none."""
+    pairs = zip(mechanism.coordinates, equations.mechanism.coordinates, strict=True)
+    moved = [
+        f"{new.name} = {new.start:.6g}{f' {new.unit.si_name}' if new.unit and new.unit.si_name else ''}"
+        for old, new in pairs
+        if abs(new.start - old.start) > _SEEN * max(abs(old.start), new.nominal)
+    ]
+    shown = [*moved[:_MOST], *(["..."] if len(moved) > _MOST else [])]
+    return f"the constraints move the start to {', '.join(shown)}" if moved else ""
 
 
 def suited_solver(equations: EquationsOfMotion, backend: str) -> tuple[str, str]:

@@ -172,8 +172,8 @@ def _values(part: type, table: Table) -> dict[str, Any]:
 
 
 def _starts(values: dict[str, Any], where: str) -> dict[str, Any]:
-    """The starts of a coordinate, and whether they are given; the fields for that still hold the guesses."""
-    found: dict[str, Any] = {}
+    """The starts of a coordinate, and what of it is given; the fields for that still hold the guesses."""
+    found: dict[str, Any] = {"nominal_from": "given" if "nominal" in values else ""}
     for start, given, guess in (("start", "given", "guess"), ("velocity", "velocity_given", "guess_velocity")):
         value, found[given] = start_or_guess(values.get(start), values.get(given), where, start, guess)
         found |= {} if value is None else {start: value}

@@ -95,7 +95,7 @@ def _entries(part: Any) -> Entries:
 
 
 def _special(part: Any, unit: Unit) -> Entries:
-    """Starts of a coordinate as given or as guesses; no unit for an output whose quantity tells it."""
+    """Starts of a coordinate as given or as guesses, its nominal value if given; no unit where a quantity tells it."""
     if isinstance(part, Coordinate):
         start, rate = _number(part.start, unit), _difference(part.velocity, unit)
         return {
@@ -103,6 +103,7 @@ def _special(part: Any, unit: Unit) -> Entries:
             "guess": start if part.given is False else None,
             "velocity": rate if part.velocity_given else None,
             "guess_velocity": rate if part.velocity_given is False else None,
+            "nominal": _difference(part.nominal, unit) if part.nominal_from == "given" else None,
         }
     if isinstance(part, Output) and part.quantity in QUANTITIES and part.unit == QUANTITIES[part.quantity][2]:
         return {"unit": None}

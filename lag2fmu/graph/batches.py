@@ -26,17 +26,10 @@ _NUMPY: dict[str, Callable[..., Floats]] = {
     "heaviside": lambda x: np.heaviside(x, 0.5),
     "atan2": np.arctan2,
     "power": np.power,
+    "power_or_zero": lambda x, exponent: np.where(x == 0.0, 0.0, np.power(x, exponent)),
     "min": np.minimum,
     "max": np.maximum,
 }
-
-
-def _value(values: Mapping[str, Floats | float], name: str) -> Floats | float:
-    """The value of a variable; seeds of tangents, whose names have a space, are 0.
-
-    They may stand in a node that was built for a tangent and has the value of what is asked for whatever they are.
-    """
-    return values.get(name, 0.0) if " " in name else values[name]
 
 
 def evaluate(graph: Graph, nodes: Sequence[int], values: Values) -> Floats:
@@ -48,7 +41,7 @@ def evaluate(graph: Graph, nodes: Sequence[int], values: Values) -> Floats:
             if code == CONSTANT:
                 found[node] = np.float64(float(graph.value(node)))
             elif code == SYMBOL:
-                found[node] = np.asarray(_value(values, str(graph.leaf[node])), dtype=np.float64)
+                found[node] = np.asarray(values[str(graph.leaf[node])], dtype=np.float64)
             else:
                 name = OPERATIONS[code].name
                 function = _NUMPY.get(name) or getattr(np, name)

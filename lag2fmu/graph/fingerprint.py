@@ -1,8 +1,10 @@
-"""Fingerprints: every node evaluated at one random point modulo the prime 2^61 - 1.
+"""Fingerprints: every node evaluated at one random point modulo a prime.
 
-Two expressions with equal fingerprints are equal, but for a chance of about (nodes^2 * degree) / 2^61 (Schwartz and
-Zippel). Sines and cosines are points of the unit circle and sums of angles are products of such points, so that
-sin^2 + cos^2 = 1 and the addition theorems hold. Other functions are random values of their operands' fingerprints.
+Two expressions with equal fingerprints are equal, but for a chance of about (nodes^2 * degree) / 2^240 (Schwartz and
+Zippel). The prime p is safe, (p - 1)/2 being prime too, so that the powers of a number come round only after (p - 1)/2
+of them: those of two, of which floating-point numbers are made, all differ. Sines and cosines are points of the unit
+circle and sums of angles are products of such points, so that sin^2 + cos^2 = 1 and the addition theorems hold. Other
+functions are random values of their operands' fingerprints.
 Source: J. T. Schwartz, J. ACM 27 (1980) 701-717; the same idea for program graphs: W. A. Martin, J. ACM 18 (1971) 549.
 """
 
@@ -19,23 +21,31 @@ from lag2fmu.graph.operations import ADD, NEGATE, SUBTRACT
 if TYPE_CHECKING:
     from lag2fmu.graph.graph import Graph
 
-PRIME = (1 << 61) - 1
+PRIME = (1 << 240) - 26837
+_SHORT = 119
+"""Bits of the numerators and denominators of numbers that count as they are: their quotients differ modulo PRIME."""
+
 Point = tuple[int, int]
 """(cos, sin) of an angle, as a point of the unit circle modulo PRIME."""
 
 
 def random_mark(kind: str, key: str | Sequence[int]) -> int:
     """A value from 1 on that depends on nothing but its arguments, whatever the hash seed."""
-    digest = blake2b(f"{kind} {key}".encode(), digest_size=16).digest()
+    digest = blake2b(f"{kind} {key}".encode(), digest_size=32).digest()
     return int.from_bytes(digest, "big") % (PRIME - 1) + 1
 
 
 def constant_mark(value: Fraction | float) -> int:
-    """The value of a number."""
+    """The value of a number; of a long one, which another number may be equal to modulo PRIME, a random value."""
     exact = Fraction(value) if math.isfinite(value) else None
-    if exact is None or exact.denominator % PRIME == 0:
+    if exact is None or max(map(int.bit_length, exact.as_integer_ratio())) >= _SHORT:
         return random_mark("constant", repr(value))
     return exact.numerator * pow(exact.denominator, -1, PRIME) % PRIME
+
+
+def inverse_mark(mark: int) -> int:
+    """The value of 1 / a node of value ``mark``; any where that is 0."""
+    return pow(mark, -1, PRIME) if mark else random_mark("inverse", "of zero")
 
 
 class Circle:

@@ -1,6 +1,8 @@
 """A hash-consed graph of scalar expressions: every distinct subexpression stands once.
 
-Distinct means distinct in value: nodes are compared by a fingerprint, so that sin(x)^2 + cos(x)^2 is the node 1.
+What is derived is distinct in value: nodes are compared by a fingerprint, so that sin(x)^2 + cos(x)^2 is the node 1.
+What is written is distinct in its operations, see ``Graph.as_written``: of two formulas of one value the user may have
+chosen the one that rounds less, or that is defined where the other one is not.
 
 Nodes are integers; a node's operands have smaller numbers, so ascending order is an order of evaluation. Building a
 node applies cheap local rewrites (neutral elements, signs, constants folded as exact fractions). The same input
@@ -13,11 +15,12 @@ Evaluating Derivatives, SIAM 2008, chapter 2, for the evaluation graph.
 from __future__ import annotations
 
 import math
-from collections.abc import Collection, Iterable, Mapping, Sequence
+from collections.abc import Collection, Iterable, Iterator, Mapping, Sequence
+from contextlib import contextmanager
 from fractions import Fraction
 from types import MappingProxyType
 
-from lag2fmu.graph.fingerprint import PRIME, Circle, constant_mark, random_mark
+from lag2fmu.graph.fingerprint import PRIME, Circle, constant_mark, inverse_mark, random_mark
 from lag2fmu.graph.operations import (
     ADD,
     CODE,
@@ -40,7 +43,8 @@ class Graph:
     """The nodes: ``code`` of the operation, ``operands``, ``marks`` (fingerprints), each a list by node number.
 
     ``leaf``: {node: value of a constant, name of a symbol}. An operation first asks whether there is a node of its
-    value, or of the opposite one; rewrites are for what is new.
+    operands, and if it is derived whether there is one of its value, or of the opposite one, that holds no other
+    groups of variables; rewrites are for what is new.
     """
 
     def __init__(self) -> None:
@@ -49,8 +53,11 @@ class Graph:
         self.leaf: dict[int, Number | str] = {}
         self.marks: list[int] = []
         self._by_mark: dict[int, int] = {}
+        self._by_structure: dict[tuple[int, tuple[int, ...]], int] = {}
+        self._supports: list[int] = []
+        self._groups: dict[str, int] = {}
+        self._algebra = True
         self._leaves: dict[Number | str, int] = {}
-        self._functions: dict[tuple[int, ...], int] = {}
         self._inverses: dict[int, int] = {}
         self._circle = Circle()
         self.zero: int = self.constant(0)
@@ -70,7 +77,16 @@ class Graph:
 
     def seal(self) -> None:
         """From here on a new node is a TypeError: those who need further ones add them to a copy."""
-        self._by_mark = MappingProxyType(self._by_mark)  # type: ignore[assignment]  # it refuses to be written to
+        self._by_structure = MappingProxyType(self._by_structure)  # type: ignore[assignment]  # it refuses to be written to
+
+    @contextmanager
+    def as_written(self) -> Iterator[None]:
+        """What is built in this context has the operations that it is built by, not a formula of equal value"""
+        before, self._algebra = self._algebra, False
+        try:
+            yield
+        finally:
+            self._algebra = before
 
     def adopt(self, copy: Graph) -> None:
         """Take over the nodes of a copy that has gone on"""
@@ -79,22 +95,47 @@ class Graph:
     # ------------------------------------------------------------------------------------------------- making nodes
 
     def _new(self, code: int, operands: tuple[int, ...], mark: int) -> int:
-        node = self._by_mark[mark] = len(self.code)
+        node = self._by_structure[code, operands] = len(self.code)
+        if self._serves(code, operands):
+            self._by_mark[mark] = node
         self.code.append(code)
         self.operands.append(operands)
         self.marks.append(mark)
+        self._supports.append(self._support(operands))
         return node
 
-    def _new_leaf(self, code: int, leaf: Number | str, mark: int) -> int:
+    def _serves(self, code: int, operands: tuple[int, ...]) -> bool:
+        """Whether a new node may stand for all of its value: what is derived, and written products of what may"""
+        if self._algebra:
+            return True
+        marks, by_mark = self.marks, self._by_mark
+        return code not in (ADD, SUBTRACT, DIVIDE) and all(by_mark.get(marks[o]) == o for o in operands)
+
+    def _support(self, operands: Iterable[int]) -> int:
+        """The groups of variables that ``operands`` hold, a bit for each"""
+        support = 0
+        for operand in operands:
+            support |= self._supports[operand]
+        return support
+
+    def _known(self, code: int, operands: tuple[int, ...], mark: int) -> int | None:
+        """The node of this operation; of what is derived also one of its value"""
+        node = self._by_structure.get((code, operands))
+        return self._equal(operands, mark) if node is None and self._algebra else node
+
+    def _equal(self, operands: tuple[int, ...], mark: int) -> int | None:
+        """A node of the value ``mark`` that holds no other groups of variables than ``operands``"""
         node = self._by_mark.get(mark)
-        if node is None:
-            node = self._new(code, (), mark)
-            self.leaf[node] = leaf
-        return node
+        return None if node is None or self._supports[node] & ~self._support(operands) else node
 
-    def _opposite(self, mark: int) -> int:
-        """- (the node of the opposite value), which there is"""
-        return self._new(NEGATE, (self._by_mark[PRIME - mark],), mark)
+    def _opposite(self, operands: tuple[int, ...], mark: int) -> int | None:
+        """- (the node of the opposite value), if there is one"""
+        node = self._equal(operands, PRIME - mark) if self._algebra else None
+        return None if node is None else self._negated(node)
+
+    def _negated(self, a: int) -> int:
+        node = self._by_structure.get((NEGATE, (a,)))
+        return self._new(NEGATE, (a,), -self.marks[a] % PRIME) if node is None else node
 
     def constant(self, value: Number | int) -> int:
         """The node of a number; fractions stay exact up to a length of 512 bits."""
@@ -103,14 +144,22 @@ class Graph:
             exact: Number = value if isinstance(value, float) else Fraction(value)
             if isinstance(exact, Fraction) and max(map(int.bit_length, exact.as_integer_ratio())) > _MAX_BITS:
                 exact = float(exact)
-            node = self._leaves[value] = self._new_leaf(CONSTANT, exact, constant_mark(exact))
+            node = self._leaves.get(exact)
+            self._leaves[value] = node = self._new_constant(exact) if node is None else node
         return node
 
-    def symbol(self, name: str) -> int:
-        """The node of the variable ``name``."""
+    def _new_constant(self, value: Number) -> int:
+        node = self._leaves[value] = self._new(CONSTANT, (), constant_mark(value))
+        self.leaf[node] = value
+        return node
+
+    def symbol(self, name: str, group: str | None = None) -> int:
+        """The node of the variable ``name``; those of one ``group`` are given together, wherever one of them is."""
         node = self._leaves.get(name)
         if node is None:
-            node = self._leaves[name] = self._new_leaf(SYMBOL, name, random_mark("symbol", name))
+            node = self._leaves[name] = self._new(SYMBOL, (), random_mark("symbol", name))
+            self.leaf[node] = name
+            self._supports[node] = 1 << self._groups.setdefault(group or name, len(self._groups))
         return node
 
     def is_constant(self, node: int) -> bool:
@@ -127,64 +176,74 @@ class Graph:
 
     def negate(self, a: int) -> int:
         """-a"""
-        mark = -self.marks[a] % PRIME
-        node = self._by_mark.get(mark)
-        if node is not None:
-            return node
-        return self.constant(-self.value(a)) if self.code[a] == CONSTANT else self._new(NEGATE, (a,), mark)
+        if self.code[a] == CONSTANT:
+            return self.constant(-self.value(a))
+        if self.code[a] == NEGATE:
+            return self.operands[a][0]
+        node = self._known(NEGATE, (a,), -self.marks[a] % PRIME)
+        return self._negated(a) if node is None else node
 
     def add(self, a: int, b: int) -> int:
         """a + b"""
+        if self.zero in (a, b):
+            return a if b == self.zero else b
         mark = (self.marks[a] + self.marks[b]) % PRIME
-        node = self._by_mark.get(mark)
+        node = self._known(ADD, (a, b) if a < b else (b, a), mark)
         return self._sum(a, b, mark) if node is None else node
 
     def _sum(self, a: int, b: int, mark: int) -> int:
         code = self.code
         if code[a] == CONSTANT and code[b] == CONSTANT:
             return self.constant(self.value(a) + self.value(b))
-        if PRIME - mark in self._by_mark:
-            return self._opposite(mark)
+        opposite = self._opposite((a, b), mark)
+        if opposite is not None:
+            return opposite
         if code[b] == NEGATE:
-            return self._difference(a, self.operands[b][0], mark)
+            return self.subtract(a, self.operands[b][0])
         if code[a] == NEGATE:
-            return self._difference(b, self.operands[a][0], mark)
+            return self.subtract(b, self.operands[a][0])
         if a == b:
             return self._scaled(self.constant(2), a, mark)
         return self._new(ADD, (a, b) if a < b else (b, a), mark)
 
     def subtract(self, a: int, b: int) -> int:
         """a - b"""
+        if a == b:
+            return self.zero
+        if self.zero in (a, b):
+            return a if b == self.zero else self.negate(b)
         mark = (self.marks[a] - self.marks[b]) % PRIME
-        node = self._by_mark.get(mark)
+        node = self._known(SUBTRACT, (a, b), mark)
         return self._difference(a, b, mark) if node is None else node
 
     def _difference(self, a: int, b: int, mark: int) -> int:
         code = self.code
         if code[a] == CONSTANT and code[b] == CONSTANT:
             return self.constant(self.value(a) - self.value(b))
-        if PRIME - mark in self._by_mark:
-            return self._opposite(mark)
+        opposite = self._opposite((a, b), mark)
+        if opposite is not None:
+            return opposite
         if code[b] == NEGATE:
-            return self._sum(a, self.operands[b][0], mark)
+            return self.add(a, self.operands[b][0])
         if code[a] == NEGATE:
             return self.negate(self.add(self.operands[a][0], b))
         return self._new(SUBTRACT, (a, b), mark)
 
     def multiply(self, a: int, b: int) -> int:
         """a * b; constants are gathered in front, signs are pulled out"""
+        if self.code[b] == CONSTANT:
+            a, b = b, a
+        if self.code[a] == CONSTANT:
+            return self._multiple(a, b)
         mark = self.marks[a] * self.marks[b] % PRIME
-        node = self._by_mark.get(mark)
+        node = self._known(MULTIPLY, (a, b) if a < b else (b, a), mark)
         return self._product(a, b, mark) if node is None else node
 
     def _product(self, a: int, b: int, mark: int) -> int:
         code = self.code
-        if code[b] == CONSTANT:
-            a, b = b, a
-        if code[a] == CONSTANT:
-            return self._scaled(a, b, mark)
-        if PRIME - mark in self._by_mark:
-            return self._opposite(mark)
+        opposite = self._opposite((a, b), mark)
+        if opposite is not None:
+            return opposite
         for x, y in ((a, b), (b, a)):
             kind, operands = code[x], self.operands[x]
             if kind == NEGATE:
@@ -193,12 +252,22 @@ class Graph:
                 return self.multiply(operands[0], self.multiply(operands[1], y))
         return self._new(MULTIPLY, (a, b) if a < b else (b, a), mark)
 
-    def _scaled(self, factor: int, b: int, mark: int) -> int:
+    def _multiple(self, factor: int, b: int) -> int:
         """factor * b with a constant ``factor``"""
         if self.code[b] == CONSTANT:
             return self.constant(self.value(factor) * self.value(b))
-        if PRIME - mark in self._by_mark:
-            return self._opposite(mark)
+        if factor in (self.zero, self.one):
+            return b if factor == self.one else self.zero
+        mark = self.marks[factor] * self.marks[b] % PRIME
+        node = self._known(MULTIPLY, (factor, b), mark)
+        return self._scaled(factor, b, mark) if node is None else node
+
+    def _scaled(self, factor: int, b: int, mark: int) -> int:
+        opposite = self._opposite((b,), mark)
+        if opposite is not None:
+            return opposite
+        if factor == self.minus_one:
+            return self.negate(b)
         if self.code[b] == NEGATE:
             return self.multiply(self.negate(factor), self.operands[b][0])
         if self.code[b] == MULTIPLY and self.code[self.operands[b][0]] == CONSTANT:
@@ -210,15 +279,19 @@ class Graph:
         """a / b; raises ZeroDivisionError if b is the constant 0"""
         if self.code[b] == CONSTANT:
             return self.multiply(self.constant(1 / self.value(b)), a)
+        if a in (self.zero, b):
+            return self.zero if a == self.zero else self.one
         inverse = self._inverses.get(b)
         if inverse is None:
-            inverse = self._inverses[b] = pow(self.marks[b], -1, PRIME)
+            inverse = self._inverses[b] = inverse_mark(self.marks[b])
         mark = self.marks[a] * inverse % PRIME
-        node = self._by_mark.get(mark)
-        if node is not None:
-            return node
-        if PRIME - mark in self._by_mark:
-            return self._opposite(mark)
+        node = self._known(DIVIDE, (a, b), mark)
+        return self._quotient(a, b, mark) if node is None else node
+
+    def _quotient(self, a: int, b: int, mark: int) -> int:
+        opposite = self._opposite((a, b), mark)
+        if opposite is not None:
+            return opposite
         if self.code[a] == NEGATE:
             return self.negate(self.divide(self.operands[a][0], b))
         if self.code[b] == NEGATE:
@@ -226,17 +299,24 @@ class Graph:
         return self._new(DIVIDE, (a, b), mark)
 
     def power(self, base: int, exponent: int) -> int:
-        """base ** exponent; whole and half powers by repeated squaring and a square root
+        """base ** exponent; whole powers by repeated squaring, half ones up to 1 with a square root
 
-        Source: D. Knuth, The Art of Computer Programming, volume 2, section 4.6.3 (the binary method).
+        Broken powers above 1 have derivatives that are 0 where the base is 0, see ``operations``. Source: D. Knuth,
+        The Art of Computer Programming, volume 2, section 4.6.3 (the binary method).
         """
         if not self.is_constant(exponent):
             return self._function(CODE["power"], (base, exponent))
         value = self.value(exponent)
-        if not isinstance(value, Fraction) or value.denominator > 2:
+        if value > 1 and value % 1:
+            return self.apply("power_or_zero", base, exponent)
+        if value % Fraction(1, 2):
             return self.apply("power", base, exponent)
+        return self._root_power(base, Fraction(value))
+
+    def _root_power(self, base: int, value: Fraction) -> int:
+        """base ** value for a multiple of 1/2"""
         if value < 0:
-            return self.divide(self.one, self.power(base, self.constant(-value)))
+            return self.divide(self.one, self._root_power(base, -value))
         whole, half = divmod(value, 1)
         result = self.apply("sqrt", base) if half else self.one
         square, count = base, int(whole)
@@ -248,13 +328,10 @@ class Graph:
 
     def apply(self, name: str, *operands: int) -> int:
         """A function of OPERATIONS by ``name``; of constants, its value (exact for the trivial arguments)"""
-        key = (CODE[name], *operands)
-        node = self._functions.get(key)
-        if node is None:
-            node = self._functions[key] = self._applied(name, key[0], operands)
-        return node
-
-    def _applied(self, name: str, code: int, operands: tuple[int, ...]) -> int:
+        code = CODE[name]
+        node = self._by_structure.get((code, operands))
+        if node is not None:
+            return node
         if operands == (self.zero,) and name in ("sin", "tan", "asin", "atan", "sinh", "tanh", "sqrt", "abs", "sign"):
             return self.zero
         if operands == (self.zero,) and name in ("cos", "exp", "cosh"):
@@ -268,10 +345,10 @@ class Graph:
             mark = self._circle.point(self, operands[0])[code == SINE]
         else:
             mark = random_mark(OPERATIONS[code].name, [self.marks[operand] for operand in operands])
-        node = self._by_mark.get(mark)
-        if node is not None:
-            return node
-        return self._opposite(mark) if PRIME - mark in self._by_mark else self._new(code, operands, mark)
+        node = self._known(code, operands, mark)
+        if node is None:
+            node = self._opposite(operands, mark)
+        return self._new(code, operands, mark) if node is None else node
 
     def total(self, terms: Iterable[int]) -> int:
         """The sum of ``terms``, from left to right"""

@@ -2,7 +2,8 @@
 
 A derivative is given as a function of the graph, the operands and the result, and returns the partial derivatives with
 respect to the operands as nodes. Sources: Abramowitz and Stegun, sections 4.2-4.6; for min and max the mean of both
-one-sided derivatives where the operands are equal.
+one-sided derivatives where the operands are equal. ``power_or_zero`` is a broken power above 1 and what its derivatives
+are made of: where the base rests at 0, as that of max(0, -x)**(5/2) does, all of them are 0, not infinity times 0.
 """
 
 from __future__ import annotations
@@ -38,6 +39,10 @@ def _heaviside(x: float) -> float:
     return 0.5 * (1.0 + _sign(x))
 
 
+def _power_or_zero(base: float, exponent: float) -> float:
+    return math.pow(base, exponent) if base else 0.0
+
+
 def _divide(a: float, b: float) -> float:
     return a / b if b else math.nan
 
@@ -68,6 +73,11 @@ def _d_power(g: Graph, operands: tuple[int, ...], result: int) -> Partials:
     base, exponent = operands
     by_base = g.multiply(exponent, g.power(base, g.subtract(exponent, g.one)))
     return by_base, g.zero if g.is_constant(exponent) else g.multiply(result, g.apply("log", base))
+
+
+def _d_power_or_zero(g: Graph, operands: tuple[int, ...], _: int) -> Partials:
+    base, exponent = operands
+    return g.multiply(exponent, g.apply("power_or_zero", base, g.subtract(exponent, g.one))), g.zero
 
 
 def _d_min(g: Graph, operands: tuple[int, ...], _: int) -> Partials:
@@ -111,6 +121,7 @@ _ROWS = (
     Operation("heaviside", 1, _heaviside, lambda g, o, y: (g.zero,), "heaviside({0})"),
     Operation("atan2", 2, math.atan2, _d_atan2, "atan2({0}, {1})"),
     Operation("power", 2, math.pow, _d_power, "pow({0}, {1})"),
+    Operation("power_or_zero", 2, _power_or_zero, _d_power_or_zero, "power_or_zero({0}, {1})"),
     Operation("min", 2, min, _d_min, "fmin({0}, {1})"),
     Operation("max", 2, max, _d_max, "fmax({0}, {1})"),
 )

@@ -53,7 +53,8 @@ class Translator:
         """The node of ``expression``; raises DerivationError for an operation the graph does not have."""
         node = self._memory.get(expression)
         if node is None:
-            node = self._memory[expression] = self._translate(expression)
+            with self.graph.as_written():
+                node = self._memory[expression] = self._translate(expression)
         return node
 
     def vector(self, expressions: tuple[sp.Expr, ...]) -> tuple[int, ...]:

@@ -23,6 +23,7 @@ _SYMPY = {name: function for function, name in FUNCTIONS.items()} | {
     "negate": lambda a: -a,
     "sqrt": sp.sqrt,
     "power": sp.Pow,
+    "power_or_zero": sp.Pow,
 }
 _OTHER = {sp.sin: sp.cos, sp.cos: sp.sin}
 

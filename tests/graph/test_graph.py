@@ -11,6 +11,7 @@ import pytest
 import sympy as sp
 
 from lag2fmu.graph.autodiff import forward, reverse
+from lag2fmu.graph.fingerprint import PRIME
 from lag2fmu.graph.graph import Graph
 from lag2fmu.graph.operations import ARITY, CODE, OPERATIONS
 from lag2fmu.graph.translate import Translator
@@ -67,11 +68,70 @@ def test_equal_expressions_are_one_node() -> None:
     ],
 )
 def test_expressions_of_equal_value_are_one_node(a: str, b: str) -> None:
-    """The fingerprint knows them as equal, whatever their form; SymPy agrees."""
+    """What is derived: the fingerprint knows them as equal, whatever their form; SymPy agrees."""
     graph = Graph()
     translate = Translator(graph, {name: graph.symbol(name) for name in NAMES})
-    assert translate(parse(a)) == translate(parse(b))
+    derived = [graph.substitute([translate(parse(text))], {graph.symbol("x"): graph.symbol("q")}) for text in (a, b)]
+    assert derived[0] == derived[1]
     assert sp.simplify(sp.expand_trig(parse(a) - parse(b))) == 0
+
+
+WELL_AND_ILL = [
+    ("x*y", "x*(y/z)*z", {"z": 0.0}),
+    ("x*y*z", "(x*y + 10**17)*z - 10**17*z", {}),
+    ("(x - y)*(x + y)", "x**2 - y**2", {"x": 1.0 + 2**-30, "y": 1.0}),
+    ("sin(x - y)", "sin(x)*cos(y) - cos(x)*sin(y)", {"x": 1.0 + 1e-12, "y": 1.0}),
+    ("sin(x)**2", "1 - cos(x)**2", {"x": 1e-9}),
+]
+
+
+@pytest.mark.parametrize(("well", "ill", "point"), WELL_AND_ILL)
+def test_a_written_formula_is_computed_as_it_is_written(well: str, ill: str, point: dict[str, float]) -> None:
+    """Whichever of two formulas that are equal as algebra comes first; against SymPy with 40 digits.
+
+    Nor does what is derived take the place of what is written: a product of z is, with the other formula there.
+    """
+    point = {"x": 0.3, "y": 0.2, "z": 2.0} | point
+    exact = float(parse(well).subs({sp.Symbol(n, real=True): sp.Float(v, 40) for n, v in point.items()}))
+    parts = [sp.Symbol(f"part_{i}", real=True) for i in range(3)]
+    for texts in ((well, ill), (ill, well)):
+        graph = Graph()
+        translate = Translator(graph, {name: graph.symbol(name) for name in NAMES})
+        named = parse(ill).xreplace(dict(zip(parse(ill).args, parts, strict=False)))
+        for part, e in zip(parts, parse(ill).args, strict=False):
+            translate.define(part.name, translate(e))  # as a definition, with which SymPy cancels nothing
+        nodes = {text: translate(named if text == ill else parse(text)) for text in texts}
+        derived = graph.multiply(graph.constant(3), graph.multiply(nodes[well], graph.symbol("z")))
+        found, tripled = graph.evaluate([nodes[well], derived], point)
+        assert found == pytest.approx(exact, rel=1e-15, abs=0)
+        assert tripled == pytest.approx(3 * point["z"] * exact, rel=1e-15, abs=0)
+
+
+@pytest.mark.parametrize("prime", [PRIME, (1 << 61) - 1])
+@pytest.mark.parametrize("multiple", [1, 2, -1, Fraction(1, 7)])
+def test_numbers_that_are_equal_modulo_a_prime_are_different(prime: int, multiple: Fraction) -> None:
+    """As factors and as terms, alone and put together from others; also where the equal one is there before."""
+    graph = Graph()
+    x = graph.symbol("x")
+    seven = graph.multiply(graph.constant(7), x)
+    for number in (prime * multiple, prime * multiple + 1, prime * multiple + 7):
+        node = graph.constant(Fraction(number))
+        alone, product, total = node, graph.multiply(node, x), graph.add(node, x)
+        halves = graph.multiply(graph.multiply(graph.constant(Fraction(number, 2)), x), graph.constant(2))
+        expected = [float(number), 3.0 * float(number), float(number) + 3.0, 3.0 * float(number), 21.0]
+        assert graph.evaluate([alone, product, total, halves, seven], {"x": 3.0}) == pytest.approx(expected, rel=1e-15)
+
+
+def test_a_node_holds_no_variables_but_those_of_its_formula() -> None:
+    """Of two formulas of one value the one with other variables is not taken: a function need not be given them."""
+    graph = Graph()
+    x, y, seed = (graph.symbol(name) for name in ("x", "y", "seed"))
+    around = graph.divide(graph.multiply(graph.multiply(x, seed), y), seed)
+    direct = graph.multiply(x, y)
+    assert graph.symbols([direct]) == {"x", "y"}
+    assert graph.symbols([graph.multiply(seed, around)]) == {"x", "y", "seed"}
+    sine, cosine = graph.apply("sin", y), graph.apply("cos", y)
+    assert graph.add(graph.multiply(sine, sine), graph.multiply(cosine, cosine)) == graph.one
 
 
 @pytest.mark.parametrize(("a", "b"), [("sin(x)", "cos(x)"), ("x + y", "x - y"), ("exp(x)*exp(y)", "exp(x - y)")])
@@ -110,6 +170,24 @@ def test_powers_multiply() -> None:
     for power in (Fraction(-3, 2), Fraction(1, 3), Fraction(5, 2), Fraction(-2)):
         node = graph.power(x, graph.constant(power))
         assert graph.evaluate([node], {"x": 1.3}) == [pytest.approx(1.3 ** float(power), rel=1e-14)]
+
+
+@pytest.mark.parametrize("power", [Fraction(5, 2), Fraction(3, 2), Fraction(17, 10)])
+@pytest.mark.parametrize("base", ["max(0, -x)", "abs(x)"])
+def test_broken_powers_above_one_are_flat_at_zero(power: Fraction, base: str) -> None:
+    """Value and slope are 0 where the base is; the later derivatives are no numbers there, or 0 where it stays 0."""
+    graph = Graph()
+    x = graph.symbol("x")
+    derivatives = [graph.power(Translator(graph, {"x": x})(parse(base)), graph.constant(power))]
+    for _ in range(3):
+        derivatives += forward(graph, derivatives[-1:], {x: graph.one})
+    assert reverse(graph, {derivatives[0]: graph.one}, [x])[0] == derivatives[1]
+    assert graph.evaluate(derivatives, {"x": 0.0}) == [0.0] * 4
+    if base != "abs(x)":
+        assert graph.evaluate(derivatives, {"x": 2.0}) == [0.0] * 4
+    p, bent = float(power), -0.3
+    slopes = [0.3**p, -p * 0.3 ** (p - 1), p * (p - 1) * 0.3 ** (p - 2), -p * (p - 1) * (p - 2) * 0.3 ** (p - 3)]
+    assert graph.evaluate(derivatives, {"x": bent}) == pytest.approx(slopes, rel=1e-14)
 
 
 FUNCTIONS = ("sqrt", "exp", "log", "sin", "cos", "tan", "asin", "acos", "atan", "sinh", "cosh", "tanh")

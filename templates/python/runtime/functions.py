@@ -1,4 +1,4 @@
-"""Functions that return the limit where those of the module math raise, and two that math does not have."""
+"""Functions that return the limit where those of the module math raise, and three that math does not have."""
 
 from __future__ import annotations
 
@@ -35,6 +35,11 @@ def power(base: float, exponent: float) -> float:
         return math.pow(base, exponent)
     except OverflowError:
         return math.inf if base > 0 or exponent % 2 == 0 else -math.inf
+
+
+def power_or_zero(base: float, exponent: float) -> float:
+    """base to the power of exponent, 0 where base is 0; raises ValueError where it is not real."""
+    return power(base, exponent) if base else 0.0
 
 
 def sign(x: float) -> float:

@@ -1,0 +1,160 @@
+"""Typical sizes of the coordinates whose nominal value nobody gave: what errors are measured by.
+
+Coordinates of one dimension share a size, for what one of them does the others may do. It is the first of these that
+there is, rounded up to a power of ten and at most 1 in the coordinate's unit, so that it only ever sharpens:
+
+- half the range between min and max;
+- where the start lies in a stable linear motion: how far that goes, by the amplitudes of its modes about the place of
+  rest K x = f, which the forces at several times move; for an angle at least ``SMALL_ANGLE`` and
+  for a length at least ``SMALL_PART`` of the greatest length among the parameters, lest a pendulum that starts almost
+  at rest is solved for digits that nobody can see;
+- elsewhere the motion may grow: the greatest of start values, of what the velocities make until the stop time of the
+  experiment, and of the lengths among the parameters; angles keep 1 rad.
+
+Source: L. F. Shampine, M. W. Reichelt, The MATLAB ODE suite, SIAM J. Sci. Comput. 18 (1997), section 2, on thresholds
+below which a solution is of no interest; L. Meirovitch, Fundamentals of Vibrations, section 4.8, for K x = f.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+from scipy.linalg import eigh, null_space
+
+from lag2fmu.description import names
+from lag2fmu.dynamics.constraints import Constraints
+from lag2fmu.dynamics.elimination import Entries
+from lag2fmu.dynamics.samples import mass_matrices, start_values
+from lag2fmu.dynamics.variables import Variables
+from lag2fmu.graph.autodiff import Forward
+from lag2fmu.graph.batches import Floats, matrix
+from lag2fmu.graph.graph import Graph
+from lag2fmu.language.units import parse_unit
+from lag2fmu.mechanism import Coordinate, Mechanism
+
+SMALL_ANGLE, SMALL_PART = 1e-4, 1e-6
+"""The least nominal value of an angle (rad), and that of a length as a part of the greatest one."""
+
+_LARGE = 0.1
+"""Starts beyond this many units need no estimate: rounded up, it is 1 in the unit."""
+
+_TIMES, _STABLE = 9, 1e-9
+_LENGTH, _ANGLE = parse_unit("m").exponents, parse_unit("rad").exponents
+
+
+@dataclass(frozen=True)
+class _Size:
+    """A typical size in SI units, and where it is from."""
+
+    value: float
+    source: str
+
+
+def with_nominals(
+    mechanism: Mechanism,
+    graph: Graph,
+    v: Variables,
+    entries: Entries,
+    forcing: Sequence[int],
+    constraints: Constraints,
+) -> Mechanism:
+    """``mechanism`` with a nominal value of every coordinate that none is given for, see the module.
+
+    ``entries`` and ``forcing`` (n,) are both sides of the equations on ``graph``, which stays as it is.
+    """
+    groups: dict[object, list[int]] = {}
+    for i, q in enumerate(mechanism.coordinates):
+        groups.setdefault(None if q.unit is None else q.unit.exponents, []).append(i)
+    reach: Floats | None = None
+    coordinates = list(mechanism.coordinates)
+    for kind, members in groups.items():
+        group = [mechanism.coordinates[i] for i in members]
+        if all(q.nominal_from == "given" for q in group) or any(_large(q) for q in group):
+            continue
+        if reach is None:
+            reach = _reach(mechanism, graph, v, entries, forcing, constraints)
+        size = _size(mechanism, kind, group, reach[members])
+        if size is not None:
+            for i in members:
+                coordinates[i] = _sized(coordinates[i], size)
+    if coordinates == list(mechanism.coordinates):
+        return mechanism
+    return mechanism.starting_at(coordinates)
+
+
+def _large(q: Coordinate) -> bool:
+    unit = 1.0 if q.unit is None else q.unit.difference_to_si(1.0)
+    given = q.nominal if q.nominal_from == "given" else 0.0
+    return q.minimum is q.maximum is None and max(abs(q.start), given) > _LARGE * unit
+
+
+def _sized(q: Coordinate, size: _Size) -> Coordinate:
+    """The coordinate with its size, if that is smaller than 1 in its unit and none is given"""
+    value = 10.0 ** math.ceil(math.log10(size.value) - 1e-9)
+    return q if q.nominal_from == "given" or value >= q.nominal else replace(q, nominal=value, nominal_from=size.source)
+
+
+def _size(mechanism: Mechanism, kind: object, group: Sequence[Coordinate], reach: Floats) -> _Size | None:
+    """The size that the coordinates of a ``group`` share, None for 1; ``reach`` (k,) of the linear motion, or nan."""
+    ranges = [(q.maximum - q.minimum) / 2 for q in group if q.minimum is not None and q.maximum is not None]
+    if ranges and max(ranges) > 0:
+        return _Size(max(ranges), "half of its range")
+    length = max(_lengths(mechanism), default=0.0) if kind == _LENGTH else 0.0
+    given = [q.nominal for q in group if q.nominal_from == "given"]
+    start = max(abs(q.start) for q in group)
+    if np.all(np.isfinite(reach)) and reach.max() > 0:
+        least = SMALL_ANGLE if kind == _ANGLE else SMALL_PART * length
+        return _Size(max([float(reach.max()), least, *given]), "the linear motion about its start")
+    if kind == _ANGLE:
+        return None
+    drift = max(abs(q.velocity) for q in group) * mechanism.experiment.stop_time
+    found = max([start, drift, length, *given])
+    return _Size(found, "the lengths among the parameters" if found == length else "its start") if found else None
+
+
+def _lengths(mechanism: Mechanism) -> Iterator[float]:
+    for p in mechanism.parameters:
+        if p.value is not None and p.unit is not None and p.unit.exponents == _LENGTH:
+            yield abs(p.value)
+
+
+def _reach(
+    mechanism: Mechanism,
+    graph: Graph,
+    v: Variables,
+    entries: Entries,
+    forcing: Sequence[int],
+    constraints: Constraints,
+) -> Floats:
+    """How far the linear motion about the start, at rest, takes each coordinate from 0, (n,); nan if it is not stable.
+
+    From M (n, n), K = -dforcing/dq and what the constraints leave free, an orthonormal basis N of the null space of G.
+    """
+    n, values = len(v.q), start_values(mechanism) | {names.velocity(q.name): 0.0 for q in mechanism.coordinates}
+    work = graph.copy()
+    columns = [Forward(work, {q: work.one})(forcing) for q in v.q]
+    stiffness = -matrix(work, columns, values, n).T
+    (mass,) = mass_matrices(graph, entries, v.qd, [values])
+    jacobian = matrix(graph, constraints.jacobian, values, n)
+    times = np.linspace(0.0, mechanism.experiment.stop_time, _TIMES)
+    forces = np.array([graph.evaluate(forcing, values | {"t": float(t)}) for t in times]).T
+    unknown = np.full(n, np.nan)
+    if not all(np.isfinite(x).all() for x in (stiffness, mass, jacobian, forces)):
+        return unknown
+    free = null_space(jacobian) if len(jacobian) else np.eye(n)
+    K, M = free.T @ (stiffness + stiffness.T) @ free / 2, free.T @ mass @ free
+    try:
+        squares, modes = eigh(K, M)
+    except np.linalg.LinAlgError:  # M is singular
+        return unknown
+    if not len(squares) or squares[0] <= _STABLE * squares[-1]:
+        return unknown
+    start, velocity = np.array([(q.start, q.velocity) for q in mechanism.coordinates]).T
+    moved = free @ np.linalg.solve(K, free.T @ forces)
+    displaced, pushed = modes.T @ free.T @ mass @ -moved[:, 0], modes.T @ free.T @ mass @ velocity / np.sqrt(squares)
+    swing = np.abs(free @ modes) @ np.hypot(displaced, pushed) + np.abs(moved - moved[:, :1]).max(axis=1)
+    found: Floats = np.maximum(np.abs(start), np.abs(start + moved[:, 0]) + swing)
+    return found

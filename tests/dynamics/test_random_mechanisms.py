@@ -1,0 +1,41 @@
+"""Random mechanisms, with and without constraints, printed and compared with SymPy's Lagrange equations."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from random_mechanisms import expected, mechanism
+
+from lag2fmu.codegen.c import c_function
+from lag2fmu.dynamics import derive, lower
+from lag2fmu.dynamics.samples import samples
+from lag2fmu.fmu.variables import promotable
+
+
+def compare(seed: int) -> None:
+    """The equations of a mechanism at two random states; all its functions are printed, with all outputs."""
+    equations = derive(mechanism(seed))
+    program = lower(equations, promotable(equations, ["all"]), variational=True)
+    texts = [c_function(program, function) for function in program.functions]
+    assert not any("= ;" in text for text in texts)
+    independent = expected(equations.mechanism)
+    outputs = list(equations.outputs.values())
+    for values in samples(equations.mechanism, 2):
+        rows = zip((equations.residual, equations.momenta, outputs), independent.numbers(values), strict=True)
+        for nodes, numbers in rows:
+            found = np.array(equations.graph.evaluate(list(nodes), values))
+            usable = np.isfinite(numbers)  # SymPy's formulas have no value where one of their parts has none
+            bar = 1e-9 * (1.0 + np.abs(numbers).max(initial=0.0, where=usable))
+            assert np.all(np.abs(found - numbers)[usable] <= bar), (seed, found, numbers)
+
+
+@pytest.mark.parametrize("seed", range(4))
+def test_a_random_mechanism_has_the_equations_of_lagrange(seed: int) -> None:
+    compare(seed)
+
+
+@pytest.mark.all_models
+@pytest.mark.parametrize("start", range(10, 400, 10))
+def test_many_random_mechanisms_have_the_equations_of_lagrange(start: int) -> None:
+    for seed in range(start, start + 10):
+        compare(seed)

@@ -1,0 +1,166 @@
+"""Random mechanisms as text, well typed but otherwise without sense, and what SymPy derives from the same text."""
+
+from __future__ import annotations
+
+import random
+from collections.abc import Mapping
+from dataclasses import dataclass
+
+import numpy as np
+import sympy as sp
+
+from lag2fmu.description import names
+from lag2fmu.formats.text import read
+from lag2fmu.mechanism import Mechanism
+
+_UNARY = (
+    "sin({})",
+    "cos({})",
+    "tanh({})",
+    "atan({})",
+    "exp(-({})**2)",
+    "sqrt(1 + ({})**2)",
+    "log(1 + ({})**2)",
+    "cosh(tanh({}))",
+    "abs({})",
+    "abs({})**(3/2)",
+    "max(0, {})**(5/2)",
+    "({})**2",
+    "({})**3",
+    "1/(2 + sin({}))",
+    "(1.5 + cos({}))**(1/3)",
+    "(2 + tanh({}))**(-1/2)",
+)
+_BINARY = (
+    "({} + {})",
+    "({} - {})",
+    "({})*({})",
+    "({})*({})",
+    "({})/(3 + sin({}))",
+    "atan2({}, 2 + ({})**2)",
+    "min({}, {})",
+    "max({}, {})",
+)
+_NUMBERS = ("1", "2", "3", "0.1", "1/3", "pi", "2.5", "-1", "0.7", "1e-3")
+
+
+class Writer:
+    """Writes mechanisms; the same seed gives the same text."""
+
+    def __init__(self, seed: int) -> None:
+        self.choose = random.Random(seed)
+        self.n = self.choose.randint(1, 3)
+        self.q = ["a", "b", "c"][: self.n]
+        self.places = [*self.q, *self.choose.sample(["t", "y0"], self.choose.randint(0, 1)), "m", "k"]
+
+    def expression(self, atoms: list[str], depth: int) -> str:
+        """A random expression of ``atoms``, of up to ``depth`` functions in each other."""
+        if depth == 0 or self.choose.random() < 0.1:
+            return self.choose.choice(atoms if self.choose.random() < 0.8 else list(_NUMBERS))
+        if self.choose.random() < 0.5:
+            return self.choose.choice(_UNARY).format(self.expression(atoms, depth - 1))
+        return self.choose.choice(_BINARY).format(*(self.expression(atoms, depth - 1) for _ in range(2)))
+
+    def kinetic(self) -> str:
+        """A positive definite form, and at times terms of first degree."""
+        terms = [f"(m + ({self.expression(self.places, 2)})**2)*{q}_dot**2/2" for q in self.q]
+        if self.n > 1:
+            terms.append(f"({self.expression(self.places, 2)}*a_dot + b_dot)**2/2")
+        if self.choose.random() < 0.3:
+            terms.append(f"{self.q[0]}_dot*({self.expression(self.places, 2)})")
+        return " + ".join(terms)
+
+    def constraints(self) -> str:
+        """At most one, which can be met whatever the other coordinates are."""
+        kind = self.choose.choice(["", "", "holonomic", "nonholonomic"]) if self.n > 1 else ""
+        last, others = self.q[-1], self.q[:-1]
+        tied = self.expression([*others, "k"], 2)
+        text = {"": "", "holonomic": f"{last} - ({tied})", "nonholonomic": f"{last}_dot - ({tied})*a_dot"}[kind]
+        return f'[constraints.{kind}]\ntie = "{text}"\n' if kind else ""
+
+    def text(self) -> str:
+        """The mechanism in the text format."""
+        speeds = [f"{q}_dot" for q in self.q]
+        constraints, moving = self.constraints(), [*self.places, *speeds]
+        start = [f"start = {self.choose.uniform(-0.9, 0.9):.3f}" for _ in self.q]
+        if constraints:
+            start[-1] = "guess = 0.1"
+        coordinates = "".join(f"{q} = {{ {s} }}\n" for q, s in zip(self.q, start, strict=True))
+        motion = "y0 = { motion = true }\n" if "y0" in self.places else ""
+        return (
+            '[mechanism]\nname = "random"\n[parameters]\nm = { value = 1.3 }\nk = { value = 0.7 }\n'
+            f'l = {{ expression = "{self.expression(["m", "k"], 2)}" }}\n'
+            f"[coordinates]\n{coordinates}[inputs]\nF = {{ start = 0.2 }}\n{motion}"
+            f'[definitions]\nd = "{self.expression(self.places, 2)}"\n'
+            f'[energy]\nkinetic = "{self.kinetic()}"\n'
+            f'potential = "{self.expression([*self.places, "d", "l"], 3)} + {self.expression(self.places, 2)}"\n'
+            f'dissipation = "(m + {self.expression(self.q, 1)}**2)*{self.choose.choice(speeds)}**2/2"\n'
+            f'[forces]\na = "F*({self.expression([*moving, "d"], 2)}) + {self.expression([*moving, "F"], 2)}"\n'
+            f"{constraints}[outputs]\n"
+            f'o1 = {{ expression = "{self.expression([*moving, "d", "l", "F"], 3)}" }}\n'
+            f'o2 = {{ expression = "{self.expression([*self.q, "d"], 3)}" }}\n'
+        )
+
+
+@dataclass(frozen=True)
+class Expected:
+    """Lagrange's equations by SymPy's own derivatives: ``residual`` (n + m,) and the ``momenta`` (n,)."""
+
+    residual: list[sp.Expr]
+    momenta: list[sp.Expr]
+    outputs: list[sp.Expr]
+
+    def numbers(self, values: Mapping[str, float]) -> list[np.ndarray]:
+        """Residual, momenta and outputs in double precision."""
+        rows = [
+            [e.replace(sp.Derivative, lambda *_: sp.S.Zero) for e in row]  # of the sign, where SymPy says no more
+            for row in (self.residual, self.momenta, self.outputs)
+        ]
+        symbols = sorted({s for row in rows for e in row for s in e.free_symbols}, key=str)
+        at = [values[s.name] for s in symbols]
+        modules = [{"Heaviside": lambda x, *_: np.heaviside(x, 0.5), "DiracDelta": lambda *_: 0.0}, "numpy"]
+        return [np.array(sp.lambdify(symbols, row, modules)(*at), dtype=float) for row in rows]
+
+
+def mechanism(seed: int) -> Mechanism:
+    """A random mechanism of one to three coordinates; raises what reading a mechanism raises."""
+    return read(Writer(seed).text(), "random.toml")
+
+
+def expected(given: Mechanism) -> Expected:
+    """The equations of ``given``: M qdd - forcing - G^T multiplier, and the constraints differentiated."""
+    by_name = {s.name: s for _, e in given.expressions() for s in e.free_symbols}
+
+    def symbol(name: str) -> sp.Symbol:
+        return by_name.get(name, sp.Symbol(name, real=True))
+
+    named = {d.name: d.expression for d in given.definitions}
+    named |= {p.name: p.expression for p in given.parameters if p.expression is not None}
+    inner = {symbol(name): e for name, e in named.items()}
+
+    def whole(e: sp.Expr | None) -> sp.Expr:
+        return sp.S.Zero if e is None else sp.sympify(e).xreplace(inner).xreplace(inner)
+
+    moving = [c.name for c in given.coordinates] + [u.name for u in given.motions]
+    chain = [(symbol("t"), sp.S.One)]
+    for name in moving:
+        chain += [(symbol(name), symbol(names.velocity(name)))]
+        chain += [(symbol(names.velocity(name)), symbol(names.acceleration(name)))]
+
+    def rate(e: sp.Expr) -> sp.Expr:
+        return sp.Add(*(e.diff(x) * x_dot for x, x_dot in chain))
+
+    energy = given.energy
+    lagrangian = whole(energy.kinetic) - whole(energy.potential)
+    forces = {f.coordinate: whole(f.expression) for f in given.forces}
+    velocities = [rate(whole(c.expression)) if c.holonomic else whole(c.expression) for c in given.constraints]
+    multipliers = [symbol(names.multiplier(c.name)) for c in given.constraints]
+    residual, momenta = [], []
+    for c in given.coordinates:
+        q, qd = symbol(c.name), symbol(names.velocity(c.name))
+        momenta.append(lagrangian.diff(qd))
+        force = forces.get(c.name, sp.S.Zero) + symbol(names.generalized_force(c.name))
+        force += sum(v.diff(qd) * x for v, x in zip(velocities, multipliers, strict=True))
+        residual.append(rate(momenta[-1]) - lagrangian.diff(q) + whole(energy.dissipation).diff(qd) - force)
+    residual += [rate(v) for v in velocities]
+    return Expected(residual, momenta, [whole(o.expression) for o in given.outputs])
