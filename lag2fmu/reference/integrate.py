@@ -22,6 +22,7 @@ from lag2fmu.mechanism import Mechanism
 from lag2fmu.mechanism.names import acceleration, multiplier, residual, velocity
 from lag2fmu.reference.equations import Equations
 from lag2fmu.reference.signals import Inputs, Signals, signals_of
+from lag2fmu.reference.single import SingleState, single_state
 from lag2fmu.reference.state import Floats, State
 from lag2fmu.reference.trajectory import Trajectory
 
@@ -30,6 +31,8 @@ PACES = 20
 """Points of the motion at which the pace of each coordinate is measured."""
 DAMPING = 0.1
 METHODS = ("DOP853", "Radau")
+COMPILED_AFTER = 1000
+"""Evaluations of a small mechanism's equations that NumPy does in less time than a compiler takes."""
 MAX_EVALUATIONS = 500_000
 """Evaluations of the equations in one run before a method counts as failed (stiff equations stall DOP853)."""
 
@@ -135,11 +138,16 @@ class _Run:
         self.nominal = np.concatenate([nominal, nominal])
         self.evaluations, self.end = 0, np.inf
         self.last = float(times[0]), start
+        self._before_compiling = COMPILED_AFTER if equations.small else 0
+        self._single: SingleState | None = None
 
     def state(self, t: float, z: Floats) -> State:
-        """The state at z (copies, 2 n + 1); inputs that jump keep their value until the end of the segment."""
-        inputs = self.signals.at(min(t, float(np.nextafter(self.end, -np.inf))))
-        return self.equations.energies.state(t, z[:, : self.n], z[:, self.n : 2 * self.n], inputs)
+        """The state at z (copies, 2 n + 1)."""
+        return self.equations.energies.state(t, z[:, : self.n], z[:, self.n : 2 * self.n], self._inputs(t))
+
+    def _inputs(self, t: float) -> Mapping[str, float]:
+        """The inputs at t; those that jump keep their value until the end of the segment."""
+        return self.signals.at(min(t, float(np.nextafter(self.end, -np.inf))))
 
     def check_start(self) -> None:
         """Raise SimulationError where the mechanism cannot start: M singular, something not finite."""
@@ -216,9 +224,19 @@ class _Run:
         if self.evaluations > MAX_EVALUATIONS:
             raise _TooLongError(t)
         self.last = (t, z)
-        copies = z.reshape(-1, 2 * self.n + 1)
-        qdd, _, power = self.equations.rates(self.state(t, copies), self.damping)
-        return np.concatenate([copies[:, self.n : 2 * self.n], qdd.T, power[:, None]], axis=1).ravel()
+        copies, n = z.reshape(-1, 2 * self.n + 1), self.n
+        if self._before_compiling == 0:
+            self._single = single_state(self.equations)
+        self._before_compiling -= 1
+        if self._single is None:
+            qdd, _, power = self.equations.rates(self.state(t, copies), self.damping)
+            return np.concatenate([copies[:, n : 2 * n], qdd.T, power[:, None]], axis=1).ravel()
+        inputs = self.equations.energies.input_values(self._inputs(t))
+        slopes = np.empty_like(copies)
+        slopes[:, :n] = copies[:, n : 2 * n]
+        for copy, slope in zip(copies, slopes, strict=True):
+            slope[n : 2 * n], _, slope[2 * n] = self._single.rates(t, copy, inputs, self.damping)
+        return slopes.ravel()
 
     def _energy_scale(self) -> float:
         """An energy (J) to weigh the error of the work with: T at nominal velocities."""
