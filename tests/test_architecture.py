@@ -50,13 +50,14 @@ ROOMS = {
 
 USERS = {
     "jinja2": {"codegen/templates.py"},
-    "subprocess": {"fmu/compilers.py", "checking/running.py"},
+    "subprocess": {"fmu/compilers.py", "reference/native.py", "checking/running.py"},
     "zipfile": {"fmu/pack.py"},
     "fmpy": {"verify/simulate.py"},
     "lief": {"checking/binaries.py"},
     "matplotlib": {"verify/plots"},
 }
-"""package -> the modules or rooms that use it: one each, but compilers and strangers' FMUs are different programs"""
+"""package -> the modules or rooms that use it: one each, but compilers and strangers' FMUs are different programs, and
+the independent path shares no compiler with what it checks"""
 
 
 def _modules() -> list[Path]:

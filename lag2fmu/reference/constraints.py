@@ -28,6 +28,9 @@ from lag2fmu.reference.state import Floats, State, batch_first, batch_last
 RANK = 1e-10
 """Eigenvalues of the scaled KKT matrix below this count as zero; they are squares of distances between rows of G."""
 
+Values = Sequence[Floats]
+"""phi or A qd + b, velocities, gamma, (m, *batch) each, and G (m, n, *batch)."""
+
 TIGHT, LOOSE = 1e-12, 1e-6
 _ITERATIONS, _HALVINGS = 60, 12
 
@@ -41,7 +44,7 @@ class Constraints:
         self.h, self.m, self.n = len(mechanism.holonomic), len(mechanism.constraints), len(s.q)
         self._constants = tuple(constants)
         self._full_rank: bool | None = None  # of G, where it is asked for the first time
-        self._function = compiled((TIME, *s.q, *s.qd, *s.inputs, *s.parameters), _expressions(mechanism))
+        self._function = compiled((TIME, *s.q, *s.qd, *s.inputs, *s.parameters), constraint_expressions(mechanism))
 
     def __call__(self, state: State) -> tuple[Floats, Floats, Floats, Floats]:
         """phi or A qd + b (m, *batch), velocities (m, *batch), gamma (m, *batch), G (m, n, *batch)."""
@@ -56,16 +59,17 @@ class Constraints:
         damps what an integration lets drift. NaN where M, G or the right side is not finite. Source: Udwadia, Kalaba,
         Analytical Dynamics, chapter 3; J. Baumgarte, Comp. Meth. Appl. Mech. Eng. 1 (1972), pp. 1-16, for the damping.
         """
-        phi, velocity, gamma, jacobian = self(state)
-        position = np.concatenate([phi[: self.h], np.zeros_like(phi[self.h :])])
-        aim = gamma + 2 * rate * velocity + rate**2 * position
+        return self.solved(mass, forcing, self(state), rate)
+
+    def solved(self, mass: Floats, forcing: Floats, values: Values, rate: float = 0.0) -> tuple[Floats, Floats]:
+        """The same for ``values`` of the constraints, as calling gives them."""
+        phi, jacobian = values[0], values[3]
         M, G = batch_first(mass, 2), batch_first(jacobian, 2)
-        right = batch_first(np.concatenate([forcing, -aim]), 1)
+        right = batch_first(np.concatenate([forcing, -self.aim(values, rate)]), 1)
         if not (np.isfinite(M).all() and np.isfinite(G).all() and np.isfinite(right).all()):
             return np.full_like(forcing, np.nan), np.full_like(phi, np.nan)
         if self._full_rank is None:
-            rows = G / np.maximum(np.linalg.norm(G, axis=-1, keepdims=True), 1e-300)
-            self._full_rank = bool((np.linalg.matrix_rank(rows, tol=1e-6) == self.m).all())
+            self._full_rank = self.has_full_rank(G)
         scale = _scales(M, G, self._full_rank)
         matrix = np.zeros((*M.shape[:-2], self.n + self.m, self.n + self.m))
         matrix[..., : self.n, : self.n] = M
@@ -74,6 +78,20 @@ class Constraints:
         matrix *= scale[..., :, None] * scale[..., None, :]
         found = batch_last(scale * _least(matrix, scale * right))
         return found[: self.n], -found[self.n :]
+
+    def aim(self, values: Values, rate: float) -> Floats:
+        """gamma and, at a ``rate`` (1/s), what damps drift: the negative of what G qdd is to be, (m, *batch)."""
+        phi, velocity, gamma, _ = values
+        if not rate:
+            return gamma
+        position = np.concatenate([phi[: self.h], np.zeros_like(phi[self.h :])])
+        aim: Floats = gamma + 2 * rate * velocity + rate**2 * position
+        return aim
+
+    def has_full_rank(self, G: Floats) -> bool:
+        """Whether the rows of G (*batch, m, n) are independent at every state."""
+        rows = G / np.maximum(np.linalg.norm(G, axis=-1, keepdims=True), 1e-300)
+        return bool((np.linalg.matrix_rank(rows, tol=1e-6) == self.m).all())
 
     # ------------------------------------------------------------------------------------------- onto the constraints
 
@@ -122,7 +140,7 @@ class Constraints:
 
 
 @lru_cache(maxsize=16)
-def _expressions(mechanism: Mechanism) -> tuple[sp.Expr, ...]:
+def constraint_expressions(mechanism: Mechanism) -> tuple[sp.Expr, ...]:
     """Values, velocities, gamma and G of the constraints, one after the other."""
     composition, h = composition_of(mechanism), len(mechanism.holonomic)
     s = composition.symbols

@@ -100,6 +100,13 @@ class Energies:
         time[...] = t
         return State(time, batch_last(positions), batch_last(velocities), signals)
 
+    def input_values(self, inputs: Mapping[str, float]) -> Floats:
+        """All inputs in the order of ``input_names``, (3 k + m + n,): those not among ``inputs`` at their starts."""
+        values: Floats = self._starts.copy()
+        for name, value in inputs.items():
+            values[self._row[name]] = value
+        return values
+
     def energies(self, state: State) -> Floats:
         """T, V (J) and R (W) at ``state``: (3, *batch)."""
         rows = self._rows(state)

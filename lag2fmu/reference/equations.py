@@ -29,6 +29,9 @@ from lag2fmu.reference.energies import Energies
 from lag2fmu.reference.functions import BLOCK, STEP, Array
 from lag2fmu.reference.state import Floats, InputValues, State, batch_first, batch_last
 
+SMALL = 3
+"""Coordinates of a mechanism for which compiled equations save no time at a thousand states."""
+
 
 @dataclass(frozen=True)
 class Terms:
@@ -80,16 +83,21 @@ class Equations:
         self._parts = self.energies.velocity_part()
         self._pairs, self._diagonal = np.triu_indices(self.n, 1), np.diag_indices(self.n)
         self._steps = 1j * STEP * np.eye(2 * self.n)  # along each q and qd
-        self._scale = np.ones(self.n)
+        self.scale = np.ones(self.n)
         self._units = self._unit_velocities()
         q, qd = self.energies.start()
         state = self.energies.state(0.0, q, qd)
         # velocities of about equal energy: no digits are lost between coordinates of different units (powers of two)
         diagonal = np.diagonal(self.terms(state).mass_matrix)
         usable = np.isfinite(diagonal) & (diagonal > 1e-20 * np.nanmax(np.abs(diagonal)))
-        self._scale = np.exp2(-np.round(0.5 * np.log2(np.where(usable, diagonal, 1.0))))
+        self.scale = np.exp2(-np.round(0.5 * np.log2(np.where(usable, diagonal, 1.0))))
         self._units = self._unit_velocities()
         self._check_degree(state)
+
+    @property
+    def small(self) -> bool:
+        """Whether NumPy evaluates a state fast: few coordinates, no constraints, nothing on frames."""
+        return self.n <= SMALL and not self.energies.constraints.m and self.energies.spatial.empty
 
     # -------------------------------------------------------------------------------------------- what users ask for
 
@@ -245,7 +253,7 @@ class Equations:
 
     def _unit_velocities(self) -> Floats:
         """The points of polarisation (n, 1 + 2 n + n (n - 1) / 2): 0, e_i, -e_i, e_i + e_j for i < j, scaled."""
-        unit = np.diag(self._scale)
+        unit = np.diag(self.scale)
         i, j = self._pairs
         return np.concatenate([np.zeros((self.n, 1)), unit, -unit, unit[:, i] + unit[:, j]], axis=1)
 
@@ -256,7 +264,7 @@ class Equations:
         matrix = np.empty((n, n, *K.shape[1:]), K.dtype)
         matrix[self._diagonal] = plus + minus - 2 * zero
         matrix[i, j] = matrix[j, i] = K[1 + 2 * n :] - plus[i] - plus[j] + zero
-        scale = self._scale.reshape(n, *(1,) * (K.ndim - 1))
+        scale = self.scale.reshape(n, *(1,) * (K.ndim - 1))
         return matrix / (scale[:, None] * scale), (plus - minus) / (2 * scale)
 
     def _generalized_energy(self, rows: Array) -> Array:
@@ -308,7 +316,7 @@ class Equations:
     def _check_degree(self, state: State) -> None:
         """Raise DerivationError unless the third difference of K along a velocity vanishes."""
         rows = self._rows(state, 4)
-        direction = self._scale * np.cos(np.arange(1, self.n + 1))
+        direction = self.scale * np.cos(np.arange(1, self.n + 1))
         rows[1 + self.n : 1 + 2 * self.n] = np.outer(direction, [2, 1, 0, -1])
         K = self._parts(rows)[0].real * [1, -3, 3, -1]
         if np.isfinite(K).all() and abs(K.sum()) > 1e-9 * np.abs(K).sum():

@@ -100,10 +100,10 @@ NUMERIC: dict[str, Function] = {
     "power": power,
     "pi": np.pi,  # type: ignore[dict-item]
 }
-"""The meaning of every name that ``_NumericPrinter`` writes."""
+"""The meaning of every name that ``NumericPrinter`` writes."""
 
 
-class _NumericPrinter(StrPrinter):  # type: ignore[misc]
+class NumericPrinter(StrPrinter):  # type: ignore[misc]
     """Prints Python that calls NUMERIC.
 
     Customizations: powers that are no integers or roots call ``power`` (NumPy continues them to complex values
@@ -128,7 +128,7 @@ class _NumericPrinter(StrPrinter):  # type: ignore[misc]
         return repr(float(np.e))
 
 
-def _shared(expressions: Any) -> Any:
+def shared(expressions: Any) -> Any:
     """Common subexpressions of ``expressions``, named apart from the arguments a0, a1, ..."""
     return sp.cse(expressions, symbols=numbered_symbols("c", real=True), list=False, order="none")
 
@@ -153,7 +153,7 @@ def _compiled(
     renamed = {old: sp.Symbol(f"a{i}", real=True) for i, old in enumerate(arguments)}
     outputs = [expression.xreplace(renamed) for expression in expressions]
     function = sp.lambdify(
-        list(renamed.values()), outputs, modules=[NUMERIC], printer=_NumericPrinter({"order": "none"}), cse=_shared
+        list(renamed.values()), outputs, modules=[NUMERIC], printer=NumericPrinter({"order": "none"}), cse=shared
     )
 
     def evaluate(rows: Array, constants: Sequence[float]) -> Array:

@@ -16,6 +16,7 @@ from lag2fmu.errors import SimulationError
 from lag2fmu.mechanism import Mechanism
 from lag2fmu.reference.equations import Equations
 from lag2fmu.reference.integrate import DAMPING, METHODS
+from lag2fmu.reference.single import single_state
 from lag2fmu.reference.state import Floats
 from lag2fmu.reference.trajectory import Trajectory
 
@@ -55,6 +56,8 @@ class _Canonical:
         self.n, self.nominal = self.equations.n, np.array([c.nominal for c in mechanism.coordinates])
         # what pulls back onto the constraints, as in ``integrate``
         self.damping = DAMPING / mechanism.experiment.step if self.equations.energies.constraints.m else 0.0
+        self.single = None if self.equations.small else single_state(self.equations)
+        self.terms = self.equations.terms if self.single is None else self.single.terms
 
     def start(self, t: float) -> Floats:
         """z of the declared start, guesses solved for the constraints at ``t``."""
@@ -68,7 +71,7 @@ class _Canonical:
 
     def velocity(self, t: float, q: Floats, p: Floats) -> Floats:
         """qd (n,) of p (n,), M and b being those at rest; raises SimulationError if M is singular."""
-        resting = self.equations.terms(self.equations.energies.state(t, q, np.zeros(self.n)))
+        resting = self.terms(self.equations.energies.state(t, q, np.zeros(self.n)))
         M, diagonal = resting.mass_matrix, np.diagonal(resting.mass_matrix)
         scale = 1 / np.sqrt(np.where(diagonal > 0, diagonal, 1.0))
         scaled = scale[:, None] * M * scale
@@ -84,10 +87,14 @@ class _Canonical:
         """dz/dt, (2 n,)."""
         qd = self.velocity(t, z[: self.n], z[self.n :])
         state = self.equations.energies.state(t, z[: self.n], qd)
-        terms = self.equations.terms(state)
+        terms = self.terms(state)
         force = terms.lagrangian_slope + terms.forces - terms.dissipation_slope
         constraints = self.equations.energies.constraints
         if constraints.m:
-            multipliers = self.equations.rates(state, self.damping)[1]
-            force = force + np.einsum("ki,k->i", constraints(state)[3], multipliers)
+            if self.single is None:
+                multipliers, jacobian = self.equations.rates(state, self.damping)[1], constraints(state)[3]
+            else:
+                multipliers = self.single.rates(t, np.concatenate([z[: self.n], qd]), state.inputs, self.damping)[1]
+                jacobian = self.single.jacobian
+            force = force + multipliers @ jacobian
         return np.concatenate([qd, force])

@@ -22,12 +22,17 @@ from lag2fmu.errors import LoadError, SimulationError
 from lag2fmu.mechanism import Mechanism
 from lag2fmu.reference.equations import Equations
 from lag2fmu.reference.signals import Inputs, Signals, signals_of
+from lag2fmu.reference.single import SingleState, single_state
 from lag2fmu.reference.state import Floats, State
 from lag2fmu.reference.trajectory import Trajectory
 
 PERTURBATION = 1e-8
+PACES = 20
+"""Points of the motion at which the pace of each coordinate is measured."""
 DAMPING = 0.1
 METHODS = ("DOP853", "Radau")
+COMPILED_AFTER = 1000
+"""Evaluations of a small mechanism's equations that NumPy does in less time than a compiler takes."""
 MAX_EVALUATIONS = 500_000
 """Evaluations of the equations in one run before a method counts as failed (stiff equations stall DOP853)."""
 
@@ -41,8 +46,9 @@ class Reference:
     ``work`` (m,): integral of Q.qd - qd.dR/dqd - dL/dt in J, so that generalized_energy - work is constant.
     ``scales``: max(range, nominal) of every q and qd (nominal of qd: the same by 1 s).
     ``error``: |difference| of the runs at rtol and 10 rtol, for q, qd; an estimate from above for the trajectory.
-    ``amplification`` (m,): A(t), largest ratio until t of the distance of two runs to the distance of their starts,
-    in the norm max |difference| / scale over q and qd. ``method`` is what was used, ``evaluations`` what it took.
+    ``amplification`` (m,): A(t), largest ratio until t of the distance of two runs to the distance of their starts, in
+    units of the motion: the norm max |difference| / unit over q and qd, see ``_units``. ``method`` is what was used,
+    ``evaluations`` what it took.
     """
 
     trajectory: Trajectory
@@ -58,6 +64,19 @@ class Reference:
         """The estimated error relative to ``scales``, the worst of q and qd: (m,)."""
         worst: Floats = (self.error.values / [self.scales[name] for name in self.error.names]).max(axis=1)
         return worst
+
+    @property
+    def growth(self) -> Floats:
+        """How much larger than one error of a solver's step the sum of all may be, relative to a hundred of them: (m,).
+
+        The amplification; and at least 1 for every hundred radians that the motion has swung through, for each of them
+        adds an error of its own.
+        """
+        columns = [velocity(c) for c in self.scales if velocity(c) in self.scales]
+        turns = np.abs(np.diff(self.trajectory.columns(columns), axis=0)) / [self.scales[name] for name in columns]
+        radians = np.pi * np.concatenate([[0.0], np.cumsum(turns, axis=0).max(axis=1)])
+        larger: Floats = np.maximum(np.maximum(1.0, self.amplification), radians / 100)
+        return larger
 
     @property
     def balance(self) -> Floats:
@@ -98,8 +117,9 @@ def integrate(
             raw, evaluations = run.solve(name, rtol, run.start[None], pieces=2)
             fine = run.projected(grid, raw[:, 0])
             scales = _scales(fine, run.nominal)
-            coarse, more = run.solve(name, 10 * rtol, np.stack([run.start, run.perturbed(scales)]), pieces=1)
-            return _assembled(run, fine, coarse, scales, name, evaluations + more)
+            units = _units(run, fine, scales)
+            coarse, more = run.solve(name, 10 * rtol, np.stack([run.start, run.perturbed(units)]), pieces=1)
+            return _assembled(run, fine, coarse, (scales, units), name, evaluations + more)
         except SimulationError:
             if name == METHODS[-1]:
                 raise
@@ -118,11 +138,16 @@ class _Run:
         self.nominal = np.concatenate([nominal, nominal])
         self.evaluations, self.end = 0, np.inf
         self.last = float(times[0]), start
+        self._before_compiling = COMPILED_AFTER if equations.small else 0
+        self._single: SingleState | None = None
 
     def state(self, t: float, z: Floats) -> State:
-        """The state at z (copies, 2 n + 1); inputs that jump keep their value until the end of the segment."""
-        inputs = self.signals.at(min(t, float(np.nextafter(self.end, -np.inf))))
-        return self.equations.energies.state(t, z[:, : self.n], z[:, self.n : 2 * self.n], inputs)
+        """The state at z (copies, 2 n + 1)."""
+        return self.equations.energies.state(t, z[:, : self.n], z[:, self.n : 2 * self.n], self._inputs(t))
+
+    def _inputs(self, t: float) -> Mapping[str, float]:
+        """The inputs at t; those that jump keep their value until the end of the segment."""
+        return self.signals.at(min(t, float(np.nextafter(self.end, -np.inf))))
 
     def check_start(self) -> None:
         """Raise SimulationError where the mechanism cannot start: M singular, something not finite."""
@@ -136,11 +161,11 @@ class _Run:
         if "singular" in reason:
             raise SimulationError(f"{self._place(self.times[0])}: {reason}")
 
-    def perturbed(self, scales: Floats) -> Floats:
-        """The start moved by 1e-8 in the norm of the scales, along a direction without symmetry."""
+    def perturbed(self, units: Floats) -> Floats:
+        """The start moved by 1e-8 in the norm of the ``units`` (2 n,), along a direction without symmetry."""
         direction = np.cos(np.arange(1, 2 * self.n + 1))
         moved: Floats = self.start.copy()
-        moved[: 2 * self.n] += PERTURBATION * scales * direction / np.abs(direction).max()
+        moved[: 2 * self.n] += PERTURBATION * units * direction / np.abs(direction).max()
         back: Floats = self.projected(self.times[:1], moved[None])[0]
         return back
 
@@ -199,9 +224,19 @@ class _Run:
         if self.evaluations > MAX_EVALUATIONS:
             raise _TooLongError(t)
         self.last = (t, z)
-        copies = z.reshape(-1, 2 * self.n + 1)
-        qdd, _, power = self.equations.rates(self.state(t, copies), self.damping)
-        return np.concatenate([copies[:, self.n : 2 * self.n], qdd.T, power[:, None]], axis=1).ravel()
+        copies, n = z.reshape(-1, 2 * self.n + 1), self.n
+        if self._before_compiling == 0:
+            self._single = single_state(self.equations)
+        self._before_compiling -= 1
+        if self._single is None:
+            qdd, _, power = self.equations.rates(self.state(t, copies), self.damping)
+            return np.concatenate([copies[:, n : 2 * n], qdd.T, power[:, None]], axis=1).ravel()
+        inputs = self.equations.energies.input_values(self._inputs(t))
+        slopes = np.empty_like(copies)
+        slopes[:, :n] = copies[:, n : 2 * n]
+        for copy, slope in zip(copies, slopes, strict=True):
+            slope[n : 2 * n], _, slope[2 * n] = self._single.rates(t, copy, inputs, self.damping)
+        return slopes.ravel()
 
     def _energy_scale(self) -> float:
         """An energy (J) to weigh the error of the work with: T at nominal velocities."""
@@ -264,8 +299,34 @@ def _scales(z: Floats, nominal: Floats) -> Floats:
     return scales
 
 
-def _assembled(run: _Run, fine: Floats, coarse: Floats, scales: Floats, method: str, evaluations: int) -> Reference:
-    """The record of two runs: ``fine`` (m, 2 n + 1), ``coarse`` (m, 2, 2 n + 1) with the perturbed one."""
+def _units(run: _Run, z: Floats, scales: Floats) -> Floats:
+    """What distances of two runs are measured in, (2 n,): the scales, velocities by the pace of their coordinates too.
+
+    A coordinate that is moved by its scale swings with the rate sqrt(|d qdd/dq|) (1/s, the greatest along z (m, 2 n +
+    1)) and gets velocities of scale times rate. Without that a fast vibration would look like a growing one.
+    """
+    n = run.n
+    rows = np.unique(np.linspace(0, len(z) - 1, PACES).astype(int))
+    times, q, qd = run.times[rows], z[rows, :n], z[rows, n : 2 * n]
+    inputs = run.signals.sampled(times)
+    changes = []
+    for i, change in enumerate(1e-6 * scales[:n]):
+        sides = []
+        for sign in (1, -1):
+            moved = q.copy()
+            moved[:, i] += sign * change
+            sides.append(run.equations.rates(run.equations.energies.state(times, moved, qd, inputs))[0][i])
+        changes.append(np.nanmax(np.nan_to_num(np.abs(sides[0] - sides[1]), posinf=0.0)) / (2 * change))
+    return np.concatenate([scales[:n], np.maximum(scales[n:], scales[:n] * np.sqrt(changes))])
+
+
+def _assembled(
+    run: _Run, fine: Floats, coarse: Floats, measures: tuple[Floats, Floats], method: str, evaluations: int
+) -> Reference:
+    """The record of two runs: ``fine`` (m, 2 n + 1), ``coarse`` (m, 2, 2 n + 1) with the perturbed one.
+
+    ``measures`` are the scales and units of q and qd, (2 n,) each.
+    """
     n, equations, times = run.n, run.equations, run.times
     inputs = run.signals.sampled(times)
     names = [c.name for c in equations.mechanism.coordinates]
@@ -279,7 +340,8 @@ def _assembled(run: _Run, fine: Floats, coarse: Floats, scales: Floats, method: 
         columns |= dict(zip(map(name, constraints), found(times, q, qd, inputs).T, strict=True))
     for energy in ("kinetic_energy", "potential_energy", "generalized_energy"):
         columns[energy] = getattr(equations, energy)(times, q, qd, inputs)
-    distance = (np.abs(coarse[:, 1, : 2 * n] - coarse[:, 0, : 2 * n]) / scales).max(axis=1)
+    scales, units = measures
+    distance = (np.abs(coarse[:, 1, : 2 * n] - coarse[:, 0, : 2 * n]) / units).max(axis=1)
     return Reference(
         trajectory=Trajectory.of(times, columns),
         work=fine[:, 2 * n],

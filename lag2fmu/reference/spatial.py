@@ -19,17 +19,7 @@ from lag2fmu.description.places import WORLD
 from lag2fmu.language.expressions import TIME
 from lag2fmu.mechanism import Body, Damper, Load, Output, Spring
 from lag2fmu.reference.composition import Composition
-from lag2fmu.reference.frames import (
-    Pose,
-    Slots,
-    Spot,
-    apply,
-    apply_transposed,
-    dot,
-    links_of,
-    poses_of,
-    spot_of,
-)
+from lag2fmu.reference.frames import Pose, Slots, Spot, apply, apply_transposed, dot, links_of, poses_of, spot_of
 from lag2fmu.reference.functions import BLOCK, Array, atan2, compiled
 from lag2fmu.reference.quaternions import Quaternions
 
@@ -71,12 +61,17 @@ class Spatial:
         self._spots = {place.name: spot_of(composition, slots, place.name) for place in m.places if place.frame}
         self._pull = slots.add(self._gravity())
         self._configuration = (TIME, *s.q, *s.qd, *s.motion, *s.motion_dot)
-        self._expressions = slots.expressions
-        self._local = compiled((*self._configuration, *s.parameters), self._expressions)
+        self.expressions = slots.expressions
+        self._local = compiled((*self._configuration, *s.parameters), self.expressions)
         entries = [x for load in self._loads for x in _entries(composition, load)]
         self._entries = compiled((TIME, *s.q, *s.qd, *s.inputs, *s.parameters), entries)
         wanted = [str(x.frame) for x in self._outputs if x.quantity == "quaternion"]
         self._quaternions = Quaternions(composition, wanted, constants)
+
+    @property
+    def loaded(self) -> bool:
+        """Do loads act on frames?"""
+        return bool(self._loads)
 
     @property
     def empty(self) -> bool:
@@ -90,13 +85,13 @@ class Spatial:
 
         def evaluate(block: Array) -> Array:
             values = self._local(block, self._constants)
-            return np.stack(np.broadcast_arrays(*self._terms(values, np.sqrt, np.zeros(block.shape[1:], block.dtype))))
+            return np.stack(np.broadcast_arrays(*self.terms(values, np.sqrt, np.zeros(block.shape[1:], block.dtype))))
 
         return _in_blocks(evaluate, rows, 3)
 
     def symbolic(self) -> Terms:
         """The same as expressions, which grow with every frame: for small mechanisms only."""
-        return self._terms(np.array(self._expressions, dtype=object), sp.sqrt, sp.S.Zero)
+        return self.terms(np.array(self.expressions, dtype=object), sp.sqrt, sp.S.Zero)
 
     def forces(self, rows: Array, inputs: Array) -> Array:
         """Q of the loads on frames (n, *shape); ``inputs`` (3 k + m + n, *shape) are those of ``Symbols.inputs``.
@@ -119,7 +114,7 @@ class Spatial:
 
     def symbolic_forces(self) -> list[sp.Expr]:
         """Q of the loads on frames as expressions, (n,)."""
-        s, values = self._composition.symbols, np.array(self._expressions, dtype=object)
+        s, values = self._composition.symbols, np.array(self.expressions, dtype=object)
         poses, total = poses_of(self._links, values), [sp.S.Zero] * self.n
         for load in self._loads:
             moved, R = self._moved(load, poses, values)
@@ -175,7 +170,8 @@ class Spatial:
             return [sp.S.Zero] * 3
         return [written(gravity.acceleration) * written(x) for x in gravity.direction or (0, 0, -1)]
 
-    def _terms(self, values: Array, root: Callable[[Any], Any], zero: Any) -> Terms:
+    def terms(self, values: Array, root: Callable[[Any], Any], zero: Any) -> Terms:
+        """T, V (J) and R (W) for ``values`` of the ``expressions``, numbers of any kind with ``root`` and ``zero``."""
         poses = poses_of(self._links, values)
         T, V, R = zero, zero, zero
         for body in self._bodies:

@@ -322,7 +322,7 @@ def test_the_solver_is_chosen_for_the_motion_at_the_start(tmp_path: Path) -> Non
 def test_a_report_says_which_solver_suits_and_what_the_fmu_warned_of() -> None:
     fast = with_values(load("spring_mass_damper"), {"k": 1e6, "c": 1e4})
     notes = " ".join(validate(fast, stop_time=0.5, solver="dopri5").notes)
-    assert "radau5 suits this mechanism; the motion is stiff at its start, with decays of 9.9e+03 /s" in notes
+    assert "the export takes radau5: the motion is stiff at its start, with decays of 9.9e+03 /s" in notes
     assert "The FMU warned, co-simulation, step" in notes
     assert "stability, not accuracy, bounds the steps" in notes
     assert "warned" not in " ".join(validate(load("pendulum"), stop_time=1.0).notes)

@@ -7,15 +7,16 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from sympy import Rational
+from sympy import Rational, cos, sin
 
 import lag2fmu
 from lag2fmu.errors import ExportError, LoadError, MechanismError
 from lag2fmu.formats.loading import load, with_values
-from lag2fmu.mechanism import Mechanism
-from lag2fmu.reference import Trajectory
+from lag2fmu.mechanism import Body, Energy, Mechanism, coordinate, signal
+from lag2fmu.reference import Trajectory, integrate
 from lag2fmu.verify import Report
-from lag2fmu.verify.validate import validate_fmu
+from lag2fmu.verify.task import Task
+from lag2fmu.verify.validate import extent_check, validate_fmu
 
 pytestmark = pytest.mark.fmu
 
@@ -113,7 +114,83 @@ def test_a_support_of_another_frequency(exported) -> None:
     assert found >= TRAJECTORIES | {POINTWISE_ENERGY}
 
 
+# ------------------------------------------------------------------------------------------- right models that pass
+
+
+def test_inputs_with_a_start_are_no_error(exported) -> None:
+    """A pushed mass: its momentum is conserved without a push only; d/dt p_x = F, and p_y stays."""
+    x, y, F = coordinate("x", "m", start=1.0), coordinate("y", "m", velocity=2.0), signal("F", "N", start=3.0)
+    pushed = Mechanism("pushed", coordinates=[x, y], inputs=[F], bodies=[Body("mass", 1.5, (x, y))], forces={x: F})
+    report = lag2fmu.validate(exported(pushed), stop_time=2.0)
+    assert report.passed, str(report)
+    assert [c.name for c in report.checks if c.name.startswith("conserved")] == [
+        "conserved: p_y",
+    ]
+
+
+def test_random_states_stay_where_the_mechanism_is_meant(exported) -> None:
+    """A rope of 20 m, between 15 and 30 m; the potential has a cube root without a value below 10 m."""
+    theta = coordinate("theta", "rad", start=0.3, minimum=0.25, maximum=1.0)
+    rope = signal("l", "m", motion=True, start=20.0, minimum=15.0, maximum=30.0)
+    bob = Body("bob", 2.0, (rope * sin(theta), -rope * cos(theta)))
+    energy = Energy(potential=(rope - 10) ** Rational(1, 3) * theta**2)
+    crane = Mechanism("crane", coordinates=[theta], inputs=[rope], bodies=[bob], gravity=9.81, energy=energy)
+    report = lag2fmu.validate(exported(crane), stop_time=0.1)
+    assert report.passed, str(report)
+
+
+def test_ill_conditioned_equations_are_compared_as_well_as_they_are_known(exported) -> None:
+    """Of two masses of 1 and 1e-9 kg in one sum: rounding alone moves the accelerations by more than 1e-10."""
+    a, b = coordinate("a", "m", start=0.1), coordinate("b", "m", start=0.2)
+    bodies = [Body("heavy", 1.0, (a + b, 0)), Body("light", 1e-9, (a - b, 0))]
+    energy = Energy(potential=a**2 * b**2 / 2 + (a + b) ** 2)
+    pair = Mechanism("pair", coordinates=[a, b], bodies=bodies, energy=energy)
+    checks = {c.name: c for c in lag2fmu.validate(exported(pair), stop_time=1e-6).checks}
+    check = checks["accelerations, random states"]
+    assert check.passed
+    assert check.bar > 1e-10
+
+
+def test_what_fails_says_where(exported) -> None:
+    mechanism = load("cart_pole")
+    outputs = [replace(output, expression=LITTLE * output.expression) for output in mechanism.outputs]
+    report = compared(exported, "cart_pole", replace(mechanism, outputs=outputs))
+    (detail,) = [check.detail for check in report.checks if not check.passed]
+    assert detail in {"largest difference: x_tip", "largest difference: y_tip"}
+
+
 # ------------------------------------------------------------------------------------------------------------- chaos
+
+
+def test_a_comparison_that_did_not_happen_is_not_ok(exported) -> None:
+    """Errors that grow by 1e5 at once leave nothing to compare at a tolerance of 1e-6."""
+    mechanism = load("pendulum")
+    task = Task(mechanism, exported("pendulum").path, 2.0, 1e-6, None)
+    reference = integrate(mechanism, task.grid(0.01))
+    assert not list(extent_check(task, reference))
+    wild = replace(reference, amplification=np.where(reference.trajectory.time > 0, 1e5, 1.0))
+    (check,) = extent_check(task, wild)
+    assert not check.passed
+    assert "comparison ends at t = 0 s" in check.detail
+    assert "sharper --tolerance" in check.detail
+
+
+def test_a_fast_vibration_is_no_chaos() -> None:
+    """1 mm at 1000 rad/s: x = 1e-3 cos(1000 t) neither grows nor shrinks, whatever its nominal value is."""
+    x = coordinate("x", "m", start=1e-3)
+    fast = Mechanism("fast", coordinates=[x], energy=Energy(kinetic=x.dot**2 / 2, potential=1e6 * x**2 / 2))
+    times = np.linspace(0, 0.05, 501)
+    reference = integrate(fast, times, rtol=1e-9)
+    assert reference.trajectory["x"] == pytest.approx(1e-3 * np.cos(1000 * times), abs=1e-8)
+    assert reference.amplification.max() < 2
+
+
+def test_a_long_vibration_adds_errors_for_every_radian() -> None:
+    x = coordinate("x", "m", start=1.0)
+    slow = Mechanism("slow", coordinates=[x], energy=Energy(kinetic=x.dot**2 / 2, potential=x**2 / 2))
+    reference = integrate(slow, np.linspace(0, 400, 4001), rtol=1e-8)
+    assert reference.growth[-1] == pytest.approx(4, rel=0.01)  # 400 radians
+    assert reference.growth[100] < 2
 
 
 @pytest.mark.slow

@@ -1,0 +1,216 @@
+"""The terms of the equations at single states, compiled: the expressions of the independent path as C, for integration.
+
+``native.c`` does at one state what ``equations`` does with NumPy for a batch; what belongs to the mechanism is written
+here, from the same expressions. The compiler is zig, a dependency of lag2fmu; without it NumPy does everything.
+"""
+
+from __future__ import annotations
+
+import ctypes
+import subprocess
+import sys
+import tempfile
+from collections.abc import Sequence
+from functools import lru_cache
+from importlib.util import find_spec
+from pathlib import Path
+from platform import machine
+from typing import Any
+
+import numpy as np
+import sympy as sp
+
+from lag2fmu.language.expressions import NAME_OF, TIME
+from lag2fmu.mechanism import Mechanism
+from lag2fmu.reference.composition import composition_of
+from lag2fmu.reference.constraints import constraint_expressions
+from lag2fmu.reference.functions import NumericPrinter, shared
+from lag2fmu.reference.spatial import Spatial
+
+Function = Any
+"""A function of a library, as ctypes has it."""
+
+_SMALL_POWER = 8
+
+
+class _CPrinter(NumericPrinter):
+    """Prints C that calls the functions of native.c; every number is a double."""
+
+    def _print_Function(self, expr: sp.Expr) -> str:
+        name = NAME_OF[expr.func]
+        arguments = [self._print(x) for x in (expr.args[:1] if isinstance(expr, sp.Heaviside) else expr.args)]
+        if name not in {"min", "max"}:
+            return f"z_{name}({', '.join(arguments)})"
+        nested: str = arguments[0]
+        for argument in arguments[1:]:
+            nested = f"z_{name}({nested}, {argument})"
+        return nested
+
+    _print_Abs = _print_Heaviside = _print_Min = _print_Max = _print_LatticeOp = _print_Function
+
+    def _print_Pow(self, expr: sp.Expr, rational: bool = False) -> str:
+        base, exponent = self._print(expr.base), expr.exp
+        if exponent.is_Integer and abs(int(exponent)) <= _SMALL_POWER:
+            return f"z_inverse({base})" if exponent == -1 else f"z_integer_power({base}, {int(exponent)})"
+        if abs(exponent) == sp.S.Half:
+            return f"z_sqrt({base})" if exponent > 0 else f"z_inverse(z_sqrt({base}))"
+        return f"z_power({base}, {self._print(exponent)})"
+
+    def _print_Integer(self, expr: sp.Expr) -> str:
+        return repr(float(expr))
+
+    def _print_Rational(self, expr: sp.Expr) -> str:
+        return f"({float(expr.p)!r}/{float(expr.q)!r})"
+
+    def _print_Float(self, expr: sp.Expr) -> str:
+        return repr(float(expr))
+
+    def _print_Pi(self, expr: sp.Expr) -> str:
+        return repr(float(np.pi))
+
+    _print_Zero = _print_One = _print_NegativeOne = _print_Integer
+    _print_Half = _print_Rational
+
+
+class _Tape:
+    """Lines of C, each a value that is used later; equal ones stand once."""
+
+    def __init__(self) -> None:
+        self.lines: list[str] = []
+        self._known: dict[str, _Traced] = {}
+
+    def value(self, text: str) -> _Traced:
+        """The value of ``text``, an expression of earlier ones."""
+        if text not in self._known:
+            name = f"s{len(self._known)}"
+            self.lines.append(f"const Z {name} = {text};")
+            self._known[text] = _Traced(self, name)
+        return self._known[text]
+
+
+class _Traced:
+    """A number that writes down what is done to it; zeros and ones of matrices leave no trace."""
+
+    def __init__(self, tape: _Tape, name: str) -> None:
+        self.tape, self.name = tape, name
+
+    def __add__(self, other: Any) -> Any:
+        return self._with(other, "{0} + {1}", zero=self)
+
+    def __radd__(self, other: Any) -> Any:
+        return self._with(other, "{1} + {0}", zero=self)
+
+    def __sub__(self, other: Any) -> Any:
+        return self._with(other, "{0} - {1}", zero=self)
+
+    def __rsub__(self, other: Any) -> Any:
+        return self._with(other, "{1} - {0}", zero=None)
+
+    def __mul__(self, other: Any) -> Any:
+        return self if _is(other, 1) else self._with(other, "{0} * {1}", zero=0)
+
+    __rmul__ = __mul__
+
+    def __truediv__(self, other: Any) -> Any:
+        return self._with(other, "{0} * z_inverse({1})", zero=None)
+
+    def _with(self, other: Any, formula: str, zero: Any) -> Any:
+        """``formula`` of both, or ``zero`` (if there is one) where ``other`` is; arrays go through their entries."""
+        if isinstance(other, np.ndarray):
+            return NotImplemented
+        if zero is not None and _is(other, 0):
+            return zero
+        return self.tape.value(formula.format(self.name, _named(other)))
+
+    def __neg__(self) -> _Traced:
+        return self.tape.value(f"-{self.name}")
+
+    def __pow__(self, exponent: int) -> _Traced:
+        return self.tape.value(f"z_integer_power({self.name}, {exponent})")
+
+
+def _is(value: object, number: int) -> bool:
+    return isinstance(value, (int, float)) and value == number
+
+
+def _named(value: object) -> str:
+    return value.name if isinstance(value, _Traced) else repr(float(value))  # type: ignore[arg-type]
+
+
+@lru_cache(maxsize=16)
+def native_terms(mechanism: Mechanism) -> Function | None:
+    """The function ``terms`` of native.c for ``mechanism``, None where there is no compiler.
+
+    What loads on frames do to Q is left out of it.
+    """
+    if find_spec("ziglang") is None:
+        return None
+    target = ["-target", f"{machine()}-linux-gnu.2.17"] if sys.platform == "linux" else []
+    # complex products without care for infinite ones: with it clang takes ten times as long
+    command = [sys.executable, "-m", "ziglang", "cc", *target, "-std=c99", "-O1", "-fcx-limited-range"]
+    command += ["-ffp-contract=off", "-fno-math-errno", "-g0", "-fPIC", "-shared", "-o", "terms", "native.c", "-lm"]
+    with tempfile.TemporaryDirectory(prefix="lag2fmu-", ignore_cleanup_errors=True) as folder:
+        Path(folder, "mechanism.h").write_text(_header(mechanism), "utf-8")
+        Path(folder, "native.c").write_text(Path(__file__).with_name("native.c").read_text("utf-8"), "utf-8")
+        try:
+            subprocess.run(command, cwd=folder, capture_output=True, check=True)
+            function = ctypes.CDLL(str(Path(folder, "terms"))).terms
+        except (OSError, subprocess.CalledProcessError):
+            return None
+    function.argtypes, function.restype = [ctypes.c_void_p] * 4, None
+    return function
+
+
+def _header(mechanism: Mechanism) -> str:
+    """What native.c includes: sizes, and the functions of a mechanism."""
+    c = composition_of(mechanism)
+    s, m = c.symbols, len(mechanism.constraints)
+    sizes = {"N": len(s.q), "MOTIONS": len(s.motion), "OTHERS": len(s.plain) + len(s.external), "M": m}
+    constants = {p: sp.Symbol(f"p[{i}]", real=True) for i, p in enumerate(s.parameters)}
+    configuration = (TIME, *s.q, *s.qd, *s.motion, *s.motion_dot)
+    everything = (TIME, *s.q, *s.qd, *s.inputs)
+    return "\n".join(
+        [
+            *(f"#define {name} {size}" for name, size in sizes.items()),
+            _energies(mechanism, _renamed(configuration) | constants),
+            _function("forces", "double", c.forces, _renamed(everything) | constants),
+            _function("constraints", "double", constraint_expressions(mechanism), _renamed(everything) | constants),
+            "",
+        ]
+    )
+
+
+def _renamed(arguments: Sequence[sp.Symbol]) -> dict[sp.Symbol, sp.Symbol]:
+    return {old: sp.Symbol(f"a[{i}]", real=True) for i, old in enumerate(arguments)}
+
+
+def _energies(mechanism: Mechanism, names: dict[sp.Symbol, sp.Symbol]) -> str:
+    """K, U, R as ``Energies.velocity_part`` has them: what is on frames is composed line by line."""
+    c = composition_of(mechanism)
+    spatial, tape = Spatial(c, ()), _Tape()
+    own = (*c.velocity_part(), c.dissipation)
+    lines, written = _written([*own, *spatial.expressions], names)
+    sums = written[: len(own)]
+    if not spatial.empty:
+        values = np.array([tape.value(text) for text in written[len(own) :]], dtype=object)
+        framed = spatial.terms(values, lambda x: tape.value(f"z_sqrt({_named(x)})"), 0)
+        sums = [f"{text} + {_named(x)}" for text, x in zip(sums, framed, strict=True)]
+    return _body("energies", "Z", [*lines, *tape.lines], sums)
+
+
+def _function(name: str, kind: str, expressions: Sequence[sp.Expr], names: dict[sp.Symbol, sp.Symbol]) -> str:
+    return _body(name, kind, *_written(expressions, names))
+
+
+def _written(expressions: Sequence[sp.Expr], names: dict[sp.Symbol, sp.Symbol]) -> tuple[list[str], list[str]]:
+    """Lines of common subexpressions, and the texts of ``expressions``, in C."""
+    printer = _CPrinter({"order": "none"})
+    common, left = shared([x.xreplace(names) for x in expressions])
+    return [f"const Z {name} = {printer.doprint(x)};" for name, x in common], [printer.doprint(x) for x in left]
+
+
+def _body(name: str, kind: str, lines: Sequence[str], results: Sequence[str]) -> str:
+    wrapped = "creal({})" if kind == "double" else "{}"
+    assigned = [f"out[{i}] = {wrapped.format(text)};" for i, text in enumerate(results)]
+    inner = "\n    ".join(["(void)a; (void)p; (void)out;", *lines, *assigned])
+    return f"static void {name}(const Z a[], const double p[], {kind} out[]) {{\n    {inner}\n}}"
