@@ -32,7 +32,7 @@ ROOMS = {
 
 USERS = {
     "jinja2": {"codegen/templates.py"},
-    "subprocess": {"fmu/compilers.py", "verify/checking/running.py"},
+    "subprocess": {"fmu/compilers.py", "verify/checking/process.py"},
     "zipfile": {"fmu/pack.py"},
     "fmpy": {"verify/simulate.py"},
     "lief": {"verify/checking/binaries.py"},
@@ -132,3 +132,14 @@ def test_help_imports_nothing_heavy() -> None:
     code = f"import sys; from lag2fmu.cli import main; print(sorted({heavy} & set(sys.modules)))"
     done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
     assert done.stdout.strip() == "[]"
+
+
+def test_no_tracked_file_is_binary_but_those_listed() -> None:
+    """What a compiler or a tool makes is made anew, not kept."""
+    root = PACKAGE.parent
+    if not (root / ".git").exists():
+        pytest.skip("this is no checkout")
+    done = subprocess.run(["git", "ls-files", "-z"], cwd=root, capture_output=True, text=True, check=True)
+    files = [root / name for name in done.stdout.split("\0") if name]
+    binary = {p.relative_to(root).as_posix() for p in files if p.is_file() and b"\0" in p.read_bytes()[:8192]}
+    assert binary == {"templates/documentation/model.png"}

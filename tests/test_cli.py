@@ -234,7 +234,7 @@ def test_a_bad_model_file_gets_one_sentence(run, name: str, text: str, sentence:
         (["export", MODEL, "-o", "x.zip"], "does not end in .fmu"),
         (["export", MODEL, "-o", "."], "is a folder"),
         (["export", MODEL, "--output", "kinetik_energy"], "known are kinetic_energy"),
-        (["simulate", "nowhere.fmu"], "there is no such FMU"),
+        (["simulate", "nowhere.fmu"], "there is no such file"),
         (["simulate", MODEL, "--plot", "x.bmp"], "its ending must be one of"),
         (["simulate", MODEL, "--input", "nowhere.csv"], "cannot read 'nowhere.csv'"),
         (["validate", "nowhere.fmu"], "nowhere.fmu"),

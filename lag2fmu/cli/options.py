@@ -45,5 +45,9 @@ def check_ending(path: Path, endings: tuple[str, ...]) -> None:
     """Raise ExportError for a file that could not be written, before the work is done."""
     if path.suffix not in endings:
         raise ExportError(f"'{path}': its ending must be one of {', '.join(endings)}")
+    try:
+        path.exists()
+    except OSError as error:
+        raise ExportError(f"'{str(path)[:60]}...' cannot be written: {error.strerror}; give a shorter name") from error
     if not path.parent.is_dir():
         raise ExportError(f"'{path}': the folder '{path.parent}' does not exist")

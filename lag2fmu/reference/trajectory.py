@@ -113,10 +113,10 @@ class Trajectory:
     def write_csv(self, path: str | os.PathLike[str]) -> None:
         """Write ``to_csv()`` to ``path``, whole or not at all; raises SimulationError if that cannot be done."""
         target = Path(path)
-        new = target.with_name(f".{target.name}.{os.getpid()}")
-        if target.exists() and not target.is_file():  # a device or pipe; a folder fails below
-            new = target
+        new = target.with_name(f".lag2fmu-{os.getpid()}")
         try:
+            if target.exists() and not target.is_file():  # a device or pipe; a folder fails below
+                new = target
             new.write_text(self.to_csv(), encoding="utf-8", newline="")
             new.replace(target)
         except OSError as error:

@@ -25,7 +25,7 @@ from stepping import Stepping, bits
 from sympy import Symbol, cos, sin
 
 import lag2fmu
-from lag2fmu.errors import BuildError, ExportError, MechanismError
+from lag2fmu.errors import BuildError, ExportError, LoadError, MechanismError
 from lag2fmu.fmu import Fmu, export, read_mechanism
 from lag2fmu.fmu.model_description import to_xml
 from lag2fmu.mechanism import Body, Damper, Energy, Mechanism, Output, Spring, coordinate, parameter, signal
@@ -350,7 +350,7 @@ def test_a_file_that_is_no_fmu_of_ours(tmp_path) -> None:
         archive.writestr("modelDescription.xml", "<x/>")
     with pytest.raises(ExportError, match=r"is it an FMU of lag2fmu\?"):
         read_mechanism(other)
-    with pytest.raises(ExportError, match="absent"):
+    with pytest.raises(LoadError, match=r"absent.*no such file"):
         read_mechanism(tmp_path / "absent.fmu")
 
 
