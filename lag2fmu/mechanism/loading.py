@@ -16,9 +16,11 @@ from types import ModuleType
 
 from lag2fmu.errors import LoadError
 from lag2fmu.mechanism import names
+from lag2fmu.mechanism.display import display_units, value_in_si
 from lag2fmu.mechanism.names import suggestion
 from lag2fmu.mechanism.record import Mechanism
 from lag2fmu.mechanism.text import read_file
+from lag2fmu.mechanism.units import Unit
 from lag2fmu.resources import resource_folder
 
 SUFFIXES = (".py", ".toml")
@@ -180,14 +182,14 @@ def _convert(value: object, p: inspect.Parameter, where: str) -> object:
 # -------------------------------------------------------------------------------------------------------- settings
 
 
-def split_settings(model: str | Path, items: Iterable[str]) -> tuple[dict[str, str], dict[str, float]]:
-    """``NAME=VALUE`` items as (structural arguments of ``model``, values in SI for ``with_values``).
+def split_settings(model: str | Path, items: Iterable[str]) -> tuple[dict[str, str], dict[str, str]]:
+    """``NAME=VALUE`` items as texts: (structural arguments of ``model``, the values of what its mechanism has).
 
-    Raises LoadError for an item of another form, a name given twice and a value that is no number.
+    Raises LoadError for an item of another form and a name given twice.
     """
     pairs, taken = pairs_of(items), structural_arguments(model)
     structural = {name: text for name, text in pairs.items() if name in taken}
-    return structural, numbers_of({name: text for name, text in pairs.items() if name not in taken})
+    return structural, {name: text for name, text in pairs.items() if name not in taken}
 
 
 def pairs_of(items: Iterable[str]) -> dict[str, str]:
@@ -203,16 +205,17 @@ def pairs_of(items: Iterable[str]) -> dict[str, str]:
     return pairs
 
 
-def numbers_of(pairs: Mapping[str, str]) -> dict[str, float]:
-    """The values of ``pairs`` as finite numbers; raises LoadError for any other."""
-    numbers: dict[str, float] = {}
-    for name, text in pairs.items():
-        try:
-            numbers[name] = float(text)
-        except ValueError:
-            raise LoadError(f"setting '{name}={text}': '{text}' is not a number") from None
-        _check_finite(name, numbers[name])
-    return numbers
+def with_settings(mechanism: Mechanism, texts: Mapping[str, str]) -> Mechanism:
+    """``mechanism`` with the values in ``texts``, each in the unit that its name is declared in or one of its own.
+
+    Raises as ``with_values`` does, and LoadError for what is no number.
+    """
+    return with_values(mechanism, values_of(texts, display_units(mechanism)))
+
+
+def values_of(texts: Mapping[str, str], units: Mapping[str, Unit]) -> dict[str, float]:
+    """The values of ``texts`` in SI, finite; raises LoadError for any other."""
+    return {name: _check_finite(name, value_in_si(name, text, units)) for name, text in texts.items()}
 
 
 def with_values(mechanism: Mechanism, settings: Mapping[str, float]) -> Mechanism:
@@ -256,5 +259,5 @@ def _check_settable(m: Mechanism, wanted: Iterable[str]) -> None:
 
 def _check_finite(name: str, value: object) -> float:
     if isinstance(value, bool) or not isinstance(value, (int, float)) or not math.isfinite(value):
-        raise LoadError(f"'{name}' cannot be set to {value!r}; give a finite number in SI units")
+        raise LoadError(f"'{name}' cannot be set to {value!r}; give a finite number")
     return float(value)
