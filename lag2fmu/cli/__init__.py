@@ -6,6 +6,7 @@ import errno
 import signal
 import sys
 import threading
+import warnings
 from typing import Any
 
 import click
@@ -32,7 +33,9 @@ class _Commands(click.Group):
         """Run the command; the temporary folders of one that is terminated go away."""
         _exit_when_terminated()
         try:
-            return super().invoke(ctx)
+            with warnings.catch_warnings():
+                warnings.simplefilter("ignore", RuntimeWarning)  # of NumPy: what is not finite is told by its name
+                return super().invoke(ctx)
         except Lag2FmuError as error:
             raise _BadInputError(str(error)) from error
         except OSError as error:

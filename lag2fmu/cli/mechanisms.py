@@ -16,15 +16,13 @@ def models() -> None:
     """List the mechanisms that come with lag2fmu."""
     from rich.table import Table
 
-    import lag2fmu
-    from lag2fmu.mechanism.loading import bundled
+    from lag2fmu.resources import bundled, summary
 
     table = Table(box=None, pad_edge=False)
-    for heading in ("model", "n", "what it is"):
+    for heading in ("model", "what it is"):
         table.add_column(heading)
-    for name in bundled():
-        mechanism = lag2fmu.load(name)
-        table.add_row(name, str(len(mechanism.coordinates)), mechanism.title)
+    for name, path in bundled().items():
+        table.add_row(name, summary(path))
     console().print(table)
 
 

@@ -13,6 +13,7 @@ import sympy as sp
 from lag2fmu.dynamics.lagrange import EquationsOfMotion
 from lag2fmu.dynamics.written import tidy, written, written_operations
 from lag2fmu.mechanism import names
+from lag2fmu.mechanism.expressions import with_decimals
 
 MAX_OPERATIONS = 500
 """Mechanisms whose formulas have more operations, written out, are not printed."""
@@ -115,6 +116,7 @@ class _Paper:
 
     def equation(self, left: sp.Expr, right: sp.Expr) -> Formula:
         """left = right"""
+        left, right = with_decimals(left), with_decimals(right)
         sides = [self._mathml._print(side).toxml().replace("&InvisibleTimes;", "\u2062") for side in (left, right)]
         latex = " = ".join(self._latex.doprint(side) for side in (left, right))
         return Formula(latex, f"<mrow>{sides[0]}<mo>=</mo>{sides[1]}</mrow>")

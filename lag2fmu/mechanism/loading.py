@@ -21,17 +21,9 @@ from lag2fmu.mechanism.names import suggestion
 from lag2fmu.mechanism.record import Mechanism
 from lag2fmu.mechanism.text import read_file
 from lag2fmu.mechanism.units import Unit
-from lag2fmu.resources import resource_folder
+from lag2fmu.resources import MODEL_SUFFIXES, bundled
 
-SUFFIXES = (".py", ".toml")
-
-
-def bundled() -> dict[str, Path]:
-    """The models that come with lag2fmu: name -> file, sorted by name."""
-    files = (
-        path for path in resource_folder("models").iterdir() if path.suffix in SUFFIXES and path.stem.isidentifier()
-    )
-    return {path.stem: path for path in sorted(files) if not path.stem.startswith("_")}
+__all__ = ["as_mechanism", "bundled", "load", "pairs_of", "split_settings", "values_of", "with_settings", "with_values"]
 
 
 def as_mechanism(model: Mechanism | str | Path) -> Mechanism:
@@ -82,7 +74,10 @@ def find(model: str | Path) -> Path:
         exists = path.is_file()
     except (OSError, ValueError) as error:
         raise LoadError(f"{str(model)[:60]!r} is no model: {error}") from None
-    if path.suffix not in SUFFIXES:
+    if path.suffix not in MODEL_SUFFIXES:
+        beside = next((f for suffix in MODEL_SUFFIXES if (f := path.with_name(path.name + suffix)).is_file()), None)
+        if beside is not None:
+            raise LoadError(f"unknown model '{model}'; did you mean the file '{beside}'?")
         remedy = suggestion(str(model), bundled())
         raise LoadError(f"unknown model '{model}'; {remedy} (or give a .py or .toml file)")
     if not exists:

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import re
 from collections import Counter
 from collections.abc import Iterable, Iterator
 from difflib import get_close_matches
@@ -10,12 +9,11 @@ from typing import TYPE_CHECKING
 
 from lag2fmu.errors import MechanismError
 from lag2fmu.mechanism.expressions import CONSTANTS, FUNCTIONS
+from lag2fmu.mechanism.identifiers import MAX_NAME, check_identifier
 
 if TYPE_CHECKING:
     from lag2fmu.mechanism.record import Mechanism
 
-IDENTIFIER = re.compile(r"[A-Za-z_][A-Za-z0-9_]*", re.ASCII)
-MAX_NAME = 128
 _MASSLESS = "massless_"
 
 SETTINGS = ("solver_tolerance", "solver_step", "solver_max_step")
@@ -146,14 +144,6 @@ def _check_constraint_names(mechanism: Mechanism) -> None:
                 "residual are called after it; rename one"
             )
         taken[constraint.name] = where
-
-
-def check_identifier(name: object, where: str) -> None:
-    """Raise MechanismError, its message starting with ``where``, unless ``name`` is a letter or _, then digits too."""
-    if not isinstance(name, str) or not IDENTIFIER.fullmatch(name) or len(name) > MAX_NAME:
-        raise MechanismError(
-            f"{where}: {str(name)[:60]!r} is no name; use letters, digits and underscores, not starting with a digit"
-        )
 
 
 def _check_unique(names: list[str], where: str) -> None:

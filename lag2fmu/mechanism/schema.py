@@ -10,12 +10,12 @@ from collections.abc import Mapping
 from typing import Any
 
 from lag2fmu.mechanism import parts, places
+from lag2fmu.mechanism.identifiers import IDENTIFIER, MAX_NAME, SCHEMA_NAME
 from lag2fmu.mechanism.keys import CONSTRAINT, EXPRESSIONS, NAMED, SINGLE, TABLES, Key
-from lag2fmu.mechanism.names import IDENTIFIER, MAX_NAME
 
 Schema = dict[str, Any]
 
-FILE_NAME = "mechanism.schema.json"
+FILE_NAME = SCHEMA_NAME
 
 _EXPRESSION: Schema = {"type": ["string", "number"]}
 _VECTOR: Schema = {"type": "array", "items": _EXPRESSION, "minItems": 1}

@@ -10,6 +10,7 @@ import sympy as sp
 from lag2fmu.errors import UnitError
 from lag2fmu.mechanism import names
 from lag2fmu.mechanism.dimensions import ONE, Dimension, DimensionOf, describe, dimension
+from lag2fmu.mechanism.expressions import to_text
 from lag2fmu.mechanism.outputs import QUANTITIES
 from lag2fmu.mechanism.parts import Damper, Spring
 from lag2fmu.mechanism.scope import in_order
@@ -68,7 +69,7 @@ def mismatches(m: Mechanism) -> Iterator[str]:
             yield f"{where}: {error}"
             continue
         if found is not None and expected is not None and found != expected and not expression.is_number:
-            yield f"{where}: '{expression}' is in {describe(found)}, expected {describe(expected)}"
+            yield f"{where}: '{to_text(expression)}' is in {describe(found)}, expected {describe(expected)}"
     for output in m.outputs:
         given = _dimension_of(output.unit)
         measured = _dimension_of(QUANTITIES[output.quantity][2]) if output.quantity is not None else given

@@ -283,6 +283,15 @@ def _tokens(text: str) -> Iterator[re.Match[str]]:
         position = match.end()
 
 
+def _product_in(name: str) -> str:
+    """``name`` as the product that it may be meant as, N.s for Ns; '' if it is none."""
+    for i in range(1, len(name)):
+        first, second = name[:i], name[i:]
+        if _known(first) and _known(second) and _look_up(first, first)[0] != _look_up(second, second)[0]:
+            return f"{first}.{second}"
+    return ""
+
+
 def _known(name: str) -> bool:
     """Whether ``name`` is a unit, with or without an SI prefix."""
     return name in _NAMED or (name[0] in _PREFIXES and name[1:] in _PREFIXED)
@@ -297,8 +306,10 @@ def _look_up(name: str, text: str) -> tuple[Exponents, float, float]:
     if _known(name):
         exponents, factor, _ = _NAMED[name[1:]]
         return exponents, _PREFIXES[name[0]] * factor if name != "kg" else 1.0, 0.0
-    product = next((f"{name[:i]}.{name[i:]}" for i in range(1, len(name)) if _known(name[:i]) and _known(name[i:])), "")
-    near = [product] if product else get_close_matches(name, [*_NAMED, "kg", "kN", "mm", "cm", "ms"], n=3)
+    product = _product_in(name)
+    near = get_close_matches(name, [*_NAMED, "kg", "kN", "mm", "cm", "ms"], n=3)
+    if product:
+        raise UnitError(f"unit '{text}': unknown unit '{name}'; did you mean '{text.replace(name, product, 1)}'?")
     hint = f"did you mean {', '.join(near)}?" if near else "known are m, kg, s, rad, deg, N, J, W, Pa, Hz and others"
     raise UnitError(f"unit '{text}': unknown unit '{name}'; {hint}")
 

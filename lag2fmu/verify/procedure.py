@@ -16,7 +16,8 @@ import sympy as sp
 
 from lag2fmu.dynamics.lagrange import complete
 from lag2fmu.mechanism import Frame, Mechanism, names
-from lag2fmu.mechanism.expressions import TIME, symbol, to_text
+from lag2fmu.mechanism.expressions import TIME, symbol, to_text, with_decimals
+from lag2fmu.mechanism.units import Unit
 from lag2fmu.reference import Energies
 from lag2fmu.reference.composition import Composition
 
@@ -252,9 +253,11 @@ def _listed(items: Sequence[str]) -> str:
     return f" ({', '.join(items)})" if items else ""
 
 
-def _unit(unit: object) -> str:
-    name = getattr(unit, "si_name", "")
-    return f" [{name}]" if name else ""
+def _unit(unit: Unit | None) -> str:
+    """The unit of the equations, and that in which values are given where it is another one."""
+    if unit is None or not unit.si_name:
+        return ""
+    return f" [{unit.si_name}]" if unit.name == unit.si_name else f" [{unit.si_name}; given in {unit.name}]"
 
 
 def _vector(entries: Sequence[sp.Expr]) -> str:
@@ -284,7 +287,7 @@ def _latex_name(name: str) -> str:
 
 def _latex(expression: sp.Expr) -> str:
     symbols = {s: _latex_name(s.name) for s in expression.free_symbols if s != TIME}
-    return str(sp.latex(expression, symbol_names=symbols))
+    return str(sp.latex(with_decimals(expression), symbol_names=symbols))
 
 
 _TEXT = _Notation(
