@@ -90,6 +90,17 @@ def test_show_large_mechanisms_by_structure(run) -> None:
     assert "its derivatives are not written out" in result.output
 
 
+def test_show_writes_equations_on_frames_and_shortens_long_ones(run) -> None:
+    text = run("show", "heavy_top").output
+    assert "C*psi_ddot + C*phi_ddot*cos(theta) - C*phi_dot*theta_dot*sin(theta) = Q_psi" in text
+    assert "V = g*l*m*cos(theta)" in text
+    short, full = (run("show", "free_body", *options).output for options in ((), ("--full",)))
+    assert "384 more characters; --full writes them" in short
+    assert "--full" not in full
+    assert len(full) > len(short) + 4 * 300
+    assert "sources/ of the FMU computes them" in run("show", "six_axis_arm").output
+
+
 def test_show_plot(run) -> None:
     assert run("show", "elastic_pendulum", "--plot", "start.png").exit_code == 0
     assert Path("start.png").stat().st_size > 10_000

@@ -14,6 +14,8 @@ from functools import cache, cached_property
 import numpy as np
 import sympy as sp
 
+from lag2fmu.dynamics import derive
+from lag2fmu.dynamics.formulas import Expressions, expressions
 from lag2fmu.dynamics.lagrange import complete
 from lag2fmu.mechanism import Frame, Mechanism, names
 from lag2fmu.mechanism.expressions import TIME, symbol, to_text, with_decimals
@@ -21,8 +23,12 @@ from lag2fmu.mechanism.units import Unit
 from lag2fmu.reference import Energies
 from lag2fmu.reference.composition import Composition
 
-MAX_OPERATIONS = 400
-"""Lagrangians with more operations than this are not differentiated on paper."""
+MAX_OPERATIONS, MOST_WRITTEN = 400, 50_000
+"""Lagrangians with more operations than this are not differentiated on paper; equations with more are not written."""
+MAX_WRITTEN = (5_000, 500)
+"""The same where they are not asked for in full, as text and as LaTeX."""
+LONGEST = 600
+"""Characters of a formula that is not asked for in full."""
 
 Formula = tuple[str, sp.Expr]
 """A left side, in the notation of the text or of LaTeX, and the expression it equals."""
@@ -41,11 +47,14 @@ class _Notation:
     remark: Callable[[str], str]
 
 
-def procedure(mechanism: Mechanism, style: str = "text") -> str:
-    """The twelve steps for ``mechanism`` as plain text or as LaTeX (``style`` 'text' or 'latex')."""
+def procedure(mechanism: Mechanism, style: str = "text", *, full: bool = False) -> str:
+    """The twelve steps for ``mechanism`` as plain text or as LaTeX (``style`` 'text' or 'latex').
+
+    Long formulas of text are shortened unless they are asked for in ``full``.
+    """
     notation = _TEXT if style == "text" else _LATEX
     mechanism = complete(mechanism)
-    steps = _Steps(mechanism, Composition(mechanism), notation)
+    steps = _Steps(mechanism, Composition(mechanism), notation, full)
     lines: list[str] = []
     for number, (title, content) in enumerate(steps.all(), start=1):
         lines += [notation.heading(number, title), *content]
@@ -57,6 +66,7 @@ class _Steps:
     mechanism: Mechanism
     composition: Composition
     notation: _Notation
+    full: bool
 
     def all(self) -> Iterator[tuple[str, Sequence[str]]]:
         """(title, lines) of each step."""
@@ -92,10 +102,7 @@ class _Steps:
         if sp.count_ops(self._lagrangian) > MAX_OPERATIONS:
             count = f"L has {sp.count_ops(self._lagrangian)} operations: its derivatives are not written out"
             yield "Derivatives of L", [self._say(count)]
-            yield (
-                "Equations of motion",
-                [self._say(f"{len(m.coordinates)} equations {self._form}, derived on the graph")],
-            )
+            yield "Equations of motion", self._on_graph()
             return
         yield "Derivatives of L", self._formulas(self._derivatives())
         yield "Equations of motion", self._formulas(self._equations())
@@ -112,22 +119,37 @@ class _Steps:
             "Velocities",
             [self._say("from frame to frame: v = R^T (v_P + omega_P x d + d_dot), omega = R^T omega_P + rates")],
         )
-        yield "Kinetic energy", [self._say("T = 1/2 sum (m v.v + omega.I.omega)")]
-        yield "Potential energy", [self._say(f"V = - sum m a.r{' + springs' if m.springs else ''}")]
-        yield "Lagrangian L = T - V", [self._say("composed on the graph, not written out")]
+        general = {"T": "1/2 sum (m v.v + omega.I.omega)", "V": f"- sum m a.r{' + springs' if m.springs else ''}"}
+        energies = dict(self._written.energies) if self._written is not None else {}
+        for title, letter in (("Kinetic energy", "T"), ("Potential energy", "V")):
+            written = [(letter, energies[letter])] if letter in energies else []
+            yield title, [self._say(f"{letter} = {general[letter]}"), *(self._formulas(written) if written else [])]
+        yield "Lagrangian L = T - V", [self._say("composed on the graph")]
         loads = [f"{load.name} at {load.point or load.body}" for load in m.loads]
         yield (
             "Non-potential forces",
             [self._say(", ".join([*loads, *(f"on {f.coordinate}" for f in m.forces)]) or "none")],
         )
         yield "Derivatives of L", [self._say("by automatic differentiation")]
-        yield "Equations of motion", [self._say(f"{len(m.coordinates)} equations {self._form}")]
+        yield "Equations of motion", self._on_graph()
 
     # ------------------------------------------------------------------------------------------------- the steps
 
-    @property
-    def _form(self) -> str:
-        return "M(q, t) qdd = forcing" + " + G^T multiplier" * bool(self.mechanism.constraints)
+    def _on_graph(self) -> list[str]:
+        """The equations of motion as the FMU's page has them, of large mechanisms a word on where they stand."""
+        form = "M(q, t) qdd = forcing" + " + G^T multiplier" * bool(self.mechanism.constraints)
+        lines = [self._say(f"{len(self.mechanism.coordinates)} equations {form}, derived on the graph")]
+        if self._written is None:
+            remedy = "" if self.full else " ('show --full' writes up to " + f"{MOST_WRITTEN} operations)"
+            where = "the C code in sources/ of the FMU computes them, with shared parts named"
+            return [*lines, self._say(f"they are too long to be written out: {where}{remedy}")]
+        sides = [(self.notation.expression(left), right) for left, right in self._written.motion]
+        return [*lines, *self._formulas(sides)]
+
+    @cached_property
+    def _written(self) -> Expressions | None:
+        most = MOST_WRITTEN if self.full else MAX_WRITTEN[self.notation is _LATEX]
+        return expressions(derive(self.mechanism), most)
 
     @cached_property
     def _lagrangian(self) -> sp.Expr:
@@ -220,8 +242,13 @@ class _Steps:
     # ------------------------------------------------------------------------------------------------- writing
 
     def _formulas(self, formulas: Iterator[Formula] | Sequence[Formula]) -> list[str]:
-        lines = [self.notation.formula(left, self.notation.expression(right)) for left, right in formulas]
+        lines = [self._shortened(self.notation.formula(left, self.notation.expression(r))) for left, r in formulas]
         return lines or [self._say("none")]
+
+    def _shortened(self, line: str) -> str:
+        if self.full or self.notation is _LATEX or len(line) <= LONGEST:
+            return line
+        return f"{line[:LONGEST]} ... ({len(line) - LONGEST} more characters; --full writes them)"
 
     def _say(self, sentence: str) -> str:
         return self.notation.remark(sentence)
