@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import ast
 from pathlib import Path
 
 from lag2fmu.errors import LoadError
@@ -14,3 +15,20 @@ def resource_folder(name: str) -> Path:
         if folder.is_dir():
             return folder
     raise LoadError(f"the folder '{name}' of lag2fmu is neither in {package} nor beside it; install lag2fmu again")
+
+
+MODEL_SUFFIXES = (".py", ".toml")
+
+
+def bundled() -> dict[str, Path]:
+    """The models that come with lag2fmu: name -> file, sorted by name."""
+    files = (p for p in resource_folder("models").iterdir() if p.suffix in MODEL_SUFFIXES and p.stem.isidentifier())
+    return {path.stem: path for path in sorted(files) if not path.stem.startswith("_")}
+
+
+def summary(model: Path) -> str:
+    """The first sentence of the file ``model``, what it is; the file is read and not run."""
+    text = model.read_text("utf-8")
+    opening = text.lstrip("# ").splitlines()[:1] if model.suffix == ".toml" else ()
+    words = "".join(opening) or ast.get_docstring(ast.parse(text)) or ""
+    return " ".join(words.split("\n\n")[0].split()).partition(". ")[0].rstrip(".")

@@ -90,6 +90,17 @@ def test_show_large_mechanisms_by_structure(run) -> None:
     assert "its derivatives are not written out" in result.output
 
 
+def test_show_writes_equations_on_frames_and_shortens_long_ones(run) -> None:
+    text = run("show", "heavy_top").output
+    assert "C*psi_ddot + C*phi_ddot*cos(theta) - C*phi_dot*theta_dot*sin(theta) = Q_psi" in text
+    assert "V = g*l*m*cos(theta)" in text
+    short, full = (run("show", "free_body", *options).output for options in ((), ("--full",)))
+    assert "384 more characters; --full writes them" in short
+    assert "--full" not in full
+    assert len(full) > len(short) + 4 * 300
+    assert "sources/ of the FMU computes them" in run("show", "six_axis_arm").output
+
+
 def test_show_plot(run) -> None:
     assert run("show", "elastic_pendulum", "--plot", "start.png").exit_code == 0
     assert Path("start.png").stat().st_size > 10_000
@@ -102,7 +113,7 @@ def test_export_simulate_validate(run) -> None:
     )
     csv = run("simulate", "x.fmu", "--stop-time", "1", "--step", "0.1", "-o", "-", "--set", "x=0.2")
     lines = csv.stdout.splitlines()
-    assert lines[0].startswith("time,x,x_dot")
+    assert lines[0].startswith("time,x [m],x_dot [m/s]")
     assert "total_energy" in lines[0]
     assert len(lines) == 12
     assert lines[1].startswith("0.0,0.2,")
@@ -113,6 +124,24 @@ def test_export_simulate_validate(run) -> None:
     assert "model exchange" in result.output
     assert json.loads(Path("r.json").read_text("utf-8"))["passed"] is True
     assert Path("r.png").stat().st_size > 10_000
+
+
+@pytest.mark.fmu
+def test_export_keeps_what_another_mechanism_wrote(run) -> None:
+    """A copy writes a file of its own name; a file that holds something else is not overwritten without --force."""
+    write("copy.toml", run("show", MODEL, "--format", "toml").output)
+    assert run("export", "copy.toml").output.startswith("wrote copy.fmu")
+    assert run("export", "copy.toml").exit_code == 0, "the same mechanism again"
+    for path, found in (
+        ("copy.fmu", f"holds the mechanism '{MODEL}'"),
+        (write("x.fmu", "text"), "is no FMU of lag2fmu"),
+    ):
+        before = Path(path).read_bytes()
+        refused = run("export", "pendulum", "-o", path)
+        assert refused.exit_code == 2
+        assert f"'{path}' exists and {found}; overwrite it with --force" in refused.stderr
+        assert Path(path).read_bytes() == before
+        assert run("export", "pendulum", "-o", path, "--force").exit_code == 0
 
 
 @pytest.mark.fmu
@@ -234,8 +263,9 @@ def test_a_bad_model_file_gets_one_sentence(run, name: str, text: str, sentence:
         (["export", MODEL, "-o", "x.zip"], "does not end in .fmu"),
         (["export", MODEL, "-o", "."], "is a folder"),
         (["export", MODEL, "--output", "kinetik_energy"], "known are kinetic_energy"),
-        (["simulate", "nowhere.fmu"], "there is no such FMU"),
+        (["simulate", "nowhere.fmu"], "there is no such file"),
         (["simulate", MODEL, "--plot", "x.bmp"], "its ending must be one of"),
+        (["simulate", MODEL, "-o", "out.xlsx"], "its ending must be one of .csv, .txt"),
         (["simulate", MODEL, "--input", "nowhere.csv"], "cannot read 'nowhere.csv'"),
         (["validate", "nowhere.fmu"], "nowhere.fmu"),
         (["validate", MODEL, "--report", "r.docx"], "its ending must be one of"),

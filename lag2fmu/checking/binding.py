@@ -195,11 +195,22 @@ def bits(values: Sequence[Any]) -> bytes:
     return b"|".join(struct.pack("<d", v) if isinstance(v, float) else repr(v).encode() for v in values)
 
 
-def quiet() -> None:
-    """No dialogs and no core files when the FMU crashes."""
+MOST_MEMORY, MOST_FILE = 4 << 30, 1 << 30
+"""Bytes that the process of an FMU may have as data, and write to one file, where the system can bound them."""
+
+
+def bounded() -> None:
+    """No dialogs and no core files when the FMU crashes; bounds of what it takes from the machine."""
     if sys.platform == "win32":
         ctypes.windll.kernel32.SetErrorMode(0x8007)
     else:
         import resource
 
-        resource.setrlimit(resource.RLIMIT_CORE, (0, 0))
+        for kind, most in (
+            (resource.RLIMIT_CORE, 0),
+            (resource.RLIMIT_DATA, MOST_MEMORY),
+            (resource.RLIMIT_FSIZE, MOST_FILE),
+        ):
+            hard = resource.getrlimit(kind)[1]
+            bound = most if hard == resource.RLIM_INFINITY else min(most, hard)
+            resource.setrlimit(kind, (bound, bound))

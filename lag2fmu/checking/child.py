@@ -15,7 +15,7 @@ from pathlib import Path
 from typing import TextIO
 
 from lag2fmu.checking.archive import DESCRIPTION
-from lag2fmu.checking.binding import RefusedError, quiet
+from lag2fmu.checking.binding import RefusedError, bounded
 from lag2fmu.checking.catalogue import ESSENTIAL, trials_of
 from lag2fmu.checking.description import Description, read_description
 from lag2fmu.checking.findings import Finding
@@ -24,7 +24,7 @@ from lag2fmu.checking.session import Model
 
 def main(folder: Path, journal: Path, libraries: dict[str, Path], labels: list[str]) -> None:
     """Do the trials ``labels``, each 'KIND: name', and write the journal."""
-    quiet()
+    bounded()
     description = read_description((folder / DESCRIPTION).read_bytes())
     with journal.open("a", encoding="utf-8") as stream:
         for label in labels:
@@ -40,7 +40,8 @@ def main(folder: Path, journal: Path, libraries: dict[str, Path], labels: list[s
 
 
 def _write(stream: TextIO, record: object) -> None:
-    stream.write(json.dumps(record) + "\n")
+    """One line; what the FMU may have written into the file before it ends with the line before."""
+    stream.write("\n" + json.dumps(record) + "\n")
     stream.flush()
 
 
@@ -60,6 +61,9 @@ def _try(description: Description, kind: str, name: str, folder: Path, library: 
         yield Finding("events", kind, str(error), "clear newDiscreteStatesNeeded when nothing changes any more")
     except AttributeError as error:
         yield Finding("refused", kind, f"in the trial '{name}', a function is missing: {error}", "export all functions")
+    except OSError as error:
+        problem = f"in the trial '{name}', the process loses its folder: {error.strerror}"
+        yield Finding("environment", kind, problem, "leave the folders of the importer as they are")
     yield from _categories(description, kind, model)
 
 

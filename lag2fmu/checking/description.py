@@ -8,8 +8,8 @@ from dataclasses import dataclass
 from functools import cached_property
 
 from lag2fmu.checking.archive import DESCRIPTION
-from lag2fmu.checking.xml_tree import Document, Element, parse
 from lag2fmu.errors import LoadError
+from lag2fmu.fmu.xml_tree import Document, Element, parse
 
 KINDS = ("ModelExchange", "CoSimulation")
 TYPES = ("Real", "Integer", "Boolean", "String", "Enumeration")

@@ -10,6 +10,8 @@ if TYPE_CHECKING:
     from rich.table import Table
 
 Severity = Literal["error", "warning"]
+_MOST_SHOWN, _LONGEST_SHOWN = 500, 1000
+"""Findings in the table, and characters of a place or a problem there."""
 
 
 @dataclass(frozen=True)
@@ -55,16 +57,19 @@ class Findings:
         from rich.table import Table
 
         title = f"{self.path.name}: {_count(self.errors, 'error')}, {_count(self.warnings, 'warning')}"
-        notes = escape("\n".join(self.notes))
+        hidden = len(self.findings) - _MOST_SHOWN
+        more = [f"{hidden} more findings are not shown; correct these first"] if hidden > 0 else []
+        notes = escape("\n".join([*more, *self.notes]))
         table = Table(title=escape(title), title_justify="left", caption=notes, caption_justify="left")
         if not self.findings:
             table.box, table.show_header = None, False
         table.add_column("")
         table.add_column("rule and place", overflow="fold")
         table.add_column("problem and remedy", overflow="fold", ratio=1)
-        for f in self.findings:
+        for f in self.findings[:_MOST_SHOWN]:
+            place, problem = _shortened(f.place), _shortened(f.problem)
             mark = "[bold red]error[/bold red]" if f.severity == "error" else "[yellow]warning[/yellow]"
-            table.add_row(mark, escape(f"{f.rule}\n{f.place}"), escape(f"{f.problem};\n{f.remedy}"))
+            table.add_row(mark, escape(f"{f.rule}\n{place}"), escape(f"{problem};\n{f.remedy}"))
         return table
 
     def __str__(self) -> str:
@@ -76,6 +81,10 @@ class Findings:
         stream = StringIO()
         Console(file=stream, width=110, color_system=None).print(self.table())
         return stream.getvalue()
+
+
+def _shortened(text: str) -> str:
+    return text if len(text) <= _LONGEST_SHOWN else f"{text[:_LONGEST_SHOWN]} ..."
 
 
 def _count(findings: tuple[Finding, ...], word: str) -> str:

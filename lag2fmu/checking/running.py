@@ -4,12 +4,10 @@ from __future__ import annotations
 
 import json
 import os
-import signal
-import subprocess
 import sys
 import tempfile
-import time
-from dataclasses import dataclass, field
+from collections.abc import Iterator
+from dataclasses import dataclass, field, fields
 from pathlib import Path, PurePosixPath
 from typing import Any
 
@@ -18,13 +16,10 @@ from lag2fmu.checking.catalogue import ESSENTIAL, trials_of
 from lag2fmu.checking.description import Description
 from lag2fmu.checking.files import host_folders, libraries
 from lag2fmu.checking.findings import Finding
+from lag2fmu.checking.process import Run, watched
 from lag2fmu.errors import SimulationError
 
 _CHILD = "lag2fmu.checking.child"
-_MOST_PRINTED = 10 << 20
-"""Bytes on standard output after which a run is ended."""
-_START = 60.0
-"""Time (s) for the process to start."""
 
 
 @dataclass
@@ -34,6 +29,7 @@ class _Progress:
     waiting: list[str]
     findings: list[Finding] = field(default_factory=list)
     printed: bool = False
+    deleted: bool = False
 
 
 def run_findings(archive: Archive, description: Description, timeout: float) -> tuple[list[Finding], str]:
@@ -53,14 +49,20 @@ def run_findings(archive: Archive, description: Description, timeout: float) -> 
     with tempfile.TemporaryDirectory(prefix="lag2fmu-", ignore_cleanup_errors=True) as temporary:
         folder = Path(temporary) / "fmu"
         beside = [n for library in names.values() for n in archive.below(str(PurePosixPath(library).parent))]
-        archive.unpack([DESCRIPTION, *beside, *archive.below("resources")], folder)
-        (folder / "resources").mkdir(exist_ok=True)
+        files = [DESCRIPTION, *beside, *archive.below("resources")]
         progress = _Progress([f"{kind}: {trial}" for kind in names for trial in trials_of(kind)])
         count = len(progress.waiting)
         arguments = [f"{kind}={folder / name}" for kind, name in names.items()]
         once = any(description.can(kind, "canBeInstantiatedOnlyOncePerProcess") for kind in names)
         while progress.waiting:
+            if not (folder / DESCRIPTION).is_file():
+                archive.unpack(files, folder)
+                (folder / "resources").mkdir(exist_ok=True)
             _one_process(folder, arguments, progress, timeout, once=once)
+            progress.deleted |= not (folder / DESCRIPTION).is_file()
+    if progress.deleted:
+        problem, remedy = "deletes the folder that it was unpacked to", "leave the folder of the importer as it is"
+        progress.findings.append(Finding("environment", "library", problem, remedy))
     if progress.printed:
         problem = "prints to standard output or standard error"
         finding = Finding("prints", "library", problem, "use the logger that the importer gives", "warning")
@@ -84,60 +86,42 @@ def _for_tools(description: Description, findings: list[Finding]) -> list[Findin
 
 def _one_process(folder: Path, arguments: list[str], progress: _Progress, timeout: float, *, once: bool) -> None:
     """Start a process for the trials that wait, and take from the list what it did."""
-    journal, printed, labels = (folder.parent / name for name in ("journal", "printed", "labels"))
-    journal.write_bytes(b"")
-    labels.write_text("\n".join(progress.waiting[:1] if once else progress.waiting), "utf-8")
-    command = [sys.executable, "-m", _CHILD, str(folder), str(journal), str(labels), *arguments]
+    journal, listed = (folder.parent / name for name in ("journal", "labels"))
+    labels = progress.waiting[:1] if once else list(progress.waiting)
+    listed.write_text("\n".join(labels), "utf-8")
+    command = [sys.executable, "-m", _CHILD, str(folder), str(journal), str(listed), *arguments]
     environment = os.environ | {"PYTHONPATH": os.pathsep.join(str(Path(place).absolute()) for place in sys.path)}
-    with printed.open("wb") as stream:
-        process = subprocess.Popen(
-            command, stdin=subprocess.DEVNULL, stdout=stream, stderr=stream, cwd=folder.parent, env=environment
-        )
-        ended = _watch(process, journal, printed, timeout)
-    records = [json.loads(line) for line in journal.read_text("utf-8").splitlines() if line.endswith("}")]
+    done = watched(command, folder.parent, journal, environment, timeout, timeout * len(labels))
+    records = list(_records(done.journal))
+    begun = [r["begin"] for r in records if r.get("begin") in labels]
     _read_journal(records, progress)
-    begun = [r["begin"] for r in records if "begin" in r]
     if not begun:
-        said = printed.read_text("utf-8", "replace").strip()
-        raise SimulationError(f"the process for running the FMU could not start: {ended}; {said[-500:]}")
-    progress.printed |= printed.stat().st_size > 0
+        raise SimulationError(f"the process for running the FMU could not start: {done.ended}; {done.printed[-500:]}")
+    progress.printed |= bool(done.printed)
     if begun[-1] in progress.waiting:
-        _fell(begun[-1], ended, printed, progress)
+        _fell(begun[-1], done, progress)
 
 
-def _watch(process: subprocess.Popen[bytes], journal: Path, printed: Path, timeout: float) -> str:
-    """How the process ended, '' if well; it is killed when the journal stands still for ``timeout`` (s).
-
-    Python itself may take longer to start on a busy machine.
-    """
-    size, since = 0, time.monotonic()
-    while True:
+def _records(journal: str) -> Iterator[dict[str, Any]]:
+    """The records of a journal; lines that the FMU wrote into it are left out."""
+    for line in journal.splitlines():
         try:
-            code = process.wait(0.02)
-            break
-        except subprocess.TimeoutExpired:
-            pass
-        now = journal.stat().st_size
-        if now != size:
-            size, since = now, time.monotonic()
-        allowed = timeout if size else max(timeout, _START)
-        stuck = time.monotonic() - since > allowed
-        if stuck or printed.stat().st_size > _MOST_PRINTED:
-            process.kill()
-            process.wait()
-            return f"it does not come back within {allowed:g} s" if stuck else "it prints without end"
-    if code < 0:
-        return f"it crashes ({signal.Signals(-code).name})"
-    return f"it ends the process with exit code {code & 0xFFFFFFFF:#x}" if code else ""
+            record = json.loads(line)
+        except (ValueError, RecursionError):
+            continue
+        if isinstance(record, dict) and all(isinstance(record.get(key, ""), str) for key in ("begin", "end")):
+            yield record
 
 
 def _read_journal(records: list[dict[str, Any]], progress: _Progress) -> None:
     """Take findings and finished trials from the journal."""
+    keys = {f.name for f in fields(Finding)}
     for record in records:
-        if "finding" in record:
-            progress.findings.append(Finding(**record["finding"]))
-        elif "end" in record:
-            _drop(record["end"], progress, rest=record["failed"])
+        found = record.get("finding")
+        if isinstance(found, dict) and found.keys() == keys and all(isinstance(text, str) for text in found.values()):
+            progress.findings.append(Finding(**found))
+        elif record.get("end") in progress.waiting:
+            _drop(record["end"], progress, rest=bool(record.get("failed")))
 
 
 def _drop(label: str, progress: _Progress, *, rest: bool) -> None:
@@ -148,15 +132,14 @@ def _drop(label: str, progress: _Progress, *, rest: bool) -> None:
         progress.waiting = [w for w in progress.waiting if not w.startswith(f"{kind}: ")]
 
 
-def _fell(label: str, ended: str, printed: Path, progress: _Progress) -> None:
+def _fell(label: str, done: Run, progress: _Progress) -> None:
     """The trial ``label`` took the process down."""
     kind, name = label.split(": ", 1)
-    hangs = "come back" in ended or "without end" in ended
-    last = printed.read_text("utf-8", "replace").strip().splitlines()[-1:] if printed.stat().st_size else []
+    last = done.printed.strip().splitlines()[-1:]
     shown = f"; its last words: {last[0][:200]}" if last else ""
-    rule = "hang" if hangs else "crash"
-    problem = f"in the trial '{name}', {ended or 'it ends the process'}{shown}"
+    rule = "hang" if done.stopped else "crash"
+    problem = f"in the trial '{name}', {done.ended or 'it ends the process'}{shown}"
     progress.findings.append(Finding(rule, kind, problem, "run this call sequence under a debugger"))
     _drop(label, progress, rest=True)
-    if hangs:
+    if done.stopped:
         progress.waiting = [w for w in progress.waiting if not w.startswith(f"{kind}: ")]

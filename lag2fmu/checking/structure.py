@@ -25,16 +25,18 @@ def structure_findings(description: Description) -> Iterator[Finding]:
 
 def _list(description: Description, group: str) -> Iterator[Finding]:
     """Indices of variables, each once; those of InitialUnknowns in order."""
-    seen: list[int] = []
+    seen: set[int] = set()
+    last = 0
     for unknown in description.structure(group):
         if description.variable(unknown.index) is None:
             problem = f"there are {len(description.variables)} variables"
             yield Finding("structure-index", unknown.place, problem, "indices count the ScalarVariables from 1")
         elif unknown.index in seen:
             yield Finding("structure-duplicate", unknown.place, "is listed already", "list it once")
-        elif group == "InitialUnknowns" and seen and unknown.index < seen[-1]:
-            yield Finding("initial-unknowns-order", unknown.place, f"comes after {seen[-1]}", "sort them by index")
-        seen.append(unknown.index)
+        elif group == "InitialUnknowns" and unknown.index < last:
+            yield Finding("initial-unknowns-order", unknown.place, f"comes after {last}", "sort them by index")
+        seen.add(unknown.index)
+        last = unknown.index
 
 
 # ------------------------------------------------------------------------------------------------------------ sets

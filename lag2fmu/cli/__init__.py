@@ -2,6 +2,11 @@
 
 from __future__ import annotations
 
+import errno
+import signal
+import sys
+import threading
+import warnings
 from typing import Any
 
 import click
@@ -25,11 +30,30 @@ class _Commands(click.Group):
     """A group that turns every error of lag2fmu into one line and exit code 2."""
 
     def invoke(self, ctx: click.Context) -> Any:
-        """Run the command."""
+        """Run the command; the temporary folders of one that is terminated go away."""
+        _exit_when_terminated()
         try:
-            return super().invoke(ctx)
+            with warnings.catch_warnings():
+                warnings.simplefilter("ignore", RuntimeWarning)  # of NumPy: what is not finite is told by its name
+                return super().invoke(ctx)
         except Lag2FmuError as error:
             raise _BadInputError(str(error)) from error
+        except OSError as error:
+            if error.errno == errno.EPIPE:  # the reader of our output is gone, which click answers
+                raise
+            where = f"'{error.filename}': " if error.filename else ""
+            remedy = "is there room, and the right to write, there and in the folder for temporary files (TMPDIR)?"
+            raise _BadInputError(f"{where}{error.strerror or error}; {remedy}") from error
+
+
+def _exit_when_terminated() -> None:
+    """End by an exception when told to terminate, so that whatever is open is closed."""
+
+    def leave(number: int, frame: object) -> None:
+        sys.exit(128 + number)
+
+    if threading.current_thread() is threading.main_thread():
+        signal.signal(signal.SIGTERM, leave)
 
 
 @click.group(cls=_Commands, context_settings={"help_option_names": ["-h", "--help"]})
@@ -37,7 +61,8 @@ class _Commands(click.Group):
 def main() -> None:
     """From the Lagrangian of a mechanism to a validated FMI 2.0 FMU.
 
-    MODEL is a bundled name (see 'lag2fmu models'), a .py file or a .toml file.
+    MODEL is a bundled name (see 'lag2fmu models'), a .py file or a .toml file. A .py file is run as a program, with
+    all that it may do; a .toml file is read and never run.
     """
 
 

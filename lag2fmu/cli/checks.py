@@ -7,7 +7,7 @@ from pathlib import Path
 
 import click
 
-from lag2fmu.cli.options import PICTURES, SET, STOP_TIME, check_ending, load_mechanism
+from lag2fmu.cli.options import INPUT, PICTURES, SET, STOP_TIME, check_ending, load_mechanism
 from lag2fmu.cli.terminal import console, print_report
 from lag2fmu.errors import ExportError
 
@@ -44,7 +44,7 @@ def demo(plot: Path | None) -> None:
 @click.argument("model", metavar="MODEL|FMU")
 @STOP_TIME
 @click.option("--tolerance", type=float, help="Relative tolerance of the FMU's solver.")
-@click.option("--input", "inputs", type=click.Path(path_type=Path), metavar="CSV", help="Signals: time,name,...")
+@INPUT
 @click.option("--solver", metavar="NAME", help="Integrator of co-simulation, as in export.")
 @click.option(
     "--report",
@@ -64,6 +64,7 @@ def validate(
     settings: tuple[str, ...],
 ) -> None:
     """Compare the FMU with a direct integration of the mechanism on an independent path."""
+    from lag2fmu.mechanism.display import display_units
     from lag2fmu.reference import read_csv
     from lag2fmu.verify import running
 
@@ -74,7 +75,8 @@ def validate(
         source = load_mechanism(model, settings)
     elif settings or solver:
         raise ExportError(f"'{model}' is an FMU: --set and --solver belong to its export; give a MODEL")
-    signals = None if inputs is None else read_csv(inputs)
+    mechanism = running.mechanism_of(source)
+    signals = None if inputs is None else read_csv(inputs, {} if mechanism is None else display_units(mechanism))
     report = running.validate(source, stop_time=stop_time, tolerance=tolerance, inputs=signals, solver=solver)
     print_report(report)
     for path in reports:

@@ -16,15 +16,13 @@ def models() -> None:
     """List the mechanisms that come with lag2fmu."""
     from rich.table import Table
 
-    import lag2fmu
-    from lag2fmu.formats.loading import bundled
+    from lag2fmu.resources import bundled, summary
 
     table = Table(box=None, pad_edge=False)
-    for heading in ("model", "n", "what it is"):
+    for heading in ("model", "what it is"):
         table.add_column(heading)
-    for name in bundled():
-        mechanism = lag2fmu.load(name)
-        table.add_row(name, str(len(mechanism.coordinates)), mechanism.title)
+    for name, path in bundled().items():
+        table.add_row(name, summary(path))
     console().print(table)
 
 
@@ -46,8 +44,9 @@ def new(name: str) -> None:
     "--plot", type=click.Path(path_type=Path), help="Draw the mechanism and its normal modes (.png, .svg, .pdf)."
 )
 @click.option("--analysis", is_flag=True, help="Conserved quantities, equilibria, modes and more, after the steps.")
+@click.option("--full", is_flag=True, help="Write long formulas to their end.")
 @SET
-def show(model: str, style: str, plot: Path | None, analysis: bool, settings: tuple[str, ...]) -> None:
+def show(model: str, style: str, plot: Path | None, analysis: bool, full: bool, settings: tuple[str, ...]) -> None:
     """Walk the twelve steps of the textbook procedure, or write the mechanism as text (toml)."""
     from lag2fmu.explain.procedure import procedure
     from lag2fmu.formats.write import write
@@ -55,7 +54,7 @@ def show(model: str, style: str, plot: Path | None, analysis: bool, settings: tu
     if analysis and style == "toml":
         raise ExportError("--analysis is written as text or LaTeX; leave out '--format toml'")
     mechanism = load_mechanism(model, settings)
-    click.echo(write(mechanism) if style == "toml" else procedure(mechanism, style), nl=False)
+    click.echo(write(mechanism) if style == "toml" else procedure(mechanism, style, full=full), nl=False)
     if analysis:
         from lag2fmu.analysis import analysis_report
 

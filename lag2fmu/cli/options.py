@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -10,6 +11,7 @@ import click
 from lag2fmu.errors import ExportError
 
 if TYPE_CHECKING:
+    from lag2fmu.language.units import Unit
     from lag2fmu.mechanism import Mechanism
 
 
@@ -18,21 +20,39 @@ SET = click.option(
     "settings",
     multiple=True,
     metavar="NAME=VALUE",
-    help="Parameter, start value or structural argument; repeatable.",
+    help="Parameter, start value (in its declared unit, or '30 deg') or structural argument; repeatable.",
 )
 STOP_TIME = click.option("--stop-time", type=float, metavar="S", help="Stop time in seconds.")
+INPUT = click.option(
+    "--input",
+    "inputs",
+    type=click.Path(path_type=Path),
+    metavar="CSV",
+    help="Signals: time,name [unit],...; a column without a unit is in SI.",
+)
 PICTURES = (".png", ".svg", ".pdf")
+CSV = (".csv", ".txt", "")
 
 
 def load_mechanism(model: str, settings: tuple[str, ...]) -> Mechanism:
-    """The mechanism ``model`` with what --set gave; its warnings go to standard error. Raises Lag2FmuError."""
-    from lag2fmu.formats.loading import load, split_settings, with_values
+    """The mechanism ``model`` with what --set gave; that and its warnings go to standard error. Raises Lag2FmuError."""
+    from lag2fmu.formats.loading import load, split_settings, with_settings
+    from lag2fmu.mechanism.display import display_units
 
-    structural, values = split_settings(model, settings)
-    mechanism = with_values(load(model, structural), values)
+    structural, texts = split_settings(model, settings)
+    mechanism = with_settings(load(model, structural), texts)
+    echo_settings(texts, display_units(mechanism))
     for warning in mechanism.warnings:
         click.echo(f"warning: {warning}", err=True)
     return mechanism
+
+
+def echo_settings(texts: Mapping[str, str], units: Mapping[str, Unit]) -> None:
+    """Say on standard error what was set, with the unit in which it was read."""
+    from lag2fmu.mechanism.display import shown, value_in_si
+
+    for name, text in texts.items():
+        click.echo(f"set {name} = {shown(name, value_in_si(name, text, units), units)}", err=True)
 
 
 def check_picture(plot: Path | None) -> None:
@@ -44,6 +64,10 @@ def check_picture(plot: Path | None) -> None:
 def check_ending(path: Path, endings: tuple[str, ...]) -> None:
     """Raise ExportError for a file that could not be written, before the work is done."""
     if path.suffix not in endings:
-        raise ExportError(f"'{path}': its ending must be one of {', '.join(endings)}")
+        raise ExportError(f"'{path}': its ending must be one of {', '.join(filter(None, endings))}")
+    try:
+        path.exists()
+    except OSError as error:
+        raise ExportError(f"'{str(path)[:60]}...' cannot be written: {error.strerror}; give a shorter name") from error
     if not path.parent.is_dir():
         raise ExportError(f"'{path}': the folder '{path.parent}' does not exist")

@@ -2,22 +2,28 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from pathlib import Path
 from typing import TYPE_CHECKING
 
 import click
 
-from lag2fmu.cli.options import SET, STOP_TIME, check_picture, load_mechanism
+from lag2fmu.cli.options import CSV, INPUT, SET, STOP_TIME, check_ending, check_picture, echo_settings, load_mechanism
 from lag2fmu.cli.terminal import build_progress, print_summary, progress_bar
+from lag2fmu.errors import ExportError, Lag2FmuError
 
 if TYPE_CHECKING:
+    from lag2fmu.language.units import Unit
+    from lag2fmu.mechanism import Mechanism
     from lag2fmu.reference import Trajectory
     from lag2fmu.verify.running import Model
 
 
 @click.command("export")
 @click.argument("model")
-@click.option("-o", "--out", "path", type=click.Path(path_type=Path), metavar="FILE", help="The FMU; default NAME.fmu.")
+@click.option(
+    "-o", "--out", "path", type=click.Path(path_type=Path), metavar="FILE", help="The FMU; default MODEL.fmu."
+)
 @click.option(
     "--platform",
     type=click.Choice(["host", "linux64", "win64", "darwin", "aarch64-linux", "all"]),
@@ -42,8 +48,9 @@ if TYPE_CHECKING:
     help="Native library, or readable Python (needs Python on the importing side).",
 )
 @click.option("--reference", is_flag=True, help="Put a reference trajectory in, to check the FMU with.")
+@click.option("--force", is_flag=True, help="Overwrite FILE also where it holds another mechanism.")
 @SET
-def export_command(
+def export_command(  # noqa: PLR0913, PLR0917 (an option each)
     model: str,
     path: Path | None,
     platform: str,
@@ -52,12 +59,16 @@ def export_command(
     backend: str,
     outputs: tuple[str, ...],
     reference: bool,
+    force: bool,
     settings: tuple[str, ...],
 ) -> None:
-    """Write the FMU of MODEL."""
+    """Write the FMU of MODEL, by default to a file of the same name here."""
     from lag2fmu.fmu import export
 
     mechanism, extra = load_mechanism(model, settings), {}
+    path = Path(f"{Path(model).stem}.fmu") if path is None else path
+    if not force:
+        _refuse_to_overwrite(path, mechanism)
     if reference:
         from lag2fmu.verify.experiment import reference_files
 
@@ -79,12 +90,30 @@ def export_command(
         click.echo(fmu.moved_starts)
 
 
+def _refuse_to_overwrite(path: Path, mechanism: Mechanism) -> None:
+    """Raise ExportError where ``path`` is a file that holds anything but an older FMU of ``mechanism``."""
+    from lag2fmu.fmu import read_mechanism
+
+    try:
+        if not path.is_file():
+            return
+        name = read_mechanism(path).name
+    except OSError:  # no name for a file, which is told when it is written
+        return
+    except Lag2FmuError:
+        name, found = "", "is no FMU of lag2fmu"
+    else:
+        found = f"holds the mechanism '{name}'"
+    if name != mechanism.name:
+        raise ExportError(f"'{path}' exists and {found}; overwrite it with --force, or choose another name with -o")
+
+
 @click.command()
 @click.argument("model", metavar="MODEL|FMU")
 @STOP_TIME
 @click.option("--step", type=float, metavar="S", help="Communication step in seconds.")
 @click.option("--tolerance", type=float, help="Relative tolerance of the solver.")
-@click.option("--input", "inputs", type=click.Path(path_type=Path), metavar="CSV", help="Signals: time,name,...")
+@INPUT
 @click.option("-o", "--out", metavar="CSV", help="Write the trajectory; '-' is standard output.")
 @click.option("--plot", type=click.Path(path_type=Path), help="Draw the motion (.png, .svg, .pdf).")
 @SET
@@ -104,8 +133,10 @@ def simulate(
     from lag2fmu.verify import running
 
     check_picture(plot)
-    source, values = _source_and_values(model, settings)
-    signals = None if inputs is None else read_csv(inputs)
+    if out not in (None, "-"):
+        check_ending(Path(out), CSV)
+    source, values, units = _source_and_values(model, settings)
+    signals = None if inputs is None else read_csv(inputs, units)
     with progress_bar("simulating", stop_time) as progress:
         trajectory = running.simulate(
             source,
@@ -116,7 +147,7 @@ def simulate(
             inputs=signals,
             progress=progress,
         )
-    _write(trajectory, out)
+    _write(trajectory, out, units)
     if plot is not None:
         from lag2fmu.verify.plots import motion_figure, save
 
@@ -126,25 +157,34 @@ def simulate(
         save(motion_figure(title, trajectory, mechanism, signals), plot)
 
 
-def _source_and_values(model: str, settings: tuple[str, ...]) -> tuple[Model, dict[str, float]]:
-    """What to run, and the values to set in the FMU: all that --set gave, or those of the solver for a MODEL."""
+def _source_and_values(model: str, settings: tuple[str, ...]) -> tuple[Model, dict[str, float], dict[str, Unit]]:
+    """What to run, the values to set in the FMU (SI), and the units in which its mechanism, if known, is shown.
+
+    The values are all that --set gave, or those of the solver for a MODEL.
+    """
     from lag2fmu.description.names import SETTINGS
-    from lag2fmu.formats.loading import numbers_of, pairs_of
+    from lag2fmu.formats.loading import pairs_of, values_of
+    from lag2fmu.mechanism.display import display_units
     from lag2fmu.verify import running
 
     if running.is_fmu(Path(model)):
-        return Path(model), numbers_of(pairs_of(settings))
+        texts, inside = pairs_of(settings), running.mechanism_of(Path(model))
+        units = {} if inside is None else display_units(inside)
+        echo_settings(texts, units)
+        return Path(model), values_of(texts, units), units
     of_solver = [item for item in settings if item.partition("=")[0].strip() in SETTINGS]
-    values = numbers_of(pairs_of(of_solver))
-    return load_mechanism(model, tuple(item for item in settings if item not in of_solver)), values
+    mechanism = load_mechanism(model, tuple(item for item in settings if item not in of_solver))
+    texts, units = pairs_of(of_solver), display_units(mechanism)
+    echo_settings(texts, units)
+    return mechanism, values_of(texts, units), units
 
 
-def _write(trajectory: Trajectory, out: str | None) -> None:
-    """The trajectory as CSV to a file or ("-") standard output, or a summary of it."""
+def _write(trajectory: Trajectory, out: str | None, units: Mapping[str, Unit]) -> None:
+    """The trajectory in ``units`` as CSV to a file or ("-") standard output, or a summary of it."""
     if out == "-":
-        click.echo(trajectory.to_csv(), nl=False)
+        click.echo(trajectory.to_csv(units), nl=False)
     elif out is not None:
-        trajectory.write_csv(out)
+        trajectory.write_csv(out, units)
         click.echo(f"wrote {out}", err=True)
     else:
-        print_summary(trajectory)
+        print_summary(trajectory, units)

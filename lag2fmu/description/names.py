@@ -1,16 +1,13 @@
-"""Names: which ones lag2fmu generates from the user's, and which strings may be names at all."""
+"""Names: which ones lag2fmu generates from the user's."""
 
 from __future__ import annotations
 
-import re
 from collections.abc import Iterable
 from difflib import get_close_matches
 
-from lag2fmu.errors import MechanismError
 from lag2fmu.language.expressions import CONSTANTS, FUNCTIONS
+from lag2fmu.language.identifiers import MAX_NAME
 
-IDENTIFIER = re.compile(r"[A-Za-z_][A-Za-z0-9_]*", re.ASCII)
-MAX_NAME = 128
 _MASSLESS = "massless_"
 
 SETTINGS = ("solver_tolerance", "solver_step", "solver_max_step")
@@ -78,11 +75,3 @@ def coordinate_of_massless(constraint: str) -> str:
 def residual(name: str) -> str:
     """Name of the residual of the constraint ``name``: what should be zero."""
     return f"residual_{name}"
-
-
-def check_identifier(name: object, where: str) -> None:
-    """Raise MechanismError, its message starting with ``where``, unless ``name`` is a letter or _, then digits too."""
-    if not isinstance(name, str) or not IDENTIFIER.fullmatch(name) or len(name) > MAX_NAME:
-        raise MechanismError(
-            f"{where}: {str(name)[:60]!r} is no name; use letters, digits and underscores, not starting with a digit"
-        )

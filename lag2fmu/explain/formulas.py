@@ -13,6 +13,7 @@ import sympy as sp
 from lag2fmu.description import names
 from lag2fmu.dynamics.lagrange import EquationsOfMotion
 from lag2fmu.graph.written import tidy, written, written_operations
+from lag2fmu.language.expressions import with_decimals
 
 MAX_OPERATIONS = 500
 """Mechanisms whose formulas have more operations, written out, are not printed."""
@@ -36,8 +37,35 @@ class Formulas:
     constraints: tuple[Formula, ...]
 
 
+@dataclass(frozen=True)
+class Expressions:
+    """What ``Formulas`` prints, as SymPy expressions: equations are pairs of left and right side."""
+
+    energies: tuple[tuple[str, sp.Expr], ...]
+    mass_matrix: sp.ImmutableMatrix
+    motion: tuple[tuple[sp.Expr, sp.Expr], ...]
+    constraints: tuple[sp.Expr, ...]
+
+
 def formulas(equations: EquationsOfMotion) -> Formulas | None:
     """The formulas of ``equations``; None if they have more than MAX_OPERATIONS operations, written out."""
+    found = expressions(equations, MAX_OPERATIONS)
+    if found is None:
+        return None
+    paper = _Paper(equations)
+    return Formulas(
+        tuple(paper.equation(sp.Symbol(letter), energy) for letter, energy in found.energies),
+        paper.equation(sp.Symbol("M"), found.mass_matrix),
+        tuple(paper.equation(left, right) for left, right in found.motion),
+        tuple(paper.equation(residual, sp.S.Zero) for residual in found.constraints),
+    )
+
+
+def expressions(equations: EquationsOfMotion, most: int) -> Expressions | None:
+    """The ``equations`` as expressions; None if they have more than ``most`` operations.
+
+    Up to MAX_OPERATIONS they are tidied.
+    """
     equations = equations.apart()
     g, v = equations.graph, equations.variables
     n = len(v.q)
@@ -48,19 +76,18 @@ def formulas(equations: EquationsOfMotion) -> Formulas | None:
     residuals = equations.constraints.residuals
     mass = [equations.mass_matrix[i][j] for i in range(n) for j in range(i + 1)]
     nodes = [*(node for _, node in known), *mass, *rest, *residuals]
-    if written_operations(g, nodes) > MAX_OPERATIONS:
+    operations = written_operations(g, nodes)
+    if operations > most:
         return None
-    texts = iter([tidy(e) for e in written(g, nodes)])
-    paper = _Paper(equations)
-    printed = tuple(paper.equation(sp.Symbol(letter), next(texts)) for letter, _ in known)
+    texts = iter(written(g, nodes) if operations > MAX_OPERATIONS else [tidy(e) for e in written(g, nodes)])
+    printed = tuple((letter, next(texts)) for letter, _ in known)
     lower = {(i, j): next(texts) for i in range(n) for j in range(i + 1)}
     matrix = sp.ImmutableMatrix(n, n, lambda i, j: lower[max(i, j), min(i, j)])
-    motion = []
-    for i in range(n):
-        terms = [matrix[i, j] * paper.symbol(v.qdd[j]) for j in range(n)]
-        motion.append(paper.equation(sp.Add(*terms, next(texts)), paper.symbol(v.Q[i])))
-    constraints = tuple(paper.equation(next(texts), sp.S.Zero) for _ in residuals)
-    return Formulas(printed, paper.equation(sp.Symbol("M"), matrix), tuple(motion), constraints)
+    accelerations, forces = ([sp.Symbol(str(g.leaf[node]), real=True) for node in nodes] for nodes in (v.qdd, v.Q))
+    motion = tuple(
+        (sp.Add(*(matrix[i, j] * accelerations[j] for j in range(n)), next(texts)), forces[i]) for i in range(n)
+    )
+    return Expressions(printed, matrix, motion, tuple(texts))
 
 
 _ENERGIES = {"T": "kinetic_energy", "V": "potential_energy"}
@@ -73,7 +100,6 @@ class _Paper:
         from sympy.printing.latex import LatexPrinter
         from sympy.printing.mathml import MathMLPresentationPrinter
 
-        self.graph = equations.graph
         coordinates = [q.name for q in equations.mechanism.coordinates]
         moving = [*coordinates, *(motion.name for motion in equations.mechanism.motions)]
         dotted = {names.velocity(name): (name, 1) for name in moving}
@@ -110,12 +136,9 @@ class _Paper:
         self._latex = Latex({"mat_delim": "(", "mat_str": "matrix"})
         self._mathml = MathML({"mat_delim": "("})
 
-    def symbol(self, node: int) -> sp.Symbol:
-        """The symbol of a variable."""
-        return sp.Symbol(str(self.graph.leaf[node]), real=True)
-
     def equation(self, left: sp.Expr, right: sp.Expr) -> Formula:
         """left = right"""
+        left, right = with_decimals(left), with_decimals(right)
         sides = [self._mathml._print(side).toxml().replace("&InvisibleTimes;", "\u2062") for side in (left, right)]
         latex = " = ".join(self._latex.doprint(side) for side in (left, right))
         return Formula(latex, f"<mrow>{sides[0]}<mo>=</mo>{sides[1]}</mrow>")

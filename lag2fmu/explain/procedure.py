@@ -15,15 +15,21 @@ import numpy as np
 import sympy as sp
 
 from lag2fmu.description import names
-from lag2fmu.dynamics import derive
+from lag2fmu.dynamics import EquationsOfMotion, derive
 from lag2fmu.dynamics.lagrange import complete
-from lag2fmu.language.expressions import TIME, symbol, to_text
+from lag2fmu.explain.formulas import Expressions, expressions
+from lag2fmu.language.expressions import TIME, symbol, to_text, with_decimals
+from lag2fmu.language.units import Unit
 from lag2fmu.mechanism import Coordinate, Frame, Mechanism
 from lag2fmu.reference import Energies
 from lag2fmu.reference.composition import Composition
 
-MAX_OPERATIONS = 400
-"""Lagrangians with more operations than this are not differentiated on paper."""
+MAX_OPERATIONS, MOST_WRITTEN = 400, 50_000
+"""Lagrangians with more operations than this are not differentiated on paper; equations with more are not written."""
+MAX_WRITTEN = (5_000, 500)
+"""The same where they are not asked for in full, as text and as LaTeX."""
+LONGEST = 600
+"""Characters of a formula that is not asked for in full."""
 
 Formula = tuple[str, sp.Expr]
 """A left side, in the notation of the text or of LaTeX, and the expression it equals."""
@@ -42,12 +48,15 @@ class _Notation:
     remark: Callable[[str], str]
 
 
-def procedure(mechanism: Mechanism, style: str = "text") -> str:
-    """The twelve steps for ``mechanism`` as plain text or as LaTeX (``style`` 'text' or 'latex')."""
+def procedure(mechanism: Mechanism, style: str = "text", *, full: bool = False) -> str:
+    """The twelve steps for ``mechanism`` as plain text or as LaTeX (``style`` 'text' or 'latex').
+
+    Long formulas of text are shortened unless they are asked for in ``full``.
+    """
     notation = _TEXT if style == "text" else _LATEX
     equations = derive(mechanism)
     mechanism = complete(mechanism, equations)
-    steps = _Steps(mechanism, Composition(mechanism), notation, equations.mechanism.coordinates)
+    steps = _Steps(mechanism, Composition(mechanism), notation, equations, full)
     lines: list[str] = []
     for number, (title, content) in enumerate(steps.all(), start=1):
         lines += [notation.heading(number, title), *content]
@@ -59,8 +68,8 @@ class _Steps:
     mechanism: Mechanism
     composition: Composition
     notation: _Notation
-    starting: tuple[Coordinate, ...]
-    """The coordinates with starts that meet the constraints."""
+    equations: EquationsOfMotion
+    full: bool
 
     def all(self) -> Iterator[tuple[str, Sequence[str]]]:
         """(title, lines) of each step."""
@@ -78,7 +87,10 @@ class _Steps:
         yield "Degrees of freedom", [self._say(self._freedom())]
         yield (
             "Generalized coordinates",
-            [self._say(self._coordinate(q, new)) for q, new in zip(m.coordinates, self.starting, strict=True)],
+            [
+                self._say(self._coordinate(q, new))
+                for q, new in zip(m.coordinates, self.equations.mechanism.coordinates, strict=True)
+            ],
         )
         yield "Coordinate system", [self._say(self._axes())]
         if m.frames:
@@ -93,10 +105,7 @@ class _Steps:
         if sp.count_ops(self._lagrangian) > MAX_OPERATIONS:
             count = f"L has {sp.count_ops(self._lagrangian)} operations: its derivatives are not written out"
             yield "Derivatives of L", [self._say(count)]
-            yield (
-                "Equations of motion",
-                [self._say(f"{len(m.coordinates)} equations {self._form}, derived on the graph")],
-            )
+            yield "Equations of motion", self._on_graph()
             return
         yield "Derivatives of L", self._formulas(self._derivatives())
         yield "Equations of motion", self._formulas(self._equations())
@@ -113,22 +122,37 @@ class _Steps:
             "Velocities",
             [self._say("from frame to frame: v = R^T (v_P + omega_P x d + d_dot), omega = R^T omega_P + rates")],
         )
-        yield "Kinetic energy", [self._say("T = 1/2 sum (m v.v + omega.I.omega)")]
-        yield "Potential energy", [self._say(f"V = - sum m a.r{' + springs' if m.springs else ''}")]
-        yield "Lagrangian L = T - V", [self._say("composed on the graph, not written out")]
+        general = {"T": "1/2 sum (m v.v + omega.I.omega)", "V": f"- sum m a.r{' + springs' if m.springs else ''}"}
+        energies = dict(self._written.energies) if self._written is not None else {}
+        for title, letter in (("Kinetic energy", "T"), ("Potential energy", "V")):
+            written = [(letter, energies[letter])] if letter in energies else []
+            yield title, [self._say(f"{letter} = {general[letter]}"), *(self._formulas(written) if written else [])]
+        yield "Lagrangian L = T - V", [self._say("composed on the graph")]
         loads = [f"{load.name} at {load.point or load.body}" for load in m.loads]
         yield (
             "Non-potential forces",
             [self._say(", ".join([*loads, *(f"on {f.coordinate}" for f in m.forces)]) or "none")],
         )
         yield "Derivatives of L", [self._say("by automatic differentiation")]
-        yield "Equations of motion", [self._say(f"{len(m.coordinates)} equations {self._form}")]
+        yield "Equations of motion", self._on_graph()
 
     # ------------------------------------------------------------------------------------------------- the steps
 
-    @property
-    def _form(self) -> str:
-        return "M(q, t) qdd = forcing" + " + G^T multiplier" * bool(self.mechanism.constraints)
+    def _on_graph(self) -> list[str]:
+        """The equations of motion as the FMU's page has them, of large mechanisms a word on where they stand."""
+        form = "M(q, t) qdd = forcing" + " + G^T multiplier" * bool(self.mechanism.constraints)
+        lines = [self._say(f"{len(self.mechanism.coordinates)} equations {form}, derived on the graph")]
+        if self._written is None:
+            remedy = "" if self.full else " ('show --full' writes up to " + f"{MOST_WRITTEN} operations)"
+            where = "the C code in sources/ of the FMU computes them, with shared parts named"
+            return [*lines, self._say(f"they are too long to be written out: {where}{remedy}")]
+        sides = [(self.notation.expression(left), right) for left, right in self._written.motion]
+        return [*lines, *self._formulas(sides)]
+
+    @cached_property
+    def _written(self) -> Expressions | None:
+        most = MOST_WRITTEN if self.full else MAX_WRITTEN[self.notation is _LATEX]
+        return expressions(self.equations, most)
 
     @cached_property
     def _lagrangian(self) -> sp.Expr:
@@ -232,8 +256,13 @@ class _Steps:
     # ------------------------------------------------------------------------------------------------- writing
 
     def _formulas(self, formulas: Iterator[Formula] | Sequence[Formula]) -> list[str]:
-        lines = [self.notation.formula(left, self.notation.expression(right)) for left, right in formulas]
+        lines = [self._shortened(self.notation.formula(left, self.notation.expression(r))) for left, r in formulas]
         return lines or [self._say("none")]
+
+    def _shortened(self, line: str) -> str:
+        if self.full or self.notation is _LATEX or len(line) <= LONGEST:
+            return line
+        return f"{line[:LONGEST]} ... ({len(line) - LONGEST} more characters; --full writes them)"
 
     def _say(self, sentence: str) -> str:
         return self.notation.remark(sentence)
@@ -270,9 +299,11 @@ def _amount(value: float, q: Coordinate) -> str:
     return f"{value:.6g} {getattr(q.unit, 'si_name', '')}".strip()
 
 
-def _unit(unit: object) -> str:
-    name = getattr(unit, "si_name", "")
-    return f" [{name}]" if name else ""
+def _unit(unit: Unit | None) -> str:
+    """The unit of the equations, and that in which values are given where it is another one."""
+    if unit is None or not unit.si_name:
+        return ""
+    return f" [{unit.si_name}]" if unit.name == unit.si_name else f" [{unit.si_name}; given in {unit.name}]"
 
 
 def _vector(entries: Sequence[sp.Expr]) -> str:
@@ -302,7 +333,7 @@ def _latex_name(name: str) -> str:
 
 def _latex(expression: sp.Expr) -> str:
     symbols = {s: _latex_name(s.name) for s in expression.free_symbols if s != TIME}
-    return str(sp.latex(expression, symbol_names=symbols))
+    return str(sp.latex(with_decimals(expression), symbol_names=symbols))
 
 
 _TEXT = _Notation(

@@ -7,6 +7,7 @@ that starts other programs.
 
 from __future__ import annotations
 
+import logging
 import os
 import platform
 import shlex
@@ -29,6 +30,7 @@ FLAGS = ("-std=c99", "-O2", "-fPIC", "-fvisibility=hidden", "-ffp-contract=off",
 OF_ZIG = frozenset({"__mh_dylib_header", "___dso_handle"})
 """What zig's linker exports from every library for macOS, and has no option against."""
 
+_LOGGER = logging.getLogger("lag2fmu")
 Progress = Callable[[int, int, str], None]
 """Told (libraries done, libraries in all, what is done or begun) while libraries are built."""
 
@@ -160,24 +162,59 @@ def _compile(sources: Mapping[str, str], include: Path, name: str, part: tuple[P
     """The library for one target of a platform."""
     platform, target = part
     command = compiler_command(compiler, target)
-    with tempfile.TemporaryDirectory(prefix="lag2fmu-") as folder:
-        for file, text in sources.items():
-            (Path(folder) / file).write_text(text, "utf-8", newline="\n")
-        units = sorted(file for file in sources if file.endswith(".c"))
-        library = f"{name}{platform.suffix}"
-        strip = [] if platform.suffix == ".dylib" else ["-s"]
-        command += [*FLAGS, *strip, "-shared", f"-I{include}", "-o", library, *units, "-lm"]
-        try:
-            done = subprocess.run(command, cwd=folder, capture_output=True, text=True, check=False)
-        except OSError as error:
-            raise BuildError(f"the compiler '{command[0]}' could not be started: {error}") from error
-        if done.returncode != 0:
-            shown = (done.stderr or done.stdout).strip()[-4000:]
-            raise BuildError(
-                f"the compiler failed with exit code {done.returncode} ({' '.join(command[:5])} ...):\n{shown}"
-            )
-        try:
-            built = (Path(folder) / library).read_bytes()
-        except OSError as error:
-            raise BuildError(f"the compiler '{command[0]}' ended without an error but wrote no library") from error
+    library = f"{name}{platform.suffix}"
+    units = sorted(file for file in sources if file.endswith(".c"))
+    strip = [] if platform.suffix == ".dylib" else ["-s"]
+    command += [*FLAGS, *strip, "-shared", f"-I{include}", "-o", library, *units, "-lm"]
+    try:
+        with tempfile.TemporaryDirectory(prefix="lag2fmu-") as folder:
+            for file, text in sources.items():
+                (Path(folder) / file).write_text(text, "utf-8", newline="\n")
+            _run(command, Path(folder))
+            built = Path(folder, library).read_bytes() if Path(folder, library).is_file() else b""
+    except OSError as error:
+        raise BuildError(
+            f"the compiler's temporary folder cannot be used: {error.strerror or error}; "
+            "free some space there, or set TMPDIR to another folder"
+        ) from error
+    if not built:
+        raise BuildError(f"the compiler '{command[0]}' ended without an error but wrote no library")
     return hide(built, OF_ZIG) if platform.suffix == ".dylib" and compiler == "zig" else built
+
+
+def _run(command: list[str], folder: Path) -> None:
+    """Run the compiler in ``folder``; raises BuildError with what it says if it fails."""
+    environment = dict(os.environ)
+    if "ziglang" in command and not _has_cache():
+        environment["ZIG_GLOBAL_CACHE_DIR"] = str(folder / "cache")
+        _LOGGER.warning(
+            "warning: the compiler has no folder to keep its work in, and builds its parts anew, which takes a while; "
+            "set ZIG_GLOBAL_CACHE_DIR, or HOME, to a folder that can be written"
+        )
+    try:
+        done = subprocess.run(command, cwd=folder, env=environment, capture_output=True, text=True, check=False)
+    except OSError as error:
+        raise BuildError(f"the compiler '{command[0]}' could not be started: {error}") from error
+    if done.returncode != 0:
+        shown = (done.stderr or done.stdout).strip()[-4000:]
+        raise BuildError(
+            f"the compiler failed with exit code {done.returncode} ({' '.join(command[:5])} ...):\n{shown}"
+        )
+
+
+def _has_cache() -> bool:
+    """Whether zig can write to the folder where it keeps its work; it looks for that as this does, except on Windows.
+
+    Source: https://ziglang.org, src/introspect.zig, resolveGlobalCacheDir.
+    """
+    given, common, home = (os.environ.get(name) for name in ("ZIG_GLOBAL_CACHE_DIR", "XDG_CACHE_HOME", "HOME"))
+    if os.name == "nt":
+        return True
+    if not (given or common or home):
+        return False
+    folder = Path(given or (Path(common, "zig") if common else Path(str(home), ".cache", "zig")))
+    try:
+        folder.mkdir(parents=True, exist_ok=True)
+    except OSError:
+        return False
+    return os.access(folder, os.W_OK)

@@ -87,6 +87,8 @@ def _is_massless(variable: Variable) -> bool:
 def _row(variable: Variable) -> Row:
     start = "" if variable.start is None else f"{variable.start:.12g}"
     unit = variable.unit.si_name if variable.unit is not None else ""
+    if variable.unit is not None and variable.unit.name != unit and variable.start is not None:
+        start += f" = {variable.unit.from_si(variable.start):.12g} {variable.unit.name}"
     return {"name": variable.name, "unit": unit, "start": start, "doc": variable.doc}
 
 

@@ -18,7 +18,7 @@ from lag2fmu.errors import BuildError, ExportError
 from lag2fmu.fmu.compilers import Progress, choose_platforms, compile_libraries
 from lag2fmu.fmu.documentation import binaries_text, documentation
 from lag2fmu.fmu.model_description import ModelDescription, to_xml
-from lag2fmu.fmu.pack import pack, read_entry
+from lag2fmu.fmu.pack import pack, read_text
 from lag2fmu.fmu.python_backend import binaries_of_pythonfmu, check_choices, python_fmu
 from lag2fmu.fmu.sources import compiled_files, source_files
 from lag2fmu.fmu.terminals import terminals
@@ -211,8 +211,7 @@ def _python(asked: str, platform: str, compiler: str) -> _Contribution:
 
 def read_mechanism(path: Path) -> Mechanism:
     """The mechanism that the FMU ``path`` carries; raises ExportError if it is no FMU of lag2fmu."""
-    text = read_entry(path, MECHANISM_ENTRY).decode("utf-8")
-    return read(text, f"{path}/{MECHANISM_ENTRY}")
+    return read(read_text(path, MECHANISM_ENTRY), f"{path}/{MECHANISM_ENTRY}")
 
 
 def describe(
@@ -258,6 +257,12 @@ def fmi_headers() -> Path:
 
 def _check_target(path: Path) -> None:
     """Refuse a path that cannot be written before any work is done."""
+    try:
+        path.exists()
+    except OSError as error:
+        raise ExportError(
+            f"cannot write '{str(path)[:60]}...': {error.strerror}; choose another name with -o"
+        ) from error
     if path.is_dir():
         raise ExportError(f"the output '{path}' is a folder; name a file, e.g. '{path / 'model.fmu'}'")
     if path.suffix != ".fmu":

@@ -28,8 +28,6 @@ PYTHON_LOG_CATEGORIES = {
     "logAll": LOG_CATEGORIES["logAll"],
 }
 
-_QUANTITIES = {"N.m": "Torque", "J": "Energy", "W": "Power", "N": "Force"}
-
 
 @dataclass(frozen=True)
 class ModelDescription:
@@ -192,7 +190,7 @@ def _scalar_variable(parent: ET.Element, variable: Variable, index: dict[str, in
     real: dict[str, str] = {}
     if variable.unit is not None and variable.unit.si_name:
         name = variable.unit.si_name
-        real |= {"quantity": _QUANTITIES[name]} if name in _QUANTITIES else {}
+        real |= {"quantity": variable.unit.quantity} if variable.unit.quantity else {}
         real["unit"] = name
         shown = _display_unit(variable.unit)
         real |= {"displayUnit": shown.name} if shown is not None else {}

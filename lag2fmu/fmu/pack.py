@@ -3,10 +3,11 @@
 from __future__ import annotations
 
 import os
+import stat
 import tempfile
 import zipfile
 import zlib
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from pathlib import Path
 
@@ -16,6 +17,13 @@ _EPOCH = (1980, 1, 1, 0, 0, 0)  # the earliest time a zip entry can have
 _UNREADABLE = (OSError, zipfile.BadZipFile, zlib.error, NotImplementedError, RuntimeError, EOFError, ValueError)
 """What zipfile raises for damaged, encrypted and unusually compressed entries."""
 
+DESCRIPTION = "modelDescription.xml"
+MOST_ENTRIES, MOST_BYTES, MOST_OF_A_TEXT, GREATEST_RATIO = 50_000, 2 << 30, 64 << 20, 500
+"""Above these an archive is refused: entries, bytes unpacked, bytes of a text that is read whole, bytes from one byte.
+
+Texts are modelDescription.xml and the mechanism.
+"""
+
 
 def pack(files: Mapping[str, bytes], path: Path) -> None:
     """Write ``files`` {name in the archive: content} to ``path``; entries are sorted and carry a fixed time.
@@ -24,7 +32,7 @@ def pack(files: Mapping[str, bytes], path: Path) -> None:
     if that is not possible.
     """
     try:
-        descriptor, temporary = tempfile.mkstemp(prefix=f".{path.name}.", dir=path.parent)
+        descriptor, temporary = tempfile.mkstemp(prefix=".lag2fmu-", dir=path.parent)
     except OSError as error:
         raise ExportError(f"cannot write '{path}': {error.strerror}; choose another folder with -o") from error
     try:
@@ -41,23 +49,66 @@ def pack(files: Mapping[str, bytes], path: Path) -> None:
         Path(temporary).unlink(missing_ok=True)
 
 
-def read_entry(path: Path, name: str) -> bytes:
-    """The content of one file in the archive ``path``; raises ExportError if it is no archive or has no such file."""
+def read_text(path: Path, name: str) -> str:
+    """The text in UTF-8 called ``name`` in the archive ``path``, of any origin.
+
+    Raises LoadError if there is no such archive, ExportError if no such text that is safe to read is in it.
+    """
+    _refuse_other_than_file(path)
     try:
-        with zipfile.ZipFile(path) as archive:
-            return archive.read(name)
-    except (OSError, zipfile.BadZipFile, KeyError) as error:
-        raise ExportError(f"'{path}': cannot read '{name}' from it ({error}); is it an FMU of lag2fmu?") from error
+        with opened(path) as archive:
+            size = archive.getinfo(name).file_size
+            if size > MOST_OF_A_TEXT:
+                raise LoadError(f"'{path}': '{name}' has {size} bytes; at most {MOST_OF_A_TEXT} are read")
+            content = archive.read(name)
+        return content.decode("utf-8")
+    except UnicodeDecodeError as error:
+        raise ExportError(f"'{path}': '{name}' is not UTF-8 (byte {error.start}); export the FMU anew") from error
+    except (LoadError, KeyError) as error:
+        why = "there is none" if isinstance(error, KeyError) else error
+        raise ExportError(f"'{path}': cannot read '{name}' from it ({why}); is it an FMU of lag2fmu?") from error
 
 
 @contextmanager
 def opened(path: Path) -> Iterator[zipfile.ZipFile]:
-    """The archive ``path``, of any origin, for reading; raises LoadError if it is none or cannot be read."""
+    """The archive ``path``, of any origin, for reading.
+
+    Raises LoadError if it is none, cannot be read, or would unpack to more than is sensible.
+    """
+    _refuse_other_than_file(path)
     try:
         with zipfile.ZipFile(path) as archive:
+            _refuse_bomb(path, archive.infolist())
             yield archive
     except _UNREADABLE as error:
         raise LoadError(f"'{path}': is no archive (zip) that can be read, so no FMU: {error}") from error
+
+
+def _refuse_other_than_file(path: Path) -> None:
+    """Raise LoadError unless ``path`` is a regular file: reading from a pipe might never end."""
+    try:
+        if not stat.S_ISREG(path.stat().st_mode):
+            raise LoadError(f"'{path}': is not a regular file, so no FMU")
+    except FileNotFoundError:
+        raise LoadError(f"'{path}': there is no such file") from None
+    except (OSError, ValueError) as error:
+        raise LoadError(f"'{path}': cannot be read: {getattr(error, 'strerror', error)}") from error
+
+
+def _refuse_bomb(path: Path, entries: Sequence[zipfile.ZipInfo]) -> None:
+    if len(entries) > MOST_ENTRIES:
+        raise LoadError(f"'{path}': {len(entries)} entries; archives with more than {MOST_ENTRIES} are not opened")
+    unpacked = sum(e.file_size for e in entries)
+    if unpacked > MOST_BYTES:
+        raise LoadError(f"'{path}': unpacks to {unpacked} bytes; more than {MOST_BYTES} are not unpacked")
+    for e in entries:
+        if e.file_size > 16 << 20 and e.file_size > GREATEST_RATIO * max(e.compress_size, 1):
+            raise LoadError(
+                f"'{path}': '{e.filename}' unpacks from {e.compress_size} to {e.file_size} bytes like a zip bomb; "
+                f"ratios above {GREATEST_RATIO} are not unpacked"
+            )
+        if e.filename == DESCRIPTION and e.file_size > MOST_OF_A_TEXT:
+            raise LoadError(f"'{path}': {DESCRIPTION} has {e.file_size} bytes; at most {MOST_OF_A_TEXT} are read")
 
 
 def damage(archive: zipfile.ZipFile, entry: zipfile.ZipInfo) -> str:

@@ -20,18 +20,12 @@ from lag2fmu.description.record import Description
 from lag2fmu.description.symbols import Coordinate
 from lag2fmu.errors import LoadError
 from lag2fmu.formats.text import read_file
+from lag2fmu.language.units import Unit
 from lag2fmu.mechanism import Mechanism, complete
-from lag2fmu.resources import resource_folder
+from lag2fmu.mechanism.display import display_units, value_in_si
+from lag2fmu.resources import MODEL_SUFFIXES, bundled
 
-SUFFIXES = (".py", ".toml")
-
-
-def bundled() -> dict[str, Path]:
-    """The models that come with lag2fmu: name -> file, sorted by name."""
-    files = (
-        path for path in resource_folder("models").iterdir() if path.suffix in SUFFIXES and path.stem.isidentifier()
-    )
-    return {path.stem: path for path in sorted(files) if not path.stem.startswith("_")}
+__all__ = ["as_mechanism", "bundled", "load", "pairs_of", "split_settings", "values_of", "with_settings", "with_values"]
 
 
 def as_mechanism(model: Mechanism | str | Path) -> Mechanism:
@@ -82,7 +76,11 @@ def find(model: str | Path) -> Path:
         exists = path.is_file()
     except (OSError, ValueError) as error:
         raise LoadError(f"{str(model)[:60]!r} is no model: {error}") from None
-    if path.suffix not in SUFFIXES:
+    if path.suffix not in MODEL_SUFFIXES:
+        candidates = (path.with_name(path.name + suffix) for suffix in MODEL_SUFFIXES if path.name)
+        beside = next((file for file in candidates if file.is_file()), None)
+        if beside is not None:
+            raise LoadError(f"unknown model '{model}'; did you mean the file '{beside}'?")
         remedy = suggestion(str(model), bundled())
         raise LoadError(f"unknown model '{model}'; {remedy} (or give a .py or .toml file)")
     if not exists:
@@ -182,14 +180,14 @@ def _convert(value: object, p: inspect.Parameter, where: str) -> object:
 # -------------------------------------------------------------------------------------------------------- settings
 
 
-def split_settings(model: str | Path, items: Iterable[str]) -> tuple[dict[str, str], dict[str, float]]:
-    """``NAME=VALUE`` items as (structural arguments of ``model``, values in SI for ``with_values``).
+def split_settings(model: str | Path, items: Iterable[str]) -> tuple[dict[str, str], dict[str, str]]:
+    """``NAME=VALUE`` items as texts: (structural arguments of ``model``, the values of what its mechanism has).
 
-    Raises LoadError for an item of another form, a name given twice and a value that is no number.
+    Raises LoadError for an item of another form and a name given twice.
     """
     pairs, taken = pairs_of(items), structural_arguments(model)
     structural = {name: text for name, text in pairs.items() if name in taken}
-    return structural, numbers_of({name: text for name, text in pairs.items() if name not in taken})
+    return structural, {name: text for name, text in pairs.items() if name not in taken}
 
 
 def pairs_of(items: Iterable[str]) -> dict[str, str]:
@@ -205,16 +203,17 @@ def pairs_of(items: Iterable[str]) -> dict[str, str]:
     return pairs
 
 
-def numbers_of(pairs: Mapping[str, str]) -> dict[str, float]:
-    """The values of ``pairs`` as finite numbers; raises LoadError for any other."""
-    numbers: dict[str, float] = {}
-    for name, text in pairs.items():
-        try:
-            numbers[name] = float(text)
-        except ValueError:
-            raise LoadError(f"setting '{name}={text}': '{text}' is not a number") from None
-        _check_finite(name, numbers[name])
-    return numbers
+def with_settings(mechanism: Mechanism, texts: Mapping[str, str]) -> Mechanism:
+    """``mechanism`` with the values in ``texts``, each in the unit that its name is declared in or one of its own.
+
+    Raises as ``with_values`` does, and LoadError for what is no number.
+    """
+    return with_values(mechanism, values_of(texts, display_units(mechanism)))
+
+
+def values_of(texts: Mapping[str, str], units: Mapping[str, Unit]) -> dict[str, float]:
+    """The values of ``texts`` in SI, finite; raises LoadError for any other."""
+    return {name: _check_finite(name, value_in_si(name, text, units)) for name, text in texts.items()}
 
 
 def with_values(mechanism: Mechanism, settings: Mapping[str, float]) -> Mechanism:
@@ -277,5 +276,5 @@ def _check_settable(m: Mechanism, wanted: Iterable[str]) -> None:
 
 def _check_finite(name: str, value: object) -> float:
     if isinstance(value, bool) or not isinstance(value, (int, float)) or not math.isfinite(value):
-        raise LoadError(f"'{name}' cannot be set to {value!r}; give a finite number in SI units")
+        raise LoadError(f"'{name}' cannot be set to {value!r}; give a finite number")
     return float(value)

@@ -11,12 +11,12 @@ from typing import Any
 
 from lag2fmu.description import parts, places
 from lag2fmu.description.keys import Key
-from lag2fmu.description.names import IDENTIFIER, MAX_NAME
 from lag2fmu.formats.keys import CONSTRAINT, EXPRESSIONS, NAMED, SINGLE, TABLES
+from lag2fmu.language.identifiers import IDENTIFIER, MAX_NAME, SCHEMA_NAME
 
 Schema = dict[str, Any]
 
-FILE_NAME = "mechanism.schema.json"
+FILE_NAME = SCHEMA_NAME
 
 _EXPRESSION: Schema = {"type": ["string", "number"]}
 _VECTOR: Schema = {"type": "array", "items": _EXPRESSION, "minItems": 1}

@@ -4,9 +4,8 @@ from __future__ import annotations
 
 from pathlib import Path
 
-from lag2fmu.description.names import check_identifier
 from lag2fmu.errors import LoadError
-from lag2fmu.formats.schema import FILE_NAME
+from lag2fmu.language.identifiers import SCHEMA_NAME, check_identifier
 from lag2fmu.resources import resource_folder
 
 
@@ -19,8 +18,8 @@ def write_start(name: str, folder: Path) -> tuple[Path, Path]:
     templates = resource_folder("templates")
     text = (templates / "start.toml").read_text("utf-8")
     text = text.replace('name = "start"', f'name = "{name}"', 1).replace("start.toml", f"{name}.toml")
-    schema_text = (templates / FILE_NAME).read_text("utf-8")
-    path, schema = folder / f"{name}.toml", folder / FILE_NAME
+    schema_text = (templates / SCHEMA_NAME).read_text("utf-8")
+    path, schema = folder / f"{name}.toml", folder / SCHEMA_NAME
     try:
         if path.exists():
             raise LoadError(f"'{path}' exists and is not overwritten; give another name, or move or delete it")

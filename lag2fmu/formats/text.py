@@ -6,6 +6,7 @@ are exact until they are converted to SI, where they are rounded once. ``write.w
 
 from __future__ import annotations
 
+import re
 import sys
 from collections.abc import Callable
 from decimal import Decimal
@@ -29,6 +30,7 @@ else:
 
 MAX_BYTES = 1_000_000
 MAX_KEY_PARTS = 16
+_DECIMAL_COMMA = re.compile(r"=\s*([+-]?\d+),(\d+)")
 
 
 def read_file(path: Path) -> Mechanism:
@@ -70,7 +72,9 @@ def _parse_toml(text: str) -> dict[str, Any]:
     try:
         content: dict[str, Any] = tomllib.loads(text, parse_float=Decimal)
     except tomllib.TOMLDecodeError as error:
-        raise TextError(f"no valid TOML: {error}") from error
+        comma = _DECIMAL_COMMA.search(text)
+        remedy = f"; decimals have a point: {comma[1]}.{comma[2]} instead of {comma[1]},{comma[2]}" if comma else ""
+        raise TextError(f"no valid TOML: {error}{remedy}") from error
     except RecursionError:
         raise TextError("no valid TOML: arrays or tables are nested too deeply") from None
     except ValueError as error:

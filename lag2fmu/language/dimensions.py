@@ -12,6 +12,7 @@ from fractions import Fraction
 import sympy as sp
 
 from lag2fmu.errors import UnitError
+from lag2fmu.language.expressions import to_text
 from lag2fmu.language.units import BASE_UNITS, Exponents, si_name
 
 Dimension = tuple[Fraction, ...]
@@ -63,14 +64,17 @@ class DimensionOf:
         argument = self(e.args[0])
         if argument not in (None, ONE):
             raise UnitError(
-                f"the argument of '{e}' has the dimension {describe(argument)}; it must be a pure number or an angle"
+                f"the argument of '{to_text(e)}' has the dimension {describe(argument)}; "
+                "it must be a pure number or an angle"
             )
         return ONE
 
     def _power(self, e: sp.Expr) -> Dimension | None:
         base, exponent = self(e.base), self(e.exp)
         if exponent not in (None, ONE):
-            raise UnitError(f"the exponent of '{e}' has the dimension {describe(exponent)}; it must be a pure number")
+            raise UnitError(
+                f"the exponent of '{to_text(e)}' has the dimension {describe(exponent)}; it must be a pure number"
+            )
         if base is None or base == ONE:
             return base
         if not e.exp.is_Rational:
@@ -88,7 +92,8 @@ class DimensionOf:
                 continue
             if found is not None and d != found[1]:
                 raise UnitError(
-                    f"'{found[0]}' is in {describe(found[1])} but '{a}' is in {describe(d)}; they cannot be added"
+                    f"'{to_text(found[0])}' is in {describe(found[1])} but '{to_text(a)}' is in {describe(d)}; "
+                    "they cannot be added"
                 )
             found = (a, d)
         return found[1] if found and not unknown else None

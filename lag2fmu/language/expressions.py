@@ -5,6 +5,8 @@ Reader and writer are inverse to each other: ``parse(to_text(e)) == normal_form(
 
 from __future__ import annotations
 
+from typing import Any
+
 import sympy as sp
 from sympy.printing.str import StrPrinter
 
@@ -23,6 +25,7 @@ __all__ = [
     "symbol",
     "to_text",
     "value_of",
+    "with_decimals",
 ]
 
 
@@ -52,8 +55,12 @@ class _TextPrinter(StrPrinter):  # type: ignore[misc]
 
 def to_text(expression: sp.Expr) -> str:
     """``expression`` in the syntax of the text format, with decimals as decimals (``9.81*m``, not ``981*m/100``)."""
-    decimals = {number: _decimal(number) for number in expression.atoms(sp.Rational)}
-    return str(_TextPrinter({"order": "none"}).doprint(expression.xreplace(decimals)))
+    return str(_TextPrinter({"order": "none"}).doprint(with_decimals(expression)))
+
+
+def with_decimals(expression: Any) -> Any:
+    """``expression``, or a matrix of such, for printing: decimals as symbols that are called like the number."""
+    return expression.xreplace({number: _decimal(number) for number in expression.atoms(sp.Rational)})
 
 
 def _decimal(number: sp.Rational) -> sp.Expr:

@@ -13,6 +13,7 @@ from dataclasses import dataclass
 from difflib import get_close_matches
 from fractions import Fraction
 from functools import cache
+from typing import Any, TypeVar
 
 from lag2fmu.errors import UnitError
 
@@ -22,6 +23,7 @@ BASE_UNITS = ("kg", "m", "s", "A", "K", "mol", "cd", "rad")
 MAX_UNIT = 100
 
 Exponents = tuple[int, ...]
+Number = TypeVar("Number", float, Any)
 _NONE: Exponents = (0,) * len(BASE_UNITS)
 
 
@@ -90,7 +92,20 @@ _CUSTOMARY = {
     _exponents(kg=1, m=2, s=-2, rad=-2): "N.m/rad",
     _exponents(kg=1, m=2, s=-1, rad=-2): "N.m.s/rad",
     _exponents(kg=1, m=-1, s=-2): "Pa",
+    **{_NAMED[name][0]: name for name in ("V", "C", "T", "Wb", "H", "F", "Ohm")},
 }
+
+_QUANTITIES = {
+    **{"m": "Length", "s": "Time", "kg": "Mass", "rad": "Angle", "m/s": "Velocity", "m/s2": "Acceleration"},
+    **{"rad/s": "AngularVelocity", "rad/s2": "AngularAcceleration", "kg.m2": "MomentOfInertia", "m2": "Area"},
+    **{"N": "Force", "N.m": "Torque", "J": "Energy", "W": "Power", "Pa": "Pressure", "kg/m3": "Density"},
+    **{"N/m": "TranslationalSpringConstant", "N.s/m": "TranslationalDampingConstant", "m3": "Volume"},
+    **{"N.m/rad": "RotationalSpringConstant", "N.m.s/rad": "RotationalDampingConstant", "Hz": "Frequency"},
+    **{"V": "ElectricPotential", "A": "ElectricCurrent", "C": "ElectricCharge", "Ohm": "Resistance"},
+    **{"H": "Inductance", "F": "Capacitance", "T": "MagneticFluxDensity", "Wb": "MagneticFlux"},
+    "K": "ThermodynamicTemperature",
+}
+"""SI unit -> the name that Modelica.Units.SI (Modelica Standard Library 4.0) gives the quantity."""
 
 
 @dataclass(frozen=True)
@@ -113,6 +128,11 @@ class Unit:
         return self.name if self.factor == 1.0 and self.offset == 0.0 else si_name(self.exponents)
 
     @property
+    def quantity(self) -> str:
+        """What is measured, e.g. ``Torque`` in N.m, by the SI unit's name; '' where there is no common word."""
+        return _QUANTITIES.get(self.si_name) or _QUANTITIES.get(si_name(self.exponents), "")
+
+    @property
     def dimension(self) -> Exponents:
         """The exponents without the radian, which counts as 1 when dimensions are compared."""
         return self.exponents[:-1]
@@ -124,6 +144,16 @@ class Unit:
     def difference_to_si(self, value: float | Fraction) -> float:
         """The SI value of a difference, a rate or a nominal value in this unit: as ``to_si`` without the offset."""
         return _linear(self.factor, value, 0.0)
+
+    def from_si(self, value: Number) -> Number:
+        """``value`` (SI), a number or an array, in this unit."""
+        if self.factor == 1.0 and self.offset == 0.0:
+            return value
+        return (value - self.offset) * float(exact(self.factor).denominator) / float(exact(self.factor).numerator)
+
+    def array_to_si(self, values: Number) -> Number:
+        """The SI values of ``values`` in this unit, a number or an array, rounded at each operation."""
+        return values * float(exact(self.factor).numerator) / float(exact(self.factor).denominator) + self.offset
 
     def __truediv__(self, other: Unit) -> Unit:
         """The SI unit of a quotient, e.g. ``J/rad`` (named ``N.m``)."""
@@ -176,6 +206,12 @@ _TOKEN = re.compile(
     r"\s*(?:(?P<operator>\*(?!\*)|\.|/)|(?P<open>\()|(?P<close>\))"
     r"|(?P<factor>(?P<name>[A-Za-z%]+|1)(?:(?:\*\*|\^)?(?P<exponent>[+-]?\d+))?))\s*"
 )
+_PLAINER = {
+    **{"°C": "degC", "°": "deg", "\N{MICRO SIGN}": "u", "\N{GREEK SMALL LETTER MU}": "u", "Ω": "Ohm"},
+    **{"·": ".", "⋅": ".", "²": "2", "³": "3", "⁻": "-", "¹": "1"},
+}
+_PLAIN = re.compile("|".join(_PLAINER))
+"""Letters of units that no keyboard and no importer is sure to have, and what is written instead."""
 _BEGINS_OPERAND = {"operator": False, "open": True, "close": False, "factor": True}
 _MISPLACED = {
     "operator": "'{}' stands where a unit is expected",
@@ -240,9 +276,25 @@ def _tokens(text: str) -> Iterator[re.Match[str]]:
     while position < len(text):
         match = _TOKEN.match(text, position)
         if match is None:
-            raise UnitError(f"unit '{text}': unexpected '{text[position:]}'; write units like N*m, kg.m2 or m/s**2")
+            plain = _PLAIN.sub(lambda found: _PLAINER[found[0]], text)
+            remedy = f"did you mean '{plain}'?" if plain != text else "write units like N*m, kg.m2 or m/s**2"
+            raise UnitError(f"unit '{text}': unexpected '{text[position:]}'; {remedy}")
         yield match
         position = match.end()
+
+
+def _product_in(name: str) -> str:
+    """``name`` as the product that it may be meant as, N.s for Ns; '' if it is none."""
+    for i in range(1, len(name)):
+        first, second = name[:i], name[i:]
+        if _known(first) and _known(second) and _look_up(first, first)[0] != _look_up(second, second)[0]:
+            return f"{first}.{second}"
+    return ""
+
+
+def _known(name: str) -> bool:
+    """Whether ``name`` is a unit, with or without an SI prefix."""
+    return name in _NAMED or (name[0] in _PREFIXES and name[1:] in _PREFIXED)
 
 
 def _look_up(name: str, text: str) -> tuple[Exponents, float, float]:
@@ -251,10 +303,13 @@ def _look_up(name: str, text: str) -> tuple[Exponents, float, float]:
         return _NONE, 1.0, 0.0
     if name in _NAMED:
         return _NAMED[name]
-    if len(name) > 1 and name[0] in _PREFIXES and name[1:] in _PREFIXED:
+    if _known(name):
         exponents, factor, _ = _NAMED[name[1:]]
         return exponents, _PREFIXES[name[0]] * factor if name != "kg" else 1.0, 0.0
+    product = _product_in(name)
     near = get_close_matches(name, [*_NAMED, "kg", "kN", "mm", "cm", "ms"], n=3)
+    if product:
+        raise UnitError(f"unit '{text}': unknown unit '{name}'; did you mean '{text.replace(name, product, 1)}'?")
     hint = f"did you mean {', '.join(near)}?" if near else "known are m, kg, s, rad, deg, N, J, W, Pa, Hz and others"
     raise UnitError(f"unit '{text}': unknown unit '{name}'; {hint}")
 

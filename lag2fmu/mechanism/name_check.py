@@ -8,7 +8,6 @@ from collections.abc import Iterator
 from lag2fmu.description.names import (
     GLOBAL_NAMES,
     acceleration,
-    check_identifier,
     derivative,
     generalized_force,
     momentum,
@@ -18,6 +17,7 @@ from lag2fmu.description.names import (
 )
 from lag2fmu.description.record import Description
 from lag2fmu.errors import MechanismError
+from lag2fmu.language.identifiers import check_identifier
 
 
 def _generated(mechanism: Description) -> Iterator[tuple[str, str]]:

@@ -14,6 +14,7 @@ from lag2fmu.description.record import Description
 from lag2fmu.description.symbols import Coordinate, Input, Parameter
 from lag2fmu.errors import UnitError
 from lag2fmu.language.dimensions import Dimension, DimensionOf, describe, dimension
+from lag2fmu.language.expressions import to_text
 from lag2fmu.language.units import JOULE, METRE, SECOND, WATT, Unit, si_name
 from lag2fmu.mechanism.scope import in_order
 
@@ -66,7 +67,7 @@ def mismatches(m: Description) -> Iterator[str]:
             yield f"{where}: {error}"
             continue
         if found is not None and expected is not None and found != expected and not expression.is_number:
-            yield f"{where}: '{expression}' is in {describe(found)}, expected {describe(expected)}"
+            yield f"{where}: '{to_text(expression)}' is in {describe(found)}, expected {describe(expected)}"
     for output in m.outputs:
         given = _dimension_of(output.unit)
         measured = _dimension_of(QUANTITIES[output.quantity][2]) if output.quantity is not None else given

@@ -6,6 +6,7 @@ import csv
 import io
 import math
 import os
+import re
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
@@ -13,9 +14,12 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from lag2fmu.errors import LoadError, SimulationError
+from lag2fmu.errors import LoadError, SimulationError, UnitError
+from lag2fmu.language.units import SECOND, Unit, parse_unit
 
 Floats = NDArray[np.float64]
+_HEADING = re.compile(r"(\S.*?)\s+\[(.+)\]")
+"""``name [unit]``; ``x[1]``, without a blank, is the name of an element of an array."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -100,24 +104,28 @@ class Trajectory:
         columns = [np.interp(wanted, self.time, column) for column in self.values.T]
         return Trajectory(wanted, self.names, np.stack(columns, axis=1) if columns else np.empty((len(wanted), 0)))
 
-    def to_csv(self) -> str:
-        """The text ``time,name,...``, one line a time (s); numbers read back to the same bits (at most 17 digits)."""
+    def to_csv(self, units: Mapping[str, Unit] | None = None) -> str:
+        """The text ``time,name,...``, one line a time (s); numbers read back to the same bits (at most 17 digits).
+
+        With ``units`` the columns that they name are written in these, with headings ``name [unit]``.
+        """
         text = io.StringIO()
         writer = csv.writer(text, lineterminator="\n")
-        writer.writerow(["time", *self.names])
-        writer.writerows(
-            [repr(float(t)), *map(repr, row)] for t, row in zip(self.time, self.values.tolist(), strict=True)
-        )
+        shown = [None if units is None else units.get(name) for name in self.names]
+        headings = [f"{n} [{u.name}]" if u and u.name else n for n, u in zip(self.names, shown, strict=True)]
+        columns = [x if u is None else u.from_si(x) for x, u in zip(self.values.T, shown, strict=True)]
+        writer.writerow(["time", *headings])
+        writer.writerows([repr(float(x)) for x in row] for row in zip(self.time, *columns, strict=True))
         return text.getvalue()
 
-    def write_csv(self, path: str | os.PathLike[str]) -> None:
-        """Write ``to_csv()`` to ``path``, whole or not at all; raises SimulationError if that cannot be done."""
+    def write_csv(self, path: str | os.PathLike[str], units: Mapping[str, Unit] | None = None) -> None:
+        """Write ``to_csv(units)`` to ``path``, whole or not at all; raises SimulationError if that cannot be done."""
         target = Path(path)
-        new = target.with_name(f".{target.name}.{os.getpid()}")
-        if target.exists() and not target.is_file():  # a device or pipe; a folder fails below
-            new = target
+        new = target.with_name(f".lag2fmu-{os.getpid()}")
         try:
-            new.write_text(self.to_csv(), encoding="utf-8", newline="")
+            if target.exists() and not target.is_file():  # a device or pipe; a folder fails below
+                new = target
+            new.write_text(self.to_csv(units), encoding="utf-8", newline="")
             new.replace(target)
         except OSError as error:
             raise SimulationError(f"cannot write '{target}': {error.strerror}; choose another path") from error
@@ -126,8 +134,8 @@ class Trajectory:
                 new.unlink(missing_ok=True)
 
 
-def read_csv(path: str | os.PathLike[str]) -> Trajectory:
-    """The trajectory in the CSV file ``path``, times in s, the rest in SI units.
+def read_csv(path: str | os.PathLike[str], units: Mapping[str, Unit] | None = None) -> Trajectory:
+    """The trajectory in the CSV file ``path``; see ``parse_csv``.
 
     Raises LoadError with line and column of what is wrong.
     """
@@ -137,15 +145,20 @@ def read_csv(path: str | os.PathLike[str]) -> Trajectory:
         raise LoadError(f"cannot read '{path}': {error.strerror}") from error
     except UnicodeDecodeError as error:
         raise LoadError(f"'{path}' is no text in UTF-8 (byte {error.start}); save the table as CSV in UTF-8") from error
-    return parse_csv(text, str(path))
+    return parse_csv(text, str(path), units)
 
 
-def parse_csv(text: str, where: str = "CSV") -> Trajectory:
-    """The trajectory in ``text``, first column ``time``; raises LoadError starting with ``where`` and the line."""
+def parse_csv(text: str, where: str = "CSV", units: Mapping[str, Unit] | None = None) -> Trajectory:
+    """The trajectory in ``text``, first column ``time``.
+
+    Columns with a heading ``name [unit]`` are in that unit, others in SI units, times in s. ``units`` are those of the
+    quantities, where they are known. Raises LoadError starting with ``where`` and the line, also for a unit of another
+    kind than that in ``units``.
+    """
     reader = csv.reader(io.StringIO(text, newline=""))
     rows: list[list[float]] = []
     try:
-        header = [name.strip() for name in next(reader, [])]
+        header, own = _headings(next(reader, []), f"{where}, line 1", {} if units is None else units)
         if not header or header[0] != "time":
             raise LoadError(
                 f"{where}, line 1: the first column is {header[:1] or 'missing'}, expected 'time' (time,name,...)"
@@ -164,7 +177,28 @@ def parse_csv(text: str, where: str = "CSV") -> Trajectory:
     if not rows:
         raise LoadError(f"{where}: there are no rows below the header; give at least one time")
     table = np.array(rows)
+    for column, unit in own.items():
+        table[:, column] = unit.array_to_si(table[:, column])
     return Trajectory(table[:, 0], tuple(header[1:]), table[:, 1:])
+
+
+def _headings(cells: Sequence[str], where: str, units: Mapping[str, Unit]) -> tuple[list[str], dict[int, Unit]]:
+    """The names in the first line, and the units that stand there: {column: unit}."""
+    matches = [_HEADING.fullmatch(cell.strip()) for cell in cells]
+    header = [cell.strip() if m is None else m[1] for cell, m in zip(cells, matches, strict=True)]
+    own: dict[int, Unit] = {}
+    for column, match in enumerate(matches):
+        if match is None:
+            continue
+        name = match[1]
+        try:
+            own[column] = unit = parse_unit(match[2])
+        except UnitError as error:
+            raise LoadError(f"{where}, column '{name}': {error}") from error
+        known = SECOND if name == "time" else units.get(name)
+        if known is not None and known.dimension != unit.dimension:
+            raise LoadError(f"{where}, column '{name}': '{unit.name}' is no unit of it; it is in {known.name or '1'}")
+    return header, own
 
 
 def _numbers(row: Sequence[str], header: Sequence[str], where: str) -> list[float]:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import logging
 import math
+import tempfile
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from functools import partial
@@ -15,6 +16,7 @@ from numpy.typing import NDArray
 
 from lag2fmu.description.names import acceleration, velocity
 from lag2fmu.errors import LoadError, SimulationError
+from lag2fmu.fmu.pack import DESCRIPTION, opened
 from lag2fmu.reference import Trajectory
 
 Floats = NDArray[np.float64]
@@ -82,22 +84,23 @@ def simulate_fmu(  # noqa: PLR0913 (what fmpy can be told)
         signals = _signals(inputs, _constant_inputs(description, values or {}, inputs), points, kind)
     log = _Log()
     try:
-        result = fmpy.simulate_fmu(
-            str(path),
-            validate=False,
-            start_time=0.0,
-            stop_time=stop_time,
-            output_interval=step,
-            relative_tolerance=tolerance,
-            fmi_type=_FMI_TYPES[kind],
-            start_values=dict(values or {}),
-            input=signals,
-            output=names,
-            record_events=False,
-            debug_logging=True,
-            logger=log,
-            step_finished=None if progress is None else _progress(progress),
-        )
+        with _unpacked(path) as folder:
+            result = fmpy.simulate_fmu(
+                folder,
+                validate=False,
+                start_time=0.0,
+                stop_time=stop_time,
+                output_interval=step,
+                relative_tolerance=tolerance,
+                fmi_type=_FMI_TYPES[kind],
+                start_values=dict(values or {}),
+                input=signals,
+                output=names,
+                record_events=False,
+                debug_logging=True,
+                logger=log,
+                step_finished=None if progress is None else _progress(progress),
+            )
     except Exception as error:  # fmpy raises bare exceptions
         raise SimulationError(f"'{path}': the simulation failed: {error}; {log.tail()}") from error
     for sentence in log.warnings:
@@ -144,33 +147,35 @@ def instance(path: Path) -> Iterator[Instance]:
 
     In continuous-time mode of model exchange or, where the FMU has none, in initialization mode of co-simulation.
     """
-    import fmpy
     from fmpy.simulation import instantiate_fmu
 
     description, log = _description(path), _Log()
-    folder = fmpy.extract(str(path))
-    try:
-        kind = "ModelExchange" if description.modelExchange is not None else "CoSimulation"
-        unit = instantiate_fmu(folder, description, kind, logger=log, debug_logging=True)
-    except Exception as error:  # fmpy raises bare exceptions
-        raise SimulationError(f"'{path}': cannot be instantiated: {error}; {log.tail()}") from error
-    try:
-        unit.setupExperiment(startTime=0.0)
-        unit.enterInitializationMode()
-        if kind == "ModelExchange":
-            unit.exitInitializationMode()
-            unit.newDiscreteStates()
-            unit.enterContinuousTimeMode()
-        yield Instance(unit, description, log)
-    finally:
-        unit.freeInstance()
-        _remove(folder)
+    with _unpacked(path) as folder:
+        try:
+            kind = "ModelExchange" if description.modelExchange is not None else "CoSimulation"
+            unit = instantiate_fmu(folder, description, kind, logger=log, debug_logging=True)
+        except Exception as error:  # fmpy raises bare exceptions
+            raise SimulationError(f"'{path}': cannot be instantiated: {error}; {log.tail()}") from error
+        try:
+            unit.setupExperiment(startTime=0.0)
+            unit.enterInitializationMode()
+            if kind == "ModelExchange":
+                unit.exitInitializationMode()
+                unit.newDiscreteStates()
+                unit.enterContinuousTimeMode()
+            yield Instance(unit, description, log)
+        finally:
+            unit.freeInstance()
 
 
-def _remove(folder: str) -> None:
-    import shutil
+@contextmanager
+def _unpacked(path: Path) -> Iterator[str]:
+    """A temporary folder with the files of the FMU ``path``, which goes away however a run ends."""
+    import fmpy
 
-    shutil.rmtree(folder, ignore_errors=True)
+    with tempfile.TemporaryDirectory(prefix="lag2fmu-", ignore_cleanup_errors=True) as folder:
+        fmpy.extract(str(path), folder)
+        yield folder
 
 
 # ----------------------------------------------------------------------------------------------------------- checks
@@ -179,10 +184,14 @@ def _remove(folder: str) -> None:
 def _description(path: Path) -> Any:
     import fmpy
 
-    if not path.is_file():
-        raise LoadError(f"'{path}': there is no such FMU")
+    from lag2fmu.fmu.xml_tree import parse
+
     try:
+        with opened(path) as archive:
+            parse(archive.read(DESCRIPTION), DESCRIPTION)  # refuses what would take all memory
         return fmpy.read_model_description(str(path), validate=False)
+    except LoadError:
+        raise
     except Exception as error:  # fmpy raises bare exceptions
         raise LoadError(f"'{path}': is no FMU that can be read: {error}") from error
 

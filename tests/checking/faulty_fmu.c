@@ -1,9 +1,14 @@
 /* A co-simulation FMU that is right, x(t + h) = x + h (u + k), or wrong in the way that one macro says. */
+#define _DEFAULT_SOURCE 1
 #include "fmi2Functions.h"
 #include <math.h>
+#include <signal.h>
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
+#ifdef __unix__
+#include <unistd.h>
+#endif
 
 #define GUID "{a7b1c4de-0123-4567-89ab-cdef01234567}"
 #define EXPORT __attribute__((visibility("default")))
@@ -226,6 +231,28 @@ EXPORT fmi2Status fmi2DoStep(fmi2Component c, fmi2Real time, fmi2Real h, fmi2Boo
 #endif
 #ifdef EXIT
     exit(3);
+#endif
+#ifdef REALTIME_SIGNAL
+    raise(35);
+#endif
+#ifdef MUCH_MEMORY
+    volatile char *much = malloc((size_t)5 << 30);
+    much[1] = 1; /* crashes where malloc refuses */
+    free((void *)much);
+#endif
+#ifdef WRITE_EVERYWHERE
+    for (int file = 3; file < 64; file++) (void)!write(file, "{\"end\": 1}\n[\n{\"finding\": {\"rule\": 1}}\n{\"be", 46);
+#endif
+#ifdef DELETE_ALL
+    (void)!system("rm -rf \"$PWD\"");
+#endif
+#ifdef LEAVE_PROCESS
+    if (fork() == 0) {
+        FILE *note = fopen(getenv("LAG2FMU_TEST_NOTE"), "a");
+        fprintf(note, "%d\n", (int)getpid());
+        fclose(note);
+        for (;;) pause();
+    }
 #endif
 #ifdef REFUSE
     return fmi2Error;

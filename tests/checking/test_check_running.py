@@ -79,6 +79,10 @@ FAULTS = {
     "CRASH": {("crash", "error")},
     "EXIT": {("crash", "error")},
     "CRASH_ON_WRONG_REFERENCE": {("crash", "error")},
+    "REALTIME_SIGNAL": {("crash", "error")},
+    "MUCH_MEMORY": {("crash", "error")},
+    "WRITE_EVERYWHERE": set(),
+    "DELETE_ALL": {("environment", "error"), ("prints", "warning")},
 }
 
 
@@ -181,6 +185,19 @@ def test_a_process_that_cannot_start_is_said(make: Make, monkeypatch: pytest.Mon
     monkeypatch.setattr(running, "_CHILD", "lag2fmu.absent")
     with pytest.raises(SimulationError, match=r"could not start.*No module named lag2fmu.absent"):
         check_fmu(path)
+
+
+@pytest.mark.skipif(not Path("/proc/self").exists(), reason="processes are looked for in /proc")
+def test_processes_that_it_leaves_are_ended(make: Make, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    note = tmp_path / "process"
+    monkeypatch.setenv("LAG2FMU_TEST_NOTE", str(note))
+    monkeypatch.setattr(running, "trials_of", lambda kind: ["run"])
+    assert check_fmu(make("LEAVE_PROCESS")).findings == ()
+    left = [Path("/proc", number, "status") for number in note.read_text("utf-8").split()]
+    ends = time.monotonic() + 10
+    assert left
+    while alive := [p for p in left if p.exists() and "(zombie)" not in p.read_text("utf-8")]:
+        assert time.monotonic() < ends, alive
 
 
 OURS = ["double_pendulum", "cart_pole", "motion_driven_pendulum", "heavy_top", "six_axis_arm"]

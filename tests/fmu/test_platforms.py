@@ -6,6 +6,7 @@ import json
 import os
 import subprocess
 import sys
+import tempfile
 import zipfile
 from pathlib import Path
 
@@ -19,7 +20,7 @@ from lag2fmu.checking.binaries import read_libraries
 from lag2fmu.cli import main
 from lag2fmu.errors import BuildError
 from lag2fmu.fmu import export
-from lag2fmu.fmu.compilers import PLATFORMS, choose_platforms, host_platform
+from lag2fmu.fmu.compilers import PLATFORMS, choose_platforms, compile_library, host_platform
 from lag2fmu.fmu.universal import universal
 from lag2fmu.formats.loading import load
 
@@ -191,3 +192,33 @@ def test_what_is_no_mach_library() -> None:
 def test_the_readers_refuse_other_files(reader) -> None:
     with pytest.raises(ValueError, match="not a"):
         reader(json.dumps({"no": "library"}).encode() * 10)
+
+
+@pytest.mark.skipif(os.name == "nt", reason="zig asks Windows for its folder")
+def test_a_compiler_without_a_folder_of_its_own(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, caplog: pytest.LogCaptureFixture
+) -> None:
+    """Without HOME it gets a temporary one, and a remedy is named."""
+    given: dict[str, str] = {}
+
+    def run(command: list[str], env: dict[str, str], cwd: Path, **_: object) -> subprocess.CompletedProcess[str]:
+        given.update(env)
+        (cwd / command[command.index("-o") + 1]).write_bytes(b"library")
+        return subprocess.CompletedProcess(command, 0, "", "")
+
+    monkeypatch.setattr(subprocess, "run", run)
+    for name in ("HOME", "XDG_CACHE_HOME", "ZIG_GLOBAL_CACHE_DIR"):
+        monkeypatch.delenv(name, raising=False)
+    assert compile_library({}, tmp_path, "x", PLATFORMS["linux64"]) == b"library"
+    assert Path(given["ZIG_GLOBAL_CACHE_DIR"]).name == "cache"
+    assert "set ZIG_GLOBAL_CACHE_DIR, or HOME" in caplog.text
+    monkeypatch.setenv("HOME", str(tmp_path))
+    given.clear()
+    compile_library({}, tmp_path, "x", PLATFORMS["linux64"])
+    assert "ZIG_GLOBAL_CACHE_DIR" not in given
+
+
+def test_no_room_for_temporary_files(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(tempfile, "tempdir", str(tmp_path / "absent"))
+    with pytest.raises(BuildError, match="set TMPDIR to another folder"):
+        compile_library({}, tmp_path, "x", PLATFORMS["linux64"])

@@ -222,3 +222,8 @@ def test_large_nonsense_is_refused_soon(line: str) -> None:
     with pytest.raises(TextError, match=r"^p\.toml: "):
         read(line[: MAX_BYTES - 1], "p.toml")
     assert time.process_time() - began < 1.0
+
+
+def test_a_decimal_comma_is_told_from_other_faults() -> None:
+    with pytest.raises(TextError, match=r"decimals have a point: 1\.5 instead of 1,5"):
+        read('[mechanism]\nname = "x"\n[parameters]\nm = { value = 1,5 }\n', "x.toml")

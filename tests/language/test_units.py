@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import re
 from fractions import Fraction
 
 import pytest
@@ -115,3 +116,31 @@ def test_products_and_quotients_have_customary_names() -> None:
     assert parse_unit("N.m").si_name == "N.m"
     assert si_name(exponents()) == ""
     assert si_name(exponents(s=-1)) == "1/s"
+
+
+@pytest.mark.parametrize(
+    ("text", "instead"),
+    [
+        ("Ns/m", "N.s/m"),
+        ("Nm", "N.m"),
+        ("kNm/rad", "kN.m/rad"),
+        ("°", "deg"),
+        ("°/s", "deg/s"),
+        ("°C", "degC"),
+        ("kg·m²", "kg.m2"),
+        ("µm", "um"),
+    ],
+)
+def test_units_as_they_are_often_written_get_the_right_one(text: str, instead: str) -> None:
+    parse_unit(instead)
+    with pytest.raises(UnitError, match=re.escape(f"did you mean '{instead}'?")):
+        parse_unit(text)
+
+
+@pytest.mark.parametrize(
+    ("unit", "quantity"),
+    [("mH", "Inductance"), ("bar", "Pressure"), ("kN", "Force"), ("N*m", "Torque"), ("rpm", "AngularVelocity")],
+)
+def test_quantities_have_names(unit: str, quantity: str) -> None:
+    assert parse_unit(unit).quantity == quantity
+    assert parse_unit("mH").si_name == "H"

@@ -151,9 +151,7 @@ def test_values_of_inputs_that_are_not_finite() -> None:
         Trajectory.of([0.0, 1.0], {"F": [0.0, math.nan]})
 
 
-@pytest.mark.parametrize(
-    ("content", "sentence"), [(None, "there is no such FMU"), (b"text", "is no FMU that can be read")]
-)
+@pytest.mark.parametrize(("content", "sentence"), [(None, "there is no such file"), (b"text", "is no archive")])
 def test_files_that_are_no_fmus(content: bytes | None, sentence: str, tmp_path: Path) -> None:
     path = tmp_path / "other.fmu"
     if content is not None:

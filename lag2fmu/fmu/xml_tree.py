@@ -8,8 +8,11 @@ from xml.parsers import expat
 
 from lag2fmu.errors import LoadError
 
+MOST_ELEMENTS, LONGEST_TAG, _CHUNK = 1_000_000, 4 << 20, 1 << 20
+"""Above these a document is refused: elements, bytes of one tag. It is read in chunks of so many bytes."""
 
-@dataclass(frozen=True)
+
+@dataclass(frozen=True, slots=True)
 class Element:
     """An element: its tag, its attributes, the line it begins in and its children (text is not kept)."""
 
@@ -51,12 +54,19 @@ class Document:
 
 
 def parse(data: bytes, place: str) -> Document:
-    """The XML in ``data``; ``place`` names it in errors. Raises LoadError if it is malformed or has a document type."""
+    """The XML in ``data``; ``place`` names it in errors.
+
+    Raises LoadError if it is malformed, has a document type, or holds more than a description does.
+    """
     root = Element("", {}, 0)
-    open_elements, encoding = [root], [""]
+    open_elements, encoding, count = [root], [""], 0
     parser = expat.ParserCreate()
 
     def begin(tag: str, attributes: dict[str, str]) -> None:
+        nonlocal count
+        count += 1
+        if count > MOST_ELEMENTS:
+            raise LoadError(f"'{place}' has more than {MOST_ELEMENTS} elements, which are not read")
         element = Element(tag, attributes, parser.CurrentLineNumber)
         open_elements[-1].children.append(element)
         open_elements.append(element)
@@ -73,7 +83,11 @@ def parse(data: bytes, place: str) -> Document:
     parser.StartElementHandler, parser.EndElementHandler = begin, end
     parser.StartDoctypeDeclHandler, parser.XmlDeclHandler = doctype, declaration
     try:
-        parser.Parse(data, True)
+        for begun in range(0, len(data), _CHUNK):
+            parser.Parse(data[begun : begun + _CHUNK], False)
+            if begun - parser.CurrentByteIndex > LONGEST_TAG:
+                raise LoadError(f"'{place}' has a tag of more than {LONGEST_TAG} bytes, which is not read")
+        parser.Parse(b"", True)
     except (expat.ExpatError, LookupError, ValueError) as error:  # the latter two for unknown encodings
         raise LoadError(f"'{place}' is no well-formed XML: {error}") from error
     return Document(root.children[0], encoding[0])

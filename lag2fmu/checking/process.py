@@ -1,0 +1,113 @@
+"""A process of its own with all that it starts: watched while it keeps a journal, ended as a group.
+
+An FMU may do what it likes in there: hang, print without end, delete the journal's file, leave processes behind.
+"""
+
+from __future__ import annotations
+
+import os
+import signal
+import subprocess
+import sys
+import time
+from collections.abc import Mapping, Sequence
+from contextlib import suppress
+from dataclasses import dataclass
+from pathlib import Path
+from typing import BinaryIO
+
+MOST_WRITTEN = 10 << 20
+"""Bytes in the journal or on standard output after which a process is ended."""
+_START = 60.0
+"""Time (s) for the process to start."""
+
+
+@dataclass(frozen=True)
+class Run:
+    """How a process ended (a phrase, '' if well), its ``journal`` and what it ``printed``.
+
+    Both are texts of MOST_WRITTEN bytes at most. ``stopped`` says that it was not let run on.
+    """
+
+    ended: str
+    stopped: bool
+    journal: str
+    printed: str
+
+
+def watched(
+    command: Sequence[str], folder: Path, journal: Path, environment: Mapping[str, str], timeout: float, total: float
+) -> Run:
+    """Run ``command`` in ``folder`` until it ends, with all processes that it starts.
+
+    It writes to the file ``journal``. It is killed when the journal stands still for ``timeout`` (s), when it takes
+    longer than ``total`` (s), and when it writes too much. Python itself may take longer to start on a busy machine.
+    """
+    with journal.open("w+b") as told, journal.with_name("printed").open("w+b") as printed:
+        process = subprocess.Popen(
+            command,
+            stdin=subprocess.DEVNULL,
+            stdout=printed,
+            stderr=printed,
+            cwd=folder,
+            env=dict(environment),
+            start_new_session=True,  # a group of its own, where there are such
+        )
+        try:
+            reason = _watch(process, told, printed, timeout, total)
+        finally:
+            _kill(process)
+        return Run(reason or _end_of(process.returncode), bool(reason), _text(told), _text(printed))
+
+
+def _watch(process: subprocess.Popen[bytes], told: BinaryIO, printed: BinaryIO, timeout: float, total: float) -> str:
+    """Why the process has to be ended, as a phrase; '' when it ended by itself."""
+    size, begun = 0, time.monotonic()
+    since = begun
+    while True:
+        try:
+            process.wait(0.02)
+            return ""
+        except subprocess.TimeoutExpired:
+            pass
+        now = _size(told)
+        if now != size:
+            size, since = now, time.monotonic()
+        allowed = timeout if size else max(timeout, _START)
+        for length, most in ((time.monotonic() - since, allowed), (time.monotonic() - begun, total + _START)):
+            if length > most:
+                return f"it does not come back within {most:g} s"
+        if max(now, _size(printed)) > MOST_WRITTEN:
+            return "it prints without end"
+
+
+def _kill(process: subprocess.Popen[bytes]) -> None:
+    """End the process, if it runs, and all of its group."""
+    if sys.platform == "win32":
+        process.kill()
+    else:
+        with suppress(ProcessLookupError, PermissionError):  # nobody is left; macOS says so of zombies
+            os.killpg(process.pid, signal.SIGKILL)
+    process.wait()
+
+
+def _end_of(code: int) -> str:
+    """How a process ended that was not stopped, as a phrase; '' if well."""
+    if code >= 0:
+        return f"it ends the process with exit code {code & 0xFFFFFFFF:#x}" if code else ""
+    try:
+        name = signal.Signals(-code).name
+    except ValueError:  # realtime signals have no names
+        name = f"signal {-code}"
+    return f"it crashes ({name})"
+
+
+def _size(stream: BinaryIO) -> int:
+    """The size of an open file, which may have lost its name."""
+    return os.fstat(stream.fileno()).st_size
+
+
+def _text(stream: BinaryIO) -> str:
+    """The text in an open file, as far as it is looked at."""
+    stream.seek(0)
+    return stream.read(MOST_WRITTEN).decode("utf-8", "replace")

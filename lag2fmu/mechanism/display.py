@@ -1,0 +1,76 @@
+"""The units in which people read and give values: those that the mechanism declares, where all else computes in SI."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Mapping
+
+from lag2fmu.description import names
+from lag2fmu.errors import LoadError, UnitError
+from lag2fmu.language.units import DIMENSIONLESS, JOULE, SECOND, WATT, Unit, parse_unit
+from lag2fmu.mechanism.record import Mechanism
+
+_NUMBER = re.compile(r"([+-]?(?:\d+\.?\d*|\.\d+)(?:[eE][+-]?\d+)?)\s*([^\s\d,.].*)?")
+
+
+def display_units(mechanism: Mechanism) -> dict[str, Unit]:
+    """{name: unit} of coordinates, parameters, inputs and outputs with their rates; what has no unit is left out."""
+    units: dict[str, Unit | None] = {**dict.fromkeys(names.ENERGIES, JOULE), "external_power": WATT}
+    units |= dict(zip(names.SETTINGS, (DIMENSIONLESS, SECOND, SECOND), strict=True))
+    units |= {p.name: p.unit for p in mechanism.parameters} | {u.name: u.unit for u in mechanism.inputs}
+    moving = {q.name: q.unit for q in mechanism.coordinates} | {u.name: u.unit for u in mechanism.motions}
+    for name, unit in moving.items():
+        first = _rate(unit)
+        units |= {name: unit, names.velocity(name): first, names.acceleration(name): _rate(first)}
+    for q in mechanism.coordinates:
+        units[names.generalized_force(q.name)] = None if q.unit is None else JOULE / q.unit
+    for name, output in mechanism.output_names.items():
+        units[name] = parse_unit(output.unit) if isinstance(output.unit, str) else output.unit
+    return {name: unit for name, unit in units.items() if unit is not None}
+
+
+def _rate(unit: Unit | None) -> Unit | None:
+    """``unit`` a second: deg/s of deg; the SI unit where there is no such text, as of degC."""
+    if unit is None:
+        return None
+    try:
+        return parse_unit(f"{unit.name or 1}/s")
+    except UnitError:
+        return unit / SECOND
+
+
+def named(name: str, units: Mapping[str, Unit]) -> str:
+    """``name [unit]``, or the name alone where there is no unit."""
+    unit = units[name].name if name in units else ""
+    return f"{name} [{unit}]" if unit else name
+
+
+def value_in_si(name: str, text: str, units: Mapping[str, Unit]) -> float:
+    """The SI value of ``text``, a number in the unit of ``name`` or one with a unit of its own ('30', '0.5 rad').
+
+    Raises LoadError for what is no number and for a unit of another kind.
+    """
+    match = _NUMBER.fullmatch(text)
+    if match is None:
+        try:
+            return float(text)  # inf and nan, which are refused where they are used
+        except ValueError:
+            remedy = f"; write {text.replace(',', '.')}" if re.fullmatch(r"[+-]?\d*,\d+", text) else ""
+            raise LoadError(f"setting '{name}={text}': '{text}' is not a number{remedy}") from None
+    number, own = match.groups()
+    unit = units.get(name, DIMENSIONLESS)
+    if own:
+        try:
+            given = parse_unit(own)
+        except UnitError as error:
+            raise LoadError(f"setting '{name}={text}': not a number, nor one with a unit: {error}") from None
+        if given.dimension != unit.dimension:
+            raise LoadError(f"setting '{name}={text}': '{own}' is no unit of '{name}', which is in {unit.name or '1'}")
+        unit = given
+    return unit.to_si(float(number))
+
+
+def shown(name: str, value: float, units: Mapping[str, Unit]) -> str:
+    """``value`` (SI) of ``name`` with its unit, e.g. '30 deg'."""
+    unit = units.get(name, DIMENSIONLESS)
+    return f"{unit.from_si(value):.12g} {unit.name}".strip()
