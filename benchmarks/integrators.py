@@ -32,8 +32,8 @@ from benchmarks.cases import Floats
 from benchmarks.running import KERNELS
 from lag2fmu.dynamics import derive, lower
 from lag2fmu.dynamics.lagrange import complete
+from lag2fmu.fmu.backends.native import describe, fmi_headers
 from lag2fmu.fmu.compilers import FLAGS
-from lag2fmu.fmu.exporting import describe, fmi_headers
 from lag2fmu.formats.loading import load, with_values
 from lag2fmu.language.expressions import TIME
 from lag2fmu.mechanism import Body, Damper, Energy, Mechanism, Spring, coordinate, parameter

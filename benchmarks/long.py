@@ -27,8 +27,8 @@ from benchmarks.integrators import kepler
 from benchmarks.running import KERNELS
 from lag2fmu.codegen import METHODS
 from lag2fmu.dynamics import derive, lower
+from lag2fmu.fmu.backends.native import describe, fmi_headers
 from lag2fmu.fmu.compilers import FLAGS
-from lag2fmu.fmu.exporting import describe, fmi_headers
 from lag2fmu.formats.loading import load
 from lag2fmu.mechanism import Mechanism
 

@@ -18,8 +18,8 @@ from rich.table import Table
 
 from benchmarks.running import KERNELS
 from lag2fmu.dynamics import derive, lower
+from lag2fmu.fmu.backends.native import describe, fmi_headers
 from lag2fmu.fmu.compilers import FLAGS, host_platform
-from lag2fmu.fmu.exporting import describe, fmi_headers
 from lag2fmu.formats.loading import load
 
 STEPS, ROUNDS = 500, 3000

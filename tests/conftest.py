@@ -66,14 +66,14 @@ def _compiled_once(tmp_path_factory: pytest.TempPathFactory) -> Iterator[None]:
     folder = (base.parent if "PYTEST_XDIST_WORKER" in os.environ else base) / "libraries"
     folder.mkdir(exist_ok=True)
     with pytest.MonkeyPatch.context() as patch:
-        patch.setattr("lag2fmu.fmu.exporting.compile_libraries", compiled_once(folder))
+        patch.setattr("lag2fmu.fmu.backends.native.compile_libraries", compiled_once(folder))
         yield
 
 
 @pytest.fixture
 def compiled_anew(monkeypatch: pytest.MonkeyPatch) -> None:
     """For tests of what the compiler makes: ``export`` compiles, whatever was compiled before."""
-    monkeypatch.setattr("lag2fmu.fmu.exporting.compile_libraries", compile_libraries)
+    monkeypatch.setattr("lag2fmu.fmu.backends.native.compile_libraries", compile_libraries)
 
 
 @pytest.fixture(scope="session")

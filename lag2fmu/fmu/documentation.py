@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import platform as host
-from collections.abc import Iterable
+from collections.abc import Iterable, Sequence
 
 from lag2fmu.analysis import analysis_sections
 from lag2fmu.codegen import METHODS
@@ -21,11 +21,16 @@ Row = dict[str, str]
 
 
 def documentation(
-    description: ModelDescription, equations: EquationsOfMotion, program: Program, binaries: str, stiffness: str
+    description: ModelDescription,
+    equations: EquationsOfMotion,
+    program: Program,
+    inside: tuple[str, Sequence[str]],
+    stiffness: str,
 ) -> dict[str, bytes]:
     """{name in the archive: content} of the page, the licences and the icon; where they stand: FMI 2.0.5, section 2.3.
 
-    ``binaries`` says what these are, ``stiffness`` is a phrase on that of the motion, "" if nothing is known.
+    ``inside`` says what the archive's binaries are, and has lines of HTML on further files; ``stiffness`` is a phrase
+    on that of the motion, "" if nothing is known.
     """
     mechanism = description.mechanism
     context = {
@@ -39,8 +44,9 @@ def documentation(
         "formulas": _formulas(equations),
         "structure": _structure(equations, program),
         "analysis": analysis_sections(equations, closed_forms=False),
-        "python": description.backend == "python",
-        "binaries": binaries,
+        "kinds": description.interface.capabilities,
+        "binaries": inside[0],
+        "resources": inside[1],
         "version": description.version,
     }
     folder = resource_folder("templates") / "documentation"

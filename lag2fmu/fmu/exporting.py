@@ -2,44 +2,36 @@
 
 from __future__ import annotations
 
-import hashlib
-import importlib.metadata
 import re
-import uuid
-from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass, replace
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from lag2fmu.codegen import DEFAULT_SOLVER, METHODS, STIFF_SOLVER, Method, render_sources, takes
-from lag2fmu.dynamics import EquationsOfMotion, Program, derive, lower
+from lag2fmu.codegen import DEFAULT_SOLVER, METHODS
+from lag2fmu.dynamics import derive, lower
 from lag2fmu.dynamics.lagrange import complete
-from lag2fmu.errors import BuildError, ExportError
-from lag2fmu.fmu.compilers import Progress, choose_platforms, compile_libraries
-from lag2fmu.fmu.documentation import binaries_text, documentation
+from lag2fmu.errors import ExportError
+from lag2fmu.fmu.advice import check_solver, damping, moved_starts, suited_solver
+from lag2fmu.fmu.backends import BACKENDS
+from lag2fmu.fmu.backends.backend import Choices
+from lag2fmu.fmu.compilers import Progress
+from lag2fmu.fmu.documentation import documentation
 from lag2fmu.fmu.model_description import ModelDescription, to_xml
 from lag2fmu.fmu.pack import pack, read_text
-from lag2fmu.fmu.python_backend import binaries_of_pythonfmu, check_choices, python_fmu
-from lag2fmu.fmu.sources import compiled_files, source_files
 from lag2fmu.fmu.terminals import terminals
-from lag2fmu.fmu.variables import build_table, promotable
+from lag2fmu.fmu.variables import promotable
 from lag2fmu.formats.loading import as_mechanism
 from lag2fmu.formats.text import read
 from lag2fmu.formats.write import write
 from lag2fmu.mechanism import Mechanism
-from lag2fmu.version import VERSION
 
 if TYPE_CHECKING:
-    from lag2fmu.analysis import Vibration
+    pass
 
-BACKENDS = ("c", "python")
 MECHANISM_ENTRY = "extra/org.lag2fmu/mechanism.toml"
 _NOT_IN_XML = re.compile("[^\t\n\r -\ud7ff\ue000-\ufffd\U00010000-\U0010ffff]")
 """Characters that no XML document can hold (XML 1.0, production 2)."""
-
-
-_SEEN, _MOST = 1e-9, 6
-"""A start that moves by less than this part of its size is not mentioned; of the others so many are named."""
 
 
 @dataclass(frozen=True)
@@ -84,175 +76,33 @@ def export(
         raise ExportError(f"unknown solver '{solver}'; known are {', '.join(METHODS)}")
     if backend not in BACKENDS:
         raise ExportError(f"unknown backend '{backend}'; known are {', '.join(BACKENDS)}")
-    contribute = (
-        _native(platform, compiler, progress)
-        if backend == "c"
-        else _python(solver or DEFAULT_SOLVER, platform, compiler)
-    )
+    build = BACKENDS[backend].prepare(Choices(solver or DEFAULT_SOLVER, platform, compiler, progress))
     target = Path(path) if path is not None else Path(f"{mechanism.name}.fmu")
     _check_target(target)
     _check_texts(mechanism)
     equations = derive(mechanism)
-    suited, reason = suited_solver(equations, backend)
+    suited, reason = suited_solver(equations, BACKENDS[backend].solvers)
     solver, choice = (solver, "") if solver else (suited, reason)
-    _check_solver(equations.mechanism, METHODS[solver])
+    check_solver(equations.mechanism, METHODS[solver])
     program = lower(equations, promotable(equations, outputs), METHODS[solver].variational)
     mechanism = complete(mechanism, equations)
-    description, binaries, own_files = contribute(mechanism, equations, program, solver)
+    content = build(mechanism, equations, program, solver)
     files = {
-        **own_files,
-        "modelDescription.xml": to_xml(description),
+        **content.files,
+        "modelDescription.xml": to_xml(content.description),
         MECHANISM_ENTRY: write(mechanism).encode(),
         "terminalsAndIcons/terminalsAndIcons.xml": terminals(mechanism),
-        **documentation(description, equations, program, binaries, reason),
+        **documentation(content.description, equations, program, (content.binaries, content.resources), reason),
         **(extra or {}),
     }
     pack(files, target)
     remarks = "; ".join(filter(None, [choice, damping(equations, METHODS[solver])]))
-    return Fmu(target, description, remarks, moved_starts(mechanism, equations))
-
-
-def moved_starts(mechanism: Mechanism, equations: EquationsOfMotion) -> str:
-    """The starts of coordinates of ``equations`` that are not those of ``mechanism``, a phrase; empty for none."""
-    pairs = zip(mechanism.coordinates, equations.mechanism.coordinates, strict=True)
-    moved = [
-        f"{new.name} = {new.start:.6g}{f' {new.unit.si_name}' if new.unit and new.unit.si_name else ''}"
-        for old, new in pairs
-        if abs(new.start - old.start) > _SEEN * max(abs(old.start), new.nominal)
-    ]
-    shown = [*moved[:_MOST], *(["..."] if len(moved) > _MOST else [])]
-    return f"the constraints move the start to {', '.join(shown)}" if moved else ""
-
-
-def suited_solver(equations: EquationsOfMotion, backend: str) -> tuple[str, str]:
-    """The solver for a mechanism whose user named none, and why, as a phrase; "" where its start tells nothing."""
-    from lag2fmu.analysis import stiffness
-
-    found = stiffness(equations)
-    if found is None:
-        return DEFAULT_SOLVER, ""
-    if not found.stiff:
-        return DEFAULT_SOLVER, "the motion is not stiff at its start"
-    reason = f"the motion is stiff at its start, with decays of {found.rate:.2g} /s among {found.pace:.2g} /s"
-    if backend == "c":
-        return STIFF_SOLVER, reason
-    return DEFAULT_SOLVER, f"{reason}; only --backend c has {STIFF_SOLVER}"
-
-
-def damping(equations: EquationsOfMotion, method: Method) -> str:
-    """What ``method`` does to fast undamped vibrations about the start, a phrase; empty if there is nothing to say."""
-    found = damped_vibrations(equations, method)
-    if not found:
-        return ""
-    others = f" and {len(found) - 3} slower ones" if len(found) > 3 else ""
-    listed = ", ".join(map(str, found[:3]))
-    return (
-        f"it damps the vibrations of {listed}{others} where its steps are longer than an eighth of a period; "
-        "solver_max_step bounds them"
-    )
-
-
-def damped_vibrations(equations: EquationsOfMotion, method: Method) -> tuple[Vibration, ...]:
-    """The fast undamped vibrations about the start that ``method`` damps if its steps do not resolve them."""
-    from lag2fmu.analysis import undamped_vibrations
-
-    return undamped_vibrations(equations) if method.implicit else ()
-
-
-def _check_solver(mechanism: Mechanism, method: Method) -> None:
-    """Refuse a variational method that does not take these constraints, with others that do."""
-    kinds = sorted({c.kind for c in mechanism.constraints if not takes(method, c.kind)})
-    if not kinds:
-        return
-    others = [name for name, other in METHODS.items() if all(takes(other, c.kind) for c in mechanism.constraints)]
-    listed = ", ".join(c.name for c in mechanism.constraints if c.kind in kinds)
-    action = "under holonomic constraints only" if takes(method, "holonomic") else "without constraints"
-    raise ExportError(
-        f"solver '{method.solver}' discretises an action {action}, and mechanism '{mechanism.name}' has "
-        f"{' and '.join(kinds)} ones ({listed}); take one of {', '.join(others)}"
-    )
-
-
-_Contribution = Callable[[Mechanism, EquationsOfMotion, Program, str], tuple[ModelDescription, str, dict[str, bytes]]]
-"""What a backend makes of them and of a solver: the description, a phrase on the binaries, {name: content}."""
-
-
-def _native(platform: str, compiler: str, progress: Progress | None) -> _Contribution:
-    """The c backend: libraries and their sources. What was chosen is checked at once."""
-    platforms = choose_platforms(platform, compiler)
-
-    def contribute(
-        mechanism: Mechanism, equations: EquationsOfMotion, program: Program, solver: str
-    ) -> tuple[ModelDescription, str, dict[str, bytes]]:
-        description, sources = describe(mechanism, equations, program, solver)
-        identifier = description.model_identifier
-        libraries = compile_libraries(sources, fmi_headers(), identifier, platforms, compiler, progress)
-        files = source_files(sources, identifier)
-        for built_for, library in zip(platforms, libraries, strict=True):
-            files |= {f"binaries/{folder}/{identifier}{built_for.suffix}": library for folder in built_for.folders}
-        return description, binaries_text(platforms, compiler), files
-
-    return contribute
-
-
-def _python(asked: str, platform: str, compiler: str) -> _Contribution:
-    """The python backend: Python files and the libraries of PythonFMU."""
-    platforms = check_choices(asked, platform, compiler)
-
-    def contribute(
-        mechanism: Mechanism, equations: EquationsOfMotion, program: Program, solver: str
-    ) -> tuple[ModelDescription, str, dict[str, bytes]]:
-        blank = ModelDescription(mechanism, (), identifier_of(mechanism.name), "", solver, VERSION, backend="python")
-        description, files = python_fmu(equations, program, platforms, blank)
-        return description, binaries_of_pythonfmu(platforms), files
-
-    return contribute
+    return Fmu(target, content.description, remarks, moved_starts(mechanism, equations))
 
 
 def read_mechanism(path: Path) -> Mechanism:
     """The mechanism that the FMU ``path`` carries; raises ExportError if it is no FMU of lag2fmu."""
     return read(read_text(path, MECHANISM_ENTRY), f"{path}/{MECHANISM_ENTRY}")
-
-
-def describe(
-    mechanism: Mechanism, equations: EquationsOfMotion, program: Program, solver: str
-) -> tuple[ModelDescription, Mapping[str, str]]:
-    """The model description and the C sources {file name: text}; they share the GUID, which is a hash of both."""
-    table = build_table(equations, program)
-    index = {c.name: i for i, c in enumerate(mechanism.coordinates)}
-    vibrations = tuple((v.frequency, index[v.coordinate]) for v in damped_vibrations(equations, METHODS[solver]))
-    tables = replace(table.tables, vibrations=vibrations)
-    blank = ModelDescription(mechanism, table.variables, identifier_of(mechanism.name), "", solver, VERSION)
-    texts = render_sources(program, tables, METHODS[solver], _BLANK)
-    guid = _guid(blank, texts)
-    sources = {file: text.replace(_BLANK, guid) for file, text in texts.items()}
-    return replace(blank, guid=guid, source_files=compiled_files(sources)), sources
-
-
-_BLANK = "{00000000-0000-0000-0000-000000000000}"
-"""What stands in the sources where the GUID comes in, until it is known."""
-
-
-def _guid(blank: ModelDescription, sources: Mapping[str, str]) -> str:
-    """A GUID made of a SHA-256 of sources and variables, so that the same input gives the same FMU."""
-    digest = hashlib.sha256()
-    for file, text in sources.items():
-        digest.update(f"{file}\0{text.replace(_BLANK, '')}\0".encode())
-    digest.update(repr((blank.mechanism.title, blank.mechanism.experiment, blank.variables)).encode())
-    return "{" + str(uuid.UUID(bytes=digest.digest()[:16], version=5)) + "}"
-
-
-def identifier_of(name: str) -> str:
-    """A short C identifier for the library of the mechanism ``name``."""
-    return re.sub(r"\W", "_", name)[:64]
-
-
-def fmi_headers() -> Path:
-    """The folder of fmi2Functions.h, found in the installed fmpy without importing it; raises BuildError."""
-    for file in importlib.metadata.files("fmpy") or ():
-        if file.name == "fmi2Functions.h":
-            return Path(str(file.locate())).parent
-    raise BuildError("the headers of FMI 2.0 are missing: the installed fmpy has no fmi2Functions.h; reinstall fmpy")
 
 
 def _check_target(path: Path) -> None:

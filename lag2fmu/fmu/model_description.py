@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import os
 import xml.etree.ElementTree as ET
-from collections.abc import Iterable
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 from datetime import datetime, timezone
 
@@ -13,27 +13,24 @@ from lag2fmu.fmu.xml_text import document
 from lag2fmu.language.units import BASE_UNITS, RADIAN, SECOND, Exponents, Unit, parse_unit
 from lag2fmu.mechanism import Mechanism
 
-LOG_CATEGORIES = {
-    "logSingularLinearSystems": "states in which the mass matrix is singular",
-    "logStatusWarning": "warnings",
-    "logStatusDiscard": "calls that could not be done and may be repeated with other values",
-    "logStatusError": "errors",
-    "logAll": "everything, tolerated calls included",
-}
 
-PYTHON_LOG_CATEGORIES = {
-    "logSingularLinearSystems": LOG_CATEGORIES["logSingularLinearSystems"],
-    "logStatusDiscard": LOG_CATEGORIES["logStatusDiscard"],
-    "logStatusFatal": "calls that were refused; PythonFMU's library reports no status between discard and fatal",
-    "logAll": LOG_CATEGORIES["logAll"],
-}
+@dataclass(frozen=True)
+class Interface:
+    """What an FMU of a backend offers: ``capabilities`` {kind of FMU: attributes} beside those that all have.
+
+    ``log_categories`` {name: description}; ``event_indicators``: their number, None where the attribute is left out.
+    """
+
+    capabilities: Mapping[str, Mapping[str, str]]
+    log_categories: Mapping[str, str]
+    event_indicators: int | None
 
 
 @dataclass(frozen=True)
 class ModelDescription:
     """What modelDescription.xml says: the mechanism, its variables in order, the identifier and the GUID.
 
-    ``source_files`` are the files in sources/ that a compiler is called with; ``backend`` is 'c' or 'python'.
+    ``source_files`` are the files in sources/ that a compiler is called with.
     """
 
     mechanism: Mechanism
@@ -42,12 +39,13 @@ class ModelDescription:
     guid: str
     solver: str
     version: str
+    interface: Interface
     source_files: tuple[str, ...] = ()
-    backend: str = "c"
 
 
 def to_xml(description: ModelDescription) -> bytes:
     """modelDescription.xml, UTF-8: values in SI units with the user's unit as displayUnit; FMI 2.0.5, section 2.2."""
+    indicators = description.interface.event_indicators
     root = ET.Element(
         "fmiModelDescription",
         {
@@ -58,13 +56,13 @@ def to_xml(description: ModelDescription) -> bytes:
             "generationTool": f"lag2fmu {description.version}",
             **_generation_time(),
             "variableNamingConvention": "flat",
-            **({"numberOfEventIndicators": "0"} if description.backend == "c" else {}),
+            **({} if indicators is None else {"numberOfEventIndicators": str(indicators)}),
         },
     )
     _capabilities(root, description)
     _units(root, description.variables)
     categories = ET.SubElement(root, "LogCategories")
-    for name, text in (LOG_CATEGORIES if description.backend == "c" else PYTHON_LOG_CATEGORIES).items():
+    for name, text in description.interface.log_categories.items():
         ET.SubElement(categories, "Category", {"name": name, "description": text})
     experiment = description.mechanism.experiment
     ET.SubElement(
@@ -97,21 +95,6 @@ def _generation_time() -> dict[str, str]:
     return {"generationDateAndTime": datetime.fromtimestamp(int(epoch), timezone.utc).strftime("%Y-%m-%dT%H:%M:%SZ")}
 
 
-_CAPABILITIES = {
-    "c": {
-        "ModelExchange": {"providesDirectionalDerivative": "true", "completedIntegratorStepNotNeeded": "true"},
-        "CoSimulation": {
-            "providesDirectionalDerivative": "true",
-            "canHandleVariableCommunicationStepSize": "true",
-            "canInterpolateInputs": "true",
-            "maxOutputDerivativeOrder": "2",
-        },
-    },
-    "python": {"CoSimulation": {"needsExecutionTool": "true", "canHandleVariableCommunicationStepSize": "true"}},
-}
-"""Backend -> kind of FMU -> what it can do beside what all of them can."""
-
-
 def _capabilities(root: ET.Element, description: ModelDescription) -> None:
     common = {
         "modelIdentifier": description.model_identifier,
@@ -119,7 +102,7 @@ def _capabilities(root: ET.Element, description: ModelDescription) -> None:
         "canGetAndSetFMUstate": "true",
         "canSerializeFMUstate": "true",
     }
-    for kind, offered in _CAPABILITIES[description.backend].items():
+    for kind, offered in description.interface.capabilities.items():
         capabilities = dict(offered)
         if kind == "ModelExchange" and description.mechanism.constraints:
             # what drifts off the constraints beyond the importer's tolerance is brought back by an event, and singular

@@ -15,6 +15,7 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
+from lag2fmu.codegen import METHODS
 from lag2fmu.description import names
 from lag2fmu.dynamics import derive
 from lag2fmu.dynamics.lagrange import complete
@@ -246,7 +247,7 @@ def _sizes(reference: Reference) -> list[float]:
 
 def _solver_notes(task: Task, warnings: Mapping[str, Sequence[str]]) -> list[str]:
     """Which solver is the default of such a mechanism, and what the FMU said of its own in each run."""
-    solver, reason = suited_solver(derive(task.mechanism), "c")
+    solver, reason = suited_solver(derive(task.mechanism), METHODS)
     suited = [f"Where no solver is asked for, the export takes {solver}: {reason}."] if reason else []
     return suited + [f"The FMU warned, {label}: {text}" for label, texts in warnings.items() for text in texts]
 

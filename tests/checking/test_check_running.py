@@ -12,8 +12,8 @@ from faults import DESCRIPTION, files_of, spoiled, variable, written
 
 from lag2fmu.checking import Findings, check_fmu, running
 from lag2fmu.errors import SimulationError
+from lag2fmu.fmu.backends.native import fmi_headers
 from lag2fmu.fmu.compilers import compile_library, host_platform
-from lag2fmu.fmu.exporting import fmi_headers
 
 pytestmark = pytest.mark.fmu
 

@@ -16,7 +16,7 @@ from stepping import _callbacks
 
 from lag2fmu.codegen.colours import NO_COLUMN, coloured
 from lag2fmu.dynamics import derive, lower
-from lag2fmu.fmu.exporting import describe
+from lag2fmu.fmu.backends.native import describe
 from lag2fmu.formats.loading import load
 from lag2fmu.mechanism import Energy, Mechanism, coordinate, parameter
 

@@ -38,7 +38,7 @@ from lag2fmu.codegen import DEFAULT_SOLVER, METHODS, takes
 from lag2fmu.codegen.sources import GENERATED
 from lag2fmu.codegen.templates import render
 from lag2fmu.dynamics import Program, derive, lower
-from lag2fmu.fmu.exporting import describe
+from lag2fmu.fmu.backends.native import describe
 from lag2fmu.formats.loading import load
 from lag2fmu.graph.graph import Graph
 from lag2fmu.graph.operations import OPERATIONS, SYMBOL

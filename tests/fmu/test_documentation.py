@@ -13,7 +13,7 @@ import pytest
 from archives import awkward_names
 
 from lag2fmu.fmu import Fmu, export
-from lag2fmu.fmu.exporting import fmi_headers
+from lag2fmu.fmu.backends.native import fmi_headers
 from lag2fmu.mechanism import Energy, Mechanism, coordinate
 
 ROOT = Path(__file__).parents[2]

@@ -26,7 +26,7 @@ from lag2fmu.codegen.python_sources import printable
 from lag2fmu.dynamics import derive, lower
 from lag2fmu.errors import BuildError, ExportError, SimulationError
 from lag2fmu.fmu import Fmu, ModelDescription, export
-from lag2fmu.fmu.python_backend import check_choices, python_fmu
+from lag2fmu.fmu.backends.python import INTERFACE, check_choices, python_fmu
 from lag2fmu.formats.loading import load, with_values
 from lag2fmu.mechanism import Constraint, Energy, Mechanism, coordinate, parameter
 from lag2fmu.reference import Trajectory
@@ -466,7 +466,7 @@ def test_an_unknown_backend_is_refused(tmp_path: Path) -> None:
         export(load("pendulum"), tmp_path / "x.fmu", backend="rust")
 
 
-BLANK = ModelDescription(load("pendulum"), (), "pendulum", "", "dopri5", "0", backend="python")
+BLANK = ModelDescription(load("pendulum"), (), "pendulum", "", "dopri5", "0", INTERFACE)
 
 
 def test_equations_of_another_form_are_refused() -> None:

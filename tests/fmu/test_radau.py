@@ -17,7 +17,7 @@ from stepping import Stepping
 
 from lag2fmu.dynamics import derive, lower
 from lag2fmu.dynamics.lagrange import complete
-from lag2fmu.fmu.exporting import describe, fmi_headers
+from lag2fmu.fmu.backends.native import describe, fmi_headers
 from lag2fmu.formats.loading import load, with_values
 from lag2fmu.mechanism import Body, Constraint, Damper, Energy, Mechanism, Spring, coordinate, parameter
 from lag2fmu.reference import integrate

@@ -18,8 +18,8 @@ from stepping import Stepping, bits
 
 from lag2fmu.codegen.c import c_string
 from lag2fmu.fmu import Fmu
+from lag2fmu.fmu.backends.native import fmi_headers
 from lag2fmu.fmu.compilers import FLAGS, host_platform
-from lag2fmu.fmu.exporting import fmi_headers
 
 pytestmark = pytest.mark.fmu
 on_linux = pytest.mark.skipif(sys.platform != "linux", reason="reads ELF libraries")

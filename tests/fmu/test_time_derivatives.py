@@ -214,7 +214,7 @@ def test_what_is_declared() -> None:
     """What the tests above hold the FMU to is what modelDescription.xml says."""
     from lag2fmu.codegen import DEFAULT_SOLVER
     from lag2fmu.dynamics import derive, lower
-    from lag2fmu.fmu.exporting import describe
+    from lag2fmu.fmu.backends.native import describe
     from lag2fmu.fmu.model_description import to_xml
 
     equations = derive(load("pendulum"))

@@ -9,7 +9,7 @@ import sys
 from collections.abc import Mapping
 from pathlib import Path
 
-from lag2fmu.fmu.exporting import fmi_headers
+from lag2fmu.fmu.backends.native import fmi_headers
 
 STRICT = ["-std=c99", "-O2", "-Wall", "-Wextra", "-Wpedantic", "-Wconversion", "-Werror", "-ffp-contract=off", "-fPIC"]
 COMPILERS = {"zig": [sys.executable, "-m", "ziglang", "cc"]}

@@ -7,7 +7,7 @@ from collections.abc import Mapping, Sequence
 from lag2fmu.codegen import DEFAULT_SOLVER
 from lag2fmu.dynamics import derive, lower
 from lag2fmu.dynamics.lagrange import complete
-from lag2fmu.fmu.exporting import describe
+from lag2fmu.fmu.backends.native import describe
 from lag2fmu.fmu.model_description import ModelDescription
 from lag2fmu.fmu.variables import promotable
 from lag2fmu.mechanism import Mechanism

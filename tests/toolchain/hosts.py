@@ -12,7 +12,7 @@ from pathlib import Path
 from fmpy import read_model_description
 
 from lag2fmu.fmu import Fmu
-from lag2fmu.fmu.exporting import fmi_headers
+from lag2fmu.fmu.backends.native import fmi_headers
 from lag2fmu.formats.loading import load
 from lag2fmu.mechanism import Mechanism
 

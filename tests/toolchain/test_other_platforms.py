@@ -15,8 +15,8 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
+from lag2fmu.fmu.backends.native import fmi_headers
 from lag2fmu.fmu.compilers import PLATFORMS, compile_libraries
-from lag2fmu.fmu.exporting import fmi_headers
 
 pytestmark = [
     pytest.mark.toolchain,

@@ -11,16 +11,19 @@ import importlib.metadata
 import re
 import uuid
 from collections.abc import Mapping, Sequence
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from pathlib import Path
 
 from lag2fmu.codegen import TABLEAUS, Tables
 from lag2fmu.codegen.python_sources import printable, render_mechanism, runtime_files
 from lag2fmu.dynamics import EquationsOfMotion, Program
 from lag2fmu.errors import BuildError, ExportError
+from lag2fmu.fmu.backends.backend import Build, Choices, Content, identifier_of
 from lag2fmu.fmu.compilers import PLATFORMS, host_platform
-from lag2fmu.fmu.model_description import ModelDescription
+from lag2fmu.fmu.model_description import Interface, ModelDescription
 from lag2fmu.fmu.variables import Variable, build_table
+from lag2fmu.mechanism import Mechanism
+from lag2fmu.version import VERSION
 
 LIBRARIES = {
     "linux64": ("linux64", "libpythonfmu-export.so", ".so"),
@@ -29,6 +32,45 @@ LIBRARIES = {
 """Platform -> folder and file of PythonFMU's library, suffix in the FMU."""
 SOLVERS = tuple(TABLEAUS)
 """The methods that the runtime in Python can run: explicit."""
+
+
+INTERFACE = Interface(
+    capabilities={
+        "CoSimulation": {"needsExecutionTool": "true", "canHandleVariableCommunicationStepSize": "true"},
+    },
+    log_categories={
+        "logSingularLinearSystems": "states in which the mass matrix is singular",
+        "logStatusDiscard": "calls that could not be done and may be repeated with other values",
+        "logStatusFatal": "calls that were refused; PythonFMU's library reports no status between discard and fatal",
+        "logAll": "everything, tolerated calls included",
+    },
+    event_indicators=None,
+)
+_RESOURCES = (
+    "<code>resources/</code>: the equations in Python, to be read and changed, in the file that "
+    "<code>slavemodule.txt</code> names; the solver; PythonFMU",
+    '<a href="externalDependencies.txt">what it needs on the importing side</a>',
+)
+
+
+@dataclass(frozen=True)
+class _Python:
+    name: str = "python"
+    solvers: tuple[str, ...] = SOLVERS
+
+    def prepare(self, choices: Choices) -> Build:
+        platforms = check_choices(choices.solver, choices.platform, choices.compiler)
+
+        def build(mechanism: Mechanism, equations: EquationsOfMotion, program: Program, solver: str) -> Content:
+            identifier = identifier_of(mechanism.name)
+            blank = ModelDescription(mechanism, (), identifier, "", solver, VERSION, INTERFACE)
+            description, files = python_fmu(equations, program, platforms, blank)
+            return Content(description, files, binaries_of_pythonfmu(platforms), _RESOURCES)
+
+        return build
+
+
+PYTHON = _Python()
 
 
 def check_choices(solver: str, platform: str, compiler: str) -> tuple[str, ...]:

@@ -1,0 +1,81 @@
+"""What an export tells its user: which solver suits a mechanism, what that does to vibrations, which starts move."""
+
+from __future__ import annotations
+
+from collections.abc import Collection
+from typing import TYPE_CHECKING
+
+from lag2fmu.codegen import DEFAULT_SOLVER, METHODS, STIFF_SOLVER, Method, takes
+from lag2fmu.dynamics import EquationsOfMotion
+from lag2fmu.errors import ExportError
+from lag2fmu.mechanism import Mechanism
+
+if TYPE_CHECKING:
+    from lag2fmu.analysis import Vibration
+
+_SEEN, _MOST = 1e-9, 6
+"""A start that moves by less than this part of its size is not mentioned; of the others so many are named."""
+
+
+def moved_starts(mechanism: Mechanism, equations: EquationsOfMotion) -> str:
+    """The starts of coordinates of ``equations`` that are not those of ``mechanism``, a phrase; empty for none."""
+    pairs = zip(mechanism.coordinates, equations.mechanism.coordinates, strict=True)
+    moved = [
+        f"{new.name} = {new.start:.6g}{f' {new.unit.si_name}' if new.unit and new.unit.si_name else ''}"
+        for old, new in pairs
+        if abs(new.start - old.start) > _SEEN * max(abs(old.start), new.nominal)
+    ]
+    shown = [*moved[:_MOST], *(["..."] if len(moved) > _MOST else [])]
+    return f"the constraints move the start to {', '.join(shown)}" if moved else ""
+
+
+def suited_solver(equations: EquationsOfMotion, among: Collection[str]) -> tuple[str, str]:
+    """The solver for a mechanism whose user named none, out of those ``among`` which there is a choice.
+
+    Behind it the reason, a phrase; "" where the start tells nothing.
+    """
+    from lag2fmu.analysis import stiffness
+
+    found = stiffness(equations)
+    if found is None:
+        return DEFAULT_SOLVER, ""
+    if not found.stiff:
+        return DEFAULT_SOLVER, "the motion is not stiff at its start"
+    reason = f"the motion is stiff at its start, with decays of {found.rate:.2g} /s among {found.pace:.2g} /s"
+    if STIFF_SOLVER in among:
+        return STIFF_SOLVER, reason
+    return DEFAULT_SOLVER, f"{reason}; only --backend c has {STIFF_SOLVER}"
+
+
+def damping(equations: EquationsOfMotion, method: Method) -> str:
+    """What ``method`` does to fast undamped vibrations about the start, a phrase; empty if there is nothing to say."""
+    found = damped_vibrations(equations, method)
+    if not found:
+        return ""
+    others = f" and {len(found) - 3} slower ones" if len(found) > 3 else ""
+    listed = ", ".join(map(str, found[:3]))
+    return (
+        f"it damps the vibrations of {listed}{others} where its steps are longer than an eighth of a period; "
+        "solver_max_step bounds them"
+    )
+
+
+def damped_vibrations(equations: EquationsOfMotion, method: Method) -> tuple[Vibration, ...]:
+    """The fast undamped vibrations about the start that ``method`` damps if its steps do not resolve them."""
+    from lag2fmu.analysis import undamped_vibrations
+
+    return undamped_vibrations(equations) if method.implicit else ()
+
+
+def check_solver(mechanism: Mechanism, method: Method) -> None:
+    """Refuse a variational method that does not take these constraints, with others that do."""
+    kinds = sorted({c.kind for c in mechanism.constraints if not takes(method, c.kind)})
+    if not kinds:
+        return
+    others = [name for name, other in METHODS.items() if all(takes(other, c.kind) for c in mechanism.constraints)]
+    listed = ", ".join(c.name for c in mechanism.constraints if c.kind in kinds)
+    action = "under holonomic constraints only" if takes(method, "holonomic") else "without constraints"
+    raise ExportError(
+        f"solver '{method.solver}' discretises an action {action}, and mechanism '{mechanism.name}' has "
+        f"{' and '.join(kinds)} ones ({listed}); take one of {', '.join(others)}"
+    )

@@ -1,0 +1,69 @@
+"""What a backend is: it checks the user's choices at once, and builds an FMU's own files from equations later."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Callable, Collection, Mapping
+from dataclasses import dataclass
+from typing import Protocol
+
+from lag2fmu.dynamics import EquationsOfMotion, Program
+from lag2fmu.fmu.compilers import Progress
+from lag2fmu.fmu.model_description import ModelDescription
+from lag2fmu.mechanism import Mechanism
+
+
+@dataclass(frozen=True)
+class Choices:
+    """What the user chose of an export: ``solver`` and ``platform`` by name, ``compiler`` 'zig' or 'host'.
+
+    ``progress`` is told how a compiler gets on.
+    """
+
+    solver: str
+    platform: str
+    compiler: str
+    progress: Progress | None
+
+
+@dataclass(frozen=True)
+class Content:
+    """What a backend makes: the description with its GUID, and the backend's own files {name in the archive: content}.
+
+    ``binaries`` is a phrase on the libraries, ``resources`` the lines of the FMU's page on further files, as HTML.
+    """
+
+    description: ModelDescription
+    files: Mapping[str, bytes]
+    binaries: str
+    resources: tuple[str, ...]
+
+
+Build = Callable[[Mechanism, EquationsOfMotion, Program, str], Content]
+"""Builds the content of an FMU of a mechanism with its equations, their program and the name of a solver."""
+
+
+class Backend(Protocol):
+    """A way to an FMU, under the ``name`` that the user gives; ``solvers`` are the methods that it can run."""
+
+    @property
+    def name(self) -> str:
+        """The name that the user gives."""
+        ...
+
+    @property
+    def solvers(self) -> Collection[str]:
+        """The names of the methods that the FMU can run."""
+        ...
+
+    def prepare(self, choices: Choices) -> Build:
+        """Check ``choices`` and return what builds; raises ExportError or BuildError for what cannot be had.
+
+        The build raises ExportError for equations that the backend cannot print, BuildError if a tool fails.
+        """
+        ...
+
+
+def identifier_of(name: str) -> str:
+    """A short C identifier for the library of the mechanism ``name``."""
+    return re.sub(r"\W", "_", name)[:64]
