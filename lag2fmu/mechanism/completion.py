@@ -15,6 +15,7 @@ from lag2fmu.mechanism.check import check
 from lag2fmu.mechanism.geometry import check_geometry
 from lag2fmu.mechanism.joint_equations import written_out
 from lag2fmu.mechanism.loads import with_inputs
+from lag2fmu.mechanism.name_check import check_names
 from lag2fmu.mechanism.norms import missing_norms
 from lag2fmu.mechanism.scope import Scope, constrained
 
@@ -34,8 +35,12 @@ class Completed(NamedTuple):
 def completed(written: Description) -> Completed:
     """What follows from what is ``written``. Raises MechanismError (UnitError) for the first fault."""
     origins: Origins = {}
-    expanded = _with_equations(_with_places(written, origins), origins)
-    scope, warnings = check(expanded)
+    closed = _with_joints(_with_places(written, origins), origins)
+    scope, warnings = check(closed)
+    expanded = _with_norms(closed, written, origins)
+    if expanded is not closed:
+        check_names(expanded)
+        scope = scope.with_constraints(expanded.constraints)
     expanded = replace(expanded, coordinates=_decided(expanded, scope))
     of_user = {f"{table}.{part.name}" for table in _BROUGHT for part in getattr(written, table)}
     return Completed(expanded, {k: origin for k, origin in origins.items() if k not in of_user}, scope, warnings)
@@ -69,11 +74,8 @@ def _with_places(written: Description, origins: Origins) -> Description:
     return opened
 
 
-def _with_equations(opened: Description, origins: Origins) -> Description:
-    """What joints between two ends bring, and the norms of quaternions.
-
-    Norms are looked for among the constraints of the joints too, but stand before them.
-    """
+def _with_joints(opened: Description, origins: Origins) -> Description:
+    """What joints between two ends bring."""
     constraints: list[Constraint] = []
     reactions: list[Output] = []
     for joint, equations, outputs in written_out(opened):
@@ -81,15 +83,23 @@ def _with_equations(opened: Description, origins: Origins) -> Description:
         reactions += outputs
         of_joint = [*_places("constraints", equations), *_places("outputs", outputs)]
         origins |= dict.fromkeys(of_joint, f"joints.{joint.name}")
-    closed = replace(
+    return replace(
         opened,
         constraints=joined(opened.constraints, constraints, "constraints"),
         outputs=joined(opened.outputs, reactions, "outputs"),
     )
+
+
+def _with_norms(closed: Description, written: Description, origins: Origins) -> Description:
+    """The norms of quaternions that no constraint keeps yet; they stand between those that are written and joints'."""
     norms = list(missing_norms(closed))
+    if not norms:
+        return closed
+    of_user = {c.name for c in written.constraints}
+    own = [c for c in closed.constraints if c.name in of_user]
+    of_joints = [c for c in closed.constraints if c.name not in of_user]
     origins |= {f"constraints.{norm.name}": f"frames.{frame}.quaternion" for frame, norm in norms}
-    own = (*opened.constraints, *(norm for _, norm in norms))
-    return replace(closed, constraints=joined(own, constraints, "constraints"))
+    return replace(closed, constraints=(*own, *(norm for _, norm in norms), *of_joints))
 
 
 def _places(table: str, parts: Iterable[Constraint | Output]) -> list[str]:

@@ -85,9 +85,10 @@ class Mechanism(Description):
             coordinates=tuple(coordinates),
             constraints=in_order_of_kinds((*self.constraints, *found)),
             origins={**self.origins, **origins},
+            scope=self.scope.with_constraints(found),
         )
         check_names(new)
-        return new._extended(scope=Scope(new))
+        return new
 
     def _extended(self, **changes: object) -> Mechanism:
         new = copy(self)
