@@ -20,7 +20,7 @@ import sympy as sp
 
 from lag2fmu.errors import SimulationError
 from lag2fmu.language.expressions import TIME
-from lag2fmu.mechanism import Mechanism
+from lag2fmu.mechanism import Constraint, Mechanism
 from lag2fmu.reference.composition import Composition, composition_of
 from lag2fmu.reference.functions import compiled
 from lag2fmu.reference.state import Floats, State, batch_first, batch_last
@@ -41,7 +41,8 @@ class Constraints:
         self.h, self.m, self.n = len(mechanism.holonomic), len(mechanism.constraints), len(s.q)
         self._constants = tuple(constants)
         self._full_rank: bool | None = None  # of G, where it is asked for the first time
-        self._function = compiled((TIME, *s.q, *s.qd, *s.inputs, *s.parameters), _expressions(mechanism))
+        found = _expressions(mechanism, mechanism.constraints)
+        self._function = compiled((TIME, *s.q, *s.qd, *s.inputs, *s.parameters), found)
 
     def __call__(self, state: State) -> tuple[Floats, Floats, Floats, Floats]:
         """phi or A qd + b (m, *batch), velocities (m, *batch), gamma (m, *batch), G (m, n, *batch)."""
@@ -122,11 +123,14 @@ class Constraints:
 
 
 @lru_cache(maxsize=16)
-def _expressions(mechanism: Mechanism) -> tuple[sp.Expr, ...]:
-    """Values, velocities, gamma and G of the constraints, one after the other."""
-    composition, h = composition_of(mechanism), len(mechanism.holonomic)
+def _expressions(mechanism: Mechanism, constraints: tuple[Constraint, ...]) -> tuple[sp.Expr, ...]:
+    """Values, velocities, gamma and G of the ``constraints``, one after the other.
+
+    They are named because a mechanism is equal to itself without the equilibria of what has no mass.
+    """
+    composition, h = composition_of(mechanism), sum(c.holonomic for c in constraints)
     s = composition.symbols
-    values = [composition.written(c.expression) for c in mechanism.constraints]
+    values = [composition.written(c.expression) for c in constraints]
     velocities = [*(composition.rate(x) for x in values[:h]), *values[h:]]
     jacobian = [velocity.diff(v) for velocity in velocities for v in s.qd]
     moving = dict(zip(s.q, s.qd, strict=True)) | {TIME: sp.S.One}

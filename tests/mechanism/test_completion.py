@@ -144,7 +144,7 @@ def test_other_starts_and_equilibria_extend_a_mechanism() -> None:
     moved = mechanism.starting_at(mechanism.coordinates[::-1])
     assert moved.coordinates == mechanism.coordinates[::-1]
     assert moved.description is mechanism.description
-    assert moved != mechanism
+    assert moved == mechanism
     rest = Constraint("massless_x", symbol("x"), "equilibrium")
     longer = mechanism.with_equilibria([rest], mechanism.coordinates)
     assert longer.constraints == (*mechanism.constraints, rest)
