@@ -237,7 +237,7 @@ def _writing_out(mechanism: Mechanism, settings: Iterable[str]) -> Description:
     """The description of ``mechanism``, with what joints and loads bring written in it if ``settings`` name some."""
     d, origins = mechanism.description, mechanism.origins
     if any(f"coordinates.{name}" in origins for item in settings for name in (item, item.removesuffix("_dot"))):
-        d = replace(d, coordinates=mechanism.coordinates)
+        d = replace(d, coordinates=(*d.coordinates, *mechanism.coordinates[len(d.coordinates) :]))
     if any(f"inputs.{name}" in origins for name in settings):
         d = replace(d, inputs=mechanism.inputs, loads=mechanism.loads)
     return d

@@ -87,7 +87,8 @@ def _values(part: Any) -> Values:
         elif known.kind == "number":
             written[name] = _number(value, unit)
         elif known.kind == "difference":
-            written[name] = None if value == unit.difference_to_si(known.default) else _difference(value, unit)
+            default = None if known.default is None else unit.difference_to_si(known.default)
+            written[name] = None if value == default else _difference(value, unit)
         else:
             written_as = _WRITE["string" if isinstance(known.kind, tuple) else known.kind]
             written[name] = None if value is None or value == known.default else written_as(value)
