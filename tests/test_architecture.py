@@ -36,7 +36,7 @@ ROOMS = {
     ),
     "verify": (
         {"errors", "language", "description", "mechanism", "formats", "reference", "graph", "dynamics", "analysis"}
-        | {"picture", "fmu"},
+        | {"picture", "codegen", "fmu"},
         {"sympy", "numpy", "fmpy", "rich", "matplotlib"},
     ),
     "checking": ({"errors", "fmu", "verify"}, {"lief", "rich"}),

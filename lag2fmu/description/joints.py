@@ -16,17 +16,7 @@ from lag2fmu.description.keys import CONFIGURATION, CONSTANT, key
 from lag2fmu.description.names import suggestion
 from lag2fmu.description.outputs import Output
 from lag2fmu.description.parts import Constraint
-from lag2fmu.description.places import (
-    AXES,
-    WORLD,
-    End,
-    Expression,
-    Frame,
-    Vector,
-    axes_key,
-    checked_axis,
-    normalise,
-)
+from lag2fmu.description.places import AXES, WORLD, End, Expression, Frame, Vector, axes_key, checked_axis, normalise
 from lag2fmu.description.symbols import Coordinate, Declared
 from lag2fmu.errors import MechanismError
 from lag2fmu.language.expressions import symbol, value_of
@@ -37,24 +27,26 @@ class Kind(NamedTuple):
     """What a kind of joint is.
 
     ``equations``: the groups of constraints between two ends, see ``joint_equations``; ``coordinates``: suffixes of the
-    names of those on a parent, None where there is no such form; ``keys``: what describes it.
+    names of those on a parent, None where there is no such form; ``keys``: what describes it; ``planar``: the groups of
+    constraints in the plane, none where there is no such joint.
     """
 
     equations: tuple[str, ...]
     coordinates: tuple[str, ...] | None
     keys: tuple[str, ...]
+    planar: tuple[str, ...] = ()
 
 
 JOINTS = {
-    "revolute": Kind(("point", "axis"), ("angle",), ("axis",)),
-    "prismatic": Kind(("line", "turn"), ("slide",), ("axis",)),
+    "revolute": Kind(("point", "axis"), ("angle",), ("axis",), planar=("point",)),
+    "prismatic": Kind(("line", "turn"), ("slide",), ("axis",), planar=("line", "turn")),
     "cylindrical": Kind(("line", "axis"), ("angle", "slide"), ("axis",)),
     "screw": Kind(("line", "axis", "thread"), ("angle",), ("axis", "pitch")),
     "planar": Kind(("plane", "axis"), ("x", "y", "angle"), ("axis",)),
     "spherical": Kind(("point",), ("e0", "e1", "e2", "e3"), ()),
     "universal": Kind(("point", "cross"), ("angle_1", "angle_2"), ("axis", "second_axis")),
-    "fixed": Kind(("point", "turn"), (), ()),
-    "rolling_disc": Kind(("contact",), None, ("axis", "second_axis", "radius")),
+    "fixed": Kind(("point", "turn"), (), (), planar=("point", "turn")),
+    "rolling_disc": Kind(("contact",), None, ("axis", "second_axis", "radius"), planar=("contact",)),
     "rolling_sphere": Kind(("contact",), None, ("axis", "radius")),
     "gear": Kind(("ratio",), None, ("ratio",)),
 }

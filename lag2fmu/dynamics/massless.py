@@ -28,7 +28,7 @@ _LONG = 300
 """Operations of an expression beyond which it is left as it is."""
 
 _PREFERENCE = {True: 0, None: 1, False: 2}
-"""The later a coordinate comes, by whether its start is given, the rather it is solved for."""
+"""Rank of a coordinate by whether its start is given. An equation is solved for the coordinate of highest rank."""
 
 
 def with_equilibria(

@@ -236,7 +236,7 @@ def _writing_out(mechanism: Mechanism, settings: Iterable[str]) -> Description:
     """The description of ``mechanism``, with what joints and loads bring written in it if ``settings`` name some."""
     d, origins = mechanism.description, mechanism.origins
     if any(f"coordinates.{name}" in origins for item in settings for name in (item, item.removesuffix("_dot"))):
-        d = replace(d, coordinates=mechanism.coordinates)
+        d = replace(d, coordinates=(*d.coordinates, *mechanism.coordinates[len(d.coordinates) :]))
     if any(f"inputs.{name}" in origins for name in settings):
         d = replace(d, inputs=mechanism.inputs, loads=mechanism.loads)
     return d
@@ -245,17 +245,18 @@ def _writing_out(mechanism: Mechanism, settings: Iterable[str]) -> Description:
 def _started(q: Coordinate, found: Coordinate, settings: Mapping[str, float]) -> Coordinate:
     """``q`` as it is written with the starts in ``settings``; they are guesses where those of ``found`` are."""
     rate = names.velocity(q.name)
-    given = found.given is not False if q.given is None and q.name in settings else q.given
-    velocity_given = (
-        found.velocity_given is not False if q.velocity_given is None and rate in settings else q.velocity_given
-    )
     return replace(
         q,
         start=settings.get(q.name, q.start),
         velocity=settings.get(rate, q.velocity),
-        given=given,
-        velocity_given=velocity_given,
+        given=_given(q.given, found.given) if q.name in settings else q.given,
+        velocity_given=_given(q.velocity_given, found.velocity_given) if rate in settings else q.velocity_given,
     )
+
+
+def _given(written: bool | None, found: bool | None) -> bool:
+    """Whether a start that is set is exact: as it is ``written``, else unless it was ``found`` to be a guess."""
+    return found is not False if written is None else written
 
 
 def _check_settable(m: Mechanism, wanted: Iterable[str]) -> None:

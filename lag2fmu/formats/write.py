@@ -19,7 +19,7 @@ from lag2fmu.language.expressions import to_text
 from lag2fmu.language.units import DIMENSIONLESS, Unit, exact
 from lag2fmu.mechanism import Mechanism
 
-Entries = Mapping[str, str | None]
+Values = Mapping[str, str | None]
 """Keys of one table with their values as TOML text; None is left out."""
 
 
@@ -30,7 +30,7 @@ def write(mechanism: Mechanism) -> str:
     numbers.
     """
     d = mechanism.description
-    blocks = [_table("mechanism", _entries(d))]
+    blocks = [_table("mechanism", _values(d))]
     for name, of in table_keys().items():
         content = getattr(d, name)
         blocks += _FORMS[of.form](name, content if of.many else [content] if content is not None else [])
@@ -41,11 +41,11 @@ def write(mechanism: Mechanism) -> str:
 
 
 def _sub_tables(name: str, parts: Iterable[Any]) -> list[str]:
-    return [_table(f"{name}.{label_of(part)}", _entries(part), needed=True) for part in parts]
+    return [_table(f"{name}.{label_of(part)}", _values(part), needed=True) for part in parts]
 
 
 def _lines(name: str, parts: Iterable[Any]) -> list[str]:
-    return [_table(name, {label_of(part): _inline(_entries(part)) for part in parts})]
+    return [_table(name, {label_of(part): _inline(_values(part)) for part in parts})]
 
 
 def _of_expressions(name: str, parts: Iterable[Any]) -> list[str]:
@@ -56,14 +56,14 @@ def _of_constraints(name: str, parts: Iterable[Any]) -> list[str]:
     return [
         _table(
             f"{name}.{kind}",
-            {c.name: _inline(_entries(c)) if c.unit else _expression(c.expression) for c in parts if c.kind == kind},
+            {c.name: _inline(_values(c)) if c.unit else _expression(c.expression) for c in parts if c.kind == kind},
         )
         for kind in KINDS
     ]
 
 
 _FORMS: dict[str, Callable[[str, list[Any]], list[str]]] = {
-    "single": lambda name, parts: [_table(name, _entries(part)) for part in parts],
+    "single": lambda name, parts: [_table(name, _values(part)) for part in parts],
     "tables": _sub_tables,
     "lines": _lines,
     "expressions": _of_expressions,
@@ -75,7 +75,7 @@ _FORMS: dict[str, Callable[[str, list[Any]], list[str]]] = {
 # ------------------------------------------------------------------------------------------------------------- keys
 
 
-def _entries(part: Any) -> Entries:
+def _values(part: Any) -> Values:
     """The keys of ``part`` with their values, in the order of the format."""
     unit: Unit = getattr(part, "unit", None) or DIMENSIONLESS
     special = _special(part, unit)
@@ -87,14 +87,15 @@ def _entries(part: Any) -> Entries:
         elif known.kind == "number":
             written[name] = _number(value, unit)
         elif known.kind == "difference":
-            written[name] = None if value == unit.difference_to_si(known.default) else _difference(value, unit)
+            default = None if known.default is None else unit.difference_to_si(known.default)
+            written[name] = None if value == default else _difference(value, unit)
         else:
             written_as = _WRITE["string" if isinstance(known.kind, tuple) else known.kind]
             written[name] = None if value is None or value == known.default else written_as(value)
     return written
 
 
-def _special(part: Any, unit: Unit) -> Entries:
+def _special(part: Any, unit: Unit) -> Values:
     """Starts of a coordinate as given or as guesses, its nominal value if given; no unit where a quantity tells it."""
     if isinstance(part, Coordinate):
         start, rate = _number(part.start, unit), _difference(part.velocity, unit)
@@ -125,13 +126,13 @@ def _vector(entries: Iterable[sp.Expr]) -> str:
 # ------------------------------------------------------------------------------------------------------------ TOML
 
 
-def _table(name: str, entries: Entries, *, needed: bool = False) -> str:
+def _table(name: str, entries: Values, *, needed: bool = False) -> str:
     """The table ``name`` with a line for each entry; empty without entries, unless it is ``needed``."""
     lines = [f"{key} = {value}\n" for key, value in entries.items() if value is not None]
     return f"[{name}]\n{''.join(lines)}" if lines or needed else ""
 
 
-def _inline(entries: Entries) -> str:
+def _inline(entries: Values) -> str:
     pairs = [f"{key} = {value}" for key, value in entries.items() if value is not None]
     return f"{{ {', '.join(pairs)} }}" if pairs else "{}"
 
@@ -190,4 +191,4 @@ _WRITE: dict[str, Callable[[Any], str]] = {
     "names": _strings,
     "rotations": lambda turns: f"[{', '.join(f'[{_axis(axis)}, {_expression(angle)}]' for axis, angle in turns)}]",
 }
-"""Kind of a ``Key`` -> how its value is written; numbers depend on the unit of their part, see ``_entries``."""
+"""Kind of a ``Key`` -> how its value is written; numbers depend on the unit of their part, see ``_values``."""

@@ -4,17 +4,19 @@ from __future__ import annotations
 
 from collections.abc import Iterable
 from dataclasses import replace
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 from lag2fmu.description.joints import joined
 from lag2fmu.description.outputs import Output
 from lag2fmu.description.parts import Constraint
+from lag2fmu.description.places import Frame
 from lag2fmu.description.record import Description
 from lag2fmu.description.symbols import Coordinate
 from lag2fmu.mechanism.check import check
 from lag2fmu.mechanism.geometry import check_geometry
 from lag2fmu.mechanism.joint_equations import written_out
 from lag2fmu.mechanism.loads import with_inputs
+from lag2fmu.mechanism.name_check import check_names
 from lag2fmu.mechanism.norms import missing_norms
 from lag2fmu.mechanism.scope import Scope, constrained
 
@@ -33,49 +35,57 @@ class Completed(NamedTuple):
 
 def completed(written: Description) -> Completed:
     """What follows from what is ``written``. Raises MechanismError (UnitError) for the first fault."""
-    origins: Origins = {}
-    expanded = _with_equations(_with_places(written, origins), origins)
-    scope, warnings = check(expanded)
+    opened, of_places = _with_places(written)
+    check_geometry(opened)
+    closed, of_joints = _with_joints(opened)
+    scope, warnings = check(closed)
+    expanded, of_norms = _with_norms(closed, written)
+    if of_norms:
+        check_names(expanded)
+        scope = scope.with_constraints(expanded.constraints)
     expanded = replace(expanded, coordinates=_decided(expanded, scope))
-    of_user = {f"{table}.{part.name}" for table in _BROUGHT for part in getattr(written, table)}
+    origins = of_places | of_joints | of_norms
+    of_user = {place for table in _BROUGHT for place in _places(table, getattr(written, table))}
     return Completed(expanded, {k: origin for k, origin in origins.items() if k not in of_user}, scope, warnings)
 
 
 _BROUGHT = ("coordinates", "inputs", "frames", "constraints", "outputs")
 
 
-def _with_places(written: Description, origins: Origins) -> Description:
-    """What loads and joints on a parent bring, outputs with their number of entries; places have been checked then."""
+def _places(table: str, parts: Iterable[Any]) -> list[str]:
+    return [f"{table}.{part.name}" for part in parts]
+
+
+def _with_places(written: Description) -> tuple[Description, Origins]:
+    """With what loads and joints on a parent bring, and outputs with their number of entries."""
     loads, inputs = with_inputs(written)
-    origins |= {f"inputs.{item.name}": f"loads.{load}" for load, item in inputs}
+    origins: Origins = {f"inputs.{item.name}": f"loads.{load}" for load, item in inputs}
     known = {q.name for q in written.coordinates}
     coordinates: dict[str, Coordinate] = {}
-    for joint in written.joints:
+    frames: list[Frame] = []
+    for joint in (joint for joint in written.joints if joint.parent is not None):
         brought = {q.name: q for q in joint.own_coordinates() if q.name not in known}
         coordinates |= brought
-        origins |= {f"coordinates.{name}": f"joints.{joint.name}" for name in brought}
-    carried = [joint.frame for joint in written.joints if joint.parent is not None]
-    origins |= {f"frames.{frame.name}": f"joints.{frame.name}" for frame in carried}
+        frames.append(joint.frame)
+        of_joint = [*_places("coordinates", brought.values()), f"frames.{joint.name}"]
+        origins |= dict.fromkeys(of_joint, f"joints.{joint.name}")
     sizes = {place.name: place.dimension for place in written.places}
     opened = replace(
         written,
         coordinates=(*written.coordinates, *coordinates.values()),
         inputs=(*written.inputs, *(item for _, item in inputs)),
-        frames=joined(written.frames, carried, "frames"),
+        frames=joined(written.frames, frames, "frames"),
         loads=tuple(loads),
         outputs=tuple(replace(o, dimension=sizes.get(str(o.point), 3)) for o in written.outputs),
     )
-    check_geometry(opened)
-    return opened
+    return opened, origins
 
 
-def _with_equations(opened: Description, origins: Origins) -> Description:
-    """What joints between two ends bring, and the norms of quaternions.
-
-    Norms are looked for among the constraints of the joints too, but stand before them.
-    """
+def _with_joints(opened: Description) -> tuple[Description, Origins]:
+    """With what joints between two ends bring."""
     constraints: list[Constraint] = []
     reactions: list[Output] = []
+    origins: Origins = {}
     for joint, equations, outputs in written_out(opened):
         constraints += equations
         reactions += outputs
@@ -86,14 +96,17 @@ def _with_equations(opened: Description, origins: Origins) -> Description:
         constraints=joined(opened.constraints, constraints, "constraints"),
         outputs=joined(opened.outputs, reactions, "outputs"),
     )
+    return closed, origins
+
+
+def _with_norms(closed: Description, written: Description) -> tuple[Description, Origins]:
+    """With norms of quaternions that no constraint keeps; they stand between the written ones and those of joints."""
     norms = list(missing_norms(closed))
-    origins |= {f"constraints.{norm.name}": f"frames.{frame}.quaternion" for frame, norm in norms}
-    own = (*opened.constraints, *(norm for _, norm in norms))
-    return replace(closed, constraints=joined(own, constraints, "constraints"))
-
-
-def _places(table: str, parts: Iterable[Constraint | Output]) -> list[str]:
-    return [f"{table}.{part.name}" for part in parts]
+    of_user = {c.name for c in written.constraints}
+    own = [c for c in closed.constraints if c.name in of_user]
+    of_joints = [c for c in closed.constraints if c.name not in of_user]
+    origins = {f"constraints.{norm.name}": f"frames.{frame}.quaternion" for frame, norm in norms}
+    return replace(closed, constraints=(*own, *(norm for _, norm in norms), *of_joints)), origins
 
 
 def _decided(m: Description, scope: Scope) -> tuple[Coordinate, ...]:

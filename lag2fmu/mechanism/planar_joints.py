@@ -7,19 +7,11 @@ from __future__ import annotations
 
 import sympy as sp
 
-from lag2fmu.description.joints import Joint, direction
+from lag2fmu.description.joints import JOINTS, Joint, direction
 from lag2fmu.description.places import WORLD
 from lag2fmu.description.record import Description
 from lag2fmu.errors import MechanismError
 from lag2fmu.mechanism.poses import Pose, Poses
-
-PLANAR = {
-    "revolute": ("point",),
-    "prismatic": ("line", "turn"),
-    "fixed": ("point", "turn"),
-    "rolling_disc": ("contact",),
-}
-"""Kind of a joint -> the groups of its equations in the plane, see ``joint_equations``; a gear has none anywhere."""
 
 
 def groups_of(m: Description, joint: Joint) -> tuple[str, ...]:
@@ -29,14 +21,14 @@ def groups_of(m: Description, joint: Joint) -> tuple[str, ...]:
     none to be guided or fixed, for it does not turn.
     """
     where = f"joints.{joint.name}"
-    if joint.kind not in PLANAR:
-        known = ", ".join([*PLANAR, "gear"])
+    if not JOINTS[joint.kind].planar:
+        known = ", ".join([*(name for name, kind in JOINTS.items() if kind.planar), "gear"])
         raise MechanismError(
             f"{where}.kind: positions have 2 entries; '{joint.kind}' joins frames, which are spatial; in the plane "
             f"there are {known}"
         )
     if joint.kind == "revolute":
-        return PLANAR[joint.kind]
+        return JOINTS[joint.kind].planar
     if joint.axis is not None and direction(joint.axis)[2] != 0:
         raise MechanismError(
             f"{where}.axis: '{joint.axis}' is out of the plane; give 'x', 'y' or a vector of 3 entries, the last one 0"
@@ -50,7 +42,7 @@ def groups_of(m: Description, joint: Joint) -> tuple[str, ...]:
         if _angle(m, name) is None and name not in may_lack:
             remedy = "a body has it with an inertia" if name in particles else "give it, 0 if it does not turn"
             raise MechanismError(f"{where}.between: '{name}' has no 'angle', which '{joint.kind}' needs; {remedy}")
-    return tuple(group for group in PLANAR[joint.kind] if group != "turn" or not may_lack)
+    return tuple(group for group in JOINTS[joint.kind].planar if group != "turn" or not may_lack)
 
 
 def _angle(m: Description, name: str) -> sp.Expr | None:

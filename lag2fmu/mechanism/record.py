@@ -5,7 +5,8 @@ from __future__ import annotations
 from collections.abc import Iterable, Mapping
 from copy import copy
 from dataclasses import dataclass, field, fields
-from typing import Any
+from inspect import Signature, signature
+from typing import Any, ClassVar
 
 from lag2fmu.description.names import suggestion
 from lag2fmu.description.parts import Constraint, in_order_of_kinds
@@ -28,9 +29,11 @@ class Mechanism(Description):
     mass, starts that meet the constraints. ``origins`` says of each such part what brings it, both by their places:
     {'constraints.hinge_x': 'joints.hinge'}. There are n coordinates and m constraints, the holonomic ones first;
     expressions compute in SI units. ``warnings`` lists what was let pass: mismatching dimensions, inertia tensors that
-    no body has. Two mechanisms are equal if the same is written, and the same follows from it. Source of the procedure:
-    Hand, Finch, Analytical Mechanics, section 1.9.
+    no body has. Two mechanisms are equal if the same is written, whatever has been derived since. Source of the
+    procedure: Hand, Finch, Analytical Mechanics, section 1.9.
     """
+
+    __signature__: ClassVar[Signature] = signature(Description)  # for help()
 
     description: Description = field(init=False, repr=False)
     origins: Mapping[str, str] = field(init=False, repr=False)
@@ -56,14 +59,10 @@ class Mechanism(Description):
         )
 
     def __eq__(self, other: object) -> bool:
-        return self._identity == other._identity if isinstance(other, Mechanism) else NotImplemented
+        return self.description == other.description if isinstance(other, Mechanism) else NotImplemented
 
     def __hash__(self) -> int:
-        return hash(self._identity)
-
-    @property
-    def _identity(self) -> tuple[object, ...]:
-        return self.description, self.coordinates, self.constraints
+        return hash(self.description)
 
     @property
     def fixed_parameters(self) -> frozenset[str]:
@@ -85,9 +84,10 @@ class Mechanism(Description):
             coordinates=tuple(coordinates),
             constraints=in_order_of_kinds((*self.constraints, *found)),
             origins={**self.origins, **origins},
+            scope=self.scope.with_constraints(found),
         )
         check_names(new)
-        return new._extended(scope=Scope(new))
+        return new
 
     def _extended(self, **changes: object) -> Mechanism:
         new = copy(self)

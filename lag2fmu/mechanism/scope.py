@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterable
+from copy import copy
 from graphlib import CycleError, TopologicalSorter
 from typing import TypeVar
 
@@ -41,6 +42,12 @@ class Scope:
         """Definition -> the names it uses, definitions written out."""
         for d in in_order(m.definitions, "definitions"):
             self.uses[d.name] = self.names_in(f"definitions.{d.name}", d.expression)
+
+    def with_constraints(self, constraints: Iterable[Constraint]) -> Scope:
+        """The same scope with the multipliers of ``constraints``."""
+        new = copy(self)
+        new.meaning = self.meaning | {names.multiplier(c.name): "multiplier" for c in constraints}
+        return new
 
     def names_in(self, where: str, expression: sp.Expr) -> set[str]:
         """The names ``expression`` uses, definitions written out; raises MechanismError for an unknown one."""

@@ -57,9 +57,14 @@ def symbols_of(mechanism: Mechanism) -> Symbols:
     return Symbols(*(tuple(symbol(name) for name in group) for group in groups))
 
 
-@lru_cache(maxsize=16)
 def composition_of(mechanism: Mechanism) -> Composition:
     """The composition of ``mechanism``; those made last are kept."""
+    return _composition(mechanism, mechanism.coordinates, mechanism.constraints)
+
+
+@lru_cache(maxsize=16)
+def _composition(mechanism: Mechanism, *_derived: object) -> Composition:
+    """Mechanisms are equal whatever has been derived of them, so that starts and constraints are named too."""
     return Composition(mechanism)
 
 

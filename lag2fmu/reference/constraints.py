@@ -20,7 +20,7 @@ import sympy as sp
 
 from lag2fmu.errors import SimulationError
 from lag2fmu.language.expressions import TIME
-from lag2fmu.mechanism import Mechanism
+from lag2fmu.mechanism import Constraint, Mechanism
 from lag2fmu.reference.composition import Composition, composition_of
 from lag2fmu.reference.functions import compiled
 from lag2fmu.reference.state import Floats, State, batch_first, batch_last
@@ -139,12 +139,20 @@ class Constraints:
             raise SimulationError(f"the constraints cannot be met from the start values; residuals: {listed}")
 
 
-@lru_cache(maxsize=16)
 def constraint_expressions(mechanism: Mechanism) -> tuple[sp.Expr, ...]:
-    """Values, velocities, gamma and G of the constraints, one after the other."""
-    composition, h = composition_of(mechanism), len(mechanism.holonomic)
+    """Values, velocities, gamma and G of the constraints of ``mechanism``, one after the other."""
+    return _expressions(mechanism, mechanism.constraints)
+
+
+@lru_cache(maxsize=16)
+def _expressions(mechanism: Mechanism, constraints: tuple[Constraint, ...]) -> tuple[sp.Expr, ...]:
+    """Values, velocities, gamma and G of the ``constraints``, one after the other.
+
+    They are named because a mechanism is equal to itself without the equilibria of what has no mass.
+    """
+    composition, h = composition_of(mechanism), sum(c.holonomic for c in constraints)
     s = composition.symbols
-    values = [composition.written(c.expression) for c in mechanism.constraints]
+    values = [composition.written(c.expression) for c in constraints]
     velocities = [*(composition.rate(x) for x in values[:h]), *values[h:]]
     jacobian = [velocity.diff(v) for velocity in velocities for v in s.qd]
     moving = dict(zip(s.q, s.qd, strict=True)) | {TIME: sp.S.One}

@@ -137,12 +137,17 @@ def _named(value: object) -> str:
     return value.name if isinstance(value, _Traced) else repr(float(value))  # type: ignore[arg-type]
 
 
-@lru_cache(maxsize=16)
 def native_terms(mechanism: Mechanism) -> Function | None:
     """The function ``terms`` of native.c for ``mechanism``, None where there is no compiler.
 
     What loads on frames do to Q is left out of it.
     """
+    return _compiled(mechanism, mechanism.constraints)
+
+
+@lru_cache(maxsize=16)
+def _compiled(mechanism: Mechanism, *_derived: object) -> Function | None:
+    """Mechanisms are equal whatever has been derived of them, so that the constraints are named too."""
     if find_spec("ziglang") is None:
         return None
     target = ["-target", f"{machine()}-linux-gnu.2.17"] if sys.platform == "linux" else []

@@ -95,10 +95,9 @@ def test_the_equilibrium_follows_and_is_not_part_of_the_text() -> None:
     (equilibrium,) = completed.constraints
     assert (equilibrium.name, equilibrium.kind) == ("massless_x", "equilibrium")
     assert completed.origins == {"constraints.massless_x": "coordinates.x"}
-    assert completed != mechanism
-    assert completed.description == mechanism.description
+    assert completed == mechanism
     assert write(completed) == write(mechanism)
-    assert complete(read(write(completed), "text")) == completed
+    assert complete(read(write(completed), "text")).constraints == completed.constraints
     assert derive(with_friction()).mechanism.constraints[0].kind == "damped_equilibrium"
 
 
