@@ -248,20 +248,34 @@ def _solved(given: _Composed, methods: Sequence[str]) -> _Solved:
     return _Solved(**vars(given), method=method, solution=solution)
 
 
+def _starting(solved: _Composed) -> Mechanism:
+    """The mechanism with nominal values, and with starts that meet the constraints.
+
+    How far each coordinate is moved to meet them depends on the nominal values, and these on the start: they are found
+    from a first start, and what is found from its text, where they are given, is the same.
+    """
+    first = starting_consistently(solved.mechanism, solved.graph, solved.constraints)
+    sized = with_nominals(first, solved.graph, solved.variables, solved.entries, solved.forcing, solved.constraints)
+    if sized is first or not first.constraints:
+        return sized
+    pairs = zip(solved.mechanism.coordinates, sized.coordinates, strict=True)
+    coordinates = [replace(old, nominal=new.nominal, nominal_from=new.nominal_from) for old, new in pairs]
+    again = replace(solved.mechanism, coordinates=coordinates)  # type: ignore[arg-type]
+    return starting_consistently(again, solved.graph, solved.constraints)
+
+
 def _equations(solved: _Solved) -> EquationsOfMotion:
     """With what the user asked for beside the accelerations."""
-    composer, constraints, forcing = solved.composer, solved.constraints, solved.forcing
-    mechanism = starting_consistently(solved.mechanism, solved.graph, constraints)
-    mechanism = with_nominals(mechanism, solved.graph, solved.variables, solved.entries, forcing, constraints)
+    mechanism, composer = _starting(solved), solved.composer
     return EquationsOfMotion(
         mechanism=mechanism,
         method=solved.method,
         graph=solved.graph,
         variables=solved.variables,
         entries=solved.entries,
-        forcing=forcing,
+        forcing=solved.forcing,
         solution=solved.solution,
-        constraints=constraints,
+        constraints=solved.constraints,
         outputs={name: x for o in mechanism.outputs for name, x in zip(o.names, composer.output(o), strict=True)},
         dependent={p.name: composer.put.names[p.name] for p in mechanism.parameters if p.expression is not None},
         parts=solved.energies,

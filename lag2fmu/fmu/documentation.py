@@ -9,6 +9,7 @@ from lag2fmu.codegen import METHODS
 from lag2fmu.codegen.templates import render
 from lag2fmu.dynamics import EquationsOfMotion, Program
 from lag2fmu.dynamics.analysis import analysis_sections
+from lag2fmu.dynamics.analysis.evaluation import attempted
 from lag2fmu.dynamics.formulas import Formula, formulas
 from lag2fmu.dynamics.picture import draw, drawable, layout_of
 from lag2fmu.fmu.compilers import Platform
@@ -52,10 +53,12 @@ def documentation(
 
 
 def _sketch(equations: EquationsOfMotion) -> tuple[str, tuple[str, ...]] | None:
-    """The mechanism at its start as SVG, and the sentences below; None where there are no bodies to draw."""
+    """The mechanism at its start as SVG, and the sentences below; None where there is nothing that can be drawn."""
     if not drawable(equations.mechanism):
         return None
-    scene = draw(layout_of(equations.mechanism))
+    scene = attempted(lambda: draw(layout_of(equations.mechanism)), None)
+    if scene is None:
+        return None
     return sketch(scene), scene.notes
 
 
