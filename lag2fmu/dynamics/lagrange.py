@@ -35,6 +35,7 @@ from lag2fmu.dynamics.massless import with_equilibria
 from lag2fmu.dynamics.nominals import with_nominals
 from lag2fmu.dynamics.samples import (
     check_agreement,
+    check_positive,
     check_rank,
     check_start,
     mass_matrices,
@@ -163,6 +164,7 @@ def _check(equations: EquationsOfMotion, distances: Mapping[str, int]) -> None:
     if not np.all(np.isfinite(at_start)):  # M may be finite where the coefficients of its form are not
         at_start = matrix(g, equations.mass_matrix, states[0], len(forcing))
     check_start(mechanism, g, at_start, forcing, distances)
+    check_positive(mechanism, at_start)
     check_rank(mechanism, masses[1:])
     check_agreement(mechanism, g, masses[1:], states[1:], forcing, equations.solution)
 
