@@ -104,6 +104,8 @@ def hamiltonian_form(equations: EquationsOfMotion) -> sp.Expr | None:
     M, a, rest = form
     difference = sp.Matrix([sp.Symbol(names.momentum(c.name), real=True) for c in equations.mechanism.coordinates]) - a
     if M.is_diagonal():
+        if 0 in M.diagonal():
+            return None
         return sp.Add(*(d**2 / (2 * inertia) for d, inertia in zip(difference, M.diagonal(), strict=True))) - rest
     determinant = tidy(sp.simplify(M.det()))
     if determinant == 0:

@@ -7,12 +7,12 @@ Source: Hand, Finch, Analytical Mechanics, section 3.1; Goldstein, Classical Mec
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 
 import numpy as np
 
-from lag2fmu.analysis.evaluation import at, resting_inputs
+from lag2fmu.analysis.evaluation import at, operating_inputs
 from lag2fmu.dynamics.lagrange import EquationsOfMotion
 from lag2fmu.graph.autodiff import forward
 from lag2fmu.graph.batches import Floats, Values, evaluate
@@ -31,14 +31,17 @@ class Equilibrium:
     multipliers: Floats
 
 
-def equilibria(equations: EquationsOfMotion, most: int = 6) -> tuple[Equilibrium, ...]:
+def equilibria(
+    equations: EquationsOfMotion, most: int = 6, inputs: Mapping[str, float] | None = None
+) -> tuple[Equilibrium, ...]:
     """The equilibria that Newton's method finds from the start and from places around it, ``most`` at most.
 
-    External forces are zero, other inputs as at the start. Angles are told apart by less than a turn only. The first is
-    the one found from the start, if there is one. Of a family of equilibria the member next to the start is taken.
+    All inputs have their start values, or those of ``inputs`` {name: SI value}. Angles are told apart by less than a
+    turn only. The first is the one found from the start, if there is one. Of a family of equilibria the member next to
+    the start is taken. Raises DerivationError for a name that is no input.
     Source: P. Deuflhard, Newton Methods for Nonlinear Problems, Springer 2004, section 4.4, for steps of least norm.
     """
-    search = _Search(equations)
+    search = _Search(equations, operating_inputs(equations, inputs))
     found: list[Equilibrium] = []
     for seed in search.seeds():
         solution = search.nearest(seed)
@@ -52,7 +55,7 @@ def equilibria(equations: EquationsOfMotion, most: int = 6) -> tuple[Equilibrium
 class _Search:
     """The equations at rest, r(q, multipliers) = 0 with n + h + m rows, and their derivatives."""
 
-    def __init__(self, equations: EquationsOfMotion) -> None:
+    def __init__(self, equations: EquationsOfMotion, values: Values) -> None:
         self.equations = equations = equations.apart()
         g, v = equations.graph, equations.variables
         c, n = equations.constraints, len(equations.forcing)
@@ -61,7 +64,7 @@ class _Search:
         self.variables = (*v.q, *v.multipliers)
         self.seeds_of = {x: g.symbol(f"d {g.leaf[x]}") for x in self.variables}
         self.slopes = forward(g, self.rows, self.seeds_of)
-        self.values: Values = resting_inputs(equations)
+        self.values = values
         self.nominal = np.array([q.nominal for q in equations.mechanism.coordinates])
         self.start = np.array([q.start for q in equations.mechanism.coordinates])
         self.angle = np.array([q.unit is not None and q.unit.si_name == "rad" for q in equations.mechanism.coordinates])

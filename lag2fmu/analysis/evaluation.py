@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator, Mapping
 from dataclasses import replace
+from typing import TypeVar
 
 import numpy as np
 
@@ -15,6 +16,21 @@ from lag2fmu.errors import DerivationError
 from lag2fmu.graph.autodiff import forward
 from lag2fmu.graph.batches import Floats, Values, evaluate, matrix
 from lag2fmu.mechanism import Coordinate
+
+Found = TypeVar("Found")
+Otherwise = TypeVar("Otherwise")
+
+
+def attempted(find: Callable[[], Found], otherwise: Otherwise) -> Found | Otherwise:
+    """What ``find`` gives, ``otherwise`` where it fails in any way: no analysis may stop what goes without it.
+
+    The algorithms of linear algebra and algebra that analyses call raise errors of many kinds where numbers are not
+    finite, matrices are empty or formulas have no value.
+    """
+    try:
+        return find()
+    except Exception:
+        return otherwise
 
 
 def at(equations: EquationsOfMotion, values: Values, q: Floats, qd: Floats) -> dict[str, float | Floats]:
@@ -28,6 +44,22 @@ def resting_inputs(equations: EquationsOfMotion) -> dict[str, float | Floats]:
     """The start values of everything by name, in SI units, the external forces being zero."""
     silent = {str(equations.graph.leaf[node]): 0.0 for node in equations.variables.plain}
     return {**start_values(equations.mechanism), **silent}
+
+
+def operating_inputs(
+    equations: EquationsOfMotion, inputs: Mapping[str, float] | None = None
+) -> dict[str, float | Floats]:
+    """The start values of everything by name, in SI units, the inputs' included; ``inputs`` {name: SI value} others.
+
+    Raises DerivationError for a name that is no input.
+    """
+    known = [str(equations.graph.leaf[node]) for node in equations.variables.inputs]
+    for name in inputs or {}:
+        if name not in known:
+            raise DerivationError(
+                f"mechanism '{equations.mechanism.name}': '{name}' is no input; known are {', '.join(known)}"
+            )
+    return {**start_values(equations.mechanism), **(inputs or {})}
 
 
 def driven_by_time(equations: EquationsOfMotion) -> bool:

@@ -16,7 +16,7 @@ import numpy as np
 import sympy as sp
 from numpy.typing import NDArray
 
-from lag2fmu.analysis.evaluation import at, resting_inputs
+from lag2fmu.analysis.evaluation import at, operating_inputs
 from lag2fmu.analysis.linearization import Linearizer
 from lag2fmu.dynamics.lagrange import EquationsOfMotion
 from lag2fmu.errors import DerivationError
@@ -69,7 +69,7 @@ def floquet(equations: EquationsOfMotion, q: Floats, period: float | None = None
     none can be read. Source: Landau, Lifshitz, Mechanics, section 27; for the steps Hairer, Lubich, Wanner, II.1.3.
     """
     T = drive_period(equations) if period is None else period
-    linearizer, base = Linearizer(equations), at(equations, resting_inputs(equations), q, np.zeros_like(q))
+    linearizer, base = Linearizer(equations), at(equations, operating_inputs(equations), q, np.zeros_like(q))
     first = linearizer(base | {"t": 0.0})
 
     def matrix(t: float) -> Floats:

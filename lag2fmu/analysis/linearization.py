@@ -13,13 +13,13 @@ Systems, 1994, section 5.3, for independent coordinates of a null space.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property
 
 import numpy as np
 
-from lag2fmu.analysis.evaluation import at, resting_inputs, saddle, unknowns
+from lag2fmu.analysis.evaluation import at, operating_inputs, saddle, unknowns
 from lag2fmu.description import names
 from lag2fmu.dynamics.lagrange import EquationsOfMotion
 from lag2fmu.dynamics.tangent import Tangent, differentiate
@@ -121,6 +121,8 @@ class Linearizer:
         free = nominal[:, None] * null_space(rows / np.where(length > 0, length, 1.0))
         inertia = free.T @ M @ free
         size = np.sqrt(np.abs(np.diagonal(inertia)))
+        if not len(size):  # nothing is free there
+            return
         if not (size > 0).all() or np.linalg.cond(inertia / np.outer(size, size)) > 1e12:
             raise DerivationError(
                 f"mechanism '{self.equations.mechanism.name}': the mass matrix is singular at the state, the "
@@ -175,17 +177,22 @@ class Linearizer:
 
 
 def linearize(
-    equations: EquationsOfMotion, q: Floats | None = None, qd: Floats | None = None, t: float = 0.0
+    equations: EquationsOfMotion,
+    q: Floats | None = None,
+    qd: Floats | None = None,
+    t: float = 0.0,
+    inputs: Mapping[str, float] | None = None,
 ) -> Linearization:
     """The linearization about q, qd (n,) in SI units, by default the start, at the time ``t`` in s.
 
-    Inputs have their start values. Raises DerivationError where M is singular or nothing is finite. Source: J. G. de
+    Inputs have their start values, or those of ``inputs`` {name: SI value}; u is what they differ by. Raises
+    DerivationError where M is singular or nothing is finite, and for a name that is no input. Source: J. G. de
     Jalon, E. Bayo, Kinematic and Dynamic Simulation of Multibody Systems, 1994, section 5.3, under constraints.
     """
     coordinates = equations.mechanism.coordinates
     place = np.array([c.start for c in coordinates]) if q is None else np.asarray(q, dtype=np.float64)
     rate = np.array([c.velocity for c in coordinates]) if qd is None else np.asarray(qd, dtype=np.float64)
-    return Linearizer(equations)(at(equations, resting_inputs(equations) | {"t": t}, place, rate))
+    return Linearizer(equations)(at(equations, operating_inputs(equations, inputs) | {"t": t}, place, rate))
 
 
 def null_space(rows: Floats) -> Floats:

@@ -14,7 +14,7 @@ import sympy as sp
 from lag2fmu.analysis.canonical import cyclic_coordinates, hamiltonian_form, routhian_form
 from lag2fmu.analysis.conserved import conserved, why_energy_changes
 from lag2fmu.analysis.equilibria import Equilibrium, equilibria
-from lag2fmu.analysis.evaluation import driven_by_time
+from lag2fmu.analysis.evaluation import attempted, driven_by_time
 from lag2fmu.analysis.floquet import floquet
 from lag2fmu.analysis.linearization import Linearization, linearize
 from lag2fmu.analysis.modes import Mode, normal_modes
@@ -25,8 +25,8 @@ from lag2fmu.graph.batches import Floats
 from lag2fmu.language.expressions import to_text
 from lag2fmu.mechanism import Mechanism
 
-_MODES, _MATRIX = 12, 8
-"""The most modes that are listed, and the most states of a linearization whose matrices are printed."""
+_MODES, _MATRIX, _INPUTS = 12, 8, 6
+"""The most modes that are listed, states of a linearization whose matrices are printed, and inputs that are named."""
 
 
 @dataclass(frozen=True)
@@ -65,7 +65,7 @@ def analysis_report(mechanism: Mechanism, style: str = "text") -> str:
 
 def analysis_sections(equations: EquationsOfMotion, closed_forms: bool = True) -> tuple[Section, ...]:
     """Conserved quantities, equilibria with their modes, and with ``closed_forms`` H, the Routhian, A, B, C, D."""
-    found = equilibria(equations)
+    found = attempted(lambda: equilibria(equations), ())
     sections: list[tuple[str, Callable[[], Iterator[Line]]]] = [
         ("Conserved quantities", lambda: _conserved(equations)),
         ("Equilibria", lambda: _equilibria(equations, found)),
@@ -87,6 +87,8 @@ def _guarded(content: Callable[[], Iterator[Line]]) -> Iterator[Line]:
     except DerivationError as error:
         sentence = str(error).split("': ", 1)[-1]
         yield Line(sentence[0].upper() + sentence[1:] + ".")
+    except Exception as error:  # whatever an algorithm says of numbers that nobody has thought of
+        yield Line(f"This could not be found: {type(error).__name__}, {error}")
 
 
 def _conserved(equations: EquationsOfMotion) -> Iterator[Line]:
@@ -101,7 +103,17 @@ def _conserved(equations: EquationsOfMotion) -> Iterator[Line]:
         yield Line("No momentum is conserved.")
 
 
+def _inputs(equations: EquationsOfMotion) -> str:
+    """The values of the user's inputs that operating points are for, as a part of a sentence; empty without any."""
+    inputs = equations.mechanism.plain_inputs
+    values = [f"{u.name} = {_number(u.start)} {u.unit.si_name if u.unit else ''}".rstrip() for u in inputs[:_INPUTS]]
+    more = ["..."] if len(inputs) > _INPUTS else []
+    return f" with the inputs at their start values, {', '.join([*values, *more])}" if inputs else ""
+
+
 def _equilibria(equations: EquationsOfMotion, found: Sequence[Equilibrium]) -> Iterator[Line]:
+    if _inputs(equations):
+        yield Line(f"Rest{_inputs(equations)}:")
     if not found:
         yield Line("None was found, neither from the start nor from places around it.")
     for item in found:
@@ -112,9 +124,13 @@ def _stability(equations: EquationsOfMotion, item: Equilibrium) -> str:
     """What small motions do, as the end of a sentence; nothing where that is not known."""
     if driven_by_time(equations):
         return ""
-    try:
-        modes = normal_modes(_about(equations, item))
-    except DerivationError:
+    about = attempted(lambda: _about(equations, item), None)
+    if about is None:
+        return ""
+    if not about.states:
+        return ": rigid, nothing can move there"
+    modes = attempted(lambda: normal_modes(about), None)
+    if modes is None:
         return ""
     largest = max(abs(mode.eigenvalue) for mode in modes) if modes else 0.0
     growing = any(mode.eigenvalue.real > 1e-9 * largest for mode in modes)
@@ -137,11 +153,15 @@ def _small_motions(equations: EquationsOfMotion, found: Sequence[Equilibrium]) -
     if not found:
         yield Line("There is no equilibrium to look at.")
         return
-    yield Line(f"About {_place(equations, found[0])}:")
+    yield Line(f"About {_place(equations, found[0])}{_inputs(equations)}:")
     if driven_by_time(equations):
         yield from _exponents(equations, found[0])
         return
-    modes = normal_modes(_about(equations, found[0]))
+    about = _about(equations, found[0])
+    if not about.states:
+        yield Line("Nothing can move there: it is rigid.")
+        return
+    modes = normal_modes(about)
     still = sum(mode.eigenvalue == 0 for mode in modes)
     if still > 1:
         yield Line(f"{still} modes without a restoring force")
@@ -190,10 +210,11 @@ def _matrices(equations: EquationsOfMotion, found: Sequence[Equilibrium]) -> Ite
     """A, B, C, D about the first equilibrium, at the start without one."""
     if found:
         about = _about(equations, found[0])
-        yield Line(f"About {_place(equations, found[0])}{', at the time 0' if driven_by_time(equations) else ''}:")
+        time = ", at the time 0" if driven_by_time(equations) else ""
+        yield Line(f"About {_place(equations, found[0])}{time}{_inputs(equations)}:")
     else:
         about = linearize(equations)
-        yield Line("About the start, there being no equilibrium:")
+        yield Line(f"About the start, there being no equilibrium{_inputs(equations)}:")
     yield Line(f"z = ({', '.join(about.states)}), u = ({', '.join(about.inputs)}), y = ({', '.join(about.outputs)})")
     if len(about.states) > _MATRIX:
         yield Line(f"A has {len(about.states)} rows and is not printed; lag2fmu.analysis.linearize returns it.")

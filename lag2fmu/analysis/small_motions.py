@@ -15,7 +15,7 @@ import sympy as sp
 
 from lag2fmu.analysis.canonical import inertia
 from lag2fmu.analysis.equilibria import Equilibrium, equilibria
-from lag2fmu.analysis.evaluation import at, driven_by_time, resting_inputs, unknowns
+from lag2fmu.analysis.evaluation import at, driven_by_time, operating_inputs, unknowns
 from lag2fmu.description import names
 from lag2fmu.dynamics.lagrange import EquationsOfMotion, derive
 from lag2fmu.errors import DerivationError
@@ -50,7 +50,7 @@ def _equilibrium(equations: EquationsOfMotion, about: Sequence[float] | None) ->
     q = np.asarray(about, dtype=np.float64)
     if q.shape != (len(equations.forcing),):
         raise DerivationError(f"mechanism '{name}': 'about' has shape {q.shape}; give {len(equations.forcing)} values")
-    values = at(equations, resting_inputs(equations), q, np.zeros_like(q))
+    values = at(equations, operating_inputs(equations), q, np.zeros_like(q))
     qdd, multipliers = unknowns(equations, values)
     missed = evaluate(equations.graph, equations.constraints.residuals, values)
     nominal = np.array([c.nominal for c in equations.mechanism.coordinates])

@@ -14,10 +14,10 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from lag2fmu.analysis.evaluation import attempted
 from lag2fmu.analysis.linearization import linearize
 from lag2fmu.analysis.modes import normal_modes
 from lag2fmu.dynamics.lagrange import EquationsOfMotion
-from lag2fmu.errors import DerivationError
 
 RATIO = 1000.0
 """From here on, rate by pace, a mechanism is called stiff."""
@@ -47,9 +47,8 @@ def stiffness(equations: EquationsOfMotion) -> Stiffness | None:
 
     Source: Hairer, Wanner, Solving Ordinary Differential Equations II, 2nd edition, section IV.2, for stability.
     """
-    try:
-        eigenvalues = linearize(equations).eigenvalues
-    except DerivationError:
+    eigenvalues = attempted(lambda: linearize(equations).eigenvalues, None)
+    if eigenvalues is None:
         return None
     size = np.abs(eigenvalues)
     decays = -eigenvalues.real > APERIODIC * size
@@ -74,10 +73,7 @@ def undamped_vibrations(equations: EquationsOfMotion) -> tuple[Vibration, ...]:
 
     Fast: more than FAST periods in the experiment; undamped: |Re| < UNDAMPED |eigenvalue|. None where ``stiffness`` is.
     """
-    try:
-        modes = normal_modes(linearize(equations))
-    except DerivationError:
-        return ()
+    modes = attempted(lambda: normal_modes(linearize(equations)), ())
     coordinates = equations.mechanism.coordinates
     nominal = np.array([c.nominal for c in coordinates])
     slowest = 2 * np.pi * FAST / equations.mechanism.experiment.stop_time

@@ -31,6 +31,7 @@ from lag2fmu.dynamics.massless import with_equilibria
 from lag2fmu.dynamics.nominals import with_nominals
 from lag2fmu.dynamics.samples import (
     check_agreement,
+    check_positive,
     check_rank,
     check_start,
     mass_matrices,
@@ -154,6 +155,7 @@ def _check(equations: EquationsOfMotion, distances: Mapping[str, int]) -> None:
     if not np.all(np.isfinite(at_start)):  # M may be finite where the coefficients of its form are not
         at_start = matrix(g, equations.mass_matrix, states[0], len(forcing))
     check_start(mechanism, g, at_start, forcing, distances)
+    check_positive(mechanism, at_start)
     check_rank(mechanism, masses[1:])
     check_agreement(mechanism, g, masses[1:], states[1:], forcing, equations.solution)
 
@@ -233,17 +235,30 @@ def _solved(given: _Composed, methods: Sequence[str]) -> _Solved:
     return _Solved(**vars(given), method=method, solution=solution)
 
 
+def _starting(solved: _Composed) -> tuple[Mechanism, Mechanism]:
+    """The mechanism with nominal values, and the same with starts that meet the constraints.
+
+    How far each coordinate is moved to meet them depends on the nominal values, and these on the start: they are found
+    from a first start.
+    """
+    mechanism, g, constraints = solved.mechanism, solved.graph, solved.constraints
+    first = starting_consistently(mechanism, g, constraints)
+    sized = with_nominals(first, g, solved.variables, solved.entries, solved.forcing, constraints)
+    if sized is first:
+        return mechanism, first
+    pairs = zip(mechanism.coordinates, sized.coordinates, strict=True)
+    completed = mechanism.starting_at(
+        replace(old, nominal=new.nominal, nominal_from=new.nominal_from) for old, new in pairs
+    )
+    return completed, starting_consistently(completed, g, constraints)
+
+
 def _equations(solved: _Solved) -> EquationsOfMotion:
     """With what follows from the parts, and what the user asked for, beside the accelerations."""
     mechanism, composer, parts = solved.mechanism, solved.composer, solved.energies
-    g, v, forcing = solved.graph, solved.variables, solved.forcing
-    started = starting_consistently(mechanism, g, solved.constraints)
-    started = with_nominals(started, g, v, solved.entries, forcing, solved.constraints)
+    g, v = solved.graph, solved.variables
+    completed, started = _starting(solved)
     check_starts(started)
-    sizes = zip(mechanism.coordinates, started.coordinates, strict=True)
-    completed = mechanism.starting_at(
-        replace(q, nominal=found.nominal, nominal_from=found.nominal_from) for q, found in sizes
-    )
     outputs = {name: x for o in mechanism.outputs for name, x in zip(o.names, composer.output(o), strict=True)}
     dependent = {p.name: composer.put.names[p.name] for p in mechanism.parameters if p.expression is not None}
     momenta = tuple(reverse(g, {parts.lagrangian(g): g.one}, v.qd))
@@ -256,7 +271,7 @@ def _equations(solved: _Solved) -> EquationsOfMotion:
         graph=g,
         variables=v,
         entries=solved.entries,
-        forcing=forcing,
+        forcing=solved.forcing,
         solution=solved.solution,
         constraints=solved.constraints,
         outputs=outputs,

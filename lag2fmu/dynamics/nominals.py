@@ -22,7 +22,6 @@ from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
-from scipy.linalg import eigh, null_space
 
 from lag2fmu.description import names
 from lag2fmu.dynamics.constraints import Constraints
@@ -93,7 +92,7 @@ def _large(q: Coordinate) -> bool:
 
 def _sized(q: Coordinate, size: _Size) -> Coordinate:
     """The coordinate with its size, if that is smaller than 1 in its unit and none is given"""
-    value = 10.0 ** math.ceil(math.log10(size.value) - 1e-9)
+    value = float(f"1e{math.ceil(math.log10(size.value) - 1e-9)}")
     return q if q.nominal_from == "given" or value >= q.nominal else replace(q, nominal=value, nominal_from=size.source)
 
 
@@ -144,12 +143,14 @@ def _reach(
     unknown = np.full(n, np.nan)
     if not all(np.isfinite(x).all() for x in (stiffness, mass, jacobian, forces)):
         return unknown
-    free = null_space(jacobian) if len(jacobian) else np.eye(n)
+    free = _free(jacobian)
     K, M = free.T @ (stiffness + stiffness.T) @ free / 2, free.T @ mass @ free
     try:
-        squares, modes = eigh(K, M)
+        inverse = np.linalg.inv(np.linalg.cholesky(M))
     except np.linalg.LinAlgError:  # M is singular
         return unknown
+    squares, modes = np.linalg.eigh(inverse @ K @ inverse.T)
+    modes = inverse.T @ modes  # K s = omega^2 M s
     if not len(squares) or squares[0] <= _STABLE * squares[-1]:
         return unknown
     start, velocity = np.array([(q.start, q.velocity) for q in mechanism.coordinates]).T
@@ -158,3 +159,11 @@ def _reach(
     swing = np.abs(free @ modes) @ np.hypot(displaced, pushed) + np.abs(moved - moved[:, :1]).max(axis=1)
     found: Floats = np.maximum(np.abs(start), np.abs(start + moved[:, 0]) + swing)
     return found
+
+
+def _free(jacobian: Floats) -> Floats:
+    """An orthonormal basis (n, k) of the motions that ``jacobian`` (m, n) leaves free"""
+    length = np.linalg.norm(jacobian, axis=1, keepdims=True)
+    _, singular, right = np.linalg.svd(jacobian / np.where(length > 0, length, 1.0), full_matrices=True)
+    basis: Floats = right[int(np.sum(singular > _STABLE)) :].T
+    return basis

@@ -115,6 +115,21 @@ def check_start(
         )
 
 
+def check_positive(mechanism: Mechanism, mass: Floats) -> None:
+    """Raise DerivationError if what T says moves along a coordinate has a negative mass in M, ``mass`` (n, n).
+
+    A Lagrangian that is written as a whole may be of the opposite sign.
+    """
+    if mechanism.energy.lagrangian is not None:
+        return
+    for q, inertia in zip(mechanism.coordinates, np.diagonal(mass), strict=True):
+        if inertia < 0:
+            raise DerivationError(
+                f"mechanism '{mechanism.name}': what moves along {q.name} has the mass or inertia {inertia:.6g} (SI) "
+                "at the start; give masses and inertias that are positive"
+            )
+
+
 def check_quadratic(mechanism: Mechanism, graph: Graph, entries: Sequence[int]) -> None:
     """Raise DerivationError if second derivatives of L by the velocities change with the velocities.
 

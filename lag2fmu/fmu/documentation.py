@@ -6,6 +6,7 @@ import platform as host
 from collections.abc import Iterable, Sequence
 
 from lag2fmu.analysis import analysis_sections
+from lag2fmu.analysis.evaluation import attempted
 from lag2fmu.codegen import METHODS
 from lag2fmu.codegen.templates import render
 from lag2fmu.dynamics import EquationsOfMotion, Program
@@ -58,10 +59,12 @@ def documentation(
 
 
 def _sketch(equations: EquationsOfMotion) -> tuple[str, tuple[str, ...]] | None:
-    """The mechanism at its start as SVG, and the sentences below; None where there are no bodies to draw."""
+    """The mechanism at its start as SVG, and the sentences below; None where there is nothing that can be drawn."""
     if not drawable(equations.mechanism):
         return None
-    scene = draw(layout_of(equations.mechanism))
+    scene = attempted(lambda: draw(layout_of(equations.mechanism)), None)
+    if scene is None:
+        return None
     return sketch(scene), scene.notes
 
 

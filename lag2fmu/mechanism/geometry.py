@@ -131,9 +131,10 @@ def _check_entries(m: Description) -> None:
 
 
 def check_values(m: Description, scope: Scope) -> tuple[str, ...]:
-    """Raise MechanismError for axes, quaternions and inertia tensors that are none at the parameters' values.
+    """Raise MechanismError for axes, quaternions, masses and inertias that are none at the parameters' values.
 
-    Returns warnings of tensors that no distribution of mass has. Time is 0, motion inputs have their start values;
+    Returns warnings of tensors that no distribution of mass has, of springs that push away from rest, and of dampers
+    that drive. Time is 0, motion inputs have their start values;
     what depends on coordinates, or has no value there, is passed over.
     """
     values = values_of(m)
@@ -141,7 +142,30 @@ def check_values(m: Description, scope: Scope) -> tuple[str, ...]:
         _check_rotations(frame, values)
         if frame.quaternion is not None:
             _check_quaternion(m, frame, scope, values)
-    return tuple(warning for body in m.bodies for warning in _check_inertia(body, values))
+    for body in m.bodies:
+        _check_mass(body, values)
+    return (*(warning for body in m.bodies for warning in _check_inertia(body, values)), *_driving(m, values))
+
+
+def _check_mass(body: Body, values: Values) -> None:
+    """Raise MechanismError for a negative mass or moment of inertia; tensors are looked at as a whole."""
+    for key, unit, entry in (("mass", "kg", body.mass), ("inertia", "kg.m2", body.inertia)):
+        numbers = None if entry is None or isinstance(entry, tuple) else _numbers((entry,), values)
+        if numbers is not None and numbers[0] < 0:
+            raise MechanismError(
+                f"bodies.{body.name}.{key}: '{entry}' is {numbers[0]:g} {unit} at the values given, and negative; "
+                "give a positive one"
+            )
+
+
+def _driving(m: Description, values: Values) -> Iterator[str]:
+    """Warnings of negative stiffness and damping."""
+    elements = [(f"springs.{s.name}.stiffness", s.stiffness, "pushes away from rest") for s in m.springs]
+    elements += [(f"dampers.{d.name}.damping", d.damping, "drives the motion") for d in m.dampers]
+    for where, expression, effect in elements:
+        numbers = _numbers((expression,), values)
+        if numbers is not None and numbers[0] < 0:
+            yield f"{where}: '{expression}' is {numbers[0]:g} at the values given; negative, it {effect}"
 
 
 def values_of(m: Description) -> Values:

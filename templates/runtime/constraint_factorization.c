@@ -214,8 +214,9 @@ void constraints_spread(const ConstraintFactorization *f, double multipliers[]) 
     factorize_normal(f, normal);
     for (int i = 0; i < f->rank; i++) {
         z[i] = 0.0;
-        for (int k = i; k < f->rank; k++) {
-            z[i] += f->factor[k * M + i] * multipliers[f->order[k]] / f->scale[f->order[k]];
+        for (int k = i; k < f->rows; k++) {
+            const double scale = f->scale[f->order[k]];
+            z[i] += scale > 0.0 ? f->factor[k * M + i] * multipliers[f->order[k]] / scale : 0.0;
         }
     }
     solve_lower(normal, f->rank, z);

@@ -44,7 +44,8 @@ double constraints_distance(const ConstraintFactorization *factorization, int k)
 void constraints_solve(const ConstraintFactorization *factorization, const double b[], const double usual[],
                        double multipliers[]);
 
-/* From such a solution to the one of least norm in units of the scaled rows. */
+/* From any multipliers to those of the same forces G^T multipliers that are of least norm in units of the scaled rows:
+   scale^2 G w for some w. */
 void constraints_spread(const ConstraintFactorization *factorization, double multipliers[]);
 
 /* a[n] += M^-1 G^T multipliers. */

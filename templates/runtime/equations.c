@@ -180,6 +180,81 @@ void equations_dependent_tangent(const Instance *instance, const Seed *seed, Tan
     mechanism_dependent_tangent(instance->state.parameters, seed->parameters, tangent->dependent);
 }
 
+#if N_CONSTRAINTS > 0
+
+/* tangents[n + m] = [dM a - dG^T multipliers, dG a] along the seed, with unknowns[n + m] = [a, multipliers]: what these
+   add to still[n + m], the tangent of the residual where all of them are 0. */
+static void matrix_tangents(const Instance *instance, const Seed *seed, const double unknowns[], const double still[],
+                            double tangents[]) {
+    const State *state = &instance->state;
+    double change[N_RESIDUALS];
+    mechanism_residual_tangent(state->time, state->states, state->inputs, state->parameters, unknowns, seed->time,
+                               seed->states, seed->inputs, seed->parameters, change);
+    for (int i = 0; i < N_UNKNOWNS; i++) {
+        tangents[i] = change[i] - still[i];
+    }
+}
+
+/* Adds what rates[m] of the multipliers of the accelerations lack for those that are reported, G being another one:
+   the change of their forces G^T multiplier is the same. */
+static void add_exchange(const Instance *instance, const Seed *seed, const double still[], double rates[]) {
+    const Cache *cache = &instance->cache;
+    double unknowns[N_UNKNOWNS] = {0.0}, tangents[N_UNKNOWNS], change[N_UNKNOWNS] = {0.0};
+    for (int k = N_COORDINATES; k < N_UNKNOWNS; k++) {
+        unknowns[k] = cache->reported[k] - cache->accelerations[k];
+    }
+    matrix_tangents(instance, seed, unknowns, still, tangents);
+    memcpy(change, tangents, N_COORDINATES * sizeof(double));
+    solve_for_change(&cache->system, change, unknowns);
+    for (int k = 0; k < N_CONSTRAINTS; k++) {
+        rates[k] += unknowns[N_COORDINATES + k];
+    }
+}
+
+/* own[m] = squares dG w - ds/s multiplier with 1/squares = s = g M^-1 g^T, g the row of G: how the multipliers
+   squares G w change that are reported, w and the forces being as they are. */
+static void own_rates(const Instance *instance, const Seed *seed, const double still[], double own[]) {
+    const ConstraintFactorization *f = &instance->cache.system.constraints;
+    const double *multipliers = instance->cache.reported + N_COORDINATES;
+    double w[N_UNKNOWNS] = {0.0}, row[N_UNKNOWNS] = {0.0}, tangents[N_UNKNOWNS], weights[N_CONSTRAINTS];
+    for (int k = 0; k < N_CONSTRAINTS; k++) {
+        own[k] = f->scale[k] > 0.0 ? multipliers[k] / (f->scale[k] * f->scale[k]) : 0.0;
+    }
+    constraints_solve(f, own, NULL, weights);
+    constraints_respond(f, weights, w);
+    matrix_tangents(instance, seed, w, still, tangents);
+    memcpy(own, tangents + N_COORDINATES, N_CONSTRAINTS * sizeof(double));
+    for (int k = 0; k < N_CONSTRAINTS; k++) {
+        memcpy(row, f->response + k * N_COORDINATES, N_COORDINATES * sizeof(double)); /* M^-1 g */
+        matrix_tangents(instance, seed, row, still, tangents);
+        double ds = 2.0 * tangents[N_COORDINATES + k];
+        for (int i = 0; i < N_COORDINATES; i++) {
+            ds -= row[i] * tangents[i];
+        }
+        own[k] = f->scale[k] * f->scale[k] * (own[k] - ds * multipliers[k]);
+    }
+}
+
+/* From the rates[m] of the multipliers that the accelerations were solved with to those of the multipliers that are
+   reported, which are scale^2 G w: own rates + scale^2 G dw. Golub, Pereyra, The differentiation of pseudo-inverses and
+   nonlinear least squares problems whose variables separate, SIAM Journal on Numerical Analysis 10, 1973. */
+static void spread_rates(const Instance *instance, const Seed *seed, double rates[]) {
+    static const double NOTHING[N_UNKNOWNS];
+    double still[N_UNKNOWNS], own[N_CONSTRAINTS];
+    matrix_tangents(instance, seed, NOTHING, NOTHING, still);
+    add_exchange(instance, seed, still, rates);
+    own_rates(instance, seed, still, own);
+    for (int k = 0; k < N_CONSTRAINTS; k++) {
+        rates[k] -= own[k];
+    }
+    constraints_spread(&instance->cache.system.constraints, rates);
+    for (int k = 0; k < N_CONSTRAINTS; k++) {
+        rates[k] += own[k];
+    }
+}
+
+#endif
+
 /* With r = M qdd - f = 0 the accelerations change by dqdd = -M^-1 dr, where dr is the derivative of r along the seed
    with qdd held fixed; with constraints likewise for all unknowns. */
 bool equations_tangent(Instance *instance, const Seed *seed, Tangent *tangent) {
@@ -201,7 +276,11 @@ bool equations_tangent(Instance *instance, const Seed *seed, Tangent *tangent) {
     }
 #endif
     solve_for_change(&cache->system, change, tangent->accelerations);
-    multipliers_spread(&cache->system, tangent->accelerations);
+#if N_CONSTRAINTS > 0
+    if (!multipliers_unique(instance)) {
+        spread_rates(instance, seed, tangent->accelerations + N_COORDINATES);
+    }
+#endif
     mechanism_locals_tangent(state->time, state->states, state->inputs, state->parameters, cache->reported,
                              seed->time, seed->states, seed->inputs, seed->parameters, tangent->accelerations,
                              tangent->locals);
@@ -235,7 +314,7 @@ bool equations_motion(Instance *instance, int order, Motion *motion) {
         memcpy(motion->locals[0], tangent.locals, sizeof tangent.locals);
     }
     if (order >= 2) {
-        mechanism_residual_second(state->time, state->states, state->inputs, state->parameters, cache->accelerations,
+        mechanism_residual_second(state->time, state->states, state->inputs, state->parameters, cache->reported,
                                   du, d2u, motion->q[3], change);
         solve_for_change(&cache->system, change, motion->q[4]);
         mechanism_locals_second(state->time, state->states, state->inputs, state->parameters, cache->reported,

@@ -376,6 +376,20 @@ def test_directional_derivatives_go_through_the_constraints(name: str, fmu) -> N
             assert exact == pytest.approx(differences, rel=2e-7, abs=2e-7 * max(1.0, np.abs(exact).max()))
 
 
+@pytest.mark.parametrize("model", ["bricard", "parallel_manipulator"])
+def test_multipliers_of_redundant_constraints_have_the_derivatives_of_least_norm(model: str, exported) -> None:
+    """All states and parameters; steps so small that what is redundant stays so."""
+    with Stepping(exported(model).path, "ModelExchange") as s:
+        s.start()
+        unknowns = [v for v in s.references if v.startswith("multiplier_")]
+        tunable = [
+            v.name for v in s.description.modelVariables if (v.causality, v.variability) == ("parameter", "tunable")
+        ]
+        for known in [*s.states_of_derivatives, *tunable]:
+            exact, differences = np.array(s.derivative(unknowns, {known: 1.0})), central(s, unknowns, known, 1e-6)
+            assert np.abs(exact - differences).max() < 1e-6 * max(1.0, np.abs(exact).max()), known
+
+
 @pytest.mark.parametrize("name", ["slider", "moved"])
 def test_directional_derivatives_of_solved_starts(name: str, fmu) -> None:
     knowns = {"slider": ["a", "a_dot", "l1", "l2", "m"], "moved": ["x", "x_dot", "h", "h_dot"]}[name]

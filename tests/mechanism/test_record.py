@@ -10,7 +10,8 @@ import pytest
 import sympy as sp
 from sympy import cos, sin
 
-from lag2fmu.errors import MechanismError, UnitError
+from lag2fmu.dynamics import derive
+from lag2fmu.errors import DerivationError, MechanismError, UnitError
 from lag2fmu.language.expressions import symbol
 from lag2fmu.language.units import parse_unit
 from lag2fmu.mechanism import (
@@ -254,3 +255,27 @@ def test_a_plain_number_is_a_value_in_si_and_fits_everywhere() -> None:
     assert mechanism.warnings == ()
     with pytest.raises(UnitError, match="they cannot be added"):
         replace(mechanism, springs=[Spring("s", 20.0, elongation=x - 1)])
+
+
+def test_masses_are_positive_and_what_drives_is_said() -> None:
+    """At the values of the parameters; what depends on coordinates is not known there."""
+    x, m, k = coordinate("x", "m"), parameter("m", -2.0, "kg"), parameter("k", -3.0)
+    with pytest.raises(MechanismError, match=r"bodies\.b\.mass: 'm' is -2 kg at the values given, and negative"):
+        Mechanism("negative", coordinates=[x], parameters=[m], bodies=[Body("b", m, (x, 0))])
+    with pytest.raises(MechanismError, match=r"bodies\.b\.inertia: '-1' is -1 kg\.m2"):
+        Mechanism("negative", coordinates=[x], bodies=[Body("b", 1, (x, 0), angle=x, inertia=-1)])
+    found = Mechanism(
+        "driven",
+        coordinates=[x],
+        parameters=[k],
+        bodies=[Body("b", 1, (x, 0))],
+        springs=[Spring("s", k, elongation=x)],
+        dampers=[Damper("d", k / 2, rate=x.dot)],
+    )
+    assert found.warnings[-2:] == (
+        "springs.s.stiffness: 'k' is -3 at the values given; negative, it pushes away from rest",
+        "dampers.d.damping: 'k/2' is -1.5 at the values given; negative, it drives the motion",
+    )
+    kinetic = Mechanism("negative", coordinates=[x], parameters=[m], energy=Energy(m * x.dot**2 / 2, x**2))
+    with pytest.raises(DerivationError, match="what moves along x has the mass or inertia -2"):
+        derive(kinetic)

@@ -11,23 +11,12 @@ from matplotlib.figure import Figure
 from matplotlib.patches import Circle, Polygon
 
 from lag2fmu.analysis import Mode, equilibria, linearize, normal_modes
-from lag2fmu.analysis.evaluation import at, driven_by_time, resting_inputs
+from lag2fmu.analysis.evaluation import at, driven_by_time, operating_inputs
 from lag2fmu.dynamics import EquationsOfMotion, derive
 from lag2fmu.errors import DerivationError, LoadError
 from lag2fmu.graph.batches import Floats, evaluate
 from lag2fmu.mechanism import Coordinate, Mechanism
-from lag2fmu.picture import (
-    STYLES,
-    Disc,
-    Layout,
-    Scene,
-    Stroke,
-    draw,
-    drawable,
-    layout_of,
-    posture,
-    pretty,
-)
+from lag2fmu.picture import STYLES, Disc, Layout, Scene, Stroke, draw, drawable, layout_of, posture, pretty
 from lag2fmu.reference import integrate
 from lag2fmu.verify.plots.figures import LINE, dressed, say
 
@@ -96,7 +85,7 @@ def _modes(equations: EquationsOfMotion) -> tuple[tuple[Mode, ...], dict[str, An
     if not found:
         return nothing, {}, "There are no normal modes: no equilibrium was found."
     q = found[0].q
-    values = at(equations, resting_inputs(equations), q, np.zeros_like(q))
+    values = at(equations, operating_inputs(equations), q, np.zeros_like(q))
     try:
         modes = normal_modes(linearize(equations, q, np.zeros_like(q)))
     except DerivationError as error:
@@ -215,7 +204,7 @@ def _potential(equations: EquationsOfMotion) -> Figure:
     sides = [np.linspace(m - 1.3 * r, m + 1.3 * r, 161) for m, r in zip(middle, reach, strict=True)]
     mesh = np.array(np.meshgrid(*sides))
     node = [equations.energies["potential_energy"]]
-    values = at(equations, resting_inputs(equations), mesh, np.zeros_like(mesh))
+    values = at(equations, operating_inputs(equations), mesh, np.zeros_like(mesh))
     V = evaluate(equations.graph, node, values)[0]
     figure = Figure(figsize=(7, 6), layout="constrained")
     axes = figure.subplots()
