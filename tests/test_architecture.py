@@ -34,7 +34,7 @@ USERS = {
     "jinja2": {"codegen/templates.py"},
     "subprocess": {"fmu/compilers.py", "reference/native.py", "verify/checking/running.py"},
     "zipfile": {"fmu/pack.py"},
-    "fmpy": {"verify/simulate.py"},
+    "fmpy": {"verify/instances.py", "verify/simulate.py"},
     "lief": {"verify/checking/binaries.py"},
     "matplotlib": {"verify/plots"},
 }

@@ -21,6 +21,10 @@ SET = click.option(
     help="Parameter, start value or structural argument; repeatable.",
 )
 STOP_TIME = click.option("--stop-time", type=float, metavar="S", help="Stop time in seconds.")
+INPUT = click.option(
+    "--input", "inputs", type=click.Path(path_type=Path), metavar="CSV", help="Signals: time,name,...; linear between."
+)
+HOLD = click.option("--hold", is_flag=True, help="Hold the signals during each communication step.")
 PICTURES = (".png", ".svg", ".pdf")
 
 

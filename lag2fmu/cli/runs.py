@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 
 import click
 
-from lag2fmu.cli.options import SET, STOP_TIME, check_picture, load_mechanism
+from lag2fmu.cli.options import HOLD, INPUT, SET, STOP_TIME, check_picture, load_mechanism
 from lag2fmu.cli.terminal import build_progress, print_summary, progress_bar
 
 if TYPE_CHECKING:
@@ -82,7 +82,8 @@ def export_command(
 @STOP_TIME
 @click.option("--step", type=float, metavar="S", help="Communication step in seconds.")
 @click.option("--tolerance", type=float, help="Relative tolerance of the solver.")
-@click.option("--input", "inputs", type=click.Path(path_type=Path), metavar="CSV", help="Signals: time,name,...")
+@INPUT
+@HOLD
 @click.option("-o", "--out", metavar="CSV", help="Write the trajectory; '-' is standard output.")
 @click.option("--plot", type=click.Path(path_type=Path), help="Draw the motion (.png, .svg, .pdf).")
 @SET
@@ -92,6 +93,7 @@ def simulate(
     step: float | None,
     tolerance: float | None,
     inputs: Path | None,
+    hold: bool,
     out: str | None,
     plot: Path | None,
     settings: tuple[str, ...],
@@ -112,6 +114,7 @@ def simulate(
             tolerance=tolerance,
             values=values,
             inputs=signals,
+            hold=hold,
             progress=progress,
         )
     _write(trajectory, out)

@@ -10,7 +10,7 @@ section II.5; Radau IIA, same authors, volume II, section IV.8.
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from typing import Any
 
@@ -95,13 +95,15 @@ def integrate(
     inputs: Inputs | None = None,
     rtol: float = 1e-12,
     method: str = "DOP853",
+    progress: Callable[[float], None] | None = None,
 ) -> Reference:
     """Integrate ``mechanism`` from times[0] and report at ``times`` (m,) in s, strictly increasing.
 
     ``parameters`` and ``starts`` (names NAME and NAME_dot of coordinates) replace declared SI values. ``inputs``: see
-    ``signals_of``. ``rtol`` in [1e-13, 1e-2] weighs with |x| + nominal. Where DOP853 fails Radau is tried. Raises
-    LoadError for unknown or unusable names and values, SimulationError with the time reached. Source: Hairer, Norsett,
-    Wanner, Solving Ordinary Differential Equations I, section II.5; Hairer, Wanner, volume II, section IV.8.
+    ``signals_of``. ``rtol`` in [1e-13, 1e-2] weighs with |x| + nominal. Where DOP853 fails Radau is tried.
+    ``progress`` is told the share that is done, 0 to 1. Raises LoadError for unknown or unusable names and values,
+    SimulationError with the time reached. Source: Hairer, Norsett, Wanner, Solving Ordinary Differential Equations I,
+    section II.5; Hairer, Wanner, volume II, section IV.8.
     """
     grid = _checked_times(times)
     if method not in METHODS or not 1e-13 <= rtol <= 1e-2:
@@ -112,12 +114,14 @@ def integrate(
     signals = signals_of(mechanism, inputs, float(grid[0]))
     run = _Run(equations, signals, grid, _start(equations, starts or {}, float(grid[0]), signals))
     run.check_start()
+    run.progress = progress
     for name in METHODS[METHODS.index(method) :]:
         try:
+            run.share = 0.0
             raw, evaluations = run.solve(name, rtol, run.start[None], pieces=2)
             fine = run.projected(grid, raw[:, 0])
             scales = _scales(fine, run.nominal)
-            units = _units(run, fine, scales)
+            units, run.share = _units(run, fine, scales), 0.5
             coarse, more = run.solve(name, 10 * rtol, np.stack([run.start, run.perturbed(units)]), pieces=1)
             return _assembled(run, fine, coarse, (scales, units), name, evaluations + more)
         except SimulationError:
@@ -140,6 +144,8 @@ class _Run:
         self.last = float(times[0]), start
         self._before_compiling = COMPILED_AFTER if equations.small else 0
         self._single: SingleState | None = None
+        self.progress: Callable[[float], None] | None = None
+        self.share = 0.0  # what was done before the run that is going on, which is half of all
 
     def state(self, t: float, z: Floats) -> State:
         """The state at z (copies, 2 n + 1)."""
@@ -224,6 +230,8 @@ class _Run:
         if self.evaluations > MAX_EVALUATIONS:
             raise _TooLongError(t)
         self.last = (t, z)
+        if self.progress is not None and self.evaluations % 100 == 0:
+            self.progress(self.share + 0.5 * (t - self.times[0]) / (self.times[-1] - self.times[0]))
         copies, n = z.reshape(-1, 2 * self.n + 1), self.n
         if self._before_compiling == 0:
             self._single = single_state(self.equations)
