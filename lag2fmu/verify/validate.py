@@ -19,7 +19,7 @@ from lag2fmu.dynamics import derive
 from lag2fmu.errors import SimulationError
 from lag2fmu.fmu import suited_solver
 from lag2fmu.mechanism import Mechanism, names
-from lag2fmu.reference import Equations, Reference, Trajectory, integrate
+from lag2fmu.reference import Equations, Reference, Trajectory, integrate, remedy_of_jumps
 from lag2fmu.verify.instances import description_of, offers_model_exchange
 from lag2fmu.verify.invariants import action_note, drift_checks, hamilton_checks
 from lag2fmu.verify.pointwise import pointwise_checks
@@ -132,7 +132,11 @@ def _run(task: Task, kind: Kind, step: float, warned: Callable[[str], None]) -> 
         kind=kind,
         warned=warned,
     )
-    return simulate_fmu(task.path, options)
+    try:
+        return simulate_fmu(task.path, options)
+    except SimulationError as error:
+        remedy = remedy_of_jumps(task.mechanism)
+        raise SimulationError(f"{error}; {remedy}" if remedy else str(error)) from error
 
 
 # ------------------------------------------------------------------------------------------------------- trajectories

@@ -7,10 +7,10 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from sympy import Rational, cos, sin
+from sympy import Rational, cos, sign, sin
 
 import lag2fmu
-from lag2fmu.errors import ExportError, LoadError, MechanismError
+from lag2fmu.errors import ExportError, LoadError, MechanismError, SimulationError
 from lag2fmu.mechanism import Body, Energy, Mechanism, coordinate, signal
 from lag2fmu.mechanism.loading import load, with_values
 from lag2fmu.reference import Trajectory, integrate
@@ -273,6 +273,20 @@ def test_other_inputs_on_the_two_sides_would_show(exported, monkeypatch) -> None
 
 
 # ------------------------------------------------------------------------------------------------------------ errors
+
+
+def test_dry_friction_is_named_with_a_remedy() -> None:
+    """A mass that sticks at 0.2 m: nothing passes the jump of the force, whoever fails first."""
+    x = coordinate("x", "m", start=1.0)
+    friction = Mechanism(
+        "friction",
+        coordinates=[x],
+        bodies=[Body("mass", 1.0, (x, 0))],
+        energy=Energy(potential=5 * x**2),
+        forces={x: -2 * sign(x.dot)},
+    )
+    with pytest.raises(SimulationError, match=r"jump with sign\(x_dot\).* such as tanh\(\(x_dot\)/w\)"):
+        lag2fmu.validate(friction)
 
 
 def test_an_fmu_without_a_mechanism(tmp_path) -> None:
