@@ -52,7 +52,7 @@ USERS = {
     "jinja2": {"codegen/templates.py"},
     "subprocess": {"fmu/compilers.py", "reference/native.py", "checking/process.py"},
     "zipfile": {"fmu/pack.py"},
-    "fmpy": {"verify/simulate.py"},
+    "fmpy": {"verify/instances.py", "verify/simulate.py"},
     "lief": {"checking/binaries.py"},
     "matplotlib": {"verify/plots"},
 }

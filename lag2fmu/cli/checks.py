@@ -7,8 +7,8 @@ from pathlib import Path
 
 import click
 
-from lag2fmu.cli.options import INPUT, PICTURES, SET, STOP_TIME, check_ending, load_mechanism
-from lag2fmu.cli.terminal import console, print_report
+from lag2fmu.cli.options import HOLD, INPUT, PICTURES, SET, STOP_TIME, check_ending, load_mechanism
+from lag2fmu.cli.terminal import console, print_report, progress_bar
 from lag2fmu.errors import ExportError
 
 
@@ -32,7 +32,8 @@ def demo(plot: Path | None) -> None:
         fmu = lag2fmu.export(mechanism, Path(folder, "double_pendulum.fmu"))
         solver = METHODS[fmu.description.solver].title
         click.echo(f"exported {fmu.path.name}: {fmu.path.stat().st_size / 1024:.0f} KiB, co-simulation by {solver}")
-        report = lag2fmu.validate(fmu)
+        with progress_bar("validating", 1.0) as progress:
+            report = lag2fmu.validate(fmu, progress=progress)
     print_report(report)
     if plot is not None:
         report.write(plot)
@@ -45,6 +46,7 @@ def demo(plot: Path | None) -> None:
 @STOP_TIME
 @click.option("--tolerance", type=float, help="Relative tolerance of the FMU's solver.")
 @INPUT
+@HOLD
 @click.option("--solver", metavar="NAME", help="Integrator of co-simulation, as in export.")
 @click.option(
     "--report",
@@ -59,6 +61,7 @@ def validate(
     stop_time: float | None,
     tolerance: float | None,
     inputs: Path | None,
+    hold: bool,
     solver: str | None,
     reports: tuple[Path, ...],
     settings: tuple[str, ...],
@@ -77,7 +80,16 @@ def validate(
         raise ExportError(f"'{model}' is an FMU: --set and --solver belong to its export; give a MODEL")
     mechanism = running.mechanism_of(source)
     signals = None if inputs is None else read_csv(inputs, {} if mechanism is None else display_units(mechanism))
-    report = running.validate(source, stop_time=stop_time, tolerance=tolerance, inputs=signals, solver=solver)
+    with progress_bar("validating", 1.0) as progress:
+        report = running.validate(
+            source,
+            stop_time=stop_time,
+            tolerance=tolerance,
+            inputs=signals,
+            hold=hold,
+            solver=solver,
+            progress=progress,
+        )
     print_report(report)
     for path in reports:
         report.write(path)

@@ -28,8 +28,9 @@ INPUT = click.option(
     "inputs",
     type=click.Path(path_type=Path),
     metavar="CSV",
-    help="Signals: time,name [unit],...; a column without a unit is in SI.",
+    help="Signals: time,name [unit],...; linear between; a column without a unit is in SI.",
 )
+HOLD = click.option("--hold", is_flag=True, help="Hold the signals during each communication step.")
 PICTURES = (".png", ".svg", ".pdf")
 CSV = (".csv", ".txt", "")
 

@@ -8,7 +8,17 @@ from typing import TYPE_CHECKING
 
 import click
 
-from lag2fmu.cli.options import CSV, INPUT, SET, STOP_TIME, check_ending, check_picture, echo_settings, load_mechanism
+from lag2fmu.cli.options import (
+    CSV,
+    HOLD,
+    INPUT,
+    SET,
+    STOP_TIME,
+    check_ending,
+    check_picture,
+    echo_settings,
+    load_mechanism,
+)
 from lag2fmu.cli.terminal import build_progress, print_summary, progress_bar
 from lag2fmu.errors import ExportError, Lag2FmuError
 
@@ -114,6 +124,7 @@ def _refuse_to_overwrite(path: Path, mechanism: Mechanism) -> None:
 @click.option("--step", type=float, metavar="S", help="Communication step in seconds.")
 @click.option("--tolerance", type=float, help="Relative tolerance of the solver.")
 @INPUT
+@HOLD
 @click.option("-o", "--out", metavar="CSV", help="Write the trajectory; '-' is standard output.")
 @click.option("--plot", type=click.Path(path_type=Path), help="Draw the motion (.png, .svg, .pdf).")
 @SET
@@ -123,6 +134,7 @@ def simulate(
     step: float | None,
     tolerance: float | None,
     inputs: Path | None,
+    hold: bool,
     out: str | None,
     plot: Path | None,
     settings: tuple[str, ...],
@@ -145,6 +157,7 @@ def simulate(
             tolerance=tolerance,
             values=values,
             inputs=signals,
+            hold=hold,
             progress=progress,
         )
     _write(trajectory, out, units)

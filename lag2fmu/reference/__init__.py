@@ -6,8 +6,8 @@ T comes from Koenig's theorem, the equations from polarisation and the complex s
 from lag2fmu.reference.energies import Energies
 from lag2fmu.reference.equations import Balance, Equations
 from lag2fmu.reference.hamilton import integrate_canonically
-from lag2fmu.reference.integrate import Reference, integrate
-from lag2fmu.reference.signals import Signals, held
+from lag2fmu.reference.integrate import Reference, integrate, remedy_of_jumps
+from lag2fmu.reference.signals import Pieces, Signals, held, interpolated
 from lag2fmu.reference.symbolic import sympy_accelerations
 from lag2fmu.reference.trajectory import Trajectory, parse_csv, read_csv
 
@@ -15,13 +15,16 @@ __all__ = [
     "Balance",
     "Energies",
     "Equations",
+    "Pieces",
     "Reference",
     "Signals",
     "Trajectory",
     "held",
     "integrate",
     "integrate_canonically",
+    "interpolated",
     "parse_csv",
     "read_csv",
+    "remedy_of_jumps",
     "sympy_accelerations",
 ]

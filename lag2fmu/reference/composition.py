@@ -15,7 +15,7 @@ from functools import lru_cache
 import sympy as sp
 
 from lag2fmu.description.names import acceleration, generalized_force, velocity
-from lag2fmu.language.expressions import TIME, symbol
+from lag2fmu.language.expressions import NAME_OF, TIME, symbol
 from lag2fmu.mechanism import Body, Mechanism, Output
 
 Vector = tuple[sp.Expr, ...]
@@ -125,6 +125,13 @@ class Composition:
         for term in (*sp.Add.make_args(self.kinetic), *sp.Add.make_args(-self.potential)):
             (moving if qd & term.free_symbols else resting).append(term)
         return sp.Add(*moving), -sp.Add(*resting)
+
+    def jumps(self) -> tuple[str, ...]:
+        """The calls of sign and heaviside in forces whose arguments the motion changes, as text: there qdd jumps."""
+        moving = {*self.symbols.q, *self.symbols.qd}
+        calls = {call for force in self.forces for call in force.atoms(sp.sign, sp.Heaviside)}
+        found = (call for call in calls if call.args[0].free_symbols & moving)
+        return tuple(sorted(f"{NAME_OF[call.func]}({call.args[0]})" for call in found))
 
     def place(self, name: str) -> Vector:
         """The position (m) of a point or body, (2,) or (3,). Raises MechanismError for one on a frame."""

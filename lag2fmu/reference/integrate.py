@@ -10,7 +10,7 @@ section II.5; Radau IIA, same authors, volume II, section IV.8.
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from typing import Any
 
@@ -20,6 +20,7 @@ from numpy.typing import ArrayLike
 from lag2fmu.description.names import acceleration, multiplier, residual, velocity
 from lag2fmu.errors import LoadError, SimulationError
 from lag2fmu.mechanism import Mechanism
+from lag2fmu.reference.composition import composition_of
 from lag2fmu.reference.equations import Equations
 from lag2fmu.reference.signals import Inputs, Signals, signals_of
 from lag2fmu.reference.single import SingleState, single_state
@@ -33,8 +34,9 @@ DAMPING = 0.1
 METHODS = ("DOP853", "Radau")
 COMPILED_AFTER = 1000
 """Evaluations of a small mechanism's equations that NumPy does in less time than a compiler takes."""
-MAX_EVALUATIONS = 500_000
-"""Evaluations of the equations in one run before a method counts as failed (stiff equations stall DOP853)."""
+MAX_EVALUATIONS, MAX_WITH_JUMPS = 500_000, 50_000
+"""Evaluations of the equations in one run before a method counts as failed: stiff equations stall DOP853, and jumps of
+the forces stall every method where they hold the motion, as dry friction does."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -95,13 +97,15 @@ def integrate(
     inputs: Inputs | None = None,
     rtol: float = 1e-12,
     method: str = "DOP853",
+    progress: Callable[[float], None] | None = None,
 ) -> Reference:
     """Integrate ``mechanism`` from times[0] and report at ``times`` (m,) in s, strictly increasing.
 
     ``parameters`` and ``starts`` (names NAME and NAME_dot of coordinates) replace declared SI values. ``inputs``: see
-    ``signals_of``. ``rtol`` in [1e-13, 1e-2] weighs with |x| + nominal. Where DOP853 fails Radau is tried. Raises
-    LoadError for unknown or unusable names and values, SimulationError with the time reached. Source: Hairer, Norsett,
-    Wanner, Solving Ordinary Differential Equations I, section II.5; Hairer, Wanner, volume II, section IV.8.
+    ``signals_of``. ``rtol`` in [1e-13, 1e-2] weighs with |x| + nominal. Where DOP853 fails Radau is tried.
+    ``progress`` is told the share that is done, 0 to 1. Raises LoadError for unknown or unusable names and values,
+    SimulationError with the time reached. Source: Hairer, Norsett, Wanner, Solving Ordinary Differential Equations I,
+    section II.5; Hairer, Wanner, volume II, section IV.8.
     """
     grid = _checked_times(times)
     if method not in METHODS or not 1e-13 <= rtol <= 1e-2:
@@ -112,18 +116,34 @@ def integrate(
     signals = signals_of(mechanism, inputs, float(grid[0]))
     run = _Run(equations, signals, grid, _start(equations, starts or {}, float(grid[0]), signals))
     run.check_start()
+    run.progress = progress
     for name in METHODS[METHODS.index(method) :]:
         try:
+            run.share = 0.0
             raw, evaluations = run.solve(name, rtol, run.start[None], pieces=2)
             fine = run.projected(grid, raw[:, 0])
             scales = _scales(fine, run.nominal)
-            units = _units(run, fine, scales)
+            units, run.share = _units(run, fine, scales), 0.5
             coarse, more = run.solve(name, 10 * rtol, np.stack([run.start, run.perturbed(units)]), pieces=1)
             return _assembled(run, fine, coarse, (scales, units), name, evaluations + more)
-        except SimulationError:
+        except SimulationError as error:
+            if run.jumps:
+                raise SimulationError(f"{error}; {remedy_of_jumps(mechanism)}") from error
             if name == METHODS[-1]:
                 raise
     raise AssertionError("unreachable")
+
+
+def remedy_of_jumps(mechanism: Mechanism) -> str:
+    """What to do about forces that jump during the motion, a phrase that names them; empty if there are none."""
+    jumps = composition_of(mechanism).jumps()
+    if not jumps:
+        return ""
+    first = jumps[0][jumps[0].index("(") + 1 : -1]
+    return (
+        f"the forces jump with {', '.join(jumps)}, which no step can pass where they hold the motion: write a smooth "
+        f"function instead, such as tanh(({first})/w) with a small width w"
+    )
 
 
 class _Run:
@@ -140,6 +160,9 @@ class _Run:
         self.last = float(times[0]), start
         self._before_compiling = COMPILED_AFTER if equations.small else 0
         self._single: SingleState | None = None
+        self.progress: Callable[[float], None] | None = None
+        self.jumps = equations.energies.composition.jumps()
+        self.share = 0.0  # what was done before the run that is going on, which is half of all
 
     def state(self, t: float, z: Floats) -> State:
         """The state at z (copies, 2 n + 1)."""
@@ -209,7 +232,7 @@ class _Run:
         try:
             solution = solve_ivp(self._slope, span, z, method, **options)
         except _TooLongError as error:
-            reason = f"{method} took {MAX_EVALUATIONS} evaluations"
+            reason = f"{method} took {self.evaluations - 1} evaluations"
             raise SimulationError(f"{self._place(error.args[0])}: {reason}") from None
         if solution.status != 0:
             # steps have become tiny: the time of the last one tried is the time reached
@@ -221,9 +244,11 @@ class _Run:
     def _slope(self, t: float, z: Floats) -> Floats:
         """dz/dt, flat; NaN where there are no accelerations, which makes the method take a shorter step."""
         self.evaluations += 1
-        if self.evaluations > MAX_EVALUATIONS:
+        if self.evaluations > (MAX_WITH_JUMPS if self.jumps else MAX_EVALUATIONS):
             raise _TooLongError(t)
         self.last = (t, z)
+        if self.progress is not None and self.evaluations % 100 == 0:
+            self.progress(self.share + 0.5 * (t - self.times[0]) / (self.times[-1] - self.times[0]))
         copies, n = z.reshape(-1, 2 * self.n + 1), self.n
         if self._before_compiling == 0:
             self._single = single_state(self.equations)

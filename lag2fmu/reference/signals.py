@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from typing import TypeAlias
 
@@ -74,6 +74,95 @@ def signals_of(mechanism: Mechanism, inputs: Inputs | None, start: float) -> Sig
         if not np.isfinite(value):
             raise SimulationError(f"input '{name}' is {value!r} at time {start!r} s; give a finite value")
     return signals
+
+
+@dataclass(frozen=True, eq=False)
+class Pieces:
+    """The inputs ``names`` (k,) as polynomials of third degree between ``breaks`` (b + 1,) in s, constant beyond them.
+
+    At breaks[i] + s they are the sums over j of coefficients[j, i] s^j; ``coefficients`` is (4, b, k), in SI units.
+    """
+
+    names: tuple[str, ...]
+    breaks: Floats
+    coefficients: Floats
+
+    def derivatives(self, t: float, slack: float = 0.0) -> Floats:
+        """Values and the first three derivatives just after t (s), (4, k); a break within ``slack`` (s) is passed."""
+        i = int(np.searchsorted(self.breaks, t + slack, side="right")) - 1
+        found = np.zeros_like(self.coefficients[:, 0])
+        if not 0 <= i < len(self.breaks) - 1:
+            i, t = (0, self.breaks[0]) if i < 0 else (-1, self.breaks[-1])
+            found[0] = self._at(i, t - self.breaks[:-1][i])[0]
+            return found
+        return self._at(i, t - self.breaks[i])
+
+    def _at(self, i: int, s: float) -> Floats:
+        a, b, c, d = self.coefficients[:, i]
+        found: Floats = np.stack([a + s * (b + s * (c + s * d)), b + s * (2 * c + 3 * s * d), 2 * c + 6 * s * d, 6 * d])
+        return found
+
+    @property
+    def signals(self) -> Signals:
+        """The same for a direct integration."""
+
+        def at(t: float) -> dict[str, float]:
+            return dict(zip(self.names, self.derivatives(t)[0].tolist(), strict=True))
+
+        return Signals(at, self.breaks)
+
+
+def interpolated(inputs: Trajectory, motions: Sequence[str], stop_time: float) -> Pieces:
+    """``inputs`` from 0 to ``stop_time`` (s): linear between their times, constant beyond their ends.
+
+    A motion among ``motions`` whose two derivatives are not given gets them by a cubic spline, whose second derivative
+    is continuous. Raises LoadError where one derivative is given without the other, or where a position alone ends
+    before the stop time. Source: C. de Boor, A Practical Guide to Splines, chapter IV (not-a-knot).
+    """
+    inside = inputs.time[(inputs.time > 0) & (inputs.time < stop_time)]
+    breaks = np.concatenate([[0.0], inside, [stop_time]])
+    length = np.diff(breaks)
+    names, columns = [], []
+    for name in inputs.names:
+        rates = (velocity(name), acceleration(name))
+        if name in motions and not any(rate in inputs for rate in rates) and np.ptp(inputs[name]) > 0:
+            names += [name, *rates]
+            columns += _spline(inputs, name, breaks)
+        else:
+            x = np.interp(breaks, inputs.time, inputs[name])
+            names.append(name)
+            columns.append(np.stack([x[:-1], np.diff(x) / length, 0 * length, 0 * length]))
+    _check_rates(names, motions, {name for name in inputs.names if np.ptp(inputs[name]) == 0})
+    return Pieces(tuple(names), breaks, np.stack(columns, axis=-1))
+
+
+def _spline(inputs: Trajectory, name: str, breaks: Floats) -> list[Floats]:
+    """The coefficients (4, b) of a motion and its two derivatives between ``breaks`` (b + 1,)."""
+    from scipy.interpolate import CubicSpline
+
+    slack = 1e-9 * breaks[-1]
+    if inputs.time[0] > slack or inputs.time[-1] < breaks[-1] - slack or len(inputs) < 4:
+        raise LoadError(
+            f"the motion '{name}' is given by position alone, at {len(inputs)} times from {inputs.time[0]:g} s to "
+            f"{inputs.time[-1]:g} s; for its derivatives it must be known at 4 times or more from 0 to the stop time, "
+            f"{breaks[-1]:g} s, or give {velocity(name)} and {acceleration(name)} too"
+        )
+    spline, at = CubicSpline(inputs.time, inputs[name]), breaks[:-1]
+    y, y1, y2, y3 = spline(at), spline(at, 1), spline(at, 2), spline((at + breaks[1:]) / 2, 3)
+    zero = np.zeros_like(y)
+    return [np.stack(rows) for rows in ((y, y1, y2 / 2, y3 / 6), (y1, y2, y3 / 2, zero), (y2, y3, zero, zero))]
+
+
+def _check_rates(given: Sequence[str], motions: Sequence[str], resting: set[str]) -> None:
+    for name in motions:
+        triple = (name, velocity(name), acceleration(name))
+        found = [x for x in triple if x in given]
+        if found and len(found) < len(triple) and not (found == [name] and name in resting):
+            missing = ", ".join(x for x in triple if x not in given)
+            raise LoadError(
+                f"the inputs give {', '.join(found)} but not {missing}; a motion input needs all three columns, or its "
+                "position alone"
+            )
 
 
 def held(trajectory: Trajectory) -> Signals:

@@ -11,8 +11,8 @@ from lag2fmu.dynamics.massless import continuous_states
 from lag2fmu.mechanism import Constraint, Mechanism
 from lag2fmu.mechanism.norms import norm_constraints
 from lag2fmu.reference import Equations, Reference, sympy_accelerations
+from lag2fmu.verify.instances import Evaluation, evaluation
 from lag2fmu.verify.report import Check
-from lag2fmu.verify.simulate import Instance, instance
 from lag2fmu.verify.task import ROUNDING, Floats, Task
 
 _SYMPY_LIMIT = 3
@@ -30,7 +30,7 @@ def pointwise_checks(task: Task, reference: Reference) -> list[Check]:
     own: list[Floats] = []
     independent: list[Floats] = []
     moved: list[Floats] = []
-    with instance(task.path) as fmu:
+    with evaluation(task.path) as fmu:
         for _ in range(3):
             parameters = _random_parameters(task.mechanism, generator)
             equations = Equations(task.mechanism, parameters)
@@ -131,7 +131,7 @@ def _input_ranges(task: Task, input_names: Sequence[str]) -> dict[str, tuple[flo
     return found
 
 
-def _calculated_by_fmu(task: Task, fmu: Instance, q: Floats, qd: Floats, values: Mapping[str, float]) -> Floats:
+def _calculated_by_fmu(task: Task, fmu: Evaluation, q: Floats, qd: Floats, values: Mapping[str, float]) -> Floats:
     """Accelerations, momenta, generalized energy and outputs of the FMU, (2n + 1 + outputs,)."""
     x = [*q, *qd]
     states = {task.states[i]: x[i] for i in continuous_states(task.mechanism)}  # what has no mass follows
@@ -171,7 +171,7 @@ def _relative(own: Sequence[Floats], independent: Sequence[Floats]) -> Floats:
     return ratio
 
 
-def _sympy_check(task: Task, fmu: Instance, reference: Reference, generator: np.random.Generator) -> Check:
+def _sympy_check(task: Task, fmu: Evaluation, reference: Reference, generator: np.random.Generator) -> Check:
     symbolic = sympy_accelerations(task.mechanism)
     declared = {p.name: p.value for p in task.mechanism.parameters if p.value is not None}
     states = _random_states(task, reference, generator, Equations(task.mechanism))

@@ -13,44 +13,40 @@ from lag2fmu.fmu import Fmu, export, read_mechanism
 from lag2fmu.formats.loading import as_mechanism, with_values
 from lag2fmu.mechanism import Mechanism
 from lag2fmu.reference import Trajectory
+from lag2fmu.verify.inputs import Inputs, trajectory_of
 from lag2fmu.verify.report import Report
-from lag2fmu.verify.simulate import Kind, simulate_fmu
+from lag2fmu.verify.simulate import Kind, Run, simulate_fmu, times_of
 from lag2fmu.verify.validate import validate_fmu
 
 Model = Mechanism | Fmu | str | Path
 """A mechanism, an exported FMU, the path of an FMU, or the name or path of a model."""
 
 
-def simulate(
+def simulate(  # noqa: PLR0913 (the fields of Run)
     model: Model,
     *,
     stop_time: float | None = None,
     step: float | None = None,
     tolerance: float | None = None,
     values: Mapping[str, float] | None = None,
-    inputs: Trajectory | None = None,
+    inputs: Inputs | None = None,
+    hold: bool = False,
     outputs: Sequence[str] | None = None,
     kind: Kind = "co-simulation",
     progress: Callable[[float], None] | None = None,
 ) -> Trajectory:
     """Run ``model`` as an FMU by fmpy and return its ``outputs`` every ``step`` (s) until ``stop_time`` (s).
 
-    ``values`` are start values and parameters in SI; ``inputs`` are signals over time; ``kind`` is 'co-simulation' or
-    'model-exchange' (fmpy's CVode). A model that is no FMU yet is exported to a temporary folder first. Raises
-    Lag2FmuError.
+    ``values`` are start values and parameters in SI; ``kind`` is 'co-simulation' or 'model-exchange' (fmpy's CVode).
+    ``inputs`` are signals over time: a Trajectory, the path of a CSV file, a mapping of arrays, a structured array or a
+    DataFrame with a column ``time``, or a function of time that gives a mapping. They are linear between their times
+    (``hold``: constant during a communication step); the derivatives of a motion given by position alone come from a
+    spline. A model that is no FMU yet is exported to a temporary folder first; an FMU that was run before is reset
+    instead of loaded. Raises Lag2FmuError.
     """
     with as_fmu(model) as path:
-        return simulate_fmu(
-            path,
-            stop_time=stop_time,
-            step=step,
-            tolerance=tolerance,
-            values=values,
-            inputs=inputs,
-            outputs=outputs,
-            kind=kind,
-            progress=progress,
-        )
+        signals = trajectory_of(inputs, *times_of(path, stop_time, step))
+        return simulate_fmu(path, Run(stop_time, step, tolerance, values, signals, hold, outputs, kind, progress))
 
 
 def validate(
@@ -59,20 +55,30 @@ def validate(
     stop_time: float | None = None,
     tolerance: float | None = None,
     values: Mapping[str, float] | None = None,
-    inputs: Trajectory | None = None,
+    inputs: Inputs | None = None,
+    hold: bool = False,
     solver: str | None = None,
+    progress: Callable[[float], None] | None = None,
 ) -> Report:
     """Compare the FMU of ``model`` with the direct integration of its mechanism until ``stop_time`` (s).
 
     ``values`` are parameters and start values (SI) for a model that is no FMU yet. An FMU of lag2fmu carries its
-    mechanism inside. Raises Lag2FmuError; differences are in the Report.
+    mechanism inside. ``inputs`` and ``hold`` are those of ``simulate``; ``progress`` is told the share that is done, 0
+    to 1. Raises Lag2FmuError; differences are in the Report.
     """
-    if is_fmu(model):
-        path = fmu_path(model)
-        return validate_fmu(read_mechanism(path), path, stop_time=stop_time, tolerance=tolerance, inputs=inputs)
-    mechanism = with_values(as_mechanism(model), values or {})  # type: ignore[arg-type]
-    with as_fmu(mechanism, solver) as path:
-        return validate_fmu(read_mechanism(path), path, stop_time=stop_time, tolerance=tolerance, inputs=inputs)
+    source = model if is_fmu(model) else with_values(as_mechanism(model), values or {})  # type: ignore[arg-type]
+    with as_fmu(source, solver) as path:
+        mechanism = read_mechanism(path)
+        signals = trajectory_of(inputs, *times_of(path, stop_time, None))
+        return validate_fmu(
+            mechanism,
+            path,
+            stop_time=stop_time,
+            tolerance=tolerance,
+            inputs=signals,
+            hold=hold,
+            progress=progress,
+        )
 
 
 def is_fmu(model: Model) -> bool:

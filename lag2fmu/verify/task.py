@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from lag2fmu.description import names
 from lag2fmu.mechanism import Mechanism
-from lag2fmu.reference import Trajectory
+from lag2fmu.reference import Signals, Trajectory, held, interpolated
 
 Floats = NDArray[np.float64]
 
@@ -24,7 +24,8 @@ _FINE, _COARSE = 5, 10  # communication steps: step / 5, step, 10 step
 class Task:
     """What is validated: the FMU ``path`` of ``mechanism`` to ``stop_time`` (s), with the relative ``tolerance``.
 
-    ``inputs`` (SI units over time in s) drive both sides; None: all inputs keep their start values.
+    ``inputs`` (SI units over time in s) drive both sides; None: all inputs keep their start values. With ``hold`` they
+    are constant during a communication step.
     """
 
     mechanism: Mechanism
@@ -32,6 +33,22 @@ class Task:
     stop_time: float
     tolerance: float
     inputs: Trajectory | None
+    hold: bool = False
+
+    @property
+    def holds(self) -> bool:
+        """Whether there are inputs that are held."""
+        return self.inputs is not None and self.hold
+
+    def driving(self, step: float) -> Signals | None:
+        """The inputs as the FMU meets them with a communication ``step`` (s)."""
+        if self.inputs is None:
+            return None
+        pieces = interpolated(self.inputs, [motion.name for motion in self.mechanism.motions], self.stop_time)
+        if not self.hold:
+            return pieces.signals
+        grid = self.grid(step)
+        return held(Trajectory(grid, pieces.names, np.array([pieces.derivatives(t)[0] for t in grid])))
 
     @property
     def steps(self) -> tuple[float, float, float]:

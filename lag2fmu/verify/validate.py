@@ -22,16 +22,18 @@ from lag2fmu.dynamics.lagrange import complete
 from lag2fmu.errors import SimulationError
 from lag2fmu.fmu import suited_solver
 from lag2fmu.mechanism import Mechanism
-from lag2fmu.reference import Equations, Reference, Trajectory, held, integrate
-from lag2fmu.reference.signals import Inputs
+from lag2fmu.reference import Equations, Reference, Trajectory, integrate, remedy_of_jumps
+from lag2fmu.verify.instances import description_of, offers_model_exchange
 from lag2fmu.verify.invariants import action_note, drift_checks, hamilton_checks
 from lag2fmu.verify.pointwise import pointwise_checks
 from lag2fmu.verify.report import Check, Report
-from lag2fmu.verify.simulate import Kind, offers_model_exchange, problems, simulate_fmu
+from lag2fmu.verify.simulate import Kind, Run, problems, simulate_fmu, takes_derivatives
 from lag2fmu.verify.task import ROUNDING, Floats, Task
 
 SAFETY, CHAOS, FEWEST = 100.0, 1e-2, 1e-2
 DIRECT = "direct integration"
+SHARE = 0.8
+"""The direct integration takes about so much of the time."""
 
 
 def validate_fmu(
@@ -41,27 +43,31 @@ def validate_fmu(
     stop_time: float | None = None,
     tolerance: float | None = None,
     inputs: Trajectory | None = None,
+    hold: bool = False,
+    progress: Callable[[float], None] | None = None,
 ) -> Report:
     """Compare the FMU ``path`` with the direct integration of ``mechanism`` from 0 to ``stop_time`` (s).
 
-    ``inputs`` drives both (held constant during a communication step); ``tolerance`` is the relative one of the FMU's
-    solver. The module says what the bars are. Raises SimulationError if either side fails; differences are reported,
-    not raised. Source: E. Hairer, S. P. Norsett, G. Wanner, Solving Ordinary Differential Equations I, section I.14,
-    for how neighbouring solutions, and hence errors, grow apart.
+    ``inputs`` drives both, linear between its times, or with ``hold`` constant during a communication step;
+    ``tolerance`` is the relative one of the FMU's solver; ``progress`` is told the share that is done. The module says
+    what the bars are. Raises SimulationError if either side fails; differences are reported, not raised. Source: E.
+    Hairer, S. P. Norsett, G. Wanner, Solving Ordinary Differential Equations I, section I.14, for how neighbouring
+    solutions, and hence errors, grow apart.
     """
     mechanism, experiment = complete(mechanism), mechanism.experiment
-    task = Task(mechanism, path, stop_time or experiment.stop_time, tolerance or experiment.tolerance, inputs)
+    hold = hold or not takes_derivatives(description_of(path))
+    task = Task(mechanism, path, stop_time or experiment.stop_time, tolerance or experiment.tolerance, inputs, hold)
     found = problems(path)
     checks = [Check("findings of fmpy's validation", float(len(found)), 0.0, "; ".join(found)[:200])]
-    shared = _reference(task, task.grid(task.steps[-1]), None) if inputs is None else None
-    runs: dict[str, Trajectory] = {}
-    warnings: dict[str, list[str]] = {}
     plan: list[tuple[Kind, float]] = [("co-simulation", step) for step in task.steps]
     if offers_model_exchange(path):
         plan.append(("model-exchange", task.steps[1]))
+    references = _References(task, progress or (lambda share: None))
+    runs: dict[str, Trajectory] = {}
+    warnings: dict[str, list[str]] = {}
     for kind, step in plan:
         label = f"co-simulation, step {step:.3g} s" if kind == "co-simulation" else "model exchange, CVode of fmpy"
-        reference = shared or _reference(task, task.grid(step), _driving(task, step))
+        reference = references.of(step)
         runs[label] = run = _run(task, kind, step, warnings.setdefault(label, []).append)
         checks.append(_compare(task, label, run, reference))
         if (kind, step) == ("co-simulation", task.steps[1]):
@@ -87,14 +93,28 @@ def validate_fmu(
     )
 
 
-def _driving(task: Task, step: float) -> Inputs | None:
-    """The inputs as the FMU meets them: held during each communication step."""
-    return None if task.inputs is None else held(task.inputs.interpolated(task.grid(step)))
+class _References:
+    """The direct integrations: one for all communication steps, or one for each where inputs are held during them."""
 
+    def __init__(self, task: Task, progress: Callable[[float], None]) -> None:
+        self._task, self._progress = task, progress
+        self._found: dict[float, Reference] = {}
+        self._count = len(task.steps) if task.holds else 1
 
-def _reference(task: Task, grid: Floats, inputs: Inputs | None) -> Reference:
-    rtol = max(1e-13, min(1e-10, 1e-3 * task.tolerance))
-    return integrate(task.mechanism, grid, inputs=inputs, rtol=rtol)
+    def of(self, step: float) -> Reference:
+        """The one for a communication ``step`` (s)."""
+        task = self._task
+        step = step if task.holds else task.steps[-1]
+        if step not in self._found:
+            done = len(self._found)
+
+            def reached(share: float) -> None:
+                self._progress(SHARE * (done + share) / self._count)
+
+            grid, driving = task.grid(step), task.driving(step)
+            rtol = max(1e-13, min(1e-10, 1e-3 * task.tolerance))
+            self._found[step] = integrate(task.mechanism, grid, inputs=driving, rtol=rtol, progress=reached)
+        return self._found[step]
 
 
 def _run(task: Task, kind: Kind, step: float, warned: Callable[[str], None]) -> Trajectory:
@@ -105,16 +125,21 @@ def _run(task: Task, kind: Kind, step: float, warned: Callable[[str], None]) -> 
     outputs = [*task.states, *(names.acceleration(c.name) for c in task.mechanism.coordinates), "generalized_energy"]
     outputs += [names.residual(c.name) for c in task.mechanism.constraints]
     tolerance = task.tolerance if kind == "co-simulation" else max(task.tolerance / 100, 1e-13)
-    return simulate_fmu(
-        task.path,
+    options = Run(
         stop_time=task.stop_time,
         step=step,
         tolerance=tolerance,
         inputs=task.inputs,
+        hold=task.hold,
         outputs=outputs,
         kind=kind,
         warned=warned,
     )
+    try:
+        return simulate_fmu(task.path, options)
+    except SimulationError as error:
+        remedy = remedy_of_jumps(task.mechanism)
+        raise SimulationError(f"{error}; {remedy}" if remedy else str(error)) from error
 
 
 # ------------------------------------------------------------------------------------------------------- trajectories
@@ -208,17 +233,13 @@ def _energy_checks(task: Task, run: Trajectory, reference: Reference) -> list[Ch
     coordinates = [c.name for c in task.mechanism.coordinates]
     q, qd = run.columns(coordinates), run.columns([names.velocity(c) for c in coordinates])
     qdd = run.columns([names.acceleration(c) for c in coordinates])
-    inputs: Mapping[str, Floats] = {}
-    if task.inputs is not None:
-        # what was set before the step that led to a point is still set when its accelerations are recorded
-        given = task.inputs.interpolated(run.time)
-        inputs = {name: np.concatenate([given[name][:1], given[name][:-1]]) for name in given}
+    inputs = _inputs_at(task, run.time)
     balance = Equations(task.mechanism).balance(run.time, q, qd, qdd, inputs)
     scale = float(np.max(balance.scale, initial=0.0)) or 1.0
     worst = int(np.argmax(np.abs(balance.residual)))
     off, detail = float(np.abs(balance.residual[worst]) / scale), f"largest at t = {run.time[worst]:.3g} s"
     pointwise = Check("energy: dh/dt - power, every point", off, ROUNDING, detail)
-    if any(motion.name in inputs for motion in task.mechanism.motions):
+    if task.holds and any(motion.name in inputs for motion in task.mechanism.motions):
         return [pointwise]  # motions that are held jump at communication points, and h with them
     rows = _on_grid(reference, run.time)
     h, work = run["generalized_energy"], reference.work[rows]
@@ -227,6 +248,18 @@ def _energy_checks(task: Task, run: Trajectory, reference: Reference) -> list[Ch
     worst = int(np.argmax(drift))
     detail = f"largest drift at t = {run.time[worst]:.3g} s"
     return [pointwise, Check("energy: h - work over the run", float(drift[worst]), SAFETY * task.tolerance, detail)]
+
+
+def _inputs_at(task: Task, times: Floats) -> dict[str, Floats]:
+    """The inputs as the FMU has them when its accelerations are recorded at the communication points ``times`` (k,).
+
+    Those that are held are still what was set before the step that led to a point.
+    """
+    signals = task.driving(times[1] - times[0])
+    if signals is None:
+        return {}
+    found = signals.sampled(times)
+    return {name: np.concatenate([x[:1], x[:-1]]) for name, x in found.items()} if task.holds else found
 
 
 def _analysis(task: Task, run: Trajectory, reference: Reference) -> tuple[list[Check], list[str]]:

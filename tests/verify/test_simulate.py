@@ -7,11 +7,13 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+import sympy as sp
 
 import lag2fmu
 from lag2fmu.errors import LoadError, SimulationError
 from lag2fmu.fmu import export
 from lag2fmu.formats.loading import load
+from lag2fmu.language.expressions import TIME
 from lag2fmu.mechanism import Energy, Mechanism, coordinate
 from lag2fmu.reference import Trajectory, held, integrate, read_csv
 
@@ -67,18 +69,74 @@ def test_the_last_step_ends_at_the_stop_time(step: float, exported) -> None:
 
 
 @pytest.mark.parametrize("kind", ["co-simulation", "model-exchange"])
-def test_inputs_from_csv_are_held_during_a_step(kind, exported, tmp_path: Path) -> None:
-    """Interpolated where a communication step begins, constant until it ends; by hand: F = 10 t, steps of 0.5 s."""
+def test_inputs_from_csv_are_linear_or_held_during_a_step(kind, exported, tmp_path: Path) -> None:
+    """F = 10 t in steps of 0.5 s: a ramp by itself, stairs where it is held during a communication step."""
     path = tmp_path / "push.csv"
     path.write_text("time,F\n0,0\n2,20\n", encoding="utf-8")
     inputs = read_csv(path)
-    run = lag2fmu.simulate(exported("cart_pole"), stop_time=2.0, step=0.5, tolerance=1e-9, inputs=inputs, kind=kind)
+    settings = {"stop_time": 2.0, "step": 0.5, "tolerance": 1e-9, "inputs": inputs, "kind": kind}
+    run = lag2fmu.simulate(exported("cart_pole"), **settings)
+    stepped = lag2fmu.simulate(exported("cart_pole"), hold=True, **settings)
     steps = Trajectory.of([0.0, 0.5, 1.0, 1.5, 2.0], {"F": [0.0, 5.0, 10.0, 15.0, 20.0]})
     names = ["x", "theta", "x_dot", "theta_dot"]
     stairs = integrate(load("cart_pole"), run.time, inputs=held(steps)).trajectory
     ramp = integrate(load("cart_pole"), run.time, inputs=inputs).trajectory
-    assert run.columns(names) == pytest.approx(stairs.columns(names), abs=1e-5)
-    assert np.abs(run["x"] - ramp["x"]).max() > 0.5
+    assert run.columns(names) == pytest.approx(ramp.columns(names), abs=1e-5)
+    assert stepped.columns(names) == pytest.approx(stairs.columns(names), abs=1e-5)
+    assert np.abs(run["x"] - stepped["x"]).max() > 0.5
+
+
+@pytest.mark.parametrize("kind", ["co-simulation", "model-exchange"])
+def test_kinks_between_communication_points_are_met(kind, exported) -> None:
+    """A push of 0.02 s inside of one communication step of 1 s: F dt = (M + m) x_dot + m l theta_dot cos(theta)."""
+    push = Trajectory.of([0.0, 0.3, 0.31, 0.32, 1.0], {"F": [0.0, 0.0, 100.0, 0.0, 0.0]})
+    run = lag2fmu.simulate(exported("cart_pole"), stop_time=1.0, step=1.0, tolerance=1e-9, inputs=push, kind=kind)
+    expected = integrate(load("cart_pole"), [0.0, 1.0], inputs=push).trajectory
+    assert run["x_dot"][-1] == pytest.approx(expected["x_dot"][-1], abs=1e-6)
+    assert abs(lag2fmu.simulate(exported("cart_pole"), stop_time=1.0, step=1.0)["x_dot"][-1] - run["x_dot"][-1]) > 0.1
+
+
+@pytest.mark.parametrize("kind", ["co-simulation", "model-exchange"])
+def test_a_motion_by_position_alone_gets_its_derivatives(kind, exported) -> None:
+    """y0 = sin(5 t) / 10 at 121 points, against the direct integration with its exact derivatives."""
+    times = np.linspace(0, 1.2, 121)
+    inputs = Trajectory.of(times, {"y0": np.sin(5 * times) / 10})
+    run = lag2fmu.simulate(
+        exported("motion_driven_pendulum"), stop_time=1.2, step=0.1, tolerance=1e-9, inputs=inputs, kind=kind
+    )
+    exact = integrate(load("motion_driven_pendulum"), run.time, inputs={"y0": sp.sin(5 * TIME) / 10}).trajectory
+    assert run["theta"] == pytest.approx(exact["theta"], abs=2e-6)
+
+
+def test_inputs_in_every_form(exported, tmp_path: Path) -> None:
+    times = np.linspace(0, 1, 11)
+    push = np.cos(3 * times)
+    trajectory = Trajectory.of(times, {"F": push})
+    trajectory.write_csv(tmp_path / "push.csv")
+    table = np.array(list(zip(times, push, strict=True)), dtype=[("time", float), ("F", float)])
+    forms = [trajectory, tmp_path / "push.csv", str(tmp_path / "push.csv"), {"time": times, "F": push}, table]
+    runs = [lag2fmu.simulate(exported("cart_pole"), stop_time=1.0, inputs=form) for form in forms]
+    assert all((run.values == runs[0].values).all() for run in runs)
+    function = lag2fmu.simulate(exported("cart_pole"), stop_time=1.0, inputs=lambda t: {"F": math.cos(3 * t)})
+    exact = integrate(load("cart_pole"), function.time, inputs={"F": sp.cos(3 * TIME)}).trajectory
+    assert function["x"] == pytest.approx(exact["x"], abs=1e-5)
+    with pytest.raises(LoadError, match="no column 'time'; there are F"):
+        lag2fmu.simulate(exported("cart_pole"), inputs={"F": push})
+    with pytest.raises(LoadError, match="the inputs are a float; give a Trajectory"):
+        lag2fmu.simulate(exported("cart_pole"), inputs=3.0)
+
+
+def test_an_fmu_that_was_run_is_as_new(exported) -> None:
+    """Other parameters, starts and inputs between leave nothing behind; so does a run that fails."""
+    fmu = exported("cart_pole")
+    first = lag2fmu.simulate(fmu, stop_time=1.0)
+    push = Trajectory.of([0.0, 1.0], {"F": [0.0, 9.0]})
+    values = {"m": 3.0, "theta": 0.2, "solver_step": 0.01}
+    assert (lag2fmu.simulate(fmu, stop_time=1.0, values=values, inputs=push).values != first.values).any()
+    assert (lag2fmu.simulate(fmu, stop_time=1.0).values == first.values).all()
+    with pytest.raises(SimulationError):
+        lag2fmu.simulate(fmu, stop_time=1.0, values={"m": 0.0, "M": 0.0})
+    assert (lag2fmu.simulate(fmu, stop_time=1.0).values == first.values).all()
 
 
 @pytest.mark.parametrize("kind", ["co-simulation", "model-exchange"])
@@ -96,8 +154,7 @@ def test_inputs_without_a_signal_keep_their_values_and_nothing_is_printed(kind, 
 def test_inputs_that_end_early_keep_their_last_value(kind, exported) -> None:
     inputs = Trajectory.of([0.0, 0.5], {"F": [0.0, 5.0]})
     run = lag2fmu.simulate(exported("cart_pole"), stop_time=1.0, step=0.25, tolerance=1e-9, inputs=inputs, kind=kind)
-    steps = Trajectory.of([0.0, 0.25, 0.5], {"F": [0.0, 2.5, 5.0]})
-    expected = integrate(load("cart_pole"), run.time, inputs=held(steps)).trajectory
+    expected = integrate(load("cart_pole"), run.time, inputs=inputs).trajectory
     assert run["x"] == pytest.approx(expected["x"], abs=1e-6)
 
 
@@ -138,7 +195,7 @@ def test_wrong_settings(settings: dict, sentence: str, exported) -> None:
         lag2fmu.simulate(exported("pendulum"), **settings)
 
 
-@pytest.mark.parametrize("given", [["y0"], ["y0", "y0_dot"], ["y0_ddot"], ["y0", "y0_ddot"]])
+@pytest.mark.parametrize("given", [["y0", "y0_dot"], ["y0_ddot"], ["y0", "y0_ddot"]])
 def test_a_motion_needs_its_derivatives(given: list[str], exported) -> None:
     missing = ", ".join(name for name in ("y0", "y0_dot", "y0_ddot") if name not in given)
     inputs = Trajectory.of([0.0, 1.0], {name: [0.0, 1.0] for name in given})

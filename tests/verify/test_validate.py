@@ -7,10 +7,10 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from sympy import Rational, cos, sin
+from sympy import Rational, cos, sign, sin
 
 import lag2fmu
-from lag2fmu.errors import ExportError, LoadError, MechanismError
+from lag2fmu.errors import ExportError, LoadError, MechanismError, SimulationError
 from lag2fmu.formats.loading import load, with_values
 from lag2fmu.mechanism import Body, Energy, Mechanism, coordinate, signal
 from lag2fmu.reference import Trajectory, integrate
@@ -231,6 +231,10 @@ def test_inputs_drive_both_sides(exported) -> None:
     without = lag2fmu.simulate(exported("cart_pole"), stop_time=0.6)
     ends = {label: run["x"][-1] for label, run in report.trajectories.items()}
     assert all(abs(end - without["x"][-1]) > 0.05 for end in ends.values()), "the inputs act"
+    assert np.ptp(list(ends.values())) < 1e-5, "linear inputs are the same whatever the communication step is"
+    report = lag2fmu.validate(exported("cart_pole"), stop_time=0.6, inputs=inputs, hold=True)
+    assert report.passed, str(report)
+    ends = {label: run["x"][-1] for label, run in report.trajectories.items()}
     held = [ends[label] for label in ends if label.startswith("co-simulation")]
     assert len({round(end, 9) for end in held}) == 3, "inputs held longer are other inputs"
 
@@ -238,25 +242,51 @@ def test_inputs_drive_both_sides(exported) -> None:
 def test_motion_inputs_drive_both_sides(exported) -> None:
     times = np.linspace(0.0, 0.6, 61)
     columns = {"y0": 0.1 * np.sin(5 * times), "y0_dot": 0.5 * np.cos(5 * times), "y0_ddot": -2.5 * np.sin(5 * times)}
-    report = lag2fmu.validate(exported("motion_driven_pendulum"), stop_time=0.6, inputs=Trajectory.of(times, columns))
+    inputs = Trajectory.of(times, columns)
+    report = lag2fmu.validate(exported("motion_driven_pendulum"), stop_time=0.6, inputs=inputs, hold=True)
     assert report.passed, str(report)
     names = [check.name for check in report.checks if check.name.startswith("energy")]
     assert names == [POINTWISE_ENERGY], "motions that are held jump, and the energy with them"
 
 
+def test_a_motion_by_position_alone_drives_both_sides(exported) -> None:
+    times = np.linspace(0.0, 0.6, 61)
+    inputs = Trajectory.of(times, {"y0": 0.1 * np.sin(5 * times)})
+    shares: list[float] = []
+    report = lag2fmu.validate(exported("motion_driven_pendulum"), stop_time=0.6, inputs=inputs, progress=shares.append)
+    assert report.passed, str(report)
+    assert len([check for check in report.checks if check.name.startswith("energy")]) == 2, "a smooth motion"
+    assert shares == sorted(shares)
+    assert 0.4 < shares[-1] <= 1.0
+
+
 def test_other_inputs_on_the_two_sides_would_show(exported, monkeypatch) -> None:
     """The reference with inputs of the last step, as if the FMU took them one step late."""
-    module = sys.modules["lag2fmu.verify.validate"]  # lag2fmu.verify.validate is the function
+    module = sys.modules["lag2fmu.verify.task"]
     original = module.held
     times = np.linspace(0.0, 0.6, 13)
     late = lambda run: original(Trajectory(run.time, run.names, np.roll(run.values, 1, axis=0)))  # noqa: E731
     monkeypatch.setattr(module, "held", late)
     inputs = Trajectory.of(times, {"F": 3 * np.sin(4 * times)})
-    report = lag2fmu.validate(exported("cart_pole"), stop_time=0.6, inputs=inputs)
+    report = lag2fmu.validate(exported("cart_pole"), stop_time=0.6, inputs=inputs, hold=True)
     assert failed(report) >= TRAJECTORIES
 
 
 # ------------------------------------------------------------------------------------------------------------ errors
+
+
+def test_dry_friction_is_named_with_a_remedy() -> None:
+    """A mass that sticks at 0.2 m: nothing passes the jump of the force, whoever fails first."""
+    x = coordinate("x", "m", start=1.0)
+    friction = Mechanism(
+        "friction",
+        coordinates=[x],
+        bodies=[Body("mass", 1.0, (x, 0))],
+        energy=Energy(potential=5 * x**2),
+        forces={x: -2 * sign(x.dot)},
+    )
+    with pytest.raises(SimulationError, match=r"jump with sign\(x_dot\).* such as tanh\(\(x_dot\)/w\)"):
+        lag2fmu.validate(friction)
 
 
 def test_an_fmu_without_a_mechanism(tmp_path) -> None:

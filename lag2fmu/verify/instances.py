@@ -1,0 +1,202 @@
+"""FMUs as fmpy loads them: unpacked, instantiated, kept for the next run.
+
+The next run of the same file resets an FMU of lag2fmu instead of unpacking and loading it again; FMUs of other tools
+are loaded anew, for many cannot be reset.
+"""
+
+from __future__ import annotations
+
+import atexit
+import tempfile
+import threading
+from collections.abc import Iterator, Mapping, Sequence
+from contextlib import contextmanager
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from lag2fmu.errors import LoadError, SimulationError
+from lag2fmu.fmu.pack import DESCRIPTION, opened
+from lag2fmu.fmu.xml_tree import parse
+
+Floats = NDArray[np.float64]
+
+_WARNING, _OK = 1, 0
+_KEPT = 4
+"""So many instances wait for another run at most."""
+
+
+class Log:
+    """Collects what an FMU says; its last sentences go into the error if a run fails."""
+
+    def __init__(self) -> None:
+        self.sentences: list[str] = []
+        self.warnings: list[str] = []
+
+    def __call__(self, environment: object, instance: bytes, status: int, category: bytes, message: bytes) -> None:
+        """The logger of FMI 2.0.5, section 2.1.5; sentences below a warning are dropped."""
+        if status > _OK:
+            self.sentences.append(message.decode("utf-8", "replace"))
+        if status == _WARNING:
+            self.warnings.append(self.sentences[-1])
+
+    def clear(self) -> None:
+        """Forget everything, before another run."""
+        self.sentences.clear()
+        self.warnings.clear()
+
+    def tail(self) -> str:
+        """The last sentences, for an error."""
+        return " | ".join(self.sentences[-3:]) or "the FMU gave no reason"
+
+
+class Instance:
+    """An instance of the FMU ``path``: ``fmu`` of fmpy, its ``description``, its ``log``."""
+
+    def __init__(self, path: Path, description: Any, kind: str) -> None:
+        """Unpack and instantiate; raises SimulationError."""
+        import fmpy
+        from fmpy.simulation import instantiate_fmu
+
+        self.description, self.log = description, Log()
+        self._files = tempfile.TemporaryDirectory(prefix="lag2fmu-", ignore_cleanup_errors=True)
+        self.folder = self._files.name
+        try:
+            fmpy.extract(str(path), self.folder)
+            self.fmu = instantiate_fmu(self.folder, description, kind, logger=self.log, debug_logging=True)
+        except Exception as error:  # fmpy raises bare exceptions
+            self._files.cleanup()
+            raise SimulationError(f"'{path}': cannot be instantiated: {error}; {self.log.tail()}") from error
+
+    @property
+    def lasting(self) -> bool:
+        """Whether it can be reset for another run."""
+        return str(self.description.generationTool or "").startswith("lag2fmu")
+
+    def reset(self) -> None:
+        """Back to where it was instantiated."""
+        self.fmu.reset()
+        self.log.clear()
+
+    def close(self) -> None:
+        """Free it and remove its files."""
+        self.fmu.freeInstance()
+        self._files.cleanup()
+
+
+_waiting: dict[tuple[object, ...], Instance] = {}
+_lock = threading.Lock()
+
+
+@contextmanager
+def instance_of(path: Path, kind: str) -> Iterator[Instance]:
+    """An instance of the FMU ``path`` to run from its start, for ``kind`` CoSimulation or ModelExchange of fmpy.
+
+    Raises LoadError for a file that is no FMU, SimulationError for one that cannot be instantiated.
+    """
+    key = (*_state_of(path), kind)
+    with _lock:
+        found = _waiting.pop(key, None)
+    instance = Instance(path, description_of(path), kind) if found is None else found
+    try:
+        if found is not None:
+            instance.reset()
+        yield instance
+    except BaseException:
+        instance.close()
+        raise
+    if instance.lasting:
+        _keep(key, instance)
+    else:
+        instance.close()
+
+
+def _keep(key: tuple[object, ...], instance: Instance) -> None:
+    with _lock:
+        dropped = [_waiting.pop(key)] if key in _waiting else []
+        _waiting[key] = instance
+        if len(_waiting) > _KEPT:
+            dropped.append(_waiting.pop(next(iter(_waiting))))
+    for other in dropped:
+        other.close()
+
+
+@atexit.register
+def _close_all() -> None:
+    while _waiting:
+        _waiting.popitem()[1].close()
+
+
+_descriptions: dict[tuple[object, ...], Any] = {}
+
+
+def description_of(path: Path) -> Any:
+    """The model description of the FMU ``path`` as fmpy reads it; raises LoadError."""
+    import fmpy
+
+    key = _state_of(path)
+    if key not in _descriptions:
+        try:
+            with opened(path) as archive:
+                parse(archive.read(DESCRIPTION), DESCRIPTION)  # it refuses what would take all memory
+            found = fmpy.read_model_description(str(path), validate=False)
+        except LoadError:
+            raise
+        except Exception as error:  # fmpy raises bare exceptions
+            raise LoadError(f"'{path}': is no FMU that can be read: {error}") from error
+        while len(_descriptions) >= _KEPT:
+            _descriptions.pop(next(iter(_descriptions)))
+        _descriptions[key] = found
+    return _descriptions[key]
+
+
+def _state_of(path: Path) -> tuple[object, ...]:
+    """What tells a file from another one at the same place."""
+    if not path.exists():
+        raise LoadError(f"'{path}': there is no such FMU")
+    state = path.stat()
+    return str(path.resolve()), state.st_ino, state.st_mtime_ns, state.st_size
+
+
+# -------------------------------------------------------------------------------------------------------- other uses
+
+
+def offers_model_exchange(path: Path) -> bool:
+    """Whether the FMU ``path`` can be run in model exchange; an FMU of the python backend cannot."""
+    return description_of(path).modelExchange is not None
+
+
+class Evaluation:
+    """An instance in a mode where states can be set, for evaluating the FMU's equations at single states."""
+
+    def __init__(self, instance: Instance) -> None:
+        self._instance = instance
+        self._references = {v.name: v.valueReference for v in instance.description.modelVariables}
+
+    def evaluate(self, values: Mapping[str, float], names: Sequence[str]) -> Floats:
+        """Set ``values`` (states, inputs and parameters, SI) and get ``names``: (len(names),)."""
+        fmu = self._instance.fmu
+        try:
+            fmu.setReal([self._references[name] for name in values], list(values.values()))
+            return np.array(fmu.getReal([self._references[name] for name in names]))
+        except Exception as error:  # fmpy raises bare exceptions
+            raise SimulationError(f"the FMU could not be evaluated: {error}; {self._instance.log.tail()}") from error
+
+
+@contextmanager
+def evaluation(path: Path) -> Iterator[Evaluation]:
+    """An ``Evaluation`` of the FMU ``path``; raises SimulationError if it cannot be made.
+
+    In continuous-time mode of model exchange or, where the FMU has none, in initialization mode of co-simulation.
+    """
+    kind = "ModelExchange" if offers_model_exchange(path) else "CoSimulation"
+    with instance_of(path, kind) as instance:
+        instance.fmu.setupExperiment(startTime=0.0)
+        instance.fmu.enterInitializationMode()
+        if kind == "ModelExchange":
+            instance.fmu.exitInitializationMode()
+            instance.fmu.newDiscreteStates()
+            instance.fmu.enterContinuousTimeMode()
+        yield Evaluation(instance)
