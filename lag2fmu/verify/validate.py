@@ -17,6 +17,7 @@ from lag2fmu.dynamics import derive
 from lag2fmu.errors import SimulationError
 from lag2fmu.fmu import suited_solver
 from lag2fmu.mechanism import Mechanism, names
+from lag2fmu.mechanism.display import display_units
 from lag2fmu.reference import Equations, Reference, Trajectory, held, integrate
 from lag2fmu.reference.signals import Inputs
 from lag2fmu.verify.invariants import action_note, drift_checks, hamilton_checks
@@ -70,6 +71,7 @@ def validate_fmu(
         notes=(*_notes(task, reference), *analysis_notes, *_solver_notes(task, warnings)),
         coordinates=tuple(c.name for c in mechanism.coordinates),
         trajectories={DIRECT: reference.trajectory, **runs},
+        units=display_units(mechanism),
     )
 
 
