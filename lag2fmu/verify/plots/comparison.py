@@ -4,16 +4,18 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 
+import matplotlib as mpl
 import numpy as np
 from matplotlib.figure import Figure
 
 from lag2fmu.mechanism.units import Unit
 from lag2fmu.reference import Trajectory
-from lag2fmu.verify.plots.figures import LINE, by_unit, in_units
+from lag2fmu.verify.plots.figures import LETTERS, LINE, by_unit, in_units
 
 _MAX_CURVES, _DOTS = 6, 80
 
 
+@mpl.rc_context(LETTERS)
 def comparison(
     title: str, coordinates: Sequence[str], trajectories: Mapping[str, Trajectory], units: Mapping[str, Unit]
 ) -> Figure:

@@ -18,6 +18,8 @@ from lag2fmu.mechanism.units import Unit
 from lag2fmu.reference import Trajectory
 
 Floats = NDArray[np.float64]
+LETTERS: Any = {"font.family": "serif"}
+"""In which I and l can be told apart."""
 LINE: dict[str, Any] = {"linewidth": 1.2}
 MOST_CURVES = 8
 """In one panel; a figure says what it leaves out."""

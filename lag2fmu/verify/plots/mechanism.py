@@ -6,6 +6,7 @@ from collections.abc import Iterable
 from dataclasses import replace
 from typing import Any
 
+import matplotlib as mpl
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
@@ -31,7 +32,7 @@ from lag2fmu.errors import DerivationError, LoadError
 from lag2fmu.mechanism import Coordinate, Mechanism
 from lag2fmu.mechanism.units import DIMENSIONLESS
 from lag2fmu.reference import integrate
-from lag2fmu.verify.plots.figures import LINE, dressed, labelled, say
+from lag2fmu.verify.plots.figures import LETTERS, LINE, dressed, labelled, say
 
 _MODES, _ROW, _LISTED = 8, 4, 6
 """Modes that are drawn, and in one row; coordinates of an equilibrium that are written."""
@@ -44,6 +45,7 @@ _WIDTH, _HEIGHT, _FINE = 9.0, 5.8, 5.0
 Marks = Iterable[Stroke | Disc]
 
 
+@mpl.rc_context(LETTERS)
 def mechanism_figure(mechanism: Mechanism) -> Figure:
     """The scene of ``mechanism`` with its normal modes, or its potential energy over q if it has no bodies.
 

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 
+import matplotlib as mpl
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
@@ -20,7 +21,7 @@ from lag2fmu.mechanism.display import display_units
 from lag2fmu.mechanism.names import velocity
 from lag2fmu.mechanism.units import Unit
 from lag2fmu.reference import Trajectory
-from lag2fmu.verify.plots.figures import LINE, MOST_CURVES, by_unit, dressed, in_units, labelled, say
+from lag2fmu.verify.plots.figures import LETTERS, LINE, MOST_CURVES, by_unit, dressed, in_units, labelled, say
 from lag2fmu.verify.plots.mechanism import draw_marks
 
 Floats = NDArray[np.float64]
@@ -46,6 +47,7 @@ def _states(mechanism: Mechanism) -> tuple[str, ...]:
     return (*q, *map(velocity, q))
 
 
+@mpl.rc_context(LETTERS)
 def motion_figure(
     title: str, run: Trajectory, mechanism: Mechanism | None = None, signals: Trajectory | None = None
 ) -> Figure:
