@@ -73,9 +73,19 @@ def _sliding(canvas: Canvas, layout: Layout, spot: int, name: str) -> None:
     """An arrow beside what a coordinate shifts."""
     beside = max(BOX[1], layout.radius(spot)) + 3.0
     start = layout.at_start[spot] + beside * layout.across(spot)
-    end = start + 8.0 * layout.direction(spot)
+    end = start + 8.0 * _forward(layout, spot, name)
     canvas.stroke(f"coordinates.{name}", "coordinate", glyphs.arrow(start, end, 1.6))
     canvas.name(f"coordinates.{name}", "coordinate", pretty(name), end, 1.0)
+
+
+def _forward(layout: Layout, spot: int, name: str) -> Floats:
+    """The direction (2,) in which the spot slides as the coordinate, or motion, grows."""
+    along = layout.direction(spot)
+    coordinates = [c.name for c in layout.mechanism.coordinates]
+    if name not in coordinates:
+        return along
+    moved = layout.view.flat(layout.skeleton.spot_slopes[spot][:, coordinates.index(name), 0])
+    return -along if float(moved @ along) < 0 else along
 
 
 def _frames(canvas: Canvas, layout: Layout) -> None:

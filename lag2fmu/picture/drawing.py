@@ -14,6 +14,7 @@ from lag2fmu.picture.annotations import annotate
 from lag2fmu.picture.forces import draw_forces
 from lag2fmu.picture.labels import pretty
 from lag2fmu.picture.layout import BOX, Layout
+from lag2fmu.picture.pulleys import draw_pulley
 from lag2fmu.picture.scene import Canvas, Disc, Scene, Stroke
 from lag2fmu.picture.shapes import BALL, CUBOID, DISC, PARTICLE, ROD, Shape
 
@@ -46,6 +47,9 @@ def draw(layout: Layout) -> Scene:
     canvas, flat = Canvas(), layout.at_start
     if layout.shift:
         canvas.notes.append("Coordinates are displacements: the bodies are drawn side by side.")
+    if layout.pulley is not None:
+        canvas.notes.append("Ropes and pulleys are drawn as the bodies move; they have no mass.")
+        draw_pulley(canvas, layout.pulley, flat, BOX[0])
     _grounds(canvas, layout)
     _links(canvas, layout, flat)
     _bodies(canvas, layout, flat, layout.shapes)

@@ -10,14 +10,15 @@ from lag2fmu.graph.batches import Floats, Values
 from lag2fmu.mechanism import Mechanism
 from lag2fmu.picture.attachments import attachments
 from lag2fmu.picture.loops import add_loops
+from lag2fmu.picture.pulleys import Pulley, hung
 from lag2fmu.picture.shapes import BALL, DISC, PARTICLE, Shape, shape_of
 from lag2fmu.picture.skeleton import Skeleton
 from lag2fmu.picture.view import view_of
 
 SIZE, DISPLACED = 60.0, 8.0
 """The length of the mechanism in units of the picture; that of displacements where bodies are drawn side by side."""
-GAP, BOX = 28.0, (6.2, 3.6)
-"""Between bodies drawn side by side and to walls; half the edges of what slides."""
+GAP, BOX, HUNG = 28.0, (6.2, 3.6), 22.0
+"""Between bodies drawn side by side and to walls; half the edges of what slides; between masses on ropes."""
 
 
 class Layout:
@@ -25,7 +26,7 @@ class Layout:
 
     ``at_start`` (spots, 2): the spots of the skeleton in the picture; ``rails``: {spot: direction (2,)} of what can
     move along a line only; ``shapes``: {body: its shape}; ``unit``: metres for a unit of the picture; ``shift``:
-    {spot: (2,)} of bodies that are drawn beside where they are.
+    {spot: (2,)} of bodies that are drawn beside where they are; ``pulley``: that on which all of them hang, if they do.
     """
 
     def __init__(self, mechanism: Mechanism) -> None:
@@ -39,6 +40,7 @@ class Layout:
         self.rails = {i: self.view.flat(along) for i, along in self.skeleton.rails().items()}
         self.shapes = self.shapes_at(self.values, self.positions)
         self.unit = self._unit()
+        self.pulley = self._pulley()
         self.shift = self._side_by_side()
         self.at_start = self.at(self.positions)
 
@@ -76,11 +78,21 @@ class Layout:
         """{spot: shift (2,)} of bodies that would be drawn over each other: along what joins them, else across."""
         if not self._crowded():
             return {}
+        if self.pulley is not None:
+            return {i: HUNG * k * np.array([1.0, 0.0]) for k, i in enumerate(self.pulley.masses())}
         spots = list(dict.fromkeys(self.skeleton.place.values()))
         joined = any(a is not None and len(a.ends) == 2 for _, a in self.attached)
         along = self.direction(spots[0])
         step = along if joined else np.array([abs(along[1]), abs(along[0])])
         return {i: GAP * k * step for k, i in enumerate(spots)}
+
+    def _pulley(self) -> Pulley | None:
+        """The fixed pulley where bodies that go up and down move as if on ropes."""
+        spots = list(dict.fromkeys(self.skeleton.place.values()))
+        if not self._crowded() or self.attached or not all(self.upright(i) for i in spots):
+            return None
+        down = self.view.down
+        return hung({i: np.asarray(down) @ self.skeleton.spot_slopes[i][:, :, 0] for i in spots})
 
     def direction(self, spot: int) -> Floats:
         """In which direction (2,) of the picture the spot can move."""

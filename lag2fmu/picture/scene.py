@@ -36,6 +36,7 @@ STYLES: Mapping[str, Style] = {
     "axis": Style("#9aa7b4", 0.4, "#9aa7b4"),
     "guide": Style("#9aa7b4", 0.35, dashed=True),
     "link": Style("#44525f", 0.9),
+    "rope": Style("#44525f", 0.45),
     "rod edge": Style("#27435c", 2.7),
     "rod": Style("#a9c6df", 2.0),
     "shape": Style("#27435c", 0.5, "#cfdfec"),

@@ -127,9 +127,34 @@ class Skeleton:
         here = self.spot(self.put.vector(position))
         if not self.reads:
             return here
-        for step in steps(tuple(map(self.written, position)), self.order):
+        found = steps(tuple(map(self.written, position)), self.order)
+        carrier = self._carrier(here) if found and found[-1].kind == ARM and not self._rigid_step(found[-1]) else None
+        if carrier is not None:
+            self.join(part, carrier, here, arm=True)
+            for name in found[-1].names:
+                self.hinges.setdefault(name, carrier)
+            for name in found[-1].lengths:
+                self.stretches.setdefault(name, (carrier, here))
+            return here
+        for step in found:
             here = self._add_step(part, step)
         return here
+
+    def _rigid_step(self, step: Step) -> bool:
+        return self._apart(*(self.spot(self.put.vector(x)) for x in (step.start, step.end)))
+
+    def _carrier(self, here: int) -> int | None:
+        """The first place that moves and from which ``here`` stays as far as it is, as a load from a trolley."""
+        still = self.still() if self.place else set()
+        places = dict.fromkeys(self.place.values())
+        return next((i for i in places if i != here and i not in still and self._apart(i, here)), None)
+
+    def _apart(self, one: int, other: int) -> bool:
+        """Whether two spots keep their distance whatever the coordinates are, motions being held."""
+        g = self.graph
+        vector = [g.subtract(y, x) for x, y in zip(self._nodes[one], self._nodes[other], strict=True)]
+        slopes, length = self.slopes([g.dot(vector, vector)]), evaluate(g, [g.dot(vector, vector)], self.samples)
+        return bool(np.abs(slopes).max() <= 1e-9 * max(float(np.abs(length).max()), 1e-300))
 
     def _add_step(self, part: str, step: Step) -> int:
         start, end = (self.spot(self.put.vector(x)) for x in (step.start, step.end))

@@ -10,6 +10,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from lag2fmu.errors import ExportError
+from lag2fmu.language.units import Unit
 from lag2fmu.reference import Trajectory
 
 if TYPE_CHECKING:
@@ -42,7 +43,8 @@ class Report:
     """The outcome of ``validate``.
 
     ``checks`` in order; ``trajectories`` by label, for the plot ('direct integration' and one a run of the FMU);
-    ``notes`` say what the numbers mean; ``coordinates`` names the curves to be plotted, in SI units over time in s.
+    ``notes`` say what the numbers mean; ``coordinates`` names the curves to be plotted over time in s, in
+    ``units``; the ``trajectories`` are in SI units.
     """
 
     title: str
@@ -50,6 +52,7 @@ class Report:
     notes: tuple[str, ...]
     coordinates: tuple[str, ...]
     trajectories: Mapping[str, Trajectory] = field(repr=False)
+    units: Mapping[str, Unit] = field(default_factory=dict, repr=False)
 
     @property
     def passed(self) -> bool:
@@ -114,4 +117,4 @@ class Report:
         """Coordinates over time, the direct integration against the FMU, and below it their difference."""
         from lag2fmu.verify.plots import comparison
 
-        return comparison(self.title, self.coordinates, self.trajectories)
+        return comparison(self.title, self.coordinates, self.trajectories, self.units)

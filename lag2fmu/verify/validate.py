@@ -22,6 +22,7 @@ from lag2fmu.dynamics.lagrange import complete
 from lag2fmu.errors import SimulationError
 from lag2fmu.fmu import suited_solver
 from lag2fmu.mechanism import Mechanism
+from lag2fmu.mechanism.display import display_units
 from lag2fmu.reference import Equations, Reference, Trajectory, integrate, remedy_of_jumps
 from lag2fmu.verify.instances import description_of, offers_model_exchange
 from lag2fmu.verify.invariants import action_note, drift_checks, hamilton_checks
@@ -90,6 +91,7 @@ def validate_fmu(
         notes=(*_notes(task, reference), *analysis_notes, *_solver_notes(task, warnings)),
         coordinates=tuple(c.name for c in mechanism.coordinates),
         trajectories={DIRECT: reference.trajectory, **runs},
+        units=display_units(mechanism),
     )
 
 

@@ -14,10 +14,12 @@ import sympy as sp
 from lag2fmu.dynamics import derive
 from lag2fmu.errors import DerivationError
 from lag2fmu.formats.loading import bundled, load
+from lag2fmu.formats.text import read
 from lag2fmu.mechanism import Body, Gravity, Load, Mechanism, Point, Spring, coordinate, parameter, signal
 from lag2fmu.picture import Disc, Layout, Scene, Stroke, draw, drawable, layout_of, posture, pretty
 from lag2fmu.picture.arms import ARM, CONSTANT, SHIFT, steps
 from lag2fmu.picture.attachments import attach, attachments
+from lag2fmu.picture.pulleys import hung
 from lag2fmu.picture.shapes import BALL, DISC, PARTICLE, ROD
 from lag2fmu.reference import integrate
 
@@ -240,6 +242,52 @@ def test_bodies_at_one_place_are_drawn_side_by_side() -> None:
     assert boxes[0].max() < boxes[1].min()
     assert boxes[1].max() < boxes[2].min()
     assert any("side by side" in note for note in scene.notes)
+
+
+def test_an_atwood_machine_hangs_on_its_ropes() -> None:
+    """Ropes go straight up from the masses to the rims; the lower pulley hangs between the masses it carries."""
+    scene = draw(layout("double_atwood"))
+    rims = [m for m in scene.marks if isinstance(m, Disc) and (m.part, m.style) == ("pulleys", "shape")]
+    ropes = [np.array(m.points) for m in scene.marks if m.style == "rope"]
+    lower, fixed = sorted(rims, key=lambda disc: disc.center[1])
+    assert np.hypot(*np.subtract(fixed.center, lower.center)) > fixed.radius + lower.radius
+    assert all(rope[0, 0] == pytest.approx(rope[1, 0]) for rope in ropes)
+    assert lower.center[0] == pytest.approx(fixed.center[0] + fixed.radius)
+    x = {name: np.mean(np.array(marks_of(scene, f"bodies.{name}")[0].points)[:4, 0]) for name in BODIES}
+    assert x["first"] == pytest.approx(fixed.center[0] - fixed.radius)
+    assert lower.center[0] == pytest.approx((x["second"] + x["third"]) / 2)
+    arrow = next(np.array(m.points) for m in scene.marks if m.part == "coordinates.x")
+    assert arrow[-1, 1] < arrow[0, 1], "x grows downwards"
+    assert hung({0: np.array([1.0]), 1: np.array([1.0])}) is None
+
+
+def test_a_load_hangs_from_its_trolley() -> None:
+    """Where the position of the load is written from the tower, the rope is drawn from what keeps its distance."""
+    mechanism = read(TOWER, "tower.toml")
+    found = layout_of(mechanism).skeleton
+    ends = {link.part: link.ends for link in found.links}
+    assert ends["load"] == (found.place["trolley"], found.place["load"])
+    assert found.hinges["a"] == found.place["trolley"]
+    assert found.stretches["l"] == ends["load"]
+
+
+BODIES = ("first", "second", "third")
+TOWER = """
+[mechanism]
+name = "tower"
+[coordinates]
+phi = { start = 0.3 }
+s = { start = 12 }
+a = { start = 0.2 }
+[inputs]
+l = { start = 8, motion = true }
+[bodies.trolley]
+mass = 1
+position = ["s*cos(phi)", "s*sin(phi)", "20"]
+[bodies.load]
+mass = 1
+position = ["(s + l*sin(a))*cos(phi)", "(s + l*sin(a))*sin(phi)", "20 - l*cos(a)"]
+"""
 
 
 def test_names_are_written_by_hand() -> None:

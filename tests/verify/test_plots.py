@@ -13,10 +13,12 @@ from matplotlib.image import imread
 
 from lag2fmu.errors import LoadError
 from lag2fmu.formats.loading import load
+from lag2fmu.formats.text import read
 from lag2fmu.language.expressions import symbol
 from lag2fmu.mechanism import Mechanism
+from lag2fmu.mechanism.display import display_units
 from lag2fmu.reference import Trajectory, integrate
-from lag2fmu.verify.plots import mechanism_figure, motion_figure, save
+from lag2fmu.verify.plots import comparison, mechanism_figure, motion_figure, save
 
 
 def foot(figure: Figure) -> str:
@@ -115,7 +117,9 @@ def test_a_run_is_shown_in_time_and_in_both_spaces(tmp_path: Path) -> None:
     assert titles(figure)[:2] == ["coordinates", "velocities"]
     assert {"energies", "paths of the bodies", "configuration path", "phase portrait"} <= set(titles(figure))
     panels = {axes.get_title(): axes for axes in figure.axes}
-    np.testing.assert_array_equal(panels["configuration path"].lines[0].get_xydata(), run.columns(["theta1", "theta2"]))
+    path = panels["configuration path"].lines[0].get_xydata()
+    assert len(path) > 1000
+    np.testing.assert_array_equal(path[:: len(path) // 50], run.columns(["theta1", "theta2"]))
     drift = next(axes for title, axes in panels.items() if title.startswith("drift of the conserved energy"))
     assert np.abs(drift.lines[0].get_ydata()).max() < 1e-6
     T, V, total = (line.get_ydata() for line in panels["energies"].lines)
@@ -124,6 +128,62 @@ def test_a_run_is_shown_in_time_and_in_both_spaces(tmp_path: Path) -> None:
     np.testing.assert_allclose(T + V, total)
     save(figure, tmp_path / "x.png")
     assert np.std(imread(tmp_path / "x.png")[:, :, 0]) > 0.02
+
+
+def test_curves_between_few_points_follow_the_motion() -> None:
+    """The path between ten points is that of a run with a thousand, to the fourth order of their distance."""
+    mechanism = load("double_pendulum")
+    coarse, fine = (integrate(mechanism, np.linspace(0.0, 0.5, n), rtol=1e-9).trajectory for n in (11, 1001))
+    axes = next(a for a in motion_figure("x", coarse, mechanism).axes if a.get_title() == "coordinates")
+    for line, name in zip(axes.lines, ("theta1", "theta2"), strict=True):
+        time, column = line.get_data()
+        assert np.abs(column - np.interp(time, fine.time, fine[name])).max() < 1e-3 * np.ptp(fine[name])
+
+
+CRANE = """
+[mechanism]
+name = "crane"
+[parameters]
+m = { value = 50, unit = "kg" }
+l = { value = 2, unit = "m" }
+[coordinates]
+x = { unit = "mm", start = 100 }
+theta = { unit = "deg", start = 30 }
+[inputs]
+F = { unit = "kN" }
+[gravity]
+acceleration = "9.81"
+[bodies.trolley]
+mass = "2*m"
+position = ["x", "0"]
+[bodies.load]
+mass = "m"
+position = ["x + l*sin(theta)", "-l*cos(theta)"]
+[forces]
+x = "F"
+[outputs]
+number = { expression = "theta", unit = "1" }
+"""
+
+
+def test_axes_have_one_display_unit_each() -> None:
+    """Inputs, coordinates and velocities in the units they are declared in; never metres beside radians."""
+    mechanism = read(CRANE, "crane.toml")
+    run = motion(mechanism)
+    signals = Trajectory.of([0.0, 0.5], {"F": [0.0, 2000.0]})
+    figure = motion_figure("crane", run, mechanism, signals)
+    found = [(a.get_title(), a.get_ylabel(), [line.get_label() for line in a.lines]) for a in figure.axes]
+    assert ("inputs", "in kN", ["F"]) in found
+    assert ("coordinates", "in mm", ["x"]) in found
+    assert ("coordinates", "in deg", ["θ"]) in found
+    assert ("velocities", "in deg/s", ["dθ/dt"]) in found
+    assert ("outputs", "", ["number"]) in found
+    histories = [a for a in figure.axes if a.get_title() in ("inputs", "coordinates")]
+    lines = {line.get_label(): line.get_ydata() for a in histories for line in a.lines}
+    assert lines["F"].tolist() == [0.0, 2.0]
+    assert [lines["x"][0], lines["θ"][0]] == pytest.approx([100.0, 30.0])
+    direct = comparison("x", ["x", "theta"], {"a": run, "b": run}, display_units(mechanism))
+    assert [a.get_ylabel() for a in direct.axes] == ["in mm", "in deg", "largest |difference| / range"]
 
 
 def test_damping_is_not_called_a_drift() -> None:

@@ -3,16 +3,23 @@
 from __future__ import annotations
 
 import textwrap
-from collections.abc import Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
 import matplotlib as mpl
+import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
+from numpy.typing import NDArray
 
 from lag2fmu.errors import ExportError
+from lag2fmu.language.units import Unit
+from lag2fmu.reference import Trajectory
 
+Floats = NDArray[np.float64]
+LETTERS: Any = {"font.family": "serif"}
+"""In which I and l can be told apart."""
 LINE: dict[str, Any] = {"linewidth": 1.2}
 MOST_CURVES = 8
 """In one panel; a figure says what it leaves out."""
@@ -25,6 +32,24 @@ def dressed(axes: Axes, title: str = "", horizontal: str = "", vertical: str = "
     axes.set_ylabel(vertical, fontsize=9)
     axes.tick_params(labelsize=8)
     axes.grid(True, alpha=0.3)
+
+
+def labelled(name: str, unit: Unit | None) -> str:
+    """``name in unit``, or the name alone where there is no unit."""
+    return f"{name} in {unit.name}".strip() if unit is not None and unit.name else name
+
+
+def by_unit(names: Iterable[str], units: Mapping[str, Unit]) -> dict[str, list[str]]:
+    """{name of a unit, '' for none: the ``names`` in it}, so that each axis has one unit."""
+    groups: dict[str, list[str]] = {}
+    for name in names:
+        groups.setdefault(units[name].name if name in units else "", []).append(name)
+    return groups
+
+
+def in_units(run: Trajectory, units: Mapping[str, Unit]) -> dict[str, Floats]:
+    """{name: (m,)} of the columns of ``run`` in ``units``."""
+    return {name: units[name].from_si(run[name]) if name in units else run[name] for name in run.names}
 
 
 def say(figure: Figure, sentences: Sequence[str]) -> None:

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterable
 from typing import Any
 
+import matplotlib as mpl
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
@@ -15,10 +16,11 @@ from lag2fmu.analysis.evaluation import at, driven_by_time, operating_inputs
 from lag2fmu.dynamics import EquationsOfMotion, derive
 from lag2fmu.errors import DerivationError, LoadError
 from lag2fmu.graph.batches import Floats, evaluate
+from lag2fmu.language.units import DIMENSIONLESS
 from lag2fmu.mechanism import Coordinate, Mechanism
 from lag2fmu.picture import STYLES, Disc, Layout, Scene, Stroke, draw, drawable, layout_of, posture, pretty
 from lag2fmu.reference import integrate
-from lag2fmu.verify.plots.figures import LINE, dressed, say
+from lag2fmu.verify.plots.figures import LETTERS, LINE, dressed, labelled, say
 
 _MODES, _ROW, _LISTED = 8, 4, 6
 """Modes that are drawn, and in one row; coordinates of an equilibrium that are written."""
@@ -31,6 +33,7 @@ _WIDTH, _HEIGHT, _FINE = 9.0, 5.8, 5.0
 Marks = Iterable[Stroke | Disc]
 
 
+@mpl.rc_context(LETTERS)
 def mechanism_figure(mechanism: Mechanism) -> Figure:
     """The scene of ``mechanism`` with its normal modes, or its potential energy over q if it has no bodies.
 
@@ -69,7 +72,8 @@ def _with_modes(equations: EquationsOfMotion) -> Figure:
     for number, mode in enumerate(shown):
         axes = figure.add_subplot(grid[1 + number // columns, number % columns])
         _draw_mode(axes, equations, layout, values, mode)
-        axes.set_title(f"mode {number + 1}: {_rate(mode)}", fontsize=9)
+        caption = f"mode {number + 1}: {_rate(mode)}"
+        axes.set_title(caption.replace(", ", "\n") if columns > 2 else caption, fontsize=9)
     if len(modes) > len(shown):
         notes.append(f"{len(modes) - len(shown)} faster modes are left out.")
     say(figure, notes)
@@ -101,10 +105,14 @@ def _modes(equations: EquationsOfMotion) -> tuple[tuple[Mode, ...], dict[str, An
 
 def _place(mechanism: Mechanism, q: Floats) -> str:
     """Where an equilibrium is; of many coordinates those that are not zero."""
-    values = [(pretty(c.name), x) for c, x in zip(mechanism.coordinates, q, strict=True)]
+    units = [c.unit or DIMENSIONLESS for c in mechanism.coordinates]
+    values = [
+        (f"{pretty(c.name)} = {unit.from_si(x):.4g} {unit.name}".strip(), x)
+        for c, unit, x in zip(mechanism.coordinates, units, q, strict=True)
+    ]
     if len(values) <= _LISTED:
-        return ", ".join(f"{name} = {x:.4g}" for name, x in values)
-    moved = [f"{name} = {x:.4g}" for name, x in values if x]
+        return ", ".join(text for text, _ in values)
+    moved = [text for text, x in values if x]
     shown = [*moved[:_LISTED], "..."] if len(moved) > _LISTED else moved
     return ", ".join(shown or ["q = 0"]) + (" (the others 0)" if shown and len(moved) <= _LISTED else "")
 
@@ -208,19 +216,22 @@ def _potential(equations: EquationsOfMotion) -> Figure:
     V = evaluate(equations.graph, node, values)[0]
     figure = Figure(figsize=(7, 6), layout="constrained")
     axes = figure.subplots()
-    labels = [_label(c) for c in mechanism.coordinates]
+    units = [c.unit or DIMENSIONLESS for c in mechanism.coordinates]
+    labels = [labelled(pretty(c.name), c.unit) for c in mechanism.coordinates]
+    sides = [unit.from_si(side) for unit, side in zip(units, sides, strict=True)]
+    shown = np.stack([unit.from_si(x) for unit, x in zip(units, path.T, strict=True)])
     if len(sides) == 1:
         axes.plot(sides[0], V, color="0.3", **LINE)
         on_path = evaluate(equations.graph, node, at(equations, values, path.T, 0 * path.T))[0]
-        axes.plot(path[:, 0], on_path, color="C0", linewidth=3, alpha=0.5, label="where it moves")
-        axes.plot(path[0, 0], on_path[0], "o", color="C3", label="start")
+        axes.plot(shown[0], on_path, color="C0", linewidth=3, alpha=0.5, label="where it moves")
+        axes.plot(shown[0, 0], on_path[0], "o", color="C3", label="start")
         dressed(axes, "potential energy", labels[0], "V in J")
     else:
         filled = axes.contourf(*sides, V, 24, cmap="Blues")
         axes.contour(*sides, V, 24, colors="white", linewidths=0.4)
         figure.colorbar(filled, ax=axes, label="V in J")
-        axes.plot(path[:, 0], path[:, 1], color="C1", label="path", linewidth=0.9)
-        axes.plot(*path[0], "o", color="C3", label="start")
+        axes.plot(*shown, color="C1", label="path", linewidth=0.9)
+        axes.plot(*shown[:, 0], "o", color="C3", label="start")
         dressed(axes, "potential energy and configuration path", *labels)
     axes.legend(fontsize=9)
     figure.suptitle(mechanism.title, fontsize=14)
@@ -233,8 +244,3 @@ def _path(mechanism: Mechanism) -> Floats:
     times = np.linspace(0.0, mechanism.experiment.stop_time, 1500)
     run = integrate(mechanism, times, rtol=1e-7).trajectory
     return run.columns([c.name for c in mechanism.coordinates])
-
-
-def _label(coordinate: Coordinate) -> str:
-    unit = coordinate.unit.si_name if coordinate.unit is not None else ""
-    return f"{pretty(coordinate.name)} in {unit}" if unit and unit != "1" else pretty(coordinate.name)

@@ -2,9 +2,10 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 
+import matplotlib as mpl
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
@@ -17,24 +18,26 @@ from lag2fmu.dynamics.samples import start_values
 from lag2fmu.graph.batches import evaluate
 from lag2fmu.language.units import Unit
 from lag2fmu.mechanism import Mechanism
+from lag2fmu.mechanism.display import display_units
 from lag2fmu.picture import drawable, layout_of, posture, pretty
 from lag2fmu.reference import Trajectory
-from lag2fmu.verify.plots.figures import LINE, MOST_CURVES, dressed, say
+from lag2fmu.verify.plots.figures import LETTERS, LINE, MOST_CURVES, by_unit, dressed, in_units, labelled, say
 from lag2fmu.verify.plots.mechanism import draw_marks
 
 Floats = NDArray[np.float64]
 
 ENERGIES = {"kinetic_energy": "T", "potential_energy": "V", "total_energy": "T + V"}
 H = "generalized_energy"
-_PHASES, _PLAIN = 4, 12
-"""Curves in a phase portrait; panels for a run whose mechanism is not known."""
+_PHASES, _PLAIN, _MOST_UNITS, _POINTS = 4, 12, 2, 1000
+"""Curves in a phase portrait; panels for a run whose mechanism is not known; panels of a kind; points of a curve."""
 
 
 @dataclass(frozen=True)
 class Panel:
-    """Columns over time in one panel."""
+    """Columns over time in one panel, in one unit."""
 
-    names: tuple[str, ...]
+    time: Floats
+    columns: Mapping[str, Floats]
     label: str
     title: str
 
@@ -44,6 +47,7 @@ def _states(mechanism: Mechanism) -> tuple[str, ...]:
     return (*q, *map(velocity, q))
 
 
+@mpl.rc_context(LETTERS)
 def motion_figure(
     title: str, run: Trajectory, mechanism: Mechanism | None = None, signals: Trajectory | None = None
 ) -> Figure:
@@ -56,10 +60,11 @@ def motion_figure(
         return _columns(title, run)
     notes: list[str] = []
     equations = derive(mechanism)
-    values = _values(equations.mechanism, run, signals)
-    energies = _energies(equations, values)
-    panels = _panels(mechanism, run, notes)
-    spaces = _spaces(equations.mechanism, run, values, notes)
+    energies = _energies(equations, _values(equations.mechanism, run, signals))
+    units = display_units(mechanism)
+    smooth = _smooth(mechanism, run)
+    panels = _panels(mechanism, run, smooth, signals, units, notes)
+    spaces = _spaces(equations.mechanism, smooth, signals, units, notes)
     histories = len(panels) + 2
     height = max(1.75 * histories, 3.9 * len(spaces), 4.0)
     figure = Figure(figsize=(12, height + 0.7 + 0.2 * len(notes)), layout="constrained")
@@ -70,7 +75,7 @@ def motion_figure(
     for row, panel in enumerate(panels):
         axes = figure.add_subplot(left[row], sharex=first)
         first = first or axes
-        _draw_panel(axes, run, panel)
+        _draw_panel(axes, panel)
     _draw_energies(figure.add_subplot(left[len(panels)], sharex=first), run.time, energies)
     axes = figure.add_subplot(left[len(panels) + 1], sharex=first)
     _draw_drift(axes, run.time, energies[H], equations)
@@ -104,32 +109,62 @@ def _left_out(names: Sequence[str], most: int, what: str) -> list[str]:
 # ------------------------------------------------------------------------------------------------ over time
 
 
-def _panels(mechanism: Mechanism, run: Trajectory, notes: list[str]) -> list[Panel]:
-    """Coordinates, velocities and outputs, each by unit."""
-    groups: dict[str, list[str]] = {}
-    for c in mechanism.coordinates:
-        groups.setdefault(c.unit.si_name if c.unit is not None else "", []).append(c.name)
+def _panels(
+    mechanism: Mechanism,
+    run: Trajectory,
+    smooth: Trajectory,
+    signals: Trajectory | None,
+    units: Mapping[str, Unit],
+    notes: list[str],
+) -> list[Panel]:
+    """Inputs, coordinates, velocities and outputs, each by unit."""
+    q = [c.name for c in mechanism.coordinates]
+    wanted = [
+        ("coordinates", smooth, q),
+        ("velocities", smooth, list(map(velocity, q))),
+        ("outputs", run, [name for name in mechanism.output_names if name in run]),
+    ]
+    wanted = [("inputs", signals, list(signals.names)), *wanted] if signals is not None else wanted
     panels = []
-    for of, per, rename in (("coordinates", "", str), ("velocities", "/s", velocity)):
-        for unit, names in groups.items():
-            label = f"in {unit}{per}" if unit not in ("", "1") else ("in 1/s" if per and unit else "")
-            panels.append(Panel(tuple(map(rename, names)), label, of))
-            notes += _left_out(names, MOST_CURVES, f"{of} {label}".rstrip())
-    outputs: dict[str, list[str]] = {}
-    for name, output in mechanism.output_names.items():
-        if name in run:
-            outputs.setdefault(output.unit.si_name if isinstance(output.unit, Unit) else "", []).append(name)
-    for unit, names in list(outputs.items())[:2]:
-        panels.append(Panel(tuple(names), f"in {unit}" if unit not in ("", "1") else "", "outputs"))
-        notes += _left_out(names, MOST_CURVES, "outputs")
-    if len(outputs) > 2:
-        notes.append(f"Of outputs in {len(outputs)} units those in the first 2 are drawn.")
+    for of, source, names in wanted:
+        columns, groups = in_units(source, units), by_unit(names, units)
+        for unit, alike in list(groups.items())[:_MOST_UNITS]:
+            label = f"in {unit}" if unit else ""
+            panels.append(Panel(source.time, {name: columns[name] for name in alike}, label, of))
+            notes += _left_out(alike, MOST_CURVES, f"{of} {label}".rstrip())
+        if len(groups) > _MOST_UNITS:
+            notes.append(f"Of {of} in {len(groups)} units those in the first {_MOST_UNITS} are drawn.")
     return panels
 
 
-def _draw_panel(axes: Axes, run: Trajectory, panel: Panel) -> None:
-    for number, name in enumerate(panel.names[:MOST_CURVES]):
-        axes.plot(run.time, run[name], color=f"C{number}", label=_written(name), **LINE)
+def _smooth(mechanism: Mechanism, run: Trajectory) -> Trajectory:
+    """q and qd of ``run`` with so many times between its own that curves look smooth.
+
+    Between two times q is the cubic with the right values and velocities at both (Hermite), qd its derivative.
+    """
+    names = [c.name for c in mechanism.coordinates]
+    parts = -(-_POINTS // len(run))
+    if parts == 1 or len(run) < 2:
+        return Trajectory.of(run.time, {name: run[name] for name in _states(mechanism)})
+    s = (np.arange(parts) / parts)[:, None]
+    h = np.diff(run.time)
+    columns = {}
+    for name in names:
+        (a, b), (v, w) = ((x[:-1], x[1:]) for x in (run[name], run[velocity(name)]))
+        rise = b - a
+        columns[name] = a + s * (h * v + s * (3 * rise - h * (2 * v + w) + s * (h * (v + w) - 2 * rise)))
+        slope = h * v + s * (2 * (3 * rise - h * (2 * v + w)) + s * 3 * (h * (v + w) - 2 * rise))
+        columns[velocity(name)] = slope / h
+    time = (run.time[:-1] + s * h).T.ravel()
+    return Trajectory.of(
+        np.append(time, run.time[-1]),
+        {name: np.append(columns[name].T.ravel(), run[name][-1]) for name in _states(mechanism)},
+    )
+
+
+def _draw_panel(axes: Axes, panel: Panel) -> None:
+    for number, (name, column) in enumerate(list(panel.columns.items())[:MOST_CURVES]):
+        axes.plot(panel.time, column, color=f"C{number}", label=_written(name), **LINE)
     dressed(axes, panel.title, vertical=panel.label)
     _legend(axes)
 
@@ -179,33 +214,26 @@ def _legend(axes: Axes) -> None:
 
 
 def _spaces(
-    mechanism: Mechanism, run: Trajectory, values: dict[str, Floats | float], notes: list[str]
+    mechanism: Mechanism, run: Trajectory, signals: Trajectory | None, units: Mapping[str, Unit], notes: list[str]
 ) -> list[Callable[[Axes], None]]:
     """What draws each of the panels on the right."""
     q = [c.name for c in mechanism.coordinates]
+    shown = in_units(run, units)
     spaces: list[Callable[[Axes], None]] = []
     if drawable(mechanism) and mechanism.bodies:
-        spaces.append(lambda axes: _draw_paths(axes, mechanism, values))
+        spaces.append(lambda axes: _draw_paths(axes, mechanism, _values(mechanism, run, signals)))
         notes += _left_out([b.name for b in mechanism.bodies], MOST_CURVES, "bodies' paths")
     if len(q) > 1:
-        spaces.append(lambda axes: _draw_configurations(axes, mechanism, run))
+        spaces.append(lambda axes: _draw_configurations(axes, shown, q[:2], units))
         if len(q) > 2:
             notes.append(
                 f"The configuration path is that in {pretty(q[0])} and {pretty(q[1])}, of {len(q)} coordinates."
             )
-    spaces.append(lambda axes: _draw_phases(axes, mechanism, run))
-    alike = _alike(mechanism)
+    alike = next(iter(by_unit(q, units).values()))[:_PHASES]
+    spaces.append(lambda axes: _draw_phases(axes, shown, alike, units))
     if len(alike) < len(q):
         notes.append(f"The phase portrait is that of {', '.join(map(pretty, alike))}.")
     return spaces
-
-
-def _alike(mechanism: Mechanism) -> list[str]:
-    """The first coordinates of the first one's unit, which can share a portrait."""
-    first = mechanism.coordinates[0].unit
-    unit = first.si_name if first is not None else None
-    names = [c.name for c in mechanism.coordinates if (c.unit.si_name if c.unit is not None else None) == unit]
-    return names[:_PHASES]
 
 
 def _draw_paths(axes: Axes, mechanism: Mechanism, values: dict[str, Floats | float]) -> None:
@@ -224,27 +252,22 @@ def _draw_paths(axes: Axes, mechanism: Mechanism, values: dict[str, Floats | flo
     _legend(axes)
 
 
-def _draw_configurations(axes: Axes, mechanism: Mechanism, run: Trajectory) -> None:
-    one, two = mechanism.coordinates[:2]
-    axes.plot(run[one.name], run[two.name], color="C0", linewidth=0.9)
-    axes.plot(run[one.name][0], run[two.name][0], "o", color="C3", markersize=4, label="start")
-    dressed(axes, "configuration path", *(_axis(mechanism, c.name) for c in (one, two)))
+def _draw_configurations(
+    axes: Axes, shown: Mapping[str, Floats], names: Sequence[str], units: Mapping[str, Unit]
+) -> None:
+    one, two = (shown[name] for name in names)
+    axes.plot(one, two, color="C0", linewidth=0.9)
+    axes.plot(one[0], two[0], "o", color="C3", markersize=4, label="start")
+    dressed(axes, "configuration path", *(labelled(pretty(name), units.get(name)) for name in names))
     axes.legend(fontsize=8, loc="best", frameon=False)
 
 
-def _draw_phases(axes: Axes, mechanism: Mechanism, run: Trajectory) -> None:
-    for number, name in enumerate(_alike(mechanism)):
-        x, v = run[name], run[velocity(name)]
+def _draw_phases(axes: Axes, shown: Mapping[str, Floats], names: Sequence[str], units: Mapping[str, Unit]) -> None:
+    for number, name in enumerate(names):
+        x, v = shown[name], shown[velocity(name)]
         axes.plot(x, v, color=f"C{number}", linewidth=0.9, label=pretty(name))
         axes.plot(x[0], v[0], "o", color=f"C{number}", markersize=4)
-    several = len(_alike(mechanism)) > 1
-    unit = _axis(mechanism, _alike(mechanism)[0]).partition(" in ")[2]
-    horizontal, vertical = (f"q in {unit}", f"dq/dt in {unit}/s") if unit else ("q", "dq/dt")
-    dressed(axes, "phase portrait", horizontal, vertical)
-    if several:
+    labels = (labelled("q", units.get(names[0])), labelled("dq/dt", units.get(velocity(names[0]))))
+    dressed(axes, "phase portrait", *labels)
+    if len(names) > 1:
         _legend(axes)
-
-
-def _axis(mechanism: Mechanism, name: str) -> str:
-    unit = next(c.unit for c in mechanism.coordinates if c.name == name)
-    return f"{pretty(name)} in {unit.si_name}" if unit is not None and unit.si_name != "1" else pretty(name)
