@@ -76,6 +76,7 @@ def render_mechanism(
         "model_name": repr(tables.model_name),
         "nominal": [repr(x) for x in tables.nominal_states[:n]],
         "default_step": repr(tables.default_solver_step),
+        "default_duration": repr(tables.default_duration),
     }
     return render("python/mechanism.py.jinja", context)
 

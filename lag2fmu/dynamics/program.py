@@ -60,6 +60,13 @@ class Program:
     dependent: tuple[str, ...]
     outputs: frozenset[str] = frozenset()
 
+    @property
+    def time_dependent(self) -> bool:
+        """Whether the equations of motion or constraints contain the time, their inputs aside."""
+        equations = [f for f in self.functions if f.name in ("mechanism_dynamics", "mechanism_constrained")]
+        (time,) = equations[0].arguments[0].entries
+        return time in self.graph.cone(node for f in equations for *_, node in f.results)
+
     def operations(self, name: str) -> int:
         """The number of arithmetic operations and function calls of the function ``name``."""
         function = next(f for f in self.functions if f.name == name)

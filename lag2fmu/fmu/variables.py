@@ -39,7 +39,7 @@ _PARAMETER = {False: ("tunable", "VARIABLE_PARAMETER"), True: ("fixed", "VARIABL
 _SETTINGS = {
     "solver_tolerance": ("1", "relative tolerance of the solver; 0: as the importer asks, else 1e-6"),
     "solver_step": ("s", "first step of an adaptive solver, step of a fixed-step solver; 0: automatic"),
-    "solver_max_step": ("s", "longest step of the solver; 0: not limited"),
+    "solver_max_step": ("s", "longest step of the solver; 0: a fiftieth of the experiment (fixed steps: no limit)"),
 }
 
 
@@ -303,8 +303,10 @@ def _tables(mechanism: Mechanism, program: Program, slots: Sequence[Slot], varia
         massless=tuple((k, i) for k, i in enumerate(determined(mechanism)) if i is not None),
         colours=coloured(_columns(mechanism, variables)),
         start_inputs=tuple(starts[name] for name in program.inputs),
+        motions=len(mechanism.motions),
         start_parameters=tuple(p.value for p in mechanism.parameters if p.value is not None),
         default_solver_step=min(1e-3, mechanism.experiment.step),
+        default_duration=mechanism.experiment.stop_time,
         # drift is damped as fast as the motion is sampled, about: much faster would make the equations stiff
         stabilisation=0.1 / mechanism.experiment.step,
     )

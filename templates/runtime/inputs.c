@@ -22,11 +22,25 @@ static bool inputs_move(const State *state) {
     return false;
 }
 
+/* The derivatives of motions, where the importer gave none, as far as their velocities and accelerations tell them. */
+static void continue_motions(State *state) {
+    double *first = state->input_derivatives[0], *second = state->input_derivatives[1];
+    for (int i = FIRST_MOTION; i < N_INPUTS; i += 3) {
+        if (first[i] == 0.0 && second[i] == 0.0 && first[i + 1] == 0.0) {
+            first[i] = state->inputs[i + 1];
+            second[i] = first[i + 1] = state->inputs[i + 2];
+        }
+    }
+}
+
 void inputs_begin(Instance *instance) {
     State *state = &instance->state;
     const bool set = state->input_derivatives_set != 0;
     inputs_prepare(state);
-    instance->scratch.inputs_move = set && inputs_move(state);
+    if (VARIATIONAL) {
+        continue_motions(state);
+    }
+    instance->scratch.inputs_move = (set || (VARIATIONAL && N_MOTIONS > 0)) && inputs_move(state);
     instance->scratch.step_start = state->time;
 }
 

@@ -9,7 +9,8 @@
 #include "instance.h"
 
 /* A communication step begins. Derivatives that were not set for it are those of the end of the last one: they are
-   put to 0. */
+   put to 0. Variational methods know forces of inertia by momenta alone, in which accelerations of supports do not
+   occur: for them a motion whose derivatives were not set goes on as its velocity and acceleration say. */
 void inputs_begin(Instance *instance);
 
 /* The inputs at a time (s) in the running communication step; valid until the next call. */

@@ -44,7 +44,11 @@ void instance_assign(Instance *instance, double *slot, double value) {
     instance_forget_motion(instance);
     state->first_stage_valid = 0;
 #if VARIATIONAL
-    state->canonical.valid = 0;
+    if (slot >= state->inputs + FIRST_MOTION && slot < state->inputs + N_INPUTS) {
+        state->canonical.moved = 1; /* forces are finite: where a support jumps, momenta go on and velocities do not */
+    } else {
+        state->canonical.valid = 0;
+    }
 #endif
     state->ahead = 0;
     state->undisturbed = 0;

@@ -24,6 +24,7 @@
 #define N_RESIDUALS (N_UNKNOWNS + N_CONSTRAINTS + N_HOLONOMIC) /* and the constraints' velocities and positions */
 
 enum { HERMITE_TERMS = 3, DENSE_TERMS = HERMITE_TERMS + DENSE_ROWS };
+enum { FIRST_MOTION = N_INPUTS - 3 * N_MOTIONS };   /* among the inputs */
 enum { MAX_INPUT_ORDER = 3, MAX_OUTPUT_ORDER = 2 }; /* the highest time derivatives taken and given */
 
 /* The last solver step, if it went beyond the end of the communication step, see dense_output.h. */
@@ -41,7 +42,8 @@ typedef struct {
     double momenta[N_COORDINATES];
     double rest_coordinates[N_COORDINATES];
     double rest_momenta[N_COORDINATES];
-    int64_t valid; /* nothing was changed since */
+    int64_t valid; /* nothing was changed since but ... */
+    int64_t moved; /* ... motion inputs: the velocities do not belong to the momenta yet */
 } Canonical;
 #endif
 

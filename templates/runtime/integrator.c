@@ -25,6 +25,8 @@ static const double STRETCH = 1.05;        /* the last step may be this much lon
 static const double MAX_STEP_SLACK = 1.001;
 static const double WORTHWHILE = 1.25;     /* a step that would pass the communication point by less ends there */
 static const double FARTHEST = 1000.0;     /* communication steps that a solver step may pass */
+static const double LONGEST_PART = 0.02;   /* of the experiment, that a step takes under error control by default */
+static const double RESTING_PART = 1e-7;   /* of the experiment: the first step where nothing moves */
 static const double MOST_STEPS = 1e12;     /* of a fixed-step method in a communication step, ... */
 static const int64_t MOST_TRIALS = 10000000; /* ... and of an adaptive one, which may meet a motion that blows up */
 
@@ -43,10 +45,18 @@ static double larger(double a, double b) {
     return a > b ? a : b;
 }
 
-/* solver_max_step, s; infinite if not given. */
+/* The duration (s) that fmi2SetupExperiment gave, if it did, else that of the default experiment. */
+static double duration(const State *state) {
+    const double span = state->stop_time_defined ? state->stop_time - state->start_time : 0.0;
+    return span > 0.0 && isfinite(span) ? span : DEFAULT_DURATION;
+}
+
+/* solver_max_step, s. If it is not given, the stages of longer steps could all miss what lasts for a short time only:
+   a part of the experiment under error control, else infinite, for then the length is given. */
 static double longest_step(const State *state) {
     const double setting = state->settings[SETTING_MAX_STEP];
-    return setting > 0.0 ? setting : HUGE_VAL;
+    const double usual = METHOD.error_order > 0 ? LONGEST_PART * duration(state) : HUGE_VAL;
+    return setting > 0.0 ? setting : usual;
 }
 
 bool report_iteration(Instance *instance, Step step) {
@@ -93,7 +103,7 @@ static double first_step(Instance *instance) {
     Scratch *scratch = &instance->scratch;
     const double d0 = weighted_norm(state, state->states);
     const double d1 = weighted_norm(state, state->first_stage);
-    const double h0 = d0 < 1e-5 || d1 < 1e-5 ? 1e-6 : 0.01 * d0 / d1;
+    const double h0 = d0 < 1e-5 || d1 < 1e-5 ? RESTING_PART * duration(state) : 0.01 * d0 / d1;
 
     for (int i = 0; i < N_STATES; i++) {
         scratch->stage_states[i] = state->states[i] + h0 * state->first_stage[i];
@@ -105,7 +115,7 @@ static double first_step(Instance *instance) {
         scratch->new_derivatives[i] = (scratch->new_derivatives[i] - state->first_stage[i]) / h0;
     }
     const double largest = larger(d1, weighted_norm(state, scratch->new_derivatives));
-    const double h1 = largest <= 1e-15 ? larger(1e-6, 1e-3 * h0) : pow(0.01 / largest, 1.0 / error_power());
+    const double h1 = largest <= 1e-15 ? h0 : pow(0.01 / largest, 1.0 / error_power());
     return smaller(100.0 * h0, h1);
 }
 
@@ -160,10 +170,11 @@ static void accept(Instance *instance, Step step) {
 }
 
 /* How far (s) steps may go: beyond the end of the communication step only if the same inputs may well hold there. They
-   do not if they move, and are not expected to if something was changed before this communication step. */
+   do not if they move, and are not expected to if something was changed before this communication step. Where the
+   equations contain the time, the importer's steps tell how fast things change. */
 static double horizon_of(const Instance *instance, double end) {
     const State *state = &instance->state;
-    if (METHOD.dense_order == 0 || !state->undisturbed || instance->scratch.inputs_move) {
+    if (TIME_DEPENDENT || METHOD.dense_order == 0 || !state->undisturbed || instance->scratch.inputs_move) {
         return end;
     }
     const double farthest = end + FARTHEST * (end - state->time);

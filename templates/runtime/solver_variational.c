@@ -156,23 +156,23 @@ static void correct_end(Instance *instance, double time, const double q[], const
 #endif
 }
 
-/* The velocities at the end of the step whose momenta are next->momenta: M qd + a = p, corrected once for rounding.
-   With constraints p is short of the impulse of the last multiplier, until that makes the velocities meet them. */
-static bool velocities_of(Instance *instance, Step step, const double q[], Canonical *next, double qd[]) {
+/* The velocities at a time (s) whose momenta are next->momenta: M qd + a = p, corrected once for rounding. With
+   constraints p is short of an impulse (of the last multiplier), until that makes the velocities meet them. */
+static bool velocities_of(Instance *instance, double time, const double q[], Canonical *next, double qd[]) {
     double resting[N_STATES] = {0.0};
     double impulse[N] = {0.0};
     double momenta[N], forces[N];
     memcpy(resting, q, N * sizeof(double));
-    if (!factorize(instance, step.end, resting)) {
+    if (!factorize(instance, time, resting)) {
         return false;
     }
     memset(qd, 0, N * sizeof(double));
     for (int round = 0; round < 2; round++) {
-        evaluate(instance, step.end, q, qd, momenta, forces);
+        evaluate(instance, time, q, qd, momenta, forces);
         for (int k = 0; k < N; k++) {
             momenta[k] = next->momenta[k] + impulse[k] - momenta[k];
         }
-        correct_end(instance, step.end, q, momenta, qd, impulse);
+        correct_end(instance, time, q, momenta, qd, impulse);
     }
     for (int k = 0; k < N; k++) {
         next->momenta[k] = add_compensated(next->momenta[k], impulse[k], &next->rest_momenta[k]);
@@ -180,15 +180,21 @@ static bool velocities_of(Instance *instance, Step step, const double q[], Canon
     return true;
 }
 
-/* The momenta at the present point: kept from the last step, or new if something was changed since. */
-static void update_momenta(Instance *instance) {
+/* The momenta at the present point: kept from the last step, or new if something was changed since. Where only motions
+   were, the momenta are kept and the velocities are new: a support that changes its velocity by a jump strikes. */
+static bool update_momenta(Instance *instance) {
     State *state = &instance->state;
     double forces[N];
     if (!state->canonical.valid) {
         memset(&state->canonical, 0, sizeof state->canonical);
         evaluate(instance, state->time, state->states, state->states + N, state->canonical.momenta, forces);
         state->canonical.valid = 1;
+    } else if (state->canonical.moved &&
+               !velocities_of(instance, state->time, state->states, &state->canonical, state->states + N)) {
+        return false;
     }
+    state->canonical.moved = 0;
+    return true;
 }
 
 /* The stages to begin with: as if the accelerations at the start were constant. */
@@ -215,7 +221,9 @@ bool solver_step(Instance *instance, Step step) {
     Canonical next;
     Stages stages;
 
-    update_momenta(instance);
+    if (!update_momenta(instance)) {
+        return false;
+    }
     next = state->canonical;
     if (!factorize(instance, state->time, state->states)) {
         return false;
@@ -230,7 +238,7 @@ bool solver_step(Instance *instance, Step step) {
         scratch->new_states[k] = add_compensated(state->states[k], shift, &next.rest_coordinates[k]);
         next.momenta[k] = add_compensated(state->canonical.momenta[k], kick, &next.rest_momenta[k]);
     }
-    if (!velocities_of(instance, step, scratch->new_states, &next, scratch->new_states + N) ||
+    if (!velocities_of(instance, step.end, scratch->new_states, &next, scratch->new_states + N) ||
         !equations_derivative(instance, step.end, scratch->new_states, scratch->new_derivatives)) {
         return false;
     }

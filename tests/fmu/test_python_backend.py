@@ -19,6 +19,7 @@ import fmpy
 import numpy as np
 import pytest
 from fmpy.fmi1 import FMICallException
+from tests.stepping import ERROR, Stepping, bits
 
 import lag2fmu
 from lag2fmu.codegen.python_sources import printable
@@ -30,7 +31,6 @@ from lag2fmu.formats.loading import load, with_values
 from lag2fmu.mechanism import Constraint, Energy, Mechanism, coordinate, parameter
 from lag2fmu.reference import Trajectory
 from lag2fmu.verify.simulate import problems
-from tests.stepping import ERROR, Stepping, bits
 
 pytestmark = pytest.mark.fmu
 

@@ -15,6 +15,7 @@
 #define N_MASSLESS 0
 #define N_MASSLESS_POSITIONS 0
 #define N_INPUTS 1
+#define N_MOTIONS 0
 #define N_PARAMETERS 0
 #define SIZE_PARAMETERS 1
 #define N_DEPENDENT 0
@@ -25,6 +26,8 @@
 #define SIZE_FACTOR 1
 #define N_VARIABLES 8
 #define DEFAULT_SOLVER_STEP 1e-3
+#define DEFAULT_DURATION 10.0
+#define TIME_DEPENDENT 0
 #define VARIATIONAL 0
 #define FULLY_IMPLICIT 0
 #define IMPLICIT 1

@@ -20,6 +20,7 @@
 #define N_MASSLESS 0
 #define N_MASSLESS_POSITIONS 0
 #define N_INPUTS 2
+#define N_MOTIONS 0
 #define N_PARAMETERS 5
 #define SIZE_PARAMETERS 5
 #define N_DEPENDENT 1
@@ -30,6 +31,8 @@
 #define SIZE_FACTOR 3
 #define N_VARIABLES 25
 #define DEFAULT_SOLVER_STEP 1e-3
+#define DEFAULT_DURATION 10.0
+#define TIME_DEPENDENT 0
 #define VARIATIONAL 0
 #define FULLY_IMPLICIT 0
 #define IMPLICIT 1
