@@ -92,15 +92,6 @@ class Tables:
         return list({**names, "x": [states[i] for i in sorted(states)]}.items())
 
 
-CONSTRAINT_FILES = "constraint_"
-"""How the names of the runtime files begin, behind SOLVER_FILES if need be, that only constraints need."""
-
-MASSLESS_FILES = "massless."
-"""How those begin that only coordinates without mass need."""
-
-SOLVER_FILES = "solver_"
-"""How those begin that are needed if the chosen solver names them, or a needed file includes their header."""
-
 _INCLUDED = re.compile(r'^#include "(\w+)\.h"', re.MULTILINE)
 
 
@@ -119,26 +110,32 @@ def render_sources(program: Program, tables: Tables, method: Method, guid: str) 
         "guid": guid,
         "helpers": [text for name, text in _HELPERS.items() if CODE[name] in used],
     }
-    files = _runtime_files(tables, method)
+    files = runtime_files(method, bool(tables.constraint_names), bool(tables.massless))
     files |= {name: render(f"mechanism/{name}.jinja", context) for name in (*GENERATED, *method.generated_files)}
     return dict(sorted(files.items()))
 
 
-def _runtime_files(tables: Tables, method: Method) -> dict[str, str]:
-    """{file name: text} of the runtime, as far as the mechanism and the method need it."""
-    needed_for = {
-        CONSTRAINT_FILES: tables.constraint_names,
-        SOLVER_FILES + CONSTRAINT_FILES: tables.constraint_names,
-        MASSLESS_FILES: tables.massless,
-    }
-    unused = tuple(beginning for beginning, there in needed_for.items() if not there)
-    folder = resource_folder("templates") / "runtime"
-    texts = {path.name: path.read_text("utf-8") for path in folder.glob("*.[ch]") if not path.name.startswith(unused)}
-    wanted = {name for name in texts if not name.startswith(SOLVER_FILES)} | set(method.runtime_files)
-    needed: set[str] = set()
+def runtime_files(method: Method, constrained: bool, massless: bool) -> dict[str, str]:
+    """{file name: text} of the runtime, as far as a solver and a kind of mechanism need it; folders are left out.
+
+    Taken as a whole are the gate of FMI, the folders of the chosen variants and that of the solver's family, with what
+    stands in it for these variants. All else is taken where an include asks for it: NAME.h brings NAME.c along.
+    """
+    variants = ("constraints" if constrained else "constraints_none", "massless" if massless else "massless_none")
+    family = f"solvers/{method.family}"
+    whole = ("fmi2", *(f"variants/{name}" for name in variants), family, *(f"{family}/{name}" for name in variants))
+    wanted = set(texts := _texts(*whole))
+    texts |= _texts("core", "variants", "solvers", "solvers/common")
+    needed: dict[str, str] = {}
     while wanted:
         name = wanted.pop()
         if name in texts and name not in needed:
-            needed.add(name)
+            needed[name] = texts[name]
             wanted |= {f"{stem}.{ending}" for stem in _INCLUDED.findall(texts[name]) for ending in "ch"}
-    return {name: texts[name] for name in needed}
+    return needed
+
+
+def _texts(*folders: str) -> dict[str, str]:
+    """{file name: text} of the C files that stand in these folders of the runtime themselves."""
+    runtime = resource_folder("templates") / "runtime"
+    return {path.name: path.read_text("utf-8") for folder in folders for path in (runtime / folder).glob("*.[ch]")}

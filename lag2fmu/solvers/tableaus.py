@@ -40,9 +40,9 @@ class Tableau:
     dense: tuple[Row, ...] = ()
     dense_order: int = 0
     safety: float = 0.9
-    runtime_files = ("solver_runge_kutta.c",)
+    family = "runge_kutta"
     generated_files = ("tableau.c",)
-    implicit = fully_implicit = variational = False
+    implicit = variational = False
 
     def __post_init__(self) -> None:
         """Raise ValueError unless the coefficients have the shape and the orders that are claimed."""

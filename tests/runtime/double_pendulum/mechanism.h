@@ -15,9 +15,11 @@
 #define N_COORDINATES 2
 #define N_STATES (2 * N_COORDINATES)
 #define N_CONSTRAINTS 0
+#define SIZE_CONSTRAINTS 1
 #define N_HOLONOMIC 0
 #define N_CONTINUOUS N_STATES
 #define N_MASSLESS 0
+#define SIZE_MASSLESS 1
 #define N_MASSLESS_POSITIONS 0
 #define N_INPUTS 2
 #define N_MOTIONS 0
@@ -33,12 +35,9 @@
 #define DEFAULT_SOLVER_STEP 1e-3
 #define DEFAULT_DURATION 10.0
 #define TIME_DEPENDENT 0
-#define VARIATIONAL 0
-#define FULLY_IMPLICIT 0
-#define IMPLICIT 1
 #define N_COLOURS 4
-#define SIZE_JACOBIAN (2 * N_COORDINATES * N_COORDINATES)
 #define N_VIBRATIONS 0
+#define SIZE_VIBRATIONS 1
 
 extern const Variable VARIABLES[N_VARIABLES];
 extern const int CONTINUOUS_STATES[N_CONTINUOUS];
@@ -47,6 +46,9 @@ extern const double START_INPUTS[N_INPUTS];
 extern const double START_PARAMETERS[SIZE_PARAMETERS];
 extern const double NOMINAL_STATES[N_STATES];
 extern const char *const COORDINATE_NAMES[N_COORDINATES];
+extern const char *const CONSTRAINT_NAMES[SIZE_CONSTRAINTS];
+extern const double VIBRATIONS[SIZE_VIBRATIONS];
+extern const int VIBRATING[SIZE_VIBRATIONS];
 extern const int COLOURS[N_COLOURS][N_COORDINATES];
 
 void mechanism_dependent(const double p[], double c[]);

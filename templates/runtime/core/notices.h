@@ -1,0 +1,26 @@
+/* What is noticed along a run, and told once at the end of the communication step. */
+#ifndef NOTICES_H
+#define NOTICES_H
+
+#include "instance.h"
+#include "solver.h"
+
+/* Notices a motion that keeps the accepted steps at the limit of stability, or fixed ones beyond it: these at once if
+   that is so at the start. */
+void watch_stiffness(Instance *instance, Step step);
+
+/* Notices steps (s) of a variational method that are of another length than those before: its energy is bounded over
+   long times because a neighbouring system, which belongs to one length, is solved exactly. */
+void watch_length(Instance *instance, double length);
+
+/* Notices steps (s) of a method that damps vibrations which do not resolve one; nothing is known of them where
+   parameters differ from those of the export. */
+void watch_vibrations(Instance *instance, double length);
+
+/* Writes one sentence to text[size] on a notice that is not NOTICE_NONE: what was noticed, when, and what to do. */
+void notice_sentence(const Notice *notice, char text[], size_t size);
+
+/* How much (s) the difference of two times up to this one may be off because they are rounded. */
+double rounding_of_length(double time);
+
+#endif
