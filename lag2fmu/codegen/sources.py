@@ -79,7 +79,7 @@ class Tables:
         return [
             ("START_STATES", "N_STATES", self.start_states),
             ("NOMINAL_STATES", "N_STATES", self.nominal_states),
-            ("START_INPUTS", "N_INPUTS", self.start_inputs),
+            ("START_INPUTS", "N_SIGNALS", self.start_inputs),
             ("START_PARAMETERS", "SIZE_PARAMETERS", self.start_parameters),
         ]
 

@@ -26,6 +26,9 @@ def start_values(mechanism: Mechanism) -> State:
     values |= {names.multiplier(c.name): 0.0 for c in mechanism.constraints}
     for u in mechanism.inputs:
         values |= {u.name: u.start, names.velocity(u.name): 0.0, names.acceleration(u.name): 0.0}
+    if any(c.massless for c in mechanism.constraints):
+        first = [names.rate(name) for name in values if name != "t"]
+        values |= dict.fromkeys((*first, *map(names.rate, first)), 0.0)
     values |= {p.name: p.value for p in mechanism.parameters if p.value is not None}
     return values
 

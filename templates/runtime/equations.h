@@ -10,7 +10,7 @@
 typedef struct {
     double time;
     double states[N_STATES];
-    double inputs[N_INPUTS];
+    double inputs[N_SIGNALS];
     double parameters[SIZE_PARAMETERS];
 } Seed;
 

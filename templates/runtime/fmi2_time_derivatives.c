@@ -44,8 +44,7 @@ fmi2Status fmi2SetRealInputDerivatives(fmi2Component c, const fmi2ValueReference
         }
     }
     for (size_t i = 0; i < nvr; i++) {
-        inputs_prepare(&instance->state);
-        instance->state.input_derivatives[order[i] - 1][VARIABLES[vr[i]].index] = value[i];
+        inputs_set_derivative(instance, VARIABLES[vr[i]].index, order[i], value[i]);
     }
     return fmi2OK;
 }

@@ -14,7 +14,7 @@ void instance_start(Instance *instance) {
     state->type = instance->type;
     state->mode = MODE_INSTANTIATED;
     memcpy(state->states, START_STATES, sizeof state->states);
-    memcpy(state->inputs, START_INPUTS, sizeof state->inputs);
+    memcpy(state->inputs, START_INPUTS, N_INPUTS * sizeof(double));
     memcpy(state->parameters, START_PARAMETERS, sizeof state->parameters);
     state->previous_log_error = log(1e-4); /* the value dopri5.f starts from */
 

@@ -89,8 +89,8 @@ typedef struct {
     double tolerance;           /* of fmi2SetupExperiment; 0 if it gave none */
 
     double states[N_STATES]; /* [q, qd] */
-    double inputs[N_INPUTS];
-    double input_derivatives[MAX_INPUT_ORDER][N_INPUTS]; /* by time, of order 1, 2, 3, at the present time */
+    double inputs[(2 + MAX_INPUT_ORDER) * N_INPUTS]; /* and behind them their derivatives by time of order 1, 2, 3 at the
+                                                        present time, and zeros */
     int64_t input_derivatives_set; /* for the next communication step; else they are those of the end of the last one */
     double parameters[SIZE_PARAMETERS];
     double settings[N_SETTINGS]; /* by Setting */
@@ -170,7 +170,7 @@ typedef struct {
     double missed;                  /* ... and what the linearization missed of the last step, see solver_stiffness */
     bool inputs_move;        /* some input is not constant in the running communication step, ... */
     double step_start;       /* ... which began at this time, s */
-    double inputs[N_INPUTS]; /* at a stage of the solver */
+    double inputs[3 * N_INPUTS]; /* at a stage of the solver, with their first and second derivatives */
 } Scratch;
 
 typedef enum {
@@ -247,6 +247,11 @@ void instance_assign(Instance *instance, double *slot, double value);
 /* Marks all values outside the State as outdated, or those that depend on time, states or inputs. */
 void instance_forget_cache(Instance *instance);
 void instance_forget_motion(Instance *instance);
+
+/* The derivatives by time, of this order, of the inputs of a State. */
+static inline double *input_derivatives(State *state, int order) {
+    return state->inputs + order * N_INPUTS;
+}
 
 /* The name of the variable of this kind and index, "?" if it has none. */
 const char *variable_name(VariableKind kind, int index);

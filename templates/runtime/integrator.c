@@ -13,6 +13,7 @@
 #include "finite.h"
 #include "inputs.h"
 #include "notices.h"
+#include "system.h"
 #if N_CONSTRAINTS > 0
 #include "constraint_projection.h"
 #endif
@@ -349,7 +350,8 @@ static bool integrate_in_equal_steps(Instance *instance, double end) {
         const double next = i < count ? start + (end - start) * (i / count) : end;
         const Step step = {length, next, false};
         instance->scratch.trial_length = length;
-        if (!solver_step(instance, step) || !bring_back_result(instance, step)) {
+        if (!solver_step(instance, step) || system_leaps_over_singularity(instance, length) ||
+            !bring_back_result(instance, step)) {
             return false;
         }
         watch_stiffness(instance, step);

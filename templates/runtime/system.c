@@ -21,6 +21,12 @@ static const double EXPLAINS = 1e-6;
 /* ... and that far may become the reason, with velocities that change by their size so often in a usual solver step. */
 static const double FORETELLS = 1e-4, SUDDEN = 10.0;
 
+/* A fixed step may leap over a singular M: at one of its ends a pivot is that far below the largest one, ... */
+static const double LEAPT_OVER = 1e-2;
+
+/* ... and was not at the start, where light bodies show. */
+static const double REGULAR = 0.1;
+
 /* Brings the least acceptable pivots up to date: relative to the diagonal of M at the start, with the present
    parameters, so that they follow from the State and a restored run repeats itself. */
 static const double *least_pivots(Instance *instance) {
@@ -98,20 +104,20 @@ bool system_factorize_densely(Instance *instance, double time, const double stat
                               concerned);
 }
 
-/* Is M singular at the present point but for this part? Flags the coordinates concerned. */
-static bool nearly_singular(Instance *instance, double part, bool concerned[]) {
+/* Is M singular at these states but for this part? Flags the coordinates concerned. */
+static bool nearly_singular(Instance *instance, const double states[], double part, bool concerned[]) {
     const State *state = &instance->state;
     if (N_CONSTRAINTS > 0) {
         return false; /* the whole system is to be regular, not M */
     }
-    mechanism_dynamics(state->time, state->states, state->inputs, state->parameters, instance->scratch.mass,
+    mechanism_dynamics(state->time, states, state->inputs, state->parameters, instance->scratch.mass,
                        instance->scratch.forcing);
     return mass_nearly_singular(instance->scratch.mass, part, &instance->scratch.system.pivoted, concerned);
 }
 
 void system_explain_failure(Instance *instance) {
     bool concerned[N_COORDINATES] = {false};
-    if (instance->failure.kind == FAILURE_ACCURACY && nearly_singular(instance, EXPLAINS, concerned)) {
+    if (instance->failure.kind == FAILURE_ACCURACY && nearly_singular(instance, instance->state.states, EXPLAINS, concerned)) {
         report_coordinates(instance, FAILURE_SINGULAR, instance->state.time, concerned);
     }
 #if N_MASSLESS > 0
@@ -127,8 +133,24 @@ bool system_runs_into_singularity(Instance *instance, const double accelerations
         const double usual = (fabs(velocities[i]) + NOMINAL_STATES[N + i]) / DEFAULT_SOLVER_STEP;
         sudden = sudden || fabs(accelerations[i]) > SUDDEN * usual;
     }
-    return sudden && nearly_singular(instance, FORETELLS, concerned) &&
+    return sudden && nearly_singular(instance, instance->state.states, FORETELLS, concerned) &&
            !report_coordinates(instance, FAILURE_NEARLY_SINGULAR, instance->state.time, concerned);
+}
+
+bool system_leaps_over_singularity(Instance *instance, double length) {
+    const double *old = instance->state.states, *new = instance->scratch.new_states;
+    bool concerned[N_COORDINATES] = {false}, ignored[N_COORDINATES] = {false};
+    bool leaps = false;
+    for (int i = N; i < N_STATES; i++) {
+        const double change = new[i] - old[i];
+        const double mean = 0.5 * (instance->state.first_stage[i] + instance->scratch.new_derivatives[i]);
+        leaps = leaps || fabs(change - length * mean) > fabs(change) + fabs(old[i]) + NOMINAL_STATES[i];
+    }
+    return leaps &&
+           (nearly_singular(instance, old, LEAPT_OVER, concerned) ||
+            nearly_singular(instance, new, LEAPT_OVER, concerned)) &&
+           !nearly_singular(instance, START_STATES, REGULAR, ignored) &&
+           !report_coordinates(instance, FAILURE_SINGULAR, instance->state.time, concerned);
 }
 
 /* a[n] = M^-1 b[n] */

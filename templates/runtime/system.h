@@ -36,6 +36,11 @@ void system_explain_failure(Instance *instance);
    matrix is about to become singular and the accelerations[n] grow so that no integrator will go on for long. */
 bool system_runs_into_singularity(Instance *instance, const double accelerations[]);
 
+/* A fixed step has no error estimate that would grow where M becomes singular: tells, with instance->failure, whether the
+   last one, of this length (s), has an end near such a place and changes velocities otherwise than the accelerations at
+   both its ends say. */
+bool system_leaps_over_singularity(Instance *instance, double length);
+
 /* Sets instance->failure to this kind at this time, flagging coordinates[n]; returns false. */
 bool report_coordinates(Instance *instance, FailureKind kind, double time, const bool coordinates[]);
 

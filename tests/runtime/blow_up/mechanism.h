@@ -15,6 +15,7 @@
 #define N_MASSLESS 0
 #define N_MASSLESS_POSITIONS 0
 #define N_INPUTS 1
+#define N_SIGNALS N_INPUTS
 #define N_MOTIONS 0
 #define N_PARAMETERS 0
 #define SIZE_PARAMETERS 1
