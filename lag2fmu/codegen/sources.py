@@ -42,8 +42,8 @@ class Tables:
 
     ``colours``: of the Jacobian of the accelerations by the states. ``continuous_states``: indices of those in (q, qd)
     that the FMU calls states. ``massless``: (constraint, coordinate) for each coordinate without mass and the equation
-    that it follows from, holonomic ones first. ``vibrations``: those that a method damps where its steps do not resolve
-    them, (rad/s, index of the coordinate that moves most), the fastest first. ``motions`` is the number of
+    that it follows from, holonomic ones first. ``vibrations``: those that a method gets wrong where its steps do not
+    resolve them, (rad/s, index of the coordinate that moves most), the fastest first. ``motions`` is the number of
     motion inputs, which are the last ones with two derivatives each. ``default_solver_step`` and
     ``default_duration``, that of the experiment, are in s, ``stabilisation`` is the rate in 1/s with which constraints
     that drift are pulled back.

@@ -13,7 +13,7 @@
 /* A stop time may be passed by this part of the communication step. */
 static const double STOP_TIME_TOLERANCE = 1e-6;
 #if N_VIBRATIONS > 0
-enum { VIBRATIONS_SHOWN = 3 }; /* of those that are damped, the fastest ones */
+enum { VIBRATIONS_SHOWN = 3 }; /* of those that are not resolved, the fastest ones */
 #endif
 
 /* 64 units in the last place of a time. */
@@ -44,7 +44,7 @@ static fmi2Status check_step(Instance *instance, double point, double step) {
 }
 
 /* Reports the vibrations that are faster than steps of this length (s) resolve, and how to keep them. */
-static fmi2Status warn_damped(Instance *instance, const Notice *notice) {
+static void warn_unresolved(Instance *instance, const Notice *notice) {
 #if N_VIBRATIONS > 0
     char list[400] = "";
     size_t used = 0;
@@ -59,42 +59,55 @@ static fmi2Status warn_damped(Instance *instance, const Notice *notice) {
     if (count > VIBRATIONS_SHOWN && used < sizeof list) {
         snprintf(list + used, sizeof list - used, " and %d slower ones", count - VIBRATIONS_SHOWN);
     }
-    return warn(instance, "solver %s damps undamped vibrations at time %.17g s, where its step of %.3g s is longer "
-                "than an eighth of a period: %s; if they matter, set solver_max_step to %.2g s", METHOD.name,
-                notice->time, notice->step, list, 0.4 * RESOLVING_STEP(VIBRATIONS[0]));
+    const double enough = 0.4 * RESOLVING_STEP(VIBRATIONS[0]);
+    if (IMPLICIT) {
+        warn(instance, "solver %s damps undamped vibrations at time %.17g s, where its step of %.3g s is longer than an "
+             "eighth of a period: %s; if they matter, set solver_max_step to %.2g s", METHOD.name, notice->time,
+             notice->step, list, enough);
+    } else {
+        warn(instance, "solver %s gets vibrations wrong, or is unstable, at time %.17g s, where its step of %.3g s is "
+             "longer than an eighth of a period: %s; set solver_step to %.2g s, or export with --solver dopri5",
+             METHOD.name, notice->time, notice->step, list, enough);
+    }
 #else
     (void)instance;
     (void)notice;
-    return fmi2OK;
 #endif
 }
 
-/* fmi2OK, or fmi2Warning where the solver noticed something for the first time. */
-static fmi2Status report_notice(Instance *instance) {
+static void warn_stiff(Instance *instance, const Notice *notice) {
+    if (IMPLICIT) {
+        warn(instance, "the mechanism is too stiff at time %.17g s for a solver step of %.3g s: its stiff directions turn "
+             "too far in it for solver %s, whose results are wrong then; lower solver_step, or export with --solver "
+             "radau5", notice->time, notice->step, METHOD.name);
+    } else if (METHOD.error_order == 0) {
+        warn(instance, "the mechanism is too stiff at time %.17g s for a solver step of %.3g s: solver %s is not stable "
+             "with it; lower solver_step, or export with --solver ros2 or radau5", notice->time, notice->step,
+             METHOD.name);
+    } else {
+        warn(instance, "the mechanism is stiff at time %.17g s: stability, not accuracy, bounds the steps of solver %s, "
+             "to %.3g s there; export with --solver radau5", notice->time, METHOD.name, notice->step);
+    }
+}
+
+/* Says what the solver noticed for the first time. The step is complete: some importers end a run at fmi2Warning. */
+static void report_notice(Instance *instance) {
     const Notice *notice = &instance->notice;
     switch (notice->kind) {
     case NOTICE_STIFF:
-        if (IMPLICIT) {
-            return warn(instance, "the mechanism is too stiff at time %.17g s for a solver step of %.3g s: its stiff "
-                        "directions turn too far in it for solver %s, whose results are wrong then; lower "
-                        "solver_step, or export with --solver radau5", notice->time, notice->step, METHOD.name);
-        }
-        if (METHOD.error_order == 0) {
-            return warn(instance, "the mechanism is too stiff at time %.17g s for a solver step of %.3g s: solver %s "
-                        "is not stable with it; lower solver_step, or export with --solver ros2 or radau5",
-                        notice->time, notice->step, METHOD.name);
-        }
-        return warn(instance, "the mechanism is stiff at time %.17g s: stability, not accuracy, bounds the steps of "
-                    "solver %s, to %.3g s there; export with --solver radau5", notice->time, METHOD.name, notice->step);
+        warn_stiff(instance, notice);
+        break;
     case NOTICE_UNEQUAL:
-        return warn(instance, "the solver step changed to %.17g s at time %.17g s; solver %s keeps the energy bounded "
-                    "over long times with equal steps only: keep the communication steps equal", notice->step,
-                    notice->time, METHOD.name);
-    case NOTICE_DAMPED:
-        return warn_damped(instance, notice);
+        warn(instance, "the solver step changed to %.17g s at time %.17g s; solver %s keeps the energy bounded over long "
+             "times with equal steps only: keep the communication steps equal", notice->step, notice->time,
+             METHOD.name);
+        break;
+    case NOTICE_UNRESOLVED:
+        warn_unresolved(instance, notice);
+        break;
     case NOTICE_NONE:
     default:
-        return fmi2OK;
+        break;
     }
 }
 
@@ -109,5 +122,6 @@ fmi2Status communication_step(fmi2Component c, double point, double step) {
         system_explain_failure(instance);
         return report_failure(instance, fmi2Discard);
     }
-    return report_notice(instance);
+    report_notice(instance);
+    return fmi2OK;
 }

@@ -39,6 +39,25 @@ static void save(const Instance *instance, FmuState *block) {
     memcpy(&block->state, &instance->state, sizeof(State));
 }
 
+/* Are all numbers in range that index or count? A checksum keeps damage out, but not who can compute it. */
+static bool in_range(const State *state) {
+    const int64_t most = INT64_MAX / 2; /* no run counts so far */
+    bool sound = state->steps >= 0 && state->steps <= most && state->stiff_steps >= 0 && state->stiff_steps <= most &&
+                 state->easy_steps >= 0 && state->easy_steps <= most;
+#if N_CONSTRAINTS > 0
+    bool met[N_CONSTRAINTS] = {false};
+    sound = sound && state->rows.rank >= 0 && state->rows.rank <= N_CONSTRAINTS;
+    for (int k = 0; k < N_CONSTRAINTS && sound && state->rows_known; k++) {
+        const int64_t row = state->rows.order[k];
+        sound = row >= 0 && row < N_CONSTRAINTS && !met[row];
+        if (sound) {
+            met[row] = true;
+        }
+    }
+#endif
+    return sound;
+}
+
 /* What is wrong with a block for this instance, as the end of a sentence; NULL if nothing is. */
 static const char *fault_of(const Instance *instance, const FmuState *block) {
     if (block->magic != MAGIC) {
@@ -55,6 +74,9 @@ static const char *fault_of(const Instance *instance, const FmuState *block) {
     }
     if (block->state.type != (int64_t)instance->type || block->state.mode < 0 || block->state.mode >= N_MODES) {
         return "was saved by an instance of the other type; model exchange and co-simulation do not share states";
+    }
+    if (!in_range(&block->state)) {
+        return "is damaged: it holds a count or an index out of range";
     }
     return NULL;
 }

@@ -88,7 +88,7 @@ fmi2Status fmi2GetRealOutputDerivatives(fmi2Component c, const fmi2ValueReferenc
         const int order_needed = needed_order(variable, order[i]);
         needed = order_needed > needed ? order_needed : needed;
     }
-    if (nvr > 0 && !equations_motion(instance, needed, &motion)) {
+    if (nvr > 0 && !(equations_settle(instance) && equations_motion(instance, needed, &motion))) {
         return report_failure(instance, fmi2Error);
     }
     for (size_t i = 0; i < nvr; i++) {

@@ -210,7 +210,7 @@ typedef enum {
     NOTICE_NONE = 0,
     NOTICE_STIFF = 1,  /* the steps of an explicit method are bounded by its stability */
     NOTICE_UNEQUAL = 2, /* the steps of a variational method are not of the same length any more */
-    NOTICE_DAMPED = 4   /* the steps of an implicit method do not resolve an undamped vibration */
+    NOTICE_UNRESOLVED = 4 /* steps do not resolve an undamped vibration: implicit methods damp it, fixed steps miss it */
 } NoticeKind;
 
 typedef struct {

@@ -36,11 +36,17 @@ static void deliver(const fmi2CallbackFunctions *callbacks, fmi2String name, fmi
     callbacks->logger(callbacks->componentEnvironment, name, status, CATEGORY_NAMES[category], "%s", escaped);
 }
 
-/* Formats and delivers a message of an instance if its category is on. */
+/* Is a message of this status delivered? Errors are, and what fmi2DoStep says of its results, also with logging off. */
+static bool is_wanted(const Instance *instance, fmi2Status status, Category category) {
+    const bool needed = status == fmi2Error || (status != fmi2OK && instance->call == CALL_DoStep);
+    return instance->callbacks.logger != NULL && (needed || (instance->categories & (1u << category)) != 0u);
+}
+
+/* Formats and delivers a message of an instance if it is wanted. */
 static void report(const Instance *instance, fmi2Status status, Category category, const char *format,
                    va_list arguments) {
     char text[MESSAGE_SIZE];
-    if (instance->callbacks.logger == NULL || (instance->categories & (1u << category)) == 0u) {
+    if (!is_wanted(instance, status, category)) {
         return;
     }
     const int prefix = snprintf(text, sizeof text, "%s: ", call_name(instance->call));

@@ -42,6 +42,9 @@ void watch_stiffness(Instance *instance, Step step) {
 void watch_length(Instance *instance, double length) {
     State *state = &instance->state;
     const double tolerance = SAME_LENGTH * length + rounding_of_length(state->time);
+    if (length <= SAME_LENGTH * state->equal_step) {
+        return; /* what an importer's rounding left over */
+    }
     if (state->equal_step > 0.0 && fabs(length - state->equal_step) > tolerance) {
         give_notice(instance, NOTICE_UNEQUAL, length);
     }
@@ -53,7 +56,7 @@ void watch_vibrations(Instance *instance, double length) {
     const double *parameters = instance->state.parameters;
     if (length > RESOLVING_STEP(VIBRATIONS[0]) &&
         memcmp(parameters, START_PARAMETERS, SIZE_PARAMETERS * sizeof(double)) == 0) {
-        give_notice(instance, NOTICE_DAMPED, length);
+        give_notice(instance, NOTICE_UNRESOLVED, length);
     }
 #else
     (void)instance;

@@ -13,7 +13,7 @@ void watch_stiffness(Instance *instance, Step step);
    long times because a neighbouring system, which belongs to one length, is solved exactly. */
 void watch_length(Instance *instance, double length);
 
-/* Notices steps (s) of a method that damps vibrations which do not resolve one; nothing is known of them where
+/* Notices steps (s) that do not resolve a vibration, of a method which then damps it or is unstable; nothing is known of them where
    parameters differ from those of the export. */
 void watch_vibrations(Instance *instance, double length);
 
