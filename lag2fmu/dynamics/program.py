@@ -62,12 +62,10 @@ class Program:
     outputs: frozenset[str] = frozenset()
     signals: int = 0
 
-    @property
-    def time_dependent(self) -> bool:
-        """Whether the equations of motion or constraints contain the time, their inputs aside."""
+    def contains(self, variable: str) -> bool:
+        """Whether the equations of motion or constraints contain the ``variable``; the time is 't'."""
         equations = [f for f in self.functions if f.name in ("mechanism_dynamics", "mechanism_constrained")]
-        (time,) = equations[0].arguments[0].entries
-        return time in self.graph.cone(node for f in equations for *_, node in f.results)
+        return variable in self.graph.symbols([node for f in equations for *_, node in f.results])
 
     def operations(self, name: str) -> int:
         """The number of arithmetic operations and function calls of the function ``name``."""

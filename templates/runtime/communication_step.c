@@ -90,6 +90,26 @@ static void warn_stiff(Instance *instance, const Notice *notice) {
     }
 }
 
+/* Reports a motion input of which only the position moves. */
+static void warn_motion(Instance *instance, const Notice *notice) {
+    const int input = FIRST_MOTION + 3 * notice->index;
+    warn(instance, "the input %s moves at time %.17g s, but %s and %s stay 0: the equations take the support as resting; "
+         "connect all three, or set derivatives for all three", variable_name(VARIABLE_INPUT, input), notice->time,
+         variable_name(VARIABLE_INPUT, input + 1), variable_name(VARIABLE_INPUT, input + 2));
+}
+
+/* Reports a coordinate that left its range. */
+static void warn_range(Instance *instance, const Notice *notice) {
+#if N_BOUNDED > 0
+    const double *range = RANGES[notice->index];
+    warn(instance, "the coordinate %s leaves its range from %.6g to %.6g after time %.17g s; the bounds are no stops, and "
+         "the motion goes on without them", state_name(BOUNDED[notice->index]), range[0], range[1], notice->time);
+#else
+    (void)instance;
+    (void)notice;
+#endif
+}
+
 /* Says what the solver noticed for the first time. The step is complete: some importers end a run at fmi2Warning. */
 static void report_notice(Instance *instance) {
     const Notice *notice = &instance->notice;
@@ -104,6 +124,12 @@ static void report_notice(Instance *instance) {
         break;
     case NOTICE_UNRESOLVED:
         warn_unresolved(instance, notice);
+        break;
+    case NOTICE_MOTION:
+        warn_motion(instance, notice);
+        break;
+    case NOTICE_RANGE:
+        warn_range(instance, notice);
         break;
     case NOTICE_NONE:
     default:

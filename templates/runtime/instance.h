@@ -102,6 +102,10 @@ typedef struct {
     int64_t easy_steps;           /* ... and shorter */
     double equal_step;            /* s; of a variational method: the length of all steps so far, 0 before the first */
     int64_t noticed;              /* Notices that were given, as bits: each is given once */
+#if N_MOTIONS > 0
+    double positions[N_MOTIONS]; /* of motions at the end of the last communication step */
+    int64_t lone_moves;          /* communication steps in which only a position was moved */
+#endif
     int64_t first_stage_valid;    /* first_stage belongs to the present time, states, inputs and parameters, or ... */
     int64_t ahead;                /* ... to the end of the step in dense: there the solver goes on */
     int64_t undisturbed;          /* nothing was changed since the end of the last communication step */
@@ -210,13 +214,16 @@ typedef enum {
     NOTICE_NONE = 0,
     NOTICE_STIFF = 1,  /* the steps of an explicit method are bounded by its stability */
     NOTICE_UNEQUAL = 2, /* the steps of a variational method are not of the same length any more */
-    NOTICE_UNRESOLVED = 4 /* steps do not resolve an undamped vibration: implicit methods damp it, fixed steps miss it */
+    NOTICE_UNRESOLVED = 4, /* steps do not resolve an undamped vibration: implicit methods damp it, fixed steps miss it */
+    NOTICE_MOTION = 8, /* of a motion input only the position moves */
+    NOTICE_RANGE = 16  /* a coordinate left its range */
 } NoticeKind;
 
 typedef struct {
     NoticeKind kind;
     double time; /* s */
     double step; /* length of the solver step, s */
+    int index;   /* of the motion, or in BOUNDED */
 } Notice;
 
 typedef struct {

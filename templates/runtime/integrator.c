@@ -284,6 +284,7 @@ static bool step_adaptively(Instance *instance, double end) {
             propose(state, step, error, rejected);
             watch_stiffness(instance, step);
             watch_vibrations(instance, step.length);
+            watch_ranges(instance, step);
             accept(instance, step);
             state->ahead = step.end > end;
             rejected = false;
@@ -355,6 +356,7 @@ static bool integrate_in_equal_steps(Instance *instance, double end) {
             return false;
         }
         watch_stiffness(instance, step);
+        watch_ranges(instance, step);
         accept(instance, step);
     }
     return true;
@@ -365,6 +367,7 @@ bool integrate(Instance *instance, double end) {
     instance->notice.kind = NOTICE_NONE;
     instance_forget_motion(instance);
     inputs_begin(instance);
+    watch_motions(instance);
     const bool completed =
         METHOD.error_order > 0 ? integrate_adaptively(instance, end) : integrate_in_equal_steps(instance, end);
     if (completed) {
@@ -372,5 +375,6 @@ bool integrate(Instance *instance, double end) {
         instance->state.undisturbed = 1;
     }
     inputs_end(instance);
+    keep_motions(&instance->state);
     return completed;
 }

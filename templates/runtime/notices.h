@@ -17,6 +17,16 @@ void watch_length(Instance *instance, double length);
    parameters differ from those of the export. */
 void watch_vibrations(Instance *instance, double length);
 
+/* At the beginning of a communication step: notices a motion input that is moved from step to step with a velocity and an
+   acceleration of 0, where the equations contain these. */
+void watch_motions(Instance *instance);
+
+/* At its end: remembers where the motions are. */
+void keep_motions(State *state);
+
+/* Notices a coordinate that is out of its range after an accepted step. */
+void watch_ranges(Instance *instance, Step step);
+
 /* How much (s) the difference of two times up to this one may be off because they are rounded. */
 double rounding_of_length(double time);
 

@@ -17,6 +17,7 @@
 #define N_INPUTS 1
 #define N_SIGNALS N_INPUTS
 #define N_MOTIONS 0
+#define N_BOUNDED 0
 #define N_PARAMETERS 0
 #define SIZE_PARAMETERS 1
 #define N_DEPENDENT 0

@@ -22,6 +22,7 @@
 #define N_INPUTS 2
 #define N_SIGNALS N_INPUTS
 #define N_MOTIONS 0
+#define N_BOUNDED 0
 #define N_PARAMETERS 5
 #define SIZE_PARAMETERS 5
 #define N_DEPENDENT 1
