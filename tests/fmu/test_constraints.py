@@ -195,6 +195,34 @@ loop_x = "l*cos(a) + d*cos(b) - l*cos(c) - d"
 loop_y = "l*sin(a) + d*sin(b) - l*sin(c)"
 """
 
+LIGHT_ROTOR = """
+[mechanism]
+name = "light_rotor_on_a_heavy_carriage"
+[parameters]
+M = { value = 1e8, unit = "kg" }
+k = { value = 1e8, unit = "N/m" }
+m = { value = 1e-8, unit = "kg" }
+J = { value = 1e-12, unit = "kg*m2" }
+[coordinates]
+x = { unit = "m", start = 0.1 }
+e0 = { unit = "1", start = 1.0 }
+e1 = { unit = "1", start = 0.0, velocity = 0.5 }
+e2 = { unit = "1", start = 0.0, velocity = 0.1 }
+e3 = { unit = "1", start = 0.0, velocity = 0.2 }
+[energy]
+kinetic = "M*x_dot**2/2"
+potential = "k*x**2/2"
+[frames.rotor]
+parent = "world"
+origin = ["x", "0", "0"]
+quaternion = ["e0", "e1", "e2", "e3"]
+[bodies.rotor]
+frame = "rotor"
+center = ["0", "0", "0"]
+mass = "m"
+inertia = ["J", "2*J", "2.5*J", "0", "0", "0"]
+"""
+
 TEXTS = {"slider": SLIDER_CRANK, "moved": MOVED, "skate": SKATE, "tumbling": TUMBLING, "parallel": PARALLELOGRAM}
 
 
@@ -361,6 +389,23 @@ def test_a_start_in_a_fold(solver: str, folded: Mechanism, exported) -> None:
             a, a_dot = end.y[:, -1]
             found = s.get(["a", "b", "c", "a_dot", "b_dot", "c_dot"])
             assert found == pytest.approx([a, 0.0, a, a_dot, 0.0, a_dot], abs=10 * tolerance + 1e-10)
+
+
+def test_inertias_may_differ_by_any_factor(exported) -> None:
+    """1e20 between carriage and rotor, which tumbles as Euler's equations for a body of unit inertia say."""
+
+    def euler(t: float, z: np.ndarray) -> list[float]:
+        (e0, *e), w = z[:4], z[4:]
+        e0_dot, e_dot = -np.dot(e, w) / 2, (e0 * w + np.cross(e, w)) / 2  # w in the body's axes
+        return [e0_dot, *e_dot, (2 - 2.5) * w[1] * w[2], (2.5 - 1) / 2 * w[2] * w[0], (1 - 2) / 2.5 * w[0] * w[1]]
+
+    start = [1.0, 0.0, 0.0, 0.0, 1.0, 0.2, 0.4]
+    truth = solve_ivp(euler, (0, 2), start, method="DOP853", rtol=1e-11, atol=1e-12).y[:4, -1]
+    path = exported(read(LIGHT_ROTOR, "light")).path
+    for scale in (1.0, 1e-4):
+        with Stepping(path) as s:
+            s.start({"m": 1e-8 * scale, "J": 1e-12 * scale}, tolerance=1e-9).steps(20, 0.1)
+            assert s.get(["x", "e0", "e1", "e2", "e3"]) == pytest.approx([0.1 * cos(2.0), *truth], abs=1e-7)
 
 
 def test_a_rolled_back_run_repeats_itself(fmu) -> None:
