@@ -14,6 +14,7 @@ from lag2fmu.dynamics.samples import start_values
 from lag2fmu.errors import DerivationError
 from lag2fmu.graph.autodiff import forward
 from lag2fmu.graph.batches import Floats, Values, evaluate, matrix
+from lag2fmu.mechanism import Coordinate
 
 
 def at(equations: EquationsOfMotion, values: Values, q: Floats, qd: Floats) -> dict[str, float | Floats]:
@@ -67,6 +68,12 @@ def saddle(equations: EquationsOfMotion, M: Floats, G: Floats) -> Floats:
     return inverse
 
 
+def _within(q: Coordinate, value: float) -> float:
+    """``value`` (SI), or the bound of ``q`` that it passes."""
+    low = -np.inf if q.minimum is None else q.minimum
+    return float(np.clip(value, low, np.inf if q.maximum is None else q.maximum))
+
+
 def random_states(equations: EquationsOfMotion, count: int) -> Iterator[dict[str, float | Floats]]:
     """``count`` states (SI) around the start that meet the constraints, reproducible, external forces being zero.
 
@@ -79,7 +86,7 @@ def random_states(equations: EquationsOfMotion, count: int) -> Iterator[dict[str
         coordinates = tuple(
             replace(
                 q,
-                start=q.start + q.nominal * generator.uniform(-0.7, 0.7),
+                start=_within(q, q.start + q.nominal * generator.uniform(-0.7, 0.7)),
                 velocity=q.velocity + q.nominal * generator.uniform(-1, 1),
                 given=False if len(c) else q.given,
                 velocity_given=False if len(c) else q.velocity_given,

@@ -42,11 +42,11 @@ class Tables:
 
     ``colours``: of the Jacobian of the accelerations by the states. ``continuous_states``: indices of those in (q, qd)
     that the FMU calls states. ``massless``: (constraint, coordinate) for each coordinate without mass and the equation
-    that it follows from, holonomic ones first. ``vibrations``: those that a method damps where its steps do not resolve
-    them, (rad/s, index of the coordinate that moves most), the fastest first. ``motions`` is the number of
-    motion inputs, which are the last ones with two derivatives each. ``default_solver_step`` and
-    ``default_duration``, that of the experiment, are in s, ``stabilisation`` is the rate in 1/s with which constraints
-    that drift are pulled back.
+    that it follows from, holonomic ones first. ``vibrations``: those that a method gets wrong where its steps do not
+    resolve them, (rad/s, index of the coordinate that moves most), the fastest first. ``motions`` says of the motion
+    inputs, which are the last ones with two derivatives each, whether the equations contain these.
+    ``default_solver_step`` and ``default_duration``, that of the experiment, are in s, ``stabilisation`` is the rate in
+    1/s with which constraints that drift are pulled back.
     """
 
     model_name: str
@@ -61,7 +61,7 @@ class Tables:
     massless: tuple[tuple[int, int], ...]
     colours: Colouring
     start_inputs: tuple[float, ...]
-    motions: int
+    motions: tuple[bool, ...]
     start_parameters: tuple[float, ...]
     default_solver_step: float
     default_duration: float
@@ -74,12 +74,19 @@ class Tables:
         return sum(k < self.holonomic for k, _ in self.massless)
 
     @property
+    def bounded(self) -> list[Slot]:
+        """The coordinates with a range."""
+        kinds, n = ("VARIABLE_STATE", "VARIABLE_MASSLESS"), len(self.coordinate_names)
+        slots = [s for s in self.slots if s.kind in kinds and s.index < n]
+        return [s for s in slots if (s.minimum, s.maximum) != (None, None)]
+
+    @property
     def starts(self) -> list[tuple[str, str, Sequence[float]]]:
         """(name in C, size in C, values) of the constant vectors."""
         return [
             ("START_STATES", "N_STATES", self.start_states),
             ("NOMINAL_STATES", "N_STATES", self.nominal_states),
-            ("START_INPUTS", "N_INPUTS", self.start_inputs),
+            ("START_INPUTS", "N_SIGNALS", self.start_inputs),
             ("START_PARAMETERS", "SIZE_PARAMETERS", self.start_parameters),
         ]
 

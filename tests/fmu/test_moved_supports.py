@@ -33,7 +33,8 @@ def support(t: float) -> dict[str, float]:
 @pytest.fixture(scope="module")
 def hanging() -> Mechanism:
     """A mass on a spring, its place x counted from the support; a pendulum on a rope that is drawn up."""
-    x, a, y0 = coordinate("x", "m"), coordinate("a", "rad", start=0.4, velocity=0.5), signal("y0", "m", motion=True)
+    x, y0 = coordinate("x", "m", minimum=-0.01, maximum=0.01), signal("y0", "m", motion=True)
+    a = coordinate("a", "rad", start=0.4, velocity=0.5)
     length = 1 + y0
     return Mechanism(
         "hanging",
@@ -104,3 +105,31 @@ def test_supports_in_constraints(solver: str, crane: Mechanism, exported) -> Non
         assert errors[1] / errors[0] == pytest.approx(0.5, abs=0.1)
     else:
         assert errors[1] < 2e-4
+
+
+def moved(fmu: Fmu, given: tuple[str, ...], **values: float) -> list[str]:
+    """What the FMU warns of while the inputs ``given`` are connected."""
+    with Stepping(fmu.path) as s:
+        s.start(values)
+        for i in range(30):
+            s.set({name: support(0.1 * i)[name] for name in given})
+            s.step(0.1)
+        return s.sentences
+
+
+def test_a_support_whose_velocity_is_not_connected_is_noticed_once(hanging: Mechanism, exported) -> None:
+    fmu = exported(hanging, solver="verlet")
+    described = {v.name: v.doc for v in fmu.description.variables}
+    assert described["y0"].endswith("to be given with y0_dot and y0_ddot")
+    (sentence,) = moved(fmu, ("y0",))
+    assert "the input y0 moves at time 0.3" in sentence
+    assert "y0_dot and y0_ddot stay 0" in sentence
+    assert not any("stay 0" in said for said in moved(fmu, ("y0", "y0_dot")))
+    assert moved(fmu, ()) == []
+
+
+def test_a_coordinate_that_leaves_its_range_is_noticed_once(hanging: Mechanism, exported) -> None:
+    fmu = exported(hanging, solver="verlet")
+    (sentence,) = moved(fmu, (), x_dot=0.1)
+    assert "the coordinate x leaves its range from -0.01 to 0.01" in sentence
+    assert moved(fmu, (), x_dot=0.05) == []  # an amplitude of 7 mm

@@ -12,4 +12,9 @@ void explain_failure(Instance *instance);
    become singular and the accelerations[n] grow so that no solver will go on for long. */
 bool runs_into_singularity(Instance *instance, const double accelerations[]);
 
+/* A fixed step has no error estimate that would grow where M becomes singular: tells, with instance->failure, whether
+   the last one, of this length (s), has an end near such a place and changes velocities otherwise than the
+   accelerations at both its ends say. */
+bool leaps_over_singularity(Instance *instance, double length);
+
 #endif

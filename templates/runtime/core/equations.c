@@ -123,7 +123,7 @@ bool equations_tangent(Instance *instance, const Seed *seed, Tangent *tangent) {
 bool equations_motion(Instance *instance, int order, Motion *motion) {
     const State *state = &instance->state;
     const Cache *cache = &instance->cache;
-    const double *du = state->input_derivatives[0], *d2u = state->input_derivatives[1];
+    const double *du = state->inputs + N_INPUTS, *d2u = du + N_INPUTS; /* each with its rates behind it */
     double change[N_UNKNOWNS];
     memcpy(motion->q[0], state->states, N_COORDINATES * sizeof(double));
     memcpy(motion->q[1], state->states + N_COORDINATES, N_COORDINATES * sizeof(double));

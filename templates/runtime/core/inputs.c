@@ -5,20 +5,37 @@
 
 #include "solver.h"
 
-void inputs_prepare(State *state) {
+/* Where the equations contain rates of inputs, what followed from them is outdated. */
+static void set_rate(Instance *instance, double *slot, double value) {
+    if (N_SIGNALS > N_INPUTS) {
+        instance_assign(instance, slot, value);
+    } else {
+        *slot = value;
+    }
+}
+
+/* Forgets the derivatives of a finished step, before the first one is set for the next. */
+static void prepare(Instance *instance) {
+    State *state = &instance->state;
     if (!state->input_derivatives_set) {
-        memset(state->input_derivatives, 0, sizeof state->input_derivatives);
+        for (int i = 0; i < MAX_INPUT_ORDER * N_INPUTS; i++) {
+            set_rate(instance, input_derivatives(state, 1) + i, 0.0);
+        }
         state->input_derivatives_set = 1;
     }
 }
 
+void inputs_set_derivative(Instance *instance, int input, int order, double value) {
+    prepare(instance);
+    set_rate(instance, input_derivatives(&instance->state, order) + input, value);
+}
+
 /* Does any input move? */
-static bool inputs_move(const State *state) {
-    for (int order = 0; order < MAX_INPUT_ORDER; order++) {
-        for (int i = 0; i < N_INPUTS; i++) {
-            if (state->input_derivatives[order][i] != 0.0) {
-                return true;
-            }
+static bool inputs_move(State *state) {
+    const double *derivatives = input_derivatives(state, 1);
+    for (int i = 0; i < MAX_INPUT_ORDER * N_INPUTS; i++) {
+        if (derivatives[i] != 0.0) {
+            return true;
         }
     }
     return false;
@@ -26,7 +43,7 @@ static bool inputs_move(const State *state) {
 
 /* The derivatives of motions, where the importer gave none, as far as their velocities and accelerations tell them. */
 static void continue_motions(State *state) {
-    double *first = state->input_derivatives[0], *second = state->input_derivatives[1];
+    double *first = input_derivatives(state, 1), *second = input_derivatives(state, 2);
     for (int i = FIRST_MOTION; i < N_INPUTS; i += 3) {
         if (first[i] == 0.0 && second[i] == 0.0 && first[i + 1] == 0.0) {
             first[i] = state->inputs[i + 1];
@@ -38,7 +55,7 @@ static void continue_motions(State *state) {
 void inputs_begin(Instance *instance) {
     State *state = &instance->state;
     const bool set = state->input_derivatives_set != 0;
-    inputs_prepare(state);
+    prepare(instance);
     if (METHOD.variational) {
         continue_motions(state);
     }
@@ -47,16 +64,20 @@ void inputs_begin(Instance *instance) {
 }
 
 const double *inputs_at(Instance *instance, double time) {
-    const State *state = &instance->state;
+    State *state = &instance->state;
     Scratch *scratch = &instance->scratch;
     const double s = time - scratch->step_start;
     if (!scratch->inputs_move) {
         return state->inputs;
     }
+    const double *first = input_derivatives(state, 1), *second = input_derivatives(state, 2);
+    const double *third = input_derivatives(state, 3);
     for (int i = 0; i < N_INPUTS; i++) {
-        const double third = state->input_derivatives[2][i], second = state->input_derivatives[1][i];
-        const double first = state->input_derivatives[0][i];
-        scratch->inputs[i] = state->inputs[i] + s * (first + s / 2.0 * (second + s / 3.0 * third));
+        scratch->inputs[i] = state->inputs[i] + s * (first[i] + s / 2.0 * (second[i] + s / 3.0 * third[i]));
+    }
+    for (int i = 0; i < N_INPUTS && N_SIGNALS > N_INPUTS; i++) {
+        scratch->inputs[N_INPUTS + i] = first[i] + s * (second[i] + s / 2.0 * third[i]);
+        scratch->inputs[2 * N_INPUTS + i] = second[i] + s * third[i];
     }
     return scratch->inputs;
 }
@@ -64,14 +85,15 @@ const double *inputs_at(Instance *instance, double time) {
 void inputs_end(Instance *instance) {
     State *state = &instance->state;
     const double s = state->time - instance->scratch.step_start;
+    double *first = input_derivatives(state, 1), *second = input_derivatives(state, 2);
+    const double *third = input_derivatives(state, 3);
     state->input_derivatives_set = 0;
     if (!instance->scratch.inputs_move) {
         return;
     }
-    memcpy(state->inputs, inputs_at(instance, state->time), sizeof state->inputs);
+    memcpy(state->inputs, inputs_at(instance, state->time), N_INPUTS * sizeof(double));
     for (int i = 0; i < N_INPUTS; i++) {
-        const double third = state->input_derivatives[2][i], second = state->input_derivatives[1][i];
-        state->input_derivatives[0][i] += s * (second + s / 2.0 * third);
-        state->input_derivatives[1][i] += s * third;
+        first[i] += s * (second[i] + s / 2.0 * third[i]);
+        second[i] += s * third[i];
     }
 }

@@ -13,7 +13,7 @@
    occur: for them a motion whose derivatives were not set goes on as its velocity and acceleration say. */
 void inputs_begin(Instance *instance);
 
-/* The inputs at a time (s) in the running communication step; valid until the next call. */
+/* The inputs at a time (s) in the running communication step, with their rates; valid until the next call. */
 const double *inputs_at(Instance *instance, double time);
 
 /* The communication step ends at the time reached: the State gets the values and derivatives of the inputs there.
@@ -24,7 +24,7 @@ const double *inputs_at(Instance *instance, double time);
    their inputs before each step, as all do that set derivatives, see no difference. */
 void inputs_end(Instance *instance);
 
-/* Forgets the derivatives of a finished step before the first one is set for the next. */
-void inputs_prepare(State *state);
+/* The derivative of this order of an input is set for the next step. Those of the finished step are forgotten first. */
+void inputs_set_derivative(Instance *instance, int input, int order, double value);
 
 #endif

@@ -9,7 +9,7 @@ void instance_start(Instance *instance) {
     memset(state, 0, sizeof *state);
     state->phase = PHASE_SETTING_UP;
     memcpy(state->states, START_STATES, sizeof state->states);
-    memcpy(state->inputs, START_INPUTS, sizeof state->inputs);
+    memcpy(state->inputs, START_INPUTS, N_INPUTS * sizeof(double));
     memcpy(state->parameters, START_PARAMETERS, sizeof state->parameters);
     state->previous_log_error = log(1e-4); /* the value dopri5.f starts from */
     memset(&instance->failure, 0, sizeof instance->failure);

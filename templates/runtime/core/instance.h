@@ -29,7 +29,7 @@ typedef struct {
 typedef struct {
     double time;
     double states[N_STATES];
-    double inputs[N_INPUTS];
+    double inputs[N_SIGNALS];
     double parameters[SIZE_PARAMETERS];
 } Seed;
 
@@ -72,7 +72,7 @@ typedef struct {
     SolverScratch solver;
     bool inputs_move;              /* some input is not constant in the running communication step */
     double step_start;             /* s; the time at which that step began */
-    double inputs[N_INPUTS];       /* at a stage of the solver */
+    double inputs[3 * N_INPUTS];   /* at a stage of the solver, with their first and second derivatives */
 } Scratch;
 
 typedef enum {
@@ -107,7 +107,9 @@ typedef enum {
     NOTICE_NONE = 0,
     NOTICE_STIFF = 1,   /* the steps of an explicit method are bounded by its stability */
     NOTICE_UNEQUAL = 2, /* the steps of a variational method are not of the same length any more */
-    NOTICE_DAMPED = 4   /* the steps of an implicit method do not resolve an undamped vibration */
+    NOTICE_UNRESOLVED = 4, /* steps do not resolve an undamped vibration: the method damps it or misses it */
+    NOTICE_MOTION = 8,  /* of a motion input only the position moves */
+    NOTICE_RANGE = 16   /* a coordinate left its range */
 } NoticeKind;
 
 /* notice_sentence (notices.h) puts it in words. */
@@ -115,6 +117,7 @@ typedef struct {
     NoticeKind kind;
     double time; /* s */
     double step; /* length of the solver step, s */
+    int index;   /* of MOTION: that of the motion; of RANGE: that in BOUNDED */
 } Notice;
 
 /* Who hears remarks on calls that succeed, as finished sentences. */

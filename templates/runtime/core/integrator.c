@@ -10,6 +10,7 @@
 
 #include "constraints.h"
 #include "dense_output.h"
+#include "diagnosis.h"
 #include "equations.h"
 #include "inputs.h"
 #include "notices.h"
@@ -237,6 +238,7 @@ static bool step_adaptively(Instance *instance, double end) {
             propose(state, step, error, rejected);
             watch_stiffness(instance, step);
             watch_vibrations(instance, step.length);
+            watch_ranges(instance, step);
             accept(instance, step);
             state->ahead = step.end > end;
             rejected = false;
@@ -303,10 +305,12 @@ static bool integrate_in_equal_steps(Instance *instance, double end) {
         const double next = i < count ? start + (end - start) * (i / count) : end;
         const Step step = {length, next, false};
         instance->scratch.trial_length = length;
-        if (!solver_step(instance, step) || !bring_back_result(instance, step)) {
+        if (!solver_step(instance, step) || leaps_over_singularity(instance, length) ||
+            !bring_back_result(instance, step)) {
             return false;
         }
         watch_stiffness(instance, step);
+        watch_ranges(instance, step);
         accept(instance, step);
     }
     return true;
@@ -317,6 +321,7 @@ bool integrate(Instance *instance, double end) {
     instance->notice.kind = NOTICE_NONE;
     instance_forget_motion(instance);
     inputs_begin(instance);
+    watch_motions(instance);
     const bool completed =
         METHOD.error_order > 0 ? integrate_adaptively(instance, end) : integrate_in_equal_steps(instance, end);
     if (completed) {
@@ -324,5 +329,6 @@ bool integrate(Instance *instance, double end) {
         instance->state.undisturbed = 1;
     }
     inputs_end(instance);
+    keep_motions(&instance->state);
     return completed;
 }

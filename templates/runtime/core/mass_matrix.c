@@ -62,12 +62,12 @@ void mass_divide(const System *system, const double b[], double a[]) {
     }
 }
 
-bool mass_about_to_vanish(Instance *instance, double part, bool concerned[]) {
+bool mass_about_to_vanish(Instance *instance, const double states[], double part, bool concerned[]) {
     const State *state = &instance->state;
     if (N_CONSTRAINTS > 0) {
         return false;
     }
-    mechanism_dynamics(state->time, state->states, state->inputs, state->parameters, instance->scratch.mass,
+    mechanism_dynamics(state->time, states, state->inputs, state->parameters, instance->scratch.mass,
                        instance->scratch.forcing);
     return mass_nearly_singular(instance->scratch.mass, part, &instance->scratch.system.pivoted, concerned);
 }

@@ -18,8 +18,8 @@ bool mass_accept(Instance *instance, MassOutcome outcome, double time, const boo
 /* a[n] = M^-1 b[n] */
 void mass_divide(const System *system, const double b[], double a[]);
 
-/* Is M singular at the present point but for this part? Flags the coordinates concerned[n]. Never under constraints:
-   there the whole system is to be regular, not M. */
-bool mass_about_to_vanish(Instance *instance, double part, bool concerned[]);
+/* Is M singular at these states[2n], with the present inputs, but for this part? Flags the coordinates concerned[n].
+   Never under constraints: there the whole system is to be regular, not M. */
+bool mass_about_to_vanish(Instance *instance, const double states[], double part, bool concerned[]);
 
 #endif

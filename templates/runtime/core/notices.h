@@ -13,12 +13,22 @@ void watch_stiffness(Instance *instance, Step step);
    long times because a neighbouring system, which belongs to one length, is solved exactly. */
 void watch_length(Instance *instance, double length);
 
-/* Notices steps (s) of a method that damps vibrations which do not resolve one; nothing is known of them where
-   parameters differ from those of the export. */
+/* Notices steps (s) that do not resolve a vibration, which the method then damps or gets wrong; nothing is known of
+   vibrations where parameters differ from those of the export. */
 void watch_vibrations(Instance *instance, double length);
 
 /* Writes one sentence to text[size] on a notice that is not NOTICE_NONE: what was noticed, when, and what to do. */
 void notice_sentence(const Notice *notice, char text[], size_t size);
+
+/* At the beginning of a communication step: notices a motion input that is moved from step to step with a velocity and
+   an acceleration of 0, where the equations contain these. */
+void watch_motions(Instance *instance);
+
+/* At the end of a communication step: remembers where the motions are. */
+void keep_motions(State *state);
+
+/* Notices a coordinate that is out of its range after an accepted step. */
+void watch_ranges(Instance *instance, Step step);
 
 /* How much (s) the difference of two times up to this one may be off because they are rounded. */
 double rounding_of_length(double time);

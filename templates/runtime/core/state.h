@@ -6,6 +6,7 @@
 #ifndef STATE_H
 #define STATE_H
 
+#include <stdbool.h>
 #include <stdint.h>
 
 #include "constraint_records.h"
@@ -56,9 +57,9 @@ typedef struct {
     double usual[1 + MAX_OUTPUT_ORDER][N_COORDINATES]; /* accelerations at that time and their time derivatives */
 
     double states[N_STATES]; /* [q, qd] */
-    double inputs[N_INPUTS];
-    double input_derivatives[MAX_INPUT_ORDER][N_INPUTS]; /* by time, of order 1, 2, 3, at the present time */
-    int64_t input_derivatives_set; /* for the next communication step; else they are those of the end of the last one */
+    double inputs[(2 + MAX_INPUT_ORDER) * N_INPUTS]; /* and behind them their derivatives by time of order 1, 2, 3 at the
+                                                        present time, and zeros */
+    int64_t input_derivatives_set; /* for the next communication step; else they are of the end of the last one */
     double parameters[SIZE_PARAMETERS];
     double settings[N_SETTINGS]; /* by Setting */
 
@@ -69,6 +70,8 @@ typedef struct {
     int64_t easy_steps;           /* of those in the present series: shorter */
     double equal_step;            /* s; of a variational method: the length of all steps so far, 0 before the first */
     int64_t noticed;              /* NoticeKinds that were given, as bits: each is given once */
+    double positions[SIZE_MOTIONS]; /* of motions at the end of the last communication step */
+    int64_t lone_moves;           /* communication steps in which only the position of a motion was moved */
     int64_t first_stage_valid;    /* first_stage belongs to the present time, states, inputs and parameters; if the
                                      solver is ahead, to the end of the step in dense */
     int64_t ahead;                /* the solver goes on from the end of the step in dense */
@@ -77,5 +80,13 @@ typedef struct {
     SolverMemory solver;
     Dense dense;
 } State;
+
+/* The derivatives by time, of this order, of the inputs of a State. */
+static inline double *input_derivatives(State *state, int order) {
+    return state->inputs + order * N_INPUTS;
+}
+
+/* Are all numbers in range that index or count? A checksum keeps damage out, but not who can compute it. */
+bool state_in_range(const State *state);
 
 #endif

@@ -10,14 +10,13 @@
 
 enum { SENTENCE_SIZE = 1024 };
 
-/* fmi2OK, or fmi2Warning where the solver noticed something for the first time. */
-static fmi2Status report_notice(Component *component) {
+/* Says what the solver noticed for the first time. The step is complete: some importers end a run at fmi2Warning. */
+static void report_notice(Component *component) {
     char sentence[SENTENCE_SIZE];
-    if (component->instance.notice.kind == NOTICE_NONE) {
-        return fmi2OK;
+    if (component->instance.notice.kind != NOTICE_NONE) {
+        notice_sentence(&component->instance.notice, sentence, sizeof sentence);
+        warn(component, "%s", sentence);
     }
-    notice_sentence(&component->instance.notice, sentence, sizeof sentence);
-    return warn(component, "%s", sentence);
 }
 
 /* A communication step from the communication point (s) by step (s) that takes more than moving the time. A call that
@@ -37,7 +36,8 @@ static fmi2Status take_step(fmi2Component c, double point, double step) {
         explain_failure(&component->instance);
         return report_failure(component, fmi2Discard);
     }
-    return report_notice(component);
+    report_notice(component);
+    return fmi2OK;
 }
 
 fmi2Status fmi2DoStep(fmi2Component c, fmi2Real currentCommunicationPoint, fmi2Real communicationStepSize,

@@ -19,7 +19,7 @@ typedef struct {
 } FmuState;
 
 static const uint64_t MAGIC = 0x00756d663267616cu; /* "lag2fmu\0" in little-endian bytes */
-static const uint64_t VERSION = 3;
+static const uint64_t VERSION = 4;
 
 /* 64-bit FNV-1a (Fowler, Noll, Vo) of some bytes. */
 static uint64_t hash(const void *bytes, size_t size) {
@@ -63,6 +63,9 @@ static const char *fault_of(const Component *component, const FmuState *block) {
     if (block->session.type != (int64_t)component->type || block->session.mode < 0 ||
         block->session.mode >= N_MODES) {
         return "was saved by an instance of the other type; model exchange and co-simulation do not share states";
+    }
+    if (!state_in_range(&block->state)) {
+        return "is damaged: it holds a count or an index out of range";
     }
     return NULL;
 }

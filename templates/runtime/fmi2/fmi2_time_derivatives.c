@@ -45,8 +45,7 @@ fmi2Status fmi2SetRealInputDerivatives(fmi2Component c, const fmi2ValueReference
         }
     }
     for (size_t i = 0; i < nvr; i++) {
-        inputs_prepare(&component->instance.state);
-        component->instance.state.input_derivatives[order[i] - 1][VARIABLES[vr[i]].index] = value[i];
+        inputs_set_derivative(&component->instance, VARIABLES[vr[i]].index, order[i], value[i]);
     }
     return fmi2OK;
 }
@@ -68,7 +67,8 @@ fmi2Status fmi2GetRealOutputDerivatives(fmi2Component c, const fmi2ValueReferenc
         const int order_needed = value_motion_order(variable, order[i]);
         needed = order_needed > needed ? order_needed : needed;
     }
-    if (nvr > 0 && !equations_motion(&component->instance, needed, &motion)) {
+    Instance *instance = &component->instance;
+    if (nvr > 0 && !(equations_settle(instance) && equations_motion(instance, needed, &motion))) {
         return report_failure(component, fmi2Error);
     }
     for (size_t i = 0; i < nvr; i++) {

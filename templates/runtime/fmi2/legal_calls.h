@@ -59,7 +59,7 @@
     CALL(GetNominalsOfContinuousStates,   "x x x x x d",   ". . . . . .")     \
     /* co-simulation */                                                       \
     CALL(SetRealInputDerivatives,         ". . . . . .",   "x x x . . .")     \
-    CALL(GetRealOutputDerivatives,        ". . . . . .",   ". . x d x d")     \
+    CALL(GetRealOutputDerivatives,        ". . . . . .",   ". o x d x d")     \
     CALL(DoStep,                          ". . . . . .",   ". . x . . .")     \
     CALL(CancelStep,                      ". . . . . .",   ". . . . . .")     \
     CALL(GetStatus,                       ". . . . . .",   ". . x x x .")     \

@@ -36,11 +36,17 @@ static void deliver(const fmi2CallbackFunctions *callbacks, fmi2String name, fmi
     callbacks->logger(callbacks->componentEnvironment, name, status, CATEGORY_NAMES[category], "%s", escaped);
 }
 
-/* Formats and delivers a message of an instance if its category is on. */
+/* Is a message of this status delivered? Errors are, and what fmi2DoStep says of its results, also with logging off. */
+static bool is_wanted(const Component *component, fmi2Status status, Category category) {
+    const bool needed = status == fmi2Error || (status != fmi2OK && component->call == CALL_DoStep);
+    return component->callbacks.logger != NULL && (needed || (component->categories & (1u << category)) != 0u);
+}
+
+/* Formats and delivers a message of a component if it is wanted. */
 static void report(const Component *component, fmi2Status status, Category category, const char *format,
                    va_list arguments) {
     char text[MESSAGE_SIZE];
-    if (component->callbacks.logger == NULL || (component->categories & (1u << category)) == 0u) {
+    if (!is_wanted(component, status, category)) {
         return;
     }
     const int prefix = snprintf(text, sizeof text, "%s: ", call_name(component->call));

@@ -16,6 +16,7 @@ typedef struct {
     double safety;   /* the part that is taken of the step which would just meet the tolerance */
     bool variational; /* the method works on momenta: it meets the constraints by itself, knows forces of inertia by
                          momenta alone, and keeps the energy bounded as long as its steps are equal */
+    bool damps;       /* vibrations that the steps do not resolve are damped; by other methods they are missed */
 } Method;
 
 extern const Method METHOD;

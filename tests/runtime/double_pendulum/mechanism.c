@@ -47,6 +47,9 @@ const char *const COORDINATE_NAMES[N_COORDINATES] = {"theta1", "theta2"};
 const char *const CONSTRAINT_NAMES[SIZE_CONSTRAINTS] = {NULL};
 const double VIBRATIONS[SIZE_VIBRATIONS] = {0.0};
 const int VIBRATING[SIZE_VIBRATIONS] = {0};
+const int MOTION_RATES[SIZE_MOTIONS] = {0};
+const int BOUNDED[SIZE_BOUNDED] = {0};
+const double RANGES[SIZE_BOUNDED][2] = {{0.0, 0.0}};
 const int COLOURS[N_COLOURS][N_COORDINATES] = {{0, 0}, {1, 1}, {2, 2}, {3, 3}};
 
 void mechanism_dependent(const double p[], double c[]) {

@@ -22,7 +22,11 @@
 #define SIZE_MASSLESS 1
 #define N_MASSLESS_POSITIONS 0
 #define N_INPUTS 2
+#define N_SIGNALS N_INPUTS
 #define N_MOTIONS 0
+#define N_BOUNDED 0
+#define SIZE_BOUNDED 1
+#define SIZE_MOTIONS 1
 #define N_PARAMETERS 5
 #define SIZE_PARAMETERS 5
 #define N_DEPENDENT 1
@@ -49,6 +53,9 @@ extern const char *const COORDINATE_NAMES[N_COORDINATES];
 extern const char *const CONSTRAINT_NAMES[SIZE_CONSTRAINTS];
 extern const double VIBRATIONS[SIZE_VIBRATIONS];
 extern const int VIBRATING[SIZE_VIBRATIONS];
+extern const int MOTION_RATES[SIZE_MOTIONS];
+extern const int BOUNDED[SIZE_BOUNDED];
+extern const double RANGES[SIZE_BOUNDED][2];
 extern const int COLOURS[N_COLOURS][N_COORDINATES];
 
 void mechanism_dependent(const double p[], double c[]);

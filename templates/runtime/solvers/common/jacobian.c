@@ -10,7 +10,7 @@
 #include "system.h"
 
 bool equations_jacobian(Instance *instance, double time, const double states[], double jacobian[]) {
-    static const double NO_INPUTS[N_INPUTS], NO_PARAMETERS[SIZE_PARAMETERS];
+    static const double NO_INPUTS[N_SIGNALS], NO_PARAMETERS[SIZE_PARAMETERS];
     const double *inputs = inputs_at(instance, time), *parameters = instance->state.parameters;
     System *system = &instance->scratch.system;
     double unknowns[N_UNKNOWNS], changed[N_UNKNOWNS], change[N_RESIDUALS];

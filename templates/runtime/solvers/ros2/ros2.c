@@ -25,7 +25,7 @@
 #include "solver.h"
 #include "step_failure.h"
 
-const Method METHOD = {.name = "ros2", .order = 2};
+const Method METHOD = {.name = "ros2", .order = 2, .damps = true};
 
 enum { N = N_COORDINATES };
 

@@ -9,18 +9,23 @@
 
 enum { N = N_COORDINATES };
 
-/* mass += G^T W G, each weight such that its row counts as much as the largest entry of M. */
+/* mass += G^T W G, each weight such that its row counts as much as the largest inertia of the coordinates it ties: other
+   inertias may be larger by any factor. */
 static void add_constraints(System *system, double mass[]) {
-    double largest = 0.0;
-    for (int i = 0; i < N * N; i += N + 1) {
-        largest = fmax(largest, fabs(mass[i]));
+    double inertias[N];
+    double heaviest = 0.0;
+    for (int i = 0; i < N; i++) {
+        inertias[i] = fabs(mass[i * N + i]);
+        heaviest = fmax(heaviest, inertias[i]);
     }
     for (int k = 0; k < N_CONSTRAINTS; k++) {
         const double *row = system->constraints.jacobian + k * N;
-        double square = 0.0;
+        double square = 0.0, largest = 0.0;
         for (int i = 0; i < N; i++) {
             square += row[i] * row[i];
+            largest = row[i] != 0.0 ? fmax(largest, inertias[i]) : largest;
         }
+        largest = largest > 0.0 ? largest : heaviest;
         system->weight[k] = square > 0.0 ? (largest > 0.0 ? largest : 1.0) / square : 0.0;
         for (int i = 0; i < N; i++) {
             for (int j = 0; j <= i; j++) {
@@ -29,6 +34,7 @@ static void add_constraints(System *system, double mass[]) {
         }
     }
 }
+
 /* M, mended where it is singular. */
 static bool factorize_densely(Instance *instance, double time, const double states[], const double inputs[],
                               System *system) {

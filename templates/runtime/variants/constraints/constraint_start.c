@@ -14,6 +14,7 @@ enum { N = N_COORDINATES, MOST_ITERATIONS = 60, MOST_HALVINGS = 12, SENTENCE_SIZ
 
 static const double MET = 1e-12;      /* relative residuals that are met at the start */
 static const double PROJECTED = 1e-6; /* relative residuals that are near enough for given starts to be moved */
+static const double AWAY = 0.1;       /* nominal displacements from a singular position, where it is left behind */
 
 /* Which states may move: those of the level that are guesses, or all of the level. */
 typedef enum { GUESSES, ALL_STATES } Freedom;
@@ -123,20 +124,54 @@ static bool settle(Instance *instance, Level level, double states[]) {
            report_constraints(instance, state->time, &values, level);
 }
 
-static bool find_independent_rows(Instance *instance) {
-    State *state = &instance->state;
+/* Which rows are independent at these states, and how far from the span of the others. */
+static bool independent_rows(Instance *instance, const double states[], IndependentRows *rows) {
+    const State *state = &instance->state;
     System *system = &instance->scratch.system;
-    state->rows_known = 0;
-    if (!system_factorize(instance, state->time, state->states, state->inputs, N_CONSTRAINTS, 0.0, system)) {
+    if (!system_factorize(instance, state->time, states, state->inputs, N_CONSTRAINTS, 0.0, system)) {
         return false;
     }
-    state->rows_known = 1;
-    state->rows.rank = system->constraints.rank;
+    rows->rank = system->constraints.rank;
     for (int k = 0; k < N_CONSTRAINTS; k++) {
         const int row = system->constraints.order[k];
-        state->rows.order[k] = row;
-        state->rows.distance[row] = k < state->rows.rank ? constraints_distance(&system->constraints, k) : 0.0;
+        rows->order[k] = row;
+        rows->distance[row] = k < rows->rank ? constraints_distance(&system->constraints, k) : 0.0;
     }
+    return true;
+}
+
+/* The states[2n] where the velocities at the start lead to, a little further on along the constraints. Returns false if
+   nothing moves, or if there are none. */
+static bool move_on(Instance *instance, double states[]) {
+    const State *state = &instance->state;
+    double fastest = 0.0;
+    bool moved;
+    for (int i = 0; i < N; i++) {
+        fastest = fmax(fastest, fabs(state->states[N + i]) / NOMINAL_STATES[i]);
+    }
+    memcpy(states, state->states, sizeof state->states);
+    for (int i = 0; i < N; i++) {
+        states[i] += AWAY / fastest * state->states[N + i];
+    }
+    return fastest > 0.0 && constraints_project(instance, state->time, state->inputs, states, &moved);
+}
+
+/* A start may be in a singular position, where a constraint that restricts the motion shows itself little or not at
+   all: it counts as it does further on, and is about to be lost at the start. */
+static bool find_independent_rows(Instance *instance) {
+    State *state = &instance->state;
+    double states[N_STATES];
+    IndependentRows further;
+    state->rows_known = 0;
+    if (!independent_rows(instance, state->states, &state->rows)) {
+        return false;
+    }
+    if (state->rows.rank < N_CONSTRAINTS && move_on(instance, states) && independent_rows(instance, states, &further) &&
+        further.rank > state->rows.rank) {
+        state->rows = further;
+    }
+    instance->failure.kind = FAILURE_NONE;
+    state->rows_known = 1;
     return true;
 }
 
