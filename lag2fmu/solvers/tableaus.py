@@ -1,6 +1,6 @@
 """Explicit Runge-Kutta methods as Butcher tableaus: coefficients that check themselves.
 
-A method is one entry of METHODS. Its orders are derived from the coefficients by the conditions of rooted trees; an
+A method is one entry of TABLEAUS. Its orders are derived from the coefficients by the conditions of rooted trees; an
 entry whose claim is false cannot be built.
 """
 

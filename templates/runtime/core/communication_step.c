@@ -19,8 +19,9 @@ bool communication_step_possible(const Instance *instance, double point, double 
         return false;
     }
     if (!(fabs(point - state->time) <= COMMUNICATION_POINT_TOLERANCE * step + rounding(state->time))) {
-        snprintf(text, size, "the communication point is %.17g s; expected the end of the last step, %.17g s, to within "
-                 "%g of the communication step %.17g s", point, state->time, COMMUNICATION_POINT_TOLERANCE, step);
+        snprintf(text, size, "the communication point is %.17g s; expected the end of the last step, %.17g s, to "
+                 "within %g of the communication step %.17g s", point, state->time, COMMUNICATION_POINT_TOLERANCE,
+                 step);
         return false;
     }
     if (!isfinite(point + step)) {
@@ -29,8 +30,8 @@ bool communication_step_possible(const Instance *instance, double point, double 
     }
     if (state->stop_time_defined &&
         point + step > state->stop_time + STOP_TIME_TOLERANCE * step + rounding(state->stop_time)) {
-        snprintf(text, size, "the communication step would end at %.17g s; expected no time after the stop time %.17g s "
-                 "that the experiment was set up with", point + step, state->stop_time);
+        snprintf(text, size, "the communication step would end at %.17g s; expected no time after the stop time %.17g "
+                 "s that the experiment was set up with", point + step, state->stop_time);
         return false;
     }
     return true;

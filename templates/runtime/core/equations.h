@@ -6,8 +6,9 @@
 
 #include "instance.h"
 
-/* derivatives[2n] = [qd, qdd] at any time (s) and states[2n] in a communication step, with the inputs at that time; not
-   to be used where that fails. Touches no cache: the solver does not depend on which variables were read in between. */
+/* derivatives[2n] = [qd, qdd] at any time (s) and states[2n] in a communication step, with the inputs at that time.
+   Where the function returns false the derivatives are not to be used. Touches no cache: the solver does not depend on
+   which variables were read in between. */
 bool equations_derivative(Instance *instance, double time, const double states[], double derivatives[]);
 
 /* In the phase of solving the start: solves for the start values that constraints determine. In other phases does
@@ -22,19 +23,19 @@ void equations_dependent(Instance *instance);
 bool equations_accelerations(Instance *instance);
 bool equations_locals(Instance *instance);
 
-/* Completes the seed by how what has no mass answers to it; in the phase of solving the start, by how all start values
-   that constraints determine answer. */
+/* Adds to the seed how what has no mass answers to it; in the phase of solving the start, how all start values answer
+   that constraints determine. */
 bool equations_settle_seed(Instance *instance, Seed *seed);
 
 /* The tangent of the dependent parameters, and of accelerations and locals, at the present point along the seed. */
 void equations_dependent_tangent(const Instance *instance, const Seed *seed, Tangent *tangent);
 bool equations_tangent(Instance *instance, const Seed *seed, Tangent *tangent);
 
-/* At the end of a step: keeps the accelerations for singular positions, where the policy asks for that. */
+/* At the end of a step: keeps the accelerations, where the policy asks for that; at singular positions they lead on. */
 void equations_remember(Instance *instance);
 
-/* The motion with derivatives of q up to 2 + order and of the locals up to order, -1 to 2, the inputs moving
-   with their present derivatives. */
+/* The motion with derivatives of q up to the order 2 + order, and of the locals up to order, which is -1 to 2. The
+   inputs move with their present derivatives. */
 bool equations_motion(Instance *instance, int order, Motion *motion);
 
 #endif

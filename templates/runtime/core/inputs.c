@@ -5,7 +5,7 @@
 
 #include "solver.h"
 
-/* Where the equations contain rates of inputs, what followed from them is outdated. */
+/* Sets a derivative; where the equations contain rates of inputs, what followed from it is outdated. */
 static void set_rate(Instance *instance, double *slot, double value) {
     if (N_SIGNALS > N_INPUTS) {
         instance_assign(instance, slot, value);
@@ -41,7 +41,7 @@ static bool inputs_move(State *state) {
     return false;
 }
 
-/* The derivatives of motions, where the importer gave none, as far as their velocities and accelerations tell them. */
+/* Gives motions for which the importer set no derivatives those that their velocities and accelerations tell. */
 static void continue_motions(State *state) {
     double *first = input_derivatives(state, 1), *second = input_derivatives(state, 2);
     for (int i = FIRST_MOTION; i < N_INPUTS; i += 3) {

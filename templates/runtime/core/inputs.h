@@ -24,7 +24,8 @@ const double *inputs_at(Instance *instance, double time);
    their inputs before each step, as all do that set derivatives, see no difference. */
 void inputs_end(Instance *instance);
 
-/* The derivative of this order of an input is set for the next step. Those of the finished step are forgotten first. */
+/* Sets the derivative of this order of an input for the next step. The derivatives of the finished step are forgotten
+   first. */
 void inputs_set_derivative(Instance *instance, int input, int order, double value);
 
 #endif

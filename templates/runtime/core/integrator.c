@@ -1,7 +1,4 @@
-/* Step size control. Sources:
-   [HNW]  Hairer, Norsett, Wanner, Solving Ordinary Differential Equations I, 2nd edition, section II.4;
-   [HW]   Hairer, Wanner, Solving Ordinary Differential Equations II, 2nd edition, section IV.2 (the PI controller),
-          with the constants of the code dopri5.f of the same authors. */
+/* Steps under error control, and steps of one length. */
 #include "integrator.h"
 
 #include <float.h>
@@ -15,72 +12,11 @@
 #include "inputs.h"
 #include "notices.h"
 #include "settings.h"
+#include "step_size.h"
 
-static const double LARGEST_GROWTH = 10.0;
-static const double LARGEST_REDUCTION = 0.2;
-static const double SMALLEST_ERROR = 1e-4; /* remembered by the controller */
-static const double STRETCH = 1.05;        /* the last step may be this much longer, instead of leaving a sliver */
-static const double MAX_STEP_SLACK = 1.001;
-static const double WORTHWHILE = 1.25;     /* a step that would pass the communication point by less ends there */
-static const double FARTHEST = 1000.0;     /* communication steps that a solver step may pass */
-static const double LONGEST_PART = 0.02;   /* of the experiment, that a step takes under error control by default */
-static const double RESTING_PART = 1e-7;   /* of the experiment: the first step where nothing moves */
-static const double MOST_STEPS = 1e12;     /* of a fixed-step method in a communication step */
-static const int64_t MOST_TRIALS = 10000000; /* of an adaptive method likewise, which may meet a motion that blows up */
-
-/* fmin and fmax of the C library are calls, for the sake of NaN. */
-static double smaller(double a, double b) {
-    return a < b ? a : b;
-}
-
-static double larger(double a, double b) {
-    return a > b ? a : b;
-}
-
-/* solver_max_step, s. If it is not given, the stages of longer steps could all miss what lasts for a short time only:
-   a part of the experiment under error control, else infinite, for then the length is given. */
-static double longest_step(const State *state) {
-    const double setting = state->settings[SETTING_MAX_STEP];
-    const double usual = METHOD.error_order > 0 ? LONGEST_PART * experiment_duration(state) : HUGE_VAL;
-    return setting > 0.0 ? setting : usual;
-}
-
-/* The maximum of |v_i| / weight_i over the states, with the weights of the error estimate at the present point. */
-static double weighted_norm(const State *state, const double v[]) {
-    const double tolerance = solver_tolerance(state);
-    double largest = 0.0;
-    for (int i = 0; i < N_STATES; i++) {
-        largest = larger(largest, fabs(v[i]) / (tolerance * (fabs(state->states[i]) + NOMINAL_STATES[i])));
-    }
-    return largest;
-}
-
-/* The exponent's denominator: the error estimate of a step h is proportional to h to this power. */
-static double error_power(void) {
-    return 1.0 + (METHOD.error_order < METHOD.order ? METHOD.error_order : METHOD.order);
-}
-
-/* The length of the very first step, s: [HNW], "Starting step size". */
-static double first_step(Instance *instance) {
-    const State *state = &instance->state;
-    Scratch *scratch = &instance->scratch;
-    const double d0 = weighted_norm(state, state->states);
-    const double d1 = weighted_norm(state, state->first_stage);
-    const double h0 = d0 < 1e-5 || d1 < 1e-5 ? RESTING_PART * experiment_duration(state) : 0.01 * d0 / d1;
-
-    for (int i = 0; i < N_STATES; i++) {
-        scratch->stage_states[i] = state->states[i] + h0 * state->first_stage[i];
-    }
-    if (!equations_derivative(instance, state->time + h0, scratch->stage_states, scratch->new_derivatives)) {
-        return 1e-3 * h0;
-    }
-    for (int i = 0; i < N_STATES; i++) {
-        scratch->new_derivatives[i] = (scratch->new_derivatives[i] - state->first_stage[i]) / h0;
-    }
-    const double largest = larger(d1, weighted_norm(state, scratch->new_derivatives));
-    const double h1 = largest <= 1e-15 ? h0 : pow(0.01 / largest, 1.0 / error_power());
-    return smaller(100.0 * h0, h1);
-}
+static const double FARTHEST = 1000.0;       /* communication steps that a solver step may pass */
+static const double MOST_STEPS = 1e12;       /* of a fixed-step method in a communication step */
+static const int64_t MOST_TRIALS = 10000000; /* of an adaptive method likewise: so motions that blow up end */
 
 /* Moves states onto the constraints; *moved tells whether that changed them. */
 static bool project(Instance *instance, double time, double states[], bool *moved) {
@@ -124,9 +60,10 @@ static void accept(Instance *instance, Step step) {
     state->first_stage_valid = 1;
 }
 
-/* How far (s) steps may go: beyond the end of the communication step only if the same inputs may well hold there. They
-   do not if they move, and are not expected to if something was changed before this communication step. Where the
-   equations contain the time, the importer's steps tell how fast things change. */
+/* The time (s) up to which steps may go. It is beyond the end of the communication step only if the same inputs may
+   well hold there: they do not if they move, and are not expected to if something was changed before this communication
+   step. Where the equations contain the time, steps end with the communication step, because the importer's steps tell
+   how fast things change. */
 static double horizon_of(const Instance *instance, double end) {
     const State *state = &instance->state;
     if (TIME_DEPENDENT || METHOD.dense_order == 0 || !state->undisturbed || instance->scratch.inputs_move) {
@@ -143,8 +80,8 @@ static bool interpolate(Instance *instance, double time, double states[]) {
     return project(instance, time, states, &moved);
 }
 
-/* Prepares interpolation for a step that goes beyond the communication point. That constraints can be met within it is
-   tried where the interpolant is farthest from both ends: a shorter step is the remedy now, and none is left later. */
+/* Prepares interpolation for a step that goes beyond the communication point. Where the interpolant is farthest from
+   both ends it is tried whether constraints can be met: now a shorter step is the remedy, later there is none. */
 static bool prepare_interpolation(Instance *instance, Step step) {
     double states[N_STATES];
     return dense_begin(instance, step) &&
@@ -162,34 +99,6 @@ bool integrator_catch_up(Instance *instance) {
         instance->cache.states_behind = false;
     }
     return true;
-}
-
-/* The next trial step: as proposed, or to the end or the horizon if that is about as near. */
-static Step choose_step(const State *state, double end, double horizon) {
-    const double longest = longest_step(state);
-    const double proposed = smaller(state->next_step, longest);
-    const double near = end < horizon && end - state->time < proposed / WORTHWHILE ? horizon : end;
-    const double remaining = near - state->time;
-    if (remaining <= STRETCH * proposed && remaining <= MAX_STEP_SLACK * longest) {
-        return (Step){remaining, near, remaining < proposed};
-    }
-    const double next = state->time + proposed;
-    return (Step){next - state->time, next, false};
-}
-
-/* The proposal after an accepted step, the PI controller of [HW]: h (1/error)^alpha previous_error^beta, bounded. A
-   step that was cut short by the end of the communication step says little and does not reduce the proposal. */
-static void propose(State *state, Step step, double error, bool after_rejection) {
-    const double beta = 0.2 / error_power();
-    const double alpha = 1.0 / error_power() - 0.75 * beta;
-    double factor = METHOD.safety * exp(beta * state->previous_log_error - alpha * log(error)); /* error 0: infinite */
-    factor = smaller(larger(factor, LARGEST_REDUCTION), after_rejection ? 1.0 : LARGEST_GROWTH);
-    if (step.cut_short) {
-        state->next_step = larger(state->next_step, factor * step.length);
-    } else {
-        state->next_step = factor * step.length;
-        state->previous_log_error = log(larger(error, SMALLEST_ERROR));
-    }
 }
 
 /* The error of a trial step in units of the tolerance, HUGE_VAL if the step could not be computed. Above 1 the step
@@ -243,10 +152,8 @@ static bool step_adaptively(Instance *instance, double end) {
             state->ahead = step.end > end;
             rejected = false;
         } else {
-            const bool measured = error > 1.0 && isfinite(error);
-            const double factor = measured ? METHOD.safety * pow(error, -1.0 / error_power()) : 0.25;
             rejected = true;
-            state->next_step = step.length * larger(factor, LARGEST_REDUCTION);
+            propose_shorter(state, step, error);
             if (state->next_step < shortest) {
                 return false;
             }

@@ -5,9 +5,10 @@
 #include "instance.h"
 
 /* Advances time, states and inputs of instance->state to exactly end, s. Returns false if a step could not be
-   completed; all are then those of the last one that was, and instance->failure tells why. Where the solver has gone
-   beyond the end, the states stay behind until something asks for them: most communication steps then only move the
-   time. Lengths of steps by Hairer, Norsett, Wanner, Solving Ordinary Differential Equations I, 2nd edition, II.4. */
+   completed; time, states and inputs are then those at the end of the last completed step, and instance->failure tells
+   why. Where the solver has gone beyond the end, the states stay behind until something asks for them: most
+   communication steps then only move the time. Lengths of steps by Hairer, Norsett, Wanner, Solving Ordinary
+   Differential Equations I, 2nd edition, II.4. */
 bool integrate(Instance *instance, double end);
 
 /* Brings the states to the present time if they are behind. Returns false, with instance->failure set, if constraints

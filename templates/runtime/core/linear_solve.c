@@ -127,8 +127,8 @@ static void flag_null_space(const Factorization *result, int rank, bool concerne
     }
 }
 
-/* The cold path: full pivoting also takes symmetric matrices that are not positive definite. Singular is what has a
-   pivot below the largest one times zero. */
+/* The cold path: full pivoting also takes symmetric matrices that are not positive definite. A matrix is singular that
+   has a pivot below the largest one times zero. */
 static MassOutcome factorize_pivoted(const double mass[], double zero, Factorization *result, bool concerned[]) {
     double *a = result->factor;
     double largest = 0.0;

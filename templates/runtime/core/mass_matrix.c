@@ -9,7 +9,7 @@
 
 enum { N = N_COORDINATES };
 
-/* A pivot below the inertia of its coordinate times this is suspicious; the dense solver decides. */
+/* A pivot below the inertia of its coordinate times this is suspicious, and the dense solver decides. */
 static const double SUSPICIOUS = 1e4 * DBL_EPSILON;
 
 /* Brings the least acceptable pivots up to date: relative to the diagonal of M at the start, with the present

@@ -1,12 +1,12 @@
-/* What is noticed along a run, and told once at the end of the communication step. */
+/* What is noticed along a run. Each kind is told once, at the end of a communication step. */
 #ifndef NOTICES_H
 #define NOTICES_H
 
 #include "instance.h"
 #include "solver.h"
 
-/* Notices a motion that keeps the accepted steps at the limit of stability, or fixed ones beyond it: these at once if
-   that is so at the start. */
+/* Notices a motion that keeps accepted steps at the limit of stability, or fixed steps beyond it. Fixed steps are
+   looked at from the first one on. */
 void watch_stiffness(Instance *instance, Step step);
 
 /* Notices steps (s) of a variational method that are of another length than those before: its energy is bounded over
@@ -30,7 +30,7 @@ void keep_motions(State *state);
 /* Notices a coordinate that is out of its range after an accepted step. */
 void watch_ranges(Instance *instance, Step step);
 
-/* How much (s) the difference of two times up to this one may be off because they are rounded. */
+/* The rounding error (s) of the difference of two times up to this one. */
 double rounding_of_length(double time);
 
 #endif

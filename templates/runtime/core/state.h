@@ -57,8 +57,8 @@ typedef struct {
     double usual[1 + MAX_OUTPUT_ORDER][N_COORDINATES]; /* accelerations at that time and their time derivatives */
 
     double states[N_STATES]; /* [q, qd] */
-    double inputs[(2 + MAX_INPUT_ORDER) * N_INPUTS]; /* and behind them their derivatives by time of order 1, 2, 3 at the
-                                                        present time, and zeros */
+    double inputs[(2 + MAX_INPUT_ORDER) * N_INPUTS]; /* with their derivatives by time, of order 1, 2, 3 at the present
+                                                        time, and zeros behind them */
     int64_t input_derivatives_set; /* for the next communication step; else they are of the end of the last one */
     double parameters[SIZE_PARAMETERS];
     double settings[N_SETTINGS]; /* by Setting */

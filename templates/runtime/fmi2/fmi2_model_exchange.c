@@ -119,7 +119,8 @@ fmi2Status fmi2GetDerivatives(fmi2Component c, fmi2Real derivatives[], size_t nx
         derivatives[i] = state < N_COORDINATES ? component->instance.state.states[N_COORDINATES + state]
                                                : component->instance.cache.accelerations[state - N_COORDINATES];
     }
-    if (!component->noted_singularity && runs_into_singularity(&component->instance, component->instance.cache.accelerations)) {
+    if (!component->noted_singularity &&
+        runs_into_singularity(&component->instance, component->instance.cache.accelerations)) {
         component->noted_singularity = true;
         report_failure(component, fmi2Warning); /* the derivatives are right: some importers end a run at fmi2Warning */
     }

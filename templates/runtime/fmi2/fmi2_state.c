@@ -6,8 +6,8 @@
 #include "gate.h"
 #include "logging.h"
 
-/* An fmi2FMUstate: a header that tells what the block is, and copies of the Session and the State. The block is plain data; its bytes
-   in memory are also its serialized form. */
+/* An fmi2FMUstate: a header that tells what the block is, and copies of the Session and the State. The block is plain
+   data; its bytes in memory are also its serialized form. */
 typedef struct {
     uint64_t magic;   /* MAGIC; reads backwards, and is refused, on a big-endian machine */
     uint64_t version; /* of this layout */

@@ -1,5 +1,5 @@
-/* What a solver is: the functions below, and a header solver_memory.h that says what it carries along. There is a folder
-   for each family of methods; the one that was chosen at export is compiled. */
+/* What a solver is: the functions below, and a header solver_memory.h that says what it carries along. Each family of
+   methods has a folder, and the one that was chosen at export is compiled. */
 #ifndef SOLVER_H
 #define SOLVER_H
 

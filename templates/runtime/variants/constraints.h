@@ -18,12 +18,12 @@ bool constraints_project(Instance *instance, double time, const double inputs[],
    for Nonlinear Problems, section 4.4. Returns false, with instance->failure, if there is no solution. */
 bool constraints_settle(Instance *instance);
 
-/* Completes a seed of given states, inputs, time and parameters by how the solved states answer; the accelerations in
-   the cache are up to date. */
+/* Adds to a seed of given states, inputs, time and parameters how the solved states answer; the accelerations in the
+   cache are up to date. */
 void constraints_settle_seed(Instance *instance, Seed *seed);
 
-/* Keeps the accelerations of the motion at the present point, and their derivatives, as the usual ones, unless it is a
-   singular position: there they would be those remembered so far. */
+/* Keeps the accelerations of the motion at the present point, and their derivatives, as the usual ones. In a singular
+   position nothing is kept: there the accelerations are the usual ones already. */
 void constraints_remember(Instance *instance, const Motion *motion);
 
 #endif

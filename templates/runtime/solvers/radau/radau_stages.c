@@ -18,7 +18,8 @@ static const double MOST_GROWTH = 4.0; /* of the second change beyond the first 
 static const double KEEP = 0.02; /* iterations that contract by less go on with the same K and D in the next step */
 
 /* matrix = I - h b x D - h^2 (b b) x K for a block b of the modes (size x size), factorised. */
-static bool factorize_block(const SolverMemory *memory, double h, const double b[], int size, double matrix[], int rows[]) {
+static bool factorize_block(const SolverMemory *memory, double h, const double b[], int size, double matrix[],
+                            int rows[]) {
     for (int i = 0; i < size; i++) {
         for (int j = 0; j < size; j++) {
             double square = 0.0;
@@ -40,9 +41,9 @@ static bool factorize_block(const SolverMemory *memory, double h, const double b
 /* K and D at the present point. */
 static bool linearize(Instance *instance) {
     SolverMemory *memory = &instance->state.solver;
-    const double *jacobian = instance->scratch.solver.jacobian;
+    double *jacobian = instance->scratch.solver.jacobian;
     memory->linearized = 0;
-    if (!equations_jacobian(instance, instance->state.time, instance->state.states, instance->scratch.solver.jacobian)) {
+    if (!equations_jacobian(instance, instance->state.time, instance->state.states, jacobian)) {
         return false;
     }
     for (int k = 0; k < N; k++) {

@@ -76,8 +76,8 @@ static void complete(Instance *instance, Step step, Stages *stages) {
 }
 
 /* One round: each V_i is corrected by M^-1 times what its momentum misses, with M at the start of the step. Returns the
-   greatest relative change. Constraints tell velocities to the rounding of coordinates by h, which in very short steps
-   is more than that of the velocities. */
+   greatest relative change. Constraints determine velocities up to the rounding of coordinates divided by h, which in
+   very short steps is more than the rounding of velocities. */
 static double correct(Instance *instance, Step step, const double p[], Stages *stages) {
     static const double RESTING[SIZE_CONSTRAINTS];
     double changes[S][N_UNKNOWNS];
@@ -153,8 +153,9 @@ static bool velocities_of(Instance *instance, double time, const double q[], Sol
     return true;
 }
 
-/* The momenta at the present point: kept from the last step, or new if something was changed since. Where only motions
-   were, the momenta are kept and the velocities are new: a support that changes its velocity by a jump strikes. */
+/* The momenta at the present point: kept from the last step, or new if something was changed since. Where only motion
+   inputs were changed, the momenta are kept and the velocities are new: a support that changes its velocity by a jump
+   strikes. */
 static bool update_momenta(Instance *instance) {
     State *state = &instance->state;
     double forces[N];

@@ -24,14 +24,15 @@ static inline void pack(const double q[], const double qd[], double states[]) {
     memcpy(states + N_COORDINATES, qd, N_COORDINATES * sizeof(double));
 }
 
-/* With the system factorised at the start of the step: the multipliers to begin with are those there. */
+/* The multipliers to begin with: those at the start of the step, where the system is factorised. */
 void stages_guess_multipliers(const System *system, Stages *stages);
 
-/* Adds the forces of the constraints at stage i, at this time (s), and puts what phi is there to residuals[i]. */
+/* Adds the forces of the constraints at stage i, at this time (s), and sets residuals[i] to phi there. */
 void stages_constrain(Instance *instance, double time, Stages *stages, int i);
 
-/* From changes[i] of velocities, which leave G qd as it is, and the multipliers behind them to those changes, and
-   corrected multipliers, that make phi vanish at all stages, to first order; h is the length of the step. */
+/* Corrects the multipliers such that phi vanishes at all stages, to first order. Before, changes[i] are those of
+   velocities that leave G qd as it is, with multipliers behind them; after, those that belong to the corrected
+   multipliers. h is the length of the step. */
 void stages_meet_constraints(const System *system, double h, Stages *stages, double changes[STAGES][N_UNKNOWNS]);
 
 /* Changes qd so that its momenta grow by missing[n] and an impulse of the constraints, which is added to impulse[n],
@@ -39,11 +40,11 @@ void stages_meet_constraints(const System *system, double h, Stages *stages, dou
 void stages_end_step(Instance *instance, double time, const double q[], const double missing[], double qd[],
                      double impulse[]);
 
-/* Momenta do not tell the velocities where M is singular, and only constraints make the system regular: returns false
-   there, with instance->failure. */
+/* Is M regular? Where it is singular and only constraints make the system regular, momenta do not tell the velocities:
+   returns false there, with instance->failure. */
 bool mass_regular(Instance *instance, double time, const double states[], const System *system);
 
-/* Do the constraints hold after the step? Redundant ones that were left out do not where they were needed. */
+/* Do the constraints hold after the step? They do not if a redundant one that was left out was needed. */
 bool new_states_on_constraints(Instance *instance, Step step);
 
 #endif

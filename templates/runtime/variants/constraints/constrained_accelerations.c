@@ -1,6 +1,6 @@
-/* The generated code gives accelerations and multipliers in one formula, without pivoting, in an order that suits the
-   mechanism, and reports its pivots. It holds as long as the same constraints are independent as at the start, and
-   clearly so; else see system.h. */
+/* With constraints. The generated code gives accelerations and multipliers in one formula, without pivoting, in an
+   order that suits the mechanism, and reports its pivots. The formula holds as long as clearly the same constraints are
+   independent as at the start; elsewhere the system of system.h is solved. */
 #include <math.h>
 #include <string.h>
 
@@ -12,7 +12,8 @@
 #include "mass_matrix.h"
 #include "system.h"
 
-/* The part of the square of its distance at the start from where on a constraint may be about to be lost. */
+/* Where the square of a constraint's distance falls to this part of what it is at the start, it may be about to be
+   lost. */
 static const double STILL_THERE = 1e-3;
 
 /* In 1/s. */
@@ -34,12 +35,12 @@ static void find_drift(const Instance *instance, double time, const double state
     }
 }
 
-/* What is remembered of a step serves for that many times as drift takes to be damped. */
+/* What is remembered of a step serves for so many times the time in which drift is damped. */
 static const double STALE = 10.0;
 
 /* The accelerations to go on with where a constraint is about to be lost: those at the last accepted step, so that the
-   branch with continuous velocities is followed. Importers may tell of few of their steps: from the last one they told
-   of the accelerations are continued by their Taylor series, for some time. NULL if there are none. */
+   branch with continuous velocities is followed. An importer may tell of few of its steps; then the accelerations at
+   the last one it told of are continued by their Taylor series, for some time. NULL if there are none. */
 static const double *usual_accelerations(Instance *instance, double time) {
     const State *state = &instance->state;
     double *usual = instance->scratch.usual;
@@ -117,5 +118,5 @@ void constraints_remember(Instance *instance, const Motion *motion) {
     }
     state->usual_known = 1;
     state->usual_time = state->time;
-    instance_forget_motion(instance); /* what is calculated again has to be the same after going back to this State */
+    instance_forget_motion(instance); /* after going back to this State the same values have to come out */
 }

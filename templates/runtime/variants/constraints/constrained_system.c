@@ -9,7 +9,7 @@
 
 enum { N = N_COORDINATES };
 
-/* mass += G^T W G, each weight such that its row counts as much as the largest inertia of the coordinates it ties: other
+/* mass += G^T W G. Each weight makes its row count as much as the largest inertia of the coordinates it ties: other
    inertias may be larger by any factor. */
 static void add_constraints(System *system, double mass[]) {
     double inertias[N];

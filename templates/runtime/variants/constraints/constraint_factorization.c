@@ -9,15 +9,17 @@
 
 enum { N = N_COORDINATES, M = N_CONSTRAINTS };
 
-/* Squared: a constraint counts as redundant if it is that near to the span of the others, seen from 1. Small enough for
-   mechanisms that work near their singular positions, large enough to pass through one on the continuous branch. */
+/* The square of a distance from the span of the other constraints, which of a row alone is 1: a constraint that is
+   nearer counts as redundant. Small enough for mechanisms that work near their singular positions, large enough to pass
+   through one on the continuous branch. */
 static const double RANK_TOLERANCE = 1e-10;
 
-/* The same for rows that were redundant before: drift must not bring them in. */
+/* The same, squared, for rows that were redundant before: drift must not bring them in. */
 static const double CLEARLY_INDEPENDENT = 1e-3;
 
-/* Squared, of the distance at the start: nearer to the span of the others a row is about to be lost. Passing through an
-   isolated singular position what it says is 0/0: rounding errors grow with the inverse third power of the distance. */
+/* The square of a part of the distance at the start: a row that is nearer to the span of the others is about to be
+   lost. In an isolated singular position such a row says 0/0: near it rounding errors grow with the inverse third power
+   of the distance. */
 static const double ABOUT_TO_BE_LOST = 1e-5;
 
 static double inner_product(const double a[], const double b[], int count) {
@@ -36,8 +38,8 @@ static void scale_rows(ConstraintFactorization *result) {
     }
 }
 
-/* The full matrix P D G M^-1 G^T D P^T in factor. Along the rows of G, which have many zeros, the sums of a row
-   going on beside each other. */
+/* The full matrix P D G M^-1 G^T D P^T in factor. The loops run along the rows of G, which have many zeros, and add to
+   all sums of a row in turn. */
 static void multiply(ConstraintFactorization *result) {
     for (int i = 0; i < result->rows; i++) {
         const int row = result->order[i];

@@ -4,21 +4,21 @@
 
 #include "constraint_records.h"
 
-/* Fills the rest from jacobian and response. Of the known rows, if they are not NULL, all are taken that still are
-   independent, and others only where they clearly are. With damping > 0 that times the identity is added to the scaled
-   matrix: the solutions are then damped as in the method of Levenberg and Marquardt. By Cholesky's method with diagonal
-   pivoting: Golub, Van Loan, Matrix Computations, 4th edition, section 4.2. */
+/* Completes a factorisation of which jacobian and response are given. Of the known rows, if they are not NULL, those
+   that still are independent are taken, and other rows only where they clearly are. With damping > 0, damping times the
+   identity is added to the scaled matrix: the solutions are then damped as in the method of Levenberg and Marquardt.
+   Cholesky's method with diagonal pivoting: Golub, Van Loan, Matrix Computations, 4th edition, section 4.2. */
 void constraints_factorize(ConstraintFactorization *result, int rows, const IndependentRows *known, double damping);
 
 /* The distance of the row at place k of the order from the span of those before it, in the metric M^-1. */
 double constraints_distance(const ConstraintFactorization *factorization, int k);
 
-/* The multipliers[rows] that solve for b[rows]; those of redundant rows are 0. Where a row is held, they do so for
-   usual[rows] in its stead as far as it adds to the rows before it; NULL is 0. */
+/* The multipliers[rows] that solve for b[rows]; those of redundant rows are 0. A row that is held takes its part of the
+   right side from usual[rows] instead of b, as far as it adds to the rows before it; NULL stands for zeros. */
 void constraints_solve(const ConstraintFactorization *factorization, const double b[], const double usual[],
                        double multipliers[]);
 
-/* From such a solution to the one of least norm in units of the scaled rows. */
+/* Turns multipliers of constraints_solve into the solution of least norm in units of the scaled rows. */
 void constraints_spread(const ConstraintFactorization *factorization, double multipliers[]);
 
 /* a[n] += M^-1 G^T multipliers. */

@@ -1,5 +1,5 @@
-/* Moving states onto the constraints after solver steps. Source: Hairer, Wanner, Solving Ordinary Differential Equations
-   II, 2nd edition, section VII.2 (projection methods, simplified Newton iteration). */
+/* Moving states onto the constraints after solver steps. Source: Hairer, Wanner, Solving Ordinary Differential
+   Equations II, 2nd edition, section VII.2 (projection methods, simplified Newton iteration). */
 #include <math.h>
 
 #include "constraint_residuals.h"
@@ -32,7 +32,7 @@ static void correct(const Values *values, Level level, const System *system, dou
 }
 
 /* Simplified Newton iteration: the system is factorised again only where that is needed to go on. *factorized is the
-   number of rows that the factorisation in scratch stands for; values are those at the states, before and after. */
+   number of rows that the factorisation in scratch stands for. The values are those at the states, before and after. */
 static bool project(Instance *instance, Level level, double time, const double inputs[], double states[],
                     Values *values, int *factorized, bool *moved) {
     System *system = &instance->scratch.system;

@@ -21,8 +21,8 @@ int rows_of(Level level);
 void residuals_evaluate(const Instance *instance, double time, const double states[], const double inputs[],
                         Values *values);
 
-/* The greatest relative residual; infinite for one that is not finite. Those of rows that are held count less: relative
-   to what is left of the row rounding errors have no bound. held[m] may be NULL. */
+/* The greatest relative residual; infinite for one that is not finite. Rows that are held count less: relative to what
+   is left of such a row rounding errors have no bound. held[m] may be NULL. */
 double residual_size(const Values *values, Level level, const double states[], const double held[]);
 
 /* Sets instance->failure to constraints that are not met; returns false. */

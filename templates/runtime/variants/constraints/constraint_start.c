@@ -23,7 +23,7 @@ static bool is_free(Level level, Freedom freedom, int i) {
     return freedom == ALL_STATES || !GIVEN_STATES[(level == POSITIONS ? 0 : N) + i];
 }
 
-/* change[n]: the least one in nominal values, of the free states, that takes residuals[rows] away to first order. */
+/* change[n]: the least change of the free states, in nominal values, that takes residuals[rows] away to first order. */
 static void least_change(ConstraintFactorization *work, const double jacobian[], const double residuals[], Level level,
                          Freedom freedom, double damping, double change[]) {
     double right[N_CONSTRAINTS];
@@ -140,8 +140,8 @@ static bool independent_rows(Instance *instance, const double states[], Independ
     return true;
 }
 
-/* The states[2n] where the velocities at the start lead to, a little further on along the constraints. Returns false if
-   nothing moves, or if there are none. */
+/* states[2n]: a little further on along the constraints, where the velocities at the start lead to. Returns false if
+   nothing moves, or if no such states are found. */
 static bool move_on(Instance *instance, double states[]) {
     const State *state = &instance->state;
     double fastest = 0.0;
@@ -157,7 +157,7 @@ static bool move_on(Instance *instance, double states[]) {
 }
 
 /* A start may be in a singular position, where a constraint that restricts the motion shows itself little or not at
-   all: it counts as it does further on, and is about to be lost at the start. */
+   all. Such a constraint counts as it does further on, and is about to be lost at the start. */
 static bool find_independent_rows(Instance *instance) {
     State *state = &instance->state;
     double states[N_STATES];

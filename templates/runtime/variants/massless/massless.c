@@ -23,7 +23,7 @@ typedef struct {
     double jacobian[N_CONSTRAINTS * N_COORDINATES];
 } Values;
 
-/* The equations of the first so many massless coordinates, as A change = - residuals. */
+/* The equations A change = - residuals of the first coordinates without mass, size of them. */
 typedef struct {
     int size;
     double matrix[N_MASSLESS * N_MASSLESS];
@@ -63,8 +63,8 @@ static void move(double moving[], const double kept[], double length, const doub
     }
 }
 
-/* The greatest residual, seen from what a nominal displacement of the coordinate, or what it is now, makes; infinite
-   for one that is not finite. */
+/* The greatest residual relative to what a nominal displacement of the coordinate makes, or its present displacement if
+   that is more; infinite for one that is not finite. */
 static double size_of(const Values *values, const double states[]) {
     double greatest = 0.0;
     for (int k = 0; k < N_MASSLESS_POSITIONS; k++) {
@@ -96,7 +96,7 @@ static bool report_massless(Instance *instance, const double residuals[], int si
 }
 
 /* One step of Newton's method, halved until the residual falls. Returns false, and the states as they were, if it does
-   not fall; what is met already gets no second chance, for what is left is rounding. */
+   not fall. Equations that are met already get one trial only, because what is left is rounding. */
 static bool improve(const Instance *instance, double states[], Values *values, double *size) {
     double kept[N_MASSLESS], change[N_MASSLESS];
     Slopes slopes;
