@@ -3,6 +3,7 @@
 #include <string.h>
 
 #include "equations.h"
+#include "fmi2Functions.h"
 
 void call(const double in[], double out[]);
 

@@ -138,7 +138,7 @@ def _nonpotential(equations: EquationsOfMotion) -> list[int]:
 def _silent(equations: EquationsOfMotion, node: int) -> int:
     """``node`` without external forces."""
     g, v = equations.graph, equations.variables
-    return g.substitute([node], dict.fromkeys((*v.Q, *v.plain), g.zero))[0]
+    return g.substitute([node], dict.fromkeys((*v.Q, *v.plain, *v.rates), g.zero))[0]
 
 
 Candidate = tuple[str, str, int]

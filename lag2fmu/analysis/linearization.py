@@ -145,7 +145,7 @@ class Linearizer:
     def _seeded(self, nodes: Sequence[int], values: Values, seeds: Floats, moved: Floats | None = None) -> Floats:
         """``nodes`` for every row of ``seeds`` (s, 2 n + r), accelerations and multipliers along as ``moved`` says."""
         g, t = self.equations.graph, self.tangent
-        given = {**values, str(g.leaf[t.dt]): 0.0, **dict.fromkeys((str(g.leaf[x]) for x in t.dp), 0.0)}
+        given = {**values, str(g.leaf[t.dt]): 0.0, **dict.fromkeys((str(g.leaf[x]) for x in (*t.dp, *t.drates)), 0.0)}
         given |= {str(g.leaf[x]): seed for x, seed in zip((*t.dx, *t.du), seeds.T, strict=True)}
         along = np.zeros((len(t.dqdd), len(seeds))) if moved is None else moved
         given |= {str(g.leaf[x]): seed for x, seed in zip(t.dqdd, along, strict=True)}

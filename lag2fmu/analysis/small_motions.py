@@ -80,7 +80,7 @@ class _Form:
                 "coordinates without mass are; give what has no mass a small one"
             )
         self.place = {node: self._number(value) for node, value in zip(v.q, about.q, strict=True)}
-        self.place |= dict.fromkeys((v.t, *v.qd, *v.qdd, *v.Q), g.zero)
+        self.place |= dict.fromkeys((v.t, *v.qd, *v.qdd, *v.Q, *v.rates), g.zero)
         self.place |= {node: self._number(x) for node, x in zip(v.multipliers, about.multipliers, strict=True)}
         starts = {u.name: u.start for u in equations.mechanism.inputs}
         self.place |= {node: self._number(starts.get(str(g.leaf[node]), 0.0)) for node in v.inputs[len(v.Q) :]}

@@ -6,12 +6,7 @@ import hashlib
 from collections.abc import Mapping, Sequence
 from fractions import Fraction
 
-from lag2fmu.codegen.python import (
-    BUILT_IN,
-    ORDINARY,
-    python_body,
-    used_functions,
-)
+from lag2fmu.codegen.python import BUILT_IN, ORDINARY, python_body, used_functions
 from lag2fmu.codegen.sources import Slot, Tables
 from lag2fmu.codegen.templates import render
 from lag2fmu.dynamics import Function, Program
@@ -76,6 +71,7 @@ def render_mechanism(
         "model_name": repr(tables.model_name),
         "nominal": [repr(x) for x in tables.nominal_states[:n]],
         "default_step": repr(tables.default_solver_step),
+        "default_duration": repr(tables.default_duration),
     }
     return render("python/mechanism.py.jinja", context)
 

@@ -44,9 +44,11 @@ class Tables:
 
     ``colours``: of the Jacobian of the accelerations by the states. ``continuous_states``: indices of those in (q, qd)
     that the FMU calls states. ``massless``: (constraint, coordinate) for each coordinate without mass and the equation
-    that it follows from, holonomic ones first. ``vibrations``: those that a method damps where its steps do not resolve
-    them, (rad/s, index of the coordinate that moves most), the fastest first. ``default_solver_step`` is in s,
-    ``stabilisation`` the rate in 1/s with which constraints that drift are pulled back.
+    that it follows from, holonomic ones first. ``vibrations``: those that a method gets wrong where its steps do not
+    resolve them, (rad/s, index of the coordinate that moves most), the fastest first. ``motions`` says of the motion
+    inputs, which are the last ones with two derivatives each, whether the equations contain these.
+    ``default_solver_step`` and ``default_duration``, that of the experiment, are in s, ``stabilisation`` is the rate in
+    1/s with which constraints that drift are pulled back.
     """
 
     model_name: str
@@ -61,8 +63,10 @@ class Tables:
     massless: tuple[tuple[int, int], ...]
     colours: Colouring
     start_inputs: tuple[float, ...]
+    motions: tuple[bool, ...]
     start_parameters: tuple[float, ...]
     default_solver_step: float
+    default_duration: float
     stabilisation: float
     vibrations: tuple[tuple[float, int], ...] = ()
 
@@ -72,12 +76,19 @@ class Tables:
         return sum(k < self.holonomic for k, _ in self.massless)
 
     @property
+    def bounded(self) -> list[Slot]:
+        """The coordinates with a range."""
+        kinds, n = ("VARIABLE_STATE", "VARIABLE_MASSLESS"), len(self.coordinate_names)
+        slots = [s for s in self.slots if s.kind in kinds and s.index < n]
+        return [s for s in slots if (s.minimum, s.maximum) != (None, None)]
+
+    @property
     def starts(self) -> list[tuple[str, str, Sequence[float]]]:
         """(name in C, size in C, values) of the constant vectors."""
         return [
             ("START_STATES", "N_STATES", self.start_states),
             ("NOMINAL_STATES", "N_STATES", self.nominal_states),
-            ("START_INPUTS", "N_INPUTS", self.start_inputs),
+            ("START_INPUTS", "N_SIGNALS", self.start_inputs),
             ("START_PARAMETERS", "SIZE_PARAMETERS", self.start_parameters),
         ]
 
@@ -89,15 +100,6 @@ class Tables:
         states = {s.index: s.name for s in self.slots if s.kind in ("VARIABLE_STATE", "VARIABLE_MASSLESS")}
         return list({**names, "x": [states[i] for i in sorted(states)]}.items())
 
-
-CONSTRAINT_FILES = "constraint_"
-"""How the names of the runtime files begin, behind SOLVER_FILES if need be, that only constraints need."""
-
-MASSLESS_FILES = "massless."
-"""How those begin that only coordinates without mass need."""
-
-SOLVER_FILES = "solver_"
-"""How those begin that are needed if the chosen solver names them, or a needed file includes their header."""
 
 _INCLUDED = re.compile(r'^#include "(\w+)\.h"', re.MULTILINE)
 
@@ -117,26 +119,32 @@ def render_sources(program: Program, tables: Tables, method: Method, guid: str) 
         "guid": guid,
         "helpers": [text for name, text in _HELPERS.items() if CODE[name] in used],
     }
-    files = _runtime_files(tables, method)
+    files = runtime_files(method, bool(tables.constraint_names), bool(tables.massless))
     files |= {name: render(f"mechanism/{name}.jinja", context) for name in (*GENERATED, *method.generated_files)}
     return dict(sorted(files.items()))
 
 
-def _runtime_files(tables: Tables, method: Method) -> dict[str, str]:
-    """{file name: text} of the runtime, as far as the mechanism and the method need it."""
-    needed_for = {
-        CONSTRAINT_FILES: tables.constraint_names,
-        SOLVER_FILES + CONSTRAINT_FILES: tables.constraint_names,
-        MASSLESS_FILES: tables.massless,
-    }
-    unused = tuple(beginning for beginning, there in needed_for.items() if not there)
-    folder = resource_folder("templates") / "runtime"
-    texts = {path.name: path.read_text("utf-8") for path in folder.glob("*.[ch]") if not path.name.startswith(unused)}
-    wanted = {name for name in texts if not name.startswith(SOLVER_FILES)} | set(method.runtime_files)
-    needed: set[str] = set()
+def runtime_files(method: Method, constrained: bool, massless: bool) -> dict[str, str]:
+    """{file name: text} of the runtime, as far as a solver and a kind of mechanism need it; folders are left out.
+
+    Taken as a whole are the gate of FMI, the folders of the chosen variants and that of the solver's family, with what
+    stands in it for these variants. All else is taken where an include asks for it: NAME.h brings NAME.c along.
+    """
+    variants = ("constraints" if constrained else "constraints_none", "massless" if massless else "massless_none")
+    family = f"solvers/{method.family}"
+    whole = ("fmi2", *(f"variants/{name}" for name in variants), family, *(f"{family}/{name}" for name in variants))
+    wanted = set(texts := _texts(*whole))
+    texts |= _texts("core", "variants", "solvers", "solvers/common")
+    needed: dict[str, str] = {}
     while wanted:
         name = wanted.pop()
         if name in texts and name not in needed:
-            needed.add(name)
+            needed[name] = texts[name]
             wanted |= {f"{stem}.{ending}" for stem in _INCLUDED.findall(texts[name]) for ending in "ch"}
-    return {name: texts[name] for name in needed}
+    return needed
+
+
+def _texts(*folders: str) -> dict[str, str]:
+    """{file name: text} of the C files that stand in these folders of the runtime themselves."""
+    runtime = resource_folder("templates") / "runtime"
+    return {path.name: path.read_text("utf-8") for folder in folders for path in (runtime / folder).glob("*.[ch]")}

@@ -42,6 +42,11 @@ def acceleration(name: str) -> str:
     return f"{name}_ddot"
 
 
+def rate(name: str) -> str:
+    """Name of the time derivative of an input, which is no variable of the FMU."""
+    return f"rate of {name}"
+
+
 def generalized_force(name: str) -> str:
     """Name of the FMU input for an external generalized force on the coordinate ``name``."""
     return f"Q_{name}"

@@ -120,7 +120,8 @@ class EquationsOfMotion:
         for block in blocks:
             apart = [other for other in merged if not other & block]
             merged = [*apart, block.union(*(other for other in merged if other & block))]
-        names_of = {i: frozenset().union(*(rows[j] for j in block)) for block in merged for i in block}
+        rates = {str(g.leaf[node]) for node in self.variables.rates}
+        names_of = {i: frozenset().union(*(rows[j] for j in block)) - rates for block in merged for i in block}
         return tuple(names_of[i] for i in range(len(rows)))
 
 

@@ -61,7 +61,8 @@ class Program:
 
     ``locals`` are the names of the entries of ``mechanism_locals``, ``dependent`` of ``mechanism_dependent``;
     ``factor_size`` is the length of what ``mechanism_factor`` hands to ``mechanism_solve``; ``method`` how M is solved;
-    ``outputs`` names what is an output beside q and qd, with a second time derivative.
+    ``signals`` is the length of u, the inputs with their rates; ``outputs`` names what is an output beside q and qd,
+    with a second time derivative.
     """
 
     graph: Graph
@@ -72,6 +73,12 @@ class Program:
     locals: tuple[str, ...]
     dependent: tuple[str, ...]
     outputs: frozenset[str] = frozenset()
+    signals: int = 0
+
+    def contains(self, variable: str) -> bool:
+        """Whether the equations of motion or constraints contain the ``variable``; the time is 't'."""
+        equations = [f for f in self.functions if f.name in ("mechanism_dynamics", "mechanism_constrained")]
+        return variable in self.graph.symbols([node for f in equations for *_, node in f.results])
 
     def operations(self, name: str) -> int:
         """The number of arithmetic operations and function calls of the function ``name``."""
@@ -85,14 +92,15 @@ def lower(equations: EquationsOfMotion, promoted: Collection[str] = (), variatio
     ``promoted`` names the accelerations and locals that are outputs beside those of the mechanism; ``variational``
     adds the momenta and forces that such solvers work on.
 
-    Arguments: t; x = (q, qd), 2n; u, the inputs (Q first, then the user's, then y0, y0_dot, y0_ddot of each motion); p,
-    the independent parameters; qdd, n, and behind it the m multipliers. M is row-major with only its lower triangle
-    written. Raises DerivationError if a function would need a variable that is none of its arguments.
+    Arguments: t; x = (q, qd), 2n; u, the inputs (Q first, then the user's, then y0, y0_dot, y0_ddot of each motion),
+    with their rates behind them where what has no mass follows from forces; p, the independent parameters; qdd, n, and
+    behind it the m multipliers. M is row-major with only its lower triangle written. Raises
+    DerivationError if a function would need a variable that is none of its arguments.
     """
     equations = equations.apart()
     g, v = equations.graph, equations.variables
     p = Array("p", v.parameters)
-    state = (Array("t", (v.t,), True), Array("x", (*v.q, *v.qd)), Array("u", v.inputs), p)
+    state = (Array("t", (v.t,), True), Array("x", (*v.q, *v.qd)), Array("u", v.signals), p)
     factor, solution = _factor_and_solve(equations, state)
     outputs = frozenset((*equations.mechanism.output_names, *promoted))
     qdd = Array("qdd", v.unknowns)
@@ -119,6 +127,7 @@ def lower(equations: EquationsOfMotion, promoted: Collection[str] = (), variatio
         method=equations.method,
         factor_size=len(factor.results) - len(v.q),
         inputs=tuple(str(g.leaf[node]) for node in v.inputs),
+        signals=len(v.signals),
         locals=tuple(name for name, _ in equations.locals()),
         dependent=tuple(equations.dependent),
         outputs=outputs,
@@ -214,7 +223,7 @@ def _constraints(equations: EquationsOfMotion, state: tuple[Array, ...], factor:
 def _tangents(tangent: Tangent, state: tuple[Array, ...], qdd: Array, constrained: bool) -> tuple[Function, ...]:
     """Directional derivatives along (dt, dx, du, dp)."""
     p, dp, dqdd = state[-1], Array("dp", tangent.dp), Array("dqdd", tangent.dqdd)
-    seed = (Array("dt", (tangent.dt,), True), Array("dx", tangent.dx), Array("du", tangent.du), dp)
+    seed = (Array("dt", (tangent.dt,), True), Array("dx", tangent.dx), Array("du", (*tangent.du, *tangent.drates)), dp)
     return (
         _function(
             "mechanism_residual_tangent",

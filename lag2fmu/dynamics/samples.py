@@ -27,6 +27,9 @@ def start_values(mechanism: Mechanism) -> State:
     values |= {names.multiplier(c.name): 0.0 for c in mechanism.constraints}
     for u in mechanism.inputs:
         values |= {u.name: u.start, names.velocity(u.name): 0.0, names.acceleration(u.name): 0.0}
+    if any(c.massless for c in mechanism.constraints):
+        first = [names.rate(name) for name in values if name != "t"]
+        values |= dict.fromkeys((*first, *map(names.rate, first)), 0.0)
     values |= {p.name: p.value for p in mechanism.parameters if p.value is not None}
     return values
 
@@ -69,7 +72,8 @@ def massless_directions(
 ) -> dict[int, float]:
     """{row of ``jacobian`` (m, n): weight} of those that restrict motion without mass; none if M is regular somewhere.
 
-    M is that of ``entries`` over ``velocities``, (n,). The weights, powers of two, make w g g^T as large as M.
+    M is that of ``entries`` over ``velocities``, (n,). The weights, powers of two, make w g g^T as large as M is for
+    the coordinates that the row g ties: elsewhere it may be larger by any factor, as for a light rotor on a crane.
     """
     found: dict[int, float] = {}
     states = list(samples(mechanism, 5))
@@ -83,9 +87,10 @@ def massless_directions(
         null = vectors[singular <= 1e-12 * max(singular[0], 1e-300)]
         if len(null) == 0:
             return {}
-        largest = float(np.abs(mass).max()) or 1.0
         for k, row in enumerate(rows):
             if k not in found and np.any(np.abs(null @ (row / scale)) > 1e-9 * np.linalg.norm(row / scale)):
+                tied = row != 0
+                largest = float(np.abs(mass[tied][:, tied]).max(initial=0.0) or np.abs(mass).max()) or 1.0
                 found[k] = 2.0 ** round(float(np.log2(largest / (row @ row))))
     return found
 

@@ -18,6 +18,8 @@ from lag2fmu.graph.autodiff import forward
 class Tangent:
     """Seeds and derivatives as nodes: seeds dt, dx (q then qd, 2n), du (inputs), dp (parameters), dqdd (n + m).
 
+    ``drates`` are the seeds of the inputs' rates, where there are any.
+
     ``residual``: (n + m,), dr, and behind it the derivatives of the constraints' velocities (m,) and positions (h,);
     ``locals``: derivatives of ``EquationsOfMotion.locals()`` in order; ``dependent``: those of dependent parameters.
     """
@@ -30,6 +32,7 @@ class Tangent:
     residual: tuple[int, ...]
     locals: tuple[int, ...]
     dependent: tuple[int, ...]
+    drates: tuple[int, ...] = ()
 
 
 def differentiate(equations: EquationsOfMotion) -> Tangent:
@@ -42,8 +45,9 @@ def differentiate(equations: EquationsOfMotion) -> Tangent:
     states, inputs, c = (*v.q, *v.qd), v.inputs, equations.constraints
     (dt,) = seeds((v.t,))
     dx, du, dp, dqdd = seeds(states), seeds(inputs), seeds(v.parameters), seeds(v.unknowns)
-    variables = (v.t, *states, *inputs, *v.parameters)
-    direction = dict(zip(variables, (dt, *dx, *du, *dp), strict=True))
+    drates = seeds(v.rates)
+    variables = (v.t, *states, *inputs, *v.parameters, *v.rates)
+    direction = dict(zip(variables, (dt, *dx, *du, *dp, *drates), strict=True))
     moving = direction | dict(zip(v.unknowns, dqdd, strict=True))
     with g.as_written():  # so that it holds nothing but parameters
         dependent = forward(g, list(equations.dependent.values()), direction)
@@ -56,4 +60,5 @@ def differentiate(equations: EquationsOfMotion) -> Tangent:
         residual=tuple(forward(g, (*equations.residual, *c.velocities, *c.positions), direction)),
         locals=tuple(forward(g, [node for _, node in equations.locals()], moving)),
         dependent=tuple(dependent),
+        drates=drates,
     )

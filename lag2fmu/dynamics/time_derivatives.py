@@ -18,6 +18,8 @@ from lag2fmu.graph.autodiff import forward
 class SecondDerivatives:
     """Time derivatives as nodes: du, d2u of the inputs; d3q, d4q (n + m,) of accelerations and multipliers.
 
+    Those of the inputs' rates, if there are any, stand behind those of the inputs.
+
     ``residual``: (n + m,), d2r with d4q = 0; ``locals``: {index in ``EquationsOfMotion.locals()``: second derivative}.
     """
 
@@ -40,9 +42,9 @@ def differentiate_twice(equations: EquationsOfMotion, outputs: Collection[str]) 
     def rates(order: str, nodes: tuple[int, ...]) -> tuple[int, ...]:
         return tuple(g.symbol(f"{order} {g.leaf[node]}") for node in nodes)
 
-    du, d2u = rates("d", v.inputs), rates("dd", v.inputs)
+    du, d2u = rates("d", v.signals), rates("dd", v.signals)
     d3q, d4q = rates("d", v.unknowns), rates("dd", v.unknowns)
-    moving = (*v.q, *v.qd, *v.unknowns, *v.inputs, *du)
+    moving = (*v.q, *v.qd, *v.unknowns, *v.signals, *du)
     along = {v.t: g.one} | dict(zip(moving, (*v.qd, *v.qdd, *d3q, *du, *d2u), strict=True))
     chosen = {i: node for i, (name, node) in enumerate(equations.locals()) if name in outputs}
     further = along | dict(zip(d3q, d4q, strict=True))

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from graphlib import TopologicalSorter
 
 from lag2fmu.description import names
@@ -17,6 +17,8 @@ class Variables:
     """The variables as nodes: t; q, qd, qdd, Q of n entries each; plain inputs, motions and independent parameters.
 
     ``multipliers``: one for each constraint, (m,). ``motions`` holds (y0, y0_dot, y0_ddot) for each motion input.
+    ``rates``: first, then second time derivatives of all inputs, where equilibria of what has no mass are constraints,
+    which forces move; else empty.
     """
 
     t: int
@@ -28,6 +30,7 @@ class Variables:
     plain: tuple[int, ...]
     motions: tuple[tuple[int, int, int], ...]
     parameters: tuple[int, ...]
+    rates: tuple[int, ...] = ()
 
     @property
     def unknowns(self) -> tuple[int, ...]:
@@ -39,9 +42,16 @@ class Variables:
         """All inputs in the order of the FMU: Q, plain inputs, each motion with its derivatives."""
         return (*self.Q, *self.plain, *(node for motion in self.motions for node in motion))
 
+    @property
+    def signals(self) -> tuple[int, ...]:
+        """The inputs and behind them their rates."""
+        return (*self.inputs, *self.rates)
+
     def direction(self, graph: Graph, accelerating: bool) -> dict[int, int]:
         """The direction of time {variable: its rate}: t -> 1, q -> qd, motions alike, qd -> qdd if ``accelerating``."""
         rates = {self.t: graph.one} | dict(zip(self.q, self.qd, strict=True))
+        if self.rates:
+            rates |= dict(zip(self.signals, self.rates, strict=False))
         for y, y_dot, y_ddot in self.motions:
             rates |= {y: y_dot, y_dot: y_ddot}
         return rates | dict(zip(self.qd, self.qdd, strict=True)) if accelerating else rates
@@ -58,7 +68,7 @@ def declare(graph: Graph, mechanism: Mechanism) -> Variables:
     def nodes(labels: Sequence[str], group: str | None = "state") -> tuple[int, ...]:
         return tuple(graph.symbol(label, group) for label in labels)
 
-    return Variables(
+    v = Variables(
         t=graph.symbol("t", "state"),
         q=nodes(q),
         qd=nodes([names.velocity(c) for c in q]),
@@ -72,6 +82,10 @@ def declare(graph: Graph, mechanism: Mechanism) -> Variables:
         ),
         parameters=nodes([p.name for p in mechanism.parameters if p.value is not None]),
     )
+    if not any(c.massless for c in mechanism.constraints):
+        return v
+    first = [names.rate(str(graph.leaf[node])) for node in v.inputs]
+    return replace(v, rates=nodes([*first, *map(names.rate, first)]))
 
 
 def translator(graph: Graph, mechanism: Mechanism, variables: Variables) -> Translator:

@@ -49,22 +49,27 @@ def suited_solver(equations: EquationsOfMotion, among: Collection[str]) -> tuple
 
 def damping(equations: EquationsOfMotion, method: Method) -> str:
     """What ``method`` does to fast undamped vibrations about the start, a phrase; empty if there is nothing to say."""
-    found = damped_vibrations(equations, method)
+    found = missed_vibrations(equations, method)
     if not found:
         return ""
     others = f" and {len(found) - 3} slower ones" if len(found) > 3 else ""
     listed = ", ".join(map(str, found[:3]))
-    return (
-        f"it damps the vibrations of {listed}{others} where its steps are longer than an eighth of a period; "
-        "solver_max_step bounds them"
-    )
+    if method.implicit:
+        action, remedy = f"it damps the vibrations of {listed}{others}", "solver_max_step bounds them"
+    else:
+        action = f"it gets the vibrations of {listed}{others} wrong, or is unstable,"
+        remedy = "solver_step sets their length"
+    return f"{action} where its steps are longer than an eighth of a period; {remedy}"
 
 
-def damped_vibrations(equations: EquationsOfMotion, method: Method) -> tuple[Vibration, ...]:
-    """The fast undamped vibrations about the start that ``method`` damps if its steps do not resolve them."""
+def missed_vibrations(equations: EquationsOfMotion, method: Method) -> tuple[Vibration, ...]:
+    """The fast undamped vibrations about the start that ``method`` gets wrong if its steps do not resolve them.
+
+    Implicit methods damp them, and methods of fixed step without error control may be unstable.
+    """
     from lag2fmu.analysis import undamped_vibrations
 
-    return undamped_vibrations(equations) if method.implicit else ()
+    return undamped_vibrations(equations) if method.implicit or method.error_order == 0 else ()
 
 
 def check_solver(mechanism: Mechanism, method: Method) -> None:

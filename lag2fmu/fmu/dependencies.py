@@ -38,7 +38,8 @@ def dependencies(equations: EquationsOfMotion) -> dict[str, frozenset[str]]:
 def _following(equations: EquationsOfMotion, massless: Iterable[str]) -> dict[str, frozenset[str]]:
     """What the coordinates and velocities ``massless`` depend on: all that the equations contain that determine them.
 
-    The coordinates are solved for first, all of an equation's together; the velocities thereafter.
+    The coordinates are solved for first, all of an equation's together; the velocities thereafter. Rates of inputs are
+    no variables of the FMU and left out.
     """
     graph, m, c = equations.graph, equations.mechanism, equations.constraints
     wanted = {*massless}
@@ -52,7 +53,7 @@ def _following(equations: EquationsOfMotion, massless: Iterable[str]) -> dict[st
     ):
         groups: list[tuple[set[str], frozenset[str]]] = []
         for node in nodes:
-            used = graph.symbols([node])
+            used = graph.symbols([node]) - {str(graph.leaf[rate]) for rate in equations.variables.rates}
             tied, rest = used & {*unknowns}, _without(used - {*unknowns}, found)
             joined = [group for group in groups if group[0] & tied]
             groups = [group for group in groups if not group[0] & tied]

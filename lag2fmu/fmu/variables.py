@@ -37,7 +37,7 @@ _PARAMETER = {False: ("tunable", "VARIABLE_PARAMETER"), True: ("fixed", "VARIABL
 _SETTINGS = {
     "solver_tolerance": ("1", "relative tolerance of the solver; 0: as the importer asks, else 1e-6"),
     "solver_step": ("s", "first step of an adaptive solver, step of a fixed-step solver; 0: automatic"),
-    "solver_max_step": ("s", "longest step of the solver; 0: not limited"),
+    "solver_max_step": ("s", "longest step of the solver; 0: a fiftieth of the experiment (fixed steps: no limit)"),
 }
 
 
@@ -177,14 +177,14 @@ def _inputs(mechanism: Mechanism) -> Iterable[Variable]:
     for u in mechanism.plain_inputs:
         yield Variable(u.name, 0, "input", "continuous", None, u.start, u.unit, u.doc, u.minimum, u.maximum)
     for u in mechanism.motions:
-        yield Variable(
-            u.name, 0, "input", "continuous", None, u.start, u.unit, u.doc or "prescribed motion", u.minimum, u.maximum
-        )
-        first, second = _per(u.unit, SECOND), _per(_per(u.unit, SECOND), SECOND)
-        yield Variable(names.velocity(u.name), 0, "input", "continuous", None, 0.0, first, f"velocity of {u.name}")
-        yield Variable(
-            names.acceleration(u.name), 0, "input", "continuous", None, 0.0, second, f"acceleration of {u.name}"
-        )
+        rates = (names.velocity(u.name), names.acceleration(u.name))
+        doc = f"{u.doc or 'prescribed motion'}; to be given with {' and '.join(rates)}"
+        yield Variable(u.name, 0, "input", "continuous", None, u.start, u.unit, doc, u.minimum, u.maximum)
+        unit = u.unit
+        for name, rate in zip(rates, ("velocity", "acceleration"), strict=True):
+            unit = _per(unit, SECOND)
+            doc = f"{rate} of {u.name}, to be given with it"
+            yield Variable(name, 0, "input", "continuous", None, 0.0, unit, doc)
 
 
 def _add_parameters(builder: _Builder, mechanism: Mechanism) -> None:
@@ -301,8 +301,13 @@ def _tables(mechanism: Mechanism, program: Program, slots: Sequence[Slot], varia
         massless=tuple((k, i) for k, i in enumerate(determined(mechanism)) if i is not None),
         colours=coloured(_columns(mechanism, variables)),
         start_inputs=tuple(starts[name] for name in program.inputs),
+        motions=tuple(
+            program.contains(names.velocity(u.name)) or program.contains(names.acceleration(u.name))
+            for u in mechanism.motions
+        ),
         start_parameters=tuple(p.value for p in mechanism.parameters if p.value is not None),
         default_solver_step=min(1e-3, mechanism.experiment.step),
+        default_duration=mechanism.experiment.stop_time,
         # drift is damped as fast as the motion is sampled, about: much faster would make the equations stiff
         stabilisation=0.1 / mechanism.experiment.step,
     )

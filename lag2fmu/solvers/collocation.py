@@ -78,11 +78,6 @@ class Collocation:
         return 0 if self.variational else 2
 
     @property
-    def fully_implicit(self) -> bool:
-        """Whether Newton's method is used, with linearized equations."""
-        return not self.variational
-
-    @property
     def implicit(self) -> bool:
         """Whether Jacobians of the accelerations are needed."""
         return not self.variational
@@ -116,13 +111,9 @@ class Collocation:
         return None if self.variational else modes_of(self.a)
 
     @property
-    def runtime_files(self) -> tuple[str, ...]:
-        """The files of the runtime that only these methods need."""
-        if self.variational:
-            names = ("solver_collocation.h", "solver_variational.c", "solver_variational.h")
-            return (*names, "solver_constraint_stages.c") if self.holonomic else names
-        radau = ("solver_radau.c", "solver_radau.h", "solver_radau_stages.c")
-        return ("solver_collocation.h", "solver_lu.c", "solver_lu.h", *radau)
+    def family(self) -> str:
+        """The folder of templates/runtime/solvers that takes steps with these coefficients."""
+        return "variational" if self.variational else "radau"
 
 
 @dataclass(frozen=True)

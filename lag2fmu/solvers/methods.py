@@ -1,4 +1,4 @@
-"""The solvers of co-simulation by name: data for the explicit ones, a file of the runtime for each of the others."""
+"""The solvers of co-simulation by name. Each belongs to a family, a folder of templates/runtime/solvers."""
 
 from __future__ import annotations
 
@@ -10,17 +10,17 @@ from lag2fmu.solvers.tableaus import TABLEAUS, Tableau
 
 @dataclass(frozen=True)
 class LinearlyImplicit:
-    """A method of fixed cost that is written out in the runtime; the letters as in Tableau."""
+    """A method of fixed cost, written out in the folder ``family`` of the runtime's solvers; letters as in Tableau."""
 
     solver: str
     title: str
     source: str
     order: int
-    runtime_files: tuple[str, ...]
+    family: str
     all_stages: int
     generated_files = ()
     implicit = True
-    fully_implicit = variational = False
+    variational = False
     error_order = 0
     dense_rows = dense_order = 0
 
@@ -34,7 +34,7 @@ METHODS: dict[str, Method] = {
         title="ROS2, linearly implicit, order 2, L-stable, fixed step",
         source="J. G. Verwer, E. J. Spee, J. G. Blom, W. Hundsdorfer, SIAM J. Sci. Comput. 20 (1999) 1456-1480",
         order=2,
-        runtime_files=("solver_lu.c", "solver_lu.h", "solver_ros2.c"),
+        family="ros2",
         all_stages=2,
     ),
     **COLLOCATIONS,

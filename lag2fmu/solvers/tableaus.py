@@ -1,6 +1,6 @@
 """Explicit Runge-Kutta methods as Butcher tableaus: coefficients that check themselves.
 
-A method is one entry of METHODS. Its orders are derived from the coefficients by the conditions of rooted trees; an
+A method is one entry of TABLEAUS. Its orders are derived from the coefficients by the conditions of rooted trees; an
 entry whose claim is false cannot be built.
 """
 
@@ -40,9 +40,9 @@ class Tableau:
     dense: tuple[Row, ...] = ()
     dense_order: int = 0
     safety: float = 0.9
-    runtime_files = ("solver_runge_kutta.c",)
+    family = "runge_kutta"
     generated_files = ("tableau.c",)
-    implicit = fully_implicit = variational = False
+    implicit = variational = False
 
     def __post_init__(self) -> None:
         """Raise ValueError unless the coefficients have the shape and the orders that are claimed."""

@@ -75,7 +75,7 @@ def _run_values(equations: EquationsOfMotion, run: Trajectory, rows: NDArray[np.
     """q, qd, the time and the parameters at ``rows`` of a run; everything else is absent."""
     g, v, m = equations.graph, equations.variables, equations.mechanism
     starts = {u.name: u.start for u in m.inputs}
-    values = {str(g.leaf[node]): starts.get(str(g.leaf[node]), 0.0) for node in v.inputs}
+    values = {str(g.leaf[node]): starts.get(str(g.leaf[node]), 0.0) for node in v.signals}
     values |= {p.name: p.value for p in m.parameters if p.value is not None}
     found = {name: np.full(len(rows), value) for name, value in values.items()}
     coordinates = [c.name for c in m.coordinates]

@@ -122,7 +122,7 @@ def test_residuals_of_the_bundled_models(name: str) -> None:
     mechanism = load(name)
     for method in METHODS:
         equations = derive(mechanism, method)
-        for values in random_states(mechanism, 3):
+        for values in random_states(equations.mechanism, 3):
             M, f = dense(equations, values)
             qdd = np.array(equations.graph.evaluate(equations.solution.x, values))  # type: ignore[union-attr]
             assert np.all(np.abs(M @ qdd - f) <= 1e-12 * (np.abs(M) @ np.abs(qdd) + np.abs(f)))

@@ -64,6 +64,7 @@ def test_bundled_models_agree_with_the_independent_path(name: str) -> None:
     coordinates = [c.name for c in mechanism.coordinates]
     for _ in range(5):
         v = random_values(mechanism, generator)
+        v |= {str(equations.graph.leaf[rate]): 0.0 for rate in equations.variables.rates}  # inputs are held there
         q, qd = ([v[f(c)] for c in coordinates] for f in (str, names.velocity))
         inputs = {k: v[k] for k in independent.energies.input_names}
         if mechanism.constraints:
@@ -84,7 +85,7 @@ def test_tangents_against_central_differences(name: str) -> None:
     values = random_values(equations.mechanism, generator)
     program = lower(equations)
     v = equations.variables
-    variables = [v.t, *v.q, *v.qd, *v.inputs, *v.parameters]
+    variables = [v.t, *v.q, *v.qd, *v.signals, *v.parameters]
     seeds = {str(g.leaf[node]): generator.uniform(-1, 1) for node in variables}
     own = g.evaluate([*tangent.residual, *tangent.locals], values | {f"d {k}": x for k, x in seeds.items()} | {
         f"d {g.leaf[node]}": 0.0 for node in v.unknowns

@@ -15,6 +15,7 @@
 #include "equations.h"
 #include "fmi2Functions.h"
 #include "integrator.h"
+#include "jacobian.h"
 #include "solver.h"
 
 typedef struct {
@@ -92,7 +93,7 @@ static int take_fixed_steps(double tolerance, double stop, int count) {
 }
 
 static int compare_jacobian(double stop) {
-    static double jacobian[SIZE_JACOBIAN];
+    static double jacobian[2 * N_COORDINATES * N_COORDINATES];
     Instance *instance = start(1e-8);
     double states[N_STATES], side[2][N_STATES], difference = 0.0, greatest = 0.0;
     if (fmi2DoStep(instance, 0.0, stop, fmi2True) != fmi2OK || !integrator_catch_up(instance) ||

@@ -8,10 +8,12 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from scipy.integrate import solve_ivp
 from stepping import ERROR, Stepping
 
 from lag2fmu import export
 from lag2fmu.formats.text import read
+from lag2fmu.mechanism import Mechanism
 
 pytestmark = pytest.mark.fmu
 
@@ -158,6 +160,69 @@ cx = "2*d + l*sin(c) - x - d*cos(theta)"
 cy = "-l*cos(c) - y - d*sin(theta)"
 """
 
+FOLDED = """
+[mechanism]
+name = "parallelogram_in_line"
+[parameters]
+m = { value = 1.0, unit = "kg" }
+l = { value = 1.0, unit = "m" }
+d = { value = 2.0, unit = "m" }
+J = { value = 0.1, unit = "kg*m^2" }
+g = { value = 9.81, unit = "m/s2" }
+[coordinates]
+a = { unit = "rad", start = 0.0, velocity = 1.3 }
+b = { unit = "rad", start = 0.0, velocity = 0.0 }
+c = { unit = "rad", start = 0.0, velocity = 1.3 }
+[gravity]
+acceleration = "g"
+[bodies.crank]
+mass = "m"
+inertia = "J"
+position = ["l/2*cos(a)", "l/2*sin(a)"]
+angle = "a"
+[bodies.coupler]
+mass = "m"
+inertia = "J"
+position = ["l*cos(a) + d/2*cos(b)", "l*sin(a) + d/2*sin(b)"]
+angle = "b"
+[bodies.rocker]
+mass = "m"
+inertia = "J"
+position = ["d + l/2*cos(c)", "l/2*sin(c)"]
+angle = "c"
+[constraints.holonomic]
+loop_x = "l*cos(a) + d*cos(b) - l*cos(c) - d"
+loop_y = "l*sin(a) + d*sin(b) - l*sin(c)"
+"""
+
+LIGHT_ROTOR = """
+[mechanism]
+name = "light_rotor_on_a_heavy_carriage"
+[parameters]
+M = { value = 1e8, unit = "kg" }
+k = { value = 1e8, unit = "N/m" }
+m = { value = 1e-8, unit = "kg" }
+J = { value = 1e-12, unit = "kg*m2" }
+[coordinates]
+x = { unit = "m", start = 0.1 }
+e0 = { unit = "1", start = 1.0 }
+e1 = { unit = "1", start = 0.0, velocity = 0.5 }
+e2 = { unit = "1", start = 0.0, velocity = 0.1 }
+e3 = { unit = "1", start = 0.0, velocity = 0.2 }
+[energy]
+kinetic = "M*x_dot**2/2"
+potential = "k*x**2/2"
+[frames.rotor]
+parent = "world"
+origin = ["x", "0", "0"]
+quaternion = ["e0", "e1", "e2", "e3"]
+[bodies.rotor]
+frame = "rotor"
+center = ["0", "0", "0"]
+mass = "m"
+inertia = ["J", "2*J", "2.5*J", "0", "0", "0"]
+"""
+
 TEXTS = {"slider": SLIDER_CRANK, "moved": MOVED, "skate": SKATE, "tumbling": TUMBLING, "parallel": PARALLELOGRAM}
 
 
@@ -173,6 +238,12 @@ def fmu(tmp_path_factory: pytest.TempPathFactory) -> Callable[[str], Path]:
         return built[name]
 
     return build
+
+
+@pytest.fixture(scope="module")
+def folded() -> Mechanism:
+    """A parallelogram whose links lie in one line at the start."""
+    return read(FOLDED, "folded")
 
 
 # ------------------------------------------------------------------------------------------------------------- starts
@@ -305,6 +376,36 @@ def test_the_crank_moves_as_its_own_equation_says(fmu) -> None:
             a, a_dot, b, x = s.get(["a", "a_dot", "b", "x"])
             assert (b, x) == pytest.approx(closed(a), abs=1e-11)
             assert inertia(a) * a_dot**2 / 2 + height(a) == pytest.approx(energy, abs=1e-7)
+
+
+@pytest.mark.parametrize("solver", ["dopri5", "radau5"])
+def test_a_start_in_a_fold(solver: str, folded: Mechanism, exported) -> None:
+    """All links in one line, where a constraint is lost; by itself the parallelogram is a pendulum that turns about."""
+    inertia, weight = 0.2 + 2 * 0.25 + 1.0, 9.81 * 2.0  # of the crank angle, all links taken together
+    end = solve_ivp(lambda t, z: (z[1], -weight * cos(z[0]) / inertia), (0, 1), (0.0, 1.3), rtol=1e-11, atol=1e-12)
+    for tolerance in (1e-6, 1e-8, 1e-9, 1e-12):
+        with Stepping(exported(folded, solver=solver).path) as s:
+            s.start(tolerance=tolerance).steps(20, 0.05)  # it comes back through the fold after a third of a second
+            a, a_dot = end.y[:, -1]
+            found = s.get(["a", "b", "c", "a_dot", "b_dot", "c_dot"])
+            assert found == pytest.approx([a, 0.0, a, a_dot, 0.0, a_dot], abs=10 * tolerance + 1e-10)
+
+
+def test_inertias_may_differ_by_any_factor(exported) -> None:
+    """1e20 between carriage and rotor, which tumbles as Euler's equations for a body of unit inertia say."""
+
+    def euler(t: float, z: np.ndarray) -> list[float]:
+        (e0, *e), w = z[:4], z[4:]
+        e0_dot, e_dot = -np.dot(e, w) / 2, (e0 * w + np.cross(e, w)) / 2  # w in the body's axes
+        return [e0_dot, *e_dot, (2 - 2.5) * w[1] * w[2], (2.5 - 1) / 2 * w[2] * w[0], (1 - 2) / 2.5 * w[0] * w[1]]
+
+    start = [1.0, 0.0, 0.0, 0.0, 1.0, 0.2, 0.4]
+    truth = solve_ivp(euler, (0, 2), start, method="DOP853", rtol=1e-11, atol=1e-12).y[:4, -1]
+    path = exported(read(LIGHT_ROTOR, "light")).path
+    for scale in (1.0, 1e-4):
+        with Stepping(path) as s:
+            s.start({"m": 1e-8 * scale, "J": 1e-12 * scale}, tolerance=1e-9).steps(20, 0.1)
+            assert s.get(["x", "e0", "e1", "e2", "e3"]) == pytest.approx([0.1 * cos(2.0), *truth], abs=1e-7)
 
 
 def test_a_rolled_back_run_repeats_itself(fmu) -> None:

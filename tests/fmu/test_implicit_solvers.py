@@ -8,9 +8,10 @@ from zipfile import ZipFile
 
 import numpy as np
 import pytest
+from fmpy.fmi1 import FMICallException
 from scipy.linalg import expm
 from scipy.special import ellipk
-from stepping import WARNING, Stepping
+from stepping import OK, WARNING, Stepping
 
 from lag2fmu import export, validate
 from lag2fmu.codegen import METHODS
@@ -248,6 +249,29 @@ def test_what_is_damped_is_said_at_the_export_and_once_in_the_log(tmp_path: Path
         )
 
 
+@pytest.mark.parametrize("solver", ["verlet", "rk4"])
+def test_fixed_steps_that_do_not_resolve_a_vibration_are_noticed(solver: str, exported) -> None:
+    fmu = exported(on_a_hard_spring(), solver=solver)
+    assert "gets the vibrations of 1e+03 rad/s (y) wrong, or is unstable" in fmu.solver_choice
+    (sentence,) = told(fmu.path, [0.01] * 3)
+    assert re.search(
+        rf"solver {solver} gets vibrations wrong.*: 1e\+03 rad/s \(y\); set solver_step to 0.0003", sentence
+    )
+    assert told(fmu.path, [0.01] * 3, solver_step=3e-4) == []
+
+
+def test_a_notice_does_not_change_the_status_and_is_given_without_logging(exported) -> None:
+    """Two importers end a run at fmi2Warning, and fmpy asks for no log by default."""
+    with Stepping(exported(on_a_hard_spring(), solver="verlet").path) as s:
+        s.start()
+        assert s.unit.fmi2SetDebugLogging(s.unit.component, 0, 0, None) == OK
+        assert s.unit.fmi2DoStep(s.unit.component, 0.0, 0.01, 1) == OK
+        assert len(s.sentences) == 1
+        with pytest.raises(FMICallException, match="status 3"):
+            s.unit.fmi2DoStep(s.unit.component, 5.0, 0.01, 1)
+        assert "the communication point is 5 s" in s.sentences[1]
+
+
 def shaken_blocks(count: int) -> Mechanism:
     """A slow oscillator that shakes blocks at 1000, 1100, 1200, ... rad/s."""
     x, m, k = coordinate("x", "m", start=0.1), parameter("m", 1.0, "kg"), parameter("k", 1.0, "N/m")
@@ -267,7 +291,7 @@ def test_of_many_vibrations_that_are_damped_the_fastest_are_said(exported) -> No
 def test_an_iteration_that_fails_under_error_control_has_a_remedy_of_its_own(exported) -> None:
     """A step of 1e294 s: whatever fails, the length of the first step and radau5 itself are no remedies."""
     with Stepping(exported("double_pendulum", solver="radau5").path) as s:
-        s.start()
+        s.start({"solver_max_step": 1e308})
         with pytest.raises(Exception, match="fmi2DoStep"):
             s.step(1e308)
         assert re.search(r"at time 0 the equations of an implicit.* are not solved.*; raise solver_tol", s.sentences[0])
@@ -288,6 +312,7 @@ def test_damping_of_what_is_not_resolved_is_as_announced(exported) -> None:
 def test_a_variational_method_says_once_that_its_steps_became_unequal(exported) -> None:
     path = exported("pendulum", solver="verlet").path
     assert told(path, [0.1] * 5 + [0.1 * (1 + 1e-9)]) == []
+    assert told(path, [0.1] * 3 + [1e-16, 0.1]) == []  # what an importer's rounding left over
     (sentence,) = told(path, [0.1, 0.1, 0.0123, 0.1])
     assert "solver verlet keeps the energy bounded" in sentence
 

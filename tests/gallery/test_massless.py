@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
+from fmpy.fmi1 import FMICallException
 from scipy.integrate import solve_ivp
 from scipy.linalg import expm
 from sliders import c, g, k, l, m, with_friction
@@ -59,6 +60,56 @@ def test_friction_on_what_has_no_mass_gives_an_equation_of_first_order(exported)
             assert (x, x + l * phi) == pytest.approx((truth[2], truth[0]), abs=1e-9)
 
 
+PUSH = np.polynomial.Polynomial([3.0, 20.0, -8.0, 5.0])
+"""A force on the slider in N, by the time in s."""
+
+
+def pushed(friction: bool, start: list[float], t: float) -> tuple[list[float], float]:
+    """By hand, after ``t``: x, s = x + l phi, their velocities, and x''; started with s, s', x."""
+
+    def slider(t: float, z: np.ndarray) -> tuple[float, float]:
+        s, s_dot, x = z
+        if friction:  # c x' + 2 k x = m g phi + PUSH
+            return x, (m * g * (s - x) / l - 2 * k * x + PUSH(t)) / c
+        stiffness = 2 * k + m * g / l
+        return (m * g * s / l + PUSH(t)) / stiffness, (m * g * s_dot / l + PUSH.deriv()(t)) / stiffness
+
+    def slope(t: float, z: np.ndarray) -> list[float]:
+        x, x_dot = slider(t, z)
+        return [z[1], -g * (z[0] - x) / l, x_dot]
+
+    z = solve_ivp(slope, (0, t), start, method="DOP853", rtol=1e-12, atol=1e-13).y[:, -1]
+    (x, x_dot), s_ddot = slider(t, z), slope(t, z)[1]
+    if friction:
+        x_ddot = (m * g * (z[1] - x_dot) / l - 2 * k * x_dot + PUSH.deriv()(t)) / c
+    else:
+        x_ddot = (m * g * s_ddot / l + PUSH.deriv(2)(t)) / (2 * k + m * g / l)
+    return [x, z[0], x_dot, z[1]], x_ddot
+
+
+@pytest.mark.fmu
+@pytest.mark.parametrize("friction", [True, False])
+def test_what_has_no_mass_under_a_force_with_derivatives(friction: bool, exported) -> None:
+    """The equilibrium moves with the force: its first and second derivatives are in the equations."""
+    fmu = exported(with_friction(friction))
+    for tolerance in (1e-6, 1e-9):
+        with Stepping(fmu.path) as s:
+            s.start({"solver_tolerance": tolerance, "Q_x": PUSH(0.0)})
+            push = [s.references["Q_x"]] * 3
+            for i in range(10):
+                s.set({"Q_x": PUSH(s.time)})
+                s.unit.setRealInputDerivatives(push, [1, 2, 3], [PUSH.deriv(k)(s.time) for k in (1, 2, 3)])
+                if i == 0:
+                    x, phi, x_dot, phi_dot = s.get(["x", "phi", "x_dot", "phi_dot"])
+                    start = [x + l * phi, x_dot + l * phi_dot, x]
+                s.step(0.1)
+            x, phi, x_dot, phi_dot = s.get(["x", "phi", "x_dot", "phi_dot"])
+            truth, x_ddot = pushed(friction, start, 1.0)
+            assert [x, x + l * phi, x_dot, x_dot + l * phi_dot] == pytest.approx(truth, abs=2 * tolerance)
+            rates = s.unit.getRealOutputDerivatives([s.references[name] for name in ("x", "x", "x_dot")], [1, 2, 1])
+            assert list(rates) == pytest.approx([truth[2], x_ddot, x_ddot], abs=20 * tolerance)
+
+
 @pytest.mark.fmu
 @pytest.mark.slow
 @pytest.mark.parametrize("friction", [True, False])
@@ -87,6 +138,18 @@ def test_the_exact_form_runs_to_its_singular_position_and_stops_there() -> None:
     assert [run[name][-1] for name in ("x", "phi", "x_dot", "phi_dot")] == pytest.approx(truth, rel=1e-8)
     with pytest.raises(Lag2FmuError, match=r"mass matrix becomes singular and does not determine .* of x, phi"):
         simulate(mechanism, stop_time=1.0, step=0.01)
+
+
+@pytest.mark.fmu
+@pytest.mark.parametrize("step", [5e-4, 2e-3, 0.01])
+def test_fixed_steps_do_not_leap_over_the_singular_position(step: float, exported) -> None:
+    """The exact motion ends there at 0.3899 s; beyond it results would be an invention."""
+    with Stepping(exported("slides_problem_5_massless", solver="ros2").path) as s:
+        s.start({"solver_step": step})
+        with pytest.raises(FMICallException):
+            s.steps(50, 0.02)
+        assert s.time == pytest.approx(0.36, abs=0.021)
+        assert any("mass matrix becomes singular" in sentence for sentence in s.sentences)
 
 
 def test_the_equilibrium_follows_and_is_not_part_of_the_text() -> None:

@@ -54,7 +54,7 @@
     CALL(GetNominalsOfContinuousStates, "xxxxxx", "......")   \
     /* co-simulation */                                       \
     CALL(SetRealInputDerivatives,     "......", "xxx...")     \
-    CALL(GetRealOutputDerivatives,    "......", "..xxxx")     \
+    CALL(GetRealOutputDerivatives,    "......", ".oxxxx")     \
     CALL(DoStep,                      "......", "..x...")     \
     CALL(CancelStep,                  "......", "......")     \
     CALL(GetStatus,                   "......", "..xxx.")     \

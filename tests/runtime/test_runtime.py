@@ -18,11 +18,10 @@ from fmpy.fmi2 import FMU2Model, FMU2Slave
 from scipy.integrate import solve_ivp
 
 from lag2fmu.codegen import METHODS, TABLEAUS, Tableau
-from lag2fmu.codegen.sources import CONSTRAINT_FILES, MASSLESS_FILES, SOLVER_FILES
+from lag2fmu.codegen.sources import runtime_files
 from lag2fmu.codegen.templates import render
 
 HERE = Path(__file__).parent
-RUNTIME = HERE.parents[1] / "templates" / "runtime"
 HEADERS = Path(fmpy.__file__).parent / "c-code"
 STRICT = ["-std=c99", "-O2", "-Wall", "-Wextra", "-Wpedantic", "-Wconversion", "-Werror"]
 STRICT += ["-fvisibility=hidden", "-ffp-contract=off"]
@@ -50,14 +49,14 @@ SOLVERS = {"heun_euler": HEUN, "dopri5": TABLEAUS["dopri5"], "rk4": TABLEAUS["rk
 def build(target: Path, mechanism: str, solver: str, compiler: list[str], flags: list[str], extra: list[Path]) -> Path:
     """Compile the runtime with a mechanism and a solver; returns target, raises AssertionError with the messages."""
     method = SOLVERS[solver]
-    chosen = [RUNTIME / name for name in method.runtime_files if name.endswith(".c")]
-    for name in method.generated_files:
-        chosen.append(target.with_name(f"{solver}_{name}"))
-        chosen[-1].write_text(render(f"mechanism/{name}.jinja", {"method": method}))
-    unused = (CONSTRAINT_FILES, MASSLESS_FILES, SOLVER_FILES)
-    runtime = [path for path in sorted(RUNTIME.glob("*.c")) if not path.name.startswith(unused)]
-    sources = [*runtime, *chosen, HERE / mechanism / "mechanism.c"]
-    folders = [f"-I{folder}" for folder in (RUNTIME, HERE / mechanism, HERE, HEADERS)]
+    files = runtime_files(method, constrained=False, massless=False)
+    files |= {name: render(f"mechanism/{name}.jinja", {"method": method}) for name in method.generated_files}
+    place = target.with_name(f"{solver}_sources")
+    place.mkdir(exist_ok=True)
+    for name, text in files.items():
+        (place / name).write_text(text, "utf-8")
+    sources = [*(place / name for name in sorted(files) if name.endswith(".c")), HERE / mechanism / "mechanism.c"]
+    folders = [f"-I{folder}" for folder in (place, HERE / mechanism, HERE, HEADERS)]
     sizes = [f"-DSTAGES={method.all_stages}", f"-DDENSE_ROWS={method.dense_rows}"]
     command = [*compiler, *STRICT, *flags, *sizes, *folders, *map(str, sources + extra), "-lm", "-o", str(target)]
     done = subprocess.run(command, check=False, capture_output=True, text=True)

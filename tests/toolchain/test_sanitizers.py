@@ -74,6 +74,13 @@ def test_address_leak_and_undefined_behaviour(model: str, under) -> None:
     assert sum(map(bool, illegal_met)) > 0.9 * len(illegal_met), "and in nearly all where it is not"
 
 
+@pytest.mark.parametrize("model", ["double_pendulum", "linkage"])
+def test_forged_states(model: str, under) -> None:
+    """Each word of a serialized state replaced by numbers that are no index, with the checksum that belongs to it."""
+    taken = int(succeeded(under(model, hosts.ADDRESS)("forge", 10_000)).split()[0])
+    assert 0 < taken < 10_000
+
+
 @pytest.mark.parametrize("model", hosts.REPRESENTATIVE)
 def test_threads(model: str, under) -> None:
     """100 instances, each in a thread of its own, move like instances that are alone, bit for bit."""

@@ -12,7 +12,7 @@ from pathlib import Path
 from lag2fmu.codegen import METHODS, render_sources
 from lag2fmu.dynamics import EquationsOfMotion, Program
 from lag2fmu.errors import BuildError
-from lag2fmu.fmu.advice import damped_vibrations
+from lag2fmu.fmu.advice import missed_vibrations
 from lag2fmu.fmu.backends.backend import Build, Choices, Content, identifier_of
 from lag2fmu.fmu.compilers import choose_platforms, compile_libraries
 from lag2fmu.fmu.documentation import binaries_text
@@ -80,7 +80,7 @@ def describe(
     """The model description and the C sources {file name: text}; they share the GUID, which is a hash of both."""
     table = build_table(equations, program)
     index = {c.name: i for i, c in enumerate(mechanism.coordinates)}
-    vibrations = tuple((v.frequency, index[v.coordinate]) for v in damped_vibrations(equations, METHODS[solver]))
+    vibrations = tuple((v.frequency, index[v.coordinate]) for v in missed_vibrations(equations, METHODS[solver]))
     tables = replace(table.tables, vibrations=vibrations)
     identifier = identifier_of(mechanism.name)
     blank = ModelDescription(mechanism, table.variables, identifier, "", solver, VERSION, INTERFACE)

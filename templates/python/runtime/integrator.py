@@ -25,6 +25,8 @@ LARGEST_REDUCTION = 0.2
 SMALLEST_ERROR = 1e-4  # remembered by the controller
 STRETCH = 1.05  # the last step may be this much longer, instead of leaving a sliver
 MAX_STEP_SLACK = 1.001
+LONGEST_PART = 0.02  # of the experiment, that a step takes under error control by default
+RESTING_PART = 1e-7  # of the experiment: the first step where nothing moves
 MOST_STEPS = 1e12  # of a fixed-step method in a communication step
 
 Derivative = Callable[[float, Vector], list[float]]
@@ -72,8 +74,18 @@ class Integrator:
 
     @property
     def longest(self) -> float:
-        """solver_max_step, s; infinite if not given."""
-        return self.state.settings[MAX_STEP] or math.inf
+        """solver_max_step, s; if not given a part of the experiment under error control, else infinite.
+
+        The stages of longer steps could all miss what lasts for a short time only.
+        """
+        usual = LONGEST_PART * self._duration if self.model.tableau.e else math.inf
+        return self.state.settings[MAX_STEP] or usual
+
+    @property
+    def _duration(self) -> float:
+        """The duration (s) that the importer gave, if it did, else that of the default experiment."""
+        span = self.state.stop_time - self.state.start_time
+        return span if 0.0 < span < math.inf else self.model.default_duration
 
     def _adaptively(self, end: float) -> None:
         state, rejected = self.state, False
@@ -103,7 +115,7 @@ class Integrator:
         """The length of the very first step, s: [HNW], 'Starting step size'."""
         state = self.state
         d0, d1 = self._norm(state.states), self._norm(state.first_stage)
-        h0 = 1e-6 if d0 < 1e-5 or d1 < 1e-5 else 0.01 * d0 / d1
+        h0 = RESTING_PART * self._duration if d0 < 1e-5 or d1 < 1e-5 else 0.01 * d0 / d1
         near = [x + h0 * dx for x, dx in zip(state.states, state.first_stage, strict=True)]
         try:
             there = self.derivative(state.time + h0, near)
@@ -111,7 +123,7 @@ class Integrator:
             return 1e-3 * h0
         change = [(new - old) / h0 for new, old in zip(there, state.first_stage, strict=True)]
         largest = max(d1, self._norm(change))
-        h1 = max(1e-6, 1e-3 * h0) if largest <= 1e-15 else (0.01 / largest) ** (1.0 / self.power)
+        h1 = h0 if largest <= 1e-15 else (0.01 / largest) ** (1.0 / self.power)
         return min(100.0 * h0, h1)
 
     def _norm(self, v: Vector) -> float:

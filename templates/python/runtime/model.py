@@ -68,7 +68,8 @@ class Model:
 
     ``variables`` are in the order of their value references. ``equations(t, states, inputs, parameters)`` gives M (the
     rows of its lower triangle) and f; ``calculate(..., accelerations)`` the local variables; ``follow(parameters)``
-    the dependent parameters. ``nominal`` (n,) is the size of each coordinate, ``default_step`` is in s.
+    the dependent parameters. ``nominal`` (n,) is the size of each coordinate, ``default_step`` and
+    ``default_duration``, that of the experiment, are in s.
     """
 
     name: str
@@ -76,6 +77,7 @@ class Model:
     variables: Sequence[Variable]
     nominal: Vector
     default_step: float
+    default_duration: float
     tableau: Tableau
     equations: Callable[[float, Vector, Vector, Vector], tuple[Matrix, Vector]]
     calculate: Callable[[float, Vector, Vector, Vector, Vector], Vector]

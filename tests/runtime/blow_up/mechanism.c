@@ -2,6 +2,7 @@
 #include "mechanism.h"
 
 #include <math.h>
+#include <stddef.h>
 
 const Variable VARIABLES[N_VARIABLES] = {
     {"time", VARIABLE_TIME, 0, -HUGE_VAL, HUGE_VAL, 0},
@@ -20,6 +21,12 @@ const double START_INPUTS[N_INPUTS] = {0.0};
 const double START_PARAMETERS[SIZE_PARAMETERS] = {0.0};
 const double NOMINAL_STATES[N_STATES] = {1.0, 1.0};
 const char *const COORDINATE_NAMES[N_COORDINATES] = {"xi"};
+const char *const CONSTRAINT_NAMES[SIZE_CONSTRAINTS] = {NULL};
+const double VIBRATIONS[SIZE_VIBRATIONS] = {0.0};
+const int VIBRATING[SIZE_VIBRATIONS] = {0};
+const int MOTION_RATES[SIZE_MOTIONS] = {0};
+const int BOUNDED[SIZE_BOUNDED] = {0};
+const double RANGES[SIZE_BOUNDED][2] = {{0.0, 0.0}};
 const int COLOURS[N_COLOURS][N_COORDINATES] = {{1}}; /* the acceleration depends on the velocity only */
 
 void mechanism_dependent(const double p[], double c[]) {

@@ -10,11 +10,18 @@
 #define N_COORDINATES 1
 #define N_STATES (2 * N_COORDINATES)
 #define N_CONSTRAINTS 0
+#define SIZE_CONSTRAINTS 1
 #define N_HOLONOMIC 0
 #define N_CONTINUOUS N_STATES
 #define N_MASSLESS 0
+#define SIZE_MASSLESS 1
 #define N_MASSLESS_POSITIONS 0
 #define N_INPUTS 1
+#define N_SIGNALS N_INPUTS
+#define N_MOTIONS 0
+#define N_BOUNDED 0
+#define SIZE_BOUNDED 1
+#define SIZE_MOTIONS 1
 #define N_PARAMETERS 0
 #define SIZE_PARAMETERS 1
 #define N_DEPENDENT 0
@@ -25,12 +32,11 @@
 #define SIZE_FACTOR 1
 #define N_VARIABLES 8
 #define DEFAULT_SOLVER_STEP 1e-3
-#define VARIATIONAL 0
-#define FULLY_IMPLICIT 0
-#define IMPLICIT 1
+#define DEFAULT_DURATION 10.0
+#define TIME_DEPENDENT 0
 #define N_COLOURS 1
-#define SIZE_JACOBIAN (2 * N_COORDINATES * N_COORDINATES)
 #define N_VIBRATIONS 0
+#define SIZE_VIBRATIONS 1
 
 extern const Variable VARIABLES[N_VARIABLES];
 extern const int CONTINUOUS_STATES[N_CONTINUOUS];
@@ -39,6 +45,12 @@ extern const double START_INPUTS[N_INPUTS];
 extern const double START_PARAMETERS[SIZE_PARAMETERS];
 extern const double NOMINAL_STATES[N_STATES];
 extern const char *const COORDINATE_NAMES[N_COORDINATES];
+extern const char *const CONSTRAINT_NAMES[SIZE_CONSTRAINTS];
+extern const double VIBRATIONS[SIZE_VIBRATIONS];
+extern const int VIBRATING[SIZE_VIBRATIONS];
+extern const int MOTION_RATES[SIZE_MOTIONS];
+extern const int BOUNDED[SIZE_BOUNDED];
+extern const double RANGES[SIZE_BOUNDED][2];
 extern const int COLOURS[N_COLOURS][N_COORDINATES];
 
 void mechanism_dependent(const double p[], double c[]);

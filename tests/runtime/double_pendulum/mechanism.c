@@ -5,6 +5,7 @@
 #include "mechanism.h"
 
 #include <math.h>
+#include <stddef.h>
 
 #define ANY -HUGE_VAL, HUGE_VAL
 #define NOT_NEGATIVE 0.0, HUGE_VAL
@@ -43,6 +44,12 @@ const double START_INPUTS[N_INPUTS] = {0.0, 0.0};
 const double START_PARAMETERS[SIZE_PARAMETERS] = {1.5, 0.75, 1.0, 0.6, 9.81};
 const double NOMINAL_STATES[N_STATES] = {1.0, 1.0, 1.0, 1.0};
 const char *const COORDINATE_NAMES[N_COORDINATES] = {"theta1", "theta2"};
+const char *const CONSTRAINT_NAMES[SIZE_CONSTRAINTS] = {NULL};
+const double VIBRATIONS[SIZE_VIBRATIONS] = {0.0};
+const int VIBRATING[SIZE_VIBRATIONS] = {0};
+const int MOTION_RATES[SIZE_MOTIONS] = {0};
+const int BOUNDED[SIZE_BOUNDED] = {0};
+const double RANGES[SIZE_BOUNDED][2] = {{0.0, 0.0}};
 const int COLOURS[N_COLOURS][N_COORDINATES] = {{0, 0}, {1, 1}, {2, 2}, {3, 3}};
 
 void mechanism_dependent(const double p[], double c[]) {

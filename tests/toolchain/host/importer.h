@@ -70,6 +70,7 @@ void move(const Fmu *fmu);
 void save(const Fmu *fmu, const char *path);
 void go_on(const Fmu *fmu, const char *path);
 void random_calls(const Fmu *fmu, int count, uint64_t seed);
+void forge(const Fmu *fmu, int count);
 
 /* Deliberate faults, to show that they would be found. */
 void leak(const Fmu *fmu);

@@ -33,6 +33,56 @@ void cycles(const Fmu *fmu, int count) {
     printf("%d cycles\n", count);
 }
 
+/* The checksum of a serialized state: 64-bit FNV-1a of what stands behind a header of 5 words. */
+enum { HEADER = 5 * 8 };
+static void sign(fmi2Byte bytes[], size_t size) {
+    uint64_t value = 0xcbf29ce484222325u;
+    for (size_t i = HEADER; i < size; i++) {
+        value = (value ^ (unsigned char)bytes[i]) * 0x100000001b3u;
+    }
+    memcpy(bytes + HEADER - 8, &value, sizeof value);
+}
+
+/* What an instance does with a state that was made up: anything but harm. Returns whether it took the state. */
+static int take(const Fmu *fmu, fmi2Component c, const fmi2Byte bytes[], size_t size) {
+    double values[MAX_VARIABLES];
+    fmi2ValueReference references[MAX_VARIABLES];
+    fmi2FMUstate state = NULL;
+    if (fmu->DeSerializeFMUstate(c, bytes, size, &state) != fmi2OK) {
+        return 0;
+    }
+    fmu->SetFMUstate(c, state);
+    fmu->FreeFMUstate(c, &state);
+    fmu->GetReal(c, references, references_of(fmu, "xcy", references), values);
+    fmu->DoStep(c, 0.001, 0.001, fmi2True);
+    fmu->GetReal(c, references, references_of(fmu, "xcy", references), values);
+    return 1;
+}
+
+void forge(const Fmu *fmu, int count) {
+    static const uint64_t WORDS[] = {UINT64_MAX, INT64_MAX, (uint64_t)1 << 63, (uint64_t)1 << 62, 0x7ff0000000000000u};
+    static fmi2Byte bytes[MAX_BYTES];
+    Log log;
+    fmi2Component c = start(fmu, fmi2CoSimulation, &log);
+    expect(fmu->DoStep(c, 0.0, 0.001, fmi2True) == fmi2OK, "%s", log.text);
+    const size_t size = serialize(fmu, c, bytes), words = (size - HEADER) / 8;
+    sign(bytes, size);
+    expect(take(fmu, c, bytes, size), "the checksum of the state is not known: %s", log.text);
+    int taken = 0;
+    for (int i = 0; i < count; i++) {
+        fmi2Byte *place = bytes + HEADER + 8 * ((size_t)i % words);
+        const uint64_t word = WORDS[(size_t)i / words % (sizeof WORDS / sizeof WORDS[0])];
+        uint64_t kept;
+        memcpy(&kept, place, sizeof kept);
+        memcpy(place, &word, sizeof word);
+        sign(bytes, size);
+        taken += take(fmu, c, bytes, size);
+        memcpy(place, &kept, sizeof kept);
+    }
+    fmu->FreeInstance(c);
+    printf("%d of %d taken\n", taken, count);
+}
+
 void leak(const Fmu *fmu) {
     Log log;
     fmi2Component c = instantiate(fmu, fmi2CoSimulation, &log);

@@ -22,6 +22,8 @@ int main(int count, char *arguments[]) {
         go_on(&fmu, argument);
     } else if (strcmp(action, "random_calls") == 0) {
         random_calls(&fmu, atoi(argument), count > 5 ? strtoull(arguments[5], NULL, 10) : 1);
+    } else if (strcmp(action, "forge") == 0) {
+        forge(&fmu, atoi(argument));
     } else if (strcmp(action, "leak") == 0) {
         leak(&fmu);
     } else if (strcmp(action, "overrun") == 0) {

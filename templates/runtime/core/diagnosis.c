@@ -1,0 +1,62 @@
+/* Looking at the mass matrix where something goes wrong. */
+#include "diagnosis.h"
+
+#include <math.h>
+
+#include "failure.h"
+#include "mass_matrix.h"
+#include "massless.h"
+
+enum { N = N_COORDINATES };
+
+/* A pivot that far below the largest one explains why a solver cannot go on. */
+static const double EXPLAINS = 1e-6;
+
+/* A pivot that far below the largest one may become the reason. */
+static const double FORETELLS = 1e-4;
+
+/* The reason is near where velocities change by their size that often in a usual solver step. */
+static const double SUDDEN = 10.0;
+
+/* A fixed step may leap over a singular M: at one of its ends a pivot is that far below the largest one. */
+static const double LEAPT_OVER = 1e-2;
+
+/* Such a pivot at the start, where light bodies show, says nothing. */
+static const double REGULAR = 0.1;
+
+void explain_failure(Instance *instance) {
+    const double *states = instance->state.states;
+    bool concerned[N_COORDINATES] = {false};
+    if (instance->failure.kind == FAILURE_ACCURACY && mass_about_to_vanish(instance, states, EXPLAINS, concerned)) {
+        report_coordinates(instance, FAILURE_SINGULAR, instance->state.time, concerned);
+    }
+    massless_explain_failure(instance);
+}
+
+bool runs_into_singularity(Instance *instance, const double accelerations[]) {
+    const double *states = instance->state.states, *velocities = states + N;
+    bool concerned[N_COORDINATES] = {false};
+    bool sudden = false;
+    for (int i = 0; i < N; i++) {
+        const double usual = (fabs(velocities[i]) + NOMINAL_STATES[N + i]) / DEFAULT_SOLVER_STEP;
+        sudden = sudden || fabs(accelerations[i]) > SUDDEN * usual;
+    }
+    return sudden && mass_about_to_vanish(instance, states, FORETELLS, concerned) &&
+           !report_coordinates(instance, FAILURE_NEARLY_SINGULAR, instance->state.time, concerned);
+}
+
+bool leaps_over_singularity(Instance *instance, double length) {
+    const double *old = instance->state.states, *new = instance->scratch.new_states;
+    bool concerned[N_COORDINATES] = {false}, ignored[N_COORDINATES] = {false};
+    bool leaps = false;
+    for (int i = N; i < N_STATES; i++) {
+        const double change = new[i] - old[i];
+        const double mean = 0.5 * (instance->state.first_stage[i] + instance->scratch.new_derivatives[i]);
+        leaps = leaps || fabs(change - length * mean) > fabs(change) + fabs(old[i]) + NOMINAL_STATES[i];
+    }
+    return leaps &&
+           (mass_about_to_vanish(instance, old, LEAPT_OVER, concerned) ||
+            mass_about_to_vanish(instance, new, LEAPT_OVER, concerned)) &&
+           !mass_about_to_vanish(instance, START_STATES, REGULAR, ignored) &&
+           !report_coordinates(instance, FAILURE_SINGULAR, instance->state.time, concerned);
+}

@@ -1,0 +1,123 @@
+/* The sentences on failed evaluations and solver steps. */
+#include "failure.h"
+
+#include <math.h>
+#include <stdio.h>
+#include <string.h>
+
+#include "names.h"
+#include "solver.h"
+
+bool report_coordinates(Instance *instance, FailureKind kind, double time, const bool coordinates[]) {
+    instance->failure.kind = kind;
+    instance->failure.time = time;
+    memcpy(instance->failure.coordinates, coordinates, sizeof instance->failure.coordinates);
+    return false;
+}
+
+bool report_accelerations(Instance *instance, double time, const double accelerations[]) {
+    bool concerned[N_COORDINATES];
+    for (int i = 0; i < N_COORDINATES; i++) {
+        concerned[i] = !isfinite(accelerations[i]);
+    }
+    return report_coordinates(instance, FAILURE_NOT_FINITE, time, concerned);
+}
+
+/* Where nothing controls the error, a motion that blows up may be the solver's own. */
+static const char *fixed_step_remedy(void) {
+    return METHOD.error_order > 0 ? "" : ", unless the solver step is too long for it: lower solver_step, or export "
+                                         "with --solver radau5";
+}
+
+enum { NAMES_SHOWN = 8, NAMES_SIZE = 400 };
+
+/* Writes the names of the flagged coordinates as "a, b, c"; of a long list the first NAMES_SHOWN. */
+static void list_coordinates(const bool flags[N_COORDINATES], char text[], size_t size) {
+    size_t used = 0;
+    int shown = 0;
+    text[0] = '\0';
+    for (int i = 0; i < N_COORDINATES && used < size; i++) {
+        if (!flags[i] || shown > NAMES_SHOWN) {
+            continue;
+        }
+        const char *name = shown < NAMES_SHOWN ? COORDINATE_NAMES[i] : "...";
+        const int written = snprintf(text + used, size - used, "%s%s", shown > 0 ? ", " : "", name);
+        used += written > 0 ? (size_t)written : 0;
+        shown++;
+    }
+}
+
+/* Writes the constraints that are not met as "a = 0.1, b = -2e-05"; of a long list the first NAMES_SHOWN. */
+static void list_residuals(const Failure *failure, char text[], size_t size) {
+    size_t used = 0;
+    text[0] = '\0';
+    for (int k = 0; k < failure->count && k < NAMES_SHOWN && used < size; k++) {
+        const char *name = CONSTRAINT_NAMES[failure->constraints[k]];
+        const int written = snprintf(text + used, size - used, "%s%s = %.3g", k > 0 ? ", " : "", name,
+                                     failure->residuals[k]);
+        used += written > 0 ? (size_t)written : 0;
+    }
+}
+
+/* The kinds that concern constraints and what has no mass. */
+static void constraints_sentence(const Failure *failure, const char names[], char text[], size_t size) {
+    char residuals[NAMES_SIZE];
+    list_residuals(failure, residuals, sizeof residuals);
+    if (failure->kind == FAILURE_CONSTRAINTS) {
+        snprintf(text, size, "at time %.17g no states near the present ones meet the constraints; residuals: %s; start "
+                 "nearer to a solution, or check what moves the supports", failure->time, residuals);
+    } else {
+        snprintf(text, size, "at time %.17g the forces on what has no mass do not determine %s near the last completed "
+                 "step; residuals: %s; take shorter steps, or start elsewhere", failure->time, names, residuals);
+    }
+}
+
+void failure_sentence(const Failure *failure, char text[], size_t size) {
+    char names[NAMES_SIZE];
+    list_coordinates(failure->coordinates, names, sizeof names);
+    switch (failure->kind) {
+    case FAILURE_SINGULAR:
+        snprintf(text, size, "at time %.17g the mass matrix becomes singular and does not determine the acceleration "
+                 "of %s; check the masses and inertias, or start elsewhere", failure->time, names);
+        break;
+    case FAILURE_NEARLY_SINGULAR:
+        snprintf(text, size, "at time %.17g the mass matrix is nearly singular and hardly determines the acceleration "
+                 "of %s; if the run ends here, this is why: check the masses and inertias, or start elsewhere",
+                 failure->time, names);
+        break;
+    case FAILURE_NOT_FINITE:
+        snprintf(text, size, "at time %.17g the equations of motion give no finite acceleration of %s; "
+                 "the motion has left the range where they are defined%s", failure->time, names, fixed_step_remedy());
+        break;
+    case FAILURE_OVERFLOW:
+        snprintf(text, size, "at time %.17g the state %s grows beyond all bounds even in a solver step of %.3g s; "
+                 "the motion ends here%s", failure->time, state_name(failure->state), failure->step,
+                 fixed_step_remedy());
+        break;
+    case FAILURE_ACCURACY:
+        snprintf(text, size, "at time %.17g a solver step of %.3g s still makes an error of %.3g times the tolerance "
+                 "in the state %s; raise solver_tolerance unless the motion is singular here", failure->time,
+                 failure->step, failure->amount, state_name(failure->state));
+        break;
+    case FAILURE_TRIAL_COUNT:
+        snprintf(text, size, "a communication step took %.3g solver steps to come to time %.17g; take shorter "
+                 "communication steps, a larger solver_tolerance or solver_max_step, or export with --solver radau5 if "
+                 "the mechanism is stiff", failure->amount, failure->time);
+        break;
+    case FAILURE_STEP_COUNT:
+        snprintf(text, size, "from time %.17g the communication step would take %.3g solver steps; raise solver_step",
+                 failure->time, failure->amount);
+        break;
+    case FAILURE_ITERATION:
+        snprintf(text, size, "at time %.17g the equations of an implicit solver step of %.3g s are not solved by "
+                 "iteration; %s", failure->time, failure->step, solver_iteration_remedy());
+        break;
+    case FAILURE_CONSTRAINTS:
+    case FAILURE_MASSLESS:
+        constraints_sentence(failure, names, text, size);
+        break;
+    case FAILURE_NONE:
+        snprintf(text, size, "no failure is recorded");
+        break;
+    }
+}

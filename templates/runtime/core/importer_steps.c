@@ -1,0 +1,65 @@
+#include "importer_steps.h"
+
+#include <string.h>
+
+#include "constraints.h"
+#include "equations.h"
+#include "massless.h"
+#include "settings.h"
+
+/* The stabilised accelerations keep the drift at the tolerance of the importer's solver. Where that was not enough, by
+   this factor, the states are pulled back by an event. */
+static const double TOLERATED_DRIFT = 1e3;
+
+static bool drifted(const Instance *instance) {
+    const State *state = &instance->state;
+    return constraints_drift(instance, state->time, state->states, state->inputs) >
+           TOLERATED_DRIFT * solver_tolerance(state);
+}
+
+bool importer_completes_step(Instance *instance) {
+    if (!equations_massless(instance)) {
+        return false;
+    }
+    massless_keep(&instance->state);
+    equations_remember(instance);
+    return drifted(instance);
+}
+
+void importer_enters_event(Instance *instance) {
+    if (equations_massless(instance)) {
+        massless_keep(&instance->state);
+    }
+}
+
+/* Moves the states onto the constraints. */
+static bool pull_back(Instance *instance, bool *changed) {
+    State *state = &instance->state;
+    double states[N_STATES];
+    bool moved;
+    memcpy(states, state->states, sizeof states);
+    if (!constraints_project(instance, state->time, state->inputs, states, &moved)) {
+        return false;
+    }
+    for (int i = 0; i < N_CONTINUOUS; i++) {
+        const int k = CONTINUOUS_STATES[i];
+        *changed = *changed || memcmp(&states[k], &state->states[k], sizeof(double)) != 0;
+    }
+    for (int i = 0; i < N_STATES; i++) {
+        instance_assign(instance, &state->states[i], states[i]);
+    }
+    massless_keep(state);
+    return true;
+}
+
+bool importer_updates_states(Instance *instance, bool *changed) {
+    *changed = false;
+    if (massless_return(instance)) {
+        return pull_back(instance, changed);
+    }
+    return equations_massless(instance) && (!drifted(instance) || pull_back(instance, changed));
+}
+
+void importer_leaves_event(Instance *instance) {
+    equations_remember(instance);
+}

@@ -1,0 +1,57 @@
+/* Start values and assignments. */
+#include "instance.h"
+
+#include <math.h>
+#include <string.h>
+
+void instance_start(Instance *instance) {
+    State *state = &instance->state;
+    memset(state, 0, sizeof *state);
+    state->phase = PHASE_SETTING_UP;
+    memcpy(state->states, START_STATES, sizeof state->states);
+    memcpy(state->inputs, START_INPUTS, N_INPUTS * sizeof(double));
+    memcpy(state->parameters, START_PARAMETERS, sizeof state->parameters);
+    state->previous_log_error = log(1e-4); /* the value dopri5.f starts from */
+    memset(&instance->failure, 0, sizeof instance->failure);
+    instance_forget_cache(instance);
+}
+
+static bool is_parameter(const State *state, const double *slot) {
+    return slot >= state->parameters && slot < state->parameters + SIZE_PARAMETERS;
+}
+
+static bool is_input(const State *state, const double *slot) {
+    return slot >= state->inputs && slot < state->inputs + N_INPUTS;
+}
+
+void instance_assign(Instance *instance, double *slot, double value) {
+    State *state = &instance->state;
+    if (memcmp(slot, &value, sizeof value) == 0) {
+        return;
+    }
+    *slot = value;
+    state->settled = 0;
+    if (is_parameter(state, slot)) {
+        instance->cache.dependent_valid = false;
+        instance->cache.least_pivots_valid = false;
+    }
+    state->displaced = state->displaced || is_input(state, slot) || is_parameter(state, slot);
+    instance_forget_motion(instance);
+    state->first_stage_valid = 0;
+    solver_forget(&state->solver, is_input(state, slot) && slot >= state->inputs + FIRST_MOTION);
+    state->ahead = 0;
+    state->undisturbed = 0;
+}
+
+void instance_forget_cache(Instance *instance) {
+    instance->cache.states_behind = false;
+    instance->cache.dependent_valid = false;
+    instance->cache.least_pivots_valid = false;
+    instance_forget_motion(instance);
+}
+
+void instance_forget_motion(Instance *instance) {
+    instance->cache.accelerations_valid = false;
+    instance->cache.locals_valid = false;
+    instance->cache.system_valid = false;
+}

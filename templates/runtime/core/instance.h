@@ -1,0 +1,152 @@
+/* One instance of the mechanism: everything that belongs to it is in this struct, and nothing in it belongs to a
+   standard of exchange. The gate of the FMU wraps it.
+
+   The State is what an importer saves. All else is either given at instantiation and never changed, or can be computed
+   again from the State, so that a run continued from a restored State repeats bit for bit. */
+#ifndef INSTANCE_H
+#define INSTANCE_H
+
+#include <stdbool.h>
+
+#include "constraint_records.h"
+#include "linear_solve.h"
+#include "mechanism.h"
+#include "policy.h"
+#include "state.h"
+
+/* The factorised system behind the accelerations, see system.h. */
+typedef struct {
+    bool dense;                 /* M is factorised in pivoted, not in factor */
+    double factor[SIZE_FACTOR]; /* by generated code */
+    Factorization pivoted;      /* densely */
+    double weight[SIZE_CONSTRAINTS];
+    ConstraintFactorization constraints;
+    double forcing[N_COORDINATES];  /* f of M qdd = f + G^T multiplier; under constraints only */
+    double gamma[SIZE_CONSTRAINTS]; /* gamma of G qdd + gamma = 0 */
+} System;
+
+/* A direction in the space of the knowns: of time, states, inputs and parameters. */
+typedef struct {
+    double time;
+    double states[N_STATES];
+    double inputs[N_SIGNALS];
+    double parameters[SIZE_PARAMETERS];
+} Seed;
+
+/* The derivatives along a Seed. */
+typedef struct {
+    double accelerations[N_UNKNOWNS]; /* with those of the multipliers behind them */
+    double dependent[SIZE_DEPENDENT];
+    double locals[SIZE_LOCALS];
+} Tangent;
+
+/* The motion at the present point: q and its time derivatives, (order of derivative, coordinate), and the first and
+   second time derivatives of the locals (the second ones of outputs only). */
+typedef struct {
+    double q[3 + MAX_OUTPUT_ORDER][N_UNKNOWNS]; /* from the second order on the multipliers stand behind */
+    double locals[MAX_OUTPUT_ORDER][SIZE_LOCALS];
+} Motion;
+
+/* Values that follow from the State, each with a flag whether they do at present. */
+typedef struct {
+    bool states_behind; /* those in the State are of an earlier time: integrator_catch_up */
+    bool dependent_valid, least_pivots_valid, accelerations_valid, locals_valid, system_valid;
+    double dependent[SIZE_DEPENDENT];
+    double accelerations[N_UNKNOWNS]; /* with the multipliers behind them, those of redundant constraints being 0 */
+    double reported[N_UNKNOWNS];      /* the same with multipliers of least norm */
+    double locals[SIZE_LOCALS];
+    double least_pivots[N_COORDINATES]; /* of the generated solution of M qdd = f; smaller ones are suspicious */
+    System system;                      /* at the present point, for tangents */
+} Cache;
+
+/* Memory that is written before it is read, within one call. */
+typedef struct {
+    double mass[N_COORDINATES * N_COORDINATES]; /* lower triangle */
+    double forcing[N_COORDINATES];
+    System system;                 /* at a stage of the solver */
+    double usual[N_COORDINATES];   /* accelerations to go on with where a constraint is about to be lost */
+    double stage_states[N_STATES];
+    double new_states[N_STATES];   /* the result of a trial step */
+    double new_derivatives[N_STATES];
+    double trial_length;           /* s; of that step */
+    SolverScratch solver;
+    bool inputs_move;              /* some input is not constant in the running communication step */
+    double step_start;             /* s; the time at which that step began */
+    double inputs[3 * N_INPUTS];   /* at a stage of the solver, with their first and second derivatives */
+} Scratch;
+
+typedef enum {
+    FAILURE_NONE,
+    FAILURE_SINGULAR,        /* the mass matrix determines no acceleration of the flagged coordinates */
+    FAILURE_NEARLY_SINGULAR, /* the mass matrix hardly determines that of the flagged coordinates, and soon will not */
+    FAILURE_NOT_FINITE,      /* the accelerations of the flagged coordinates are not finite */
+    FAILURE_OVERFLOW,        /* a state left the range of double */
+    FAILURE_ACCURACY,        /* the error of a state exceeds the tolerance however short the step */
+    FAILURE_TRIAL_COUNT,     /* an adaptive method took too many steps */
+    FAILURE_STEP_COUNT,      /* a fixed-step method would need too many steps */
+    FAILURE_ITERATION,       /* the equations of an implicit step were not solved */
+    FAILURE_CONSTRAINTS,     /* no states were found that meet the constraints */
+    FAILURE_MASSLESS         /* the flagged coordinates, which have no mass, do not follow from the others */
+} FailureKind;
+
+/* Why the last evaluation or solver step failed; failure_sentence (failure.h) puts it in words. */
+typedef struct {
+    FailureKind kind;
+    double time;                     /* s */
+    bool coordinates[N_COORDINATES]; /* of SINGULAR, NOT_FINITE and MASSLESS: those concerned */
+    int state;                       /* of OVERFLOW and ACCURACY: the worst state */
+    double amount;                   /* of ACCURACY: error in units of the tolerance; of the COUNTs: steps */
+    double step;                     /* of OVERFLOW and ACCURACY: length of the trial step, s */
+    int count;                       /* of CONSTRAINTS and MASSLESS: the number of constraints that are not met */
+    int constraints[SIZE_CONSTRAINTS];  /* their numbers */
+    double residuals[SIZE_CONSTRAINTS]; /* what is left of them */
+} Failure;
+
+/* What the importer should know about a communication step that was completed. */
+typedef enum {
+    NOTICE_NONE = 0,
+    NOTICE_STIFF = 1,   /* the steps of an explicit method are bounded by its stability */
+    NOTICE_UNEQUAL = 2, /* the steps of a variational method are not of the same length any more */
+    NOTICE_UNRESOLVED = 4, /* steps do not resolve an undamped vibration: the method damps it or misses it */
+    NOTICE_MOTION = 8,  /* of a motion input only the position moves */
+    NOTICE_RANGE = 16   /* a coordinate left its range */
+} NoticeKind;
+
+/* notice_sentence (notices.h) puts it in words. */
+typedef struct {
+    NoticeKind kind;
+    double time; /* s */
+    double step; /* length of the solver step, s */
+    int index;   /* of MOTION: that of the motion; of RANGE: that in BOUNDED */
+} Notice;
+
+/* Who hears remarks on calls that succeed, as finished sentences. */
+typedef struct {
+    void (*hear)(void *owner, const char sentence[]);
+    void *owner;
+} Listener;
+
+typedef struct {
+    State state;
+    Cache cache;
+    Scratch scratch;
+    Failure failure;
+    Notice notice; /* of the last communication step */
+    const Policy *policy;
+    Listener listener;
+} Instance;
+
+/* Gives an instance all start values, in the phase of setting up; the policy and the listener stay. */
+void instance_start(Instance *instance);
+
+/* Writes a double of the State (time, a state, an input, a parameter; SI) and marks what depended on it as outdated.
+   The same bits once more change nothing, so that a solver may go on with its stored derivative. */
+void instance_assign(Instance *instance, double *slot, double value);
+
+/* Marks all values outside the State as outdated. */
+void instance_forget_cache(Instance *instance);
+
+/* Marks the values outside the State as outdated that depend on time, states or inputs. */
+void instance_forget_motion(Instance *instance);
+
+#endif

@@ -1,0 +1,241 @@
+/* Steps under error control, and steps of one length. */
+#include "integrator.h"
+
+#include <float.h>
+#include <math.h>
+#include <string.h>
+
+#include "constraints.h"
+#include "dense_output.h"
+#include "diagnosis.h"
+#include "equations.h"
+#include "inputs.h"
+#include "notices.h"
+#include "settings.h"
+#include "step_size.h"
+
+static const double FARTHEST = 1000.0;       /* communication steps that a solver step may pass */
+static const double MOST_STEPS = 1e12;       /* of a fixed-step method in a communication step */
+static const int64_t MOST_TRIALS = 10000000; /* of an adaptive method likewise: so motions that blow up end */
+
+/* Moves states onto the constraints; *moved tells whether that changed them. */
+static bool project(Instance *instance, double time, double states[], bool *moved) {
+    return constraints_project(instance, time, inputs_at(instance, time), states, moved);
+}
+
+/* Moves states onto the constraints, and takes their derivatives anew if that changed them. */
+static bool bring_back(Instance *instance, double time, double states[], double derivatives[]) {
+    bool moved;
+    return project(instance, time, states, &moved) &&
+           (!moved || equations_derivative(instance, time, states, derivatives));
+}
+
+/* Makes state->first_stage the derivative at the present point, on the constraints as the inputs now move them. */
+static bool update_first_stage(Instance *instance) {
+    State *state = &instance->state;
+    double *derivatives = instance->scratch.new_derivatives; /* which a failure may leave half done */
+    if (!state->first_stage_valid) {
+        if (!bring_back(instance, state->time, state->states, derivatives) ||
+            !equations_derivative(instance, state->time, state->states, derivatives)) {
+            return false;
+        }
+        memcpy(state->first_stage, derivatives, sizeof state->first_stage);
+        state->first_stage_valid = 1;
+    }
+    return true;
+}
+
+/* Variational methods meet the constraints by themselves, with momenta that belong to these velocities. */
+static bool bring_back_result(Instance *instance, Step step) {
+    Scratch *scratch = &instance->scratch;
+    return METHOD.variational || bring_back(instance, step.end, scratch->new_states, scratch->new_derivatives);
+}
+
+/* Makes the result of a trial step the present point. */
+static void accept(Instance *instance, Step step) {
+    State *state = &instance->state;
+    state->time = step.end;
+    memcpy(state->states, instance->scratch.new_states, sizeof state->states);
+    memcpy(state->first_stage, instance->scratch.new_derivatives, sizeof state->first_stage);
+    state->first_stage_valid = 1;
+}
+
+/* The time (s) up to which steps may go. It is beyond the end of the communication step only if the same inputs may
+   well hold there: they do not if they move, and are not expected to if something was changed before this communication
+   step. Where the equations contain the time, steps end with the communication step, because the importer's steps tell
+   how fast things change. */
+static double horizon_of(const Instance *instance, double end) {
+    const State *state = &instance->state;
+    if (TIME_DEPENDENT || METHOD.dense_order == 0 || !state->undisturbed || instance->scratch.inputs_move) {
+        return end;
+    }
+    const double farthest = end + FARTHEST * (end - state->time);
+    return state->stop_time_defined ? larger(end, smaller(farthest, state->stop_time)) : farthest;
+}
+
+/* The states at a time (s) in the step of state->dense, on the constraints. */
+static bool interpolate(Instance *instance, double time, double states[]) {
+    bool moved;
+    dense_states(&instance->state.dense, time, states);
+    return project(instance, time, states, &moved);
+}
+
+/* Prepares interpolation for a step that goes beyond the communication point. Where the interpolant is farthest from
+   both ends it is tried whether constraints can be met: now a shorter step is the remedy, later there is none. */
+static bool prepare_interpolation(Instance *instance, Step step) {
+    double states[N_STATES];
+    return dense_begin(instance, step) &&
+           (N_CONSTRAINTS == 0 || interpolate(instance, step.end - 0.5 * step.length, states));
+}
+
+bool integrator_catch_up(Instance *instance) {
+    State *state = &instance->state;
+    double states[N_STATES];
+    if (instance->cache.states_behind) {
+        if (!interpolate(instance, state->time, states)) {
+            return false;
+        }
+        memcpy(state->states, states, sizeof states);
+        instance->cache.states_behind = false;
+    }
+    return true;
+}
+
+/* The error of a trial step in units of the tolerance, HUGE_VAL if the step could not be computed. Above 1 the step
+   is to be rejected and instance->failure holds the reason. */
+static double try_step(Instance *instance, Step step) {
+    int worst;
+    instance->scratch.trial_length = step.length;
+    if (!solver_step(instance, step)) {
+        return HUGE_VAL;
+    }
+    const double error = solver_error(instance, step, solver_tolerance(&instance->state), &worst);
+    if (!(error <= 1.0)) {
+        Failure *failure = &instance->failure;
+        failure->kind = FAILURE_ACCURACY;
+        failure->time = instance->state.time;
+        failure->state = worst;
+        failure->amount = error;
+        failure->step = step.length;
+    }
+    return isfinite(error) ? error : HUGE_VAL;
+}
+
+/* Adaptive steps to the end or beyond, with dense output for the one that goes beyond. Fails when the step would fall
+   below 16 units in the last place of the time. */
+static bool step_adaptively(Instance *instance, double end) {
+    State *state = &instance->state;
+    const double horizon = horizon_of(instance, end);
+    bool rejected = false;
+    int64_t trials = 0;
+    if (!(state->next_step > 0.0)) {
+        state->next_step = state->settings[SETTING_STEP] > 0.0 ? state->settings[SETTING_STEP] : first_step(instance);
+    }
+    while (state->time < end) {
+        const double shortest = 16.0 * DBL_EPSILON * larger(fabs(state->time), fabs(end));
+        state->next_step = larger(state->next_step, shortest);
+        if (++trials > MOST_TRIALS) {
+            instance->failure.kind = FAILURE_TRIAL_COUNT;
+            instance->failure.time = state->time;
+            instance->failure.amount = (double)MOST_TRIALS;
+            return false;
+        }
+        const Step step = choose_step(state, end, horizon);
+        const double error = try_step(instance, step);
+        if (error <= 1.0 && bring_back_result(instance, step) &&
+            (step.end <= end || prepare_interpolation(instance, step))) {
+            propose(state, step, error, rejected);
+            watch_stiffness(instance, step);
+            watch_vibrations(instance, step.length);
+            watch_ranges(instance, step);
+            accept(instance, step);
+            state->ahead = step.end > end;
+            rejected = false;
+        } else {
+            rejected = true;
+            propose_shorter(state, step, error);
+            if (state->next_step < shortest) {
+                return false;
+            }
+        }
+    }
+    return true;
+}
+
+/* Goes on from where the solver is. If that is beyond the end, the states at the end can be interpolated. */
+static bool integrate_adaptively(Instance *instance, double end) {
+    State *state = &instance->state;
+    if (state->ahead && instance->scratch.inputs_move) {
+        if (!integrator_catch_up(instance)) {
+            return false;
+        }
+        state->ahead = 0;
+        state->first_stage_valid = 0;
+    }
+    if (state->ahead && state->dense.end <= end) {
+        state->time = state->dense.end;
+        memcpy(state->states, state->dense.end_states, sizeof state->states);
+        state->ahead = 0;
+    }
+    instance->cache.states_behind = false;
+    if (!state->ahead && !(update_first_stage(instance) && step_adaptively(instance, end))) {
+        return false;
+    }
+    instance->cache.states_behind = state->ahead != 0;
+    return true;
+}
+
+/* Equal steps to the end, as many as make them no longer than solver_step. Times are computed from the start of the
+   communication step, so that they do not drift. */
+static bool integrate_in_equal_steps(Instance *instance, double end) {
+    const State *state = &instance->state;
+    const double start = state->time;
+    const double setting = state->settings[SETTING_STEP];
+    const double longest = smaller(setting > 0.0 ? setting : DEFAULT_SOLVER_STEP, longest_step(state));
+    const double whole = (end - start) * (1.0 - 1e-9) - rounding_of_length(end); /* less: H = 10 h takes 10 steps */
+    const double count = whole <= longest ? 1.0 : ceil(whole / longest);
+    if (!(count <= MOST_STEPS)) {
+        instance->failure.kind = FAILURE_STEP_COUNT;
+        instance->failure.time = start;
+        instance->failure.amount = count;
+        return false;
+    }
+    if (!update_first_stage(instance)) {
+        return false;
+    }
+    const double length = (end - start) / count;
+    if (METHOD.variational) {
+        watch_length(instance, length);
+    }
+    watch_vibrations(instance, length);
+    for (double i = 1.0; i <= count; i++) {
+        const double next = i < count ? start + (end - start) * (i / count) : end;
+        const Step step = {length, next, false};
+        instance->scratch.trial_length = length;
+        if (!solver_step(instance, step) || leaps_over_singularity(instance, length) ||
+            !bring_back_result(instance, step)) {
+            return false;
+        }
+        watch_stiffness(instance, step);
+        watch_ranges(instance, step);
+        accept(instance, step);
+    }
+    return true;
+}
+
+bool integrate(Instance *instance, double end) {
+    instance->failure.kind = FAILURE_NONE;
+    instance->notice.kind = NOTICE_NONE;
+    instance_forget_motion(instance);
+    inputs_begin(instance);
+    watch_motions(instance);
+    const bool completed =
+        METHOD.error_order > 0 ? integrate_adaptively(instance, end) : integrate_in_equal_steps(instance, end);
+    if (completed) {
+        instance->state.time = end;
+        instance->state.undisturbed = 1;
+    }
+    inputs_end(instance);
+    keep_motions(&instance->state);
+    return completed;
+}

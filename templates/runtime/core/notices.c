@@ -1,0 +1,171 @@
+/* Looking for what the importer should know. The stiffness test: Hairer, Wanner, Solving Ordinary Differential
+   Equations II, 2nd edition, section IV.2. */
+#include "notices.h"
+
+#include <float.h>
+#include <math.h>
+#include <stdio.h>
+#include <string.h>
+
+#include "names.h"
+
+static const double SAME_LENGTH = 1e-6;    /* relative difference by which importers' rounding may change steps */
+static const int64_t LOOK = 100;           /* so many steps apart stiffness is looked for, while none is suspected */
+static const double AT_THE_LIMIT = 0.98;   /* of stability, as in Hairer and Wanner's codes */
+static const int64_t CONVINCED = 15;       /* so many steps at the limit are stiff, as in their codes */
+static const int64_t CLEARED = 6;          /* so many easy steps in a row are not, as in their codes */
+
+static const int64_t LONE_MOVES = 3;       /* a motion may be put elsewhere once or twice without a velocity */
+
+enum { VIBRATIONS_SHOWN = 3 }; /* of those that are not resolved, the fastest ones */
+
+/* The longest step (s) that resolves a vibration (rad/s): an eighth of its period, by which ros2 takes 1 % from it in a
+   period and radau5 0.03 %. */
+static double resolving_step(double frequency) {
+    return 0.25 * 3.141592653589793 / frequency;
+}
+
+double rounding_of_length(double time) {
+    return 4.0 * DBL_EPSILON * fabs(time);
+}
+
+/* To be told once, at the end of the communication step; where another notice is told there, the next time. */
+static void give_notice(Instance *instance, NoticeKind kind, double step, int index) {
+    if ((instance->state.noticed & (int64_t)kind) == 0 && instance->notice.kind == NOTICE_NONE) {
+        instance->state.noticed |= (int64_t)kind;
+        instance->notice = (Notice){kind, instance->state.time, step, index};
+    }
+}
+
+void watch_stiffness(Instance *instance, Step step) {
+    State *state = &instance->state;
+    const bool looks = ++state->steps % LOOK == 0 || (METHOD.error_order == 0 && state->steps < LOOK);
+    if ((state->noticed & NOTICE_STIFF) != 0 || (state->stiff_steps == 0 && !looks)) {
+        return;
+    }
+    if (solver_stiffness(instance) > AT_THE_LIMIT) {
+        state->easy_steps = 0;
+        if (++state->stiff_steps >= CONVINCED) {
+            give_notice(instance, NOTICE_STIFF, step.length, 0);
+        }
+    } else if (state->stiff_steps > 0 && ++state->easy_steps == CLEARED) {
+        state->stiff_steps = state->easy_steps = 0;
+    }
+}
+
+void watch_length(Instance *instance, double length) {
+    State *state = &instance->state;
+    const double tolerance = SAME_LENGTH * length + rounding_of_length(state->time);
+    if (length <= SAME_LENGTH * state->equal_step) {
+        return; /* what an importer's rounding left over */
+    }
+    if (state->equal_step > 0.0 && fabs(length - state->equal_step) > tolerance) {
+        give_notice(instance, NOTICE_UNEQUAL, length, 0);
+    }
+    state->equal_step = length;
+}
+
+void watch_vibrations(Instance *instance, double length) {
+    const double *parameters = instance->state.parameters;
+    if (N_VIBRATIONS > 0 && length > resolving_step(VIBRATIONS[0]) &&
+        memcmp(parameters, START_PARAMETERS, SIZE_PARAMETERS * sizeof(double)) == 0) {
+        give_notice(instance, NOTICE_UNRESOLVED, length, 0);
+    }
+}
+
+/* Does this motion have a velocity or an acceleration now, as inputs or by their derivatives? */
+static bool is_led(State *state, int input) {
+    const double *first = input_derivatives(state, 1);
+    return state->inputs[input + 1] != 0.0 || state->inputs[input + 2] != 0.0 || first[input + 1] != 0.0 ||
+           first[input + 2] != 0.0;
+}
+
+void watch_motions(Instance *instance) {
+    State *state = &instance->state;
+    int lone = -1;
+    for (int k = 0; k < N_MOTIONS; k++) {
+        const int input = FIRST_MOTION + 3 * k;
+        const bool moves = state->inputs[input] != state->positions[k] || input_derivatives(state, 1)[input] != 0.0;
+        lone = MOTION_RATES[k] && moves && !is_led(state, input) ? k : lone;
+    }
+    if (lone >= 0 && state->time > state->start_time && ++state->lone_moves >= LONE_MOVES) {
+        give_notice(instance, NOTICE_MOTION, 0.0, lone);
+    }
+}
+
+void keep_motions(State *state) {
+    for (int k = 0; k < N_MOTIONS; k++) {
+        state->positions[k] = state->inputs[FIRST_MOTION + 3 * k];
+    }
+}
+
+void watch_ranges(Instance *instance, Step step) {
+    for (int k = 0; k < N_BOUNDED; k++) {
+        const double q = instance->scratch.new_states[BOUNDED[k]];
+        if (q < RANGES[k][0] || q > RANGES[k][1]) {
+            give_notice(instance, NOTICE_RANGE, step.length, k);
+        }
+    }
+}
+
+/* Names the vibrations that are faster than steps of this length resolve, and says how to keep them. */
+static void vibrations_sentence(const Notice *notice, char text[], size_t size) {
+    char list[400] = "";
+    size_t used = 0;
+    int count = 0;
+    for (; count < N_VIBRATIONS && notice->step > resolving_step(VIBRATIONS[count]); count++) {
+        if (count < VIBRATIONS_SHOWN && used < sizeof list) {
+            const int written = snprintf(list + used, sizeof list - used, "%s%.3g rad/s (%.80s)", count > 0 ? ", " : "",
+                                         VIBRATIONS[count], COORDINATE_NAMES[VIBRATING[count]]);
+            used += written > 0 ? (size_t)written : 0;
+        }
+    }
+    if (count > VIBRATIONS_SHOWN && used < sizeof list) {
+        snprintf(list + used, sizeof list - used, " and %d slower ones", count - VIBRATIONS_SHOWN);
+    }
+    const double enough = 0.4 * resolving_step(VIBRATIONS[0]);
+    if (METHOD.damps) {
+        snprintf(text, size, "solver %s damps undamped vibrations at time %.17g s, where its step of %.3g s is longer "
+                 "than an eighth of a period: %s; if they matter, set solver_max_step to %.2g s", METHOD.name,
+                 notice->time, notice->step, list, enough);
+    } else {
+        snprintf(text, size, "solver %s gets vibrations wrong, or is unstable, at time %.17g s, where its step of %.3g "
+                 "s is longer than an eighth of a period: %s; set solver_step to %.2g s, or export with --solver "
+                 "dopri5", METHOD.name, notice->time, notice->step, list, enough);
+    }
+}
+
+static void motion_sentence(const Notice *notice, char text[], size_t size) {
+    const int input = FIRST_MOTION + 3 * notice->index;
+    snprintf(text, size, "the input %s moves at time %.17g s, but %s and %s stay 0: the equations take the support as "
+             "resting; connect all three, or set derivatives for all three", variable_name(VARIABLE_INPUT, input),
+             notice->time, variable_name(VARIABLE_INPUT, input + 1), variable_name(VARIABLE_INPUT, input + 2));
+}
+
+void notice_sentence(const Notice *notice, char text[], size_t size) {
+    switch (notice->kind) {
+    case NOTICE_STIFF:
+        solver_stiffness_sentence(notice, text, size);
+        break;
+    case NOTICE_UNEQUAL:
+        snprintf(text, size, "the solver step changed to %.17g s at time %.17g s; solver %s keeps the energy bounded "
+                 "over long times with equal steps only: keep the communication steps equal", notice->step,
+                 notice->time, METHOD.name);
+        break;
+    case NOTICE_UNRESOLVED:
+        vibrations_sentence(notice, text, size);
+        break;
+    case NOTICE_MOTION:
+        motion_sentence(notice, text, size);
+        break;
+    case NOTICE_RANGE:
+        snprintf(text, size, "the coordinate %s leaves its range from %.6g to %.6g after time %.17g s; the bounds are "
+                 "no stops, and the motion goes on without them", state_name(BOUNDED[notice->index]),
+                 RANGES[notice->index][0], RANGES[notice->index][1], notice->time);
+        break;
+    case NOTICE_NONE:
+    default:
+        snprintf(text, size, "nothing was noticed");
+        break;
+    }
+}

@@ -1,0 +1,36 @@
+/* What is noticed along a run. Each kind is told once, at the end of a communication step. */
+#ifndef NOTICES_H
+#define NOTICES_H
+
+#include "instance.h"
+#include "solver.h"
+
+/* Notices a motion that keeps accepted steps at the limit of stability, or fixed steps beyond it. Fixed steps are
+   looked at from the first one on. */
+void watch_stiffness(Instance *instance, Step step);
+
+/* Notices steps (s) of a variational method that are of another length than those before: its energy is bounded over
+   long times because a neighbouring system, which belongs to one length, is solved exactly. */
+void watch_length(Instance *instance, double length);
+
+/* Notices steps (s) that do not resolve a vibration, which the method then damps or gets wrong; nothing is known of
+   vibrations where parameters differ from those of the export. */
+void watch_vibrations(Instance *instance, double length);
+
+/* Writes one sentence to text[size] on a notice that is not NOTICE_NONE: what was noticed, when, and what to do. */
+void notice_sentence(const Notice *notice, char text[], size_t size);
+
+/* At the beginning of a communication step: notices a motion input that is moved from step to step with a velocity and
+   an acceleration of 0, where the equations contain these. */
+void watch_motions(Instance *instance);
+
+/* At the end of a communication step: remembers where the motions are. */
+void keep_motions(State *state);
+
+/* Notices a coordinate that is out of its range after an accepted step. */
+void watch_ranges(Instance *instance, Step step);
+
+/* The rounding error (s) of the difference of two times up to this one. */
+double rounding_of_length(double time);
+
+#endif

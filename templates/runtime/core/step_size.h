@@ -1,0 +1,33 @@
+/* The lengths of solver steps. */
+#ifndef STEP_SIZE_H
+#define STEP_SIZE_H
+
+#include "solver.h"
+
+/* fmin and fmax of the C library are calls, for the sake of NaN. */
+static inline double smaller(double a, double b) {
+    return a < b ? a : b;
+}
+
+static inline double larger(double a, double b) {
+    return a > b ? a : b;
+}
+
+/* solver_max_step, s. If it is not given: under error control a part of the experiment, because the stages of longer
+   steps could all miss what lasts for a short time only; else infinite, because the length is given. */
+double longest_step(const State *state);
+
+/* The length of the very first step, s. */
+double first_step(Instance *instance);
+
+/* The next trial step: as proposed, or to the end or the horizon if that is about as near. */
+Step choose_step(const State *state, double end, double horizon);
+
+/* Proposes the next step after an accepted one with this error, in units of the tolerance. A step that was cut short by
+   the end of the communication step says little and does not reduce the proposal. */
+void propose(State *state, Step step, double error, bool after_rejection);
+
+/* Proposes a shorter step after one that was rejected: for its error, if that is finite and more than 1. */
+void propose_shorter(State *state, Step step, double error);
+
+#endif

@@ -1,0 +1,89 @@
+#include "values.h"
+
+#include <stddef.h>
+
+#include "equations.h"
+
+double *value_slot(Instance *instance, const Variable *variable) {
+    State *state = &instance->state;
+    Cache *cache = &instance->cache;
+    switch (variable->kind) {
+    case VARIABLE_STATE:
+    case VARIABLE_MASSLESS:        return &state->states[variable->index];
+    case VARIABLE_INPUT:           return &state->inputs[variable->index];
+    case VARIABLE_PARAMETER:
+    case VARIABLE_FIXED_PARAMETER: return &state->parameters[variable->index];
+    case VARIABLE_SETTING:         return &state->settings[variable->index];
+    case VARIABLE_ACCELERATION:    return &cache->accelerations[variable->index];
+    case VARIABLE_MULTIPLIER:      return &cache->reported[N_COORDINATES + variable->index];
+    case VARIABLE_DEPENDENT:       return &cache->dependent[variable->index];
+    case VARIABLE_LOCAL:           return &cache->locals[variable->index];
+    case VARIABLE_TIME:
+    case N_VARIABLE_KINDS:         break;
+    }
+    return &state->time;
+}
+
+bool value_update(Instance *instance, VariableKind kind) {
+    if (kind == VARIABLE_DEPENDENT) {
+        equations_dependent(instance);
+    }
+    if (kind == VARIABLE_MASSLESS) {
+        return equations_massless(instance);
+    }
+    if (kind == VARIABLE_ACCELERATION || kind == VARIABLE_MULTIPLIER) {
+        return equations_accelerations(instance);
+    }
+    return kind != VARIABLE_LOCAL || equations_locals(instance);
+}
+
+double *value_in_seed(Seed *seed, const Variable *variable) {
+    switch (variable->kind) {
+    case VARIABLE_TIME:            return &seed->time;
+    case VARIABLE_STATE:           return &seed->states[variable->index];
+    case VARIABLE_INPUT:           return &seed->inputs[variable->index];
+    case VARIABLE_FIXED_PARAMETER:
+    case VARIABLE_PARAMETER:       return &seed->parameters[variable->index];
+    default:                       return NULL;
+    }
+}
+
+bool value_needs_tangent(VariableKind kind) {
+    return kind == VARIABLE_ACCELERATION || kind == VARIABLE_MULTIPLIER || kind == VARIABLE_LOCAL;
+}
+
+bool value_is_unknown(VariableKind kind) {
+    return kind == VARIABLE_STATE || kind == VARIABLE_MASSLESS || kind == VARIABLE_DEPENDENT ||
+           value_needs_tangent(kind);
+}
+
+const double *value_in_tangent(const Seed *seed, const Tangent *tangent, const Variable *variable) {
+    switch (variable->kind) {
+    case VARIABLE_ACCELERATION: return &tangent->accelerations[variable->index];
+    case VARIABLE_MULTIPLIER:   return &tangent->accelerations[N_COORDINATES + variable->index];
+    case VARIABLE_DEPENDENT:    return &tangent->dependent[variable->index];
+    case VARIABLE_LOCAL:        return &tangent->locals[variable->index];
+    default:                    return &seed->states[variable->index];
+    }
+}
+
+static bool in_states(const Variable *variable) {
+    return variable->kind == VARIABLE_STATE || variable->kind == VARIABLE_MASSLESS;
+}
+
+/* The row of Motion's q from which the derivatives of a state or acceleration are counted. */
+static int first_row(const Variable *variable) {
+    return in_states(variable) ? variable->index / N_COORDINATES : 2;
+}
+
+int value_motion_order(const Variable *variable, int order) {
+    return variable->kind == VARIABLE_LOCAL ? order : first_row(variable) + order - 2;
+}
+
+double value_in_motion(const Motion *motion, const Variable *variable, int order) {
+    const int column = in_states(variable)                     ? variable->index % N_COORDINATES
+                       : variable->kind == VARIABLE_MULTIPLIER ? N_COORDINATES + variable->index
+                                                               : variable->index;
+    return variable->kind == VARIABLE_LOCAL ? motion->locals[order - 1][variable->index]
+                                            : motion->q[first_row(variable) + order][column];
+}

@@ -1,0 +1,32 @@
+/* From the variables that an importer knows to where their values are. */
+#ifndef VALUES_H
+#define VALUES_H
+
+#include "instance.h"
+
+/* Where the value of a variable lives in the instance. */
+double *value_slot(Instance *instance, const Variable *variable);
+
+/* Brings the vector that holds variables of this kind up to date. Returns false, with instance->failure, if the
+   equations have no solution. */
+bool value_update(Instance *instance, VariableKind kind);
+
+/* Where a known's component is in a seed; NULL for variables that are no knowns: those that follow from others. */
+double *value_in_seed(Seed *seed, const Variable *variable);
+
+/* Are variables of this kind unknowns? They follow from others, or are states, which the seed determines. */
+bool value_is_unknown(VariableKind kind);
+
+/* Where the derivative of an unknown is along a seed. */
+const double *value_in_tangent(const Seed *seed, const Tangent *tangent, const Variable *variable);
+
+/* Does the derivative of variables of this kind need equations_tangent? */
+bool value_needs_tangent(VariableKind kind);
+
+/* The order that equations_motion needs for the time derivative of this order, 1 or 2, of an output. */
+int value_motion_order(const Variable *variable, int order);
+
+/* That derivative. */
+double value_in_motion(const Motion *motion, const Variable *variable, int order);
+
+#endif

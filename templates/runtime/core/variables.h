@@ -1,0 +1,40 @@
+/* The variables of the FMU as data: what each value reference stands for.
+
+   mechanism.h is generated and includes this header; the table VARIABLES itself is in the generated mechanism.c. */
+#ifndef VARIABLES_H
+#define VARIABLES_H
+
+typedef enum {
+    VARIABLE_TIME,         /* the independent variable, s */
+    VARIABLE_STATE,        /* x = [q_1..q_n, qd_1..qd_n] */
+    VARIABLE_MASSLESS,     /* an entry of x that follows from the others, because it has no mass */
+    VARIABLE_ACCELERATION, /* qdd[n], the derivatives of the states n..2n-1 */
+    VARIABLE_MULTIPLIER,   /* of a constraint */
+    VARIABLE_INPUT,        /* u, external forces and prescribed motions */
+    VARIABLE_PARAMETER,    /* p, independent and tunable */
+    VARIABLE_FIXED_PARAMETER, /* p, in a constraint */
+    VARIABLE_SETTING,      /* fixed parameters of the solver, see Setting */
+    VARIABLE_DEPENDENT,    /* c(p), the calculatedParameters of FMI */
+    VARIABLE_LOCAL,        /* y(t, x, u, p, qdd): energies, momenta, outputs of the user */
+    N_VARIABLE_KINDS
+} VariableKind;
+
+/* One variable: its name in modelDescription.xml, its kind, its index in the vector of that kind, the range that
+   the importer may set (-HUGE_VAL, HUGE_VAL where there is no bound), and whether it is an output. */
+typedef struct {
+    const char *name;
+    VariableKind kind;
+    int index;
+    double minimum, maximum;
+    int output;
+} Variable;
+
+/* The vector of kind VARIABLE_SETTING; 0 means "chosen automatically" for each of them. */
+typedef enum {
+    SETTING_TOLERANCE, /* relative tolerance of the adaptive methods */
+    SETTING_STEP,      /* s; first step of the adaptive methods, the step of the fixed-step methods */
+    SETTING_MAX_STEP,  /* s; no solver step is longer */
+    N_SETTINGS
+} Setting;
+
+#endif

@@ -1,0 +1,66 @@
+/* Starting components, and which calls are let through. */
+#include "gate.h"
+
+#include <string.h>
+
+#include "integrator.h"
+#include "logging.h"
+
+/* What the instance remarks is a note of the running function. */
+static void hear(void *owner, const char sentence[]) {
+    note(owner, "%s", sentence);
+}
+
+void component_start(Component *component) {
+    component->instance.policy = component->type == fmi2ModelExchange ? &IMPORTERS_SOLVER : &OWN_SOLVER;
+    component->instance.listener = (Listener){hear, component};
+    instance_start(&component->instance);
+    memset(&component->session, 0, sizeof component->session);
+    component->session.type = component->type;
+    set_mode(component, MODE_INSTANTIATED);
+    memset(component->noted_calls, 0, sizeof component->noted_calls);
+    memset(component->noted_kinds, 0, sizeof component->noted_kinds);
+    component->noted_singularity = false;
+    component->categories = component->logging_requested ? ALL_CATEGORIES : 0u;
+}
+
+/* Says why a call is illegal and where it would be legal. */
+static void report_illegal_call(Component *component, Call call) {
+    char modes[160];
+    legal_modes(call, component->type, modes, sizeof modes);
+    const char *type = component->type == fmi2ModelExchange ? "model exchange" : "co-simulation";
+    if (modes[0] == '\0') {
+        fail(component, "an instance for %s has no use for this function in any state; do not call it", type);
+    } else {
+        fail(component, "illegal in state \"%s\" of an instance for %s; expected one of the states: %s",
+             mode_name((Mode)component->session.mode), type, modes);
+    }
+}
+
+Component *enter(fmi2Component c, Call call) {
+    Component *component = c;
+    if (component == NULL) {
+        return NULL;
+    }
+    component->call = call;
+    const Verdict verdict = legal_call(call, component->type, (Mode)component->session.mode);
+    if (verdict == VERDICT_ILLEGAL) {
+        report_illegal_call(component, call);
+        return NULL;
+    }
+    if (verdict == VERDICT_TOLERATED && !component->noted_calls[call]) {
+        component->noted_calls[call] = true;
+        note(component, "accepted in state \"%s\", although the standard does not foresee it there",
+             mode_name((Mode)component->session.mode));
+    }
+    return component;
+}
+
+Component *enter_present(fmi2Component c, Call call) {
+    Component *component = enter(c, call);
+    if (component != NULL && !integrator_catch_up(&component->instance)) {
+        report_failure(component, fmi2Error);
+        return NULL;
+    }
+    return component;
+}

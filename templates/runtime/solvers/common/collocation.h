@@ -1,0 +1,33 @@
+/* An implicit Runge-Kutta method as data; the one that was chosen at export is in the generated collocation.c.
+
+   Stages i at the times t + c_i h hold Q_i = q + h sum_j a_ij V_j; what changes the velocities (accelerations, or
+   forces that change momenta) is summed with hat_ij in the same way, and both with b_j over the whole step. hat is a
+   itself unless the method is partitioned. */
+#ifndef COLLOCATION_H
+#define COLLOCATION_H
+
+typedef struct {
+    int stages;
+    const double *a;   /* stages x stages, row-major */
+    const double *hat; /* stages x stages */
+    const double *b;   /* stages */
+    const double *c;   /* stages */
+    const double *multiplier_weights; /* the inverse of a hat without its first row and its last column, row-major; NULL
+                                         if constraints are not taken */
+} Collocation;
+
+extern const Collocation COLLOCATION;
+
+/* a of radau5 = from_modes diag(real, pair) to_modes: its stages, combined by to_modes, do not meet in linear systems
+   but for those of the pair. */
+typedef struct {
+    double real;
+    const double *squared; /* a a, 3 x 3 */
+    const double *pair; /* 2 x 2 */
+    const double *to_modes; /* 3 x 3 */
+    const double *from_modes;
+} Modes;
+
+extern const Modes MODES;
+
+#endif

@@ -1,0 +1,40 @@
+/* By tangents along groups of states that do not meet. Columns of the Jacobian whose rows do not meet are one colour
+   and share a seed: COLOURS[colour][i] is the one that has an entry in row i, -1 if none has. Curtis, Powell, Reid, On
+   the estimation of sparse Jacobian matrices, IMA Journal of Applied Mathematics 13, 1974. */
+#include "jacobian.h"
+
+#include <string.h>
+
+#include "accelerations.h"
+#include "inputs.h"
+#include "system.h"
+
+bool equations_jacobian(Instance *instance, double time, const double states[], double jacobian[]) {
+    static const double NO_INPUTS[N_SIGNALS], NO_PARAMETERS[SIZE_PARAMETERS];
+    const double *inputs = inputs_at(instance, time), *parameters = instance->state.parameters;
+    System *system = &instance->scratch.system;
+    double unknowns[N_UNKNOWNS], changed[N_UNKNOWNS], change[N_RESIDUALS];
+    if (!accelerations_at(instance, time, states, inputs, unknowns) ||
+        !system_factorize(instance, time, states, inputs, N_CONSTRAINTS, 0.0, system)) {
+        return false;
+    }
+    memset(jacobian, 0, 2 * N_COORDINATES * N_COORDINATES * sizeof(double));
+    for (int colour = 0; colour < N_COLOURS; colour++) {
+        const int *column = COLOURS[colour];
+        double seed[N_STATES] = {0.0};
+        for (int i = 0; i < N_COORDINATES; i++) {
+            if (column[i] >= 0) {
+                seed[column[i]] = 1.0;
+            }
+        }
+        mechanism_residual_tangent(time, states, inputs, parameters, unknowns, 0.0, seed, NO_INPUTS, NO_PARAMETERS,
+                                   change);
+        system_answer(system, change, changed);
+        for (int i = 0; i < N_COORDINATES; i++) {
+            if (column[i] >= 0) {
+                jacobian[column[i] * N_COORDINATES + i] = changed[i];
+            }
+        }
+    }
+    return true;
+}

@@ -1,0 +1,39 @@
+/* The memory of Radau IIA. */
+#ifndef SOLVER_MEMORY_H
+#define SOLVER_MEMORY_H
+
+#include <stdbool.h>
+#include <stdint.h>
+
+#include "mechanism.h"
+
+/* What is carried along from step to step. None of it has to fit: it makes the iterations short. */
+typedef struct {
+    int64_t linearized;                              /* stiffness and damping were computed */
+    double stiffness[N_COORDINATES * N_COORDINATES]; /* dqdd/dq at a point passed, row-major */
+    double damping[N_COORDINATES * N_COORDINATES];   /* dqdd/dqd at the same point */
+    double contraction;                              /* of the last iterations with them */
+    double start, end;                               /* s; of the last step that was solved */
+    double length;                                   /* s; of that step, 0: there was none */
+    double accelerations[STAGES * N_COORDINATES];    /* at its stages */
+    double start_accelerations[N_COORDINATES];       /* at its start, as the equations say */
+    double end_accelerations[N_COORDINATES];         /* at its end, as the equations say */
+} SolverMemory;
+
+/* The linearized equations of a step, row-major. */
+typedef struct {
+    double jacobian[2 * N_COORDINATES * N_COORDINATES];    /* see jacobian.h */
+    double real_matrix[N_COORDINATES * N_COORDINATES];     /* of the real mode of the stages */
+    double pair_matrix[4 * N_COORDINATES * N_COORDINATES]; /* of their complex pair of modes */
+    int real_rows[N_COORDINATES];
+    int pair_rows[2 * N_COORDINATES];
+    double errors[2][N_STATES]; /* estimates */
+} SolverScratch;
+
+/* Nothing has to be forgotten when something changes. */
+static inline void solver_forget(SolverMemory *memory, bool motion) {
+    (void)memory;
+    (void)motion;
+}
+
+#endif

@@ -1,0 +1,156 @@
+/* ROS2, a linearly implicit method of order 2 and fixed cost, for stiff mechanisms in real time:
+
+       (I - g h J) k1 = f(t, x),  (I - g h J) k2 = f(t + h, x + h k1) - 2 k1,  x_new = x + h (3 k1 + k2) / 2
+
+   with J = df/dx and g = 1 - 1/sqrt(2), which makes it L-stable. Its order does not depend on J, so that neither df/dt
+   nor the exact J is needed. Verwer, Spee, Blom, Hundsdorfer, A second-order Rosenbrock method applied to photochemical
+   dispersion problems, SIAM J. Sci. Comput. 20 (1999) 1456-1480.
+
+   With k = [a, b], J = [0, I; P, V] and s = g h the system (I - s J) k = r is one of n rows for b:
+
+       (I - s V - s^2 P) b = r_b + s P r_a,   a = r_a + s b
+
+   A step takes two evaluations of the equations, at most 2n tangents (see COLOURS) and one factorisation, always.
+
+   Without iteration J must hold over the whole step. Where a stiff direction turns in it, as that of a rod which is
+   nearly rigid does, the stage leaves the slow motion by v^2 h^2 / 2 and is sent back along the direction of the start:
+   the velocity gets an error of the order of k/m omega^4 h^4 a step, which L-stability does not damp. */
+#include <math.h>
+#include <stdio.h>
+#include <string.h>
+
+#include "equations.h"
+#include "jacobian.h"
+#include "lu.h"
+#include "solver.h"
+#include "step_failure.h"
+
+const Method METHOD = {.name = "ros2", .order = 2, .damps = true};
+
+enum { N = N_COORDINATES };
+
+static const double GAMMA = 0.2928932188134524755991556; /* 1 - 1/sqrt(2) */
+static const double PART = 0.03;  /* of the velocities' change in a step, which the linearization may miss */
+static const double SMALL = 3e-6; /* of the velocities themselves: such a part that it misses is passed over */
+
+/* matrix = I - s V - s^2 P, row-major. */
+static void assemble(const double jacobian[], double s, double matrix[]) {
+    for (int i = 0; i < N; i++) {
+        for (int j = 0; j < N; j++) {
+            const double p = jacobian[j * N + i], v = jacobian[(N + j) * N + i];
+            matrix[i * N + j] = (i == j ? 1.0 : 0.0) - s * (v + s * p);
+        }
+    }
+}
+
+/* Overwrites r[2n] by the solution k of (I - s J) k = r. */
+static void solve_stage(const double jacobian[], const double matrix[], const int rows[], double s, double r[]) {
+    double b[N];
+    for (int j = 0; j < N; j++) {
+        for (int i = 0; i < N; i++) {
+            r[N + i] += s * jacobian[j * N + i] * r[j];
+        }
+    }
+    lu_solve(matrix, rows, N, r + N, b);
+    memcpy(r + N, b, sizeof b);
+    for (int i = 0; i < N; i++) {
+        r[i] += s * r[N + i];
+    }
+}
+
+/* The accelerations that the equations have more at the new states than at the second stage, where they are f2, but for
+   what J tells of the difference. Both are at the end of the step, so that what moves with time is no part of it. */
+static double beyond_linear(const Scratch *scratch, const double f2[], int i) {
+    double rest = scratch->new_derivatives[N + i] - f2[i];
+    for (int j = 0; j < N_STATES; j++) {
+        rest -= scratch->solver.jacobian[j * N + i] * (scratch->new_states[j] - scratch->stage_states[j]);
+    }
+    return rest;
+}
+
+/* Compares what these do to the velocities in a step with the change of the velocities; maxima in nominal units. */
+static void compare_with_linearization(Instance *instance, Step step, const int rows[], const double f2[]) {
+    Scratch *scratch = &instance->scratch;
+    const double *x = instance->state.states, *x_new = scratch->new_states;
+    double rest[N], answer[N];
+    double missed = 0.0, change = 0.0, size = 1.0;
+    for (int i = 0; i < N; i++) {
+        rest[i] = beyond_linear(scratch, f2, i);
+    }
+    lu_solve(scratch->solver.matrix, rows, N, rest, answer);
+    for (int i = 0; i < N; i++) {
+        missed = fmax(missed, fabs(step.length * answer[i]) / NOMINAL_STATES[N + i]);
+        change = fmax(change, fabs(x_new[N + i] - x[N + i]) / NOMINAL_STATES[N + i]);
+        size = fmax(size, fabs(x_new[N + i]) / NOMINAL_STATES[N + i]);
+    }
+    scratch->solver.missed = missed / (PART * change + SMALL * size);
+}
+
+bool solver_step(Instance *instance, Step step) {
+    const State *state = &instance->state;
+    Scratch *scratch = &instance->scratch;
+    double *k1 = scratch->solver.stages[0], *k2 = scratch->solver.stages[1];
+    const double s = GAMMA * step.length;
+    double f2[N];
+    int rows[N_COORDINATES];
+
+    if (!equations_jacobian(instance, state->time, state->states, scratch->solver.jacobian)) {
+        return false;
+    }
+    assemble(scratch->solver.jacobian, s, scratch->solver.matrix);
+    if (!lu_factorize(scratch->solver.matrix, rows, N)) {
+        return report_iteration(instance, step);
+    }
+    memcpy(k1, state->first_stage, sizeof state->first_stage);
+    solve_stage(scratch->solver.jacobian, scratch->solver.matrix, rows, s, k1);
+    for (int i = 0; i < N_STATES; i++) {
+        scratch->stage_states[i] = state->states[i] + step.length * k1[i];
+    }
+    if (!equations_derivative(instance, step.end, scratch->stage_states, k2)) {
+        return false;
+    }
+    memcpy(f2, k2 + N, sizeof f2);
+    for (int i = 0; i < N_STATES; i++) {
+        k2[i] -= 2.0 * k1[i];
+    }
+    solve_stage(scratch->solver.jacobian, scratch->solver.matrix, rows, s, k2);
+    for (int i = 0; i < N_STATES; i++) {
+        scratch->new_states[i] = state->states[i] + 0.5 * step.length * (3.0 * k1[i] + k2[i]);
+    }
+    if (!new_states_finite(instance, step) ||
+        !equations_derivative(instance, step.end, scratch->new_states, scratch->new_derivatives)) {
+        return false;
+    }
+    compare_with_linearization(instance, step, rows, f2);
+    return true;
+}
+
+/* Steps of fixed length need neither of these. */
+double solver_error(const Instance *instance, Step step, double tolerance, int *worst) {
+    (void)instance;
+    (void)step;
+    (void)tolerance;
+    *worst = 0;
+    return 0.0;
+}
+
+double solver_stiffness(const Instance *instance) {
+    return instance->scratch.solver.missed;
+}
+
+bool solver_dense(Instance *instance, Step step, double terms[DENSE_TERMS][N_STATES]) {
+    (void)instance;
+    (void)step;
+    (void)terms;
+    return false;
+}
+
+const char *solver_iteration_remedy(void) {
+    return "lower solver_step, or export with --solver radau5 if the mechanism is stiff";
+}
+
+void solver_stiffness_sentence(const Notice *notice, char text[], size_t size) {
+    snprintf(text, size, "the mechanism is too stiff at time %.17g s for a solver step of %.3g s: its stiff directions "
+             "turn too far in it for solver %s, whose results are wrong then; lower solver_step, or export with "
+             "--solver radau5", notice->time, notice->step, METHOD.name);
+}

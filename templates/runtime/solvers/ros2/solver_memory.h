@@ -1,0 +1,15 @@
+/* The memory of ROS2. */
+#ifndef SOLVER_MEMORY_H
+#define SOLVER_MEMORY_H
+
+#include "mechanism.h"
+#include "no_memory.h"
+
+typedef struct {
+    double stages[STAGES][N_STATES]; /* k1 and k2 */
+    double jacobian[2 * N_COORDINATES * N_COORDINATES]; /* see jacobian.h */
+    double matrix[N_COORDINATES * N_COORDINATES];       /* of the systems of a step, factorised */
+    double missed; /* what the linearization missed of the last step, see solver_stiffness */
+} SolverScratch;
+
+#endif

@@ -1,0 +1,50 @@
+/* Variational integrators without constraints. */
+#include "system.h"
+#include "variational.h"
+
+enum { N = N_COORDINATES };
+
+void stages_guess_multipliers(const System *system, Stages *stages) {
+    (void)system;
+    (void)stages;
+}
+
+void stages_constrain(Instance *instance, double time, Stages *stages, int i) {
+    (void)instance;
+    (void)time;
+    (void)stages;
+    (void)i;
+}
+
+void stages_meet_constraints(const System *system, double h, Stages *stages, double changes[STAGES][N_UNKNOWNS]) {
+    (void)system;
+    (void)h;
+    (void)stages;
+    (void)changes;
+}
+
+void stages_end_step(Instance *instance, double time, const double q[], const double missing[], double qd[],
+                     double impulse[]) {
+    double change[N];
+    (void)time;
+    (void)q;
+    (void)impulse;
+    system_solve(&instance->scratch.system, missing, NULL, NULL, change);
+    for (int k = 0; k < N; k++) {
+        qd[k] += change[k];
+    }
+}
+
+bool mass_regular(Instance *instance, double time, const double states[], const System *system) {
+    (void)instance;
+    (void)time;
+    (void)states;
+    (void)system;
+    return true;
+}
+
+bool new_states_on_constraints(Instance *instance, Step step) {
+    (void)instance;
+    (void)step;
+    return true;
+}

@@ -1,0 +1,255 @@
+/* Variational integrators: the principle of least action, discretised. The action over a step is a quadrature (b, c) of
+   L along a polynomial of the coordinates; making it stationary gives for the velocities V_i at the stages
+
+       dL/dqd (Q_i, V_i) = p + h sum_j hat_ij F_j,   Q_i = q + h sum_j a_ij V_j,   F = dL/dq - dR/dqd + Q,
+
+   and q, p move on by h sum_j b_j V_j and h sum_j b_j F_j. With Gauss points these are the Gauss methods in q and p
+   (a = hat), with Lobatto points the pairs IIIA and IIIB, of which the first is Stoermer and Verlet's. They keep the
+   symplectic form, momenta of symmetries, and energy up to a bounded error. Forces enter as in the discrete principle
+   of d'Alembert. Sources: Marsden, West, Discrete mechanics and variational integrators, Acta Numerica 2001, sections
+   2.6 and 3.2; Hairer, Lubich, Wanner, Geometric Numerical Integration, 2nd edition, section VI.6.
+
+   Holonomic constraints phi = 0 add G_j^T multiplier_j to the forces, G = dphi/dq, such that phi(Q_i) = 0 at all
+   stages. The Lobatto pairs fit: their first stage is the start, which is on the constraints; the last multiplier
+   acts on no stage, and serves to end with G qd + dphi/dt = 0. With two stages that is RATTLE. Sources: Jay,
+   Symplectic partitioned Runge-Kutta methods for constrained Hamiltonian systems, SIAM Journal on Numerical Analysis
+   33, 1996; Hairer, Lubich, Wanner, sections VII.1.3 and VII.1.4; Marsden, West, section 3.5. Momenta determine
+   velocities where M is regular: if it never is, L holds an energy of the constraints' velocities, which is 0 along
+   the motion.
+
+   The equations are solved to rounding and the sums are compensated, so that rounding errors do not add up to a drift:
+   Hairer, McLachlan, Razakarivony, Achieving Brouwer's law with implicit Runge-Kutta methods, BIT 48, 2008. */
+#include <float.h>
+#include <math.h>
+#include <string.h>
+
+#include "collocation.h"
+#include "equations.h"
+#include "finite.h"
+#include "inputs.h"
+#include "step_failure.h"
+#include "system.h"
+#include "variational.h"
+
+enum { N = N_COORDINATES, S = STAGES, MOST_ITERATIONS = 100 };
+
+static const double CONVERGED = 1e-9; /* relative changes below this may come to rest at rounding */
+static const double RESTING_PART = 16.0 * DBL_EPSILON / 1e-9; /* so may those that move a coordinate by 16 units */
+
+static void evaluate(Instance *instance, double time, const double q[], const double qd[], double momenta[],
+                     double forces[]) {
+    double states[N_STATES];
+    pack(q, qd, states);
+    mechanism_canonical(time, states, inputs_at(instance, time), instance->state.parameters, momenta, forces);
+}
+
+static double stage_time(const Instance *instance, Step step, int i) {
+    return COLLOCATION.c[i] == 1.0 ? step.end : instance->state.time + COLLOCATION.c[i] * step.length;
+}
+
+/* sum_j weights[j] rows[j][i] */
+static double weighed(const double weights[], double rows[][N], int i) {
+    double sum = 0.0;
+    for (int j = 0; j < S; j++) {
+        sum += weights[j] * rows[j][i];
+    }
+    return sum;
+}
+
+static bool factorize(Instance *instance, double time, const double states[]) {
+    System *system = &instance->scratch.system;
+    return system_factorize(instance, time, states, inputs_at(instance, time), N_CONSTRAINTS, 0.0, system) &&
+           mass_regular(instance, time, states, system);
+}
+
+/* Coordinates, momenta and forces that belong to the velocities. */
+static void complete(Instance *instance, Step step, Stages *stages) {
+    for (int i = 0; i < S; i++) {
+        for (int k = 0; k < N; k++) {
+            stages->coordinates[i][k] =
+                instance->state.states[k] + step.length * weighed(COLLOCATION.a + i * S, stages->velocities, k);
+        }
+        evaluate(instance, stage_time(instance, step, i), stages->coordinates[i], stages->velocities[i],
+                 stages->momenta[i], stages->forces[i]);
+        stages_constrain(instance, stage_time(instance, step, i), stages, i);
+    }
+}
+
+/* One round: each V_i is corrected by M^-1 times what its momentum misses, with M at the start of the step. Returns the
+   greatest relative change. Constraints determine velocities up to the rounding of coordinates divided by h, which in
+   very short steps is more than the rounding of velocities. */
+static double correct(Instance *instance, Step step, const double p[], Stages *stages) {
+    static const double RESTING[SIZE_CONSTRAINTS];
+    double changes[S][N_UNKNOWNS];
+    double greatest = 0.0;
+    for (int i = 0; i < S; i++) {
+        double missing[N_COORDINATES];
+        for (int k = 0; k < N; k++) {
+            missing[k] = p[k] + step.length * weighed(COLLOCATION.hat + i * S, stages->forces, k) -
+                         stages->momenta[i][k];
+        }
+        system_solve(&instance->scratch.system, missing, RESTING, NULL, changes[i]);
+    }
+    stages_meet_constraints(&instance->scratch.system, step.length, stages, changes);
+    for (int i = 0; i < S; i++) {
+        for (int k = 0; k < N; k++) {
+            stages->velocities[i][k] += changes[i][k];
+            const double reach = (fabs(stages->coordinates[i][k]) + NOMINAL_STATES[k]) / step.length;
+            const double size = fabs(stages->velocities[i][k]) + NOMINAL_STATES[N + k] + RESTING_PART * reach;
+            const double relative = fabs(changes[i][k]) / size;
+            greatest = isfinite(relative) ? fmax(greatest, relative) : HUGE_VAL;
+        }
+    }
+    return greatest;
+}
+
+/* Iterates until the changes are rounding errors: until they do not fall any more. */
+static bool solve_stages(Instance *instance, Step step, const double p[], Stages *stages) {
+    double previous = HUGE_VAL;
+    for (int i = 0; i < MOST_ITERATIONS; i++) {
+        complete(instance, step, stages);
+        const double change = correct(instance, step, p, stages);
+        if (change == 0.0 || (change <= CONVERGED && change >= previous)) {
+            complete(instance, step, stages);
+            return true;
+        }
+        if (!(change < 1e3 * previous) || change == HUGE_VAL) {
+            break;
+        }
+        previous = change;
+    }
+    return report_iteration(instance, step);
+}
+
+/* x + increment with the error of earlier sums in rest, which is brought up to date. */
+static double add_compensated(double x, double increment, double *rest) {
+    const double whole = increment + *rest;
+    const double sum = x + whole;
+    *rest = (x - sum) + whole;
+    return sum;
+}
+
+/* The velocities at a time (s) whose momenta are next->momenta: M qd + a = p, corrected once for rounding. With
+   constraints p is short of an impulse (of the last multiplier), until that makes the velocities meet them. */
+static bool velocities_of(Instance *instance, double time, const double q[], SolverMemory *next, double qd[]) {
+    double resting[N_STATES] = {0.0};
+    double impulse[N] = {0.0};
+    double momenta[N], forces[N];
+    memcpy(resting, q, N * sizeof(double));
+    if (!factorize(instance, time, resting)) {
+        return false;
+    }
+    memset(qd, 0, N * sizeof(double));
+    for (int round = 0; round < 2; round++) {
+        evaluate(instance, time, q, qd, momenta, forces);
+        for (int k = 0; k < N; k++) {
+            momenta[k] = next->momenta[k] + impulse[k] - momenta[k];
+        }
+        stages_end_step(instance, time, q, momenta, qd, impulse);
+    }
+    for (int k = 0; k < N; k++) {
+        next->momenta[k] = add_compensated(next->momenta[k], impulse[k], &next->rest_momenta[k]);
+    }
+    return true;
+}
+
+/* The momenta at the present point: kept from the last step, or new if something was changed since. Where only motion
+   inputs were changed, the momenta are kept and the velocities are new: a support that changes its velocity by a jump
+   strikes. */
+static bool update_momenta(Instance *instance) {
+    State *state = &instance->state;
+    double forces[N];
+    if (!state->solver.valid) {
+        memset(&state->solver, 0, sizeof state->solver);
+        evaluate(instance, state->time, state->states, state->states + N, state->solver.momenta, forces);
+        state->solver.valid = 1;
+    } else if (state->solver.moved &&
+               !velocities_of(instance, state->time, state->states, &state->solver, state->states + N)) {
+        return false;
+    }
+    state->solver.moved = 0;
+    return true;
+}
+
+/* The stages to begin with: as if the accelerations at the start were constant. */
+static void guess_stages(const Instance *instance, Step step, Stages *stages) {
+    const State *state = &instance->state;
+    for (int i = 0; i < S; i++) {
+        double share = 0.0;
+        for (int j = 0; j < S; j++) {
+            share += COLLOCATION.hat[i * S + j];
+        }
+        for (int k = 0; k < N; k++) {
+            stages->velocities[i][k] = state->states[N + k] + share * step.length * state->first_stage[N + k];
+        }
+    }
+    stages_guess_multipliers(&instance->scratch.system, stages);
+}
+
+/* A step of this method is never rejected: momenta and rests of sums go to the State at once. */
+bool solver_step(Instance *instance, Step step) {
+    State *state = &instance->state;
+    Scratch *scratch = &instance->scratch;
+    SolverMemory next;
+    Stages stages;
+
+    if (!update_momenta(instance)) {
+        return false;
+    }
+    next = state->solver;
+    if (!factorize(instance, state->time, state->states)) {
+        return false;
+    }
+    guess_stages(instance, step, &stages);
+    if (!solve_stages(instance, step, state->solver.momenta, &stages)) {
+        return false;
+    }
+    for (int k = 0; k < N; k++) {
+        const double shift = step.length * weighed(COLLOCATION.b, stages.velocities, k);
+        const double kick = step.length * weighed(COLLOCATION.b, stages.forces, k);
+        scratch->new_states[k] = add_compensated(state->states[k], shift, &next.rest_coordinates[k]);
+        next.momenta[k] = add_compensated(state->solver.momenta[k], kick, &next.rest_momenta[k]);
+    }
+    if (!velocities_of(instance, step.end, scratch->new_states, &next, scratch->new_states + N) ||
+        !equations_derivative(instance, step.end, scratch->new_states, scratch->new_derivatives)) {
+        return false;
+    }
+    if (!all_finite(scratch->new_states, N_STATES) || !new_states_on_constraints(instance, step)) {
+        return report_iteration(instance, step);
+    }
+    state->solver = next;
+    return true;
+}
+
+double solver_error(const Instance *instance, Step step, double tolerance, int *worst) {
+    (void)instance;
+    (void)step;
+    (void)tolerance;
+    *worst = 0;
+    return 0.0; /* steps have a fixed length */
+}
+
+double solver_stiffness(const Instance *instance) {
+    (void)instance;
+    return 0.0; /* steps have a fixed length */
+}
+
+bool solver_dense(Instance *instance, Step step, double terms[DENSE_TERMS][N_STATES]) {
+    (void)instance;
+    (void)step;
+    (void)terms;
+    return true; /* there is no dense output */
+}
+
+const char *solver_iteration_remedy(void) {
+    return N_CONSTRAINTS > 0 ? "lower solver_step, or export with --solver radau5 if the mechanism is stiff or its "
+                               "constraints are about to become dependent"
+                             : "lower solver_step, or export with --solver radau5 if the mechanism is stiff";
+}
+
+/* That is never noticed. */
+void solver_stiffness_sentence(const Notice *notice, char text[], size_t size) {
+    (void)notice;
+    (void)size;
+    text[0] = '\0';
+}

@@ -1,0 +1,28 @@
+/* G M^-1 G^T multiplier = b for the Jacobian G of constraints: symmetric, positive semidefinite. */
+#ifndef CONSTRAINT_FACTORIZATION_H
+#define CONSTRAINT_FACTORIZATION_H
+
+#include "constraint_records.h"
+
+/* Completes a factorisation of which jacobian and response are given. Of the known rows, if they are not NULL, those
+   that still are independent are taken, and other rows only where they clearly are. With damping > 0, damping times the
+   identity is added to the scaled matrix: the solutions are then damped as in the method of Levenberg and Marquardt.
+   Cholesky's method with diagonal pivoting: Golub, Van Loan, Matrix Computations, 4th edition, section 4.2. */
+void constraints_factorize(ConstraintFactorization *result, int rows, const IndependentRows *known, double damping);
+
+/* The distance of the row at place k of the order from the span of those before it, in the metric M^-1. */
+double constraints_distance(const ConstraintFactorization *factorization, int k);
+
+/* The multipliers[rows] that solve for b[rows]; those of redundant rows are 0. A row that is held takes its part of the
+   right side from usual[rows] instead of b, as far as it adds to the rows before it; NULL stands for zeros. */
+void constraints_solve(const ConstraintFactorization *factorization, const double b[], const double usual[],
+                       double multipliers[]);
+
+/* From any multipliers to those of the same forces G^T multipliers that are of least norm in units of the scaled rows:
+   scale^2 G w for some w. */
+void constraints_spread(const ConstraintFactorization *factorization, double multipliers[]);
+
+/* a[n] += M^-1 G^T multipliers. */
+void constraints_respond(const ConstraintFactorization *factorization, const double multipliers[], double a[]);
+
+#endif

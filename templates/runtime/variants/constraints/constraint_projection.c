@@ -1,0 +1,69 @@
+/* Moving states onto the constraints after solver steps. Source: Hairer, Wanner, Solving Ordinary Differential
+   Equations II, 2nd edition, section VII.2 (projection methods, simplified Newton iteration). */
+#include <math.h>
+
+#include "constraint_residuals.h"
+#include "constraints.h"
+#include "system.h"
+
+enum { N = N_COORDINATES, MOST_CORRECTIONS = 12 };
+
+static const double ROUNDING = 1e-13; /* relative residuals that are as good as zero */
+static const double ACCEPTED = 1e-10; /* relative residuals that are met where rounding leaves more */
+
+double constraints_drift(const Instance *instance, double time, const double states[], const double inputs[]) {
+    Values values;
+    residuals_evaluate(instance, time, states, inputs, &values);
+    return residual_size(&values, POSITIONS, states, NULL);
+}
+
+/* states[of the level] += the shortest change, in the metric M, that takes the residuals away to first order. */
+static void correct(const Values *values, Level level, const System *system, double states[]) {
+    const double zero[N_COORDINATES] = {0.0};
+    double right[N_CONSTRAINTS];
+    double change[N_UNKNOWNS];
+    for (int k = 0; k < rows_of(level); k++) {
+        right[k] = level == POSITIONS ? -values->positions[k] : -values->velocities[k];
+    }
+    system_solve(system, zero, right, NULL, change);
+    for (int i = 0; i < N; i++) {
+        states[(level == POSITIONS ? 0 : N) + i] += change[i];
+    }
+}
+
+/* Simplified Newton iteration: the system is factorised again only where that is needed to go on. *factorized is the
+   number of rows that the factorisation in scratch stands for. The values are those at the states, before and after. */
+static bool project(Instance *instance, Level level, double time, const double inputs[], double states[],
+                    Values *values, int *factorized, bool *moved) {
+    System *system = &instance->scratch.system;
+    double previous = HUGE_VAL;
+    bool fresh = false;
+    for (int i = 0; i < MOST_CORRECTIONS; i++) {
+        const bool known = *factorized == rows_of(level);
+        const double size = residual_size(values, level, states, known ? system->constraints.held : NULL);
+        if (size <= ROUNDING || (fresh && i > 0 && size <= ACCEPTED && size > 0.5 * previous)) {
+            return true;
+        }
+        fresh = !known || size > 0.1 * previous;
+        if (fresh && !system_factorize(instance, time, states, inputs, rows_of(level), damping_of(size),
+                                       system)) {
+            return false;
+        }
+        *factorized = rows_of(level);
+        correct(values, level, system, states);
+        residuals_evaluate(instance, time, states, inputs, values);
+        *moved = true;
+        previous = size;
+    }
+    return residual_size(values, level, states, system->constraints.held) <= ACCEPTED ||
+           report_constraints(instance, time, values, level);
+}
+
+bool constraints_project(Instance *instance, double time, const double inputs[], double states[], bool *moved) {
+    Values values;
+    int factorized = 0;
+    *moved = false;
+    residuals_evaluate(instance, time, states, inputs, &values);
+    return (N_HOLONOMIC == 0 || project(instance, POSITIONS, time, inputs, states, &values, &factorized, moved)) &&
+           project(instance, VELOCITIES, time, inputs, states, &values, &factorized, moved);
+}

@@ -1,0 +1,36 @@
+/* By how much states miss the constraints. */
+#ifndef CONSTRAINT_RESIDUALS_H
+#define CONSTRAINT_RESIDUALS_H
+
+#include "instance.h"
+
+/* The constraints at some states. */
+typedef struct {
+    double positions[N_HOLONOMIC + 1]; /* one more: there may be none */
+    double velocities[N_CONSTRAINTS];
+    double jacobian[N_CONSTRAINTS * N_COORDINATES];
+} Values;
+
+/* Positions (of the holonomic constraints) or velocities (of all). */
+typedef enum { POSITIONS, VELOCITIES } Level;
+
+/* The number of constraints of a level. */
+int rows_of(Level level);
+
+/* The constraints at states[2n]. */
+void residuals_evaluate(const Instance *instance, double time, const double states[], const double inputs[],
+                        Values *values);
+
+/* The greatest relative residual; infinite for one that is not finite. Rows that are held count less: relative to what
+   is left of such a row rounding errors have no bound. held[m] may be NULL. */
+double residual_size(const Values *values, Level level, const double states[], const double held[]);
+
+/* Sets instance->failure to constraints that are not met; returns false. */
+bool report_constraints(Instance *instance, double time, const Values *values, Level level);
+
+/* The damping of a correction of residuals of this relative size: with redundant constraints solutions are not
+   isolated, and the convergence stays quadratic. Yamashita, Fukushima, On the rate of convergence of the
+   Levenberg-Marquardt method, Computing 15, 2001. */
+double damping_of(double size);
+
+#endif

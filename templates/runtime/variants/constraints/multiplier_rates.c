@@ -1,0 +1,81 @@
+/* Derivatives of the multipliers of redundant constraints, which are of least norm. */
+#include <string.h>
+
+#include "accelerations.h"
+#include "constraint_factorization.h"
+#include "system.h"
+
+/* tangents[n + m] = [dM a - dG^T multipliers, dG a] along the seed, with unknowns[n + m] = [a, multipliers]: what these
+   add to still[n + m], the tangent of the residual where all of them are 0. */
+static void matrix_tangents(const Instance *instance, const Seed *seed, const double unknowns[], const double still[],
+                            double tangents[]) {
+    const State *state = &instance->state;
+    double change[N_RESIDUALS];
+    mechanism_residual_tangent(state->time, state->states, state->inputs, state->parameters, unknowns, seed->time,
+                               seed->states, seed->inputs, seed->parameters, change);
+    for (int i = 0; i < N_UNKNOWNS; i++) {
+        tangents[i] = change[i] - still[i];
+    }
+}
+
+/* Adds what rates[m] of the multipliers of the accelerations lack for those that are reported, G being another one:
+   the change of their forces G^T multiplier is the same. */
+static void add_exchange(const Instance *instance, const Seed *seed, const double still[], double rates[]) {
+    const Cache *cache = &instance->cache;
+    double unknowns[N_UNKNOWNS] = {0.0}, tangents[N_UNKNOWNS], change[N_UNKNOWNS] = {0.0};
+    for (int k = N_COORDINATES; k < N_UNKNOWNS; k++) {
+        unknowns[k] = cache->reported[k] - cache->accelerations[k];
+    }
+    matrix_tangents(instance, seed, unknowns, still, tangents);
+    memcpy(change, tangents, N_COORDINATES * sizeof(double));
+    system_answer(&cache->system, change, unknowns);
+    for (int k = 0; k < N_CONSTRAINTS; k++) {
+        rates[k] += unknowns[N_COORDINATES + k];
+    }
+}
+
+/* own[m] = squares dG w - ds/s multiplier with 1/squares = s = g M^-1 g^T, g the row of G: how the multipliers
+   squares G w change that are reported, w and the forces being as they are. */
+static void own_rates(const Instance *instance, const Seed *seed, const double still[], double own[]) {
+    const ConstraintFactorization *f = &instance->cache.system.constraints;
+    const double *multipliers = instance->cache.reported + N_COORDINATES;
+    double w[N_UNKNOWNS] = {0.0}, row[N_UNKNOWNS] = {0.0}, tangents[N_UNKNOWNS], weights[N_CONSTRAINTS];
+    for (int k = 0; k < N_CONSTRAINTS; k++) {
+        own[k] = f->scale[k] > 0.0 ? multipliers[k] / (f->scale[k] * f->scale[k]) : 0.0;
+    }
+    constraints_solve(f, own, NULL, weights);
+    constraints_respond(f, weights, w);
+    matrix_tangents(instance, seed, w, still, tangents);
+    memcpy(own, tangents + N_COORDINATES, N_CONSTRAINTS * sizeof(double));
+    for (int k = 0; k < N_CONSTRAINTS; k++) {
+        memcpy(row, f->response + k * N_COORDINATES, N_COORDINATES * sizeof(double)); /* M^-1 g */
+        matrix_tangents(instance, seed, row, still, tangents);
+        double ds = 2.0 * tangents[N_COORDINATES + k];
+        for (int i = 0; i < N_COORDINATES; i++) {
+            ds -= row[i] * tangents[i];
+        }
+        own[k] = f->scale[k] * f->scale[k] * (own[k] - ds * multipliers[k]);
+    }
+}
+
+/* The reported multipliers are scale^2 G w, and their rates own rates + scale^2 G dw. Golub, Pereyra, The differentiation
+   of pseudo-inverses and nonlinear least squares problems whose variables separate, SIAM Journal on Numerical Analysis
+   10, 1973. */
+void multipliers_spread_rates(const Instance *instance, const Seed *seed, double unknowns[]) {
+    static const double NOTHING[N_UNKNOWNS];
+    double *rates = unknowns + N_COORDINATES;
+    double still[N_UNKNOWNS], own[N_CONSTRAINTS];
+    if (multipliers_unique(instance)) {
+        return;
+    }
+    matrix_tangents(instance, seed, NOTHING, NOTHING, still);
+    add_exchange(instance, seed, still, rates);
+    own_rates(instance, seed, still, own);
+    for (int k = 0; k < N_CONSTRAINTS; k++) {
+        rates[k] -= own[k];
+    }
+    constraints_spread(&instance->cache.system.constraints, rates);
+    for (int k = 0; k < N_CONSTRAINTS; k++) {
+        rates[k] += own[k];
+    }
+}

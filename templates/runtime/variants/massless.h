@@ -1,0 +1,30 @@
+/* Coordinates without mass: the forces on them are in equilibrium, which determines where they are, or with friction
+   how fast they move. Where the importer integrates they are no states, and are solved for whenever something else has
+   changed. massless_none.c is for mechanisms that have none. */
+#ifndef MASSLESS_H
+#define MASSLESS_H
+
+#include "instance.h"
+
+/* Solves for the coordinates without mass near where they were at the last completed step, if anything has changed, by
+   Newton's method; the states proper stay as they are. Returns false, with instance->failure, if there is no solution.
+   */
+bool massless_settle(Instance *instance);
+
+/* A step or an event begins or ends: from now on what has no mass is sought from where it is at present. */
+void massless_keep(State *state);
+
+/* Does what has no mass have to be sought anew in an event? It gives way to a force at once, and takes along what hangs
+   on it but for what has mass: after a change of inputs or parameters a projection in the metric M finds it, from where
+   it was before. If so, puts it back to that place, whatever was solved since, and returns true. */
+bool massless_return(Instance *instance);
+
+/* Where a solver step has failed for its error, and forces hardly depend on what has no mass: names that as the reason.
+   */
+void massless_explain_failure(Instance *instance);
+
+/* Adds to a seed of states, inputs, time and parameters how what has no mass answers; the accelerations in the cache
+   are up to date. Returns false, with instance->failure, if there is no definite answer. */
+bool massless_settle_seed(Instance *instance, Seed *seed);
+
+#endif

@@ -1,0 +1,135 @@
+"""Supports that the importer moves from one communication step to the next: motion inputs, set anew before each."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+
+import numpy as np
+import pytest
+import sympy as sp
+from numpy.typing import NDArray
+from scipy.integrate import solve_ivp
+from stepping import Stepping
+
+from lag2fmu.fmu import Fmu
+from lag2fmu.mechanism import Body, Constraint, Mechanism, Spring, coordinate, signal
+
+pytestmark = pytest.mark.fmu
+
+AMPLITUDE, RATE, STIFFNESS, GRAVITY, STOP = 0.3, 2.0, 50.0, 9.81, 3.0
+START = {"x": 0.0, "x_dot": 0.0, "a": 0.4, "a_dot": 0.5}
+
+
+def support(t: float) -> dict[str, float]:
+    """Position, velocity and acceleration of the support."""
+    phase = RATE * t
+    return {
+        "y0": AMPLITUDE * np.sin(phase),
+        "y0_dot": AMPLITUDE * RATE * np.cos(phase),
+        "y0_ddot": -AMPLITUDE * RATE**2 * np.sin(phase),
+    }
+
+
+@pytest.fixture(scope="module")
+def hanging() -> Mechanism:
+    """A mass on a spring, its place x counted from the support; a pendulum on a rope that is drawn up."""
+    x, y0 = coordinate("x", "m", minimum=-0.01, maximum=0.01), signal("y0", "m", motion=True)
+    a = coordinate("a", "rad", start=0.4, velocity=0.5)
+    length = 1 + y0
+    return Mechanism(
+        "hanging",
+        coordinates=[x, a],
+        inputs=[y0],
+        bodies=[Body("block", 1.0, (x + y0, 0)), Body("load", 1.0, (length * sp.sin(a), -length * sp.cos(a)))],
+        springs=[Spring("spring", STIFFNESS, elongation=x)],
+        gravity=GRAVITY,
+    )
+
+
+@pytest.fixture(scope="module")
+def crane() -> Mechanism:
+    """A trolley that the support takes along by a constraint, with a load on a rope of 1 m."""
+    x, a, y0 = coordinate("x", "m"), coordinate("a", "rad", start=0.4, velocity=0.5), signal("y0", "m", motion=True)
+    return Mechanism(
+        "crane",
+        coordinates=[x, a],
+        inputs=[y0],
+        bodies=[Body("trolley", 2.0, (x, 0)), Body("load", 1.0, (x + sp.sin(a), -sp.cos(a)))],
+        constraints=[Constraint("drive", x - y0)],
+        gravity=GRAVITY,
+    )
+
+
+def hanging_rates(t: float, z: NDArray[np.float64]) -> list[float]:
+    y, y_dot, y_ddot = support(t).values()
+    x, x_dot, a, a_dot = z
+    return [x_dot, -STIFFNESS * x - y_ddot, a_dot, (-GRAVITY * np.sin(a) - 2 * y_dot * a_dot) / (1 + y)]
+
+
+def crane_rates(t: float, z: NDArray[np.float64]) -> list[float]:
+    _, y_dot, y_ddot = support(t).values()
+    a, a_dot = z[2:]
+    return [y_dot, y_ddot, a_dot, -GRAVITY * np.sin(a) - y_ddot * np.cos(a)]
+
+
+def error(fmu: Fmu, rates: Callable[..., list[float]], step: float, given: tuple[str, ...]) -> float:
+    """The largest error at the end, of coordinates and velocities, with only the inputs ``given`` connected."""
+    start = [START[name] for name in START]
+    expected = solve_ivp(rates, (0.0, STOP), start, method="DOP853", rtol=1e-11, atol=1e-12).y[:, -1]
+    with Stepping(fmu.path) as s:
+        s.start(support(0.0))
+        s.set({"y0_ddot": support(0.0)["y0_ddot"] if "y0_ddot" in given else 0.0})
+        for i in range(round(STOP / step)):
+            s.set({name: support(i * step)[name] for name in given})
+            s.step(step)
+        return float(np.abs(np.array(s.get(list(START))) - expected)[2 if rates is crane_rates else 0 :].max())
+
+
+@pytest.mark.parametrize("solver", ["verlet", "midpoint", "gauss4"])
+def test_variational_methods_follow_supports(solver: str, hanging: Mechanism, exported) -> None:
+    """Momenta are what they know of inertia: a jump of the support's velocity has to act as an impulse."""
+    fmu = exported(hanging, solver=solver)
+    held = [error(fmu, hanging_rates, step, ("y0", "y0_dot", "y0_ddot")) for step in (0.02, 0.01)]
+    assert held[1] < 2e-3
+    jumps = [error(fmu, hanging_rates, step, ("y0", "y0_dot")) for step in (0.02, 0.01)]
+    assert jumps[1] < 2e-2
+    assert jumps[1] / jumps[0] == pytest.approx(0.5, abs=0.1)
+
+
+@pytest.mark.parametrize("solver", ["verlet", "lobatto4", "ros2"])
+def test_supports_in_constraints(solver: str, crane: Mechanism, exported) -> None:
+    errors = [
+        error(exported(crane, solver=solver), crane_rates, step, ("y0", "y0_dot", "y0_ddot")) for step in (0.02, 0.01)
+    ]
+    if solver == "ros2":  # holds a motion over the communication step, as all do that are not variational
+        assert errors[1] / errors[0] == pytest.approx(0.5, abs=0.1)
+    else:
+        assert errors[1] < 2e-4
+
+
+def moved(fmu: Fmu, given: tuple[str, ...], **values: float) -> list[str]:
+    """What the FMU warns of while the inputs ``given`` are connected."""
+    with Stepping(fmu.path) as s:
+        s.start(values)
+        for i in range(30):
+            s.set({name: support(0.1 * i)[name] for name in given})
+            s.step(0.1)
+        return s.sentences
+
+
+def test_a_support_whose_velocity_is_not_connected_is_noticed_once(hanging: Mechanism, exported) -> None:
+    fmu = exported(hanging, solver="verlet")
+    described = {v.name: v.doc for v in fmu.description.variables}
+    assert described["y0"].endswith("to be given with y0_dot and y0_ddot")
+    (sentence,) = moved(fmu, ("y0",))
+    assert "the input y0 moves at time 0.3" in sentence
+    assert "y0_dot and y0_ddot stay 0" in sentence
+    assert not any("stay 0" in said for said in moved(fmu, ("y0", "y0_dot")))
+    assert moved(fmu, ()) == []
+
+
+def test_a_coordinate_that_leaves_its_range_is_noticed_once(hanging: Mechanism, exported) -> None:
+    fmu = exported(hanging, solver="verlet")
+    (sentence,) = moved(fmu, (), x_dot=0.1)
+    assert "the coordinate x leaves its range from -0.01 to 0.01" in sentence
+    assert moved(fmu, (), x_dot=0.05) == []  # an amplitude of 7 mm

@@ -1,0 +1,71 @@
+"""The rooms of the C runtime: what stands in core knows no standard, files include each other in no circle."""
+
+from __future__ import annotations
+
+import re
+from pathlib import Path
+
+import pytest
+
+from lag2fmu.resources import resource_folder
+
+RUNTIME = resource_folder("templates") / "runtime"
+FILES = sorted(RUNTIME.rglob("*.[ch]"))
+PHYSICS = [path for path in FILES if path.relative_to(RUNTIME).parts[0] != "fmi2"]
+MOST_LINES = 50
+SIZES = re.compile(r"^ *#if.*\b(N|SIZE)_\w+", re.MULTILINE)
+FUNCTION = re.compile(r"^\w[^;{}=]*\) \{\n.*?^\}\n", re.MULTILINE | re.DOTALL)
+
+ROOMS = {"core": {"variants", "solvers"}, "variants": {"core"}, "solvers": {"core", "variants"}}
+"""room -> the others whose headers it may include; the interfaces of variants and solvers are theirs"""
+
+
+def _room(path: Path) -> str:
+    return path.relative_to(RUNTIME).parts[0]
+
+
+def _included(path: Path) -> set[str]:
+    """The stems of what a file includes of the runtime and of the generated files."""
+    return set(re.findall(r'^#include "(\w+)\.h"', path.read_text("utf-8"), re.MULTILINE))
+
+
+def _name(path: Path) -> str:
+    return path.relative_to(RUNTIME).as_posix()
+
+
+@pytest.mark.parametrize("path", PHYSICS, ids=_name)
+def test_only_the_gate_knows_the_standard(path: Path) -> None:
+    assert "fmi2" not in path.read_text("utf-8")
+    rooms = {other.stem: _room(other) for other in FILES if other.suffix == ".h"}
+    used = {rooms[stem] for stem in _included(path) if stem in rooms}
+    assert used <= ROOMS[_room(path)] | {_room(path)}
+
+
+@pytest.mark.parametrize("path", FILES, ids=_name)
+def test_the_mechanism_is_no_question_of_the_preprocessor(path: Path) -> None:
+    assert SIZES.search(path.read_text("utf-8")) is None
+
+
+@pytest.mark.parametrize("path", FILES, ids=_name)
+def test_functions_fit_a_screen(path: Path) -> None:
+    for text in FUNCTION.findall(path.read_text("utf-8")):
+        assert text.count("\n") <= MOST_LINES, text.split("(")[0]
+
+
+def test_the_names_of_files_are_unique() -> None:
+    """All of an FMU stand in one folder; each family of solvers has its own solver_memory.h."""
+    names = [path.name for path in FILES if path.name != "solver_memory.h"]
+    assert len(names) == len(set(names))
+
+
+def test_there_are_no_circles_of_includes() -> None:
+    """NAME.h and NAME.c are one; the memories of all solvers are."""
+    graph: dict[str, set[str]] = {}
+    for path in FILES:
+        graph.setdefault(path.stem, set()).update(_included(path) - {path.stem})
+    graph["mechanism"] = {"variables"}
+    graph["tableau"] |= {"solver"}
+    while graph:
+        leaves = {stem for stem, included in graph.items() if not included & graph.keys()}
+        assert leaves, f"a circle among {sorted(graph)}"
+        graph = {stem: included for stem, included in graph.items() if stem not in leaves}
