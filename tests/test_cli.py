@@ -270,6 +270,11 @@ def test_a_bad_model_file_gets_one_sentence(run, name: str, text: str, sentence:
         (["validate", "nowhere.fmu"], "nowhere.fmu"),
         (["validate", MODEL, "--report", "r.docx"], "its ending must be one of"),
         (["show"], "Missing argument"),
+        (["show", "."], "unknown model '.'"),
+        (["show", ""], "unknown model ''"),
+        (["show", MODEL, "--plot", "x.jpg"], "its ending must be one of"),
+        (["simulate", MODEL, "-o", ""], "is a folder; name a file"),
+        (["simulate", MODEL, "--set", "x=0.5 kg"], "'kg' is no unit of 'x', which is in m"),
         (["frobnicate"], "No such command"),
     ],
     ids=lambda x: "-".join(x[:3]) if isinstance(x, list) else None,
@@ -279,6 +284,12 @@ def test_bad_usage_gets_one_sentence(run, arguments: list[str], sentence: str) -
     assert result.exit_code == 2
     assert sentence in result.stderr
     assert not list(Path().iterdir())
+
+
+def test_a_file_beside_the_name_is_suggested(run) -> None:
+    write("crane.toml", "")
+    result = run("show", "crane")
+    assert (result.exit_code, "did you mean the file 'crane.toml'?" in result.stderr) == (2, True)
 
 
 @pytest.mark.fmu

@@ -7,7 +7,7 @@ from pathlib import Path
 
 import click
 
-from lag2fmu.cli.options import HOLD, INPUT, PICTURES, SET, STOP_TIME, check_ending, load_mechanism
+from lag2fmu.cli.options import HOLD, INPUT, PICTURES, SET, STOP_TIME, check_ending, check_picture, load_mechanism
 from lag2fmu.cli.terminal import console, print_report, progress_bar
 from lag2fmu.errors import ExportError
 
@@ -24,6 +24,7 @@ def demo(plot: Path | None) -> None:
     from lag2fmu.codegen import METHODS
     from lag2fmu.dynamics import derive, lower
 
+    check_picture(plot)
     mechanism = lag2fmu.load("double_pendulum")
     program = lower(derive(mechanism))
     operations = program.operations("mechanism_accelerations")

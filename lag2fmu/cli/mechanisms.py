@@ -6,7 +6,7 @@ from pathlib import Path
 
 import click
 
-from lag2fmu.cli.options import SET, load_mechanism
+from lag2fmu.cli.options import SET, check_picture, load_mechanism
 from lag2fmu.cli.terminal import console
 from lag2fmu.errors import ExportError
 
@@ -53,6 +53,7 @@ def show(model: str, style: str, plot: Path | None, analysis: bool, full: bool, 
 
     if analysis and style == "toml":
         raise ExportError("--analysis is written as text or LaTeX; leave out '--format toml'")
+    check_picture(plot)
     mechanism = load_mechanism(model, settings)
     click.echo(write(mechanism) if style == "toml" else procedure(mechanism, style, full=full), nl=False)
     if analysis:

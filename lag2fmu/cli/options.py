@@ -67,8 +67,10 @@ def check_ending(path: Path, endings: tuple[str, ...]) -> None:
     if path.suffix not in endings:
         raise ExportError(f"'{path}': its ending must be one of {', '.join(filter(None, endings))}")
     try:
-        path.exists()
+        is_folder = path.is_dir()
     except OSError as error:
         raise ExportError(f"'{str(path)[:60]}...' cannot be written: {error.strerror}; give a shorter name") from error
+    if is_folder:
+        raise ExportError(f"'{path}': is a folder; name a file")
     if not path.parent.is_dir():
         raise ExportError(f"'{path}': the folder '{path.parent}' does not exist")

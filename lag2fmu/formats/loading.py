@@ -77,8 +77,7 @@ def find(model: str | Path) -> Path:
     except (OSError, ValueError) as error:
         raise LoadError(f"{str(model)[:60]!r} is no model: {error}") from None
     if path.suffix not in MODEL_SUFFIXES:
-        candidates = (path.with_name(path.name + suffix) for suffix in MODEL_SUFFIXES if path.name)
-        beside = next((file for file in candidates if file.is_file()), None)
+        beside = next((f for suffix in MODEL_SUFFIXES if (f := Path(f"{model}{suffix}")).is_file()), None)
         if beside is not None:
             raise LoadError(f"unknown model '{model}'; did you mean the file '{beside}'?")
         remedy = suggestion(str(model), bundled())

@@ -160,9 +160,8 @@ def parse_csv(text: str, where: str = "CSV", units: Mapping[str, Unit] | None = 
     try:
         header, own = _headings(next(reader, []), f"{where}, line 1", {} if units is None else units)
         if not header or header[0] != "time":
-            raise LoadError(
-                f"{where}, line 1: the first column is {header[:1] or 'missing'}, expected 'time' (time,name,...)"
-            )
+            found, commas = header[:1] or "missing", "; separate columns by commas" if ";" in text[:1000] else ""
+            raise LoadError(f"{where}, line 1: the first column is {found}, expected 'time' (time,name,...){commas}")
         _check_names(header[1:], f"{where}, line 1", LoadError)
         for row in reader:
             if row:

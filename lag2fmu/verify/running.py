@@ -8,7 +8,7 @@ from contextlib import contextmanager
 from pathlib import Path
 
 from lag2fmu.description.names import velocity
-from lag2fmu.errors import ExportError
+from lag2fmu.errors import ExportError, TextError
 from lag2fmu.fmu import Fmu, export, read_mechanism
 from lag2fmu.formats.loading import as_mechanism, with_values
 from lag2fmu.mechanism import Mechanism
@@ -99,7 +99,7 @@ def mechanism_of(model: Model, values: Mapping[str, float] | None = None) -> Mec
     description_of(fmu_path(model))  # what is no FMU is refused as such
     try:
         mechanism = read_mechanism(fmu_path(model))
-    except ExportError:
+    except (ExportError, TextError):  # of another tool, or a text that this version does not read
         return None
     known = {s for q in mechanism.coordinates for s in (q.name, velocity(q.name))}
     known |= {p.name for p in mechanism.parameters} | {u.name for u in mechanism.inputs}

@@ -109,7 +109,7 @@ NEVER_LEFT_OUT = {"equations.c", "fmi2_variables.c", "instance.c", "integrator.c
 FREE = {"constraints_none.c", "massless_none.c"}
 CONSTRAINED = {
     *("constrained_accelerations.c", "constrained_system.c", "constraint_factorization.c", "constraint_projection.c"),
-    *("constraint_residuals.c", "constraint_start.c"),
+    *("constraint_residuals.c", "constraint_start.c", "multiplier_rates.c"),
 }
 STEPS = "step_failure.c"
 
