@@ -27,6 +27,7 @@ class Scope:
         self.meaning: dict[str, str] = {"t": "time"}
         for q in m.coordinates:
             self.meaning |= {q.name: "coordinate", names.velocity(q.name): "velocity"}
+            self.meaning[names.acceleration(q.name)] = "acceleration"
         self.meaning |= {p.name: "parameter" for p in m.parameters}
         for u in m.inputs:
             self.meaning[u.name] = "motion" if u.motion else "input"
@@ -100,7 +101,7 @@ def _allowed(where: str) -> set[str]:
     if table in ("parameters", "joints") and key != "origin":
         return {"parameter"}
     if table == "outputs":
-        return {*_ANY, "multiplier"}
+        return {*_ANY, "acceleration", "multiplier"}
     if table in ("forces", "loads", "definitions"):
         return _ANY
     if key in ("mass", "inertia", "direction"):
