@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
 import sympy as sp
 
@@ -30,7 +30,7 @@ class Coordinate:
     doc: str = ""
     given: bool | None = None
     velocity_given: bool | None = None
-    nominal_from: str = ""
+    nominal_from: str = field(default="", compare=False)
 
 
 @dataclass(frozen=True)
