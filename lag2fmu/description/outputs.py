@@ -42,7 +42,7 @@ class Output:
         "expression",
         "In t, coordinates, velocities, accelerations, inputs, parameters.",
         default=None,
-        names=ANY | {"multiplier"},
+        names=ANY | {"acceleration", "multiplier"},
         unit=OWN,
     )
     unit: Unit | str | None = unit_key(order=1)

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
 import sympy as sp
 
@@ -47,7 +47,7 @@ class Coordinate:
         default=None,
         order=-1,
     )
-    nominal_from: str = ""
+    nominal_from: str = field(default="", compare=False)
 
 
 @dataclass(frozen=True)

@@ -91,7 +91,7 @@ def declare(graph: Graph, mechanism: Mechanism) -> Variables:
 def translator(graph: Graph, mechanism: Mechanism, variables: Variables) -> Translator:
     """A translator that knows the variables, the dependent parameters and the definitions of ``mechanism``."""
     v = variables
-    known = [v.t, *v.q, *v.qd, *v.multipliers, *v.inputs, *v.parameters]
+    known = [v.t, *v.q, *v.qd, *v.unknowns, *v.inputs, *v.parameters]
     translate = Translator(
         graph, {str(graph.leaf[node]): node for node in known}, (e for _, e in mechanism.expressions())
     )

@@ -31,6 +31,9 @@ MAX_WRITTEN = (5_000, 500)
 LONGEST = 600
 """Characters of a formula that is not asked for in full."""
 
+MAX_ON_PAPER = 20_000
+"""Formulas with more symbols, numbers and operations than this are not written at all."""
+
 Formula = tuple[str, sp.Expr]
 """A left side, in the notation of the text or of LaTeX, and the expression it equals."""
 
@@ -102,8 +105,8 @@ class _Steps:
         yield "Potential energy", self._formulas([("V", _tidy(self.composition.potential))])
         yield "Lagrangian L = T - V", self._formulas([("L", self._lagrangian)])
         yield "Non-potential forces", self._formulas(self._forces())
-        if sp.count_ops(self._lagrangian) > MAX_OPERATIONS:
-            count = f"L has {sp.count_ops(self._lagrangian)} operations: its derivatives are not written out"
+        if _operations(self._lagrangian) > MAX_OPERATIONS:
+            count = f"L has {_rounded(_operations(self._lagrangian))} operations: its derivatives are not written out"
             yield "Derivatives of L", [self._say(count)]
             yield "Equations of motion", self._on_graph()
             return
@@ -256,7 +259,14 @@ class _Steps:
     # ------------------------------------------------------------------------------------------------- writing
 
     def _formulas(self, formulas: Iterator[Formula] | Sequence[Formula]) -> list[str]:
-        lines = [self._shortened(self.notation.formula(left, self.notation.expression(r))) for left, r in formulas]
+        lines = []
+        for left, right in formulas:
+            count = _operations(right)
+            if count > MAX_ON_PAPER:
+                text = f"{left} has {_rounded(count)} operations when it is written out, and is not shown"
+                lines.append(self._say(text))
+            else:
+                lines.append(self._shortened(self.notation.formula(left, self.notation.expression(right))))
         return lines or [self._say("none")]
 
     def _shortened(self, line: str) -> str:
@@ -274,7 +284,7 @@ def _tidy(expression: sp.Expr) -> sp.Expr:
     Terms with the same factors outside of trigonometric functions are simplified together, which is much faster than
     to treat all symbols alike.
     """
-    if sp.count_ops(expression) > MAX_OPERATIONS:
+    if _operations(expression) > MAX_OPERATIONS:
         return expression
     groups: dict[sp.Expr, sp.Expr] = {}
     for term in sp.Add.make_args(sp.expand(expression)):
@@ -282,12 +292,32 @@ def _tidy(expression: sp.Expr) -> sp.Expr:
         number, factors = rest.as_coeff_Mul()
         groups[factors] = groups.get(factors, sp.S.Zero) + number * angular
     simpler = sp.factor_terms(sp.Add(*(factors * _shorter(angular) for factors, angular in groups.items())))
-    return simpler if sp.count_ops(simpler) < sp.count_ops(expression) else expression
+    return simpler if _operations(simpler) < _operations(expression) else expression
 
 
 @cache
 def _shorter(angular: sp.Expr) -> sp.Expr:
     return sp.trigsimp(angular)
+
+
+@cache
+def _operations(expression: sp.Expr) -> int:
+    """The operations of ``expression`` written out; what definitions share may make that a number of many digits."""
+    size: dict[sp.Basic, int] = {}
+    stack: list[sp.Basic] = [expression]
+    while stack:
+        top = stack[-1]
+        missing = [below for below in top.args if below not in size]
+        if missing:
+            stack += missing
+        else:
+            size[stack.pop()] = 1 + sum(size[below] for below in top.args)
+    return size[expression] if size[expression] > MAX_ON_PAPER else int(sp.count_ops(expression))
+
+
+def _rounded(count: int) -> str:
+    """``count``, of long numbers three digits."""
+    return str(count) if count <= MAX_ON_PAPER else f"{count:.3g}"
 
 
 def _listed(items: Sequence[str]) -> str:

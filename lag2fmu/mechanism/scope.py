@@ -27,6 +27,7 @@ class Scope:
         self.meaning: dict[str, str] = {"t": "time"}
         for q in m.coordinates:
             self.meaning |= {q.name: "coordinate", names.velocity(q.name): "velocity"}
+            self.meaning[names.acceleration(q.name)] = "acceleration"
         self.meaning |= {p.name: "parameter" for p in m.parameters}
         for u in m.inputs:
             self.meaning[u.name] = "motion" if u.motion else "input"

@@ -6,13 +6,13 @@ every row is one argument of a vectorised function.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 
 import numpy as np
 import sympy as sp
 from numpy.typing import ArrayLike
 
-from lag2fmu.description.names import multiplier
+from lag2fmu.description.names import acceleration, multiplier
 from lag2fmu.errors import LoadError, SimulationError
 from lag2fmu.language.expressions import TIME, symbol
 from lag2fmu.mechanism import Mechanism, Parameter
@@ -42,9 +42,9 @@ class Energies:
         self._energies = compiled((*self._configuration, *s.parameters), (c.kinetic, c.potential, c.dissipation))
         arguments = (TIME, *s.q, *s.qd, *s.inputs, *s.parameters)
         self._forces = compiled(arguments, c.forces)
-        multipliers = [symbol(multiplier(item.name)) for item in mechanism.constraints]
-        with_multipliers = (TIME, *s.q, *s.qd, *s.inputs, *multipliers, *s.parameters)
-        self._outputs = compiled(with_multipliers, tuple(c.outputs.values()))
+        unknowns = [symbol(acceleration(item.name)) for item in mechanism.coordinates]
+        unknowns += [symbol(multiplier(item.name)) for item in mechanism.constraints]
+        self._outputs = compiled((TIME, *s.q, *s.qd, *s.inputs, *unknowns, *s.parameters), tuple(c.outputs.values()))
         self.constraints = Constraints(c, self._constants)
         self.spatial = Spatial(c, self._constants)
         starts = {u.name: u.start for u in mechanism.inputs}
@@ -118,9 +118,12 @@ class Energies:
         values = self._forces(state.rows, self._constants)
         return values if self.spatial.empty else values + self.spatial.forces(self._rows(state), state.inputs)
 
-    def outputs(self, state: State, multipliers: Floats) -> dict[str, Floats]:
-        """The outputs of the mechanism by name, in its order, in SI units, each (*batch); multipliers (m, *batch)."""
-        rows = np.concatenate([state.rows, multipliers])
+    def outputs(self, state: State, unknowns: Sequence[Floats]) -> dict[str, Floats]:
+        """The outputs of the mechanism by name, in its order, in SI units, each (*batch).
+
+        ``unknowns`` are the accelerations (n, *batch) and multipliers (m, *batch).
+        """
+        rows = np.concatenate([state.rows, *unknowns])
         values = dict(zip(self.composition.outputs, self._outputs(rows, self._constants), strict=True))
         if not self.spatial.empty:
             values |= self.spatial.outputs(self._rows(state))

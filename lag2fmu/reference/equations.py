@@ -149,7 +149,7 @@ class Equations:
     ) -> dict[str, Floats]:
         """The mechanism's outputs, one for each entry: name -> () or (m,), in SI units."""
         state = self.energies.state(t, q, qd, inputs)
-        return self.energies.outputs(state, self.rates(state)[1])
+        return self.energies.outputs(state, self.rates(state)[:2])
 
     def balance(
         self, t: ArrayLike, q: ArrayLike, qd: ArrayLike, qdd: ArrayLike, inputs: InputValues | None = None
