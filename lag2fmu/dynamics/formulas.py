@@ -6,13 +6,15 @@ How expressions are written out is in ``written``.
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import sympy as sp
 
-from lag2fmu.dynamics.lagrange import EquationsOfMotion
 from lag2fmu.dynamics.written import tidy, written, written_operations
 from lag2fmu.mechanism import names
+
+if TYPE_CHECKING:
+    from lag2fmu.dynamics.lagrange import EquationsOfMotion
 
 MAX_OPERATIONS = 500
 """Mechanisms whose formulas have more operations, written out, are not printed."""

@@ -21,6 +21,7 @@ from dataclasses import dataclass, replace
 from fractions import Fraction
 from functools import cached_property
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -45,6 +46,9 @@ from lag2fmu.dynamics.terms import named_energies, quadratic_form, unconstrained
 from lag2fmu.dynamics.variables import Variables, declare, translator
 from lag2fmu.mechanism import Mechanism, names
 from lag2fmu.mechanism.loading import as_mechanism
+
+if TYPE_CHECKING:
+    from lag2fmu.dynamics.symbolic import Symbolic
 
 METHODS = ("elimination", "factorisation")
 """How M qdd = forcing is solved: by elimination over the velocity graph, or by an LDL^T of M; both on the graph."""
@@ -78,6 +82,28 @@ class EquationsOfMotion:
     outputs: Mapping[str, int]
     dependent: Mapping[str, int]
     parts: Energies
+
+    def __repr__(self) -> str:
+        """One line: the mechanism, its size, how accelerations are solved for."""
+        size = f"{len(self.forcing)} coordinates, {len(self.constraints)} constraints"
+        return f"<EquationsOfMotion of {self.mechanism.name}: {size}, by {self.method}>"
+
+    def _repr_latex_(self) -> str | None:
+        """The equations of motion for a notebook; nothing where they would fill pages."""
+        from lag2fmu.dynamics.formulas import formulas
+
+        found = formulas(self)
+        if found is None:
+            return None
+        lines = [*found.motion, *found.constraints]
+        return "$$\\begin{gathered}" + " \\\\ ".join(line.latex for line in lines) + "\\end{gathered}$$"
+
+    @property
+    def sympy(self) -> Symbolic:
+        """The equations as SymPy expressions: ``mass_matrix``, ``forcing``, ``lagrangian``, ``equations``."""
+        from lag2fmu.dynamics.symbolic import Symbolic
+
+        return Symbolic(self)
 
     @cached_property
     def _further(self) -> _Further:

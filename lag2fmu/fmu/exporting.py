@@ -47,6 +47,22 @@ class Fmu:
     solver_choice: str = ""
     """Why the solver was chosen, if it was not asked for, and what it does to fast vibrations: a phrase or nothing."""
 
+    def __repr__(self) -> str:
+        """One line: where it is, of what, with which solver."""
+        return f"<Fmu {self.path}: {self.mechanism.title}, solver {self.description.solver}>"
+
+    def _repr_html_(self) -> str:
+        """The same and the variables, for a notebook."""
+        from html import escape
+
+        rows = "".join(
+            f"<tr><td>{v.name}</td><td>{v.causality}</td><td>{v.unit.si_name if v.unit else ''}</td>"
+            f"<td>{escape(v.doc)}</td></tr>"
+            for v in self.description.variables
+            if v.causality != "local"
+        )
+        return f"<p>{escape(repr(self)[1:-1])}</p><table>{rows}</table>"
+
     @property
     def mechanism(self) -> Mechanism:
         """The mechanism inside."""
