@@ -35,6 +35,7 @@ bench: $(READY)
 	$(BIN)/python -m benchmarks.export
 	$(BIN)/python -m benchmarks.stepping
 	$(BIN)/python -m benchmarks.constraints
+	$(BIN)/python -m benchmarks.repeating
 	$(BIN)/python -m benchmarks.integrators --folder build/benchmarks
 	$(BIN)/python -m benchmarks.long --folder build/benchmarks $(LONG)
 	$(BIN)/python -m benchmarks.derivation --folder build/benchmarks $(BENCH)

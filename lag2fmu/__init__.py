@@ -12,6 +12,7 @@ from typing import TYPE_CHECKING
 from lag2fmu.version import VERSION as __version__
 
 if TYPE_CHECKING:
+    from lag2fmu.analysis.verbs import equilibria, linearize, modes
     from lag2fmu.dynamics import derive
     from lag2fmu.errors import Lag2FmuError
     from lag2fmu.fmu import Fmu, export
@@ -27,8 +28,11 @@ _HOME = {
     "Report": "lag2fmu.verify",
     "Trajectory": "lag2fmu.reference",
     "derive": "lag2fmu.dynamics",
+    "equilibria": "lag2fmu.analysis.verbs",
     "export": "lag2fmu.fmu",
+    "linearize": "lag2fmu.analysis.verbs",
     "load": "lag2fmu.formats.loading",
+    "modes": "lag2fmu.analysis.verbs",
     "simulate": "lag2fmu.verify",
     "validate": "lag2fmu.verify",
 }
@@ -41,8 +45,11 @@ __all__ = [
     "Trajectory",
     "__version__",
     "derive",
+    "equilibria",
     "export",
+    "linearize",
     "load",
+    "modes",
     "simulate",
     "validate",
 ]

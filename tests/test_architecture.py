@@ -145,8 +145,11 @@ def test_the_public_names_are_these() -> None:
         "Trajectory",
         "__version__",
         "derive",
+        "equilibria",
         "export",
+        "linearize",
         "load",
+        "modes",
         "simulate",
         "validate",
     ]

@@ -35,6 +35,7 @@ def test_the_wheel_carries_templates_models_and_types(wheel: Path) -> None:
         "templates/start.toml",
         "templates/mechanism.schema.json",
         "models/pendulum.py",
+        "reference/native.c",
     ):
         assert f"lag2fmu/{name}" in names
     assert not [name for name in names if "__pycache__" in name or name.startswith("tests")]

@@ -16,8 +16,8 @@ import sympy as sp
 
 from lag2fmu.description import names
 from lag2fmu.dynamics import EquationsOfMotion, derive
+from lag2fmu.dynamics.formulas import Expressions, expressions
 from lag2fmu.dynamics.lagrange import complete
-from lag2fmu.explain.formulas import Expressions, expressions
 from lag2fmu.language.expressions import TIME, symbol, to_text, with_decimals
 from lag2fmu.language.units import Unit
 from lag2fmu.mechanism import Coordinate, Frame, Mechanism

@@ -10,7 +10,7 @@ from lag2fmu.analysis.evaluation import attempted
 from lag2fmu.codegen import METHODS
 from lag2fmu.codegen.templates import render
 from lag2fmu.dynamics import EquationsOfMotion, Program
-from lag2fmu.explain.formulas import Formula, formulas
+from lag2fmu.dynamics.formulas import Formula, formulas
 from lag2fmu.fmu.compilers import Platform
 from lag2fmu.fmu.model_description import ModelDescription
 from lag2fmu.fmu.sketch import sketch

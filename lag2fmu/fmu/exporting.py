@@ -45,6 +45,22 @@ class Fmu:
     moved_starts: str = ""
     """The start values that follow from the constraints and not from what is written: a phrase or nothing."""
 
+    def __repr__(self) -> str:
+        """One line: where it is, of what, with which solver."""
+        return f"<Fmu {self.path}: {self.mechanism.title}, solver {self.description.solver}>"
+
+    def _repr_html_(self) -> str:
+        """The same and the variables, for a notebook."""
+        from html import escape
+
+        rows = "".join(
+            f"<tr><td>{v.name}</td><td>{v.causality}</td><td>{v.unit.si_name if v.unit else ''}</td>"
+            f"<td>{escape(v.doc)}</td></tr>"
+            for v in self.description.variables
+            if v.causality != "local"
+        )
+        return f"<p>{escape(repr(self)[1:-1])}</p><table>{rows}</table>"
+
     @property
     def mechanism(self) -> Mechanism:
         """The mechanism inside."""

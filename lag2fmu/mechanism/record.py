@@ -40,6 +40,24 @@ class Mechanism(Description):
     scope: Scope = field(init=False, repr=False)
     warnings: tuple[str, ...] = field(init=False, repr=False)
 
+    def __repr__(self) -> str:
+        """One line: name, title, how many of what; the text format says everything."""
+        kinds = ("coordinates", "parameters", "inputs", "bodies", "constraints")
+        counted = ", ".join(f"{len(getattr(self, kind))} {kind}" for kind in kinds if getattr(self, kind))
+        return f"<Mechanism {self.name}: {self.title}; {counted}>"
+
+    def _repr_html_(self) -> str:
+        """Coordinates, parameters and inputs, for a notebook."""
+        from html import escape
+
+        rows = "".join(
+            f"<tr><td>{item.name}</td><td>{kind}</td><td>{item.unit.si_name if item.unit else ''}</td>"
+            f"<td>{escape(item.doc)}</td></tr>"
+            for kind in ("coordinate", "parameter", "input")
+            for item in getattr(self, f"{kind}s")
+        )
+        return f"<p>{escape(repr(self)[1:-1])}</p><table>{rows}</table>"
+
     def __init__(self, name: str, **tables: Any) -> None:
         """The keywords are the tables of ``Description``.
 

@@ -9,7 +9,9 @@ import os
 import re
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
+from importlib import import_module
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -104,6 +106,46 @@ class Trajectory:
         columns = [np.interp(wanted, self.time, column) for column in self.values.T]
         return Trajectory(wanted, self.names, np.stack(columns, axis=1) if columns else np.empty((len(wanted), 0)))
 
+    def __repr__(self) -> str:
+        """One line: how many points, from when to when, of what."""
+        listed = ", ".join(self.names[:8]) + (f", ... ({len(self.names)})" if len(self.names) > 8 else "")
+        return f"<Trajectory: {len(self)} points, {self.time[0]:g} s to {self.time[-1]:g} s, of {listed or 'nothing'}>"
+
+    def _repr_html_(self) -> str:
+        """Start, extremes and end of every column, for a notebook."""
+        cells = ["<tr><th></th><th>start</th><th>least</th><th>greatest</th><th>end</th></tr>"]
+        for name, x in zip(self.names, self.values.T, strict=True):
+            numbers = "".join(f"<td>{value:.6g}</td>" for value in (x[0], x.min(), x.max(), x[-1]))
+            cells.append(f"<tr><th>{name}</th>{numbers}</tr>")
+        caption = f"{len(self)} points, {self.time[0]:g} s to {self.time[-1]:g} s"
+        return f"<table><caption>{caption}</caption>{''.join(cells)}</table>"
+
+    def to_pandas(self) -> Any:
+        """A DataFrame with the columns over ``time`` (s) as index; raises SimulationError where pandas is missing."""
+        pandas = _optional("pandas")
+        return pandas.DataFrame(self.values, index=pandas.Index(self.time, name="time"), columns=list(self.names))
+
+    def to_xarray(self) -> Any:
+        """A Dataset of variables over the coordinate ``time`` (s); raises SimulationError where xarray is missing."""
+        columns = {name: ("time", x) for name, x in zip(self.names, self.values.T, strict=True)}
+        return _optional("xarray").Dataset(columns, coords={"time": self.time})
+
+    def plot(self, *names: str) -> Any:
+        """A figure of matplotlib: each of ``names`` (default: all) over time, one below the other, in SI units.
+
+        Raises SimulationError for a missing column, or where matplotlib is missing.
+        """
+        shown = names or self.names
+        figure = _optional("matplotlib.figure").Figure(
+            figsize=(7, 0.6 + 1.5 * max(1, len(shown))), layout="constrained"
+        )
+        axes = figure.subplots(max(1, len(shown)), 1, sharex=True, squeeze=False)[:, 0]
+        for axis, name in zip(axes, shown, strict=False):
+            axis.plot(self.time, self[name])
+            axis.set_ylabel(name)
+        axes[-1].set_xlabel("time in s")
+        return figure
+
     def to_csv(self, units: Mapping[str, Unit] | None = None) -> str:
         """The text ``time,name,...``, one line a time (s); numbers read back to the same bits (at most 17 digits).
 
@@ -132,6 +174,15 @@ class Trajectory:
         finally:
             if new != target:
                 new.unlink(missing_ok=True)
+
+
+def _optional(package: str) -> Any:
+    """The ``package``; raises SimulationError that says how to install it."""
+    try:
+        return import_module(package)
+    except ImportError as error:
+        name = package.partition(".")[0]
+        raise SimulationError(f"{name} is not installed; run 'pip install {name}'") from error
 
 
 def read_csv(path: str | os.PathLike[str], units: Mapping[str, Unit] | None = None) -> Trajectory:

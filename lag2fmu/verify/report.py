@@ -89,6 +89,18 @@ class Report:
         Console(file=stream, width=110, color_system=None).print(self.table())
         return stream.getvalue()
 
+    def __repr__(self) -> str:
+        """One line: what was compared, and whether it passed."""
+        failed = [check.name for check in self.checks if not check.passed]
+        outcome = f"FAILED: {', '.join(failed)}" if failed else f"{len(self.checks)} checks passed"
+        return f"<Report: {self.title}; {outcome}>"
+
+    def _repr_html_(self) -> str:
+        """The table, for a notebook."""
+        from html import escape
+
+        return f"<pre>{escape(str(self))}</pre>"
+
     def to_json(self) -> str:
         """Everything but the trajectories as JSON."""
         content = {

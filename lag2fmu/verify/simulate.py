@@ -58,6 +58,9 @@ def simulate_fmu(path: Path, run: Run) -> Trajectory:
     """
     description = description_of(path)
     plan = _planned(description, run)
+    warned = run.warned or partial(_LOGGER.warning, "warning: '%s': %s", path.name)
+    if plan.held is not None and not run.hold:
+        warned("the FMU takes no derivatives of inputs: they are held during each communication step")
     with instance_of(path, _FMI_TYPES[run.kind]) as instance:
         try:
             native = run.kind == "co-simulation" and _is_plain(description, plan.names)
@@ -65,7 +68,7 @@ def simulate_fmu(path: Path, run: Run) -> Trajectory:
         except Exception as error:  # fmpy raises bare exceptions
             raise SimulationError(f"'{path}': the simulation failed: {error}; {instance.log.tail()}") from error
         for sentence in instance.log.warnings:
-            (run.warned or partial(_LOGGER.warning, "warning: '%s': %s", path.name))(sentence)
+            warned(sentence)
         reached, stop = float(time[-1]), float(plan.grid[-1])
         if reached < stop - 1e-9 * max(stop / len(plan.grid), stop):
             raise SimulationError(

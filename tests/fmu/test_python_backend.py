@@ -174,6 +174,7 @@ def test_the_motion_is_that_of_the_c_backend(model: str, solver: str, in_python,
         "tolerance": 1e-10,
         "values": {next(p.name for p in mechanism.parameters if p.value is not None): 1.25},
         "inputs": Trajectory.of(time, {force: 0.1 * np.sin(3 * time)}),
+        "hold": True,
         "outputs": [*(v.name for v in exported(model).description.variables if v.causality in ("output", "local"))],
     }
     own = lag2fmu.simulate(in_python(model, solver=solver), **arguments)

@@ -45,7 +45,7 @@ MECHANISMS = [
     all_functions(),
     loaded(),
     everything_spatial(),
-    *map(load, ("rattleback", "heavy_top_quaternion", "bricard")),
+    *map(load, ("rattleback", "heavy_top_quaternion")),
 ]
 
 

@@ -9,7 +9,7 @@ import pytest
 import sympy as sp
 
 from lag2fmu.dynamics import derive
-from lag2fmu.explain.formulas import formulas
+from lag2fmu.dynamics.formulas import formulas
 from lag2fmu.formats.loading import bundled, load
 from lag2fmu.graph.written import tidy, written
 

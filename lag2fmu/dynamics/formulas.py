@@ -6,7 +6,7 @@ How expressions are written out is in ``written``.
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import sympy as sp
 
@@ -14,6 +14,9 @@ from lag2fmu.description import names
 from lag2fmu.dynamics.lagrange import EquationsOfMotion
 from lag2fmu.graph.written import tidy, written, written_operations
 from lag2fmu.language.expressions import with_decimals
+
+if TYPE_CHECKING:
+    from lag2fmu.dynamics.lagrange import EquationsOfMotion
 
 MAX_OPERATIONS = 500
 """Mechanisms whose formulas have more operations, written out, are not printed."""

@@ -1,0 +1,46 @@
+"""The analyses as verbs of the package: for whatever stands for a mechanism."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Any
+
+from lag2fmu import analysis
+from lag2fmu.analysis import Equilibrium, Linearization, Mode
+from lag2fmu.dynamics import EquationsOfMotion, derive
+from lag2fmu.formats.loading import as_mechanism
+from lag2fmu.mechanism import Mechanism
+
+Model = EquationsOfMotion | Mechanism | str | Path
+"""Derived equations, a mechanism, or the name or path of a model."""
+
+
+def linearize(model: Model, **about: Any) -> Linearization:
+    """The linearization of ``model`` about its start, or ``about`` q=, qd= (n,) in SI units and t= in s.
+
+    See ``lag2fmu.analysis.linearize``. Raises DerivationError where M is singular or nothing is finite.
+    """
+    return analysis.linearize(_equations(model), **about)
+
+
+def equilibria(model: Model, **options: Any) -> tuple[Equilibrium, ...]:
+    """The equilibria of ``model`` that are found from its start and around it, the one found from the start first.
+
+    See ``lag2fmu.analysis.equilibria``.
+    """
+    return analysis.equilibria(_equations(model), **options)
+
+
+def modes(model: Model, **about: Any) -> tuple[Mode, ...]:
+    """The normal modes of ``model`` about the equilibrium found from its start, or about q= (n,) in SI units.
+
+    Where there is no equilibrium, about the start. See ``lag2fmu.analysis.normal_modes``.
+    """
+    equations = _equations(model)
+    if not about:
+        about = {"q": found[0].q} if (found := analysis.equilibria(equations, most=1)) else {}
+    return analysis.normal_modes(analysis.linearize(equations, **about))
+
+
+def _equations(model: Model) -> EquationsOfMotion:
+    return model if isinstance(model, EquationsOfMotion) else derive(as_mechanism(model))

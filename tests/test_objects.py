@@ -1,0 +1,67 @@
+"""What objects of the package show of themselves, and in which forms results come."""
+
+from __future__ import annotations
+
+import sys
+
+import numpy as np
+import pytest
+import sympy as sp
+
+import lag2fmu
+from lag2fmu.errors import SimulationError
+from lag2fmu.language.expressions import symbol
+from lag2fmu.reference import Trajectory
+from lag2fmu.verify import Check, Report
+
+RUN = Trajectory.of([0.0, 1.0, 2.0], {"theta": [1.0, -2.0, 0.5], "theta_dot": [0.0, 1.0, 2.0]})
+
+
+def test_objects_are_short_in_a_line_and_show_themselves_in_a_notebook() -> None:
+    mechanism = lag2fmu.load("double_pendulum")
+    equations = lag2fmu.derive(mechanism)
+    report = Report("A run", (Check("step <1>", 1.0, 0.5),), (), ("theta",), {})
+    for thing in (mechanism, equations, RUN, report):
+        assert len(repr(thing)) < 200
+    assert repr(mechanism).startswith("<Mechanism double_pendulum: Double pendulum")
+    assert repr(RUN) == "<Trajectory: 3 points, 0 s to 2 s, of theta, theta_dot>"
+    assert repr(report) == "<Report: A run; FAILED: step <1>>"
+    assert "theta1" in mechanism._repr_html_()
+    assert r"\ddot{\theta_{1}}" in equations._repr_latex_()
+    assert "<td>-2</td>" in RUN._repr_html_()
+    assert "step &lt;1&gt;" in report._repr_html_()
+
+
+def test_equations_as_sympy() -> None:
+    """m l^2 theta_ddot = -m g l sin(theta) + Q_theta, and L = m l^2 theta_dot^2 / 2 + m g l cos(theta)."""
+    found = lag2fmu.derive("pendulum").sympy
+    m, length, g, theta, rate = (symbol(name) for name in ("m", "l", "g", "theta", "theta_dot"))
+    assert sp.simplify(found.mass_matrix[0, 0] - m * length**2) == 0
+    lagrangian = m * length**2 * rate**2 / 2 + m * g * length * sp.cos(theta)
+    assert sp.simplify(found.lagrangian - lagrangian).free_symbols <= {m, length, g}
+    (equation,) = found.equations
+    expected = m * length**2 * symbol("theta_ddot") - symbol("Q_theta") + m * g * length * sp.sin(theta)
+    assert sp.simplify((equation.lhs - equation.rhs - expected).subs(symbol("c"), 0)) == 0
+    assert found.forcing.shape == (1, 1)
+
+
+def test_analyses_are_verbs_of_the_package() -> None:
+    """A pendulum of 1 m swings with sqrt(g / l) about the bottom."""
+    pendulum = lag2fmu.load("pendulum")
+    values = {p.name: p.value for p in pendulum.parameters}
+    (mode,) = lag2fmu.modes(pendulum)
+    assert mode.frequency == pytest.approx(np.sqrt(values["g"] / values["l"]), rel=1e-9)
+    assert lag2fmu.equilibria("pendulum")[0].q == pytest.approx([0.0], abs=1e-9)
+    assert lag2fmu.linearize(pendulum, q=np.zeros(1), qd=np.zeros(1)).stiffness[0, 0] > 0
+
+
+def test_results_in_other_forms(monkeypatch) -> None:
+    figure = RUN.plot("theta")
+    assert figure.axes[0].lines[0].get_ydata() == pytest.approx(RUN["theta"])
+    for package, export in (("pandas", RUN.to_pandas), ("xarray", RUN.to_xarray)):
+        with monkeypatch.context() as patch:
+            patch.setitem(sys.modules, package, None)
+            with pytest.raises(SimulationError, match=f"pip install {package}"):
+                export()
+    table = pytest.importorskip("pandas") and RUN.to_pandas()
+    assert table["theta"].loc[1.0] == -2.0
