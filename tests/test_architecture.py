@@ -21,7 +21,10 @@ ROOMS = {
     "reference": ({"errors", "language", "description", "mechanism"}, {"sympy", "numpy", "scipy"}),
     "graph": ({"errors"}, {"sympy", "numpy"}),
     "dynamics": ({"errors", "language", "description", "mechanism", "formats", "graph"}, {"sympy", "numpy", "scipy"}),
-    "analysis": ({"errors", "language", "description", "mechanism", "graph", "dynamics"}, {"sympy", "numpy"}),
+    "analysis": (
+        {"errors", "language", "description", "mechanism", "formats", "graph", "dynamics"},
+        {"sympy", "numpy"},
+    ),
     "picture": ({"errors", "language", "description", "mechanism", "graph", "dynamics"}, {"sympy", "numpy"}),
     "explain": (
         {"language", "description", "mechanism", "reference", "graph", "dynamics"},

@@ -20,7 +20,6 @@ from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from fractions import Fraction
 from pathlib import Path
-from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -49,9 +48,6 @@ from lag2fmu.graph.cost import cycles
 from lag2fmu.graph.graph import Graph
 from lag2fmu.mechanism import Mechanism
 from lag2fmu.mechanism.check import check_starts
-
-if TYPE_CHECKING:
-    from lag2fmu.dynamics.symbolic import Symbolic
 
 METHODS = ("elimination", "factorisation")
 """How M qdd = forcing is solved: by elimination over the velocity graph, or by an LDL^T of M; both on the graph."""
@@ -103,23 +99,6 @@ class EquationsOfMotion:
         """One line: the mechanism, its size, how accelerations are solved for."""
         size = f"{len(self.forcing)} coordinates, {len(self.constraints)} constraints"
         return f"<EquationsOfMotion of {self.mechanism.name}: {size}, by {self.method}>"
-
-    def _repr_latex_(self) -> str | None:
-        """The equations of motion for a notebook; nothing where they would fill pages."""
-        from lag2fmu.dynamics.formulas import formulas
-
-        found = formulas(self)
-        if found is None:
-            return None
-        lines = [*found.motion, *found.constraints]
-        return "$$\\begin{gathered}" + " \\\\ ".join(line.latex for line in lines) + "\\end{gathered}$$"
-
-    @property
-    def sympy(self) -> Symbolic:
-        """The equations as SymPy expressions: ``mass_matrix``, ``forcing``, ``lagrangian``, ``equations``."""
-        from lag2fmu.dynamics.symbolic import Symbolic
-
-        return Symbolic(self)
 
     @property
     def operations(self) -> int:

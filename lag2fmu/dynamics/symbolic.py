@@ -4,19 +4,16 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from functools import cached_property
-from typing import TYPE_CHECKING
 
 import sympy as sp
 
+from lag2fmu.dynamics.lagrange import EquationsOfMotion
 from lag2fmu.graph.written import written
-
-if TYPE_CHECKING:
-    from lag2fmu.dynamics.lagrange import EquationsOfMotion
 
 
 @dataclass(frozen=True)
 class Symbolic:
-    """What ``equations`` say in symbols, in SI units: NAME, NAME_dot, NAME_ddot, Q_NAME, t, inputs, parameters.
+    """What equations, which stand apart, say in symbols, in SI units: NAME, NAME_dot, NAME_ddot, Q_NAME, t, inputs, parameters.
 
     Expressions are written out: they grow with the mechanism, and are large from some ten coordinates on.
     """

@@ -155,7 +155,7 @@ def description_of(path: Path) -> Any:
 def _state_of(path: Path) -> tuple[object, ...]:
     """What tells a file from another one at the same place."""
     if not path.exists():
-        raise LoadError(f"'{path}': there is no such FMU")
+        raise LoadError(f"'{path}': there is no such file")
     state = path.stat()
     return str(path.resolve()), state.st_ino, state.st_mtime_ns, state.st_size
 

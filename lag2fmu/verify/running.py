@@ -14,7 +14,6 @@ from lag2fmu.formats.loading import as_mechanism, with_values
 from lag2fmu.mechanism import Mechanism
 from lag2fmu.reference import Trajectory
 from lag2fmu.verify.inputs import Inputs, trajectory_of
-from lag2fmu.verify.instances import description_of
 from lag2fmu.verify.report import Report
 from lag2fmu.verify.simulate import Kind, Run, simulate_fmu, times_of
 from lag2fmu.verify.validate import validate_fmu
@@ -96,7 +95,6 @@ def mechanism_of(model: Model, values: Mapping[str, float] | None = None) -> Mec
     """The mechanism of ``model`` with ``values`` (SI) of its parameters and starts; None for an FMU of another tool."""
     if not is_fmu(model):
         return with_values(as_mechanism(model), values or {})  # type: ignore[arg-type]
-    description_of(fmu_path(model))  # what is no FMU is refused as such
     try:
         mechanism = read_mechanism(fmu_path(model))
     except (ExportError, TextError):  # of another tool, or a text that this version does not read
