@@ -446,6 +446,15 @@ def test_model_exchange_stays_on_the_constraints_and_asks_for_help_beyond(fmu) -
         assert not s.unit.newDiscreteStates()[3]
 
 
+@pytest.mark.parametrize(("tolerance", "asks"), [(1e-4, False), (1e-10, True)])
+def test_the_drift_that_model_exchange_tolerates_follows_solver_tolerance(tolerance: float, asks: bool, fmu) -> None:
+    """A thousand times the tolerance, relative to the nominal values."""
+    with Stepping(fmu("slider"), "ModelExchange") as s:
+        s.start({"solver_tolerance": tolerance}, tolerance=1e-7)
+        s.set({"x": s.get(["x"])[0] + 2e-3})
+        assert s.unit.completedIntegratorStep() == (asks, False)
+
+
 # -------------------------------------------------------------------------------------------------------- derivatives
 
 

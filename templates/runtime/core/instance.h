@@ -120,6 +120,9 @@ typedef struct {
     int index;   /* of MOTION: that of the motion; of RANGE: that in BOUNDED */
 } Notice;
 
+/* The longest message, with its end; what is longer is cut. */
+enum { SENTENCE_SIZE = 1024 };
+
 /* Who hears remarks on calls that succeed, as finished sentences. */
 typedef struct {
     void (*hear)(void *owner, const char sentence[]);

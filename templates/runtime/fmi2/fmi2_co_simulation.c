@@ -8,8 +8,6 @@
 #include "logging.h"
 #include "notices.h"
 
-enum { SENTENCE_SIZE = 1024 };
-
 /* Says what the solver noticed for the first time. The step is complete: some importers end a run at fmi2Warning. */
 static void report_notice(Component *component) {
     char sentence[SENTENCE_SIZE];

@@ -6,8 +6,6 @@
 
 #include "failure.h"
 
-enum { MESSAGE_SIZE = 1024 };
-
 static const char *const CATEGORY_NAMES[N_CATEGORIES] = {
     [CATEGORY_WARNING]  = "logStatusWarning",
     [CATEGORY_DISCARD]  = "logStatusDiscard",
@@ -24,7 +22,7 @@ const char *category_name(Category category) {
    would mean the variable with value reference 1 (section 2.1.5 of the standard). */
 static void deliver(const fmi2CallbackFunctions *callbacks, fmi2String name, fmi2Status status, Category category,
                     const char *text) {
-    char escaped[2 * MESSAGE_SIZE];
+    char escaped[2 * SENTENCE_SIZE];
     size_t used = 0;
     for (const char *c = text; *c != '\0'; c++) {
         if (*c == '#') {
@@ -45,12 +43,12 @@ static bool is_wanted(const Component *component, fmi2Status status, Category ca
 /* Formats and delivers a message of a component if it is wanted. */
 static void report(const Component *component, fmi2Status status, Category category, const char *format,
                    va_list arguments) {
-    char text[MESSAGE_SIZE];
+    char text[SENTENCE_SIZE];
     if (!is_wanted(component, status, category)) {
         return;
     }
     const int prefix = snprintf(text, sizeof text, "%s: ", call_name(component->call));
-    if (prefix > 0 && prefix < MESSAGE_SIZE) {
+    if (prefix > 0 && prefix < SENTENCE_SIZE) {
         vsnprintf(text + prefix, sizeof text - (size_t)prefix, format, arguments);
     }
     deliver(&component->callbacks, component->name, status, category, text);
@@ -99,7 +97,7 @@ static void report_text(const Component *component, fmi2Status status, Category 
 }
 
 fmi2Status report_failure(Component *component, fmi2Status status) {
-    char sentence[MESSAGE_SIZE];
+    char sentence[SENTENCE_SIZE];
     const FailureKind kind = component->instance.failure.kind;
     const bool singular = kind == FAILURE_SINGULAR || kind == FAILURE_NEARLY_SINGULAR;
     const bool singular_logged = (component->categories & (1u << CATEGORY_SINGULAR)) != 0u;
@@ -118,7 +116,7 @@ fmi2Status report_failure(Component *component, fmi2Status status) {
 }
 
 void report_no_instance(const fmi2CallbackFunctions *functions, fmi2String name, const char *format, ...) {
-    char text[MESSAGE_SIZE];
+    char text[SENTENCE_SIZE];
     if (functions == NULL || functions->logger == NULL) {
         return;
     }

@@ -10,7 +10,7 @@
 #include "names.h"
 #include "system.h"
 
-enum { N = N_COORDINATES, MOST_ITERATIONS = 60, MOST_HALVINGS = 12, SENTENCE_SIZE = 1024 };
+enum { N = N_COORDINATES, MOST_ITERATIONS = 60, MOST_HALVINGS = 12 };
 
 static const double MET = 1e-12;      /* relative residuals that are met at the start */
 static const double PROJECTED = 1e-6; /* relative residuals that are near enough for given starts to be moved */
