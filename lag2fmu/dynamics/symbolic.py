@@ -13,9 +13,9 @@ from lag2fmu.graph.written import written
 
 @dataclass(frozen=True)
 class Symbolic:
-    """What equations, which stand apart, say in symbols, in SI units: NAME, NAME_dot, NAME_ddot, Q_NAME, t, inputs, parameters.
+    """What equations, which stand apart, say in symbols: NAME, NAME_dot, NAME_ddot, Q_NAME, t, inputs, parameters.
 
-    Expressions are written out: they grow with the mechanism, and are large from some ten coordinates on.
+    Units are SI. Expressions are written out: they grow with the mechanism, and are large from some ten coordinates on.
     """
 
     of: EquationsOfMotion
