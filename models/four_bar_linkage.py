@@ -60,6 +60,6 @@ def four_bar_linkage() -> Mechanism:
             Output("x_P", x_A + 2 * l2 * cos(b), "m", "end of the coupler, horizontal"),
             Output("y_P", y_A + 2 * l2 * sin(b), "m", "end of the coupler, vertical"),
         ],
-        experiment=Experiment(stop_time=1.5, step=0.005),
+        experiment=Experiment(stop_time=1.5, step=0.005, tolerance=1e-7),
         strict_units=True,
     )

@@ -19,7 +19,7 @@ import fmpy
 import numpy as np
 import pytest
 from fmpy.fmi1 import FMICallException
-from tests.stepping import ERROR, Stepping, bits
+from stepping import ERROR, Stepping, bits
 
 import lag2fmu
 from lag2fmu.codegen.python_sources import printable
@@ -270,7 +270,7 @@ def test_a_state_restores_in_another_process(pendulum: Stepping, in_python, tmp_
     here = bits(pendulum.step(0.3))
     script = f"""
         from pathlib import Path
-        from tests.stepping import Stepping, bits
+        from stepping import Stepping, bits
         with Stepping(Path({str(in_python("double_pendulum"))!r})) as host:
             host.start()
             host.unit.setFMUstate(host.unit.deSerializeFMUstate(Path({str(tmp_path / "state")!r}).read_bytes()))
@@ -416,7 +416,7 @@ def test_many_instances_and_many_errors(in_python) -> None:
     script = f"""
         from pathlib import Path
         from fmpy.fmi1 import FMICallException
-        from tests.stepping import Stepping
+        from stepping import Stepping
         for _ in range(200):
             with Stepping(Path({str(in_python("pendulum"))!r})) as host:
                 host.start().step(0.1)
