@@ -11,6 +11,7 @@ from collections.abc import Mapping, Sequence
 from fractions import Fraction
 
 from lag2fmu.dynamics import Function, Program
+from lag2fmu.graph.graph import Node
 from lag2fmu.graph.operations import CONSTANT, OPERATIONS
 
 MAX_STATEMENTS = 1500
@@ -65,7 +66,7 @@ class _Printer:
         self.parts = [order[i : i + MAX_STATEMENTS] for i in range(0, len(order), MAX_STATEMENTS)] or [[]]
         self.kept = self._kept() if len(self.parts) > 1 else {}
         self.names = {node: f"t{number}" for number, node in enumerate(order)}
-        self.stores: dict[int, list[str]] = {}
+        self.stores: dict[Node, list[str]] = {}
         for array, index, node in function.results:
             if node in self.names:
                 self.stores.setdefault(node, []).append(f"{array}[{index}]")
@@ -73,10 +74,10 @@ class _Printer:
         constants = {*scheduled, *(node for *_, node in function.results)}
         self.names |= {n: c_number(float(self.graph.value(n))) for n in constants if code[n] == CONSTANT}
 
-    def _kept(self) -> dict[int, int]:
+    def _kept(self) -> dict[Node, int]:
         """The values that a later part needs: {node: index in the array s}."""
         part_of = {node: number for number, part in enumerate(self.parts) for node in part}
-        kept: dict[int, int] = {}
+        kept: dict[Node, int] = {}
         for node, part in part_of.items():
             for operand in self.graph.operands[node]:
                 if part_of.get(operand, part) != part:
@@ -123,7 +124,7 @@ class _Printer:
         """The results that are constants or arguments."""
         return [f"    {array}[{index}] = {self.names[node]};" for array, index, node in self._given()]
 
-    def _given(self) -> list[tuple[str, int, int]]:
+    def _given(self) -> list[tuple[str, int, Node]]:
         stored = self.stores
         return [result for result in self.function.results if result[2] not in stored]
 
@@ -142,7 +143,7 @@ class _Printer:
 _PATTERNS = tuple(row.c for row in OPERATIONS)
 
 
-def _places(function: Function) -> Mapping[int, str]:
+def _places(function: Function) -> Mapping[Node, str]:
     """How each variable is written in the body: {node: 'x[1]'}."""
     return {
         node: argument.name if argument.scalar else f"{argument.name}[{index}]"

@@ -22,7 +22,7 @@ from lag2fmu.dynamics.elimination import solve
 from lag2fmu.dynamics.lagrange import EquationsOfMotion
 from lag2fmu.dynamics.samples import start_values
 from lag2fmu.graph.batches import Floats
-from lag2fmu.graph.graph import Graph
+from lag2fmu.graph.graph import Graph, Node
 
 CLEAR = 1e-3
 """A pivot of S relative to its diagonal entry: above it the row is clearly independent, below it may be redundant."""
@@ -43,13 +43,13 @@ class ConstrainedSolution:
     each row from the span of those before it, in the metric M^-1; 0 for the rows that are left out.
     """
 
-    unknowns: tuple[int, ...]
-    pivots: tuple[int, ...]
-    margins: tuple[int, ...]
-    squares: tuple[int, ...]
+    unknowns: tuple[Node, ...]
+    pivots: tuple[Node, ...]
+    margins: tuple[Node, ...]
+    squares: tuple[Node, ...]
 
 
-def solve_constrained(equations: EquationsOfMotion, drift: Sequence[int]) -> ConstrainedSolution | None:
+def solve_constrained(equations: EquationsOfMotion, drift: Sequence[Node]) -> ConstrainedSolution | None:
     """The solution with G qdd + gamma + ``drift`` = 0, (m,) nodes.
 
     None if M is singular everywhere, if a row has nothing to act on at the start, or if the formula is too long.
@@ -106,15 +106,15 @@ def _ranked(triangle: Floats, m: int) -> tuple[list[int], int] | None:
 class _Decomposition:
     """L D L^T of the first ``rank`` rows in the ``order``; of the others what they add to those."""
 
-    def __init__(self, graph: Graph, matrix: Sequence[Sequence[int]], order: Sequence[int], rank: int) -> None:
+    def __init__(self, graph: Graph, matrix: Sequence[Sequence[Node]], order: Sequence[int], rank: int) -> None:
         self.g, self.order, self.rank = graph, order, rank
         self.whole = [matrix[k][k] for k in order]
-        self.lower: list[list[int]] = []
-        self.pivots: list[int] = []
-        self.inverses: list[int] = []
+        self.lower: list[list[Node]] = []
+        self.pivots: list[Node] = []
+        self.inverses: list[Node] = []
         for i, row in enumerate(order):
-            scaled: list[int] = []  # (L D)_ij
-            factors: list[int] = []  # L_ij
+            scaled: list[Node] = []  # (L D)_ij
+            factors: list[Node] = []  # L_ij
             for j in range(min(i, rank)):
                 known = matrix[max(row, order[j])][min(row, order[j])]
                 entry = graph.subtract(known, graph.dot(scaled, self.lower[j]))
@@ -125,10 +125,10 @@ class _Decomposition:
             if i < rank:
                 self.inverses.append(graph.divide(graph.one, self.pivots[i]))
 
-    def solve(self, right: Sequence[int]) -> list[int]:
+    def solve(self, right: Sequence[Node]) -> list[Node]:
         """x of S x = ``right``, (m,), zero in the rows that were left out."""
         g, rank = self.g, self.rank
-        forward: list[int] = []
+        forward: list[Node] = []
         for i in range(rank):
             forward.append(g.subtract(right[self.order[i]], g.dot(self.lower[i], forward)))
         found = [g.zero] * len(self.order)
@@ -137,7 +137,7 @@ class _Decomposition:
             found[self.order[i]] = g.subtract(g.multiply(forward[i], self.inverses[i]), g.total(above))
         return found
 
-    def margins(self) -> tuple[int, ...]:
+    def margins(self) -> tuple[Node, ...]:
         """By how far each row, in its own place, is on its side of CLEAR."""
         g, clear = self.g, self.g.constant(CLEAR)
         margins = [g.zero] * len(self.order)
@@ -146,7 +146,7 @@ class _Decomposition:
             margins[row] = g.subtract(pivot, bar) if i < self.rank else g.subtract(bar, pivot)
         return tuple(margins)
 
-    def squares(self) -> tuple[int, ...]:
+    def squares(self) -> tuple[Node, ...]:
         """The pivot of each row, in its own place; 0 for those that are left out."""
         pivots = dict(zip(self.order[: self.rank], self.pivots, strict=False))
         return tuple(pivots.get(row, self.g.zero) for row in range(len(self.order)))

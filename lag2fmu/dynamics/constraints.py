@@ -24,7 +24,7 @@ from lag2fmu.dynamics.samples import start_values
 from lag2fmu.dynamics.variables import Variables
 from lag2fmu.errors import DerivationError
 from lag2fmu.graph.autodiff import forward, reverse
-from lag2fmu.graph.graph import Graph
+from lag2fmu.graph.graph import Graph, Node
 from lag2fmu.graph.translate import Translator
 from lag2fmu.mechanism import Constraint, Mechanism
 
@@ -48,20 +48,20 @@ class Constraints:
     ``positions``: phi (h,); ``velocities``: G qd + b (m,); ``accelerations``: gamma (m,); ``jacobian``: G (m, n).
     """
 
-    positions: tuple[int, ...]
-    velocities: tuple[int, ...]
-    accelerations: tuple[int, ...]
-    jacobian: tuple[tuple[int, ...], ...]
+    positions: tuple[Node, ...]
+    velocities: tuple[Node, ...]
+    accelerations: tuple[Node, ...]
+    jacobian: tuple[tuple[Node, ...], ...]
 
     def __len__(self) -> int:
         return len(self.velocities)
 
     @property
-    def residuals(self) -> tuple[int, ...]:
+    def residuals(self) -> tuple[Node, ...]:
         """What each constraint says is zero: phi, or A qd + b, (m,)."""
         return (*self.positions, *self.velocities[len(self.positions) :])
 
-    def equation(self, k: int) -> tuple[int, int, int]:
+    def equation(self, k: int) -> tuple[Node, Node, Node]:
         """Residual, velocity and acceleration of the constraint ``k``."""
         return self.residuals[k], self.velocities[k], self.accelerations[k]
 
@@ -137,7 +137,7 @@ class _Start:
         self.given = np.array([c.given is not False for c in q])
         self.velocity_given = np.array([c.velocity_given is not False for c in q])
 
-    def _evaluate(self, nodes: Sequence[int], q: Floats, qd: Floats) -> Floats:
+    def _evaluate(self, nodes: Sequence[Node], q: Floats, qd: Floats) -> Floats:
         for c, place, rate in zip(self.mechanism.coordinates, q, qd, strict=True):
             self.values |= {c.name: float(place), names.velocity(c.name): float(rate)}
         values: Floats = np.array(self.graph.evaluate(list(nodes), self.values))

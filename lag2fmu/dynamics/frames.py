@@ -14,7 +14,7 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
 from lag2fmu.description.places import WORLD
-from lag2fmu.graph.graph import Graph
+from lag2fmu.graph.graph import Graph, Node
 from lag2fmu.graph.translate import Translator
 from lag2fmu.graph.vectors import (
     Turn,
@@ -29,7 +29,7 @@ from lag2fmu.graph.vectors import (
 )
 from lag2fmu.mechanism import Frame, Mechanism
 
-Rate = Callable[[Sequence[int]], Sequence[int]]
+Rate = Callable[[Sequence[Node]], Sequence[Node]]
 """Nodes to their derivatives along a motion."""
 
 

@@ -46,7 +46,7 @@ from lag2fmu.formats.loading import as_mechanism
 from lag2fmu.graph.autodiff import Forward, reverse
 from lag2fmu.graph.batches import matrix
 from lag2fmu.graph.cost import cycles
-from lag2fmu.graph.graph import Graph
+from lag2fmu.graph.graph import Graph, Node
 from lag2fmu.mechanism import Mechanism
 from lag2fmu.mechanism.check import check_starts
 
@@ -84,16 +84,16 @@ class EquationsOfMotion:
     graph: Graph
     variables: Variables
     entries: Entries
-    forcing: tuple[int, ...]
+    forcing: tuple[Node, ...]
     solution: Solution | None
     constraints: Constraints
-    outputs: Mapping[str, int]
-    dependent: Mapping[str, int]
+    outputs: Mapping[str, Node]
+    dependent: Mapping[str, Node]
     parts: Energies
-    mass_matrix: tuple[tuple[int, ...], ...]
-    residual: tuple[int, ...]
-    momenta: tuple[int, ...]
-    energies: Mapping[str, int]
+    mass_matrix: tuple[tuple[Node, ...], ...]
+    residual: tuple[Node, ...]
+    momenta: tuple[Node, ...]
+    energies: Mapping[str, Node]
 
     def apart(self) -> EquationsOfMotion:
         """The same equations, nodes included, on a copy of the graph that can grow."""
@@ -126,7 +126,7 @@ class EquationsOfMotion:
         """The number of operations of the accelerations."""
         return self.graph.operations(self.solution.x if self.solution else self.forcing)
 
-    def locals(self) -> Iterator[tuple[str, int]]:
+    def locals(self) -> Iterator[tuple[str, Node]]:
         """(name, node) of everything that is calculated beside the accelerations: momenta, energies, power, outputs."""
         for coordinate, momentum in zip(self.mechanism.coordinates, self.momenta, strict=True):
             yield names.momentum(coordinate.name), momentum
@@ -173,7 +173,7 @@ def derive(model: Mechanism | str | Path, method: str | None = None) -> Equation
     return equations
 
 
-def _check(equations: EquationsOfMotion, distances: Mapping[str, int]) -> None:
+def _check(equations: EquationsOfMotion, distances: Mapping[str, Node]) -> None:
     """The equations in numbers at the start and at five random states."""
     mechanism, g, forcing = equations.mechanism, equations.graph, equations.forcing
     states = [start_values(mechanism), *samples(mechanism, 5)]
@@ -219,7 +219,7 @@ class _Composed:
     composer: Composer
     energies: Energies
     entries: Entries
-    forcing: tuple[int, ...]
+    forcing: tuple[Node, ...]
     constraints: Constraints
 
 

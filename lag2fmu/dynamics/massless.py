@@ -20,7 +20,7 @@ from lag2fmu.dynamics.elimination import Entries, null_vectors
 from lag2fmu.dynamics.variables import Variables
 from lag2fmu.errors import DerivationError
 from lag2fmu.graph.autodiff import forward
-from lag2fmu.graph.graph import Graph
+from lag2fmu.graph.graph import Graph, Node
 from lag2fmu.graph.written import tidy, written
 from lag2fmu.mechanism import Constraint, Mechanism
 
@@ -32,7 +32,7 @@ _PREFERENCE = {True: 0, None: 1, False: 2}
 
 
 def with_equilibria(
-    mechanism: Mechanism, graph: Graph, v: Variables, entries: Entries, forcing: tuple[int, ...]
+    mechanism: Mechanism, graph: Graph, v: Variables, entries: Entries, forcing: tuple[Node, ...]
 ) -> Mechanism:
     """``mechanism`` with an equation of equilibrium for every null vector of M; itself if there is none.
 
@@ -86,8 +86,8 @@ def _equilibrium(
     graph: Graph,
     v: Variables,
     name: str,
-    force: int,
-    direction: dict[int, int],
+    force: Node,
+    direction: dict[Node, Node],
     moved: Sequence[int],
 ) -> tuple[int, Constraint]:
     """``force`` = 0 as a constraint, and the index of the coordinate it determines, the first of ``moved`` it can be.

@@ -30,7 +30,7 @@ from lag2fmu.dynamics.samples import mass_matrices, start_values
 from lag2fmu.dynamics.variables import Variables
 from lag2fmu.graph.autodiff import Forward
 from lag2fmu.graph.batches import Floats, matrix
-from lag2fmu.graph.graph import Graph
+from lag2fmu.graph.graph import Graph, Node
 from lag2fmu.language.units import parse_unit
 from lag2fmu.mechanism import Coordinate, Mechanism
 
@@ -57,7 +57,7 @@ def with_nominals(
     graph: Graph,
     v: Variables,
     entries: Entries,
-    forcing: Sequence[int],
+    forcing: Sequence[Node],
     constraints: Constraints,
 ) -> Mechanism:
     """``mechanism`` with a nominal value of every coordinate that none is given for, see the module.
@@ -125,7 +125,7 @@ def _reach(
     graph: Graph,
     v: Variables,
     entries: Entries,
-    forcing: Sequence[int],
+    forcing: Sequence[Node],
     constraints: Constraints,
 ) -> Floats:
     """How far the linear motion about the start, at rest, takes each coordinate from 0, (n,); nan if it is not stable.

@@ -12,7 +12,7 @@ from lag2fmu.dynamics.tangent import Tangent, differentiate
 from lag2fmu.dynamics.terms import canonical
 from lag2fmu.dynamics.time_derivatives import SecondDerivatives, differentiate_twice
 from lag2fmu.errors import DerivationError
-from lag2fmu.graph.graph import Graph
+from lag2fmu.graph.graph import Graph, Node
 from lag2fmu.graph.operations import SYMBOL
 
 
@@ -21,7 +21,7 @@ class Array:
     """An argument: ``name`` in the printed code and its entries as nodes; ``scalar`` if it is a plain number."""
 
     name: str
-    entries: tuple[int, ...]
+    entries: tuple[Node, ...]
     scalar: bool = False
 
 
@@ -36,10 +36,10 @@ class Function:
     doc: str
     arguments: tuple[Array, ...]
     arrays: tuple[str, ...]
-    results: tuple[tuple[str, int, int], ...]
+    results: tuple[tuple[str, int, Node], ...]
 
     @property
-    def given(self) -> frozenset[int]:
+    def given(self) -> frozenset[Node]:
         """The nodes that are entries of arguments and need not be computed."""
         return frozenset(entry for argument in self.arguments for entry in argument.entries)
 
@@ -134,7 +134,7 @@ def lower(equations: EquationsOfMotion, promoted: Collection[str] = (), variatio
     )
 
 
-def _function(name: str, doc: str, arguments: tuple[Array, ...], **arrays: Iterable[int]) -> Function:
+def _function(name: str, doc: str, arguments: tuple[Array, ...], **arrays: Iterable[Node]) -> Function:
     """A function that fills ``arrays`` with nodes."""
     results = tuple((array, index, node) for array, nodes in arrays.items() for index, node in enumerate(nodes))
     return Function(name, doc, arguments, tuple(arrays), results)

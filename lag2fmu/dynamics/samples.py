@@ -11,7 +11,7 @@ from lag2fmu.description import names
 from lag2fmu.dynamics.elimination import Entries, Solution
 from lag2fmu.errors import DerivationError
 from lag2fmu.graph.batches import Floats, evaluate, matrix
-from lag2fmu.graph.graph import Graph
+from lag2fmu.graph.graph import Graph, Node
 from lag2fmu.mechanism import Mechanism
 
 State = dict[str, float]
@@ -49,7 +49,7 @@ def samples(mechanism: Mechanism, count: int) -> Iterator[State]:
         }
 
 
-def mass_matrices(graph: Graph, entries: Entries, velocities: Sequence[int], states: Sequence[State]) -> Floats:
+def mass_matrices(graph: Graph, entries: Entries, velocities: Sequence[Node], states: Sequence[State]) -> Floats:
     """M at k ``states``, (k, n, n): the nodes of the form ``entries`` are linear in the ``velocities``, (n,).
 
     Their values at unit velocities are their coefficients J, (m, n), and M = J^T H J; in SI units.
@@ -68,7 +68,7 @@ def mass_matrices(graph: Graph, entries: Entries, velocities: Sequence[int], sta
 
 
 def massless_directions(
-    mechanism: Mechanism, graph: Graph, entries: Entries, velocities: Sequence[int], jacobian: Sequence[Sequence[int]]
+    mechanism: Mechanism, graph: Graph, entries: Entries, velocities: Sequence[Node], jacobian: Sequence[Sequence[Node]]
 ) -> dict[int, float]:
     """{row of ``jacobian`` (m, n): weight} of those that restrict motion without mass; none if M is regular somewhere.
 
@@ -96,7 +96,7 @@ def massless_directions(
 
 
 def check_start(
-    mechanism: Mechanism, graph: Graph, mass: Floats, forcing: Sequence[int], distances: Mapping[str, int]
+    mechanism: Mechanism, graph: Graph, mass: Floats, forcing: Sequence[Node], distances: Mapping[str, Node]
 ) -> None:
     """Raise DerivationError unless M, ``mass`` (n, n), and the forces, ``forcing`` (n,), are finite at the start.
 
@@ -135,7 +135,7 @@ def check_positive(mechanism: Mechanism, mass: Floats) -> None:
             )
 
 
-def check_quadratic(mechanism: Mechanism, graph: Graph, entries: Sequence[int]) -> None:
+def check_quadratic(mechanism: Mechanism, graph: Graph, entries: Sequence[Node]) -> None:
     """Raise DerivationError if second derivatives of L by the velocities change with the velocities.
 
     Entries that only look as if they did are let pass.
@@ -178,7 +178,7 @@ def check_agreement(
     graph: Graph,
     masses: Floats,
     states: Sequence[State],
-    forcing: Sequence[int],
+    forcing: Sequence[Node],
     solution: Solution | None,
 ) -> None:
     """Raise DerivationError if the accelerations do not solve M qdd = forcing in double precision.

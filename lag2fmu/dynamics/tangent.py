@@ -12,6 +12,7 @@ from dataclasses import dataclass
 
 from lag2fmu.dynamics.lagrange import EquationsOfMotion
 from lag2fmu.graph.autodiff import forward
+from lag2fmu.graph.graph import Node
 
 
 @dataclass(frozen=True)
@@ -24,22 +25,22 @@ class Tangent:
     ``locals``: derivatives of ``EquationsOfMotion.locals()`` in order; ``dependent``: those of dependent parameters.
     """
 
-    dt: int
-    dx: tuple[int, ...]
-    du: tuple[int, ...]
-    dp: tuple[int, ...]
-    dqdd: tuple[int, ...]
-    residual: tuple[int, ...]
-    locals: tuple[int, ...]
-    dependent: tuple[int, ...]
-    drates: tuple[int, ...] = ()
+    dt: Node
+    dx: tuple[Node, ...]
+    du: tuple[Node, ...]
+    dp: tuple[Node, ...]
+    dqdd: tuple[Node, ...]
+    residual: tuple[Node, ...]
+    locals: tuple[Node, ...]
+    dependent: tuple[Node, ...]
+    drates: tuple[Node, ...] = ()
 
 
 def differentiate(equations: EquationsOfMotion) -> Tangent:
     """Derive the tangent program of ``equations`` on their graph, see the module."""
     g, v = equations.graph, equations.variables
 
-    def seeds(nodes: tuple[int, ...]) -> tuple[int, ...]:
+    def seeds(nodes: tuple[Node, ...]) -> tuple[Node, ...]:
         return tuple(g.symbol(f"d {g.leaf[node]}") for node in nodes)
 
     states, inputs, c = (*v.q, *v.qd), v.inputs, equations.constraints

@@ -12,6 +12,7 @@ from dataclasses import dataclass
 
 from lag2fmu.dynamics.lagrange import EquationsOfMotion
 from lag2fmu.graph.autodiff import forward
+from lag2fmu.graph.graph import Node
 
 
 @dataclass(frozen=True)
@@ -23,12 +24,12 @@ class SecondDerivatives:
     ``residual``: (n + m,), d2r with d4q = 0; ``locals``: {index in ``EquationsOfMotion.locals()``: second derivative}.
     """
 
-    du: tuple[int, ...]
-    d2u: tuple[int, ...]
-    d3q: tuple[int, ...]
-    d4q: tuple[int, ...]
-    residual: tuple[int, ...]
-    locals: dict[int, int]
+    du: tuple[Node, ...]
+    d2u: tuple[Node, ...]
+    d3q: tuple[Node, ...]
+    d4q: tuple[Node, ...]
+    residual: tuple[Node, ...]
+    locals: dict[int, Node]
 
 
 def differentiate_twice(equations: EquationsOfMotion, outputs: Collection[str]) -> SecondDerivatives:
@@ -39,7 +40,7 @@ def differentiate_twice(equations: EquationsOfMotion, outputs: Collection[str]) 
     """
     g, v = equations.graph, equations.variables
 
-    def rates(order: str, nodes: tuple[int, ...]) -> tuple[int, ...]:
+    def rates(order: str, nodes: tuple[Node, ...]) -> tuple[Node, ...]:
         return tuple(g.symbol(f"{order} {g.leaf[node]}") for node in nodes)
 
     du, d2u = rates("d", v.signals), rates("dd", v.signals)
