@@ -23,8 +23,8 @@ from lag2fmu.dynamics.variables import translator
 from lag2fmu.graph.autodiff import forward, reverse
 from lag2fmu.graph.batches import evaluate
 from lag2fmu.graph.graph import Graph, Node
+from lag2fmu.graph.to_sympy import tidy, written, written_operations
 from lag2fmu.graph.vectors import Vector, apply, cross, plus, times
-from lag2fmu.graph.written import tidy, written, written_operations
 from lag2fmu.mechanism import Mechanism
 
 CONSTANT_IF = 1e-9

@@ -22,7 +22,7 @@ from lag2fmu.errors import DerivationError
 from lag2fmu.graph.autodiff import forward
 from lag2fmu.graph.batches import Floats, evaluate
 from lag2fmu.graph.graph import Node
-from lag2fmu.graph.written import tidy, written
+from lag2fmu.graph.to_sympy import tidy, written
 from lag2fmu.language.expressions import symbol
 from lag2fmu.mechanism import Constraint, Coordinate, Energy, Force, Mechanism
 

@@ -39,7 +39,7 @@ class Slot:
 
 
 @dataclass(frozen=True)
-class Tables:
+class RuntimeTables:
     """The numbers and names of one mechanism; values in SI units, states are (q, qd), slots in value reference order.
 
     ``colours``: of the Jacobian of the accelerations by the states. ``continuous_states``: indices of those in (q, qd)
@@ -104,7 +104,7 @@ class Tables:
 _INCLUDED = re.compile(r'^#include "(\w+)\.h"', re.MULTILINE)
 
 
-def render_sources(program: Program, tables: Tables, method: Method, guid: str) -> Mapping[str, str]:
+def render_sources(program: Program, tables: RuntimeTables, method: Method, guid: str) -> Mapping[str, str]:
     """{file name: text} of all C sources and headers, sorted; the headers of FMI are not among them.
 
     The runtime's files stand as they are in templates/runtime; ``guid`` is what the generated ones carry.

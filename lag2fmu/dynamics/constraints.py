@@ -24,8 +24,8 @@ from lag2fmu.dynamics.samples import start_values
 from lag2fmu.dynamics.variables import Variables
 from lag2fmu.errors import DerivationError
 from lag2fmu.graph.autodiff import forward, reverse
+from lag2fmu.graph.from_sympy import Translator
 from lag2fmu.graph.graph import Graph, Node
-from lag2fmu.graph.translate import Translator
 from lag2fmu.mechanism import Constraint, Mechanism
 
 Floats = NDArray[np.float64]

@@ -17,8 +17,8 @@ from lag2fmu.description.places import WORLD
 from lag2fmu.dynamics.frames import Frames, Rate, Velocity
 from lag2fmu.dynamics.variables import Variables
 from lag2fmu.graph.autodiff import Forward
+from lag2fmu.graph.from_sympy import Translator
 from lag2fmu.graph.graph import Graph, Node
-from lag2fmu.graph.translate import Translator
 from lag2fmu.graph.vectors import Vector, apply, times
 from lag2fmu.mechanism import Body, Damper, Load, Mechanism, Output, Spring
 

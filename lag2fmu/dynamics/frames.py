@@ -14,8 +14,8 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
 from lag2fmu.description.places import WORLD
+from lag2fmu.graph.from_sympy import Translator
 from lag2fmu.graph.graph import Graph, Node
-from lag2fmu.graph.translate import Translator
 from lag2fmu.graph.vectors import (
     Turn,
     Vector,

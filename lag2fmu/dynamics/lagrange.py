@@ -53,7 +53,7 @@ from lag2fmu.mechanism.check import check_starts
 if TYPE_CHECKING:
     from lag2fmu.dynamics.symbolic import Symbolic
 
-METHODS = ("elimination", "factorisation")
+ACCELERATION_METHODS = ("elimination", "factorisation")
 """How M qdd = forcing is solved: by elimination over the velocity graph, or by an LDL^T of M; both on the graph."""
 
 MAX_FACTORISED = 16
@@ -154,14 +154,14 @@ class EquationsOfMotion:
 def derive(model: Mechanism | str | Path, method: str | None = None) -> EquationsOfMotion:
     """Derive the equations of motion of ``model``, a mechanism or what ``load`` takes.
 
-    ``method`` is one of METHODS, by default the quicker one, see ``cost``.
+    ``method`` is one of ACCELERATION_METHODS, by default the quicker one, see ``cost``.
 
     Raises DerivationError if T is not quadratic in the velocities, if the mass matrix is singular for every q (naming
     the coordinates), or if an energy has no finite value at the start; LoadError for a ``model`` that is none. Source:
     Hand, Finch, Analytical Mechanics, section 1.9.
     """
     mechanism = as_mechanism(model)
-    methods = [method] if method else METHODS[: 1 if len(mechanism.coordinates) > MAX_FACTORISED else None]
+    methods = [method] if method else ACCELERATION_METHODS[: 1 if len(mechanism.coordinates) > MAX_FACTORISED else None]
     solved = _solved(_composed(mechanism, _carried(mechanism)), methods)
     if solved.solution is None and not any(c.massless for c in mechanism.constraints):
         completed = with_equilibria(mechanism, solved.graph, solved.variables, solved.entries, solved.forcing)

@@ -21,7 +21,7 @@ from lag2fmu.dynamics.variables import Variables
 from lag2fmu.errors import DerivationError
 from lag2fmu.graph.autodiff import forward
 from lag2fmu.graph.graph import Graph, Node
-from lag2fmu.graph.written import tidy, written
+from lag2fmu.graph.to_sympy import tidy, written
 from lag2fmu.mechanism import Constraint, Mechanism
 
 _LONG = 300

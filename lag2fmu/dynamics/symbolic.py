@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 
 import sympy as sp
 
-from lag2fmu.graph.written import written
+from lag2fmu.graph.to_sympy import written
 
 if TYPE_CHECKING:
     from lag2fmu.dynamics.lagrange import EquationsOfMotion

@@ -7,8 +7,8 @@ from dataclasses import dataclass, replace
 from graphlib import TopologicalSorter
 
 from lag2fmu.description import names
+from lag2fmu.graph.from_sympy import Translator
 from lag2fmu.graph.graph import Graph, Node
-from lag2fmu.graph.translate import Translator
 from lag2fmu.mechanism import Mechanism
 
 

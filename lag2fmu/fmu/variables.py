@@ -12,7 +12,7 @@ from collections.abc import Collection, Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from difflib import get_close_matches
 
-from lag2fmu.codegen import Slot, Tables
+from lag2fmu.codegen import RuntimeTables, Slot
 from lag2fmu.codegen.colours import coloured
 from lag2fmu.description import names
 from lag2fmu.dynamics import EquationsOfMotion, Program
@@ -69,7 +69,7 @@ class VariableTable:
     """All variables in the order of modelDescription.xml, and what C needs of them."""
 
     variables: tuple[Variable, ...]
-    tables: Tables
+    tables: RuntimeTables
 
     def __getitem__(self, name: str) -> Variable:
         """The variable called ``name``; raises KeyError."""
@@ -284,11 +284,13 @@ def _add_derivatives(builder: _Builder, mechanism: Mechanism) -> None:
 # ----------------------------------------------------------------------------------------------------------- for C
 
 
-def _tables(mechanism: Mechanism, program: Program, slots: Sequence[Slot], variables: Sequence[Variable]) -> Tables:
+def _tables(
+    mechanism: Mechanism, program: Program, slots: Sequence[Slot], variables: Sequence[Variable]
+) -> RuntimeTables:
     q = mechanism.coordinates
     starts: Mapping[str, float] = {v.name: v.start for v in variables if v.start is not None}
     nominal = tuple(c.nominal for c in q)
-    return Tables(
+    return RuntimeTables(
         model_name=mechanism.name,
         slots=tuple(slots),
         coordinate_names=tuple(c.name for c in q),

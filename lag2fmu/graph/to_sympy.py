@@ -11,9 +11,9 @@ from itertools import combinations
 
 import sympy as sp
 
+from lag2fmu.graph.from_sympy import FUNCTIONS
 from lag2fmu.graph.graph import Graph, Node
 from lag2fmu.graph.operations import CONSTANT, NEGATE, OPERATIONS, SYMBOL
-from lag2fmu.graph.translate import FUNCTIONS
 
 _SYMPY = {name: function for function, name in FUNCTIONS.items()} | {
     "add": lambda a, b: a + b,
