@@ -1,8 +1,8 @@
 """Program -> C99: straight-line functions, one statement an operation, temporaries in depth-first order.
 
 Numbers are printed as the shortest decimals that read back exactly. The user's names stand in comments only, so that
-a coordinate may be called ``int``. Long functions are cut into parts that hand values on in an array, for the time of
-C compilers grows faster than the length of a function.
+a coordinate may be called ``int``. Long functions are cut into parts, because the time of C compilers grows faster than
+the length of a function. The parts hand values on in an array.
 """
 
 from __future__ import annotations
@@ -55,7 +55,8 @@ def _parameters(function: Function) -> str:
 class _Printer:
     """Prints one function; statements are numbered t0, t1, ... in the order of the schedule.
 
-    ``names``: {node: how it is written}, from its statement on; a value of an earlier part stands in the array s.
+    ``names`` {node: text} says how a node is written once its statement is printed: as a variable, and in later parts
+    of the function as an entry of the array s.
     """
 
     def __init__(self, program: Program, function: Function) -> None:
@@ -98,7 +99,7 @@ class _Printer:
         return "\n".join([*parts, head + "{\n" + "\n".join(calls) + "\n}\n"])
 
     def _body(self, number: int) -> str:
-        """The statements of a part, after casts that silence the warning of an unused parameter."""
+        """The statements of a part. Casts stand before them, which silence the warning of an unused parameter."""
         lines = self._statements(number)
         if number == len(self.parts) - 1:
             lines += self._assignments()
@@ -108,7 +109,7 @@ class _Printer:
         return "".join(f"{line}\n" for line in lines)
 
     def _statements(self, number: int) -> list[str]:
-        """The statements of a part; results are stored as soon as they are there."""
+        """The statements of a part; a result is stored right after the statement that computes it."""
         graph, names, lines = self.graph, self.names, []
         for node in self.parts[number]:
             expression = _PATTERNS[graph.code[node]].format(*[names[operand] for operand in graph.operands[node]])

@@ -22,7 +22,7 @@ ARGUMENTS = {"t": "t", "x": "states", "u": "inputs", "p": "parameters", "qdd": "
 """How the arrays of a Function are called in Python."""
 RESULTS = {"M": "mass_matrix", "f": "forcing", "c": "dependent", "y": "local_variables"}
 ORDINARY = {"sqrt", "sin", "cos", "tan", "asin", "acos", "atan", "tanh", "atan2"}
-"""Functions as the module math has them; those at the edges of whose range it raises are in the runtime."""
+"""Functions taken from the module math. It raises for some arguments of the others, so the runtime has those."""
 BUILT_IN = {"abs", "min", "max"}
 
 _SUM, _PRODUCT, _ATOM = 0, 1, 2
@@ -53,7 +53,7 @@ def python_text(text: str) -> str:
 
 
 def python_names(names: Iterable[str]) -> dict[str, str]:
-    """A Python name for each of ``names``: itself, or with underscores behind it where it has a meaning already."""
+    """A Python name for each of ``names``: the name itself, or one with underscores if it is taken."""
     found: dict[str, str] = {}
     for name in names:
         new = name
@@ -164,7 +164,7 @@ class _Printer:
         return text if strength >= least else f"({text})"
 
     def _result(self, array: str, entries: Mapping[int, Node], n: int) -> Iterator[str]:
-        """A list, one entry (of M: one row of its lower triangle) a line, with what it is behind it."""
+        """A list with one entry a line (of M: one row of its lower triangle); a comment behind it says what it is."""
         if not entries:
             yield f"{RESULTS[array]}: list[float] = []"
             return

@@ -18,11 +18,11 @@ PRINTED = {
     "mechanism_locals": (("t", "x", "u", "p", "qdd"), ("y",)),
     "mechanism_dependent": (("p",), ("c",)),
 }
-"""The functions of a Program that this backend needs, with their arguments and results; it knows no others."""
+"""The functions of a Program that this backend prints, with their arguments and results; others it does not need."""
 
 
 def printable(program: Program) -> bool:
-    """Whether ``program`` has the functions of PRINTED, as they stand there."""
+    """Whether ``program`` has all functions of PRINTED with the arguments and results given there."""
     found = {f.name: (tuple(a.name for a in f.arguments), f.arrays) for f in program.functions}
     return all(found.get(name) == signature for name, signature in PRINTED.items())
 

@@ -32,7 +32,7 @@ class Formula:
 
 @dataclass(frozen=True)
 class Formulas:
-    """T and V as far as they are apart, M(q), (n, n), the equations of motion, (n,), and the constraints, (m,)."""
+    """T and V if they are told apart, M(q), (n, n), the equations of motion, (n,), and the constraints, (m,)."""
 
     energies: tuple[Formula, ...]
     mass_matrix: Formula

@@ -30,7 +30,7 @@ from lag2fmu.graph.vectors import (
 from lag2fmu.mechanism import Frame, Mechanism
 
 Rate = Callable[[Sequence[Node]], Sequence[Node]]
-"""Nodes to their derivatives along a motion."""
+"""Takes nodes, (k,), and returns their derivatives along a motion, (k,)."""
 
 
 @dataclass(frozen=True)
@@ -100,7 +100,7 @@ class Frames:
     # -------------------------------------------------------------------------------------------------- velocities
 
     def velocities(self, rate: Rate) -> dict[str, Velocity]:
-        """{frame: Velocity} as ``rate`` differentiates, the world at rest; from parent to child, see the module."""
+        """{frame: Velocity}, with time derivatives by ``rate``; the world rests. The formula is that of the module."""
         rest = (self.g.zero,) * 3
         known = {WORLD: Velocity(rest, rest)}
         for name in self.by_name:

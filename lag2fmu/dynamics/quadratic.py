@@ -40,8 +40,8 @@ class QuadraticForm:
 class LinearNodes:
     """The nodes between the velocities and the nodes of a quadratic form, as linear combinations.
 
-    ``combinations``: {inner node: [(node below, coefficient)]}. An inner node that is used once and carries no entry of
-    the form is written out in the one that uses it.
+    ``combinations``: {inner node: [(node below, coefficient)]}. An inner node has no combination of its own if one node
+    uses it and the form has no entry for it: it is written out in the node that uses it.
     """
 
     def __init__(self, graph: Graph, leaves: Sequence[Node], carrying: Iterable[Node]) -> None:

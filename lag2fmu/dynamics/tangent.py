@@ -19,9 +19,9 @@ from lag2fmu.graph.graph import Node
 class Tangent:
     """Seeds and derivatives as nodes: seeds dt, dx (q then qd, 2n), du (inputs), dp (parameters), dqdd (n + m).
 
-    ``drates`` are the seeds of the inputs' rates, where there are any.
+    ``drates`` are the seeds of the inputs' rates; it is empty where the equations contain none.
 
-    ``residual``: (n + m,), dr, and behind it the derivatives of the constraints' velocities (m,) and positions (h,);
+    ``residual``: dr, (n + m,), and behind it the derivatives of the constraints' velocities (m,) and positions (h,);
     ``locals``: derivatives of ``EquationsOfMotion.locals()`` in order; ``dependent``: those of dependent parameters.
     """
 
@@ -50,7 +50,7 @@ def differentiate(equations: EquationsOfMotion) -> Tangent:
     variables = (v.t, *states, *inputs, *v.parameters, *v.rates)
     direction = dict(zip(variables, (dt, *dx, *du, *dp, *drates), strict=True))
     moving = direction | dict(zip(v.unknowns, dqdd, strict=True))
-    with g.as_written():  # so that it holds nothing but parameters
+    with g.as_written():  # derivatives of dependent parameters then contain no variable but parameters
         dependent = forward(g, list(equations.dependent.values()), direction)
     return Tangent(
         dt=dt,

@@ -17,8 +17,8 @@ class Variables:
     """The variables as nodes: t; q, qd, qdd, Q of n entries each; plain inputs, motions and independent parameters.
 
     ``multipliers``: one for each constraint, (m,). ``motions`` holds (y0, y0_dot, y0_ddot) for each motion input.
-    ``rates``: first, then second time derivatives of all inputs, where equilibria of what has no mass are constraints,
-    which forces move; else empty.
+    ``rates`` holds the first, then the second time derivatives of all inputs; it is empty unless an equilibrium of a
+    coordinate without mass is a constraint. Forces move such a constraint, so its derivatives contain their rates.
     """
 
     t: Node

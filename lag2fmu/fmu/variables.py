@@ -1,8 +1,8 @@
 """The variable table of an FMU: the one place where ports, value references and dependencies are decided.
 
-Everything else (modelDescription.xml, the tables in C, the simulation) reads it. Layout:
-q and qd are states and outputs in one; their derivatives are separate locals that share the value references of qd
-and qdd. Of what has no mass q and qd are outputs only: they follow from the states, with friction qd alone does.
+modelDescription.xml, the tables in C and the simulation read it. Layout: q and qd are states and outputs in one. Their
+derivatives are separate locals that share the value references of qd and qdd. For a coordinate without mass q and qd
+are outputs and no states, because they follow from the states; with friction on it q is a state, and only qd follows.
 Citations are of the FMI 2.0.5 specification.
 """
 
@@ -146,7 +146,7 @@ def _velocity(q: Coordinate, state: bool) -> Variable:
 
 
 def _add_states(builder: _Builder, mechanism: Mechanism) -> None:
-    """q and qd, outputs all of them; those that have no mass follow from the others and are no states."""
+    """Add q and qd, all of them outputs. Those that an equilibrium of a coordinate without mass gives are no states."""
     states = set(continuous_states(mechanism))
     for i, q in enumerate(mechanism.coordinates):
         state = Variable(
@@ -242,7 +242,7 @@ def _constraints(mechanism: Mechanism) -> Iterable[tuple[Constraint, Unit | None
 
 
 def _add_multipliers(builder: _Builder, equations: EquationsOfMotion, program: Program) -> None:
-    """The multipliers: multiplier * expression is an energy, for a nonholonomic constraint a power."""
+    """Add the multipliers. Their unit makes multiplier * expression an energy, or a power if it is nonholonomic."""
     mechanism = equations.mechanism
     loose = ambiguous(mechanism, equations.graph, equations.constraints)
     norms = norm_constraints(mechanism) if mechanism.constraints else frozenset()
@@ -310,7 +310,7 @@ def _tables(
         start_parameters=tuple(p.value for p in mechanism.parameters if p.value is not None),
         default_solver_step=min(1e-3, mechanism.experiment.step),
         default_duration=mechanism.experiment.stop_time,
-        # drift is damped as fast as the motion is sampled, about: much faster would make the equations stiff
+        # drift decays in about ten communication steps: a much faster decay would make the equations stiff
         stabilisation=0.1 / mechanism.experiment.step,
     )
 

@@ -30,8 +30,8 @@ def integrate_canonically(
     """q and qd at ``times`` (k,) in s by integrating (q, p) from the declared start, without inputs; SI units.
 
     ``rtol``: the relative tolerance; ``method``: one of SCIPY_METHODS, such as ``integrate`` came to take: Radau for
-    stiff mechanisms. Raises SimulationError where M is singular, or if the integration fails. Source: Goldstein, Classical
-    Mechanics, section 8.1.
+    stiff mechanisms. Raises SimulationError where M is singular, or if the integration fails. Source: Goldstein,
+    Classical Mechanics, section 8.1.
     """
     from scipy.integrate import solve_ivp
 
