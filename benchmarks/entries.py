@@ -12,7 +12,7 @@ from benchmarks.recursive import Given, articulated, inverse_and_mass
 from benchmarks.running import Source
 from lag2fmu.codegen.c import c_function
 from lag2fmu.dynamics import Array, EquationsOfMotion, Function, Program, derive, lower
-from lag2fmu.dynamics.lagrange import METHODS
+from lag2fmu.dynamics.lagrange import ACCELERATION_METHODS
 from lag2fmu.graph.graph import Graph
 from lag2fmu.mechanism import Mechanism
 
@@ -115,7 +115,7 @@ def _whole(case: Case) -> dict[str, float]:
 
 def methods() -> tuple[str | None, ...]:
     """The methods of lag2fmu, and None for its own choice."""
-    return (None, *METHODS)
+    return (None, *ACCELERATION_METHODS)
 
 
 # ------------------------------------------------------------------------------------------------------- by hand

@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING
 from lag2fmu.version import VERSION as __version__
 
 if TYPE_CHECKING:
-    from lag2fmu.analysis.verbs import equilibria, linearize, modes
+    from lag2fmu.analysis.entry_points import equilibria, linearize, modes
     from lag2fmu.dynamics import derive
     from lag2fmu.errors import Lag2FmuError
     from lag2fmu.fmu import Fmu, export
@@ -28,11 +28,11 @@ _HOME = {
     "Report": "lag2fmu.verify",
     "Trajectory": "lag2fmu.reference",
     "derive": "lag2fmu.dynamics",
-    "equilibria": "lag2fmu.analysis.verbs",
+    "equilibria": "lag2fmu.analysis.entry_points",
     "export": "lag2fmu.fmu",
-    "linearize": "lag2fmu.analysis.verbs",
+    "linearize": "lag2fmu.analysis.entry_points",
     "load": "lag2fmu.formats.loading",
-    "modes": "lag2fmu.analysis.verbs",
+    "modes": "lag2fmu.analysis.entry_points",
     "simulate": "lag2fmu.verify",
     "validate": "lag2fmu.verify",
 }

@@ -22,7 +22,8 @@ from lag2fmu.dynamics.lagrange import EquationsOfMotion
 from lag2fmu.errors import DerivationError
 from lag2fmu.graph.autodiff import forward, reverse
 from lag2fmu.graph.batches import Floats, Values, evaluate, matrix
-from lag2fmu.graph.written import tidy, written, written_operations
+from lag2fmu.graph.graph import Node
+from lag2fmu.graph.to_sympy import tidy, written, written_operations
 
 MAX_COORDINATES, MAX_OPERATIONS = 3, 200
 """Closed forms are made for at most so many coordinates, and so many operations in M, a and L0."""
@@ -53,7 +54,7 @@ def hamiltonian(equations: EquationsOfMotion, values: Values, momenta: Floats) -
     return float(evaluate(equations.graph, [equations.energies["generalized_energy"]], moving)[0])
 
 
-def poisson_bracket(equations: EquationsOfMotion, f: int, g: int, values: Values) -> float:
+def poisson_bracket(equations: EquationsOfMotion, f: Node, g: Node, values: Values) -> float:
     """{f, g} = df/dq.dg/dp - df/dp.dg/dq of two nodes in t, q, qd, at the state ``values``.
 
     The nodes are on the graph of ``equations``, which stand apart: their derivatives join it.
@@ -64,7 +65,7 @@ def poisson_bracket(equations: EquationsOfMotion, f: int, g: int, values: Values
     M = matrix(graph, inertia(equations), values, n)
     by_q = matrix(graph, [forward(graph, equations.momenta, {q: graph.one}) for q in v.q], values, n).T
 
-    def slopes(node: int) -> tuple[Floats, Floats]:
+    def slopes(node: Node) -> tuple[Floats, Floats]:
         gradient = evaluate(graph, reverse(graph, {node: graph.one}, [*v.q, *v.qd]), values)
         by_p: Floats = np.linalg.solve(M, gradient[n:]).astype(np.float64)
         return gradient[:n] - by_q.T @ by_p, by_p
@@ -149,7 +150,7 @@ def cyclic_coordinates(equations: EquationsOfMotion) -> list[str]:
     return [c.name for c, slope in zip(equations.mechanism.coordinates, slopes, strict=True) if slope == g.zero]
 
 
-def inertia(equations: EquationsOfMotion) -> list[list[int]]:
+def inertia(equations: EquationsOfMotion) -> list[list[Node]]:
     """The second derivatives of L by the velocities, (n, n) nodes: M without what only serves to make it regular.
 
     The nodes join the graph of ``equations``, which stand apart.

@@ -22,9 +22,9 @@ from lag2fmu.dynamics.lagrange import EquationsOfMotion
 from lag2fmu.dynamics.variables import translator
 from lag2fmu.graph.autodiff import forward, reverse
 from lag2fmu.graph.batches import evaluate
-from lag2fmu.graph.graph import Graph
+from lag2fmu.graph.graph import Graph, Node
+from lag2fmu.graph.to_sympy import tidy, written, written_operations
 from lag2fmu.graph.vectors import Vector, apply, cross, plus, times
-from lag2fmu.graph.written import tidy, written, written_operations
 from lag2fmu.mechanism import Mechanism
 
 CONSTANT_IF = 1e-9
@@ -45,18 +45,18 @@ class Conserved:
     name: str
     meaning: str
     graph: Graph
-    node: int
+    node: Node
     drift: float
     expression: sp.Expr | None
 
 
-def lagrangian(equations: EquationsOfMotion) -> int:
+def lagrangian(equations: EquationsOfMotion) -> Node:
     """L = sum qd p - h (J) as a node; it joins the graph of ``equations``, which stand apart."""
     g = equations.graph
     return g.subtract(g.dot(equations.variables.qd, equations.momenta), equations.energies["generalized_energy"])
 
 
-def momentum_rates(equations: EquationsOfMotion) -> list[int]:
+def momentum_rates(equations: EquationsOfMotion) -> list[Node]:
     """dL/dq + N + G^T multiplier, (n,) nodes: what the rates of the momenta are along the motion.
 
     The nodes join the graph of ``equations``, which stand apart.
@@ -66,7 +66,7 @@ def momentum_rates(equations: EquationsOfMotion) -> list[int]:
     return [g.subtract(rate, r) for rate, r in zip(rates, equations.residual, strict=False)]
 
 
-def energy_rate(equations: EquationsOfMotion) -> int:
+def energy_rate(equations: EquationsOfMotion) -> Node:
     """N.qd - dL/dt - multiplier.b in W: what the rate of h is along the motion.
 
     The node joins the graph of ``equations``, which stand apart.
@@ -84,7 +84,7 @@ def conserved(equations: EquationsOfMotion) -> tuple[Conserved, ...]:
     Lifshitz, Mechanics, sections 6, 7 and 9.
     """
     equations = equations.apart()
-    found: dict[int, tuple[str, str]] = {}
+    found: dict[Node, tuple[str, str]] = {}
     for name, meaning, node in [*_by_symmetry(equations), *_of_bodies(equations)]:
         if not equations.variables.moves(equations.graph, node):
             continue  # what prescribed motions alone make up
@@ -126,7 +126,7 @@ def _forced(m: Mechanism) -> bool:
     return bool(m.forces or m.loads or m.dampers or m.energy.dissipation is not None)
 
 
-def _nonpotential(equations: EquationsOfMotion) -> list[int]:
+def _nonpotential(equations: EquationsOfMotion) -> list[Node]:
     """N = Q - dR/dqd, (n,)."""
     g, v = equations.graph, equations.variables
     slopes = reverse(g, {lagrangian(equations): g.one}, v.q)
@@ -135,13 +135,13 @@ def _nonpotential(equations: EquationsOfMotion) -> list[int]:
     return [g.subtract(g.subtract(rate, slope), reaction) for rate, slope, reaction in triples]
 
 
-def _silent(equations: EquationsOfMotion, node: int) -> int:
+def _silent(equations: EquationsOfMotion, node: Node) -> Node:
     """``node`` without external forces."""
     g, v = equations.graph, equations.variables
     return g.substitute([node], dict.fromkeys((*v.Q, *v.plain, *v.rates), g.zero))[0]
 
 
-Candidate = tuple[str, str, int]
+Candidate = tuple[str, str, Node]
 """Name, meaning and node of a quantity."""
 
 
@@ -196,7 +196,7 @@ def _spin(composer: Composer, name: str) -> Vector:
     return composer.frames.to_world(frame, apply(g, composer.tensor(body), composer.velocities[frame].angular))
 
 
-def _drifts(equations: EquationsOfMotion, nodes: list[int]) -> list[float]:
+def _drifts(equations: EquationsOfMotion, nodes: list[Node]) -> list[float]:
     """The derivative of each of ``nodes`` along the motion relative to its terms, the worst at random states, (k,)."""
     g, v = equations.graph, equations.variables
     direction = v.direction(g, accelerating=True)
@@ -217,7 +217,7 @@ def _drifts(equations: EquationsOfMotion, nodes: list[int]) -> list[float]:
     return worst.tolist() if states else [np.inf] * len(nodes)
 
 
-def _formula(graph: Graph, node: int) -> sp.Expr | None:
+def _formula(graph: Graph, node: Node) -> sp.Expr | None:
     if written_operations(graph, [node]) > _MAX_WRITTEN:
         return None
     return tidy(written(graph, [node])[0])

@@ -25,6 +25,7 @@ from lag2fmu.dynamics.lagrange import EquationsOfMotion
 from lag2fmu.dynamics.tangent import Tangent, differentiate
 from lag2fmu.errors import DerivationError
 from lag2fmu.graph.batches import Floats, Values, evaluate, matrix
+from lag2fmu.graph.graph import Node
 
 RANK = 1e-9
 
@@ -142,7 +143,7 @@ class Linearizer:
         found = self._seeded(nodes, values, np.eye(2 * n + len(self.inputs)), moved)
         return found[:, : 2 * n], found[:, 2 * n :]
 
-    def _seeded(self, nodes: Sequence[int], values: Values, seeds: Floats, moved: Floats | None = None) -> Floats:
+    def _seeded(self, nodes: Sequence[Node], values: Values, seeds: Floats, moved: Floats | None = None) -> Floats:
         """``nodes`` for every row of ``seeds`` (s, 2 n + r), accelerations and multipliers along as ``moved`` says."""
         g, t = self.equations.graph, self.tangent
         given = {**values, str(g.leaf[t.dt]): 0.0, **dict.fromkeys((str(g.leaf[x]) for x in (*t.dp, *t.drates)), 0.0)}

@@ -21,7 +21,8 @@ from lag2fmu.dynamics.lagrange import EquationsOfMotion, derive
 from lag2fmu.errors import DerivationError
 from lag2fmu.graph.autodiff import forward
 from lag2fmu.graph.batches import Floats, evaluate
-from lag2fmu.graph.written import tidy, written
+from lag2fmu.graph.graph import Node
+from lag2fmu.graph.to_sympy import tidy, written
 from lag2fmu.language.expressions import symbol
 from lag2fmu.mechanism import Constraint, Coordinate, Energy, Force, Mechanism
 
@@ -90,7 +91,7 @@ class _Form:
         """Whether nothing was added to M to make it regular."""
         return all(list(a) == b for a, b in zip(self.equations.mass_matrix, inertia(self.equations), strict=True))
 
-    def _number(self, value: float) -> int:
+    def _number(self, value: float) -> Node:
         from fractions import Fraction
 
         return self.equations.graph.constant(Fraction(value))
@@ -101,7 +102,7 @@ class _Form:
         resting = e.graph.substitute([*e.residual[: len(e.forcing)], *e.constraints.residuals], self.place)
         return all(node == e.graph.zero for node in resting)
 
-    def _columns(self, rows: Sequence[int], variables: Sequence[int]) -> sp.Matrix:
+    def _columns(self, rows: Sequence[Node], variables: Sequence[Node]) -> sp.Matrix:
         """The derivatives of ``rows`` (r,) by ``variables`` (c,) at the equilibrium, (r, c)."""
         e, g = self.equations, self.equations.graph
         nodes = [x for variable in variables for x in g.substitute(forward(g, rows, {variable: g.one}), self.place)]

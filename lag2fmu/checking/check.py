@@ -10,7 +10,7 @@ from lag2fmu.checking.description import read_description
 from lag2fmu.checking.files import file_findings
 from lag2fmu.checking.findings import Finding, Findings
 from lag2fmu.checking.header import header_findings
-from lag2fmu.checking.running import run_findings
+from lag2fmu.checking.isolated_run import run_findings
 from lag2fmu.checking.schema import schema_findings
 from lag2fmu.checking.structure import structure_findings
 from lag2fmu.checking.variables import variable_findings

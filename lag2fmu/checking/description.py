@@ -33,7 +33,7 @@ _INITIAL = {
 
 
 @dataclass(frozen=True)
-class Variable:
+class ScalarVariable:
     """A ScalarVariable: ``index`` counts from 1; ``initial`` is effective, with its default; ``value`` is its type."""
 
     index: int
@@ -153,16 +153,16 @@ class Description:
         return {unit.get("name"): unit for unit in self.root.all("UnitDefinitions", "Unit")}
 
     @cached_property
-    def variables(self) -> tuple[Variable, ...]:
+    def variables(self) -> tuple[ScalarVariable, ...]:
         """The variables in order; the one of index i is ``variables[i - 1]``."""
         nothing = Element("", {}, 0)
         found = []
         for index, element in enumerate(self.root.all("ModelVariables", "ScalarVariable"), start=1):
             value = next((c for c in element.children if c.tag in TYPES), nothing)
-            found.append(Variable(index, element, value, self.types.get(value.get("declaredType"))))
+            found.append(ScalarVariable(index, element, value, self.types.get(value.get("declaredType"))))
         return tuple(found)
 
-    def variable(self, index: int) -> Variable | None:
+    def variable(self, index: int) -> ScalarVariable | None:
         """The variable of ``index``, None if there is none."""
         return self.variables[index - 1] if 1 <= index <= len(self.variables) else None
 

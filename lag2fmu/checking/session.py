@@ -9,7 +9,7 @@ from pathlib import Path
 from typing import Any
 
 from lag2fmu.checking.binding import DISCARD, EventInfo, Instance, Library, Log, RefusedError, doubles
-from lag2fmu.checking.description import Description, Variable, number
+from lag2fmu.checking.description import Description, ScalarVariable, number
 
 _MOST_EVENTS = 1000
 """Event iterations at one time after which a model does not come to rest."""
@@ -62,12 +62,12 @@ class Model:
         return value if math.isfinite(value) and (name != "stepSize" or value > 0) else otherwise
 
     @property
-    def outputs(self) -> list[Variable]:
+    def outputs(self) -> list[ScalarVariable]:
         """The outputs of the type Real."""
         return [v for v in self.description.variables if v.causality == "output" and v.type == "Real"]
 
     @property
-    def derivatives(self) -> list[Variable]:
+    def derivatives(self) -> list[ScalarVariable]:
         """The derivatives in the order of ModelStructure, which is that of the states."""
         found = (self.description.variable(u.index) for u in self.description.structure("Derivatives"))
         return [v for v in found if v is not None]

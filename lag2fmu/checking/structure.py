@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterator
 
 from lag2fmu.checking.archive import DESCRIPTION
-from lag2fmu.checking.description import STRUCTURE, Description, Unknown, Variable
+from lag2fmu.checking.description import STRUCTURE, Description, ScalarVariable, Unknown
 from lag2fmu.checking.findings import Finding, Severity
 
 
@@ -107,7 +107,7 @@ def _form(description: Description, unknown: Unknown) -> Iterator[Finding]:
             yield Finding("dependencies-index", unknown.place, problem, "indices count the ScalarVariables from 1")
 
 
-def _kinds(description: Description, unknown: Unknown, variable: Variable) -> Iterator[Finding]:
+def _kinds(description: Description, unknown: Unknown, variable: ScalarVariable) -> Iterator[Finding]:
     kinds = unknown.kinds or ()
     if unknown.kinds is not None and len(kinds) != len(unknown.dependencies or ()):
         problem = f"{len(kinds)} dependenciesKind for {len(unknown.dependencies or ())} dependencies"
@@ -120,7 +120,7 @@ def _kinds(description: Description, unknown: Unknown, variable: Variable) -> It
         yield Finding("kinds-type", unknown.place, problem, "factors are for Reals; use 'dependent'", "warning")
 
 
-def _knowns(description: Description, unknown: Unknown, variable: Variable) -> Iterator[Finding]:
+def _knowns(description: Description, unknown: Unknown, variable: ScalarVariable) -> Iterator[Finding]:
     """What an unknown may depend on: inputs, time and states; at initialization inputs, time and what is exact."""
     own_state = unknown.index in description.states and unknown.group == "Outputs"
     for index in unknown.dependencies or ():

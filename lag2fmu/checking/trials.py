@@ -10,7 +10,7 @@ from pathlib import Path
 from typing import Any
 
 from lag2fmu.checking.binding import RefusedError, bits, doubles, references
-from lag2fmu.checking.description import Variable, number
+from lag2fmu.checking.description import ScalarVariable, number
 from lag2fmu.checking.findings import Finding
 from lag2fmu.checking.session import Model, Session
 
@@ -45,7 +45,7 @@ def run(model: Model) -> Iterator[Finding]:
         yield Finding("environment", model.kind, problem, "leave both as they are")
 
 
-def _not_finite(session: Session, variables: list[Variable]) -> Iterator[Finding]:
+def _not_finite(session: Session, variables: list[ScalarVariable]) -> Iterator[Finding]:
     for v, value in zip(variables, session.instance.get("Real", [v.reference for v in variables]), strict=True):
         if not math.isfinite(value):
             problem = f"'{v.name}' is {value} at t = {session.time:g} s"
@@ -69,7 +69,7 @@ def start_values(model: Model) -> Iterator[Finding]:
                 yield Finding("start-value", v.place, problem, remedy, "error" if fixed and not rounded else "warning")
 
 
-def _same(v: Variable, found: Any) -> bool:
+def _same(v: ScalarVariable, found: Any) -> bool:
     if v.type == "Real":
         return float(found) == number(v.start or "")
     if v.type == "Boolean":
@@ -191,7 +191,7 @@ def signals(model: Model) -> Iterator[Finding]:
                 yield Finding("output-derivatives", model.kind, problem, "declare the order that is given exactly")
 
 
-def _is_continuous(v: Variable) -> bool:
+def _is_continuous(v: ScalarVariable) -> bool:
     return v.type == "Real" and v.variability == "continuous"
 
 

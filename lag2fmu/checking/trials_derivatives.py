@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterator, Sequence
 
 from lag2fmu.checking.binding import RefusedError, doubles, references
-from lag2fmu.checking.description import Variable
+from lag2fmu.checking.description import ScalarVariable
 from lag2fmu.checking.findings import Finding
 from lag2fmu.checking.session import Model, Session
 
@@ -53,7 +53,7 @@ def _after_a_step(model: Model) -> Iterator[Finding]:
     yield from ()
 
 
-def _knowns(model: Model) -> list[Variable]:
+def _knowns(model: Model) -> list[ScalarVariable]:
     """States and continuous inputs; in Initialization Mode states that are exact."""
     description = model.description
     inputs = [
@@ -67,7 +67,7 @@ def _knowns(model: Model) -> list[Variable]:
     return (states + inputs)[:_MOST_KNOWNS]
 
 
-def _unknowns(model: Model) -> list[Variable]:
+def _unknowns(model: Model) -> list[ScalarVariable]:
     """Continuous outputs and derivatives; in Initialization Mode those that are not exact."""
     groups = ("InitialUnknowns",) if model.kind == "CoSimulation" else ("Outputs", "Derivatives")
     listed = (model.description.variable(u.index) for group in groups for u in model.description.structure(group))
@@ -75,7 +75,7 @@ def _unknowns(model: Model) -> list[Variable]:
     return found[:_MOST_UNKNOWNS]
 
 
-def _derivative(session: Session, unknowns: Sequence[Variable], known: Variable) -> list[float]:
+def _derivative(session: Session, unknowns: Sequence[ScalarVariable], known: ScalarVariable) -> list[float]:
     """The derivatives of ``unknowns`` by ``known`` as the FMU gives them: (len(unknowns),)."""
     values = doubles([0.0] * len(unknowns))
     which = references([v.reference for v in unknowns])
@@ -85,7 +85,9 @@ def _derivative(session: Session, unknowns: Sequence[Variable], known: Variable)
     return list(values)[: len(unknowns)]
 
 
-def _differences(session: Session, unknowns: Sequence[Variable], known: Variable, step: float) -> list[float]:
+def _differences(
+    session: Session, unknowns: Sequence[ScalarVariable], known: ScalarVariable, step: float
+) -> list[float]:
     """The same by central differences; the known gets its value back."""
     which, model = [v.reference for v in unknowns], session.model
     (value,) = session.instance.get("Real", [known.reference])
@@ -103,7 +105,7 @@ def _differences(session: Session, unknowns: Sequence[Variable], known: Variable
 
 
 def _compared(
-    session: Session, unknowns: Sequence[Variable], known: Variable, given: Sequence[float]
+    session: Session, unknowns: Sequence[ScalarVariable], known: ScalarVariable, given: Sequence[float]
 ) -> Iterator[Finding]:
     """Where two differences agree with one another, the derivative must agree with them."""
     (value,) = session.instance.get("Real", [known.reference])

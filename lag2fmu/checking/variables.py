@@ -6,7 +6,7 @@ import math
 from collections import defaultdict
 from collections.abc import Iterator
 
-from lag2fmu.checking.description import Description, Variable, number
+from lag2fmu.checking.description import Description, ScalarVariable, number
 from lag2fmu.checking.findings import Finding, Severity
 from lag2fmu.fmu.xml_tree import Element
 
@@ -26,7 +26,7 @@ def variable_findings(description: Description) -> Iterator[Finding]:
             yield from _derivative(description, variable)
         yield from _settings(description, variable)
     yield from _independent(description)
-    aliases: dict[tuple[str, int], list[Variable]] = defaultdict(list)
+    aliases: dict[tuple[str, int], list[ScalarVariable]] = defaultdict(list)
     for variable in description.variables:
         base = "Integer" if variable.type == "Enumeration" else variable.type
         aliases[base, variable.reference].append(variable)
@@ -35,14 +35,14 @@ def variable_findings(description: Description) -> Iterator[Finding]:
             yield from _aliases(group)
 
 
-def _name(variable: Variable) -> Iterator[Finding]:
+def _name(variable: ScalarVariable) -> Iterator[Finding]:
     if not variable.name.strip():
         yield Finding("name-empty", variable.place, "a variable without a name", "name it")
     elif variable.name != variable.name.strip():
         yield Finding("name-blank", variable.place, "the name begins or ends with a blank", "remove it", "warning")
 
 
-def _initial(variable: Variable) -> Iterator[Finding]:
+def _initial(variable: ScalarVariable) -> Iterator[Finding]:
     given = variable.element.attributes.get("initial")
     if given is not None and variable.causality in ("input", "independent"):
         problem = f"initial='{given}' for causality='{variable.causality}'"
@@ -51,7 +51,7 @@ def _initial(variable: Variable) -> Iterator[Finding]:
         yield Finding("start-forbidden", variable.place, "initial='calculated' with a start value", "remove the start")
 
 
-def _values(variable: Variable) -> Iterator[Finding]:
+def _values(variable: ScalarVariable) -> Iterator[Finding]:
     low, high, start = (variable.number(name) for name in ("min", "max", "start"))
     if low > high:
         yield Finding("min-max", variable.place, f"min = {low:g} is greater than max = {high:g}", "swap them")
@@ -63,7 +63,7 @@ def _values(variable: Variable) -> Iterator[Finding]:
         yield Finding("nominal", variable.place, problem, "give the size its values have")
 
 
-def _type(description: Description, variable: Variable) -> Iterator[Finding]:
+def _type(description: Description, variable: ScalarVariable) -> Iterator[Finding]:
     name = variable.value.attributes.get("declaredType")
     if name is None:
         return
@@ -80,7 +80,7 @@ def _type(description: Description, variable: Variable) -> Iterator[Finding]:
             yield Finding("enumeration-start", variable.place, problem, "start with one of the items")
 
 
-def _unit(description: Description, variable: Variable) -> Iterator[Finding]:
+def _unit(description: Description, variable: ScalarVariable) -> Iterator[Finding]:
     unit, shown = variable.attribute("unit"), variable.attribute("displayUnit")
     if variable.value.attributes.get("unit", "absent").strip() == "":
         problem = "unit='' is a unit without a name"
@@ -96,7 +96,7 @@ def _unit(description: Description, variable: Variable) -> Iterator[Finding]:
         yield Finding("display-unit", variable.place, problem, "add a DisplayUnit with its factor")
 
 
-def _derivative(description: Description, variable: Variable) -> Iterator[Finding]:
+def _derivative(description: Description, variable: ScalarVariable) -> Iterator[Finding]:
     state = description.variable(variable.derivative)
     if state is None or state is variable:
         what = "itself" if state is variable else "no variable"
@@ -126,7 +126,7 @@ def _is_rate(state: Element, rate: Element) -> bool:
     return exponents[0] == exponents[1] and math.isclose(*factors, rel_tol=1e-6)
 
 
-def _settings(description: Description, variable: Variable) -> Iterator[Finding]:
+def _settings(description: Description, variable: ScalarVariable) -> Iterator[Finding]:
     """Attributes that say something about certain variables only."""
     if variable.value.get("reinit") in ("true", "1") and variable.index not in description.states:
         yield Finding("reinit", variable.place, "reinit for a variable that is no state", "remove it")
@@ -145,7 +145,7 @@ def _independent(description: Description) -> Iterator[Finding]:
             yield Finding("independent", variable.place, f"the independent variable is {variable.type}", "make it Real")
 
 
-def _aliases(group: list[Variable]) -> Iterator[Finding]:
+def _aliases(group: list[ScalarVariable]) -> Iterator[Finding]:
     """Variables of one base type and one value reference are one variable with several names."""
     first, *others = group
     constants = [v for v in group if v.variability == "constant"]

@@ -70,19 +70,19 @@ def validate(
     """Compare the FMU with a direct integration of the mechanism on an independent path."""
     from lag2fmu.mechanism.display import display_units
     from lag2fmu.reference import read_csv
-    from lag2fmu.verify import running
+    from lag2fmu.verify import entry_points
 
     for path in reports:
         check_ending(path, (".json", ".txt", *PICTURES))
-    source: running.Model = Path(model)
-    if not running.is_fmu(source):
+    source: entry_points.Model = Path(model)
+    if not entry_points.is_fmu(source):
         source = load_mechanism(model, settings)
     elif settings or solver:
         raise ExportError(f"'{model}' is an FMU: --set and --solver belong to its export; give a MODEL")
-    mechanism = running.mechanism_of(source)
+    mechanism = entry_points.mechanism_of(source)
     signals = None if inputs is None else read_csv(inputs, {} if mechanism is None else display_units(mechanism))
     with progress_bar("validating", 1.0) as progress:
-        report = running.validate(
+        report = entry_points.validate(
             source,
             stop_time=stop_time,
             tolerance=tolerance,

@@ -1,6 +1,6 @@
 """Code generation: Program -> C text, templates -> source tree."""
 
-from lag2fmu.codegen.sources import Slot, Tables, render_sources
+from lag2fmu.codegen.sources import RuntimeTables, Slot, render_sources
 from lag2fmu.solvers.methods import DEFAULT_SOLVER, METHODS, STIFF_SOLVER, Method, takes
 from lag2fmu.solvers.tableaus import TABLEAUS, Tableau
 
@@ -10,9 +10,9 @@ __all__ = [
     "STIFF_SOLVER",
     "TABLEAUS",
     "Method",
+    "RuntimeTables",
     "Slot",
     "Tableau",
-    "Tables",
     "render_sources",
     "takes",
 ]

@@ -1,8 +1,8 @@
 """Program -> C99: straight-line functions, one statement an operation, temporaries in depth-first order.
 
 Numbers are printed as the shortest decimals that read back exactly. The user's names stand in comments only, so that
-a coordinate may be called ``int``. Long functions are cut into parts that hand values on in an array, for the time of
-C compilers grows faster than the length of a function.
+a coordinate may be called ``int``. Long functions are cut into parts, because the time of C compilers grows faster than
+the length of a function. The parts hand values on in an array.
 """
 
 from __future__ import annotations
@@ -11,6 +11,7 @@ from collections.abc import Mapping, Sequence
 from fractions import Fraction
 
 from lag2fmu.dynamics import Function, Program
+from lag2fmu.graph.graph import Node
 from lag2fmu.graph.operations import CONSTANT, OPERATIONS
 
 MAX_STATEMENTS = 1500
@@ -54,7 +55,8 @@ def _parameters(function: Function) -> str:
 class _Printer:
     """Prints one function; statements are numbered t0, t1, ... in the order of the schedule.
 
-    ``names``: {node: how it is written}, from its statement on; a value of an earlier part stands in the array s.
+    ``names`` {node: text} says how a node is written once its statement is printed: as a variable, and in later parts
+    of the function as an entry of the array s.
     """
 
     def __init__(self, program: Program, function: Function) -> None:
@@ -65,7 +67,7 @@ class _Printer:
         self.parts = [order[i : i + MAX_STATEMENTS] for i in range(0, len(order), MAX_STATEMENTS)] or [[]]
         self.kept = self._kept() if len(self.parts) > 1 else {}
         self.names = {node: f"t{number}" for number, node in enumerate(order)}
-        self.stores: dict[int, list[str]] = {}
+        self.stores: dict[Node, list[str]] = {}
         for array, index, node in function.results:
             if node in self.names:
                 self.stores.setdefault(node, []).append(f"{array}[{index}]")
@@ -73,10 +75,10 @@ class _Printer:
         constants = {*scheduled, *(node for *_, node in function.results)}
         self.names |= {n: c_number(float(self.graph.value(n))) for n in constants if code[n] == CONSTANT}
 
-    def _kept(self) -> dict[int, int]:
+    def _kept(self) -> dict[Node, int]:
         """The values that a later part needs: {node: index in the array s}."""
         part_of = {node: number for number, part in enumerate(self.parts) for node in part}
-        kept: dict[int, int] = {}
+        kept: dict[Node, int] = {}
         for node, part in part_of.items():
             for operand in self.graph.operands[node]:
                 if part_of.get(operand, part) != part:
@@ -97,7 +99,7 @@ class _Printer:
         return "\n".join([*parts, head + "{\n" + "\n".join(calls) + "\n}\n"])
 
     def _body(self, number: int) -> str:
-        """The statements of a part, after casts that silence the warning of an unused parameter."""
+        """The statements of a part. Casts stand before them, which silence the warning of an unused parameter."""
         lines = self._statements(number)
         if number == len(self.parts) - 1:
             lines += self._assignments()
@@ -107,7 +109,7 @@ class _Printer:
         return "".join(f"{line}\n" for line in lines)
 
     def _statements(self, number: int) -> list[str]:
-        """The statements of a part; results are stored as soon as they are there."""
+        """The statements of a part; a result is stored right after the statement that computes it."""
         graph, names, lines = self.graph, self.names, []
         for node in self.parts[number]:
             expression = _PATTERNS[graph.code[node]].format(*[names[operand] for operand in graph.operands[node]])
@@ -123,7 +125,7 @@ class _Printer:
         """The results that are constants or arguments."""
         return [f"    {array}[{index}] = {self.names[node]};" for array, index, node in self._given()]
 
-    def _given(self) -> list[tuple[str, int, int]]:
+    def _given(self) -> list[tuple[str, int, Node]]:
         stored = self.stores
         return [result for result in self.function.results if result[2] not in stored]
 
@@ -142,7 +144,7 @@ class _Printer:
 _PATTERNS = tuple(row.c for row in OPERATIONS)
 
 
-def _places(function: Function) -> Mapping[int, str]:
+def _places(function: Function) -> Mapping[Node, str]:
     """How each variable is written in the body: {node: 'x[1]'}."""
     return {
         node: argument.name if argument.scalar else f"{argument.name}[{index}]"

@@ -1,4 +1,4 @@
-"""Coloured seeds: columns of a sparse Jacobian whose rows do not meet come from one directional derivative.
+"""Coloured seeds: one directional derivative gives several columns of a sparse Jacobian if they share no row.
 
 Source: A. R. Curtis, M. J. D. Powell, J. K. Reid, On the estimation of sparse Jacobian matrices, IMA Journal of Applied
 Mathematics 13 (1974) 117-119; as a colouring: T. F. Coleman, J. J. More, SIAM J. Numer. Anal. 20 (1983) 187-209.
@@ -15,11 +15,11 @@ Colouring = tuple[tuple[int, ...], ...]
 
 
 def coloured(rows: Sequence[Collection[int]]) -> Colouring:
-    """The columns of a matrix in groups whose rows do not meet; ``rows`` are the columns with an entry in each row.
+    """The columns of a matrix in groups that share no row; ``rows`` has the columns with an entry in each row.
 
-    Each column, in order, joins the first group it does not meet. Columns without entries are in none. One directional
-    derivative then gives all columns of a group. Source: A. Curtis, M. Powell, J. Reid, On the estimation of sparse
-    Jacobian matrices, J. Inst. Maths Applics 13 (1974), pp. 117-119.
+    Each column, in order, joins the first group that it shares no row with. Columns without entries join none. One
+    directional derivative then gives all columns of a group. Source: A. Curtis, M. Powell, J. Reid, On the estimation
+    of sparse Jacobian matrices, J. Inst. Maths Applics 13 (1974), pp. 117-119.
     """
     below: dict[int, list[int]] = {column: [] for column in sorted(set().union(*rows))}
     for row, columns in enumerate(rows):

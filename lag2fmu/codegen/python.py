@@ -13,6 +13,7 @@ from collections.abc import Iterable, Iterator, Mapping, Sequence
 from fractions import Fraction
 
 from lag2fmu.dynamics import Function, Program
+from lag2fmu.graph.graph import Node
 from lag2fmu.graph.operations import ADD, CONSTANT, DIVIDE, MULTIPLY, NEGATE, OPERATIONS, SUBTRACT
 
 WIDTH = 96
@@ -21,7 +22,7 @@ ARGUMENTS = {"t": "t", "x": "states", "u": "inputs", "p": "parameters", "qdd": "
 """How the arrays of a Function are called in Python."""
 RESULTS = {"M": "mass_matrix", "f": "forcing", "c": "dependent", "y": "local_variables"}
 ORDINARY = {"sqrt", "sin", "cos", "tan", "asin", "acos", "atan", "tanh", "atan2"}
-"""Functions as the module math has them; those at the edges of whose range it raises are in the runtime."""
+"""Functions taken from the module math. It raises for some arguments of the others, so the runtime has those."""
 BUILT_IN = {"abs", "min", "max"}
 
 _SUM, _PRODUCT, _ATOM = 0, 1, 2
@@ -52,7 +53,7 @@ def python_text(text: str) -> str:
 
 
 def python_names(names: Iterable[str]) -> dict[str, str]:
-    """A Python name for each of ``names``: itself, or with underscores behind it where it has a meaning already."""
+    """A Python name for each of ``names``: the name itself, or one with underscores if it is taken."""
     found: dict[str, str] = {}
     for name in names:
         new = name
@@ -86,7 +87,7 @@ class _Printer:
         self.order = self.graph.schedule((node for *_, node in function.results), function.given)
         entries = [node for argument in function.arguments for node in argument.entries]
         names = python_names(str(self.graph.leaf[node]) for node in entries)
-        self.text: dict[int, _Text] = {node: (names[str(self.graph.leaf[node])], _ATOM) for node in entries}
+        self.text: dict[Node, _Text] = {node: (names[str(self.graph.leaf[node])], _ATOM) for node in entries}
         self.taken = set(names.values())
         self.quantities = {n: labels[a][i] for a, i, n in reversed(function.results) if a in "cy"}
         self.uses = Counter(operand for node in self.order for operand in self.graph.operands[node])
@@ -105,7 +106,7 @@ class _Printer:
             yield from self._result(array, entries, n)
         yield f"return {', '.join(RESULTS[array] for array in self.function.arrays)}"
 
-    def _unpacking(self, entries: Sequence[int], source: str) -> Iterator[str]:
+    def _unpacking(self, entries: Sequence[Node], source: str) -> Iterator[str]:
         names = [self.text[entry][0] for entry in entries]
         line = f"{', '.join(names)}{',' if len(names) == 1 else ''} = {source}"
         if len(line) <= WIDTH:
@@ -130,7 +131,7 @@ class _Printer:
                 text, strength = name, _ATOM
             self.text[node] = (text, strength)
 
-    def _name(self, node: int) -> str:
+    def _name(self, node: Node) -> str:
         """The name of the quantity it is, sin_theta for sin(theta), else v1, v2, ..."""
         operands = [self.text[operand][0] for operand in self.graph.operands[node]]
         name = f"v{1 + sum(map(_is_temporary, self.taken))}"
@@ -143,7 +144,7 @@ class _Printer:
         self.taken.add(name)
         return name
 
-    def _expression(self, node: int) -> _Text:
+    def _expression(self, node: Node) -> _Text:
         code, operands = self.graph.code[node], self.graph.operands[node]
         a = operands[0]
         if code == NEGATE:
@@ -158,12 +159,12 @@ class _Printer:
             return f"{self._operand(a, _PRODUCT)} {sign} {self._operand(operands[1], _ATOM)}", _PRODUCT
         return f"{OPERATIONS[code].name}({', '.join(self.text[o][0] for o in operands)})", _ATOM
 
-    def _operand(self, node: int, least: int) -> str:
+    def _operand(self, node: Node, least: int) -> str:
         text, strength = self.text[node]
         return text if strength >= least else f"({text})"
 
-    def _result(self, array: str, entries: Mapping[int, int], n: int) -> Iterator[str]:
-        """A list, one entry (of M: one row of its lower triangle) a line, with what it is behind it."""
+    def _result(self, array: str, entries: Mapping[int, Node], n: int) -> Iterator[str]:
+        """A list with one entry a line (of M: one row of its lower triangle); a comment behind it says what it is."""
         if not entries:
             yield f"{RESULTS[array]}: list[float] = []"
             return

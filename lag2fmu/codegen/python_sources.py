@@ -7,7 +7,7 @@ from collections.abc import Mapping, Sequence
 from fractions import Fraction
 
 from lag2fmu.codegen.python import BUILT_IN, ORDINARY, python_body, used_functions
-from lag2fmu.codegen.sources import Slot, Tables
+from lag2fmu.codegen.sources import RuntimeTables, Slot
 from lag2fmu.codegen.templates import render
 from lag2fmu.dynamics import Function, Program
 from lag2fmu.resources import resource_folder
@@ -18,11 +18,11 @@ PRINTED = {
     "mechanism_locals": (("t", "x", "u", "p", "qdd"), ("y",)),
     "mechanism_dependent": (("p",), ("c",)),
 }
-"""The functions of a Program that this backend needs, with their arguments and results; it knows no others."""
+"""The functions of a Program that this backend prints, with their arguments and results; others it does not need."""
 
 
 def printable(program: Program) -> bool:
-    """Whether ``program`` has the functions of PRINTED, as they stand there."""
+    """Whether ``program`` has all functions of PRINTED with the arguments and results given there."""
     found = {f.name: (tuple(a.name for a in f.arguments), f.arrays) for f in program.functions}
     return all(found.get(name) == signature for name, signature in PRINTED.items())
 
@@ -36,7 +36,7 @@ def runtime_files() -> tuple[str, dict[str, str]]:
 
 def render_mechanism(
     program: Program,
-    tables: Tables,
+    tables: RuntimeTables,
     tableau: Tableau,
     guid: str,
     texts: Mapping[str, str],
@@ -85,7 +85,7 @@ def _fractions(weights: Sequence[Fraction]) -> list[str]:
     return [f"{w.numerator} / {w.denominator}" if w.denominator > 1 else str(w.numerator) for w in weights]
 
 
-def _variable(slot: Slot, tables: Tables, meanings: Mapping[str, tuple[str, str]]) -> list[str]:
+def _variable(slot: Slot, tables: RuntimeTables, meanings: Mapping[str, tuple[str, str]]) -> list[str]:
     """The arguments of a Variable of the runtime; those that have their default are left out."""
     unit, doc = meanings[slot.name]
     vectors = {

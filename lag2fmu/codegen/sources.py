@@ -39,16 +39,17 @@ class Slot:
 
 
 @dataclass(frozen=True)
-class Tables:
+class RuntimeTables:
     """The numbers and names of one mechanism; values in SI units, states are (q, qd), slots in value reference order.
 
-    ``colours``: of the Jacobian of the accelerations by the states. ``continuous_states``: indices of those in (q, qd)
-    that the FMU calls states. ``massless``: (constraint, coordinate) for each coordinate without mass and the equation
-    that it follows from, holonomic ones first. ``vibrations``: those that a method gets wrong where its steps do not
-    resolve them, (rad/s, index of the coordinate that moves most), the fastest first. ``motions`` says of the motion
-    inputs, which are the last ones with two derivatives each, whether the equations contain these.
-    ``default_solver_step`` and ``default_duration``, that of the experiment, are in s, ``stabilisation`` is the rate in
-    1/s with which constraints that drift are pulled back.
+    ``holonomic`` is the number of holonomic constraints. ``continuous_states`` are the indices of those entries of
+    (q, qd) that are states of the FMU. ``massless`` has a pair (index of a constraint, index of the coordinate) for
+    each coordinate without mass: the constraint determines the coordinate; holonomic ones come first. ``colours`` are
+    those of the Jacobian of the accelerations by the states. ``vibrations`` are those that the solver gets wrong if its
+    steps do not resolve them, as (frequency in rad/s, index of the coordinate that moves most), the fastest first.
+    ``motions`` says for each motion input whether the equations contain one of its derivatives; motion inputs are the
+    last inputs. ``default_solver_step`` (s) is the step of methods of fixed step, ``default_duration`` (s) the stop
+    time of the experiment. ``stabilisation`` (1/s) is the rate at which the drift of constraints decays.
     """
 
     model_name: str
@@ -104,7 +105,7 @@ class Tables:
 _INCLUDED = re.compile(r'^#include "(\w+)\.h"', re.MULTILINE)
 
 
-def render_sources(program: Program, tables: Tables, method: Method, guid: str) -> Mapping[str, str]:
+def render_sources(program: Program, tables: RuntimeTables, method: Method, guid: str) -> Mapping[str, str]:
     """{file name: text} of all C sources and headers, sorted; the headers of FMI are not among them.
 
     The runtime's files stand as they are in templates/runtime; ``guid`` is what the generated ones carry.
@@ -127,8 +128,9 @@ def render_sources(program: Program, tables: Tables, method: Method, guid: str) 
 def runtime_files(method: Method, constrained: bool, massless: bool) -> dict[str, str]:
     """{file name: text} of the runtime, as far as a solver and a kind of mechanism need it; folders are left out.
 
-    Taken as a whole are the gate of FMI, the folders of the chosen variants and that of the solver's family, with what
-    stands in it for these variants. All else is taken where an include asks for it: NAME.h brings NAME.c along.
+    The gate of FMI, the folders of the chosen variants and the folder of the solver's family are taken as a whole, the
+    latter with its own folders for these variants. Any other file is taken if an #include asks for it; NAME.h brings
+    NAME.c along.
     """
     variants = ("constraints" if constrained else "constraints_none", "massless" if massless else "massless_none")
     family = f"solvers/{method.family}"
@@ -145,6 +147,6 @@ def runtime_files(method: Method, constrained: bool, massless: bool) -> dict[str
 
 
 def _texts(*folders: str) -> dict[str, str]:
-    """{file name: text} of the C files that stand in these folders of the runtime themselves."""
+    """{file name: text} of the C files that stand in these folders of the runtime, not of those in folders below."""
     runtime = resource_folder("templates") / "runtime"
     return {path.name: path.read_text("utf-8") for folder in folders for path in (runtime / folder).glob("*.[ch]")}

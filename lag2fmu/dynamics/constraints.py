@@ -24,14 +24,14 @@ from lag2fmu.dynamics.samples import start_values
 from lag2fmu.dynamics.variables import Variables
 from lag2fmu.errors import DerivationError
 from lag2fmu.graph.autodiff import forward, reverse
-from lag2fmu.graph.graph import Graph
-from lag2fmu.graph.translate import Translator
+from lag2fmu.graph.from_sympy import Translator
+from lag2fmu.graph.graph import Graph, Node
 from lag2fmu.mechanism import Constraint, Mechanism
 
 Floats = NDArray[np.float64]
 
 MET, PROJECTED = 1e-12, 1e-6
-"""Residuals, relative to the mechanism's size: below the first a constraint is met, below the second it is made so."""
+"""Residuals relative to the mechanism's size: below MET a constraint is met, below PROJECTED given starts may move."""
 
 _RANK, _ITERATIONS, _HALVINGS = 1e-12, 60, 12
 _INDEPENDENT, _TRIALS = 1e-8, 3
@@ -48,20 +48,20 @@ class Constraints:
     ``positions``: phi (h,); ``velocities``: G qd + b (m,); ``accelerations``: gamma (m,); ``jacobian``: G (m, n).
     """
 
-    positions: tuple[int, ...]
-    velocities: tuple[int, ...]
-    accelerations: tuple[int, ...]
-    jacobian: tuple[tuple[int, ...], ...]
+    positions: tuple[Node, ...]
+    velocities: tuple[Node, ...]
+    accelerations: tuple[Node, ...]
+    jacobian: tuple[tuple[Node, ...], ...]
 
     def __len__(self) -> int:
         return len(self.velocities)
 
     @property
-    def residuals(self) -> tuple[int, ...]:
+    def residuals(self) -> tuple[Node, ...]:
         """What each constraint says is zero: phi, or A qd + b, (m,)."""
         return (*self.positions, *self.velocities[len(self.positions) :])
 
-    def equation(self, k: int) -> tuple[int, int, int]:
+    def equation(self, k: int) -> tuple[Node, Node, Node]:
         """Residual, velocity and acceleration of the constraint ``k``."""
         return self.residuals[k], self.velocities[k], self.accelerations[k]
 
@@ -137,7 +137,7 @@ class _Start:
         self.given = np.array([c.given is not False for c in q])
         self.velocity_given = np.array([c.velocity_given is not False for c in q])
 
-    def _evaluate(self, nodes: Sequence[int], q: Floats, qd: Floats) -> Floats:
+    def _evaluate(self, nodes: Sequence[Node], q: Floats, qd: Floats) -> Floats:
         for c, place, rate in zip(self.mechanism.coordinates, q, qd, strict=True):
             self.values |= {c.name: float(place), names.velocity(c.name): float(rate)}
         values: Floats = np.array(self.graph.evaluate(list(nodes), self.values))
@@ -161,7 +161,7 @@ class _Start:
         for _ in range(_TRIALS):
             q = self.q + self.nominal * [generator.uniform(-1, 1) for _ in self.q]
             jacobian = self._jacobian(q)
-            # sines and cosines that cancel leave their rounding
+            # where sines and cosines cancel, rounding errors stay
             moves |= ~(np.abs(jacobian).max(axis=1) <= MET)
         for k, constraint in enumerate(self.mechanism.constraints):
             if not moves[k]:
@@ -190,7 +190,7 @@ class _Start:
             )
 
     def solve_positions(self) -> None:
-        """Move q: what is free first, then everything if little is left."""
+        """Move the free entries of q onto the constraints; then, if the residual is below PROJECTED, all of them."""
         count = len(self.constraints.positions)
 
         def measure(q: Floats) -> tuple[Floats, Floats]:
@@ -202,7 +202,7 @@ class _Start:
         self._check("the start", self.q, measure, "positions")
 
     def solve_velocities(self) -> None:
-        """Move qd likewise; the equations are linear, and their residuals count relative to the greatest velocity."""
+        """Move qd onto the constraints, free entries first; residuals count relative to the greatest velocity."""
 
         def measure(qd: Floats) -> tuple[Floats, Floats]:
             return self._evaluate(self.constraints.velocities, self.q, qd), self._jacobian(self.q)
@@ -217,7 +217,7 @@ class _Start:
         self._check("the velocities at the start", self.qd, relative, "velocities")
 
     def _newton(self, x: Floats, measure: Measure, free: NDArray[np.bool_]) -> Floats:
-        """Newton's method in the ``free`` entries of x, steps halved where the residual grows."""
+        """x (n,) after Newton's method in its ``free`` entries; a step is halved while the residual would grow."""
         r, jacobian = measure(x)
         for _ in range(_ITERATIONS if free.any() else 0):
             if not np.isfinite(r).all() or not np.isfinite(jacobian).all() or _size(r, jacobian) <= 1e-3 * MET:
@@ -249,7 +249,7 @@ class _Start:
         )
 
     def _remedy(self, x: Floats, measure: Measure, level: str) -> str:
-        """What would meet the constraints if nothing was given; if that is nothing, which of them do not agree."""
+        """The end of the message: starts nearby that meet the constraints, else the constraints that contradict."""
         given, guess = ("start", "guess") if level == "positions" else ("velocity", "guess_velocity")
         found = self._newton(x, measure, np.ones_like(self.given))
         residual, jacobian = measure(found)
@@ -271,7 +271,7 @@ class _Start:
 
 
 def _meaning(constraints: Sequence[Constraint]) -> str:
-    """A sentence on those of ``constraints`` that the derivation has found."""
+    """A sentence on the equilibria among ``constraints``, which the derivation has added; "" without any."""
     found = [f"{c.name} is the force on {c.coordinate}, which has no mass" for c in constraints if c.massless]
     return f"{'; '.join(found)}. " if found else ""
 
@@ -296,7 +296,7 @@ def _least_step(rows: Floats, residual: Floats) -> Floats:
 
 
 def _size(residual: Floats, jacobian: Floats) -> float:
-    """The greatest residual relative to what a change of a coordinate by its nominal value makes; NaN counts."""
+    """The greatest residual; the unit is how much it changes with a coordinate by its nominal value. NaN stays NaN."""
     if residual.size == 0:
         return 0.0
     scale = np.abs(jacobian).max(axis=1)

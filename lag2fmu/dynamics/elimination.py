@@ -13,41 +13,41 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
 from lag2fmu.dynamics.quadratic import LinearNodes, QuadraticForm
-from lag2fmu.graph.graph import Graph
+from lag2fmu.graph.graph import Graph, Node
 
 
 @dataclass(frozen=True)
 class Solution:
     """x of M x = rhs, (n,) nodes, and the pivots, (n,) nodes, positive where M is positive definite."""
 
-    x: tuple[int, ...]
-    pivots: tuple[int, ...]
+    x: tuple[Node, ...]
+    pivots: tuple[Node, ...]
 
 
 @dataclass(frozen=True)
 class _Pivot:
     """An eliminated velocity: x = (load - sum coupling_k value_k) * inverse."""
 
-    leaf: int
-    inverse: int
-    load: int
-    couplings: tuple[tuple[int, int], ...]
+    leaf: Node
+    inverse: Node
+    load: Node
+    couplings: tuple[tuple[Node, Node], ...]
 
 
 class _Elimination:
     """The state of one elimination: the form, the linear part and what is left to do."""
 
-    def __init__(self, graph: Graph, entries: Mapping[tuple[int, int], int], leaves: Sequence[int]) -> None:
+    def __init__(self, graph: Graph, entries: Mapping[tuple[Node, Node], Node], leaves: Sequence[Node]) -> None:
         self.g, self.leaves = graph, list(leaves)
         self.form = QuadraticForm(graph)
         for (a, b), value in entries.items():
             self.form.add(a, b, value)
         self.nodes = LinearNodes(graph, leaves, self.form.rows)
-        self.load: dict[int, int] = {}
+        self.load: dict[Node, Node] = {}
         self.pivots: list[_Pivot] = []
-        self.pivot_of: dict[int, int] = {}
+        self.pivot_of: dict[Node, Node] = {}
 
-    def substitute(self, node: int) -> None:
+    def substitute(self, node: Node) -> None:
         """Replace the inner ``node`` by its combination in the form and in the linear part."""
         g, terms = self.g, self.nodes.combinations[node]
         row = self.form.remove(node)
@@ -61,7 +61,7 @@ class _Elimination:
                 self.form.add(below, second, g.multiply(scaled, factor))
             self._add_load(below, g.multiply(coefficient, load))
 
-    def eliminate(self, leaf: int) -> bool:
+    def eliminate(self, leaf: Node) -> bool:
         """Eliminate a velocity; False, and nothing done, if its pivot is identically zero."""
         g = self.g
         pivot = self.form.rows.get(leaf, {}).get(leaf, g.zero)
@@ -80,10 +80,10 @@ class _Elimination:
         self.pivot_of[leaf] = pivot
         return True
 
-    def back_substitute(self, known: Mapping[int, int] | None = None) -> dict[int, int]:
+    def back_substitute(self, known: Mapping[Node, Node] | None = None) -> dict[Node, Node]:
         """{leaf: x}, from the velocity eliminated last to the first; ``known`` are those that were not eliminated."""
         g = self.g
-        value: dict[int, int] = dict(known or {})
+        value: dict[Node, Node] = dict(known or {})
         for pivot in reversed(self.pivots):
             rest = pivot.load
             for node, entry in pivot.couplings:
@@ -91,7 +91,7 @@ class _Elimination:
             value[pivot.leaf] = g.multiply(pivot.inverse, rest)
         return value
 
-    def _value(self, node: int, value: dict[int, int]) -> int:
+    def _value(self, node: Node, value: dict[Node, Node]) -> Node:
         """The value of a velocity or inner node, all leaves below it being known."""
         stack = [node]
         while stack:
@@ -107,17 +107,17 @@ class _Elimination:
             stack.pop()
         return value[node]
 
-    def _add_load(self, node: int, value: int) -> None:
+    def _add_load(self, node: Node, value: Node) -> None:
         if value != self.g.zero:
             self.load[node] = self.g.add(self.load[node], value) if node in self.load else value
 
 
-Entries = Mapping[tuple[int, int], int]
+Entries = Mapping[tuple[Node, Node], Node]
 """A quadratic form over linear nodes, {(a, b): H_ab} with each pair once."""
 
 
 def solve(
-    graph: Graph, entries: Entries, velocities: Sequence[int], rhs: Sequence[int], early: bool
+    graph: Graph, entries: Entries, velocities: Sequence[Node], rhs: Sequence[Node], early: bool
 ) -> Solution | None:
     """x of M x = ``rhs``, where M is the Hessian of ``entries`` with respect to ``velocities``, (n,).
 
@@ -153,7 +153,7 @@ def solve(
     return Solution(tuple(value[v] for v in velocities), tuple(work.pivot_of[v] for v in velocities))
 
 
-def null_vectors(graph: Graph, entries: Entries, velocities: Sequence[int]) -> dict[int, tuple[int, ...]]:
+def null_vectors(graph: Graph, entries: Entries, velocities: Sequence[Node]) -> dict[Node, tuple[Node, ...]]:
     """{velocity: null vector (n,)} of M, the Hessian of ``entries``: as many as its rank misses identically.
 
     Each velocity is the one whose entry is 1; the last ones of ``velocities`` are taken where there is a choice.
@@ -173,7 +173,7 @@ def null_vectors(graph: Graph, entries: Entries, velocities: Sequence[int]) -> d
     return found
 
 
-def mass_matrix(graph: Graph, entries: Entries, velocities: Sequence[int]) -> tuple[tuple[int, ...], ...]:
+def mass_matrix(graph: Graph, entries: Entries, velocities: Sequence[Node]) -> tuple[tuple[Node, ...], ...]:
     """M, (n, n) nodes, the Hessian of ``entries`` with respect to ``velocities``, (n,).
 
     Source: for a chain or tree the composite-rigid-body algorithm, Featherstone, chapter 6.

@@ -17,8 +17,8 @@ from lag2fmu.description.places import WORLD
 from lag2fmu.dynamics.frames import Frames, Rate, Velocity
 from lag2fmu.dynamics.variables import Variables
 from lag2fmu.graph.autodiff import Forward
-from lag2fmu.graph.graph import Graph
-from lag2fmu.graph.translate import Translator
+from lag2fmu.graph.from_sympy import Translator
+from lag2fmu.graph.graph import Graph, Node
 from lag2fmu.graph.vectors import Vector, apply, times
 from lag2fmu.mechanism import Body, Damper, Load, Mechanism, Output, Spring
 
@@ -30,9 +30,9 @@ class Inertia:
     ``weight`` in kg or kg.m2, ``place`` in m or rad; ``gravity`` is the acceleration of gravity along ``place``, m/s2.
     """
 
-    weight: int
-    place: int
-    gravity: int
+    weight: Node
+    place: Node
+    gravity: Node
 
 
 @dataclass(frozen=True)
@@ -44,7 +44,7 @@ class RigidInertia:
     T = 1/2 m v.v + 1/2 omega.I.omega: Goldstein, Classical Mechanics, section 5.3.
     """
 
-    mass: int
+    mass: Node
     tensor: tuple[Vector, ...]
     velocity: Velocity
     shift: Velocity
@@ -67,18 +67,18 @@ class Energies:
 
     inertias: tuple[Inertia, ...]
     rigid: tuple[RigidInertia, ...]
-    potential: int
-    remainder: int
-    dissipation: int
-    effort: dict[int, int]
-    impetus: dict[int, int]
-    direct: tuple[int, ...]
-    kinetic_energy: int
-    potential_energy: int
+    potential: Node
+    remainder: Node
+    dissipation: Node
+    effort: dict[Node, Node]
+    impetus: dict[Node, Node]
+    direct: tuple[Node, ...]
+    kinetic_energy: Node
+    potential_energy: Node
     split: bool
-    carried: Mapping[int, int] = field(default_factory=dict)
+    carried: Mapping[Node, Node] = field(default_factory=dict)
 
-    def lagrangian(self, graph: Graph) -> int:
+    def lagrangian(self, graph: Graph) -> Node:
         """L = T - V (J) as a node, the inertias included."""
         bodies = graph.subtract(self.kinetic_energy, self.potential_energy)
         return bodies if self.split else graph.add(bodies, self.remainder)
@@ -95,8 +95,8 @@ class Composer:
         self.rate = Forward(graph, variables.direction(graph, accelerating=False))
         self.frames = Frames(graph, mechanism, translate)
         self.velocities = self.frames.velocities(self.rate)
-        self.effort: dict[int, int] = {}
-        self.impetus: dict[int, int] = {}
+        self.effort: dict[Node, Node] = {}
+        self.impetus: dict[Node, Node] = {}
 
     def energies(self) -> Energies:
         """The energies and forces of the whole mechanism"""
@@ -125,7 +125,7 @@ class Composer:
             split=given.lagrangian is None,
         )
 
-    def _half_square(self, factor: int, *components: int) -> int:
+    def _half_square(self, factor: Node, *components: Node) -> Node:
         """1/2 factor * |components|^2"""
         return self.g.multiply(self.g.constant_half, self.g.multiply(factor, self.g.dot(components, components)))
 
@@ -165,7 +165,7 @@ class Composer:
         xx, yy, zz, xy, xz, yz = self.put.vector(_entries(body.inertia))
         return ((xx, xy, xz), (xy, yy, yz), (xz, yz, zz))
 
-    def _rigid_energy(self, body: RigidInertia) -> int:
+    def _rigid_energy(self, body: RigidInertia) -> Node:
         """1/2 m v.v + 1/2 omega.I.omega"""
         g, omega = self.g, body.velocity.angular
         spin = g.multiply(g.constant_half, g.dot(omega, apply(g, body.tensor, omega)))
@@ -183,10 +183,10 @@ class Composer:
             return (zero,) * (self.mechanism.dimension - 1) + (self.g.minus_one,)
         return self.put.vector(gravity.direction)
 
-    def _gravity_acceleration(self) -> int:
+    def _gravity_acceleration(self) -> Node:
         return self.g.zero if self.mechanism.gravity is None else self.put(self.mechanism.gravity.acceleration)
 
-    def _gravity_energy(self) -> int:
+    def _gravity_energy(self) -> Node:
         """V = -sum m a.r"""
         g, bodies = self.g, self.mechanism.bodies
         if self.mechanism.gravity is None:
@@ -195,7 +195,7 @@ class Composer:
         falls = ((self.put(body.mass), g.dot(direction, self.place(body.name))) for body in bodies)
         return g.negate(g.total(g.multiply(g.multiply(mass, acceleration), depth) for mass, depth in falls))
 
-    def _spring(self, spring: Spring) -> int:
+    def _spring(self, spring: Spring) -> Node:
         """V = 1/2 k e^2"""
         if spring.between is None:
             return self._half_square(self.put(spring.stiffness), self.put(spring.elongation))
@@ -203,25 +203,25 @@ class Composer:
         elongation = self.g.subtract(self._distance(spring.between), length)
         return self._half_square(self.put(spring.stiffness), elongation)
 
-    def _damper(self, damper: Damper) -> int:
+    def _damper(self, damper: Damper) -> Node:
         """R = 1/2 c rate^2"""
         if damper.between is None:
             return self._half_square(self.put(damper.damping), self.put(damper.rate))
         return self._half_square(self.put(damper.damping), *self.rate([self._distance(damper.between)]))
 
-    def distances(self) -> dict[str, int]:
+    def distances(self) -> dict[str, Node]:
         """{place in the mechanism: distance of its ends, in m} of the springs and dampers between two places."""
         tables = (("springs", self.mechanism.springs), ("dampers", self.mechanism.dampers))
         return {
             f"{t}.{p.name}": self._distance(p.between) for t, parts in tables for p in parts if p.between is not None
         }
 
-    def _distance(self, ends: Sequence[object]) -> int:
+    def _distance(self, ends: Sequence[object]) -> Node:
         a, b = (self.place(str(end)) for end in ends)
         difference = [self.g.subtract(x, y) for x, y in zip(a, b, strict=True)]
         return self.g.apply("sqrt", self.g.dot(difference, difference))
 
-    def _dissipation(self) -> int:
+    def _dissipation(self) -> Node:
         user = self.mechanism.energy.dissipation
         terms = [self._damper(damper) for damper in self.mechanism.dampers]
         return self.g.total([*terms, self.g.zero if user is None else self.put(user)])
@@ -246,7 +246,7 @@ class Composer:
         velocity = self._moved(self.velocities[frame], place, self.rate)
         self._act(self.impetus, velocity.linear if load.force is not None else velocity.angular, own)
 
-    def _act(self, total: dict[int, int], where: Vector, force: Vector) -> None:
+    def _act(self, total: dict[Node, Node], where: Vector, force: Vector) -> None:
         for node, component in zip(where, force, strict=True):
             total[node] = self.g.add(total.get(node, self.g.zero), component)
 
@@ -266,7 +266,7 @@ class Composer:
             return tuple(entry for row in zip(*self.frames.axes(name), strict=True) for entry in row)
         return self.frames.quaternion(name) if output.quantity == "quaternion" else self.frames.angles(name)
 
-    def _direct(self) -> tuple[int, ...]:
+    def _direct(self) -> tuple[Node, ...]:
         given = {force.coordinate: self.put(force.expression) for force in self.mechanism.forces}
         coordinates = self.mechanism.coordinates
         return tuple(

@@ -1,6 +1,6 @@
 """The equations of a small mechanism as formulas to read: T, V, M(q) and the equations of motion, LaTeX and MathML.
 
-How expressions are written out is in ``written``.
+How expressions are written out is in ``graph.to_sympy``.
 """
 
 from __future__ import annotations
@@ -12,7 +12,7 @@ import sympy as sp
 
 from lag2fmu.description import names
 from lag2fmu.dynamics.lagrange import EquationsOfMotion
-from lag2fmu.graph.written import tidy, written, written_operations
+from lag2fmu.graph.to_sympy import tidy, written, written_operations
 from lag2fmu.language.expressions import with_decimals
 
 if TYPE_CHECKING:
@@ -32,7 +32,7 @@ class Formula:
 
 @dataclass(frozen=True)
 class Formulas:
-    """T and V as far as they are apart, M(q), (n, n), the equations of motion, (n,), and the constraints, (m,)."""
+    """T and V if they are told apart, M(q), (n, n), the equations of motion, (n,), and the constraints, (m,)."""
 
     energies: tuple[Formula, ...]
     mass_matrix: Formula

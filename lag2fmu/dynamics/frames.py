@@ -14,8 +14,8 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
 from lag2fmu.description.places import WORLD
-from lag2fmu.graph.graph import Graph
-from lag2fmu.graph.translate import Translator
+from lag2fmu.graph.from_sympy import Translator
+from lag2fmu.graph.graph import Graph, Node
 from lag2fmu.graph.vectors import (
     Turn,
     Vector,
@@ -29,8 +29,8 @@ from lag2fmu.graph.vectors import (
 )
 from lag2fmu.mechanism import Frame, Mechanism
 
-Rate = Callable[[Sequence[int]], Sequence[int]]
-"""Nodes to their derivatives along a motion."""
+Rate = Callable[[Sequence[Node]], Sequence[Node]]
+"""Takes nodes, (k,), and returns their derivatives along a motion, (k,)."""
 
 
 @dataclass(frozen=True)
@@ -100,7 +100,7 @@ class Frames:
     # -------------------------------------------------------------------------------------------------- velocities
 
     def velocities(self, rate: Rate) -> dict[str, Velocity]:
-        """{frame: Velocity} as ``rate`` differentiates, the world at rest; from parent to child, see the module."""
+        """{frame: Velocity}, with time derivatives by ``rate``; the world rests. The formula is that of the module."""
         rest = (self.g.zero,) * 3
         known = {WORLD: Velocity(rest, rest)}
         for name in self.by_name:

@@ -45,11 +45,11 @@ from lag2fmu.formats.loading import as_mechanism
 from lag2fmu.graph.autodiff import Forward, reverse
 from lag2fmu.graph.batches import matrix
 from lag2fmu.graph.cost import cycles
-from lag2fmu.graph.graph import Graph
+from lag2fmu.graph.graph import Graph, Node
 from lag2fmu.mechanism import Mechanism
 from lag2fmu.mechanism.check import check_starts
 
-METHODS = ("elimination", "factorisation")
+ACCELERATION_METHODS = ("elimination", "factorisation")
 """How M qdd = forcing is solved: by elimination over the velocity graph, or by an LDL^T of M; both on the graph."""
 
 MAX_FACTORISED = 16
@@ -60,8 +60,8 @@ MAX_FACTORISED = 16
 class EquationsOfMotion:
     """M qdd = forcing + G^T multiplier and what follows from the same graph; all entries are nodes of ``graph``.
 
-    ``completed`` is the mechanism given with the equilibria of what has no mass and the nominal values that follow,
-    ``mechanism`` the same with start values that meet its constraints.
+    ``completed`` is the given mechanism with what derivation adds: nominal values, and equilibria of coordinates
+    without mass. ``mechanism`` is the same with start values that meet its constraints.
 
     ``entries``: the quadratic form 2 T2 over the velocity graph; ``forcing``: (n,); ``solution``: M^-1 forcing (n,)
     with its pivots, by ``method``, None if every order meets a pivot that is identically zero; ``constraints``: of m
@@ -71,7 +71,7 @@ class EquationsOfMotion:
     forcing - G^T multiplier and behind it the constraints' accelerations, (n + m,), with qdd as variables; ``momenta``:
     p = dL/dqd, (n,); ``energies`` (J) and the power of the external inputs (W) by name, see ``terms.named_energies``.
 
-    The graph is sealed: what needs further nodes works on the equations ``apart``.
+    The graph is sealed: code that adds nodes works on the copy that ``apart`` returns.
     """
 
     mechanism: Mechanism
@@ -80,19 +80,19 @@ class EquationsOfMotion:
     graph: Graph
     variables: Variables
     entries: Entries
-    forcing: tuple[int, ...]
+    forcing: tuple[Node, ...]
     solution: Solution | None
     constraints: Constraints
-    outputs: Mapping[str, int]
-    dependent: Mapping[str, int]
+    outputs: Mapping[str, Node]
+    dependent: Mapping[str, Node]
     parts: Energies
-    mass_matrix: tuple[tuple[int, ...], ...]
-    residual: tuple[int, ...]
-    momenta: tuple[int, ...]
-    energies: Mapping[str, int]
+    mass_matrix: tuple[tuple[Node, ...], ...]
+    residual: tuple[Node, ...]
+    momenta: tuple[Node, ...]
+    energies: Mapping[str, Node]
 
     def apart(self) -> EquationsOfMotion:
-        """The same equations, nodes included, on a copy of the graph that can grow."""
+        """The same equations on a copy of the graph, to which nodes can be added."""
         return replace(self, graph=self.graph.copy())
 
     def __repr__(self) -> str:
@@ -105,7 +105,7 @@ class EquationsOfMotion:
         """The number of operations of the accelerations."""
         return self.graph.operations(self.solution.x if self.solution else self.forcing)
 
-    def locals(self) -> Iterator[tuple[str, int]]:
+    def locals(self) -> Iterator[tuple[str, Node]]:
         """(name, node) of everything that is calculated beside the accelerations: momenta, energies, power, outputs."""
         for coordinate, momentum in zip(self.mechanism.coordinates, self.momenta, strict=True):
             yield names.momentum(coordinate.name), momentum
@@ -133,14 +133,14 @@ class EquationsOfMotion:
 def derive(model: Mechanism | str | Path, method: str | None = None) -> EquationsOfMotion:
     """Derive the equations of motion of ``model``, a mechanism or what ``load`` takes.
 
-    ``method`` is one of METHODS, by default the quicker one, see ``cost``.
+    ``method`` is one of ACCELERATION_METHODS, by default the quicker one, see ``cost``.
 
     Raises DerivationError if T is not quadratic in the velocities, if the mass matrix is singular for every q (naming
     the coordinates), or if an energy has no finite value at the start; LoadError for a ``model`` that is none. Source:
     Hand, Finch, Analytical Mechanics, section 1.9.
     """
     mechanism = as_mechanism(model)
-    methods = [method] if method else METHODS[: 1 if len(mechanism.coordinates) > MAX_FACTORISED else None]
+    methods = [method] if method else ACCELERATION_METHODS[: 1 if len(mechanism.coordinates) > MAX_FACTORISED else None]
     solved = _solved(_composed(mechanism, _carried(mechanism)), methods)
     if solved.solution is None and not any(c.massless for c in mechanism.constraints):
         completed = with_equilibria(mechanism, solved.graph, solved.variables, solved.entries, solved.forcing)
@@ -152,8 +152,8 @@ def derive(model: Mechanism | str | Path, method: str | None = None) -> Equation
     return equations
 
 
-def _check(equations: EquationsOfMotion, distances: Mapping[str, int]) -> None:
-    """The equations in numbers at the start and at five random states."""
+def _check(equations: EquationsOfMotion, distances: Mapping[str, Node]) -> None:
+    """Evaluate the equations at the start and five random states; raise DerivationError if they cannot be solved."""
     mechanism, g, forcing = equations.mechanism, equations.graph, equations.forcing
     states = [start_values(mechanism), *samples(mechanism, 5)]
     masses = mass_matrices(g, equations.entries, equations.variables.qd, states)
@@ -167,19 +167,19 @@ def _check(equations: EquationsOfMotion, distances: Mapping[str, int]) -> None:
 
 
 def complete(mechanism: Mechanism, equations: EquationsOfMotion | None = None) -> Mechanism:
-    """``mechanism`` with what derivation adds to it: the equilibria of what has no mass, and nominal values.
+    """``mechanism`` with what derivation adds to it: nominal values, and equilibria of coordinates without mass.
 
-    Start values stay as they are.
-
-    ``equations`` are those of the mechanism, if they are known. Raises what ``derive`` raises.
+    Start values stay as they are. ``equations`` are those of the mechanism, if they are derived already. Raises what
+    ``derive`` raises.
     """
     return (equations or derive(mechanism)).completed
 
 
 def _carried(mechanism: Mechanism) -> dict[int, float]:
-    """{constraint: weight} of those that have to carry what has no mass: M may be singular, the KKT matrix not.
+    """{index of a constraint: weight} of the constraints that restrict a motion without mass.
 
-    A fictitious energy 1/2 weight (G qd + b)^2 makes M regular and changes neither motion nor multipliers: it is 0.
+    Such a motion makes M singular, though not the KKT matrix. A fictitious energy 1/2 weight (G qd + b)^2 makes M
+    regular. It is 0 along the motion, so it changes neither the motion nor the multipliers.
     Source: M. Benzi, G. Golub, J. Liesen, Numerical solution of saddle point problems, Acta Numerica 2005, section 5.
     """
     if not mechanism.constraints:
@@ -198,20 +198,20 @@ class _Composed:
     composer: Composer
     energies: Energies
     entries: Entries
-    forcing: tuple[int, ...]
+    forcing: tuple[Node, ...]
     constraints: Constraints
 
 
 @dataclass(frozen=True)
 class _Solved(_Composed):
-    """Beside them the accelerations, by ``method``; None if there is no solution."""
+    """Both sides, and the accelerations that ``method`` finds; ``solution`` is None if M is singular everywhere."""
 
     method: str
     solution: Solution | None
 
 
 def _composed(mechanism: Mechanism, carried: Mapping[int, float]) -> _Composed:
-    """``carried`` are the constraints that count as inertias, see ``_carried``."""
+    """Compose both sides; ``carried`` {index of a constraint: weight} names constraints that act as inertias."""
     graph = Graph()
     variables = declare(graph, mechanism)
     composer = Composer(graph, mechanism, translator(graph, mechanism, variables), variables)
@@ -227,7 +227,8 @@ def _composed(mechanism: Mechanism, carried: Mapping[int, float]) -> _Composed:
 def _solved(given: _Composed, methods: Sequence[str]) -> _Solved:
     """The accelerations by the quickest of ``methods``.
 
-    Each is tried on a copy of the graph, where it finds no values of the others; the best one's nodes are kept.
+    Each method is tried on its own copy of the graph, so that none profits from nodes of the others. The graph then
+    takes over the nodes of the quickest one.
     """
     least = math.inf
     best, method, solution = given.graph, methods[0], None
@@ -244,8 +245,8 @@ def _solved(given: _Composed, methods: Sequence[str]) -> _Solved:
 def _starting(solved: _Composed) -> tuple[Mechanism, Mechanism]:
     """The mechanism with nominal values, and the same with starts that meet the constraints.
 
-    How far each coordinate is moved to meet them depends on the nominal values, and these on the start: they are found
-    from a first start.
+    How far a coordinate is moved depends on its nominal value, and the nominal values depend on the start. So a first
+    start gives the nominal values, and these give the second start, which is returned.
     """
     mechanism, g, constraints = solved.mechanism, solved.graph, solved.constraints
     first = starting_consistently(mechanism, g, constraints)
@@ -260,7 +261,7 @@ def _starting(solved: _Composed) -> tuple[Mechanism, Mechanism]:
 
 
 def _equations(solved: _Solved) -> EquationsOfMotion:
-    """With what follows from the parts, and what the user asked for, beside the accelerations."""
+    """The record of the equations: accelerations, mass matrix, residual, momenta, energies and the user's outputs."""
     mechanism, composer, parts = solved.mechanism, solved.composer, solved.energies
     g, v = solved.graph, solved.variables
     completed, started = _starting(solved)

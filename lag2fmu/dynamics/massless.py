@@ -1,9 +1,9 @@
 """Coordinates without mass: the forces on them are in equilibrium at every instant.
 
-Where M has a null vector n(q) that no constraint restricts, M qdd = forcing says n . forcing = 0: an equation without
-accelerations. Without velocities it ties the coordinates like a holonomic constraint, with velocities (friction on what
-has no mass) like a nonholonomic one; the force that keeps to it is zero by itself, n being the direction of the motion
-that costs nothing. The mechanism gets these equations as constraints; everything else follows.
+Where M has a null vector n(q) that no constraint restricts, M qdd = forcing says n . forcing = 0, an equation without
+accelerations. If it has no velocities either, it ties the coordinates like a holonomic constraint. With velocities,
+which friction brings in, it is like a nonholonomic one. Its multiplier is zero by itself, because motion along n takes
+no energy. The mechanism gets these equations as constraints; the rest of the derivation treats them like all others.
 Source: P. Rabier, W. Rheinboldt, Nonholonomic Motion of Rigid Mechanical Systems from a DAE Viewpoint, SIAM 2000,
 chapter 5, for equations of motion with a singular mass matrix.
 """
@@ -20,25 +20,26 @@ from lag2fmu.dynamics.elimination import Entries, null_vectors
 from lag2fmu.dynamics.variables import Variables
 from lag2fmu.errors import DerivationError
 from lag2fmu.graph.autodiff import forward
-from lag2fmu.graph.graph import Graph
-from lag2fmu.graph.written import tidy, written
+from lag2fmu.graph.graph import Graph, Node
+from lag2fmu.graph.to_sympy import tidy, written
 from lag2fmu.mechanism import Constraint, Mechanism
 
 _LONG = 300
-"""Operations of an expression beyond which it is left as it is."""
+"""An expression of more operations than this is not simplified."""
 
 _PREFERENCE = {True: 0, None: 1, False: 2}
 """Rank of a coordinate by whether its start is given. An equation is solved for the coordinate of highest rank."""
 
 
 def with_equilibria(
-    mechanism: Mechanism, graph: Graph, v: Variables, entries: Entries, forcing: tuple[int, ...]
+    mechanism: Mechanism, graph: Graph, v: Variables, entries: Entries, forcing: tuple[Node, ...]
 ) -> Mechanism:
     """``mechanism`` with an equation of equilibrium for every null vector of M; itself if there is none.
 
-    ``entries`` are the quadratic form of T over the velocity graph, ``forcing`` (n,) at the same graph. The coordinate
-    that each equation is solved for has no start value of its own, with friction no velocity; of several, it is one
-    whose start is a guess. Raises DerivationError for an equation that determines no coordinate.
+    ``entries`` is the quadratic form of T over the velocity graph, ``forcing`` (n,) are nodes of the same graph. Each
+    equation is solved for one coordinate, of several for one whose start is a guess. This coordinate loses its own
+    start value; if the equation contains velocities, it loses its start velocity instead. Raises DerivationError for an
+    equation that determines no coordinate.
     """
     order = sorted(range(len(v.qd)), key=lambda i: _PREFERENCE[mechanism.coordinates[i].given])
     found = null_vectors(graph, entries, [v.qd[i] for i in order])
@@ -67,7 +68,7 @@ def determined(mechanism: Mechanism) -> tuple[int | None, ...]:
 
 
 def continuous_states(mechanism: Mechanism) -> tuple[int, ...]:
-    """The indices in x = (q, qd) of what is a state: all but what follows from the others because it has no mass."""
+    """The indices in x = (q, qd) of the continuous states: all entries but those that equilibria determine."""
     n = len(mechanism.coordinates)
     pairs = list(zip(mechanism.constraints, determined(mechanism), strict=True))
     following = {i for c, i in pairs if c.holonomic} | {n + i for _, i in pairs if i is not None}
@@ -75,7 +76,7 @@ def continuous_states(mechanism: Mechanism) -> tuple[int, ...]:
 
 
 def _shortest(expression: sp.Expr) -> sp.Expr:
-    """``expression``, or if that is shorter what is left when it is multiplied out and terms cancel."""
+    """The shorter one of ``expression`` and what it is after multiplying out and cancelling."""
     if expression.count_ops() > _LONG:
         return expression
     return min(expression, tidy(expression), key=lambda e: e.count_ops())
@@ -86,13 +87,14 @@ def _equilibrium(
     graph: Graph,
     v: Variables,
     name: str,
-    force: int,
-    direction: dict[int, int],
+    force: Node,
+    direction: dict[Node, Node],
     moved: Sequence[int],
 ) -> tuple[int, Constraint]:
-    """``force`` = 0 as a constraint, and the index of the coordinate it determines, the first of ``moved`` it can be.
+    """The constraint ``force`` = 0, and the index of the coordinate that it determines.
 
-    ``direction`` {velocity: rate} is the motion without mass, ``name`` the coordinate it goes along.
+    This is the first of the coordinates ``moved`` that the equation can be solved for. ``direction`` {velocity: rate}
+    is the motion without mass, ``name`` the coordinate that it goes along.
     """
     where = f"mechanism '{mechanism.name}': the motion along {name} has no mass, and the force on it"
     remedy = "give what moves there a mass or inertia, or leave out coordinates"

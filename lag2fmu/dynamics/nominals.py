@@ -1,7 +1,8 @@
-"""Typical sizes of the coordinates whose nominal value nobody gave: what errors are measured by.
+"""Typical sizes of the coordinates whose nominal value nobody gave; solvers measure errors by them.
 
-Coordinates of one dimension share a size, for what one of them does the others may do. It is the first of these that
-there is, rounded up to a power of ten and at most 1 in the coordinate's unit, so that it only ever sharpens:
+Coordinates of one dimension share a size, for what one of them does the others may do. The size is at most 1 in the
+coordinate's unit, so that it can make a tolerance stricter and never looser. It is the first of the following that
+exists, rounded up to a power of ten:
 
 - half the range between min and max;
 - where the start lies in a stable linear motion: how far that goes, by the amplitudes of its modes about the place of
@@ -30,7 +31,7 @@ from lag2fmu.dynamics.samples import mass_matrices, start_values
 from lag2fmu.dynamics.variables import Variables
 from lag2fmu.graph.autodiff import Forward
 from lag2fmu.graph.batches import Floats, matrix
-from lag2fmu.graph.graph import Graph
+from lag2fmu.graph.graph import Graph, Node
 from lag2fmu.language.units import parse_unit
 from lag2fmu.mechanism import Coordinate, Mechanism
 
@@ -38,7 +39,7 @@ SMALL_ANGLE, SMALL_PART = 1e-4, 1e-6
 """The least nominal value of an angle (rad), and that of a length as a part of the greatest one."""
 
 _LARGE = 0.1
-"""Starts beyond this many units need no estimate: rounded up, it is 1 in the unit."""
+"""Starts beyond this part of the unit need no estimate: rounded up, their size is 1 in the unit."""
 
 _TIMES, _STABLE = 9, 1e-9
 _LENGTH, _ANGLE = parse_unit("m").exponents, parse_unit("rad").exponents
@@ -57,7 +58,7 @@ def with_nominals(
     graph: Graph,
     v: Variables,
     entries: Entries,
-    forcing: Sequence[int],
+    forcing: Sequence[Node],
     constraints: Constraints,
 ) -> Mechanism:
     """``mechanism`` with a nominal value of every coordinate that none is given for, see the module.
@@ -91,13 +92,16 @@ def _large(q: Coordinate) -> bool:
 
 
 def _sized(q: Coordinate, size: _Size) -> Coordinate:
-    """The coordinate with its size, if that is smaller than 1 in its unit and none is given"""
+    """The coordinate with its size as nominal value, if none is given and the size is below 1 in its unit."""
     value = float(f"1e{math.ceil(math.log10(size.value) - 1e-9)}")
     return q if q.nominal_from == "given" or value >= q.nominal else replace(q, nominal=value, nominal_from=size.source)
 
 
 def _size(mechanism: Mechanism, kind: object, group: Sequence[Coordinate], reach: Floats) -> _Size | None:
-    """The size that the coordinates of a ``group`` share, None for 1; ``reach`` (k,) of the linear motion, or nan."""
+    """The size that the coordinates of a ``group`` share, None for 1.
+
+    ``reach`` (k,) is how far the linear motion takes them in SI units, nan if it is not stable.
+    """
     ranges = [(q.maximum - q.minimum) / 2 for q in group if q.minimum is not None and q.maximum is not None]
     if ranges and max(ranges) > 0:
         return _Size(max(ranges), "half of its range")
@@ -125,12 +129,13 @@ def _reach(
     graph: Graph,
     v: Variables,
     entries: Entries,
-    forcing: Sequence[int],
+    forcing: Sequence[Node],
     constraints: Constraints,
 ) -> Floats:
     """How far the linear motion about the start, at rest, takes each coordinate from 0, (n,); nan if it is not stable.
 
-    From M (n, n), K = -dforcing/dq and what the constraints leave free, an orthonormal basis N of the null space of G.
+    The motion is that of M (n, n) and K = -dforcing/dq in the directions that the constraints leave free; these are an
+    orthonormal basis N of the null space of G.
     """
     n, values = len(v.q), start_values(mechanism) | {names.velocity(q.name): 0.0 for q in mechanism.coordinates}
     work = graph.copy()

@@ -5,14 +5,14 @@ from __future__ import annotations
 from collections.abc import Collection, Iterable, Iterator
 from dataclasses import dataclass
 
-from lag2fmu.dynamics.constrained import solve_constrained
 from lag2fmu.dynamics.elimination import solve
 from lag2fmu.dynamics.lagrange import EquationsOfMotion
+from lag2fmu.dynamics.schur_complement import solve_constrained
 from lag2fmu.dynamics.tangent import Tangent, differentiate
 from lag2fmu.dynamics.terms import canonical
 from lag2fmu.dynamics.time_derivatives import SecondDerivatives, differentiate_twice
 from lag2fmu.errors import DerivationError
-from lag2fmu.graph.graph import Graph
+from lag2fmu.graph.graph import Graph, Node
 from lag2fmu.graph.operations import SYMBOL
 
 
@@ -21,7 +21,7 @@ class Array:
     """An argument: ``name`` in the printed code and its entries as nodes; ``scalar`` if it is a plain number."""
 
     name: str
-    entries: tuple[int, ...]
+    entries: tuple[Node, ...]
     scalar: bool = False
 
 
@@ -29,22 +29,22 @@ class Array:
 class Function:
     """array[index] = node for each (array, index, node) in ``results``; other entries of the arrays stay untouched.
 
-    ``name`` and ``doc`` are those in the printed code, ``arrays`` the names of what is filled, in order.
+    ``name`` and ``doc`` stand in the printed code. ``arrays`` are the names of the arrays that it fills, in order.
     """
 
     name: str
     doc: str
     arguments: tuple[Array, ...]
     arrays: tuple[str, ...]
-    results: tuple[tuple[str, int, int], ...]
+    results: tuple[tuple[str, int, Node], ...]
 
     @property
-    def given(self) -> frozenset[int]:
+    def given(self) -> frozenset[Node]:
         """The nodes that are entries of arguments and need not be computed."""
         return frozenset(entry for argument in self.arguments for entry in argument.entries)
 
     def check(self, graph: Graph) -> Function:
-        """Itself; raises DerivationError if the results hold a variable that no argument brings"""
+        """The function itself. Raises DerivationError if a result depends on a variable that no argument holds."""
         needed, given = graph.cone((node for *_, node in self.results), self.given), self.given
         missing = [str(graph.leaf[node]) for node in needed if graph.code[node] == SYMBOL and node not in given]
         if missing:
@@ -57,12 +57,12 @@ class Function:
 
 @dataclass(frozen=True)
 class Program:
-    """The functions of one mechanism on one graph; the names of the FMU's vectors in order.
+    """The functions of one mechanism on one graph, and the names of the entries of the FMU's vectors.
 
-    ``locals`` are the names of the entries of ``mechanism_locals``, ``dependent`` of ``mechanism_dependent``;
-    ``factor_size`` is the length of what ``mechanism_factor`` hands to ``mechanism_solve``; ``method`` how M is solved;
-    ``signals`` is the length of u, the inputs with their rates; ``outputs`` names what is an output beside q and qd,
-    with a second time derivative.
+    ``locals`` are the names of the entries of ``mechanism_locals``, ``dependent`` those of ``mechanism_dependent``.
+    ``method`` says how M is solved, one of ACCELERATION_METHODS. ``factor_size`` is the length of the array that
+    ``mechanism_factor`` hands to ``mechanism_solve``, ``signals`` that of u, the inputs with their rates. ``outputs``
+    names the outputs beside q and qd; each of them has a second time derivative.
     """
 
     graph: Graph
@@ -89,13 +89,14 @@ class Program:
 def lower(equations: EquationsOfMotion, promoted: Collection[str] = (), variational: bool = False) -> Program:
     """The functions an FMU needs: accelerations, what is calculated from them, the tangents, second time derivatives.
 
-    ``promoted`` names the accelerations and locals that are outputs beside those of the mechanism; ``variational``
-    adds the momenta and forces that such solvers work on.
+    ``promoted`` names the accelerations and locals that are outputs beside those of the mechanism. ``variational``
+    adds the momenta and forces that variational solvers work on.
 
-    Arguments: t; x = (q, qd), 2n; u, the inputs (Q first, then the user's, then y0, y0_dot, y0_ddot of each motion),
-    with their rates behind them where what has no mass follows from forces; p, the independent parameters; qdd, n, and
-    behind it the m multipliers. M is row-major with only its lower triangle written. Raises
-    DerivationError if a function would need a variable that is none of its arguments.
+    The arguments of the functions are t; x = (q, qd), (2n,); u, the inputs: Q, then the user's, then y0, y0_dot,
+    y0_ddot of each motion; p, the independent parameters; qdd, (n,), with the m multipliers behind it. Where
+    coordinates without mass follow from forces, the rates of the inputs stand behind the inputs in u. Of M, which is
+    row-major, only the lower triangle is written. All values are in SI units. Raises DerivationError if a function
+    would need a variable that is none of its arguments.
     """
     equations = equations.apart()
     g, v = equations.graph, equations.variables
@@ -134,14 +135,14 @@ def lower(equations: EquationsOfMotion, promoted: Collection[str] = (), variatio
     )
 
 
-def _function(name: str, doc: str, arguments: tuple[Array, ...], **arrays: Iterable[int]) -> Function:
+def _function(name: str, doc: str, arguments: tuple[Array, ...], **arrays: Iterable[Node]) -> Function:
     """A function that fills ``arrays`` with nodes."""
     results = tuple((array, index, node) for array, nodes in arrays.items() for index, node in enumerate(nodes))
     return Function(name, doc, arguments, tuple(arrays), results)
 
 
 def _accelerations(equations: EquationsOfMotion, state: tuple[Array, ...]) -> Function:
-    """qdd and the pivots met on the way; without a solution on the graph all pivots are reported as 0."""
+    """qdd and the pivots of its elimination. Pivots of 0 say that there is no solution on the graph."""
     if len(equations.constraints):
         return _constrained_accelerations(equations, state)
     zeros = (equations.graph.zero,) * len(equations.forcing)
@@ -153,7 +154,11 @@ def _accelerations(equations: EquationsOfMotion, state: tuple[Array, ...]) -> Fu
 
 
 def _constrained_accelerations(equations: EquationsOfMotion, state: tuple[Array, ...]) -> Function:
-    """Likewise under constraints, with what is to bring them back where they drift."""
+    """qdd and the multipliers under constraints; all pivots are 0 without a solution on the graph.
+
+    The argument ``drift``, (m,), enters G qdd + gamma + drift = 0; the runtime uses it to reduce the constraints'
+    drift.
+    """
     g, n, m = equations.graph, len(equations.forcing), len(equations.constraints)
     drift = tuple(g.symbol(f"drift {k}") for k in range(m))
     found = solve_constrained(equations, drift)
@@ -181,7 +186,7 @@ def _dynamics(equations: EquationsOfMotion, state: tuple[Array, ...]) -> Functio
 
 
 def _factor_and_solve(equations: EquationsOfMotion, state: tuple[Array, ...]) -> tuple[Function, Function]:
-    """The solution for any right-hand side b, cut where b comes in: w holds what does not depend on b."""
+    """Two functions that solve M a = b together: the first computes w, which does not depend on b, the second a."""
     g, n = equations.graph, len(equations.forcing)
     rhs = tuple(g.symbol(f"rhs {i}") for i in range(n))
     found = solve(g, equations.entries, equations.variables.qd, rhs, early=equations.method == "elimination")
@@ -200,7 +205,7 @@ def _canonical(equations: EquationsOfMotion, state: tuple[Array, ...]) -> Iterat
 
 
 def _constraints(equations: EquationsOfMotion, state: tuple[Array, ...], factor: Function) -> tuple[Function, ...]:
-    """All that a solution under constraints takes, and what tells how far they are met; none without constraints."""
+    """A function that measures how far the constraints are met, and one that gives both sides of the KKT system."""
     c = equations.constraints
     if not len(c):
         return ()

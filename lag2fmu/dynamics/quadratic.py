@@ -8,7 +8,7 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Iterator, Sequence
 
-from lag2fmu.graph.graph import Graph
+from lag2fmu.graph.graph import Graph, Node
 from lag2fmu.graph.operations import ADD, DIVIDE, MULTIPLY, NEGATE, SUBTRACT
 
 
@@ -17,9 +17,9 @@ class QuadraticForm:
 
     def __init__(self, graph: Graph) -> None:
         self.graph = graph
-        self.rows: dict[int, dict[int, int]] = {}
+        self.rows: dict[Node, dict[Node, Node]] = {}
 
-    def add(self, a: int, b: int, value: int) -> None:
+    def add(self, a: Node, b: Node, value: Node) -> None:
         """H_ab += value (and H_ba, the same entry, if a is not b)."""
         if value == self.graph.zero:
             return
@@ -28,7 +28,7 @@ class QuadraticForm:
         if a != b:
             self.rows.setdefault(b, {})[a] = total
 
-    def remove(self, a: int) -> dict[int, int]:
+    def remove(self, a: Node) -> dict[Node, Node]:
         """Take the row and column of ``a`` out and return the row."""
         row = self.rows.pop(a, {})
         for b in row:
@@ -40,22 +40,22 @@ class QuadraticForm:
 class LinearNodes:
     """The nodes between the velocities and the nodes of a quadratic form, as linear combinations.
 
-    ``combinations``: {inner node: [(node below, coefficient)]}. An inner node that is used once and carries no entry of
-    the form is written out in the one that uses it.
+    ``combinations``: {inner node: [(node below, coefficient)]}. An inner node has no combination of its own if one node
+    uses it and the form has no entry for it: it is written out in the node that uses it.
     """
 
-    def __init__(self, graph: Graph, leaves: Sequence[int], carrying: Iterable[int]) -> None:
+    def __init__(self, graph: Graph, leaves: Sequence[Node], carrying: Iterable[Node]) -> None:
         self.graph, self.leaves, self.carrying = graph, set(leaves), set(carrying)
         self.linear = _linear_nodes(graph, leaves, self.carrying)
-        self.combinations: dict[int, list[tuple[int, int]]] = {}
+        self.combinations: dict[Node, list[tuple[Node, Node]]] = {}
         uses = self._collect()
         for node in sorted(self.combinations):
             if node in self.combinations:
                 self._write_out(node, uses)
 
-    def _collect(self) -> dict[int, int]:
+    def _collect(self) -> dict[Node, int]:
         """Fill ``combinations`` with one operation a node; returns how often each node is used."""
-        uses: dict[int, int] = {}
+        uses: dict[Node, int] = {}
         stack = sorted(self.carrying)
         while stack:
             node = stack.pop()
@@ -67,7 +67,7 @@ class LinearNodes:
                 stack.append(below)
         return uses
 
-    def _terms(self, node: int) -> Iterator[tuple[int, int]]:
+    def _terms(self, node: Node) -> Iterator[tuple[Node, Node]]:
         """The node as a combination of its operands: sums, and products or quotients with one linear factor."""
         g, code, operands = self.graph, self.graph.code[node], self.graph.operands[node]
         if code in (ADD, SUBTRACT):
@@ -81,8 +81,8 @@ class LinearNodes:
             a, b = operands
             yield (a, b) if a in self.linear else (b, a)
 
-    def _write_out(self, node: int, uses: dict[int, int]) -> None:
-        written: dict[int, int] = {}
+    def _write_out(self, node: Node, uses: dict[Node, int]) -> None:
+        written: dict[Node, Node] = {}
         for below, factor in self.combinations[node]:
             inner = [(below, self.graph.one)]
             if below in self.combinations and uses[below] == 1 and below not in self.carrying:
@@ -93,7 +93,7 @@ class LinearNodes:
         self.combinations[node] = list(written.items())
 
 
-def _linear_nodes(graph: Graph, leaves: Sequence[int], nodes: Iterable[int]) -> set[int]:
+def _linear_nodes(graph: Graph, leaves: Sequence[Node], nodes: Iterable[Node]) -> set[Node]:
     """All nodes below ``nodes`` that contain a leaf; for nodes that are linear in the leaves these are linear too."""
     linear = set(leaves)
     for node in graph.cone(nodes):
@@ -104,18 +104,18 @@ def _linear_nodes(graph: Graph, leaves: Sequence[int], nodes: Iterable[int]) -> 
 
 # --------------------------------------------------------------------------------------------- parts by degree in qd
 
-Parts = tuple[int, int, int]
+Parts = tuple[Node, Node, Node]
 """The parts of degree 0, 1 and 2 in the velocities of a node."""
 
 
-def second_degree(graph: Graph, node: int, velocities: Sequence[int]) -> QuadraticForm | None:
+def second_degree(graph: Graph, node: Node, velocities: Sequence[Node]) -> QuadraticForm | None:
     """The part of ``node`` of second degree in ``velocities``, (n,), as a form; None if it is no such polynomial.
 
     The form is the Hessian: node = 1/2 sum H_ab a b + lower degrees, a and b being nodes linear in the velocities.
     """
     form = QuadraticForm(graph)
-    parts: dict[int, Parts] = {v: (graph.zero, v, graph.zero) for v in velocities}
-    products: dict[int, list[tuple[int, int, int]]] = {}
+    parts: dict[Node, Parts] = {v: (graph.zero, v, graph.zero) for v in velocities}
+    products: dict[Node, list[tuple[Node, Node, Node]]] = {}
     for inner in graph.cone([node]):
         if inner in parts or not any(operand in parts for operand in graph.operands[inner]):
             continue
@@ -129,7 +129,7 @@ def second_degree(graph: Graph, node: int, velocities: Sequence[int]) -> Quadrat
 
 
 def _split(
-    graph: Graph, node: int, parts: dict[int, Parts], products: dict[int, list[tuple[int, int, int]]]
+    graph: Graph, node: Node, parts: dict[Node, Parts], products: dict[Node, list[tuple[Node, Node, Node]]]
 ) -> Parts | None:
     """The parts of ``node``; the second-degree part is recorded in ``products`` as a sum of coefficient * a * b."""
     g, code = graph, graph.code[node]
@@ -154,13 +154,13 @@ def _split(
     return _recorded(g, products, lower, second)
 
 
-def _scaled(g: Graph, parts: Parts, factor: int) -> tuple[int, int]:
+def _scaled(g: Graph, parts: Parts, factor: Node) -> tuple[Node, Node]:
     return g.multiply(factor, parts[0]), g.multiply(factor, parts[1])
 
 
 def _times(
-    g: Graph, products: dict[int, list[tuple[int, int, int]]], node: int, factor: int
-) -> list[tuple[int, int, int]]:
+    g: Graph, products: dict[Node, list[tuple[Node, Node, Node]]], node: Node, factor: Node
+) -> list[tuple[Node, Node, Node]]:
     if factor == g.zero:
         return []
     return [(a, b, g.multiply(factor, c)) for a, b, c in products.get(node, [])]
@@ -168,12 +168,12 @@ def _times(
 
 def _recorded(
     g: Graph,
-    products: dict[int, list[tuple[int, int, int]]],
-    lower: tuple[int, int],
-    second: list[tuple[int, int, int]],
+    products: dict[Node, list[tuple[Node, Node, Node]]],
+    lower: tuple[Node, Node],
+    second: list[tuple[Node, Node, Node]],
 ) -> Parts:
     """The parts with the second-degree one summed up to a node, under which its products are found again."""
-    merged: dict[tuple[int, int], int] = {}
+    merged: dict[tuple[Node, Node], Node] = {}
     for a, b, c in second:
         key = (a, b) if a <= b else (b, a)
         merged[key] = g.add(merged[key], c) if key in merged else c

@@ -11,7 +11,7 @@ from lag2fmu.description import names
 from lag2fmu.dynamics.elimination import Entries, Solution
 from lag2fmu.errors import DerivationError
 from lag2fmu.graph.batches import Floats, evaluate, matrix
-from lag2fmu.graph.graph import Graph
+from lag2fmu.graph.graph import Graph, Node
 from lag2fmu.mechanism import Mechanism
 
 State = dict[str, float]
@@ -49,7 +49,7 @@ def samples(mechanism: Mechanism, count: int) -> Iterator[State]:
         }
 
 
-def mass_matrices(graph: Graph, entries: Entries, velocities: Sequence[int], states: Sequence[State]) -> Floats:
+def mass_matrices(graph: Graph, entries: Entries, velocities: Sequence[Node], states: Sequence[State]) -> Floats:
     """M at k ``states``, (k, n, n): the nodes of the form ``entries`` are linear in the ``velocities``, (n,).
 
     Their values at unit velocities are their coefficients J, (m, n), and M = J^T H J; in SI units.
@@ -68,12 +68,13 @@ def mass_matrices(graph: Graph, entries: Entries, velocities: Sequence[int], sta
 
 
 def massless_directions(
-    mechanism: Mechanism, graph: Graph, entries: Entries, velocities: Sequence[int], jacobian: Sequence[Sequence[int]]
+    mechanism: Mechanism, graph: Graph, entries: Entries, velocities: Sequence[Node], jacobian: Sequence[Sequence[Node]]
 ) -> dict[int, float]:
-    """{row of ``jacobian`` (m, n): weight} of those that restrict motion without mass; none if M is regular somewhere.
+    """{row of ``jacobian`` (m, n): weight} of the rows that restrict motion without mass; {} if M is regular somewhere.
 
-    M is that of ``entries`` over ``velocities``, (n,). The weights, powers of two, make w g g^T as large as M is for
-    the coordinates that the row g ties: elsewhere it may be larger by any factor, as for a light rotor on a crane.
+    M is the Hessian of ``entries`` over ``velocities``, (n,). Each weight w, a power of two, makes w g g^T as large as
+    M is for the coordinates that the row g ties. M may be far larger for other coordinates, as for a light rotor on a
+    crane.
     """
     found: dict[int, float] = {}
     states = list(samples(mechanism, 5))
@@ -96,11 +97,12 @@ def massless_directions(
 
 
 def check_start(
-    mechanism: Mechanism, graph: Graph, mass: Floats, forcing: Sequence[int], distances: Mapping[str, int]
+    mechanism: Mechanism, graph: Graph, mass: Floats, forcing: Sequence[Node], distances: Mapping[str, Node]
 ) -> None:
     """Raise DerivationError unless M, ``mass`` (n, n), and the forces, ``forcing`` (n,), are finite at the start.
 
-    ``distances`` of the ends of springs and dampers, by their place: where one is 0 its force has no direction.
+    ``distances`` {place in the mechanism: node} are those of the ends of springs and dampers: where one is 0, the force
+    has no direction.
     """
     values = start_values(mechanism)
     starts = ", ".join(f"{c.name} = {c.start:g}" for c in mechanism.coordinates)
@@ -121,7 +123,7 @@ def check_start(
 
 
 def check_positive(mechanism: Mechanism, mass: Floats) -> None:
-    """Raise DerivationError if what T says moves along a coordinate has a negative mass in M, ``mass`` (n, n).
+    """Raise DerivationError if a diagonal entry of M, ``mass`` (n, n), is negative.
 
     A Lagrangian that is written as a whole may be of the opposite sign.
     """
@@ -135,10 +137,10 @@ def check_positive(mechanism: Mechanism, mass: Floats) -> None:
             )
 
 
-def check_quadratic(mechanism: Mechanism, graph: Graph, entries: Sequence[int]) -> None:
+def check_quadratic(mechanism: Mechanism, graph: Graph, entries: Sequence[Node]) -> None:
     """Raise DerivationError if second derivatives of L by the velocities change with the velocities.
 
-    Entries that only look as if they did are let pass.
+    The ``entries`` are evaluated: those that contain velocities which cancel out are let pass.
     """
     speeds = {names.velocity(c.name) for c in mechanism.coordinates}
     for values in samples(mechanism, 4):
@@ -178,7 +180,7 @@ def check_agreement(
     graph: Graph,
     masses: Floats,
     states: Sequence[State],
-    forcing: Sequence[int],
+    forcing: Sequence[Node],
     solution: Solution | None,
 ) -> None:
     """Raise DerivationError if the accelerations do not solve M qdd = forcing in double precision.

@@ -8,7 +8,7 @@ from functools import cached_property
 import sympy as sp
 
 from lag2fmu.dynamics.lagrange import EquationsOfMotion
-from lag2fmu.graph.written import written
+from lag2fmu.graph.to_sympy import written
 
 
 @dataclass(frozen=True)

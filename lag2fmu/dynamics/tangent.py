@@ -12,34 +12,35 @@ from dataclasses import dataclass
 
 from lag2fmu.dynamics.lagrange import EquationsOfMotion
 from lag2fmu.graph.autodiff import forward
+from lag2fmu.graph.graph import Node
 
 
 @dataclass(frozen=True)
 class Tangent:
     """Seeds and derivatives as nodes: seeds dt, dx (q then qd, 2n), du (inputs), dp (parameters), dqdd (n + m).
 
-    ``drates`` are the seeds of the inputs' rates, where there are any.
+    ``drates`` are the seeds of the inputs' rates; it is empty where the equations contain none.
 
-    ``residual``: (n + m,), dr, and behind it the derivatives of the constraints' velocities (m,) and positions (h,);
+    ``residual``: dr, (n + m,), and behind it the derivatives of the constraints' velocities (m,) and positions (h,);
     ``locals``: derivatives of ``EquationsOfMotion.locals()`` in order; ``dependent``: those of dependent parameters.
     """
 
-    dt: int
-    dx: tuple[int, ...]
-    du: tuple[int, ...]
-    dp: tuple[int, ...]
-    dqdd: tuple[int, ...]
-    residual: tuple[int, ...]
-    locals: tuple[int, ...]
-    dependent: tuple[int, ...]
-    drates: tuple[int, ...] = ()
+    dt: Node
+    dx: tuple[Node, ...]
+    du: tuple[Node, ...]
+    dp: tuple[Node, ...]
+    dqdd: tuple[Node, ...]
+    residual: tuple[Node, ...]
+    locals: tuple[Node, ...]
+    dependent: tuple[Node, ...]
+    drates: tuple[Node, ...] = ()
 
 
 def differentiate(equations: EquationsOfMotion) -> Tangent:
     """Derive the tangent program of ``equations`` on their graph, see the module."""
     g, v = equations.graph, equations.variables
 
-    def seeds(nodes: tuple[int, ...]) -> tuple[int, ...]:
+    def seeds(nodes: tuple[Node, ...]) -> tuple[Node, ...]:
         return tuple(g.symbol(f"d {g.leaf[node]}") for node in nodes)
 
     states, inputs, c = (*v.q, *v.qd), v.inputs, equations.constraints
@@ -49,7 +50,7 @@ def differentiate(equations: EquationsOfMotion) -> Tangent:
     variables = (v.t, *states, *inputs, *v.parameters, *v.rates)
     direction = dict(zip(variables, (dt, *dx, *du, *dp, *drates), strict=True))
     moving = direction | dict(zip(v.unknowns, dqdd, strict=True))
-    with g.as_written():  # so that it holds nothing but parameters
+    with g.as_written():  # derivatives of dependent parameters then contain no variable but parameters
         dependent = forward(g, list(equations.dependent.values()), direction)
     return Tangent(
         dt=dt,

@@ -16,13 +16,13 @@ from lag2fmu.dynamics.quadratic import second_degree
 from lag2fmu.dynamics.samples import check_quadratic
 from lag2fmu.dynamics.variables import Variables
 from lag2fmu.graph.autodiff import forward, reverse
-from lag2fmu.graph.graph import Graph
+from lag2fmu.graph.graph import Graph, Node
 from lag2fmu.graph.operations import NEGATE
 from lag2fmu.graph.vectors import apply, cross, minus, plus, times
 from lag2fmu.mechanism import Mechanism
 
 
-def unconstrained_residual(graph: Graph, v: Variables, energies: Energies, rate: Rate, second: Rate) -> list[int]:
+def unconstrained_residual(graph: Graph, v: Variables, energies: Energies, rate: Rate, second: Rate) -> list[Node]:
     """d/dt dL/dqd - dL/dq + dR/dqd - Q, (n,); ``rate`` is d/dt of places, ``second`` of velocities, with qdd or not."""
     accelerations = second(rate([inertia.place for inertia in energies.inertias]))
     effort = {place: graph.negate(force) for place, force in energies.effort.items()}
@@ -42,14 +42,14 @@ def unconstrained_residual(graph: Graph, v: Variables, energies: Energies, rate:
 
 
 def with_constraints(
-    graph: Graph, v: Variables, residual: Sequence[int], c: Constraints, rate: Rate
-) -> tuple[int, ...]:
+    graph: Graph, v: Variables, residual: Sequence[Node], c: Constraints, rate: Rate
+) -> tuple[Node, ...]:
     """The equations with the constraints' forces G^T multiplier, and G qdd + gamma below, (n + m,)."""
     forces = reverse(graph, dict(zip(c.velocities, v.multipliers, strict=True)), v.qd)
     return (*(graph.subtract(r, force) for r, force in zip(residual, forces, strict=True)), *rate(c.velocities))
 
 
-def _inertial_impetus(graph: Graph, energies: Energies, rate: Rate) -> dict[int, int]:
+def _inertial_impetus(graph: Graph, energies: Energies, rate: Rate) -> dict[Node, Node]:
     """{velocity: inertial force - load} of the spatial bodies, in their axes.
 
     Force m (dv/dt + omega x v - gravity) and torque I domega/dt + omega x I omega (Euler's equations).
@@ -69,7 +69,7 @@ def _inertial_impetus(graph: Graph, energies: Energies, rate: Rate) -> dict[int,
     return impetus
 
 
-def _remainder(graph: Graph, v: Variables, remainder: int, rate: Rate) -> list[int]:
+def _remainder(graph: Graph, v: Variables, remainder: Node, rate: Rate) -> list[Node]:
     """d/dt dL/dqd - dL/dq of what the user wrote into L beside bodies and velocity-free potentials, (n,)."""
     gradient = reverse(graph, {remainder: graph.one}, [*v.qd, *v.q])
     momenta, by_q = gradient[: len(v.q)], gradient[len(v.q) :]
@@ -95,7 +95,7 @@ def quadratic_form(graph: Graph, mechanism: Mechanism, v: Variables, energies: E
     else:
         terms += _hessian(graph, mechanism, v, energies.remainder)
 
-    entries: dict[tuple[int, int], int] = {}
+    entries: dict[tuple[Node, Node], Node] = {}
     for x, y, value in terms:
         (a, same), (b, equal) = _unsigned(graph, x), _unsigned(graph, y)
         if graph.zero not in (a, b, value) and a <= b:
@@ -104,12 +104,12 @@ def quadratic_form(graph: Graph, mechanism: Mechanism, v: Variables, energies: E
     return entries
 
 
-def _unsigned(graph: Graph, node: int) -> tuple[int, bool]:
+def _unsigned(graph: Graph, node: Node) -> tuple[Node, bool]:
     """The node without a minus sign in front, and whether it had none."""
     return (graph.operands[node][0], False) if graph.code[node] == NEGATE else (node, True)
 
 
-Term = tuple[int, int, int]
+Term = tuple[Node, Node, Node]
 """value * a * b in 2 T2, as (a, b, value); terms of different nodes stand twice, as (a, b) and as (b, a)."""
 
 
@@ -120,7 +120,7 @@ def _rigid_terms(body: RigidInertia) -> list[Term]:
     return [*((x, x, body.mass) for x in v), *spin]
 
 
-def _hessian(graph: Graph, mechanism: Mechanism, v: Variables, remainder: int) -> list[Term]:
+def _hessian(graph: Graph, mechanism: Mechanism, v: Variables, remainder: Node) -> list[Term]:
     """The second derivatives by qd of a part of L that is no evident polynomial; refused unless they are constant."""
     momenta = reverse(graph, {remainder: graph.one}, v.qd)
     columns = [forward(graph, momenta, {velocity: graph.one}) for velocity in v.qd]
@@ -130,7 +130,7 @@ def _hessian(graph: Graph, mechanism: Mechanism, v: Variables, remainder: int) -
     return [(a, b, next(resting)) for a in v.qd for b in v.qd]
 
 
-def _generalized_forces(graph: Graph, v: Variables, energies: Energies) -> list[int]:
+def _generalized_forces(graph: Graph, v: Variables, energies: Energies) -> list[Node]:
     """Q of the loads and inputs, (n,)."""
     rows = zip(
         reverse(graph, energies.effort, v.q), reverse(graph, energies.impetus, v.qd), energies.direct, strict=True
@@ -138,7 +138,7 @@ def _generalized_forces(graph: Graph, v: Variables, energies: Energies) -> list[
     return [graph.total(row) for row in rows]
 
 
-def canonical(graph: Graph, v: Variables, energies: Energies) -> tuple[list[int], list[int]]:
+def canonical(graph: Graph, v: Variables, energies: Energies) -> tuple[list[Node], list[Node]]:
     """p = dL/dqd and F = dL/dq - dR/dqd + Q, (n,) each, F anywhere, on the constraints or beside them.
 
     L holds the energies of constraints that make M regular, so that p determines qd.
@@ -154,12 +154,12 @@ def canonical(graph: Graph, v: Variables, energies: Energies) -> tuple[list[int]
     return gradient[: len(v.q)], [graph.subtract(graph.add(slope, Q), drag) for slope, Q, drag in rows]
 
 
-def named_energies(graph: Graph, v: Variables, energies: Energies, momenta: Sequence[int]) -> dict[str, int]:
+def named_energies(graph: Graph, v: Variables, energies: Energies, momenta: Sequence[Node]) -> dict[str, Node]:
     """T, V, T + V (unless V has velocities), h = sum qd p - L, all in J, and the power of the external inputs, in W.
 
     ``momenta`` are p, (n,). Without T and V apart, of a whole Lagrangian, only the last two.
     """
-    named: dict[str, int] = {}
+    named: dict[str, Node] = {}
     if energies.split:
         named["kinetic_energy"], named["potential_energy"] = energies.kinetic_energy, energies.potential_energy
         if not v.moves(graph, energies.potential_energy):

@@ -12,34 +12,35 @@ from dataclasses import dataclass
 
 from lag2fmu.dynamics.lagrange import EquationsOfMotion
 from lag2fmu.graph.autodiff import forward
+from lag2fmu.graph.graph import Node
 
 
 @dataclass(frozen=True)
 class SecondDerivatives:
     """Time derivatives as nodes: du, d2u of the inputs; d3q, d4q (n + m,) of accelerations and multipliers.
 
-    Those of the inputs' rates, if there are any, stand behind those of the inputs.
+    Behind the derivatives of the inputs stand those of the inputs' rates, if the equations contain any.
 
     ``residual``: (n + m,), d2r with d4q = 0; ``locals``: {index in ``EquationsOfMotion.locals()``: second derivative}.
     """
 
-    du: tuple[int, ...]
-    d2u: tuple[int, ...]
-    d3q: tuple[int, ...]
-    d4q: tuple[int, ...]
-    residual: tuple[int, ...]
-    locals: dict[int, int]
+    du: tuple[Node, ...]
+    d2u: tuple[Node, ...]
+    d3q: tuple[Node, ...]
+    d4q: tuple[Node, ...]
+    residual: tuple[Node, ...]
+    locals: dict[int, Node]
 
 
 def differentiate_twice(equations: EquationsOfMotion, outputs: Collection[str]) -> SecondDerivatives:
     """The second total time derivatives of the residual and of the locals named in ``outputs``.
 
-    The inputs move with rates of their own, a motion y0 and its y0_dot too: an importer gives each its polynomial.
-    (n + m,) nodes of the residual, one of each local.
+    Each input moves with a rate of its own, a motion y0 and its y0_dot too, for an importer gives each of them its own
+    polynomial. The result has (n + m,) nodes for the residual and one for each local.
     """
     g, v = equations.graph, equations.variables
 
-    def rates(order: str, nodes: tuple[int, ...]) -> tuple[int, ...]:
+    def rates(order: str, nodes: tuple[Node, ...]) -> tuple[Node, ...]:
         return tuple(g.symbol(f"{order} {g.leaf[node]}") for node in nodes)
 
     du, d2u = rates("d", v.signals), rates("dd", v.signals)

@@ -7,8 +7,8 @@ from dataclasses import dataclass, replace
 from graphlib import TopologicalSorter
 
 from lag2fmu.description import names
-from lag2fmu.graph.graph import Graph
-from lag2fmu.graph.translate import Translator
+from lag2fmu.graph.from_sympy import Translator
+from lag2fmu.graph.graph import Graph, Node
 from lag2fmu.mechanism import Mechanism
 
 
@@ -17,37 +17,37 @@ class Variables:
     """The variables as nodes: t; q, qd, qdd, Q of n entries each; plain inputs, motions and independent parameters.
 
     ``multipliers``: one for each constraint, (m,). ``motions`` holds (y0, y0_dot, y0_ddot) for each motion input.
-    ``rates``: first, then second time derivatives of all inputs, where equilibria of what has no mass are constraints,
-    which forces move; else empty.
+    ``rates`` holds the first, then the second time derivatives of all inputs; it is empty unless an equilibrium of a
+    coordinate without mass is a constraint. Forces move such a constraint, so its derivatives contain their rates.
     """
 
-    t: int
-    q: tuple[int, ...]
-    qd: tuple[int, ...]
-    qdd: tuple[int, ...]
-    multipliers: tuple[int, ...]
-    Q: tuple[int, ...]
-    plain: tuple[int, ...]
-    motions: tuple[tuple[int, int, int], ...]
-    parameters: tuple[int, ...]
-    rates: tuple[int, ...] = ()
+    t: Node
+    q: tuple[Node, ...]
+    qd: tuple[Node, ...]
+    qdd: tuple[Node, ...]
+    multipliers: tuple[Node, ...]
+    Q: tuple[Node, ...]
+    plain: tuple[Node, ...]
+    motions: tuple[tuple[Node, Node, Node], ...]
+    parameters: tuple[Node, ...]
+    rates: tuple[Node, ...] = ()
 
     @property
-    def unknowns(self) -> tuple[int, ...]:
+    def unknowns(self) -> tuple[Node, ...]:
         """What the equations of motion determine: accelerations and multipliers, n + m."""
         return (*self.qdd, *self.multipliers)
 
     @property
-    def inputs(self) -> tuple[int, ...]:
+    def inputs(self) -> tuple[Node, ...]:
         """All inputs in the order of the FMU: Q, plain inputs, each motion with its derivatives."""
         return (*self.Q, *self.plain, *(node for motion in self.motions for node in motion))
 
     @property
-    def signals(self) -> tuple[int, ...]:
+    def signals(self) -> tuple[Node, ...]:
         """The inputs and behind them their rates."""
         return (*self.inputs, *self.rates)
 
-    def direction(self, graph: Graph, accelerating: bool) -> dict[int, int]:
+    def direction(self, graph: Graph, accelerating: bool) -> dict[Node, Node]:
         """The direction of time {variable: its rate}: t -> 1, q -> qd, motions alike, qd -> qdd if ``accelerating``."""
         rates = {self.t: graph.one} | dict(zip(self.q, self.qd, strict=True))
         if self.rates:
@@ -56,7 +56,7 @@ class Variables:
             rates |= {y: y_dot, y_dot: y_ddot}
         return rates | dict(zip(self.qd, self.qdd, strict=True)) if accelerating else rates
 
-    def moves(self, graph: Graph, node: int) -> bool:
+    def moves(self, graph: Graph, node: Node) -> bool:
         """Whether ``node`` contains velocities."""
         return bool(set(self.qd) & set(graph.cone([node])))
 
@@ -65,7 +65,7 @@ def declare(graph: Graph, mechanism: Mechanism) -> Variables:
     """All variables of ``mechanism`` as symbols on ``graph``; names that are not the user's are those of ``names``."""
     q = [c.name for c in mechanism.coordinates]
 
-    def nodes(labels: Sequence[str], group: str | None = "state") -> tuple[int, ...]:
+    def nodes(labels: Sequence[str], group: str | None = "state") -> tuple[Node, ...]:
         return tuple(graph.symbol(label, group) for label in labels)
 
     v = Variables(

@@ -21,7 +21,7 @@ from lag2fmu.dynamics.lagrange import complete
 from lag2fmu.language.expressions import TIME, symbol, to_text, with_decimals
 from lag2fmu.language.units import Unit
 from lag2fmu.mechanism import Coordinate, Frame, Mechanism
-from lag2fmu.reference import Energies
+from lag2fmu.reference import EnergyFunctions
 from lag2fmu.reference.composition import Composition
 
 MAX_OPERATIONS, MOST_WRITTEN = 400, 50_000
@@ -177,7 +177,7 @@ class _Steps:
         m = self.mechanism
         if not m.constraints:
             return f"s = {len(m.coordinates)}"
-        energies = Energies(m)
+        energies = EnergyFunctions(m)
         jacobian = energies.constraints(energies.state(0.0, *energies.start()))[3]
         rank = int(np.linalg.matrix_rank(jacobian, tol=1e-8))
         redundant = f", {len(jacobian) - rank} of {len(jacobian)} constraints redundant" * (rank < len(jacobian))

@@ -1,4 +1,4 @@
-"""What an export tells its user: which solver suits a mechanism, what that does to vibrations, which starts move."""
+"""What an export tells its user: the solver it chose, how that solver treats vibrations, the starts that it moved."""
 
 from __future__ import annotations
 
@@ -14,11 +14,11 @@ if TYPE_CHECKING:
     from lag2fmu.analysis import Vibration
 
 _SEEN, _MOST = 1e-9, 6
-"""A start that moves by less than this part of its size is not mentioned; of the others so many are named."""
+"""A start that moves by less than _SEEN of its size is not mentioned; of the others at most _MOST are named."""
 
 
 def moved_starts(mechanism: Mechanism, equations: EquationsOfMotion) -> str:
-    """The starts of coordinates of ``equations`` that are not those of ``mechanism``, a phrase; empty for none."""
+    """A phrase on the start values that ``equations`` have in place of those of ``mechanism``; "" if none has moved."""
     pairs = zip(mechanism.coordinates, equations.mechanism.coordinates, strict=True)
     moved = [
         f"{new.name} = {new.start:.6g}{f' {new.unit.si_name}' if new.unit and new.unit.si_name else ''}"
@@ -30,9 +30,9 @@ def moved_starts(mechanism: Mechanism, equations: EquationsOfMotion) -> str:
 
 
 def suited_solver(equations: EquationsOfMotion, among: Collection[str]) -> tuple[str, str]:
-    """The solver for a mechanism whose user named none, out of those ``among`` which there is a choice.
+    """The solver for a mechanism whose user named none, one of ``among``, and a phrase that gives the reason.
 
-    Behind it the reason, a phrase; "" where the start tells nothing.
+    The phrase is "" where the motion about the start gives no reason.
     """
     from lag2fmu.analysis import stiffness
 
@@ -48,7 +48,7 @@ def suited_solver(equations: EquationsOfMotion, among: Collection[str]) -> tuple
 
 
 def damping(equations: EquationsOfMotion, method: Method) -> str:
-    """What ``method`` does to fast undamped vibrations about the start, a phrase; empty if there is nothing to say."""
+    """A phrase on how ``method`` treats fast undamped vibrations about the start; "" if it treats them well."""
     found = missed_vibrations(equations, method)
     if not found:
         return ""
@@ -73,7 +73,7 @@ def missed_vibrations(equations: EquationsOfMotion, method: Method) -> tuple[Vib
 
 
 def check_solver(mechanism: Mechanism, method: Method) -> None:
-    """Refuse a variational method that does not take these constraints, with others that do."""
+    """Raise ExportError for a method that does not take the constraints; the message names methods that do."""
     kinds = sorted({c.kind for c in mechanism.constraints if not takes(method, c.kind)})
     if not kinds:
         return

@@ -1,8 +1,8 @@
 """Platforms and compilers: C sources in, shared libraries out.
 
 The pinned zig (a dependency) is the default: it builds for every platform on every platform, needs nothing on the
-machine, gives the same bytes everywhere and, for Linux, libraries that need no glibc newer than 2.17. The only module
-that starts other programs.
+machine, gives the same bytes everywhere and, for Linux, libraries that need no glibc newer than 2.17. No other module
+of fmu/ starts programs.
 """
 
 from __future__ import annotations
@@ -28,18 +28,18 @@ from lag2fmu.fmu.universal import universal
 FLAGS = ("-std=c99", "-O2", "-fPIC", "-fvisibility=hidden", "-ffp-contract=off", "-fno-math-errno", "-g0", "-DNDEBUG")
 
 OF_ZIG = frozenset({"__mh_dylib_header", "___dso_handle"})
-"""What zig's linker exports from every library for macOS, and has no option against."""
+"""The names that zig's linker exports from every library for macOS; no option of it prevents that."""
 
 _LOGGER = logging.getLogger("lag2fmu")
 Progress = Callable[[int, int, str], None]
-"""Told (libraries done, libraries in all, what is done or begun) while libraries are built."""
+"""Called while libraries are built with the libraries done, their number, and what is done or begun."""
 
 
 @dataclass(frozen=True)
 class Platform:
     """A platform: its folders in ``binaries/``, the suffix of its libraries, its targets as zig calls them.
 
-    Several targets become one file for all of them.
+    The libraries of several targets are joined in one file.
     """
 
     folders: tuple[str, ...]

@@ -12,7 +12,8 @@ from lag2fmu.dynamics.massless import continuous_states
 def dependencies(equations: EquationsOfMotion) -> dict[str, frozenset[str]]:
     """{variable: names of states, inputs, parameters and time} of states, derivatives and all that is calculated.
 
-    A state among the outputs depends on itself. What has no mass, and multipliers, are replaced by what they depend on.
+    A state among the outputs depends on itself. Multipliers and coordinates without mass are no states, so they are
+    replaced by the variables that they depend on.
     Source: FMI 2.0.5, section 2.2.8 (ModelStructure).
     """
     graph, m = equations.graph, equations.mechanism
@@ -36,10 +37,10 @@ def dependencies(equations: EquationsOfMotion) -> dict[str, frozenset[str]]:
 
 
 def _following(equations: EquationsOfMotion, massless: Iterable[str]) -> dict[str, frozenset[str]]:
-    """What the coordinates and velocities ``massless`` depend on: all that the equations contain that determine them.
+    """{name: variables that it depends on} of the coordinates and velocities ``massless``.
 
-    The coordinates are solved for first, all of an equation's together; the velocities thereafter. Rates of inputs are
-    no variables of the FMU and left out.
+    These are all the variables in the equations that determine them. The coordinates are solved for first, those of one
+    equation together, and then the velocities. Rates of inputs are left out, for they are no variables of the FMU.
     """
     graph, m, c = equations.graph, equations.mechanism, equations.constraints
     wanted = {*massless}

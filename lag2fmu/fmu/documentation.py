@@ -30,8 +30,8 @@ def documentation(
 ) -> dict[str, bytes]:
     """{name in the archive: content} of the page, the licences and the icon; where they stand: FMI 2.0.5, section 2.3.
 
-    ``inside`` says what the archive's binaries are, and has lines of HTML on further files; ``stiffness`` is a phrase
-    on that of the motion, "" if nothing is known.
+    ``inside`` has a phrase on the binaries and lines of HTML on further files. ``stiffness`` is a phrase on the
+    stiffness of the motion, "" if it is not known.
     """
     mechanism = description.mechanism
     context = {
@@ -69,7 +69,7 @@ def _sketch(equations: EquationsOfMotion) -> tuple[str, tuple[str, ...]] | None:
 
 
 def _nomenclature(variables: Iterable[Variable]) -> list[tuple[str, list[Row]]]:
-    """(heading, rows) for each kind of variable; their derivatives are left out."""
+    """(heading, rows) for each kind of variable; variables with the attribute 'derivative' are left out."""
     variables = list(variables)
     massless = [v for v in variables if _is_massless(v)]
     shown = [v for v in variables if v.derivative_of is None and v not in massless]
@@ -116,13 +116,13 @@ def _formulas(equations: EquationsOfMotion) -> list[tuple[str, tuple[Formula, ..
 
 
 def _operations(program: Program) -> str:
-    """Their number, or what is evaluated where there is no formula."""
+    """The number of operations as a phrase; without a formula, a phrase on what is evaluated instead."""
     formula = program.operations("mechanism_accelerations")
     return str(formula) if formula else f"{program.operations('mechanism_dynamics')} and a linear system"
 
 
 def _structure(equations: EquationsOfMotion, program: Program) -> list[tuple[str, str]]:
-    """What there is to say of equations that are not written out: sizes, sparsity, method, operations."""
+    """Facts on equations that are too long to be written out: sizes, sparsity, method, operations."""
     n, zero = len(equations.forcing), equations.graph.zero
     filled = sum(entry != zero for row in equations.mass_matrix for entry in row)
     return [

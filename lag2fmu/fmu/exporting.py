@@ -41,16 +41,16 @@ class Fmu:
     path: Path
     description: ModelDescription
     solver_choice: str = ""
-    """Why the solver was chosen, if it was not asked for, and what it does to fast vibrations: a phrase or nothing."""
+    """A phrase on why this solver was chosen and how it treats fast vibrations; "" if there is nothing to say."""
     moved_starts: str = ""
-    """The start values that follow from the constraints and not from what is written: a phrase or nothing."""
+    """A phrase on the start values that were moved to meet the constraints; "" if none was."""
 
     def __repr__(self) -> str:
         """One line: where it is, of what, with which solver."""
         return f"<Fmu {self.path}: {self.mechanism.title}, solver {self.description.solver}>"
 
     def _repr_html_(self) -> str:
-        """The same and the variables, for a notebook."""
+        """The same line and a table of the variables, for a notebook."""
         from html import escape
 
         rows = "".join(
@@ -63,7 +63,7 @@ class Fmu:
 
     @property
     def mechanism(self) -> Mechanism:
-        """The mechanism inside."""
+        """The mechanism that the FMU was made of."""
         return self.description.mechanism
 
 

@@ -46,7 +46,7 @@ def _commands(image: bytearray) -> Iterator[tuple[int, int]]:
 
 
 def _rewrite_trie(image: bytearray, commands: Mapping[int, int], names: frozenset[str]) -> None:
-    """Write the words that stay in the place of all; what is left over at the end is zero, as linkers pad it."""
+    """Replace the trie by that of the names that stay; it is shorter, so zeros fill the rest, as linkers pad it."""
     place = commands[_EXPORTS_TRIE] + 8 if _EXPORTS_TRIE in commands else commands[_DYLD_INFO] + 40
     start, size = struct.unpack_from("<2I", image, place)
     words = {name: what for name, what in _words(bytes(image[start : start + size])) if name not in names}
@@ -71,7 +71,7 @@ def _words(trie: bytes, node: int = 0, prefix: str = "") -> Iterator[tuple[str, 
 
 
 _Node = tuple[bytes, list[tuple[str, int]]]
-"""What the word that ends here means, or nothing; edges (text, number of a node) to longer words."""
+"""The meaning of the word that ends here, b"" if none does, and the edges (text, number of a node) to longer words."""
 
 
 def _trie(words: Mapping[str, bytes]) -> bytes:

@@ -30,7 +30,7 @@ class Interface:
 class ModelDescription:
     """What modelDescription.xml says: the mechanism, its variables in order, the identifier and the GUID.
 
-    ``source_files`` are the files in sources/ that a compiler is called with.
+    ``source_files`` are the names of the files in sources/ that have to be compiled.
     """
 
     mechanism: Mechanism
@@ -144,7 +144,7 @@ def _units(root: ET.Element, variables: Iterable[Variable]) -> None:
 
 
 def _base_exponents(name: str, exponents: Exponents) -> Exponents:
-    """The exponents of a unit; a name without rad has none of it (a torque is N.m, not N.m/rad)."""
+    """The exponents of a unit; that of rad is 0 if the unit's name has no rad (a torque is N.m, not N.m/rad)."""
     return exponents if "rad" in name else (*exponents[:-1], 0)
 
 

@@ -19,9 +19,9 @@ _UNREADABLE = (OSError, zipfile.BadZipFile, zlib.error, NotImplementedError, Run
 
 DESCRIPTION = "modelDescription.xml"
 MOST_ENTRIES, MOST_BYTES, MOST_OF_A_TEXT, GREATEST_RATIO = 50_000, 2 << 30, 64 << 20, 500
-"""Above these an archive is refused: entries, bytes unpacked, bytes of a text that is read whole, bytes from one byte.
+"""An archive with more is refused: entries, bytes unpacked, bytes of one text, bytes unpacked from one packed byte.
 
-Texts are modelDescription.xml and the mechanism.
+The texts are modelDescription.xml and the mechanism, which are read as a whole.
 """
 
 

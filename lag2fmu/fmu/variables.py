@@ -1,8 +1,8 @@
 """The variable table of an FMU: the one place where ports, value references and dependencies are decided.
 
-Everything else (modelDescription.xml, the tables in C, the simulation) reads it. Layout:
-q and qd are states and outputs in one; their derivatives are separate locals that share the value references of qd
-and qdd. Of what has no mass q and qd are outputs only: they follow from the states, with friction qd alone does.
+modelDescription.xml, the tables in C and the simulation read it. Layout: q and qd are states and outputs in one. Their
+derivatives are separate locals that share the value references of qd and qdd. For a coordinate without mass q and qd
+are outputs and no states, because they follow from the states; with friction on it q is a state, and only qd follows.
 Citations are of the FMI 2.0.5 specification.
 """
 
@@ -12,7 +12,7 @@ from collections.abc import Collection, Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from difflib import get_close_matches
 
-from lag2fmu.codegen import Slot, Tables
+from lag2fmu.codegen import RuntimeTables, Slot
 from lag2fmu.codegen.colours import coloured
 from lag2fmu.description import names
 from lag2fmu.dynamics import EquationsOfMotion, Program
@@ -69,7 +69,7 @@ class VariableTable:
     """All variables in the order of modelDescription.xml, and what C needs of them."""
 
     variables: tuple[Variable, ...]
-    tables: Tables
+    tables: RuntimeTables
 
     def __getitem__(self, name: str) -> Variable:
         """The variable called ``name``; raises KeyError."""
@@ -146,7 +146,7 @@ def _velocity(q: Coordinate, state: bool) -> Variable:
 
 
 def _add_states(builder: _Builder, mechanism: Mechanism) -> None:
-    """q and qd, outputs all of them; those that have no mass follow from the others and are no states."""
+    """Add q and qd, all of them outputs. Those that an equilibrium of a coordinate without mass gives are no states."""
     states = set(continuous_states(mechanism))
     for i, q in enumerate(mechanism.coordinates):
         state = Variable(
@@ -242,7 +242,7 @@ def _constraints(mechanism: Mechanism) -> Iterable[tuple[Constraint, Unit | None
 
 
 def _add_multipliers(builder: _Builder, equations: EquationsOfMotion, program: Program) -> None:
-    """The multipliers: multiplier * expression is an energy, for a nonholonomic constraint a power."""
+    """Add the multipliers. Their unit makes multiplier * expression an energy, or a power if it is nonholonomic."""
     mechanism = equations.mechanism
     loose = ambiguous(mechanism, equations.graph, equations.constraints)
     norms = norm_constraints(mechanism) if mechanism.constraints else frozenset()
@@ -284,11 +284,13 @@ def _add_derivatives(builder: _Builder, mechanism: Mechanism) -> None:
 # ----------------------------------------------------------------------------------------------------------- for C
 
 
-def _tables(mechanism: Mechanism, program: Program, slots: Sequence[Slot], variables: Sequence[Variable]) -> Tables:
+def _tables(
+    mechanism: Mechanism, program: Program, slots: Sequence[Slot], variables: Sequence[Variable]
+) -> RuntimeTables:
     q = mechanism.coordinates
     starts: Mapping[str, float] = {v.name: v.start for v in variables if v.start is not None}
     nominal = tuple(c.nominal for c in q)
-    return Tables(
+    return RuntimeTables(
         model_name=mechanism.name,
         slots=tuple(slots),
         coordinate_names=tuple(c.name for c in q),
@@ -308,7 +310,7 @@ def _tables(mechanism: Mechanism, program: Program, slots: Sequence[Slot], varia
         start_parameters=tuple(p.value for p in mechanism.parameters if p.value is not None),
         default_solver_step=min(1e-3, mechanism.experiment.step),
         default_duration=mechanism.experiment.stop_time,
-        # drift is damped as fast as the motion is sampled, about: much faster would make the equations stiff
+        # drift decays in about ten communication steps: a much faster decay would make the equations stiff
         stabilisation=0.1 / mechanism.experiment.step,
     )
 

@@ -19,7 +19,7 @@ from lag2fmu.description.record import Description, table_keys
 from lag2fmu.description.symbols import Coordinate, start_or_guess
 from lag2fmu.errors import MechanismError, TextError
 from lag2fmu.formats.keys import CONSTRAINT, NAMED, SINGLE, TABLES
-from lag2fmu.formats.tables import Table
+from lag2fmu.formats.toml_table import TomlTable
 from lag2fmu.language.units import DIMENSIONLESS
 from lag2fmu.mechanism import Mechanism, complete
 
@@ -84,23 +84,23 @@ def _parse_toml(text: str) -> dict[str, Any]:
 
 # ---------------------------------------------------------------------------------------------------------- tables
 
-_READ: dict[str, Callable[[Table, str], object]] = {
-    "string": Table.text,
-    "part": Table.text,
-    "unit": Table.unit,
-    "flag": Table.flag,
-    "expression": Table.expression,
-    "vector": Table.vector,
-    "expression or vector": Table.scalar_or_vector,
-    "axis": Table.axis,
-    "names": Table.names,
-    "rotations": Table.rotations,
+_READ: dict[str, Callable[[TomlTable, str], object]] = {
+    "string": TomlTable.text,
+    "part": TomlTable.text,
+    "unit": TomlTable.unit,
+    "flag": TomlTable.flag,
+    "expression": TomlTable.expression,
+    "vector": TomlTable.vector,
+    "expression or vector": TomlTable.scalar_or_vector,
+    "axis": TomlTable.axis,
+    "names": TomlTable.names,
+    "rotations": TomlTable.rotations,
 }
 """Kind of a ``Key`` -> how it is read; numbers need the unit of their table, see ``_values``."""
 
 
 def _description(content: dict[str, Any]) -> Description:
-    root = Table("", content, TABLES)
+    root = TomlTable("", content, TABLES)
     root.require("mechanism")
     head = _values(Description, root.table("mechanism", SINGLE["mechanism"]))
     written = {name: of for name, of in table_keys().items() if name in content}
@@ -108,24 +108,24 @@ def _description(content: dict[str, Any]) -> Description:
     return Description(**head, **parts)
 
 
-def _single(root: Table, name: str, kind: type) -> object:
+def _single(root: TomlTable, name: str, kind: type) -> object:
     return _part(kind, root.table(name, SINGLE[name]))
 
 
-def _named(root: Table, name: str, kind: type) -> list[object]:
+def _named(root: TomlTable, name: str, kind: type) -> list[object]:
     """A part for each of the sub-tables."""
     parts = root.table(name)
-    subs = {label: Table(parts.place(label), content, NAMED[name]) for label, content in parts.content.items()}
+    subs = {label: TomlTable(parts.place(label), content, NAMED[name]) for label, content in parts.content.items()}
     return [_part(kind, sub, label) for label, sub in subs.items()]
 
 
-def _expressions(root: Table, name: str, kind: type) -> list[object]:
+def _expressions(root: TomlTable, name: str, kind: type) -> list[object]:
     """A part for each of the expressions."""
     parts = root.table(name)
     return [kind(label, parts.expression(label)) for label in parts.content]
 
 
-def _constraints(root: Table, name: str, kind: type) -> list[object]:
+def _constraints(root: TomlTable, name: str, kind: type) -> list[object]:
     """An expression alone, or a table with its unit, in a table for each kind of constraint."""
     kinds = root.table(name, KINDS)
     found = []
@@ -133,13 +133,13 @@ def _constraints(root: Table, name: str, kind: type) -> list[object]:
         table = kinds.table(of)
         for label, content in table.content.items():
             if isinstance(content, dict):
-                found.append(_part(kind, Table(table.place(label), content, CONSTRAINT), label, kind=of))
+                found.append(_part(kind, TomlTable(table.place(label), content, CONSTRAINT), label, kind=of))
             else:
                 found.append(kind(label, table.expression(label), of))
     return found
 
 
-_FORMS: dict[str, Callable[[Table, str, type], object]] = {
+_FORMS: dict[str, Callable[[TomlTable, str, type], object]] = {
     "single": _single,
     "tables": _named,
     "lines": _named,
@@ -149,12 +149,12 @@ _FORMS: dict[str, Callable[[Table, str, type], object]] = {
 """Form of a ``TableKey`` -> how it is read."""
 
 
-def _part(part: type, table: Table, *label: str, **more: str) -> object:
+def _part(part: type, table: TomlTable, *label: str, **more: str) -> object:
     """The record of what ``table`` says of the part called ``label``."""
     return part(*label, **_values(part, table), **more)
 
 
-def _values(part: type, table: Table) -> dict[str, Any]:
+def _values(part: type, table: TomlTable) -> dict[str, Any]:
     """Field -> value of the keys in ``table``, and of numbers whose default is meant in the unit of the part."""
     keys = keys_of(part)
     for name in (name for name, known in keys.items() if known.required):

@@ -7,13 +7,13 @@ from __future__ import annotations
 
 from collections.abc import Collection, Iterable, Mapping, Sequence
 
-from lag2fmu.graph.graph import Graph
+from lag2fmu.graph.graph import Graph, Node
 from lag2fmu.graph.operations import ADD, MULTIPLY, NEGATE, OPERATIONS, SUBTRACT
 
 FUNCTIONS = frozenset(code for code, row in enumerate(OPERATIONS) if row.arity == 1 and code != NEGATE)
 
 
-def forward(graph: Graph, outputs: Sequence[int], seeds: Mapping[int, int]) -> list[int]:
+def forward(graph: Graph, outputs: Sequence[Node], seeds: Mapping[Node, Node]) -> list[Node]:
     """Directional derivatives of ``outputs``, (k,) nodes, in the direction ``seeds`` {variable: its rate}: (k,) nodes.
 
     Variables without a rate stand still. Source: Griewank, Walther, section 3.1 (propagation of tangents).
@@ -27,12 +27,12 @@ class Forward:
     For outputs that are asked for one after the other along the same direction; see ``forward``.
     """
 
-    def __init__(self, graph: Graph, seeds: Mapping[int, int]) -> None:
+    def __init__(self, graph: Graph, seeds: Mapping[Node, Node]) -> None:
         self.graph = graph
         self.rates = dict(seeds)  # of the nodes that have one
         self.done = set(seeds)
 
-    def __call__(self, outputs: Sequence[int]) -> list[int]:
+    def __call__(self, outputs: Sequence[Node]) -> list[Node]:
         """The derivatives of ``outputs``, (k,) nodes"""
         graph, rates = self.graph, self.rates
         cone = graph.cone(outputs, self.done)
@@ -44,7 +44,7 @@ class Forward:
         self.done.update(cone)
         return [rates.get(output, graph.zero) for output in outputs]
 
-    def _rate(self, node: int) -> int:
+    def _rate(self, node: Node) -> Node:
         g, rates, operands = self.graph, self.rates, self.graph.operands[node]
         moving = [operand for operand in operands if operand in rates]
         if not moving:
@@ -57,14 +57,14 @@ class Forward:
         )
 
 
-def reverse(graph: Graph, seeds: Mapping[int, int], variables: Iterable[int]) -> list[int]:
+def reverse(graph: Graph, seeds: Mapping[Node, Node], variables: Iterable[Node]) -> list[Node]:
     """Gradient by ``variables``, (n,) nodes, of the sum of adjoint * output over ``seeds`` {output: adjoint}.
 
     The adjoints in ``seeds`` are taken as they stand, not differentiated. The cost is a small multiple of that of the
     outputs, whatever n is. Source: Griewank, Walther, section 3.2 (propagation of adjoints).
     """
     variables, zero = list(variables), graph.zero
-    adjoint: dict[int, int] = {}
+    adjoint: dict[Node, Node] = {}
     for output, weight in seeds.items():
         adjoint[output] = graph.add(adjoint.get(output, zero), weight)
     inner = _dependent(graph, seeds, variables)
@@ -79,10 +79,10 @@ def reverse(graph: Graph, seeds: Mapping[int, int], variables: Iterable[int]) ->
     return [adjoint.get(variable, zero) for variable in variables]
 
 
-def _dependent(graph: Graph, outputs: Iterable[int], variables: Iterable[int]) -> list[int]:
+def _dependent(graph: Graph, outputs: Iterable[Node], variables: Iterable[Node]) -> list[Node]:
     """The inner nodes between ``variables`` and ``outputs``, ascending."""
     reached = set(variables)
-    order: list[int] = []
+    order: list[Node] = []
     for node in graph.cone(outputs):
         if not reached.isdisjoint(graph.operands[node]):
             reached.add(node)
@@ -90,7 +90,7 @@ def _dependent(graph: Graph, outputs: Iterable[int], variables: Iterable[int]) -
     return order
 
 
-def _partials(graph: Graph, node: int, varying: Collection[int]) -> Iterable[tuple[int, int]]:
+def _partials(graph: Graph, node: Node, varying: Collection[Node]) -> Iterable[tuple[Node, Node]]:
     """(operand, partial derivative) of ``node``; an operand that stands twice (a square) is met once.
 
     Of l * sin(x) with an l that does not vary, x counts as the operand: l * cos(x) is what velocities are made of, so

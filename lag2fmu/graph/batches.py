@@ -7,7 +7,7 @@ from collections.abc import Callable, Mapping, Sequence
 import numpy as np
 from numpy.typing import NDArray
 
-from lag2fmu.graph.graph import Graph
+from lag2fmu.graph.graph import Graph, Node
 from lag2fmu.graph.operations import CONSTANT, OPERATIONS, SYMBOL
 
 Floats = NDArray[np.float64]
@@ -32,9 +32,9 @@ _NUMPY: dict[str, Callable[..., Floats]] = {
 }
 
 
-def evaluate(graph: Graph, nodes: Sequence[int], values: Values) -> Floats:
+def evaluate(graph: Graph, nodes: Sequence[Node], values: Values) -> Floats:
     """``nodes`` (k,) at a batch of ``values`` {variable: () or what broadcasts}: (k, *batch); nan without a value."""
-    found: dict[int, Floats | float] = {}
+    found: dict[Node, Floats | float] = {}
     with np.errstate(all="ignore"):
         for node in graph.cone(nodes):
             code = graph.code[node]
@@ -53,6 +53,6 @@ def evaluate(graph: Graph, nodes: Sequence[int], values: Values) -> Floats:
     return result
 
 
-def matrix(graph: Graph, rows: Sequence[Sequence[int]], values: Values, columns: int) -> Floats:
+def matrix(graph: Graph, rows: Sequence[Sequence[Node]], values: Values, columns: int) -> Floats:
     """A matrix of nodes (r, ``columns``) at the state ``values`` (SI units): as numbers, of the same shape."""
     return evaluate(graph, [entry for row in rows for entry in row], values).reshape(len(rows), columns)

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
-from lag2fmu.graph.graph import Graph
+from lag2fmu.graph.graph import Graph, Node
 from lag2fmu.graph.operations import CODE, SYMBOL
 
 _CYCLES = {"constant": 0, "symbol": 0, "add": 4, "subtract": 4, "multiply": 4, "divide": 14, "negate": 1, "sqrt": 18}
@@ -16,7 +16,7 @@ _AT_ONCE = 2
 """Operations that are begun in a cycle where they need not wait; measured, with loads and stores between them."""
 
 
-def cycles(graph: Graph, outputs: Sequence[int]) -> float:
+def cycles(graph: Graph, outputs: Sequence[Node]) -> float:
     """About how many cycles of a processor ``outputs`` take: the longest chain, and all operations, two a cycle.
 
     An elimination along a chain of links waits for a division and the products behind it at every link; more
@@ -24,7 +24,7 @@ def cycles(graph: Graph, outputs: Sequence[int]) -> float:
     expressions, J. ACM 21 (1974), pp. 201-206: time <= chain + operations / processors.
     """
     code, operands = graph.code, graph.operands
-    ready: dict[int, int] = {}
+    ready: dict[Node, int] = {}
     operations = 0
     for node in graph.cone(outputs):
         wait = max(map(ready.__getitem__, operands[node]), default=0)

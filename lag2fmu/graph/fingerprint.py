@@ -19,7 +19,7 @@ from typing import TYPE_CHECKING
 from lag2fmu.graph.operations import ADD, NEGATE, SUBTRACT
 
 if TYPE_CHECKING:
-    from lag2fmu.graph.graph import Graph
+    from lag2fmu.graph.graph import Graph, Node
 
 PRIME = (1 << 240) - 26837
 _SHORT = 119
@@ -52,7 +52,7 @@ class Circle:
     """The points of the circle for the angles of a graph: sums, differences, opposites by the addition theorems."""
 
     def __init__(self) -> None:
-        self.known: dict[int, Point] = {}
+        self.known: dict[Node, Point] = {}
 
     def copy(self) -> Circle:
         """The same points, for a copy of the graph"""
@@ -60,14 +60,14 @@ class Circle:
         other.known = self.known.copy()
         return other
 
-    def point(self, graph: Graph, angle: int) -> Point:
+    def point(self, graph: Graph, angle: Node) -> Point:
         """The point of the node ``angle``."""
         known = self.known.get(angle)
         if known is None:
             known = self.known[angle] = self._new(graph, angle)
         return known
 
-    def _new(self, graph: Graph, angle: int) -> Point:
+    def _new(self, graph: Graph, angle: Node) -> Point:
         code, operands = graph.code[angle], graph.operands[angle]
         if code in (ADD, SUBTRACT):
             (c, s), (d, t) = (self.point(graph, operand) for operand in operands)

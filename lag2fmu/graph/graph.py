@@ -19,6 +19,7 @@ from collections.abc import Collection, Iterable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from fractions import Fraction
 from types import MappingProxyType
+from typing import NewType
 
 from lag2fmu.graph.fingerprint import PRIME, Circle, constant_mark, inverse_mark, random_mark
 from lag2fmu.graph.operations import (
@@ -35,6 +36,9 @@ from lag2fmu.graph.operations import (
     SYMBOL,
 )
 
+Node = NewType("Node", int)
+"""The number of a node of a graph; it says nothing by itself and nothing in another graph."""
+
 Number = Fraction | float
 _MAX_BITS = 512  # exact constants longer than this are rounded to double precision
 
@@ -49,21 +53,21 @@ class Graph:
 
     def __init__(self) -> None:
         self.code: list[int] = []
-        self.operands: list[tuple[int, ...]] = []
-        self.leaf: dict[int, Number | str] = {}
+        self.operands: list[tuple[Node, ...]] = []
+        self.leaf: dict[Node, Number | str] = {}
         self.marks: list[int] = []
-        self._by_mark: dict[int, int] = {}
-        self._by_structure: dict[tuple[int, tuple[int, ...]], int] = {}
+        self._by_mark: dict[int, Node] = {}
+        self._by_structure: dict[tuple[int, tuple[Node, ...]], Node] = {}
         self._supports: list[int] = []
         self._groups: dict[str, int] = {}
         self._algebra = True
-        self._leaves: dict[Number | str, int] = {}
-        self._inverses: dict[int, int] = {}
+        self._leaves: dict[Number | str, Node] = {}
+        self._inverses: dict[Node, int] = {}
         self._circle = Circle()
-        self.zero: int = self.constant(0)
-        self.one: int = self.constant(1)
-        self.minus_one: int = self.constant(-1)
-        self.constant_half: int = self.constant(Fraction(1, 2))
+        self.zero: Node = self.constant(0)
+        self.one: Node = self.constant(1)
+        self.minus_one: Node = self.constant(-1)
+        self.constant_half: Node = self.constant(Fraction(1, 2))
 
     def __len__(self) -> int:
         return len(self.code)
@@ -94,8 +98,8 @@ class Graph:
 
     # ------------------------------------------------------------------------------------------------- making nodes
 
-    def _new(self, code: int, operands: tuple[int, ...], mark: int) -> int:
-        node = self._by_structure[code, operands] = len(self.code)
+    def _new(self, code: int, operands: tuple[Node, ...], mark: int) -> Node:
+        node = self._by_structure[code, operands] = Node(len(self.code))
         if self._serves(code, operands):
             self._by_mark[mark] = node
         self.code.append(code)
@@ -104,40 +108,40 @@ class Graph:
         self._supports.append(self._support(operands))
         return node
 
-    def _serves(self, code: int, operands: tuple[int, ...]) -> bool:
+    def _serves(self, code: int, operands: tuple[Node, ...]) -> bool:
         """Whether a new node may stand for all of its value: what is derived, and written products of what may"""
         if self._algebra:
             return True
         marks, by_mark = self.marks, self._by_mark
         return code not in (ADD, SUBTRACT, DIVIDE) and all(by_mark.get(marks[o]) == o for o in operands)
 
-    def _support(self, operands: Iterable[int]) -> int:
+    def _support(self, operands: Iterable[Node]) -> int:
         """The groups of variables that ``operands`` hold, a bit for each"""
         support = 0
         for operand in operands:
             support |= self._supports[operand]
         return support
 
-    def _known(self, code: int, operands: tuple[int, ...], mark: int) -> int | None:
+    def _known(self, code: int, operands: tuple[Node, ...], mark: int) -> Node | None:
         """The node of this operation; of what is derived also one of its value"""
         node = self._by_structure.get((code, operands))
         return self._equal(operands, mark) if node is None and self._algebra else node
 
-    def _equal(self, operands: tuple[int, ...], mark: int) -> int | None:
+    def _equal(self, operands: tuple[Node, ...], mark: int) -> Node | None:
         """A node of the value ``mark`` that holds no other groups of variables than ``operands``"""
         node = self._by_mark.get(mark)
         return None if node is None or self._supports[node] & ~self._support(operands) else node
 
-    def _opposite(self, operands: tuple[int, ...], mark: int) -> int | None:
+    def _opposite(self, operands: tuple[Node, ...], mark: int) -> Node | None:
         """- (the node of the opposite value), if there is one"""
         node = self._equal(operands, PRIME - mark) if self._algebra else None
         return None if node is None else self._negated(node)
 
-    def _negated(self, a: int) -> int:
+    def _negated(self, a: Node) -> Node:
         node = self._by_structure.get((NEGATE, (a,)))
         return self._new(NEGATE, (a,), -self.marks[a] % PRIME) if node is None else node
 
-    def constant(self, value: Number | int) -> int:
+    def constant(self, value: Number | int) -> Node:
         """The node of a number; fractions stay exact up to a length of 512 bits."""
         node = self._leaves.get(value)
         if node is None:
@@ -148,12 +152,12 @@ class Graph:
             self._leaves[value] = node = self._new_constant(exact) if node is None else node
         return node
 
-    def _new_constant(self, value: Number) -> int:
+    def _new_constant(self, value: Number) -> Node:
         node = self._leaves[value] = self._new(CONSTANT, (), constant_mark(value))
         self.leaf[node] = value
         return node
 
-    def symbol(self, name: str, group: str | None = None) -> int:
+    def symbol(self, name: str, group: str | None = None) -> Node:
         """The node of the variable ``name``; those of one ``group`` are given together, wherever one of them is."""
         node = self._leaves.get(name)
         if node is None:
@@ -162,11 +166,11 @@ class Graph:
             self._supports[node] = 1 << self._groups.setdefault(group or name, len(self._groups))
         return node
 
-    def is_constant(self, node: int) -> bool:
+    def is_constant(self, node: Node) -> bool:
         """Whether ``node`` is a number."""
         return self.code[node] == CONSTANT
 
-    def value(self, node: int) -> Number:
+    def value(self, node: Node) -> Number:
         """The number of a constant node."""
         value = self.leaf[node]
         assert isinstance(value, (Fraction, float))
@@ -174,7 +178,7 @@ class Graph:
 
     # --------------------------------------------------------------------------------------------------- arithmetic
 
-    def negate(self, a: int) -> int:
+    def negate(self, a: Node) -> Node:
         """-a"""
         if self.code[a] == CONSTANT:
             return self.constant(-self.value(a))
@@ -183,7 +187,7 @@ class Graph:
         node = self._known(NEGATE, (a,), -self.marks[a] % PRIME)
         return self._negated(a) if node is None else node
 
-    def add(self, a: int, b: int) -> int:
+    def add(self, a: Node, b: Node) -> Node:
         """a + b"""
         if self.zero in (a, b):
             return a if b == self.zero else b
@@ -191,7 +195,7 @@ class Graph:
         node = self._known(ADD, (a, b) if a < b else (b, a), mark)
         return self._sum(a, b, mark) if node is None else node
 
-    def _sum(self, a: int, b: int, mark: int) -> int:
+    def _sum(self, a: Node, b: Node, mark: int) -> Node:
         code = self.code
         if code[a] == CONSTANT and code[b] == CONSTANT:
             return self.constant(self.value(a) + self.value(b))
@@ -206,7 +210,7 @@ class Graph:
             return self._scaled(self.constant(2), a, mark)
         return self._new(ADD, (a, b) if a < b else (b, a), mark)
 
-    def subtract(self, a: int, b: int) -> int:
+    def subtract(self, a: Node, b: Node) -> Node:
         """a - b"""
         if a == b:
             return self.zero
@@ -216,7 +220,7 @@ class Graph:
         node = self._known(SUBTRACT, (a, b), mark)
         return self._difference(a, b, mark) if node is None else node
 
-    def _difference(self, a: int, b: int, mark: int) -> int:
+    def _difference(self, a: Node, b: Node, mark: int) -> Node:
         code = self.code
         if code[a] == CONSTANT and code[b] == CONSTANT:
             return self.constant(self.value(a) - self.value(b))
@@ -229,7 +233,7 @@ class Graph:
             return self.negate(self.add(self.operands[a][0], b))
         return self._new(SUBTRACT, (a, b), mark)
 
-    def multiply(self, a: int, b: int) -> int:
+    def multiply(self, a: Node, b: Node) -> Node:
         """a * b; constants are gathered in front, signs are pulled out"""
         if self.code[b] == CONSTANT:
             a, b = b, a
@@ -239,7 +243,7 @@ class Graph:
         node = self._known(MULTIPLY, (a, b) if a < b else (b, a), mark)
         return self._product(a, b, mark) if node is None else node
 
-    def _product(self, a: int, b: int, mark: int) -> int:
+    def _product(self, a: Node, b: Node, mark: int) -> Node:
         code = self.code
         opposite = self._opposite((a, b), mark)
         if opposite is not None:
@@ -252,7 +256,7 @@ class Graph:
                 return self.multiply(operands[0], self.multiply(operands[1], y))
         return self._new(MULTIPLY, (a, b) if a < b else (b, a), mark)
 
-    def _multiple(self, factor: int, b: int) -> int:
+    def _multiple(self, factor: Node, b: Node) -> Node:
         """factor * b with a constant ``factor``"""
         if self.code[b] == CONSTANT:
             return self.constant(self.value(factor) * self.value(b))
@@ -262,7 +266,7 @@ class Graph:
         node = self._known(MULTIPLY, (factor, b), mark)
         return self._scaled(factor, b, mark) if node is None else node
 
-    def _scaled(self, factor: int, b: int, mark: int) -> int:
+    def _scaled(self, factor: Node, b: Node, mark: int) -> Node:
         opposite = self._opposite((b,), mark)
         if opposite is not None:
             return opposite
@@ -275,7 +279,7 @@ class Graph:
             return self.multiply(self.constant(self.value(factor) * self.value(inner)), rest)
         return self._new(MULTIPLY, (factor, b), mark)
 
-    def divide(self, a: int, b: int) -> int:
+    def divide(self, a: Node, b: Node) -> Node:
         """a / b; raises ZeroDivisionError if b is the constant 0"""
         if self.code[b] == CONSTANT:
             return self.multiply(self.constant(1 / self.value(b)), a)
@@ -288,7 +292,7 @@ class Graph:
         node = self._known(DIVIDE, (a, b), mark)
         return self._quotient(a, b, mark) if node is None else node
 
-    def _quotient(self, a: int, b: int, mark: int) -> int:
+    def _quotient(self, a: Node, b: Node, mark: int) -> Node:
         opposite = self._opposite((a, b), mark)
         if opposite is not None:
             return opposite
@@ -298,7 +302,7 @@ class Graph:
             return self.negate(self.divide(a, self.operands[b][0]))
         return self._new(DIVIDE, (a, b), mark)
 
-    def power(self, base: int, exponent: int) -> int:
+    def power(self, base: Node, exponent: Node) -> Node:
         """base ** exponent; whole powers by repeated squaring, half ones up to 1 with a square root
 
         Broken powers above 1 have derivatives that are 0 where the base is 0, see ``operations``. Source: D. Knuth,
@@ -313,7 +317,7 @@ class Graph:
             return self.apply("power", base, exponent)
         return self._root_power(base, Fraction(value))
 
-    def _root_power(self, base: int, value: Fraction) -> int:
+    def _root_power(self, base: Node, value: Fraction) -> Node:
         """base ** value for a multiple of 1/2"""
         if value < 0:
             return self.divide(self.one, self._root_power(base, -value))
@@ -326,7 +330,7 @@ class Graph:
             square, count = (self.multiply(square, square) if count > 1 else square), count >> 1
         return result
 
-    def apply(self, name: str, *operands: int) -> int:
+    def apply(self, name: str, *operands: Node) -> Node:
         """A function of OPERATIONS by ``name``; of constants, its value (exact for the trivial arguments)"""
         code = CODE[name]
         node = self._by_structure.get((code, operands))
@@ -340,7 +344,7 @@ class Graph:
             return self.constant(OPERATIONS[code].value(*(float(self.value(o)) for o in operands)))
         return self._function(code, operands)
 
-    def _function(self, code: int, operands: tuple[int, ...]) -> int:
+    def _function(self, code: int, operands: tuple[Node, ...]) -> Node:
         if code in (SINE, COSINE):
             mark = self._circle.point(self, operands[0])[code == SINE]
         else:
@@ -350,24 +354,24 @@ class Graph:
             node = self._opposite(operands, mark)
         return self._new(code, operands, mark) if node is None else node
 
-    def total(self, terms: Iterable[int]) -> int:
+    def total(self, terms: Iterable[Node]) -> Node:
         """The sum of ``terms``, from left to right"""
         result = self.zero
         for term in terms:
             result = self.add(result, term)
         return result
 
-    def dot(self, a: Sequence[int], b: Sequence[int]) -> int:
+    def dot(self, a: Sequence[Node], b: Sequence[Node]) -> Node:
         """The inner product of two vectors of nodes of equal length"""
         return self.total(self.multiply(x, y) for x, y in zip(a, b, strict=True))
 
     # --------------------------------------------------------------------------------------------------- traversals
 
-    def cone(self, outputs: Iterable[int], given: Collection[int] = ()) -> list[int]:
+    def cone(self, outputs: Iterable[Node], given: Collection[Node] = ()) -> list[Node]:
         """All nodes that ``outputs`` need, ascending; what is below ``given`` nodes is not needed"""
         return sorted(self._reached(outputs, given))
 
-    def _reached(self, outputs: Iterable[int], given: Collection[int]) -> set[int]:
+    def _reached(self, outputs: Iterable[Node], given: Collection[Node]) -> set[Node]:
         operands = self.operands
         seen = set(outputs)
         stack = list(seen)
@@ -381,35 +385,35 @@ class Graph:
                     stack.append(operand)
         return seen
 
-    def symbols(self, outputs: Iterable[int]) -> set[str]:
+    def symbols(self, outputs: Iterable[Node]) -> set[str]:
         """The names of all variables that ``outputs``, (k,) nodes, depend on"""
         return {str(self.leaf[node]) for node in self.cone(outputs) if self.code[node] == SYMBOL}
 
-    def schedule(self, outputs: Iterable[int], given: Collection[int] = ()) -> list[int]:
+    def schedule(self, outputs: Iterable[Node], given: Collection[Node] = ()) -> list[Node]:
         """The nodes that ``outputs`` need beside ``given`` ones, in depth-first order: operands shortly before use"""
         done: set[int] = set(given)
-        order: list[int] = []
+        order: list[Node] = []
         for output in outputs:
-            stack = [output]
+            stack: list[int] = [output]
             while stack:
                 node = stack.pop()
                 if node < 0:  # the complement of a node whose operands are there
-                    order.append(~node)
+                    order.append(Node(~node))
                 elif node not in done:
                     done.add(node)
                     stack.append(~node)
                     stack += reversed(self.operands[node])
         return order
 
-    def operations(self, outputs: Iterable[int], given: Collection[int] = ()) -> int:
+    def operations(self, outputs: Iterable[Node], given: Collection[Node] = ()) -> int:
         """The number of arithmetic operations and function calls that ``outputs`` take beside ``given`` nodes"""
         code, reached = self.code, self._reached(outputs, given)
         return sum(code[node] > SYMBOL for node in reached.difference(given))
 
-    def frontier(self, outputs: Sequence[int], variables: Collection[int]) -> list[int]:
+    def frontier(self, outputs: Sequence[Node], variables: Collection[Node]) -> list[Node]:
         """What ``outputs`` need of nodes that do not depend on ``variables``: the operands between both, ascending"""
         moving = set(variables)
-        border: set[int] = {output for output in outputs if output not in moving}
+        border: set[Node] = {output for output in outputs if output not in moving}
         for node in self.cone(outputs):
             operands = self.operands[node]
             if any(operand in moving for operand in operands):
@@ -417,15 +421,15 @@ class Graph:
                 border |= set(operands)
         return sorted(node for node in border if node not in moving and not self.is_constant(node))
 
-    def substitute(self, outputs: Sequence[int], replacement: Mapping[int, int]) -> list[int]:
+    def substitute(self, outputs: Sequence[Node], replacement: Mapping[Node, Node]) -> list[Node]:
         """``outputs``, (k,) nodes, with nodes replaced {old: new}, rebuilt through the rewrites: (k,) nodes"""
-        new: dict[int, int] = dict(replacement)
+        new: dict[Node, Node] = dict(replacement)
         for node in self.cone(outputs):
             if node not in new:
                 new[node] = self.rebuild(node, [new[operand] for operand in self.operands[node]])
         return [new[output] for output in outputs]
 
-    def rebuild(self, node: int, operands: Sequence[int]) -> int:
+    def rebuild(self, node: Node, operands: Sequence[Node]) -> Node:
         """The operation of ``node`` on other ``operands``"""
         code = self.code[node]
         if code in (CONSTANT, SYMBOL):
@@ -438,12 +442,12 @@ class Graph:
             return self.negate(*operands)
         return self.power(*operands) if name == "power" else self.apply(name, *operands)
 
-    def evaluate(self, outputs: Sequence[int], values: Mapping[str, float]) -> list[float]:
+    def evaluate(self, outputs: Sequence[Node], values: Mapping[str, float]) -> list[float]:
         """The values of ``outputs``, (k,) nodes, in double precision; nan where a function has none.
 
         ``values`` {variable: SI value} has all that they depend on. For many states at once see ``batches.evaluate``.
         """
-        result: dict[int, float] = {}
+        result: dict[Node, float] = {}
         for node in self.cone(outputs):
             code, operands = self.code[node], self.operands[node]
             if code == MULTIPLY:

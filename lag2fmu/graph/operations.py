@@ -11,13 +11,13 @@ from __future__ import annotations
 import math
 from collections.abc import Callable
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, TypeAlias
 
 if TYPE_CHECKING:
-    from lag2fmu.graph.graph import Graph
+    from lag2fmu.graph.graph import Graph, Node
 
-Partials = tuple[int, ...]
-Derivative = Callable[["Graph", tuple[int, ...], int], Partials]
+Partials: TypeAlias = "tuple[Node, ...]"
+Derivative: TypeAlias = "Callable[[Graph, tuple[Node, ...], Node], Partials]"
 
 
 @dataclass(frozen=True)
@@ -47,45 +47,45 @@ def _divide(a: float, b: float) -> float:
     return a / b if b else math.nan
 
 
-def _negative(g: Graph, x: int) -> int:
+def _negative(g: Graph, x: Node) -> Node:
     return g.negate(x)
 
 
-def _one_minus_square(g: Graph, x: int) -> int:
+def _one_minus_square(g: Graph, x: Node) -> Node:
     return g.subtract(g.one, g.multiply(x, x))
 
 
-def _one_plus_square(g: Graph, x: int) -> int:
+def _one_plus_square(g: Graph, x: Node) -> Node:
     return g.add(g.one, g.multiply(x, x))
 
 
-def _inverse_root(g: Graph, x: int) -> int:
+def _inverse_root(g: Graph, x: Node) -> Node:
     return g.divide(g.one, g.apply("sqrt", _one_minus_square(g, x)))
 
 
-def _d_atan2(g: Graph, operands: tuple[int, ...], _: int) -> Partials:
+def _d_atan2(g: Graph, operands: tuple[Node, ...], _: Node) -> Partials:
     y, x = operands
     square = g.add(g.multiply(x, x), g.multiply(y, y))
     return g.divide(x, square), g.negate(g.divide(y, square))
 
 
-def _d_power(g: Graph, operands: tuple[int, ...], result: int) -> Partials:
+def _d_power(g: Graph, operands: tuple[Node, ...], result: Node) -> Partials:
     base, exponent = operands
     by_base = g.multiply(exponent, g.power(base, g.subtract(exponent, g.one)))
     return by_base, g.zero if g.is_constant(exponent) else g.multiply(result, g.apply("log", base))
 
 
-def _d_power_or_zero(g: Graph, operands: tuple[int, ...], _: int) -> Partials:
+def _d_power_or_zero(g: Graph, operands: tuple[Node, ...], _: Node) -> Partials:
     base, exponent = operands
     return g.multiply(exponent, g.apply("power_or_zero", base, g.subtract(exponent, g.one))), g.zero
 
 
-def _d_min(g: Graph, operands: tuple[int, ...], _: int) -> Partials:
+def _d_min(g: Graph, operands: tuple[Node, ...], _: Node) -> Partials:
     a, b = operands
     return g.apply("heaviside", g.subtract(b, a)), g.apply("heaviside", g.subtract(a, b))
 
 
-def _d_max(g: Graph, operands: tuple[int, ...], _: int) -> Partials:
+def _d_max(g: Graph, operands: tuple[Node, ...], _: Node) -> Partials:
     a, b = operands
     return g.apply("heaviside", g.subtract(a, b)), g.apply("heaviside", g.subtract(b, a))
 

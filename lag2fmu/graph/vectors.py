@@ -5,9 +5,9 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass
 
-from lag2fmu.graph.graph import Graph
+from lag2fmu.graph.graph import Graph, Node
 
-Vector = tuple[int, ...]
+Vector = tuple[Node, ...]
 """(3,) nodes, or as many as the positions of a mechanism have entries."""
 
 
@@ -21,7 +21,7 @@ def minus(g: Graph, a: Vector, b: Vector) -> Vector:
     return tuple(g.subtract(x, y) for x, y in zip(a, b, strict=True))
 
 
-def times(g: Graph, factor: int, a: Vector) -> Vector:
+def times(g: Graph, factor: Node, a: Vector) -> Vector:
     """factor * a"""
     return tuple(g.multiply(factor, x) for x in a)
 
@@ -41,7 +41,7 @@ class Turn:
     """A rotation about the unit vector ``axis`` ((3,) nodes) by ``angle``, in rad."""
 
     axis: Vector
-    angle: int
+    angle: Node
 
     def turn(self, g: Graph, a: Vector, back: bool = False) -> Vector:
         """R a, from the turned axes to the old ones; with ``back`` R^T a, from the old axes to the turned ones.
@@ -62,7 +62,7 @@ class Turn:
         in_plane = plus(g, times(g, cosine, a), times(g, sine, cross(g, self.axis, a)))
         return plus(g, in_plane, times(g, along, self.axis))
 
-    def angular_velocity(self, g: Graph, rate: int) -> Vector:
+    def angular_velocity(self, g: Graph, rate: Node) -> Vector:
         """The angular velocity (3,) of the turned axes against the old ones, the same in both; ``rate`` in rad/s."""
         return times(g, rate, self.axis)
 

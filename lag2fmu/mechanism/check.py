@@ -17,7 +17,7 @@ from lag2fmu.mechanism.unit_check import mismatches
 
 
 def check(m: Description) -> tuple[Scope, tuple[str, ...]]:
-    """The scope of ``m``, whose geometry has been checked, and what is let pass as warnings.
+    """The scope of ``m``, whose geometry has been checked, and warnings of what is odd but allowed.
 
     Raises MechanismError for the first fault. With ``strict_units`` a mismatch of units raises UnitError.
     """
@@ -94,7 +94,7 @@ def _check_bounds(part: Coordinate | Parameter | Input, where: str) -> None:
 
 
 def _check_parts(m: Description) -> None:
-    """Combinations of keys that belong together, and references between parts."""
+    """Raise MechanismError for keys that do not go together and for references to parts that do not exist."""
     if m.energy.lagrangian is not None and (m.energy.kinetic is not None or m.energy.potential is not None):
         raise MechanismError("energy: 'lagrangian' stands for kinetic and potential; give it alone, or those two")
     for table, parts in (("springs", m.springs), ("dampers", m.dampers)):

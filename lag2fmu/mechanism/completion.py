@@ -25,7 +25,7 @@ Origins = dict[str, str]
 
 
 class Completed(NamedTuple):
-    """A description with everything written out, where that comes from, its scope, and what was let pass."""
+    """A description with everything written out, the origins of what was added, its scope, and warnings."""
 
     expanded: Description
     origins: Origins
@@ -57,7 +57,7 @@ def _places(table: str, parts: Iterable[Any]) -> list[str]:
 
 
 def _with_places(written: Description) -> tuple[Description, Origins]:
-    """With what loads and joints on a parent bring, and outputs with their number of entries."""
+    """The description with what loads and joints on a parent bring; its outputs know their number of entries."""
     loads, inputs = with_inputs(written)
     origins: Origins = {f"inputs.{item.name}": f"loads.{load}" for load, item in inputs}
     known = {q.name for q in written.coordinates}
@@ -82,7 +82,7 @@ def _with_places(written: Description) -> tuple[Description, Origins]:
 
 
 def _with_joints(opened: Description) -> tuple[Description, Origins]:
-    """With what joints between two ends bring."""
+    """The description with what joints between two ends bring: constraints and outputs."""
     constraints: list[Constraint] = []
     reactions: list[Output] = []
     origins: Origins = {}
@@ -100,7 +100,10 @@ def _with_joints(opened: Description) -> tuple[Description, Origins]:
 
 
 def _with_norms(closed: Description, written: Description) -> tuple[Description, Origins]:
-    """With norms of quaternions that no constraint keeps; they stand between the written ones and those of joints."""
+    """The description with norms of quaternions that no constraint keeps yet.
+
+    These constraints stand between the written ones and those of joints.
+    """
     norms = list(missing_norms(closed))
     of_user = {c.name for c in written.constraints}
     own = [c for c in closed.constraints if c.name in of_user]
@@ -110,7 +113,7 @@ def _with_norms(closed: Description, written: Description) -> tuple[Description,
 
 
 def _decided(m: Description, scope: Scope) -> tuple[Coordinate, ...]:
-    """The coordinates; starts that nobody gave are guesses where a constraint may determine them."""
+    """The coordinates. A start that nobody gave becomes a guess if a constraint may determine it."""
     q_bound, qd_bound = constrained(m, scope)
     return tuple(
         replace(

@@ -1,4 +1,4 @@
-"""Is the geometry of a mechanism sound? Frames form trees on the world, positions fit, inertia tensors are such."""
+"""Is the geometry of a mechanism sound? Frames form trees on the world, positions fit, inertia tensors are positive."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ Values = dict[str, float]
 Matrix = list[list[float]]
 
 ROUNDING = 1e-12
-"""Relative error up to which a tensor at the edge of being positive, or a norm, counts as what it is meant to be."""
+"""Relative error within which a norm counts as 1, and a tensor at the edge of being positive as positive."""
 
 _NO_VALUE = (KeyError, ValueError, ArithmeticError)
 
@@ -131,11 +131,11 @@ def _check_entries(m: Description) -> None:
 
 
 def check_values(m: Description, scope: Scope) -> tuple[str, ...]:
-    """Raise MechanismError for axes, quaternions, masses and inertias that are none at the parameters' values.
+    """Raise MechanismError for axes, quaternions, masses and inertias that are impossible at the parameters' values.
 
     Returns warnings of tensors that no distribution of mass has, of springs that push away from rest, and of dampers
-    that drive. Time is 0, motion inputs have their start values;
-    what depends on coordinates, or has no value there, is passed over.
+    that drive. Time is 0, and motion inputs have their start values. Expressions that depend on coordinates, or have no
+    value there, are not checked.
     """
     values = values_of(m)
     for frame in m.frames:
@@ -148,7 +148,7 @@ def check_values(m: Description, scope: Scope) -> tuple[str, ...]:
 
 
 def _check_mass(body: Body, values: Values) -> None:
-    """Raise MechanismError for a negative mass or moment of inertia; tensors are looked at as a whole."""
+    """Raise MechanismError for a negative mass or moment of inertia; tensors are checked by ``_check_inertia``."""
     for key, unit, entry in (("mass", "kg", body.mass), ("inertia", "kg.m2", body.inertia)):
         numbers = None if entry is None or isinstance(entry, tuple) else _numbers((entry,), values)
         if numbers is not None and numbers[0] < 0:

@@ -61,7 +61,8 @@ class Side(NamedTuple):
 def written_out(m: Description) -> Iterator[tuple[Joint, list[Constraint], list[Output]]]:
     """Every joint of ``m`` between two ends, with the constraints and reactions that it brings.
 
-    What the coordinates meet by themselves, as frames that only turn about z meet the equations along z, is left out.
+    Equations that hold for all values of the coordinates are left out: frames that only turn about z, for example, meet
+    the equations along z by themselves.
     The geometry of ``m`` has been checked. Raises MechanismError for ends and values that do not fit.
     """
     closing = [joint for joint in m.joints if joint.between is not None]
@@ -164,12 +165,12 @@ class _Between:
         return Side(name, frame, column, self.poses.pose(frame, self.base))
 
     def equations(self) -> Iterator[Equation]:
-        """All of them, those that hold by themselves too."""
+        """All equations of the joint, also those that hold for all values of the coordinates."""
         for group in self.groups:
             yield from getattr(self, f"_{group}")()
 
     def _point(self) -> Iterator[Equation]:
-        """The two places are one."""
+        """The equations of a point: the two places coincide."""
         for k, letter in enumerate(AXES[: self.m.dimension]):
             yield Equation(letter, self.apart[k], sp.Matrix(sp.eye(3)[:, k]))
 
@@ -260,7 +261,7 @@ def _ratio(m: Description, joint: Joint) -> Constraint:
 
 
 def _refuse_unknown(joint: Joint, equations: list[Equation], needed: list[Equation]) -> None:
-    """What the coordinates see to has no multiplier, so that no one can tell what acts there."""
+    """Raise MechanismError for a reaction that is unknown: an equation that always holds has no multiplier."""
     for e in equations:
         if e not in needed:
             left = ", ".join(multiplier(_named(joint, other)) for other in needed) or "nothing"

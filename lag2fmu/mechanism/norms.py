@@ -17,10 +17,10 @@ _TRIALS, _ROUNDING = 5, 1e-9
 
 
 def missing_norms(m: Description) -> Iterator[tuple[str, Constraint]]:
-    """Every frame of ``m`` that needs it, with e0^2 + e1^2 + e2^2 + e3^2 - 1 = 0, called FRAME_norm.
+    """Every frame of ``m`` that needs a norm, with the constraint e0^2 + e1^2 + e2^2 + e3^2 - 1 = 0, called FRAME_norm.
 
-    It is not needed where the norm is 1 for all q, as of [cos(q/2), sin(q/2), 0, 0], nor where constraints of the user
-    say the same. Both are decided by values at random points.
+    No norm is needed where it is 1 for all q, as for [cos(q/2), sin(q/2), 0, 0], nor where constraints of the user keep
+    it. Both are decided by values at random points.
     """
     for frame, norm, present in _norms(m):
         if not present:
@@ -28,12 +28,12 @@ def missing_norms(m: Description) -> Iterator[tuple[str, Constraint]]:
 
 
 def norm_constraints(m: Description) -> frozenset[str]:
-    """The constraints that keep the norm of a quaternion: their multipliers mean nothing, no force acts that way."""
+    """The constraints that keep the norm of a quaternion. No force acts along them: their multipliers mean nothing."""
     return frozenset(name for _, _, present in _norms(m) for name in present)
 
 
 def _norms(m: Description) -> Iterator[tuple[str, sp.Expr, list[str]]]:
-    """(frame, norm^2 - 1, constraints that say that it vanishes) of every quaternion that does not see to it itself."""
+    """(frame, norm^2 - 1, constraints that keep it zero) of every quaternion whose norm is not 1 for all q."""
     coordinates = {q.name for q in m.coordinates}
     written = in_order(m.definitions, "definitions") if any(f.quaternion is not None for f in m.frames) else []
 
@@ -62,7 +62,7 @@ def _points(names: set[str]) -> Iterator[dict[str, float]]:
 
 
 def vanishes(expression: sp.Expr) -> bool:
-    """Whether it is zero for all values; decided by values at random points."""
+    """Whether the expression is zero for all values of its symbols; decided by values at random points."""
     try:
         return all(abs(value_of(expression, point)) < _ROUNDING for point in _points(free_names([expression])))
     except (ValueError, ArithmeticError):  # a point where it has no value

@@ -17,8 +17,8 @@ from lag2fmu.mechanism.poses import Pose, Poses
 def groups_of(m: Description, joint: Joint) -> tuple[str, ...]:
     """The groups of equations of a planar ``joint``; raises MechanismError for a kind that there is in space only.
 
-    Raises it too for an axis out of the plane, and for an end without the angle that the joint needs. A particle needs
-    none to be guided or fixed, for it does not turn.
+    It is also raised for an axis out of the plane, and for an end without the angle that the joint needs. A particle
+    does not turn, so it needs no angle to be guided or fixed.
     """
     where = f"joints.{joint.name}"
     if not JOINTS[joint.kind].planar:
@@ -46,7 +46,7 @@ def groups_of(m: Description, joint: Joint) -> tuple[str, ...]:
 
 
 def _angle(m: Description, name: str) -> sp.Expr | None:
-    """By how much what is called ``name`` has turned, in rad; None where nothing says so."""
+    """The angle (rad) of the body or point ``name``; None if it has none."""
     if name == WORLD:
         return sp.S.Zero
     return next((sp.sympify(part.angle) for part in m.places if part.name == name and part.angle is not None), None)

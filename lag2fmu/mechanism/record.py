@@ -25,12 +25,12 @@ class Mechanism(Description):
 
     Built in Python from symbols that ``coordinate``, ``parameter`` and ``signal`` declare, or read from text by
     ``lag2fmu.load``. Its tables are those of the ``description`` that was written, and hold what follows from it too:
-    frames, coordinates and constraints of joints, norms of quaternions, inputs of loads, equilibria of what has no
-    mass, starts that meet the constraints. ``origins`` says of each such part what brings it, both by their places:
-    {'constraints.hinge_x': 'joints.hinge'}. There are n coordinates and m constraints, the holonomic ones first;
-    expressions compute in SI units. ``warnings`` lists what was let pass: mismatching dimensions, inertia tensors that
-    no body has. Two mechanisms are equal if the same is written, whatever has been derived since. Source of the
-    procedure: Hand, Finch, Analytical Mechanics, section 1.9.
+    frames, coordinates and constraints of joints, norms of quaternions, inputs of loads, equilibria of coordinates
+    without mass, starts that meet the constraints. ``origins`` names for each such part the part that brings it, both
+    by their places: {'constraints.hinge_x': 'joints.hinge'}. There are n coordinates and m constraints, the holonomic
+    ones first; expressions compute in SI units. ``warnings`` lists what is odd but allowed: mismatching dimensions,
+    inertia tensors that no body has. Two mechanisms are equal if the same is written, whatever has been derived since.
+    Source of the procedure: Hand, Finch, Analytical Mechanics, section 1.9.
     """
 
     __signature__: ClassVar[Signature] = signature(Description)  # for help()
@@ -88,11 +88,11 @@ class Mechanism(Description):
         return fixed_parameters(self, self.scope)
 
     def starting_at(self, coordinates: Iterable[Coordinate]) -> Mechanism:
-        """The same mechanism, its ``coordinates`` having other starts; nothing is checked again."""
+        """The same mechanism with these ``coordinates``, which have other starts only; nothing is checked again."""
         return self._extended(coordinates=tuple(coordinates))
 
     def with_equilibria(self, equilibria: Iterable[Constraint], coordinates: Iterable[Coordinate]) -> Mechanism:
-        """The same mechanism with the ``equilibria`` of what has no mass, which its ``coordinates`` allow for.
+        """The same mechanism with the ``equilibria`` of coordinates without mass, and ``coordinates`` that follow them.
 
         Raises MechanismError for a name that clashes with those of the equilibria.
         """

@@ -45,7 +45,7 @@ class Scope:
             self.uses[d.name] = self.names_in(f"definitions.{d.name}", d.expression)
 
     def with_constraints(self, constraints: Iterable[Constraint]) -> Scope:
-        """The same scope with the multipliers of ``constraints``."""
+        """The same scope, in which expressions may also use the multipliers of ``constraints``."""
         new = copy(self)
         new.meaning = self.meaning | {names.multiplier(c.name): "multiplier" for c in constraints}
         return new
@@ -131,7 +131,7 @@ def check_constraints(m: Description, scope: Scope) -> None:
 def constrained(m: Description, scope: Scope) -> tuple[frozenset[str], frozenset[str]]:
     """The coordinates that constraints restrict, and those whose velocities they restrict.
 
-    Of the coordinates in an equilibrium that is the one without mass, which follows the others.
+    An equilibrium restricts the coordinate without mass only, which follows the others.
     """
     if not m.constraints:
         return frozenset(), frozenset()
@@ -150,7 +150,7 @@ def constrained(m: Description, scope: Scope) -> tuple[frozenset[str], frozenset
 def fixed_parameters(m: Description, scope: Scope) -> frozenset[str]:
     """The parameters in holonomic constraints, dependent ones with all they depend on: they cannot change in a run.
 
-    Those of an equilibrium may: what has no mass follows at once.
+    The parameters of an equilibrium may change: the coordinate without mass follows at once.
     """
     dependent = {p.name: p.expression for p in m.parameters if p.expression is not None}
     found: set[str] = set()

@@ -1,4 +1,4 @@
-"""Do the units of a mechanism fit? The dimension of every expression, where known, is held against the expected one."""
+"""Do the units of a mechanism fit? The known dimension of every expression is compared with the expected one."""
 
 from __future__ import annotations
 

@@ -12,6 +12,7 @@ from collections.abc import Collection, Sequence
 import numpy as np
 import sympy as sp
 
+from lag2fmu.graph.graph import Node
 from lag2fmu.mechanism import Constraint
 from lag2fmu.picture.arms import ARM, Step, steps
 from lag2fmu.picture.skeleton import Link, Skeleton
@@ -49,7 +50,7 @@ def _vector(step: Step) -> tuple[sp.Expr, ...]:
     return tuple(b - a for a, b in zip(step.start, step.end, strict=True))
 
 
-def _tip(skeleton: Skeleton, start: int, sign: int, vector: Sequence[int]) -> int:
+def _tip(skeleton: Skeleton, start: int, sign: int, vector: Sequence[Node]) -> int:
     """The spot at start + sign * vector, which has two entries."""
     move = skeleton.graph.add if sign > 0 else skeleton.graph.subtract
     return skeleton.spot([move(x, y) for x, y in zip(skeleton.nodes(start)[:2], vector, strict=True)])

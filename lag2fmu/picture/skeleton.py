@@ -19,7 +19,7 @@ from lag2fmu.dynamics.samples import start_values
 from lag2fmu.dynamics.variables import declare, translator
 from lag2fmu.graph.autodiff import forward
 from lag2fmu.graph.batches import Floats, Values, evaluate
-from lag2fmu.graph.graph import Graph
+from lag2fmu.graph.graph import Graph, Node
 from lag2fmu.graph.vectors import Vector
 from lag2fmu.language.expressions import symbol
 from lag2fmu.mechanism import Mechanism
@@ -83,7 +83,7 @@ class Skeleton:
 
     # ------------------------------------------------------------------------------------------------ putting together
 
-    def spot(self, nodes: Sequence[int]) -> int:
+    def spot(self, nodes: Sequence[Node]) -> int:
         """The number of the position or vector with the (2,) or (3,) ``nodes``; equal ones have one number."""
         padded = (*nodes, *(self.graph.zero,) * (3 - len(nodes)))
         number = self._numbered.setdefault(padded, len(self._nodes))
@@ -221,7 +221,7 @@ class Skeleton:
         """The values of (k,) expressions."""
         return self._numbers(self.put.vector(tuple(expressions)), values)
 
-    def slopes(self, nodes: Sequence[int], by_velocity: bool = False) -> Floats:
+    def slopes(self, nodes: Sequence[Node], by_velocity: bool = False) -> Floats:
         """The derivatives of ``nodes`` (k,) by the coordinates (or velocities) at the samples, (k, n, samples).
 
         nan where one has no value.
@@ -258,13 +258,13 @@ class Skeleton:
         a, b = (self._nodes[i] for i in link.ends)
         return self.keeps_length([self.graph.subtract(y, x) for x, y in zip(a, b, strict=True)])
 
-    def keeps_length(self, vector: Sequence[int]) -> bool:
+    def keeps_length(self, vector: Sequence[Node]) -> bool:
         """Whether a vector of nodes has one length at all samples."""
         found = evaluate(self.graph, vector, self.samples)
         length = np.linalg.norm(found, axis=0)
         return bool(np.ptp(length) <= 1e-9 * max(float(np.abs(length).max()), 1e-300))
 
-    def _numbers(self, nodes: Sequence[int], values: Values) -> Floats:
+    def _numbers(self, nodes: Sequence[Node], values: Values) -> Floats:
         return evaluate(self.graph, list(nodes), values)
 
     def written(self, expression: object) -> sp.Expr:

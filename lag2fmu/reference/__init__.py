@@ -3,7 +3,7 @@
 T comes from Koenig's theorem, the equations from polarisation and the complex step, the trajectory from SciPy.
 """
 
-from lag2fmu.reference.energies import Energies
+from lag2fmu.reference.energies import EnergyFunctions
 from lag2fmu.reference.equations import Balance, Equations
 from lag2fmu.reference.hamilton import integrate_canonically
 from lag2fmu.reference.integrate import Reference, integrate, remedy_of_jumps
@@ -13,7 +13,7 @@ from lag2fmu.reference.trajectory import Trajectory, parse_csv, read_csv
 
 __all__ = [
     "Balance",
-    "Energies",
+    "EnergyFunctions",
     "Equations",
     "Pieces",
     "Reference",

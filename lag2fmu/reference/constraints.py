@@ -35,7 +35,7 @@ TIGHT, LOOSE = 1e-12, 1e-6
 _ITERATIONS, _HALVINGS = 60, 12
 
 
-class Constraints:
+class ConstraintFunctions:
     """The constraints of a mechanism: h holonomic ones first, m in all, at states of n coordinates."""
 
     def __init__(self, composition: Composition, constants: Sequence[float]) -> None:

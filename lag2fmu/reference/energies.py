@@ -17,13 +17,13 @@ from lag2fmu.errors import LoadError, SimulationError
 from lag2fmu.language.expressions import TIME, symbol
 from lag2fmu.mechanism import Mechanism, Parameter
 from lag2fmu.reference.composition import composition_of
-from lag2fmu.reference.constraints import Constraints
+from lag2fmu.reference.constraints import ConstraintFunctions
 from lag2fmu.reference.functions import Array, compiled
 from lag2fmu.reference.spatial import Spatial
 from lag2fmu.reference.state import Floats, InputValues, State, batch_last
 
 
-class Energies:
+class EnergyFunctions:
     """T, V, R, L (J; R in W) of ``mechanism``, with some ``parameters`` (name -> SI value) other than declared.
 
     Everything is composed and compiled when built. Raises LoadError for a parameter that is unknown, dependent, not
@@ -45,7 +45,7 @@ class Energies:
         unknowns = [symbol(acceleration(item.name)) for item in mechanism.coordinates]
         unknowns += [symbol(multiplier(item.name)) for item in mechanism.constraints]
         self._outputs = compiled((TIME, *s.q, *s.qd, *s.inputs, *unknowns, *s.parameters), tuple(c.outputs.values()))
-        self.constraints = Constraints(c, self._constants)
+        self.constraints = ConstraintFunctions(c, self._constants)
         self.spatial = Spatial(c, self._constants)
         starts = {u.name: u.start for u in mechanism.inputs}
         self._starts = np.array([starts.get(x.name, 0.0) for x in s.inputs])
@@ -73,7 +73,7 @@ class Energies:
         inputs: InputValues | None = None,
         free: tuple[list[bool], list[bool]] | None = None,
     ) -> tuple[Floats, Floats]:
-        """q and qd, (n,) each, moved onto the constraints, see ``Constraints.consistent``."""
+        """q and qd, (n,) each, moved onto the constraints, see ``ConstraintFunctions.consistent``."""
         nominal = np.array([c.nominal for c in self.mechanism.coordinates])
         return self.constraints.consistent(lambda a, b: self.state(time, a, b, inputs), q, qd, nominal, free)
 

@@ -25,7 +25,7 @@ from numpy.typing import ArrayLike
 
 from lag2fmu.errors import DerivationError, SimulationError
 from lag2fmu.mechanism import Mechanism
-from lag2fmu.reference.energies import Energies
+from lag2fmu.reference.energies import EnergyFunctions
 from lag2fmu.reference.functions import BLOCK, STEP, Array
 from lag2fmu.reference.state import Floats, InputValues, State, batch_first, batch_last
 
@@ -77,7 +77,7 @@ class Equations:
     """
 
     def __init__(self, mechanism: Mechanism, parameters: Mapping[str, float] | None = None) -> None:
-        self.energies = Energies(mechanism, parameters)
+        self.energies = EnergyFunctions(mechanism, parameters)
         self.mechanism, self.n = mechanism, self.energies.n
         self._motions = len(mechanism.motions)
         self._parts = self.energies.velocity_part()
@@ -181,7 +181,7 @@ class Equations:
     def rates(self, state: State, damping: float = 0.0) -> tuple[Floats, Floats, Floats]:
         """qdd (n, *batch), multipliers (m, *batch), the power (*batch, W) of what changes h; NaN without a solution.
 
-        ``damping`` (1/s) is what pulls back onto the constraints, see ``Constraints.solve``.
+        ``damping`` (1/s) is what pulls back onto the constraints, see ``ConstraintFunctions.solve``.
         """
         terms = self.terms(state)
         forcing = terms.forces + terms.lagrangian_slope - terms.dissipation_slope - terms.inertial

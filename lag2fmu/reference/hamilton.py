@@ -15,7 +15,7 @@ from lag2fmu.description.names import velocity
 from lag2fmu.errors import SimulationError
 from lag2fmu.mechanism import Mechanism
 from lag2fmu.reference.equations import Equations
-from lag2fmu.reference.integrate import DAMPING, METHODS
+from lag2fmu.reference.integrate import DAMPING, SCIPY_METHODS
 from lag2fmu.reference.single import single_state
 from lag2fmu.reference.state import Floats
 from lag2fmu.reference.trajectory import Trajectory
@@ -25,13 +25,13 @@ SINGULAR = 1e12
 
 
 def integrate_canonically(
-    mechanism: Mechanism, times: ArrayLike, *, rtol: float = 1e-11, method: str = METHODS[0]
+    mechanism: Mechanism, times: ArrayLike, *, rtol: float = 1e-11, method: str = SCIPY_METHODS[0]
 ) -> Trajectory:
     """q and qd at ``times`` (k,) in s by integrating (q, p) from the declared start, without inputs; SI units.
 
-    ``rtol``: the relative tolerance; ``method``: one of METHODS, such as ``integrate`` came to take: Radau for stiff
-    mechanisms. Raises SimulationError where M is singular, or if the integration fails. Source: Goldstein, Classical
-    Mechanics, section 8.1.
+    ``rtol``: the relative tolerance; ``method``: one of SCIPY_METHODS, such as ``integrate`` came to take: Radau for
+    stiff mechanisms. Raises SimulationError where M is singular, or if the integration fails. Source: Goldstein,
+    Classical Mechanics, section 8.1.
     """
     from scipy.integrate import solve_ivp
 

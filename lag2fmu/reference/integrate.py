@@ -31,7 +31,7 @@ PERTURBATION = 1e-8
 PACES = 20
 """Points of the motion at which the pace of each coordinate is measured."""
 DAMPING = 0.1
-METHODS = ("DOP853", "Radau")
+SCIPY_METHODS = ("DOP853", "Radau")
 COMPILED_AFTER = 1000
 """Evaluations of a small mechanism's equations that NumPy does in less time than a compiler takes."""
 MAX_EVALUATIONS, MAX_WITH_JUMPS = 500_000, 50_000
@@ -108,16 +108,17 @@ def integrate(
     section II.5; Hairer, Wanner, volume II, section IV.8.
     """
     grid = _checked_times(times)
-    if method not in METHODS or not 1e-13 <= rtol <= 1e-2:
+    if method not in SCIPY_METHODS or not 1e-13 <= rtol <= 1e-2:
         raise LoadError(
-            f"integrate: method '{method}' and rtol {rtol!r}; expected one of {', '.join(METHODS)} and 1e-13 to 1e-2"
+            f"integrate: method '{method}' and rtol {rtol!r}; "
+            f"expected one of {', '.join(SCIPY_METHODS)} and 1e-13 to 1e-2"
         )
     equations = Equations(mechanism, parameters)
     signals = signals_of(mechanism, inputs, float(grid[0]))
     run = _Run(equations, signals, grid, _start(equations, starts or {}, float(grid[0]), signals))
     run.check_start()
     run.progress = progress
-    for name in METHODS[METHODS.index(method) :]:
+    for name in SCIPY_METHODS[SCIPY_METHODS.index(method) :]:
         try:
             run.share = 0.0
             raw, evaluations = run.solve(name, rtol, run.start[None], pieces=2)
@@ -129,7 +130,7 @@ def integrate(
         except SimulationError as error:
             if run.jumps:
                 raise SimulationError(f"{error}; {remedy_of_jumps(mechanism)}") from error
-            if name == METHODS[-1]:
+            if name == SCIPY_METHODS[-1]:
                 raise
     raise AssertionError("unreachable")
 

@@ -190,7 +190,7 @@ def _renamed(arguments: Sequence[sp.Symbol]) -> dict[sp.Symbol, sp.Symbol]:
 
 
 def _energies(mechanism: Mechanism, names: dict[sp.Symbol, sp.Symbol]) -> str:
-    """K, U, R as ``Energies.velocity_part`` has them: what is on frames is composed line by line."""
+    """K, U, R as ``EnergyFunctions.velocity_part`` has them: what is on frames is composed line by line."""
     c = composition_of(mechanism)
     spatial, tape = Spatial(c, ()), _Tape()
     own = (*c.velocity_part(), c.dissipation)

@@ -71,7 +71,7 @@ class SingleState:
         return spatial.forces(self._row[:configuration], self._row[1 + 2 * self.n :])
 
     def _constrained(self, forcing: Floats, damping: float) -> tuple[Floats, Floats]:
-        """qdd and multipliers: by elimination where the constraints are independent, else as ``Constraints`` does."""
+        """qdd and multipliers: by elimination for independent constraints, else as ``ConstraintFunctions`` does."""
         n, constraints, values = self.n, self.equations.energies.constraints, (*self._parts[6:], self.jacobian)
         if not np.isfinite(self._out).all():
             return np.full(n, np.nan), np.full(self.m, np.nan)

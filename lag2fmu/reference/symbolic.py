@@ -11,7 +11,7 @@ from numpy.typing import ArrayLike
 from lag2fmu.errors import DerivationError, SimulationError
 from lag2fmu.language.expressions import TIME
 from lag2fmu.mechanism import Mechanism
-from lag2fmu.reference.energies import Energies
+from lag2fmu.reference.energies import EnergyFunctions
 from lag2fmu.reference.functions import compiled
 from lag2fmu.reference.state import Floats, InputValues
 
@@ -24,7 +24,7 @@ def sympy_accelerations(mechanism: Mechanism) -> Callable[[float, ArrayLike, Arr
     With the declared parameters, in SI units; q and qd are (n,), inputs name -> value (or None). Raises
     DerivationError for more than 3 coordinates, SimulationError (from the function) where M is singular.
     """
-    energies = Energies(mechanism)
+    energies = EnergyFunctions(mechanism)
     if energies.n > MAX_COORDINATES:
         raise DerivationError(
             f"mechanism '{mechanism.name}' has {energies.n} coordinates; SymPy's equations are made for at most "
@@ -50,7 +50,7 @@ def sympy_accelerations(mechanism: Mechanism) -> Callable[[float, ArrayLike, Arr
     return accelerations
 
 
-def lagrange_equations(energies: Energies) -> tuple[sp.Matrix, sp.Matrix]:
+def lagrange_equations(energies: EnergyFunctions) -> tuple[sp.Matrix, sp.Matrix]:
     """M (n, n) and forcing (n, 1) of M qdd = forcing as expressions in plain symbols, by LagrangesMethod.
 
     Forces and dissipation -dR/dqd are added to its forcing. What is on frames is composed into expressions here.

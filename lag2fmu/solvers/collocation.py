@@ -21,11 +21,11 @@ Number = TypeVar("Number", float, complex)
 
 @dataclass(frozen=True)
 class Collocation:
-    """A method of s stages: ``a`` (s, s), ``b`` (s,) and ``c`` (s,); ``hat`` (s, s) sums what changes velocities.
+    """A method of s stages: ``a`` (s, s), ``b`` (s,), ``c`` (s,), and ``hat`` (s, s), the ``a`` of the velocities.
 
-    ``variational``: it comes from a discrete action and works on momenta, with steps of fixed length. Else
-    ``error_order`` is that of its error estimate. ``solver`` is the name on the command line, ``source`` where the
-    method comes from.
+    A ``variational`` method comes from a discrete action; it works on momenta, with steps of fixed length. For the
+    others ``error_order`` is the order of the error estimate. ``solver`` is the name on the command line, ``source``
+    where the method comes from.
     """
 
     solver: str
@@ -64,12 +64,12 @@ class Collocation:
 
     @property
     def all_stages(self) -> int:
-        """The same: dense output needs no stages of its own."""
+        """The number of stages, those of dense output included; collocation needs none of its own for that."""
         return self.stages
 
     @property
     def dense_order(self) -> int:
-        """Of the velocities in Hermite's quintic of the coordinates; 0 where steps are fixed and there is none."""
+        """The order of the velocities in Hermite's quintic of the coordinates; 0 for fixed steps: no dense output."""
         return 0 if self.variational else 4
 
     @property
@@ -84,15 +84,16 @@ class Collocation:
 
     @property
     def holonomic(self) -> bool:
-        """Whether it takes holonomic constraints: the first stage is the start, the last one's force ends the step."""
+        """Whether it takes holonomic constraints: its first stage is the start of the step, its last one the end."""
         start_and_end = not any(self.a[0]) and not any(row[-1] for row in self.hat)
         return self.variational and self.stages > 1 and start_and_end
 
     @property
     def multiplier_weights(self) -> tuple[Row, ...]:
-        """The inverse of how positions at stages 2 ... s answer forces at stages 1 ... s - 1: of a hat, (s - 1, s - 1).
+        """The inverse of the block of a hat in rows 2 ... s and columns 1 ... s - 1, (s - 1, s - 1).
 
-        () for methods that take no constraints.
+        The block says how positions at stages 2 ... s depend on forces at stages 1 ... s - 1. () for methods that take
+        no constraints.
         """
         if not self.holonomic:
             return ()
@@ -101,7 +102,7 @@ class Collocation:
 
     @property
     def squared(self) -> tuple[Row, ...]:
-        """The matrix a a, (s, s): how positions at the stages answer what changes the velocities."""
+        """The matrix a a, (s, s): how positions at the stages depend on accelerations at the stages."""
         columns = list(zip(*self.a, strict=True))
         return tuple(tuple(_row_product(row, column) for column in columns) for row in self.a)
 

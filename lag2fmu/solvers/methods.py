@@ -43,12 +43,13 @@ METHODS: dict[str, Method] = {
 
 
 def takes(method: Method, kind: str) -> bool:
-    """Whether ``method`` works under constraints of this kind; variational ones do under holonomic ones at best."""
+    """Whether ``method`` takes constraints of this ``kind``. No variational method takes nonholonomic ones."""
     return not (isinstance(method, Collocation) and method.variational) or (kind == "holonomic" and method.holonomic)
 
 
 STIFF_SOLVER = "radau5"
-"""For mechanisms that are stiff at their start, if no solver is asked for; for the others:"""
+"""The solver of mechanisms that are stiff at their start, if the user names none."""
 DEFAULT_SOLVER = "dopri5"
-"""By measurement: dop853 takes less time in long communication steps (benchmarks/integrators.py), but 12 evaluations
-for 6 of dopri5 in each step where inputs change, as they do in most co-simulations."""
+"""The solver of all other mechanisms, if the user names none. dop853 takes less time in long communication steps, as
+benchmarks/integrators.py measures. But where inputs change in each step, as in most co-simulations, it takes 12
+evaluations a step and dopri5 takes 6."""

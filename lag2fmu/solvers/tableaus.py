@@ -22,7 +22,7 @@ class Tableau:
     step. With weights ``second`` (s,) of lower ``second_order`` the estimate is E^2 / sqrt(E^2 + (E_second / 10)^2),
     where E and E_second are the differences from both. Dense output takes further stages, the rows of ``extra``
     (e, s + e), and continues Hermite's cubic by ``dense`` (r, s + e) to ``dense_order``, see dense_order_of; 0: none.
-    ``safety`` is the part that is taken of the step which would just meet the tolerance.
+    ``safety`` is the next step as a part of the step that would just meet the tolerance.
     ``solver`` is the name on the command line, ``source`` where the coefficients come from.
     """
 

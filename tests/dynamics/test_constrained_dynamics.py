@@ -13,9 +13,9 @@ import pytest
 from sympy import cos, sin
 
 from lag2fmu.dynamics import EquationsOfMotion, derive, lower
-from lag2fmu.dynamics.constrained import solve_constrained
 from lag2fmu.dynamics.constraints import ambiguous
 from lag2fmu.dynamics.samples import start_values
+from lag2fmu.dynamics.schur_complement import solve_constrained
 from lag2fmu.dynamics.terms import canonical
 from lag2fmu.errors import DerivationError
 from lag2fmu.formats.loading import load
@@ -162,7 +162,7 @@ def test_a_formula_that_is_too_long_is_not_made(monkeypatch: pytest.MonkeyPatch)
     equations = derive(load("four_bar_linkage")).apart()
     drift = [equations.graph.zero] * 2
     assert solve_constrained(equations, drift) is not None
-    monkeypatch.setattr("lag2fmu.dynamics.constrained.MOST_OPERATIONS", 100)
+    monkeypatch.setattr("lag2fmu.dynamics.schur_complement.MOST_OPERATIONS", 100)
     assert solve_constrained(equations, drift) is None
     accelerations = next(f for f in lower(equations).functions if f.name == "mechanism_accelerations")
     assert {node for *_, node in accelerations.results} == {equations.graph.zero}, "the runtime's loops take over"

@@ -14,14 +14,14 @@ import sympy as sp
 from lag2fmu.description import names
 from lag2fmu.dynamics import derive, lower
 from lag2fmu.dynamics.elimination import mass_matrix, solve
-from lag2fmu.dynamics.lagrange import METHODS, EquationsOfMotion
+from lag2fmu.dynamics.lagrange import ACCELERATION_METHODS, EquationsOfMotion
 from lag2fmu.dynamics.quadratic import second_degree
 from lag2fmu.dynamics.samples import start_values
 from lag2fmu.formats.loading import bundled, load
 from lag2fmu.graph.cost import cycles
+from lag2fmu.graph.from_sympy import Translator
 from lag2fmu.graph.graph import Graph
 from lag2fmu.graph.operations import OPERATIONS
-from lag2fmu.graph.translate import Translator
 from lag2fmu.mechanism import Body, Energy, Frame, Mechanism, Spring, coordinate, parameter, signal
 from lag2fmu.reference import Equations
 
@@ -98,7 +98,7 @@ def test_both_methods_solve_the_equations(kind: str, seed: int) -> None:
     """|M qdd - f| <= 1e-12 (|M||qdd| + |f|), the accelerations of both agree, and with the independent path."""
     mechanism = (random_tree if kind == "tree" else random_energy)(seed)
     independent = Equations(mechanism)
-    both = [derive(mechanism, method) for method in METHODS]
+    both = [derive(mechanism, method) for method in ACCELERATION_METHODS]
     coordinates = [c.name for c in mechanism.coordinates]
     for values in random_states(mechanism):
         found = []
@@ -120,7 +120,7 @@ def test_both_methods_solve_the_equations(kind: str, seed: int) -> None:
 @pytest.mark.parametrize("name", bundled())
 def test_residuals_of_the_bundled_models(name: str) -> None:
     mechanism = load(name)
-    for method in METHODS:
+    for method in ACCELERATION_METHODS:
         equations = derive(mechanism, method)
         for values in random_states(equations.mechanism, 3):
             M, f = dense(equations, values)
@@ -194,9 +194,9 @@ def test_operation_counts_are_the_golden_ones(request: pytest.FixtureRequest) ->
     models = [(name, {}) for name in bundled()] + [("n_pendulum", {"n": n}) for n in (10, 20)]
     lines = []
     for name, arguments in models:
-        counts = [derive(load(name, arguments), method).operations for method in METHODS]
+        counts = [derive(load(name, arguments), method).operations for method in ACCELERATION_METHODS]
         label = " ".join([name, *(f"{k}={v}" for k, v in arguments.items())])
-        lines.append(f"{label}: " + ", ".join(f"{m} {c}" for m, c in zip(METHODS, counts, strict=True)))
+        lines.append(f"{label}: " + ", ".join(f"{m} {c}" for m, c in zip(ACCELERATION_METHODS, counts, strict=True)))
     text = "\n".join(lines) + "\n"
     if request.config.getoption("--update"):
         COUNTS.write_text(text, "utf-8")
@@ -212,7 +212,7 @@ def test_the_automatic_choice_is_the_quicker_one() -> None:
     """Along a chain of 8 links the elimination is shorter and waits longer; both were measured (P8, P20a)."""
     for name, links in (("six_axis_arm", 0), ("double_pendulum", 0), ("n_pendulum", 8), ("n_pendulum", 16)):
         mechanism = load(name, {"n": links} if links else {})
-        both = {method: derive(mechanism, method) for method in METHODS}
+        both = {method: derive(mechanism, method) for method in ACCELERATION_METHODS}
         cost = {method: cycles(e.graph, e.solution.x) for method, e in both.items() if e.solution}
         chosen = derive(mechanism)
         assert cost[chosen.method] == min(cost.values())

@@ -11,7 +11,7 @@ import sympy as sp
 from lag2fmu.dynamics import derive
 from lag2fmu.dynamics.formulas import formulas
 from lag2fmu.formats.loading import bundled, load
-from lag2fmu.graph.written import tidy, written
+from lag2fmu.graph.to_sympy import tidy, written
 
 LARGE = {"six_axis_arm", "humanoid_planar", "andrews_squeezer", "bricard", "n_four_bar", "parallel_manipulator"}
 LARGE |= {"whipple_bicycle", "rolling_disc", "sphere_on_turntable", "heavy_top_quaternion", "free_body"}

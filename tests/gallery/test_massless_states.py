@@ -21,7 +21,7 @@ from lag2fmu.dynamics import derive
 from lag2fmu.errors import MechanismError, SimulationError
 from lag2fmu.formats.loading import load
 from lag2fmu.mechanism import Constraint, Energy, Mechanism, coordinate, parameter
-from lag2fmu.verify.running import simulate
+from lag2fmu.verify.entry_points import simulate
 
 hard = 2e4
 

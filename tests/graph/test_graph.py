@@ -12,9 +12,9 @@ import sympy as sp
 
 from lag2fmu.graph.autodiff import forward, reverse
 from lag2fmu.graph.fingerprint import PRIME
+from lag2fmu.graph.from_sympy import Translator
 from lag2fmu.graph.graph import Graph
 from lag2fmu.graph.operations import ARITY, CODE, OPERATIONS
-from lag2fmu.graph.translate import Translator
 from lag2fmu.language.expressions import parse
 
 NAMES = ("x", "y", "z")

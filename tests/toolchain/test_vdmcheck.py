@@ -89,7 +89,7 @@ def test_nothing_is_found(model: str, checker: Path, exported) -> None:
 @pytest.fixture(scope="module")
 def fullest(tmp_path_factory: pytest.TempPathFactory) -> Fmu:
     """All outputs promoted, with a reference trajectory inside."""
-    from lag2fmu.verify.experiment import reference_files
+    from lag2fmu.verify.reference_files import reference_files
 
     mechanism, path = load("double_pendulum"), tmp_path_factory.mktemp("fullest") / "full.fmu"
     return export(mechanism, path, outputs=("all",), extra=reference_files(mechanism))

@@ -1,4 +1,4 @@
-"""What a backend is: it checks the user's choices at once, and builds an FMU's own files from equations later."""
+"""The protocol of a backend: it checks the user's choices first, and later builds its files from the equations."""
 
 from __future__ import annotations
 
@@ -30,7 +30,7 @@ class Choices:
 class Content:
     """What a backend makes: the description with its GUID, and the backend's own files {name in the archive: content}.
 
-    ``binaries`` is a phrase on the libraries, ``resources`` the lines of the FMU's page on further files, as HTML.
+    ``binaries`` is a phrase on the libraries. ``resources`` are lines of HTML on further files, for the FMU's page.
     """
 
     description: ModelDescription
@@ -57,7 +57,7 @@ class Backend(Protocol):
         ...
 
     def prepare(self, choices: Choices) -> Build:
-        """Check ``choices`` and return what builds; raises ExportError or BuildError for what cannot be had.
+        """Check ``choices`` and return the function that builds. Raises ExportError or BuildError.
 
         The build raises ExportError for equations that the backend cannot print, BuildError if a tool fails.
         """

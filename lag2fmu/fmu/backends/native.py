@@ -42,7 +42,7 @@ INTERFACE = Interface(
     event_indicators=0,
 )
 _BLANK = "{00000000-0000-0000-0000-000000000000}"
-"""What stands in the sources where the GUID comes in, until it is known."""
+"""A placeholder that stands in the sources until their GUID is known."""
 _SOURCES = (
     "<code>sources/</code>: all of it in C99, with <code>buildDescription.xml</code>; needs the headers of FMI 2.0 and "
     "libm"

@@ -14,7 +14,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 
-from lag2fmu.codegen import TABLEAUS, Tables
+from lag2fmu.codegen import TABLEAUS, RuntimeTables
 from lag2fmu.codegen.python_sources import printable, render_mechanism, runtime_files
 from lag2fmu.dynamics import EquationsOfMotion, Program
 from lag2fmu.errors import BuildError, ExportError
@@ -135,7 +135,7 @@ def _guid(description: ModelDescription, files: Mapping[str, bytes]) -> uuid.UUI
     return uuid.UUID(bytes=digest.digest()[:16], version=5)
 
 
-def _module(program: Program, tables: Tables, description: ModelDescription) -> bytes:
+def _module(program: Program, tables: RuntimeTables, description: ModelDescription) -> bytes:
     """The Python module of the equations."""
     mechanism = description.mechanism
     return render_mechanism(

@@ -1,4 +1,4 @@
-"""Tables of a text: each entry taken in the type it should have, every fault named with its place."""
+"""The tables of a TOML text: each entry taken in the type it should have, every fault named with its place."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ from lag2fmu.language.units import Unit, parse_unit
 MAX_EXPONENT, MAX_BITS, MAX_NUMBER = 330, 1024, 1600
 
 
-class Table:
+class TomlTable:
     """One table of the text with its place; hands out each entry in the type it should have, or raises TextError."""
 
     def __init__(self, where: str, content: object, keys: Iterable[str] | None = None) -> None:
@@ -36,9 +36,9 @@ class Table:
         short = key if len(key) <= 60 else f"{key[:57]}..."
         return f"{self.where}.{short}" if self.where else short
 
-    def table(self, key: str, keys: Iterable[str] | None = None) -> Table:
+    def table(self, key: str, keys: Iterable[str] | None = None) -> TomlTable:
         """The table ``key``, empty if it is not there."""
-        return Table(self.place(key), self.content.get(key, {}), keys)
+        return TomlTable(self.place(key), self.content.get(key, {}), keys)
 
     def text(self, key: str, default: str | None = "") -> str | None:
         """The string ``key``, ``default`` if it is not there; raises TextError for another type."""

@@ -11,9 +11,9 @@ from itertools import combinations
 
 import sympy as sp
 
-from lag2fmu.graph.graph import Graph
+from lag2fmu.graph.from_sympy import FUNCTIONS
+from lag2fmu.graph.graph import Graph, Node
 from lag2fmu.graph.operations import CONSTANT, NEGATE, OPERATIONS, SYMBOL
-from lag2fmu.graph.translate import FUNCTIONS
 
 _SYMPY = {name: function for function, name in FUNCTIONS.items()} | {
     "add": lambda a, b: a + b,
@@ -28,19 +28,19 @@ _SYMPY = {name: function for function, name in FUNCTIONS.items()} | {
 _OTHER = {sp.sin: sp.cos, sp.cos: sp.sin}
 
 
-def written_operations(graph: Graph, nodes: Iterable[int]) -> int:
+def written_operations(graph: Graph, nodes: Iterable[Node]) -> int:
     """The number of operations of ``nodes`` if every formula is written out, shared parts as often as they stand."""
     nodes = list(nodes)
-    count: dict[int, int] = {}
+    count: dict[Node, int] = {}
     for node in graph.cone(nodes):
         operands = graph.operands[node]
         count[node] = sum(count[o] for o in operands) + bool(operands)
     return sum(count[node] for node in nodes)
 
 
-def written(graph: Graph, nodes: Sequence[int]) -> list[sp.Expr]:
+def written(graph: Graph, nodes: Sequence[Node]) -> list[sp.Expr]:
     """``nodes``, (k,), as SymPy expressions in symbols that are real; what stands in functions is tidied."""
-    found: dict[int, sp.Expr] = {}
+    found: dict[Node, sp.Expr] = {}
     for node in graph.cone(nodes):
         code = graph.code[node]
         if code == CONSTANT:

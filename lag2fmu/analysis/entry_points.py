@@ -1,4 +1,4 @@
-"""The analyses as verbs of the package: for whatever stands for a mechanism."""
+"""``linearize``, ``equilibria`` and ``modes`` of the package, for whatever stands for a mechanism."""
 
 from __future__ import annotations
 
@@ -8,7 +8,6 @@ from typing import Any
 from lag2fmu import analysis
 from lag2fmu.analysis import Equilibrium, Linearization, Mode
 from lag2fmu.dynamics import EquationsOfMotion, derive
-from lag2fmu.formats.loading import as_mechanism
 from lag2fmu.mechanism import Mechanism
 
 Model = EquationsOfMotion | Mechanism | str | Path
@@ -43,4 +42,4 @@ def modes(model: Model, **about: Any) -> tuple[Mode, ...]:
 
 
 def _equations(model: Model) -> EquationsOfMotion:
-    return model if isinstance(model, EquationsOfMotion) else derive(as_mechanism(model))
+    return model if isinstance(model, EquationsOfMotion) else derive(model)

@@ -9,7 +9,7 @@ from fractions import Fraction
 import sympy as sp
 
 from lag2fmu.errors import DerivationError
-from lag2fmu.graph.graph import Graph
+from lag2fmu.graph.graph import Graph, Node
 
 FUNCTIONS = {
     sp.sin: "sin",
@@ -39,17 +39,17 @@ class Translator:
     of a chain written as flat sums l1 sin(q1) + l2 sin(q2) + ... become a recursion from link to link.
     """
 
-    def __init__(self, graph: Graph, names: Mapping[str, int], expressions: Iterable[sp.Expr] = ()) -> None:
+    def __init__(self, graph: Graph, names: Mapping[str, Node], expressions: Iterable[sp.Expr] = ()) -> None:
         self.graph, self.names = graph, dict(names)
-        self._memory: dict[sp.Expr, int] = {}
+        self._memory: dict[sp.Expr, Node] = {}
         self._cores: dict[sp.Expr, sp.Expr] = {}
         self._frequency = self._term_frequency(expressions)
 
-    def define(self, name: str, node: int) -> None:
+    def define(self, name: str, node: Node) -> None:
         """Let ``name`` stand for ``node`` in expressions translated from now on."""
         self.names[name] = node
 
-    def __call__(self, expression: sp.Expr) -> int:
+    def __call__(self, expression: sp.Expr) -> Node:
         """The node of ``expression``; raises DerivationError for an operation the graph does not have."""
         node = self._memory.get(expression)
         if node is None:
@@ -57,11 +57,11 @@ class Translator:
                 node = self._memory[expression] = self._translate(expression)
         return node
 
-    def vector(self, expressions: tuple[sp.Expr, ...]) -> tuple[int, ...]:
+    def vector(self, expressions: tuple[sp.Expr, ...]) -> tuple[Node, ...]:
         """The nodes of several expressions, (k,)."""
         return tuple(self(e) for e in expressions)
 
-    def _translate(self, e: sp.Expr) -> int:
+    def _translate(self, e: sp.Expr) -> Node:
         g = self.graph
         if e.is_Symbol:
             return self.names[e.name]
@@ -86,7 +86,7 @@ class Translator:
             return result
         return g.apply(name, *arguments)
 
-    def _sum(self, e: sp.Expr) -> int:
+    def _sum(self, e: sp.Expr) -> Node:
         """A sum from left to right, the most frequent terms first."""
         cores = {term: self._core(term) for term in e.args}
         order = sorted(e.args, key=lambda term: (-self._frequency[cores[term]], self(cores[term])))
@@ -114,7 +114,7 @@ class Translator:
                     frequency.update([self._core(term) for term in e.args])
         return frequency
 
-    def _product(self, e: sp.Expr) -> int:
+    def _product(self, e: sp.Expr) -> Node:
         """A product as numerator / denominator, so that x/y is one division."""
         g = self.graph
         above, below = g.one, g.one

@@ -1,13 +1,13 @@
-"""Accelerations and multipliers under constraints as one formula, for where nothing special happens.
+"""Accelerations and multipliers under constraints as one formula, by the Schur complement of M in the KKT matrix.
 
 From M qdd = forcing + G^T multiplier and G qdd = below, which is -gamma, follows
 
     S multiplier = below - G M^-1 forcing,   S = G M^-1 G^T,   qdd = M^-1 forcing + M^-1 G^T multiplier.
 
-M^-1 is applied by the same elimination as without constraints, so that what is zero in M and G costs nothing, and S is
-solved by L D L^T in an order that is best at the start. Of redundant constraints those that are independent there are
-taken. The formula tells where it does not hold: where M or S has a pivot near zero, or where a constraint that was left
-out says something of its own. The runtime then factorises with pivoting.
+M^-1 is applied by the same elimination as without constraints, so that zeros in M and G cost nothing. S is solved by
+L D L^T; the order of its rows is the best one at the start. Rows that are redundant at the start are left out. The
+formula also returns numbers that say where it does not hold: where M or S has a pivot near zero, and where a row that
+was left out becomes independent. There the runtime factorises with pivoting instead.
 Source: R. Featherstone, Rigid Body Dynamics Algorithms, section 3.6; Golub, Van Loan, Matrix Computations, section 4.1.
 """
 
@@ -22,34 +22,35 @@ from lag2fmu.dynamics.elimination import solve
 from lag2fmu.dynamics.lagrange import EquationsOfMotion
 from lag2fmu.dynamics.samples import start_values
 from lag2fmu.graph.batches import Floats
-from lag2fmu.graph.graph import Graph
+from lag2fmu.graph.graph import Graph, Node
 
 CLEAR = 1e-3
-"""A pivot of S relative to its diagonal entry: above it the row is clearly independent, below it may be redundant."""
+"""A row of S is clearly independent if its pivot is more than this part of its diagonal entry; else it may not be."""
 
 MOST_OPERATIONS = 8000
-"""Of a formula; a longer one takes compilers long and is no faster than the runtime's loops."""
+"""The most operations of a formula. A longer one compiles slowly and is no faster than the runtime's loops."""
 
 _LEAST = 1e-8
-"""The same at the start, for rows that count at all."""
+"""A row is redundant at the start if its pivot is less than this part of its diagonal entry."""
 
 
 @dataclass(frozen=True)
 class ConstrainedSolution:
     """``unknowns``: qdd and multipliers, (n + m,).
 
-    They hold where the ``pivots`` (n,) of M are sound, all ``margins`` (m,) positive, which tell by how far each row is
-    as independent, or as redundant, as it is at the start, and the ``squares`` (m,) have not shrunk: of the distance of
-    each row from the span of those before it, in the metric M^-1; 0 for the rows that are left out.
+    They hold under three conditions. The ``pivots`` (n,) of M are sound. All ``margins`` (m,) are positive: they say by
+    how far each row is still as independent, or as redundant, as at the start. The ``squares`` (m,) have not shrunk:
+    they are the squared distances of each row from the span of the rows before it, in the metric M^-1. The squares of
+    rows that are left out are 0.
     """
 
-    unknowns: tuple[int, ...]
-    pivots: tuple[int, ...]
-    margins: tuple[int, ...]
-    squares: tuple[int, ...]
+    unknowns: tuple[Node, ...]
+    pivots: tuple[Node, ...]
+    margins: tuple[Node, ...]
+    squares: tuple[Node, ...]
 
 
-def solve_constrained(equations: EquationsOfMotion, drift: Sequence[int]) -> ConstrainedSolution | None:
+def solve_constrained(equations: EquationsOfMotion, drift: Sequence[Node]) -> ConstrainedSolution | None:
     """The solution with G qdd + gamma + ``drift`` = 0, (m,) nodes.
 
     None if M is singular everywhere, if a row has nothing to act on at the start, or if the formula is too long.
@@ -82,9 +83,9 @@ def solve_constrained(equations: EquationsOfMotion, drift: Sequence[int]) -> Con
 
 
 def _ranked(triangle: Floats, m: int) -> tuple[list[int], int] | None:
-    """The rows by pivoting of S, given by its lower triangle, and how many are independent; None if one is no number.
+    """The order of the rows that pivoting gives, and how many are independent; S (m, m) is given by its lower triangle.
 
-    Rows count as parts of their length.
+    S is scaled to a unit diagonal first. None if an entry is not finite or a diagonal entry is not positive.
     """
     S = np.zeros((m, m))
     S[np.tril_indices(m)] = triangle
@@ -104,17 +105,17 @@ def _ranked(triangle: Floats, m: int) -> tuple[list[int], int] | None:
 
 
 class _Decomposition:
-    """L D L^T of the first ``rank`` rows in the ``order``; of the others what they add to those."""
+    """L D L^T of the first ``rank`` rows of S in the ``order``; the other rows get a pivot only."""
 
-    def __init__(self, graph: Graph, matrix: Sequence[Sequence[int]], order: Sequence[int], rank: int) -> None:
+    def __init__(self, graph: Graph, matrix: Sequence[Sequence[Node]], order: Sequence[int], rank: int) -> None:
         self.g, self.order, self.rank = graph, order, rank
         self.whole = [matrix[k][k] for k in order]
-        self.lower: list[list[int]] = []
-        self.pivots: list[int] = []
-        self.inverses: list[int] = []
+        self.lower: list[list[Node]] = []
+        self.pivots: list[Node] = []
+        self.inverses: list[Node] = []
         for i, row in enumerate(order):
-            scaled: list[int] = []  # (L D)_ij
-            factors: list[int] = []  # L_ij
+            scaled: list[Node] = []  # (L D)_ij
+            factors: list[Node] = []  # L_ij
             for j in range(min(i, rank)):
                 known = matrix[max(row, order[j])][min(row, order[j])]
                 entry = graph.subtract(known, graph.dot(scaled, self.lower[j]))
@@ -125,10 +126,10 @@ class _Decomposition:
             if i < rank:
                 self.inverses.append(graph.divide(graph.one, self.pivots[i]))
 
-    def solve(self, right: Sequence[int]) -> list[int]:
+    def solve(self, right: Sequence[Node]) -> list[Node]:
         """x of S x = ``right``, (m,), zero in the rows that were left out."""
         g, rank = self.g, self.rank
-        forward: list[int] = []
+        forward: list[Node] = []
         for i in range(rank):
             forward.append(g.subtract(right[self.order[i]], g.dot(self.lower[i], forward)))
         found = [g.zero] * len(self.order)
@@ -137,8 +138,8 @@ class _Decomposition:
             found[self.order[i]] = g.subtract(g.multiply(forward[i], self.inverses[i]), g.total(above))
         return found
 
-    def margins(self) -> tuple[int, ...]:
-        """By how far each row, in its own place, is on its side of CLEAR."""
+    def margins(self) -> tuple[Node, ...]:
+        """How far the pivot of each row is above CLEAR of its diagonal entry, or below it for rows left out, (m,)."""
         g, clear = self.g, self.g.constant(CLEAR)
         margins = [g.zero] * len(self.order)
         for i, (row, pivot, whole) in enumerate(zip(self.order, self.pivots, self.whole, strict=True)):
@@ -146,7 +147,7 @@ class _Decomposition:
             margins[row] = g.subtract(pivot, bar) if i < self.rank else g.subtract(bar, pivot)
         return tuple(margins)
 
-    def squares(self) -> tuple[int, ...]:
-        """The pivot of each row, in its own place; 0 for those that are left out."""
+    def squares(self) -> tuple[Node, ...]:
+        """The pivot of each row, 0 for rows that are left out, (m,)."""
         pivots = dict(zip(self.order[: self.rank], self.pivots, strict=False))
         return tuple(pivots.get(row, self.g.zero) for row in range(len(self.order)))

@@ -26,7 +26,7 @@ if TYPE_CHECKING:
     from lag2fmu.language.units import Unit
     from lag2fmu.mechanism import Mechanism
     from lag2fmu.reference import Trajectory
-    from lag2fmu.verify.running import Model
+    from lag2fmu.verify.entry_points import Model
 
 
 @click.command("export")
@@ -80,7 +80,7 @@ def export_command(  # noqa: PLR0913, PLR0917 (an option each)
     if not force:
         _refuse_to_overwrite(path, mechanism)
     if reference:
-        from lag2fmu.verify.experiment import reference_files
+        from lag2fmu.verify.reference_files import reference_files
 
         extra = reference_files(mechanism)
     with build_progress() as progress:
@@ -142,7 +142,7 @@ def simulate(
     """Run MODEL or an FMU by fmpy."""
     from lag2fmu.description.names import SETTINGS
     from lag2fmu.reference import read_csv
-    from lag2fmu.verify import running
+    from lag2fmu.verify import entry_points
 
     check_picture(plot)
     if out not in (None, "-"):
@@ -150,7 +150,7 @@ def simulate(
     source, values, units = _source_and_values(model, settings)
     signals = None if inputs is None else read_csv(inputs, units)
     with progress_bar("simulating", stop_time) as progress:
-        trajectory = running.simulate(
+        trajectory = entry_points.simulate(
             source,
             stop_time=stop_time,
             step=step,
@@ -165,7 +165,7 @@ def simulate(
         from lag2fmu.verify.plots import motion_figure, save
 
         of_mechanism = {name: value for name, value in values.items() if name not in SETTINGS}
-        mechanism = running.mechanism_of(source, of_mechanism)
+        mechanism = entry_points.mechanism_of(source, of_mechanism)
         title = Path(model).stem if mechanism is None else mechanism.title
         save(motion_figure(title, trajectory, mechanism, signals), plot)
 
@@ -178,10 +178,10 @@ def _source_and_values(model: str, settings: tuple[str, ...]) -> tuple[Model, di
     from lag2fmu.description.names import SETTINGS
     from lag2fmu.formats.loading import pairs_of, values_of
     from lag2fmu.mechanism.display import display_units
-    from lag2fmu.verify import running
+    from lag2fmu.verify import entry_points
 
-    if running.is_fmu(Path(model)):
-        texts, inside = pairs_of(settings), running.mechanism_of(Path(model))
+    if entry_points.is_fmu(Path(model)):
+        texts, inside = pairs_of(settings), entry_points.mechanism_of(Path(model))
         units = {} if inside is None else display_units(inside)
         echo_settings(texts, units)
         return Path(model), values_of(texts, units), units
