@@ -4,14 +4,11 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from functools import cached_property
-from typing import TYPE_CHECKING
 
 import sympy as sp
 
+from lag2fmu.dynamics.equations import EquationsOfMotion
 from lag2fmu.graph.to_sympy import written
-
-if TYPE_CHECKING:
-    from lag2fmu.dynamics.lagrange import EquationsOfMotion
 
 
 @dataclass(frozen=True)
