@@ -18,7 +18,7 @@ import sympy as sp
 from lag2fmu.analysis.conserved import lagrangian
 from lag2fmu.analysis.evaluation import resting_inputs
 from lag2fmu.description import names
-from lag2fmu.dynamics.lagrange import EquationsOfMotion
+from lag2fmu.dynamics.equations import EquationsOfMotion
 from lag2fmu.errors import DerivationError
 from lag2fmu.graph.autodiff import forward, reverse
 from lag2fmu.graph.batches import Floats, Values, evaluate, matrix

@@ -18,7 +18,7 @@ import sympy as sp
 from lag2fmu.analysis.evaluation import random_states, unknowns
 from lag2fmu.description import names
 from lag2fmu.dynamics.energies import Composer
-from lag2fmu.dynamics.lagrange import EquationsOfMotion
+from lag2fmu.dynamics.equations import EquationsOfMotion
 from lag2fmu.dynamics.variables import translator
 from lag2fmu.graph.autodiff import forward, reverse
 from lag2fmu.graph.batches import evaluate

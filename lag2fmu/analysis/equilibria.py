@@ -13,7 +13,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from lag2fmu.analysis.evaluation import at, operating_inputs
-from lag2fmu.dynamics.lagrange import EquationsOfMotion
+from lag2fmu.dynamics.equations import EquationsOfMotion
 from lag2fmu.graph.autodiff import forward
 from lag2fmu.graph.batches import Floats, Values, evaluate
 

@@ -10,7 +10,7 @@ import numpy as np
 
 from lag2fmu.description import names
 from lag2fmu.dynamics.constraints import starting_consistently
-from lag2fmu.dynamics.lagrange import EquationsOfMotion
+from lag2fmu.dynamics.equations import EquationsOfMotion
 from lag2fmu.dynamics.samples import start_values
 from lag2fmu.errors import DerivationError
 from lag2fmu.graph.autodiff import forward

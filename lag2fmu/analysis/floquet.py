@@ -18,7 +18,7 @@ from numpy.typing import NDArray
 
 from lag2fmu.analysis.evaluation import at, operating_inputs
 from lag2fmu.analysis.linearization import Linearizer
-from lag2fmu.dynamics.lagrange import EquationsOfMotion
+from lag2fmu.dynamics.equations import EquationsOfMotion
 from lag2fmu.errors import DerivationError
 from lag2fmu.graph.batches import Floats
 from lag2fmu.language.expressions import TIME

@@ -21,7 +21,7 @@ import numpy as np
 
 from lag2fmu.analysis.evaluation import at, operating_inputs, saddle, unknowns
 from lag2fmu.description import names
-from lag2fmu.dynamics.lagrange import EquationsOfMotion
+from lag2fmu.dynamics.equations import EquationsOfMotion
 from lag2fmu.dynamics.tangent import Tangent, differentiate
 from lag2fmu.errors import DerivationError
 from lag2fmu.graph.batches import Floats, Values, evaluate, matrix

@@ -19,7 +19,8 @@ from lag2fmu.analysis.floquet import floquet
 from lag2fmu.analysis.linearization import Linearization, linearize
 from lag2fmu.analysis.modes import Mode, normal_modes
 from lag2fmu.description import names
-from lag2fmu.dynamics.lagrange import EquationsOfMotion, derive
+from lag2fmu.dynamics.equations import EquationsOfMotion
+from lag2fmu.dynamics.lagrange import derive
 from lag2fmu.errors import DerivationError
 from lag2fmu.graph.batches import Floats
 from lag2fmu.language.expressions import to_text

@@ -17,7 +17,8 @@ from lag2fmu.analysis.canonical import inertia
 from lag2fmu.analysis.equilibria import Equilibrium, equilibria
 from lag2fmu.analysis.evaluation import at, driven_by_time, operating_inputs, unknowns
 from lag2fmu.description import names
-from lag2fmu.dynamics.lagrange import EquationsOfMotion, derive
+from lag2fmu.dynamics.equations import EquationsOfMotion
+from lag2fmu.dynamics.lagrange import derive
 from lag2fmu.errors import DerivationError
 from lag2fmu.graph.autodiff import forward
 from lag2fmu.graph.batches import Floats, evaluate

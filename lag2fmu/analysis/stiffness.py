@@ -17,7 +17,7 @@ import numpy as np
 from lag2fmu.analysis.evaluation import attempted
 from lag2fmu.analysis.linearization import linearize
 from lag2fmu.analysis.modes import normal_modes
-from lag2fmu.dynamics.lagrange import EquationsOfMotion
+from lag2fmu.dynamics.equations import EquationsOfMotion
 
 RATIO = 1000.0
 """From here on, rate by pace, a mechanism is called stiff."""

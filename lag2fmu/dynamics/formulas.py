@@ -6,17 +6,14 @@ How expressions are written out is in ``graph.to_sympy``.
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import sympy as sp
 
 from lag2fmu.description import names
-from lag2fmu.dynamics.lagrange import EquationsOfMotion
+from lag2fmu.dynamics.equations import EquationsOfMotion
 from lag2fmu.graph.to_sympy import tidy, written, written_operations
 from lag2fmu.language.expressions import with_decimals
-
-if TYPE_CHECKING:
-    from lag2fmu.dynamics.lagrange import EquationsOfMotion
 
 MAX_OPERATIONS = 500
 """Mechanisms whose formulas have more operations, written out, are not printed."""

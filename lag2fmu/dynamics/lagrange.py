@@ -16,17 +16,18 @@ quadratic form of T over the velocity graph, see ``elimination``. Source: Hand, 
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from fractions import Fraction
 from pathlib import Path
 
 import numpy as np
 
-from lag2fmu.description import names
 from lag2fmu.dynamics.constraints import Constraints, compose, starting_consistently
 from lag2fmu.dynamics.elimination import Entries, Solution, mass_matrix, solve
 from lag2fmu.dynamics.energies import Composer, Energies
+from lag2fmu.dynamics.equations import EquationsOfMotion
+from lag2fmu.dynamics.formulas import formulas
 from lag2fmu.dynamics.massless import with_equilibria
 from lag2fmu.dynamics.nominals import with_nominals
 from lag2fmu.dynamics.samples import (
@@ -39,6 +40,7 @@ from lag2fmu.dynamics.samples import (
     samples,
     start_values,
 )
+from lag2fmu.dynamics.symbolic import Symbolic
 from lag2fmu.dynamics.terms import named_energies, quadratic_form, unconstrained_residual, with_constraints
 from lag2fmu.dynamics.variables import Variables, declare, translator
 from lag2fmu.formats.loading import as_mechanism
@@ -56,81 +58,29 @@ MAX_FACTORISED = 16
 """Beyond this many coordinates the n^3/3 operations of a factorisation cannot win, and it is not tried."""
 
 
-@dataclass(frozen=True)
-class EquationsOfMotion:
-    """M qdd = forcing + G^T multiplier and what follows from the same graph; all entries are nodes of ``graph``.
-
-    ``completed`` is the given mechanism with what derivation adds: nominal values, and equilibria of coordinates
-    without mass. ``mechanism`` is the same with start values that meet its constraints.
-
-    ``entries``: the quadratic form 2 T2 over the velocity graph; ``forcing``: (n,); ``solution``: M^-1 forcing (n,)
-    with its pivots, by ``method``, None if every order meets a pivot that is identically zero; ``constraints``: of m
-    equations; ``outputs`` and ``dependent`` (parameters) by name; ``parts``: the energies and forces as composed.
-
-    ``mass_matrix``: M (n, n), d2L/dqd2 and what ``parts.carried`` adds to make it regular; ``residual``: M qdd -
-    forcing - G^T multiplier and behind it the constraints' accelerations, (n + m,), with qdd as variables; ``momenta``:
-    p = dL/dqd, (n,); ``energies`` (J) and the power of the external inputs (W) by name, see ``terms.named_energies``.
-
-    The graph is sealed: code that adds nodes works on the copy that ``apart`` returns.
-    """
-
-    mechanism: Mechanism
-    completed: Mechanism
-    method: str
-    graph: Graph
-    variables: Variables
-    entries: Entries
-    forcing: tuple[Node, ...]
-    solution: Solution | None
-    constraints: Constraints
-    outputs: Mapping[str, Node]
-    dependent: Mapping[str, Node]
-    parts: Energies
-    mass_matrix: tuple[tuple[Node, ...], ...]
-    residual: tuple[Node, ...]
-    momenta: tuple[Node, ...]
-    energies: Mapping[str, Node]
-
-    def apart(self) -> EquationsOfMotion:
-        """The same equations on a copy of the graph, to which nodes can be added."""
-        return replace(self, graph=self.graph.copy())
+class DerivedEquations(EquationsOfMotion):
+    """The equations of motion as ``derive`` returns them: they show themselves, and have a form in SymPy."""
 
     def __repr__(self) -> str:
         """One line: the mechanism, its size, how accelerations are solved for."""
         size = f"{len(self.forcing)} coordinates, {len(self.constraints)} constraints"
         return f"<EquationsOfMotion of {self.mechanism.name}: {size}, by {self.method}>"
 
+    def _repr_latex_(self) -> str | None:
+        """The equations of motion for a notebook; nothing where they would fill pages."""
+        found = formulas(self)
+        if found is None:
+            return None
+        lines = [*found.motion, *found.constraints]
+        return "$$\\begin{gathered}" + " \\\\ ".join(line.latex for line in lines) + "\\end{gathered}$$"
+
     @property
-    def operations(self) -> int:
-        """The number of operations of the accelerations."""
-        return self.graph.operations(self.solution.x if self.solution else self.forcing)
-
-    def locals(self) -> Iterator[tuple[str, Node]]:
-        """(name, node) of everything that is calculated beside the accelerations: momenta, energies, power, outputs."""
-        for coordinate, momentum in zip(self.mechanism.coordinates, self.momenta, strict=True):
-            yield names.momentum(coordinate.name), momentum
-        yield from self.energies.items()
-        yield from self.outputs.items()
-        for constraint, residual in zip(self.mechanism.constraints, self.constraints.residuals, strict=True):
-            yield names.residual(constraint.name), residual
-
-    def unknown_dependencies(self) -> tuple[frozenset[str], ...]:
-        """The names of the variables each acceleration and multiplier depends on, (n + m,): those of its block."""
-        g, c, n = self.graph, self.constraints, len(self.forcing)
-        matrix = [*([*row] for row in self.mass_matrix), *([*row] for row in c.jacobian)]
-        rows = [g.symbols([self.forcing[i], *self.mass_matrix[i]]) for i in range(n)]
-        rows += [g.symbols([*c.equation(k), *c.jacobian[k]]) for k in range(len(c))]
-        blocks = [{i, *(j for j in range(n) if row[j] != g.zero)} for i, row in enumerate(matrix)]
-        merged: list[set[int]] = []
-        for block in blocks:
-            apart = [other for other in merged if not other & block]
-            merged = [*apart, block.union(*(other for other in merged if other & block))]
-        rates = {str(g.leaf[node]) for node in self.variables.rates}
-        names_of = {i: frozenset().union(*(rows[j] for j in block)) - rates for block in merged for i in block}
-        return tuple(names_of[i] for i in range(len(rows)))
+    def sympy(self) -> Symbolic:
+        """The equations as SymPy expressions: ``mass_matrix``, ``forcing``, ``lagrangian``, ``equations``."""
+        return Symbolic(self.apart())
 
 
-def derive(model: Mechanism | str | Path, method: str | None = None) -> EquationsOfMotion:
+def derive(model: Mechanism | str | Path, method: str | None = None) -> DerivedEquations:
     """Derive the equations of motion of ``model``, a mechanism or what ``load`` takes.
 
     ``method`` is one of ACCELERATION_METHODS, by default the quicker one, see ``cost``.
@@ -260,7 +210,7 @@ def _starting(solved: _Composed) -> tuple[Mechanism, Mechanism]:
     return completed, starting_consistently(completed, g, constraints)
 
 
-def _equations(solved: _Solved) -> EquationsOfMotion:
+def _equations(solved: _Solved) -> DerivedEquations:
     """The record of the equations: accelerations, mass matrix, residual, momenta, energies and the user's outputs."""
     mechanism, composer, parts = solved.mechanism, solved.composer, solved.energies
     g, v = solved.graph, solved.variables
@@ -271,7 +221,7 @@ def _equations(solved: _Solved) -> EquationsOfMotion:
     momenta = tuple(reverse(g, {parts.lagrangian(g): g.one}, v.qd))
     rate, accelerating = (Forward(g, v.direction(g, along)) for along in (False, True))
     residual = unconstrained_residual(g, v, parts, rate, accelerating)
-    return EquationsOfMotion(
+    return DerivedEquations(
         mechanism=started,
         completed=completed,
         method=solved.method,

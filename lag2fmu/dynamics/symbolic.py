@@ -7,7 +7,7 @@ from functools import cached_property
 
 import sympy as sp
 
-from lag2fmu.dynamics.lagrange import EquationsOfMotion
+from lag2fmu.dynamics.equations import EquationsOfMotion
 from lag2fmu.graph.to_sympy import written
 
 

@@ -10,7 +10,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-from lag2fmu.dynamics.lagrange import EquationsOfMotion
+from lag2fmu.dynamics.equations import EquationsOfMotion
 from lag2fmu.graph.autodiff import forward
 from lag2fmu.graph.graph import Node
 

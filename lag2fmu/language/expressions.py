@@ -65,8 +65,8 @@ def with_decimals(expression: Any) -> Any:
 
 def _decimal(number: sp.Rational) -> sp.Expr:
     """A stand-in that prints ``number`` as a decimal, where that is exact and shorter than the fraction."""
-    text = number_text(abs(float(number))) if number.q > 12 and number else ""
-    if not text or len(text) > len(str(number)) or sp.Rational(text) != abs(number):
+    text = number_text(abs(float(number))) if number.q > 1 else ""
+    if not text or len(text) >= len(str(abs(number))) or sp.Rational(text) != abs(number):
         return number
     return sp.sign(number) * sp.Symbol(text)
 

@@ -34,6 +34,8 @@ DAMPING = 0.1
 SCIPY_METHODS = ("DOP853", "Radau")
 COMPILED_AFTER = 1000
 """Evaluations of a small mechanism's equations that NumPy does in less time than a compiler takes."""
+LONGEST_PART = 0.02
+"""The longest step as a part of the run."""
 MAX_EVALUATIONS, MAX_WITH_JUMPS = 500_000, 50_000
 """Evaluations of the equations in one run before a method counts as failed: stiff equations stall DOP853, and jumps of
 the forces stall every method where they hold the motion, as dry friction does."""
@@ -207,7 +209,8 @@ class _Run:
     def solve(self, method: str, rtol: float, start: Floats, pieces: int) -> tuple[Floats, int]:
         """z at the times, (m, copies, 2 n + 1), from ``start`` (copies, 2 n + 1), and the evaluations it took.
 
-        No step is longer than 1 / ``pieces`` of the way to the next break of the inputs.
+        No step is longer than 1 / ``pieces`` of the way to the next break of the inputs, or of LONGEST_PART of the
+        whole: what lasts for a short time only is not stepped over.
         """
         weights = np.append(self.nominal, self._energy_scale())
         atol = np.broadcast_to(rtol * weights, start.shape).ravel()
@@ -220,7 +223,8 @@ class _Run:
             inside = self.times[(self.times > t) & (self.times <= self.end)]
             asked = inside if len(inside) and inside[-1] == self.end else np.append(inside, self.end)
             # SciPy refuses steps below 10 units of rounding: a break may be that close to an output time
-            longest = max((self.end - t) / pieces, 16 * np.spacing(abs(self.end)))
+            longest = min(self.end - t, LONGEST_PART * (last - first)) / pieces
+            longest = max(longest, 16 * np.spacing(abs(self.end)))
             values = self._segment(method, (t, self.end), z, t_eval=asked, rtol=rtol, atol=atol, max_step=longest)
             found.append(values[: len(inside)])
             z, t = values[-1], self.end

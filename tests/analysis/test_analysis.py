@@ -27,7 +27,7 @@ from lag2fmu.analysis import (
 )
 from lag2fmu.analysis.evaluation import resting_inputs
 from lag2fmu.dynamics import derive
-from lag2fmu.dynamics.lagrange import EquationsOfMotion
+from lag2fmu.dynamics.equations import EquationsOfMotion
 from lag2fmu.errors import DerivationError
 from lag2fmu.formats.loading import load, with_values
 from lag2fmu.mechanism import Body, Constraint, Energy, Load, Mechanism, Spring, coordinate, parameter, signal

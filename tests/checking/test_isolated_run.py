@@ -10,7 +10,7 @@ from pathlib import Path
 import pytest
 from faults import DESCRIPTION, files_of, spoiled, variable, written
 
-from lag2fmu.checking import Findings, check_fmu, running
+from lag2fmu.checking import Findings, check_fmu, isolated_run
 from lag2fmu.errors import SimulationError
 from lag2fmu.fmu.backends.native import fmi_headers
 from lag2fmu.fmu.compilers import compile_library, host_platform
@@ -148,7 +148,7 @@ def test_only_one_instance_in_a_process(make: Make, tmp_path: Path, monkeypatch:
         root.find("CoSimulation").set("canBeInstantiatedOnlyOncePerProcess", "true")
 
     few = ["run", "several instances", "FMU state"]
-    monkeypatch.setattr(running, "trials_of", lambda kind: few)
+    monkeypatch.setattr(isolated_run, "trials_of", lambda kind: few)
     assert check_fmu(spoiled(make(""), tmp_path / "y.fmu", once)).findings == ()
     path = make("SHARED_STATE")
     assert {rule for rule, _ in rules(check_fmu(path))} == {"instances", "state"}
@@ -182,7 +182,7 @@ def test_start_values_of_other_digits(make: Make, tmp_path: Path) -> None:
 
 def test_a_process_that_cannot_start_is_said(make: Make, monkeypatch: pytest.MonkeyPatch) -> None:
     path = make("")
-    monkeypatch.setattr(running, "_CHILD", "lag2fmu.absent")
+    monkeypatch.setattr(isolated_run, "_CHILD", "lag2fmu.absent")
     with pytest.raises(SimulationError, match=r"could not start.*No module named lag2fmu.absent"):
         check_fmu(path)
 
@@ -191,7 +191,7 @@ def test_a_process_that_cannot_start_is_said(make: Make, monkeypatch: pytest.Mon
 def test_processes_that_it_leaves_are_ended(make: Make, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     note = tmp_path / "process"
     monkeypatch.setenv("LAG2FMU_TEST_NOTE", str(note))
-    monkeypatch.setattr(running, "trials_of", lambda kind: ["run"])
+    monkeypatch.setattr(isolated_run, "trials_of", lambda kind: ["run"])
     assert check_fmu(make("LEAVE_PROCESS")).findings == ()
     left = [Path("/proc", number, "status") for number in note.read_text("utf-8").split()]
     ends = time.monotonic() + 10

@@ -14,7 +14,8 @@ import sympy as sp
 from lag2fmu.description import names
 from lag2fmu.dynamics import derive, lower
 from lag2fmu.dynamics.elimination import mass_matrix, solve
-from lag2fmu.dynamics.lagrange import ACCELERATION_METHODS, EquationsOfMotion
+from lag2fmu.dynamics.equations import EquationsOfMotion
+from lag2fmu.dynamics.lagrange import ACCELERATION_METHODS
 from lag2fmu.dynamics.quadratic import second_degree
 from lag2fmu.dynamics.samples import start_values
 from lag2fmu.formats.loading import bundled, load

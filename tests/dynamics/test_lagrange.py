@@ -14,7 +14,7 @@ from lag2fmu.analysis import analysis_report, linearize
 from lag2fmu.codegen.c import c_function
 from lag2fmu.description import names
 from lag2fmu.dynamics import derive, lower
-from lag2fmu.dynamics.lagrange import EquationsOfMotion
+from lag2fmu.dynamics.equations import EquationsOfMotion
 from lag2fmu.dynamics.samples import mass_matrices, samples, start_values
 from lag2fmu.dynamics.tangent import differentiate
 from lag2fmu.errors import DerivationError

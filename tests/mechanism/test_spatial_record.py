@@ -135,7 +135,7 @@ def test_everything_on_frames_reads_back_the_same() -> None:
     text = write(mechanism)
     assert read(text, "x") == mechanism
     assert write(read(text, "x")) == text
-    assert 'rotations = [[[1, -2, 2], "q0"], ["x", "3/10"]]' in text
+    assert 'rotations = [[[1, -2, 2], "q0"], ["x", 0.3]]' in text
     assert 'axes = "frame"' in text
 
 

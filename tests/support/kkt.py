@@ -6,7 +6,7 @@ from collections.abc import Mapping
 
 import numpy as np
 
-from lag2fmu.dynamics.lagrange import EquationsOfMotion
+from lag2fmu.dynamics.equations import EquationsOfMotion
 
 
 def solve(equations: EquationsOfMotion, values: Mapping[str, float]) -> tuple[np.ndarray, np.ndarray]:

@@ -12,6 +12,7 @@ from sympy import Rational, cos, sign, sin
 import lag2fmu
 from lag2fmu.errors import ExportError, LoadError, MechanismError, SimulationError
 from lag2fmu.formats.loading import load, with_values
+from lag2fmu.language.expressions import TIME
 from lag2fmu.mechanism import Body, Energy, Mechanism, coordinate, signal
 from lag2fmu.reference import Trajectory, integrate
 from lag2fmu.verify import Report
@@ -317,3 +318,12 @@ def test_the_report_says_what_was_compared(exported) -> None:
     bars = {check.name: check.bar for check in report.checks}
     assert bars["co-simulation, step 0.1 s"] == pytest.approx(100 * 1e-8)
     assert all(np.isfinite(check.value) for check in report.checks)
+
+
+def test_a_short_pulse_is_in_the_direct_integration() -> None:
+    """A force of 1 N on 1 kg from 5 s to 5.1 s: the velocity is 0.1 m/s then."""
+    x = coordinate("x", "m")
+    force = {x: Heaviside(TIME - 5) - Heaviside(TIME - Rational(51, 10))}
+    pulse = Mechanism("pulse", coordinates=[x], energy=Energy(kinetic=x.dot**2 / 2), forces=force)
+    found = integrate(pulse, [0.0, 10.0], rtol=1e-8).trajectory
+    assert found["x_dot"][-1] == pytest.approx(0.1, rel=1e-5)

@@ -1,0 +1,86 @@
+"""The record of the derived equations: what each stage after the derivation reads."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass, replace
+from typing import TypeVar
+
+from lag2fmu.description import names
+from lag2fmu.dynamics.constraints import Constraints
+from lag2fmu.dynamics.elimination import Entries, Solution
+from lag2fmu.dynamics.energies import Energies
+from lag2fmu.dynamics.variables import Variables
+from lag2fmu.graph.graph import Graph, Node
+from lag2fmu.mechanism import Mechanism
+
+_Equations = TypeVar("_Equations", bound="EquationsOfMotion")
+
+
+@dataclass(frozen=True)
+class EquationsOfMotion:
+    """M qdd = forcing + G^T multiplier and what follows from the same graph; all entries are nodes of ``graph``.
+
+    ``completed`` is the given mechanism with what derivation adds: nominal values, and equilibria of coordinates
+    without mass. ``mechanism`` is the same with start values that meet its constraints.
+
+    ``entries``: the quadratic form 2 T2 over the velocity graph; ``forcing``: (n,); ``solution``: M^-1 forcing (n,)
+    with its pivots, by ``method``, None if every order meets a pivot that is identically zero; ``constraints``: of m
+    equations; ``outputs`` and ``dependent`` (parameters) by name; ``parts``: the energies and forces as composed.
+
+    ``mass_matrix``: M (n, n), d2L/dqd2 and what ``parts.carried`` adds to make it regular; ``residual``: M qdd -
+    forcing - G^T multiplier and behind it the constraints' accelerations, (n + m,), with qdd as variables; ``momenta``:
+    p = dL/dqd, (n,); ``energies`` (J) and the power of the external inputs (W) by name, see ``terms.named_energies``.
+
+    The graph is sealed: code that adds nodes works on the copy that ``apart`` returns.
+    """
+
+    mechanism: Mechanism
+    completed: Mechanism
+    method: str
+    graph: Graph
+    variables: Variables
+    entries: Entries
+    forcing: tuple[Node, ...]
+    solution: Solution | None
+    constraints: Constraints
+    outputs: Mapping[str, Node]
+    dependent: Mapping[str, Node]
+    parts: Energies
+    mass_matrix: tuple[tuple[Node, ...], ...]
+    residual: tuple[Node, ...]
+    momenta: tuple[Node, ...]
+    energies: Mapping[str, Node]
+
+    def apart(self: _Equations) -> _Equations:
+        """The same equations on a copy of the graph, to which nodes can be added."""
+        return replace(self, graph=self.graph.copy())
+
+    @property
+    def operations(self) -> int:
+        """The number of operations of the accelerations."""
+        return self.graph.operations(self.solution.x if self.solution else self.forcing)
+
+    def locals(self) -> Iterator[tuple[str, Node]]:
+        """(name, node) of everything that is calculated beside the accelerations: momenta, energies, power, outputs."""
+        for coordinate, momentum in zip(self.mechanism.coordinates, self.momenta, strict=True):
+            yield names.momentum(coordinate.name), momentum
+        yield from self.energies.items()
+        yield from self.outputs.items()
+        for constraint, residual in zip(self.mechanism.constraints, self.constraints.residuals, strict=True):
+            yield names.residual(constraint.name), residual
+
+    def unknown_dependencies(self) -> tuple[frozenset[str], ...]:
+        """The names of the variables each acceleration and multiplier depends on, (n + m,): those of its block."""
+        g, c, n = self.graph, self.constraints, len(self.forcing)
+        matrix = [*([*row] for row in self.mass_matrix), *([*row] for row in c.jacobian)]
+        rows = [g.symbols([self.forcing[i], *self.mass_matrix[i]]) for i in range(n)]
+        rows += [g.symbols([*c.equation(k), *c.jacobian[k]]) for k in range(len(c))]
+        blocks = [{i, *(j for j in range(n) if row[j] != g.zero)} for i, row in enumerate(matrix)]
+        merged: list[set[int]] = []
+        for block in blocks:
+            apart = [other for other in merged if not other & block]
+            merged = [*apart, block.union(*(other for other in merged if other & block))]
+        rates = {str(g.leaf[node]) for node in self.variables.rates}
+        names_of = {i: frozenset().union(*(rows[j] for j in block)) - rates for block in merged for i in block}
+        return tuple(names_of[i] for i in range(len(rows)))
