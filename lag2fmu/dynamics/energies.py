@@ -2,7 +2,7 @@
 
 Kinetic energy by Koenig's theorem: T = 1/2 sum(m v.v + omega.I.omega), velocities by forward AD of the positions or
 from frame to frame. Potential energy of uniform gravity a: V = -m a.r. Springs: V = 1/2 k e^2; dampers: R = 1/2 c
-rate^2 with the force -dR/dqd.
+rate^2 with the force -dR/dqd, or Q = -force d(rate)/dqd.
 Source: Hand, Finch, Analytical Mechanics, chapters 1 and 8; Goldstein, Classical Mechanics, sections 1.5 and 1.6.
 """
 
@@ -13,6 +13,7 @@ from dataclasses import dataclass, field
 
 import sympy as sp
 
+from lag2fmu.description import names
 from lag2fmu.description.places import WORLD
 from lag2fmu.dynamics.frames import Frames, Rate, Velocity
 from lag2fmu.dynamics.variables import Variables
@@ -20,6 +21,7 @@ from lag2fmu.graph.autodiff import Forward
 from lag2fmu.graph.graph import Graph
 from lag2fmu.graph.translate import Translator
 from lag2fmu.graph.vectors import Vector, apply, times
+from lag2fmu.language.expressions import symbol
 from lag2fmu.mechanism import Body, Damper, Load, Mechanism, Output, Spring
 
 
@@ -204,10 +206,20 @@ class Composer:
         return self._half_square(self.put(spring.stiffness), elongation)
 
     def _damper(self, damper: Damper) -> int:
-        """R = 1/2 c rate^2"""
+        """R = 1/2 c rate^2; a force has none and acts on the rate"""
+        if damper.force is None:
+            return self._half_square(self.put(damper.damping), self._damper_rate(damper))
+        rate, own = self._damper_rate(damper), symbol(names.damper_rate(damper.name))
+        self.put.define(own.name, rate)
+        force = self.put(damper.force_at(own))
+        self._act(self.impetus, (rate,), (self.g.negate(force),))
+        return self.g.zero
+
+    def _damper_rate(self, damper: Damper) -> int:
         if damper.between is None:
-            return self._half_square(self.put(damper.damping), self.put(damper.rate))
-        return self._half_square(self.put(damper.damping), *self.rate([self._distance(damper.between)]))
+            return self.put(damper.rate)
+        (rate,) = self.rate([self._distance(damper.between)])
+        return rate
 
     def distances(self) -> dict[str, int]:
         """{place in the mechanism: distance of its ends, in m} of the springs and dampers between two places."""

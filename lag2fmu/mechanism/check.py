@@ -4,12 +4,14 @@ from __future__ import annotations
 
 import math
 
+from lag2fmu.description import names
 from lag2fmu.description.outputs import QUANTITIES, Output
 from lag2fmu.description.parts import Damper, Load, Spring
 from lag2fmu.description.places import WORLD, Vector
 from lag2fmu.description.record import Description
 from lag2fmu.description.symbols import Coordinate, Input, Parameter
 from lag2fmu.errors import MechanismError, UnitError
+from lag2fmu.language.expressions import free_names
 from lag2fmu.mechanism.geometry import check_values
 from lag2fmu.mechanism.name_check import check_names
 from lag2fmu.mechanism.scope import Scope, check_constraints, check_presence, check_symbols
@@ -100,6 +102,8 @@ def _check_parts(m: Description) -> None:
     for table, parts in (("springs", m.springs), ("dampers", m.dampers)):
         for part in parts:
             _check_element(m, part, f"{table}.{part.name}")
+    for damper in m.dampers:
+        _check_damper(m, damper, f"dampers.{damper.name}")
     for load in m.loads:
         _check_load(m, f"loads.{load.name}", load)
     for output in m.outputs:
@@ -127,6 +131,20 @@ def _check_element(m: Description, part: Spring | Damper, where: str) -> None:
     if a == b:
         raise MechanismError(
             f"{where}.between: '{part.between[0]}' and '{part.between[1]}' are at the same place always"
+        )
+
+
+def _check_damper(m: Description, damper: Damper, where: str) -> None:
+    """A damper has a damping or a force; in the force "rate" is its own and nothing else."""
+    if (damper.damping is None) == (damper.force is None):
+        raise MechanismError(f"{where}: give either 'damping' or 'force'")
+    own = names.DAMPER_RATE
+    tables = (m.coordinates, m.parameters, m.inputs, m.definitions)
+    declared = any(part.name == own for parts in tables for part in parts)
+    if damper.force is not None and declared and own in free_names([damper.force]):
+        raise MechanismError(
+            f"{where}.force: '{own}' is the damper's own rate here, and the mechanism calls something else so too; "
+            "rename that"
         )
 
 

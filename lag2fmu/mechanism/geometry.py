@@ -161,7 +161,9 @@ def _check_mass(body: Body, values: Values) -> None:
 def _driving(m: Description, values: Values) -> Iterator[str]:
     """Warnings of negative stiffness and damping."""
     elements = [(f"springs.{s.name}.stiffness", s.stiffness, "pushes away from rest") for s in m.springs]
-    elements += [(f"dampers.{d.name}.damping", d.damping, "drives the motion") for d in m.dampers]
+    elements += [
+        (f"dampers.{d.name}.damping", d.damping, "drives the motion") for d in m.dampers if d.damping is not None
+    ]
     for where, expression, effect in elements:
         numbers = _numbers((expression,), values)
         if numbers is not None and numbers[0] < 0:

@@ -2,19 +2,19 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Iterator
+from collections.abc import Iterator
 
 import sympy as sp
 
 from lag2fmu.description import names
 from lag2fmu.description.keys import OWN
 from lag2fmu.description.outputs import QUANTITIES
-from lag2fmu.description.parts import Damper, Force, Spring
+from lag2fmu.description.parts import Force
 from lag2fmu.description.record import Description
 from lag2fmu.description.symbols import Coordinate, Input, Parameter
 from lag2fmu.errors import UnitError
 from lag2fmu.language.dimensions import Dimension, DimensionOf, describe, dimension
-from lag2fmu.language.expressions import to_text
+from lag2fmu.language.expressions import symbol, to_text
 from lag2fmu.language.units import JOULE, METRE, SECOND, WATT, Unit, si_name
 from lag2fmu.mechanism.scope import in_order
 
@@ -60,7 +60,7 @@ def mismatches(m: Description) -> Iterator[str]:
         except UnitError as error:
             known[definition.name] = None
             yield f"definitions.{definition.name}: {error}"
-    for where, expression, expected in _expectations(m, infer):
+    for where, expression, expected in _expectations(m, known):
         try:
             found = infer(expression)
         except UnitError as error:
@@ -98,9 +98,11 @@ def _inferred(infer: DimensionOf, expression: sp.Expr) -> Dimension | None:
         return None
 
 
-def _expectations(m: Description, infer: DimensionOf) -> Iterator[tuple[str, sp.Expr, Dimension | None]]:
+def _expectations(
+    m: Description, known: dict[str, Dimension | None]
+) -> Iterator[tuple[str, sp.Expr, Dimension | None]]:
     """(place, expression, expected dimension) of every expression that should have a certain one."""
-    coordinates = {q.name: q.unit for q in m.coordinates}
+    coordinates, infer = {q.name: q.unit for q in m.coordinates}, DimensionOf(known)
     for entry in m.entries():
         expected = entry.key.unit
         if isinstance(entry.part, Force):
@@ -111,26 +113,31 @@ def _expectations(m: Description, infer: DimensionOf) -> Iterator[tuple[str, sp.
         elif expected == OWN:
             expected = entry.part.unit
         yield entry.where, entry.expression, _dimension_of(expected)
-    yield from _element_expectations(m.springs, JOULE, "elongation", infer)
-    yield from _element_expectations(m.dampers, WATT, "rate", infer)
+    for spring in m.springs:
+        where = f"springs.{spring.name}"
+        elongation = _measured(spring.elongation, METRE, infer)
+        if spring.elongation is not None:
+            yield f"{where}.elongation", spring.elongation, None
+        yield f"{where}.stiffness", spring.stiffness, _share(JOULE, elongation, 2)
+    for damper in m.dampers:
+        where = f"dampers.{damper.name}"
+        rate = _measured(damper.rate, METRE / SECOND, infer)
+        if damper.rate is not None:
+            yield f"{where}.rate", damper.rate, None
+        if damper.damping is not None:
+            yield f"{where}.damping", damper.damping, _share(WATT, rate, 2)
+        if damper.force is not None:
+            own = symbol(names.damper_rate(damper.name))
+            known[own.name] = rate
+            yield f"{where}.force", damper.force_at(own), _share(WATT, rate, 1)
 
 
-def _element_expectations(
-    parts: Iterable[Spring | Damper], total: Unit, key: str, infer: Callable[[sp.Expr], Dimension | None]
-) -> Iterator[tuple[str, sp.Expr, Dimension | None]]:
-    """stiffness * elongation^2 is an energy, damping * rate^2 a power; between points the elongation is a length."""
-    table, constant = ("springs", "stiffness") if key == "elongation" else ("dampers", "damping")
-    for part in parts:
-        measure = getattr(part, key)
-        if measure is None:
-            length = METRE if key == "elongation" else METRE / SECOND
-            measured: Dimension | None = _dimension_of(length)
-        else:
-            yield f"{table}.{part.name}.{key}", measure, None
-            try:
-                measured = infer(measure)
-            except UnitError:
-                continue
-        if measured is not None:
-            expected = tuple(a - 2 * b for a, b in zip(dimension(total.exponents), measured, strict=True))
-            yield f"{table}.{part.name}.{constant}", getattr(part, constant), expected
+def _measured(measure: sp.Expr | None, length: Unit, infer: DimensionOf) -> Dimension | None:
+    """The dimension of an elongation or rate, of ``length`` between points; None if it is not known or has a fault."""
+    return _dimension_of(length) if measure is None else _inferred(infer, measure)
+
+
+def _share(total: Unit, measured: Dimension | None, times: int) -> Dimension | None:
+    """``total`` / ``measured`` ** ``times``: stiffness * elongation^2 is an energy, damping * rate^2 a power."""
+    whole = dimension(total.exponents)
+    return None if measured is None else tuple(a - times * b for a, b in zip(whole, measured, strict=True))
