@@ -14,7 +14,7 @@ from lag2fmu.description.record import Description
 from lag2fmu.description.symbols import Coordinate, Input, Parameter
 from lag2fmu.errors import UnitError
 from lag2fmu.language.dimensions import Dimension, DimensionOf, describe, dimension
-from lag2fmu.language.expressions import symbol, to_text
+from lag2fmu.language.expressions import to_text
 from lag2fmu.language.units import JOULE, METRE, SECOND, WATT, Unit, si_name
 from lag2fmu.mechanism.scope import in_order
 
@@ -60,19 +60,29 @@ def mismatches(m: Description) -> Iterator[str]:
         except UnitError as error:
             known[definition.name] = None
             yield f"definitions.{definition.name}: {error}"
-    for where, expression, expected in _expectations(m, known):
-        try:
-            found = infer(expression)
-        except UnitError as error:
-            yield f"{where}: {error}"
-            continue
-        if found is not None and expected is not None and found != expected and not expression.is_number:
-            yield f"{where}: '{to_text(expression)}' is in {describe(found)}, expected {describe(expected)}"
+    for where, expression, expected in _expectations(m, infer):
+        yield from _mismatch(where, expression, expected, infer)
+    for damper in m.dampers:
+        if damper.force is not None:
+            rate = _measured(damper.rate, METRE / SECOND, infer)
+            inside = DimensionOf(known | {names.DAMPER_RATE: rate})
+            yield from _mismatch(f"dampers.{damper.name}.force", damper.force, _share(WATT, rate, 1), inside)
     for output in m.outputs:
         given = _dimension_of(output.unit)
         measured = _dimension_of(QUANTITIES[output.quantity][2]) if output.quantity is not None else given
         if given is not None and measured is not None and given != measured:
             yield f"outputs.{output.name}.unit: the {output.quantity} is in {describe(measured)}, not {describe(given)}"
+
+
+def _mismatch(where: str, expression: sp.Expr, expected: Dimension | None, infer: DimensionOf) -> Iterator[str]:
+    """A sentence if the dimension of ``expression`` is known and not the ``expected`` one, or contradicts itself."""
+    try:
+        found = infer(expression)
+    except UnitError as error:
+        yield f"{where}: {error}"
+        return
+    if found is not None and expected is not None and found != expected and not expression.is_number:
+        yield f"{where}: '{to_text(expression)}' is in {describe(found)}, expected {describe(expected)}"
 
 
 def constraint_units(m: Description) -> dict[str, Unit | None]:
@@ -98,11 +108,9 @@ def _inferred(infer: DimensionOf, expression: sp.Expr) -> Dimension | None:
         return None
 
 
-def _expectations(
-    m: Description, known: dict[str, Dimension | None]
-) -> Iterator[tuple[str, sp.Expr, Dimension | None]]:
+def _expectations(m: Description, infer: DimensionOf) -> Iterator[tuple[str, sp.Expr, Dimension | None]]:
     """(place, expression, expected dimension) of every expression that should have a certain one."""
-    coordinates, infer = {q.name: q.unit for q in m.coordinates}, DimensionOf(known)
+    coordinates = {q.name: q.unit for q in m.coordinates}
     for entry in m.entries():
         expected = entry.key.unit
         if isinstance(entry.part, Force):
@@ -126,10 +134,6 @@ def _expectations(
             yield f"{where}.rate", damper.rate, None
         if damper.damping is not None:
             yield f"{where}.damping", damper.damping, _share(WATT, rate, 2)
-        if damper.force is not None:
-            own = symbol(names.damper_rate(damper.name))
-            known[own.name] = rate
-            yield f"{where}.force", damper.force_at(own), _share(WATT, rate, 1)
 
 
 def _measured(measure: sp.Expr | None, length: Unit, infer: DimensionOf) -> Dimension | None:
