@@ -135,8 +135,9 @@ class Composer:
         falling = times(self.g, self._gravity_acceleration(), self._gravity_direction())
         for body in self.mechanism.bodies:
             if body.frame is None:
-                mass = self.put(body.mass)
-                yield from (Inertia(mass, x, a) for x, a in zip(self.place(body.name), falling, strict=True))
+                if body.placed:
+                    mass = self.put(body.mass)
+                    yield from (Inertia(mass, x, a) for x, a in zip(self.place(body.name), falling, strict=True))
                 if body.angle is not None:
                     yield Inertia(self.put(body.inertia), self.put(body.angle), self.g.zero)
 
@@ -190,7 +191,7 @@ class Composer:
 
     def _gravity_energy(self) -> int:
         """V = -sum m a.r"""
-        g, bodies = self.g, self.mechanism.bodies
+        g, bodies = self.g, self.mechanism.placed_bodies
         if self.mechanism.gravity is None:
             return g.zero
         direction, acceleration = self._gravity_direction(), self._gravity_acceleration()
@@ -242,7 +243,8 @@ class Composer:
         """Forces at positions and torques at angles into ``effort``; those on frames into ``impetus``"""
         for load in self.mechanism.loads:
             target = str(load.point if load.point is not None else load.body)
-            frame, position = self.mechanism.location(target)
+            placed = any(place.name == target for place in self.mechanism.places)
+            frame, position = self.mechanism.location(target) if placed else (WORLD, ())
             if frame != WORLD:
                 self._load_on_frame(load, frame, self.put.vector(position))
             elif load.force is not None:

@@ -213,14 +213,14 @@ class _Steps:
 
     def _positions(self) -> Iterator[Formula]:
         for body in self.mechanism.bodies:
-            for axis, position in zip("xyz", self.mechanism.place(body.name), strict=False):
+            for axis, position in zip("xyz", body.position or (), strict=False):
                 yield self.notation.name(f"{axis}_{body.name}"), self.composition.written(position)
             if body.angle is not None:
                 yield self.notation.name(f"phi_{body.name}"), self.composition.written(body.angle)
 
     def _velocities(self) -> Iterator[Formula]:
         for body in self.mechanism.bodies:
-            for axis, position in zip("xyz", self.mechanism.place(body.name), strict=False):
+            for axis, position in zip("xyz", body.position or (), strict=False):
                 rate = self.composition.rate(self.composition.written(position))
                 yield self.notation.name(names.velocity(f"{axis}_{body.name}")), rate
             if body.angle is not None:

@@ -165,7 +165,8 @@ def _check_load(m: Description, where: str, load: Load) -> None:
         raise MechanismError(f"{where}: a force acts at a 'point'; name one")
     if load.torque is not None and (load.body is None or load.point is not None):
         raise MechanismError(f"{where}: a torque acts on a 'body'; name one")
-    frame, position = _location(m, str(name), f"{where}.{key}")
+    rotor = load.torque is not None and any(body.name == name and not body.placed for body in m.bodies)
+    frame, position = (WORLD, ()) if rotor else _location(m, str(name), f"{where}.{key}")
     _check_axes(where, load, frame != WORLD)
     if load.force is not None:
         if len(load.force) != len(position):

@@ -173,7 +173,7 @@ class Composition:
         gravity = self.mechanism.gravity
         if gravity is None:
             return
-        for body in self._fixed_bodies():
+        for body in filter(lambda body: body.placed, self._fixed_bodies()):
             place = self.place(body.name)
             direction = gravity.direction or (*[0] * (len(place) - 1), -1)
             height = _dot([self.written(x) for x in direction], place)
