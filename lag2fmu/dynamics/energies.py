@@ -273,6 +273,9 @@ class Composer:
             return self.place(name)
         if output.quantity == "velocity":
             return tuple(self.rate(self.place(name)))
+        if output.quantity == "acceleration":
+            change = Forward(self.g, self.variables.direction(self.g, accelerating=True))
+            return tuple(change(self.rate(self.place(name))))
         if output.quantity == "angular_velocity":
             own = self.velocities[name].angular
             return own if output.axes != WORLD else self.frames.to_world(name, own)

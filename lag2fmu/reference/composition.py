@@ -108,9 +108,11 @@ class Composition:
         return sp.S.Zero if expression is None else sp.sympify(expression).xreplace(self._meaning)
 
     def rate(self, expression: sp.Expr) -> sp.Expr:
-        """The total time derivative of a function of t, q and motion inputs, by the chain rule."""
+        """The total time derivative of a function of t, q, qd, motion inputs and their rates, by the chain rule."""
         s = self.symbols
-        pairs = ((TIME, sp.S.One), *zip((*s.q, *s.motion), (*s.qd, *s.motion_dot), strict=True))
+        qdd = (symbol(acceleration(q.name)) for q in s.q)
+        moving, rates = (*s.q, *s.qd, *s.motion, *s.motion_dot), (*s.qd, *qdd, *s.motion_dot, *s.motion_ddot)
+        pairs = ((TIME, sp.S.One), *zip(moving, rates, strict=True))
         used = expression.free_symbols
         return sp.Add(*(expression.diff(x) * x_dot for x, x_dot in pairs if x in used))
 
@@ -166,8 +168,10 @@ class Composition:
             yield output.name, self.written(output.expression)
         elif output.point is not None and not self.on_frame(output.point):
             position = self.place(str(output.point))
-            entries = position if output.quantity == "position" else map(self.rate, position)
-            yield from zip(output.names, entries, strict=True)
+            times = ("position", "velocity", "acceleration").index(str(output.quantity))
+            for _ in range(times):
+                position = tuple(map(self.rate, position))
+            yield from zip(output.names, position, strict=True)
 
     def _gravity(self) -> Iterable[sp.Expr]:
         gravity = self.mechanism.gravity

@@ -20,7 +20,7 @@ from lag2fmu.language.expressions import TIME
 from lag2fmu.mechanism import Body, Damper, Load, Output, Spring
 from lag2fmu.reference.composition import Composition
 from lag2fmu.reference.frames import Pose, Slots, Spot, apply, apply_transposed, dot, links_of, poses_of, spot_of
-from lag2fmu.reference.functions import BLOCK, Array, atan2, compiled
+from lag2fmu.reference.functions import BLOCK, STEP, Array, atan2, compiled
 from lag2fmu.reference.quaternions import Quaternions
 
 _RATE = sp.Dummy("rate", real=True)
@@ -143,17 +143,27 @@ class Spatial:
                 total = [Q - force * rate.diff(v) for Q, v in zip(total, s.qd, strict=True)]
         return total
 
-    def outputs(self, rows: Array) -> dict[str, Array]:
-        """The outputs that are quantities on frames: name -> (*shape)."""
+    def outputs(self, rows: Array, rates: Array) -> dict[str, Array]:
+        """The outputs that are quantities on frames: name -> (*shape); ``rates`` are those of the ``rows``.
+
+        Accelerations are complex steps of velocities along the motion.
+        """
         names = [name for output in self._outputs for name in output.names]
 
         def evaluate(block: Array) -> Array:
-            values = self._local(block, self._constants)
-            poses = poses_of(self._links, values)
-            found = [self._quantity(output, poses, values, block) for output in self._outputs]
+            here = block[: len(rows)]
+            values, moved = (self._local(x, self._constants) for x in (here, here + 1j * STEP * block[len(rows) :]))
+            poses, later = poses_of(self._links, values), poses_of(self._links, moved)
+            found = [
+                self._spots[str(output.point)].motion(later, moved)[1].imag / STEP
+                if output.quantity == "acceleration"
+                else self._quantity(output, poses, values, here)
+                for output in self._outputs
+            ]
             return np.concatenate([np.broadcast_to(x, (len(x), block.shape[1])) for x in found])
 
-        return dict(zip(names, _in_blocks(evaluate, rows, len(names)), strict=True)) if names else {}
+        both = np.concatenate([rows, rates])
+        return dict(zip(names, _in_blocks(evaluate, both, len(names)), strict=True)) if names else {}
 
     def position(self, rows: Array, name: str) -> Array:
         """The position (m) in world axes of the point or body ``name`` on a frame, (3, *shape)."""
