@@ -170,7 +170,8 @@ def _of_bodies(equations: EquationsOfMotion) -> Iterator[Candidate]:
     angular: Vector = (g.zero,) * 3
     spatial = mechanism.dimension == 3
     for body in mechanism.bodies:
-        place: Vector = (*composer.place(body.name), *((g.zero,) if not spatial else ()))
+        at = composer.place(body.name) if body.placed else (g.zero,) * mechanism.dimension
+        place: Vector = (*at, *((g.zero,) if not spatial else ()))
         mass, velocity = composer.put(body.mass), tuple(composer.rate(place))
         momentum = times(g, mass, velocity)
         linear, angular = plus(g, linear, momentum), plus(g, angular, cross(g, place, momentum))

@@ -20,6 +20,9 @@ STATE = CONFIGURATION | {"velocity", "motion velocity"}
 ANY = STATE | {"input", "motion acceleration"}
 """Kinds of names that expressions may use, see ``Scope`` of the room mechanism; each set is part of the next one."""
 
+OWN_RATE = "damper's own rate"
+"""The kind of the name that only the force of a damper may use."""
+
 OWN = "own"
 """Stands for the unit that the part itself declares."""
 

@@ -10,6 +10,9 @@ from lag2fmu.language.identifiers import MAX_NAME
 
 _MASSLESS = "massless_"
 
+DAMPER_RATE = "rate"
+"""What the force of a damper calls the damper's own rate."""
+
 SETTINGS = ("solver_tolerance", "solver_step", "solver_max_step")
 ENERGIES = ("kinetic_energy", "potential_energy", "total_energy", "generalized_energy")
 GLOBAL_NAMES = {
@@ -45,6 +48,11 @@ def acceleration(name: str) -> str:
 def rate(name: str) -> str:
     """Name of the time derivative of an input, which is no variable of the FMU."""
     return f"rate of {name}"
+
+
+def damper_rate(damper: str) -> str:
+    """Name of the rate of the ``damper`` among those of all dampers, which is no variable of the FMU."""
+    return f"rate of dampers.{damper}"
 
 
 def generalized_force(name: str) -> str:

@@ -13,6 +13,7 @@ _MATRIX = tuple(f"{row}{column}" for row in (1, 2, 3) for column in (1, 2, 3))
 QUANTITIES: dict[str, tuple[str, tuple[str, ...], Unit]] = {
     "position": ("point", AXES, METRE),
     "velocity": ("point", AXES, METRE / SECOND),
+    "acceleration": ("point", AXES, METRE / SECOND / SECOND),
     "angular_velocity": ("frame", AXES, RADIAN / SECOND),
     "angles": ("frame", AXES, RADIAN),
     "quaternion": ("frame", ("0", "1", "2", "3"), DIMENSIONLESS),
@@ -25,8 +26,9 @@ QUANTITIES: dict[str, tuple[str, tuple[str, ...], Unit]] = {
 class Output:
     """A further output of the FMU, by ``expression`` in t, q, qd, inputs and parameters, or a ``quantity`` of a part.
 
-    Of a ``point`` (or body: its mass centre), in world axes: ``position`` (m) and ``velocity`` (m/s), NAME_x, NAME_y,
-    and NAME_z in space. Of a ``frame``, relative to the world, R being its rotation matrix (r_world = R r):
+    Of a ``point`` (or body: its mass centre), in world axes: ``position`` (m), ``velocity`` (m/s) and ``acceleration``
+    (m/s2), NAME_x, NAME_y, and NAME_z in space. Of a ``frame``, relative to the world, R being its rotation
+    matrix (r_world = R r):
 
     - ``angular_velocity`` (rad/s): NAME_x, NAME_y, NAME_z in the ``axes`` of the "world" or of the "frame";
     - ``rotation``: NAME_11, NAME_12, ... NAME_33, R row by row;
@@ -50,7 +52,7 @@ class Output:
     frame: str | Frame | None = key("part", "The frame whose quantity it is.", default=None)
     point: End | None = key("part", "The point or body whose quantity it is.", default=None)
     quantity: str | None = key(
-        tuple(QUANTITIES), "Of a point: position, velocity; the others are of a frame.", default=None
+        tuple(QUANTITIES), "Of a point: position, velocity, acceleration; the others are of a frame.", default=None
     )
     axes: str = axes_key()
     dimension: int = field(default=3, compare=False)

@@ -13,9 +13,10 @@ from typing import Any
 import sympy as sp
 
 from lag2fmu.description import names
-from lag2fmu.description.keys import ANY, CONFIGURATION, GIVEN, OWN, STATE, key, unit_key
+from lag2fmu.description.keys import ANY, CONFIGURATION, GIVEN, OWN, OWN_RATE, STATE, key, unit_key
 from lag2fmu.description.places import End, Expression, Vector, axes_key, normalise
 from lag2fmu.errors import MechanismError
+from lag2fmu.language.expressions import symbol
 from lag2fmu.language.units import DIMENSIONLESS, JOULE, METRE, NEWTON, SECOND, TORQUE, WATT, Unit
 
 
@@ -99,13 +100,23 @@ class Spring:
 
 @dataclass(frozen=True)
 class Damper:
-    """A linear damper: ``rate`` of elongation as an expression, or ``between`` two points or bodies.
+    """A damper: ``rate`` of elongation as an expression, or ``between`` two points or bodies.
 
-    ``damping`` c in N.s/m, ``rate`` in m/s; N.m.s/rad and rad/s for one that turns. R = 1/2 c rate^2.
+    A linear one has the ``damping`` c in N.s/m, ``rate`` in m/s; N.m.s/rad and rad/s if it turns. R = 1/2 c rate^2.
+    Any other has a ``force`` in N (N.m), in which the name "rate" is the damper's own rate. The force opposes a rate of
+    its sign: Q = -force d(rate)/dqd.
     """
 
     name: str
-    damping: Expression = key("expression", "In N.s/m, of an angle in N.m.s/rad.", names=CONFIGURATION)
+    damping: Expression | None = key(
+        "expression", "In N.s/m, of an angle in N.m.s/rad.", default=None, names=CONFIGURATION
+    )
+    force: Expression | None = key(
+        "expression",
+        "In N, of an angle in N.m, instead of damping: what opposes the rate, which is called rate in it.",
+        default=None,
+        names=ANY | {OWN_RATE},
+    )
     rate: Expression | None = key(
         "expression", "The velocity it opposes; or give 'between'.", default=None, names=STATE
     )
@@ -113,6 +124,10 @@ class Damper:
 
     def __post_init__(self) -> None:
         normalise(self, f"dampers.{self.name}")
+
+    def force_at(self, rate: sp.Expr) -> sp.Expr:
+        """The force, of a damper that has one, as an expression of ``rate``."""
+        return sp.sympify(self.force).xreplace({symbol(names.DAMPER_RATE): rate})
 
 
 @dataclass(frozen=True)

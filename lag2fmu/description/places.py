@@ -110,15 +110,19 @@ class Place:
 class Body(Place):
     """A particle, a planar rigid body if ``angle`` and ``inertia`` are given, a spatial body if it has a ``frame``.
 
-    ``mass`` in kg. Without a frame ``position`` holds the 2 or 3 coordinates (m) of the mass centre in the fixed frame,
-    r(t, q); ``inertia`` about the mass centre is in kg.m2, ``angle`` in rad, counter-clockwise. A spatial body has its
-    mass centre at ``center`` (m) and the inertia tensor (Ixx, Iyy, Izz, Ixy, Ixz, Iyz) about it, both in the axes of
-    its frame; the entries are those of the tensor, Ixy = - integral of x y dm. Without inertia it is a particle. Raises
-    MechanismError for a vector where one expression is expected, and the other way round.
+    ``mass`` in kg, 0 if only an inertia is given. With ``angle`` and ``inertia`` alone it only turns: a rotor, which is
+    at no certain place. Without a frame ``position`` holds the 2 or 3 coordinates (m) of the mass centre in the fixed
+    frame, r(t, q); ``inertia`` about the mass centre is in kg.m2, ``angle`` in rad, counter-clockwise. A spatial body
+    has its mass centre at ``center`` (m) and the inertia tensor (Ixx, Iyy, Izz, Ixy, Ixz, Iyz) about it, both in the
+    axes of its frame; the entries are those of the tensor, Ixy = - integral of x y dm. Without inertia it is a
+    particle. Raises MechanismError for a vector where one expression is expected, and the other way round, and without
+    mass and inertia.
     """
 
     name: str
-    mass: Expression = key("expression", "In kg.", names=GIVEN, unit=KILOGRAM, order=-1)
+    mass: Expression = key(
+        "expression", "In kg; by default 0, beside an inertia.", default=None, names=GIVEN, unit=KILOGRAM, order=-1
+    )
     position: Sequence[Expression] | None = key(
         "vector", "The mass centre in m: 2 entries, 3 in space.", default=None, names=CONFIGURATION, unit=METRE
     )
@@ -146,6 +150,15 @@ class Body(Place):
 
     def __post_init__(self) -> None:
         normalise(self, f"bodies.{self.name}")
+        if self.mass is None:
+            if self.inertia is None:
+                raise MechanismError(f"bodies.{self.name}: 'mass' is missing; give it, or the inertia of what turns")
+            object.__setattr__(self, "mass", sp.S.Zero)
+
+    @property
+    def placed(self) -> bool:
+        """Whether it is somewhere; what only turns is not."""
+        return self.position is not None or self.frame is not None
 
 
 @dataclass(frozen=True)

@@ -154,7 +154,12 @@ class Description:
     @property
     def places(self) -> tuple[Place, ...]:
         """The bodies and points: what a spring, damper or force can be attached to."""
-        return (*self.bodies, *self.points)
+        return (*self.placed_bodies, *self.points)
+
+    @property
+    def placed_bodies(self) -> tuple[Body, ...]:
+        """The bodies that are somewhere, without those that only turn."""
+        return tuple(body for body in self.bodies if body.placed)
 
     @property
     def dimension(self) -> int:

@@ -2,7 +2,7 @@
 
 Kinetic energy by Koenig's theorem: T = 1/2 sum(m v.v + omega.I.omega), velocities by forward AD of the positions or
 from frame to frame. Potential energy of uniform gravity a: V = -m a.r. Springs: V = 1/2 k e^2; dampers: R = 1/2 c
-rate^2 with the force -dR/dqd.
+rate^2 with the force -dR/dqd, or Q = -force d(rate)/dqd.
 Source: Hand, Finch, Analytical Mechanics, chapters 1 and 8; Goldstein, Classical Mechanics, sections 1.5 and 1.6.
 """
 
@@ -13,6 +13,7 @@ from dataclasses import dataclass, field
 
 import sympy as sp
 
+from lag2fmu.description import names
 from lag2fmu.description.places import WORLD
 from lag2fmu.dynamics.frames import Frames, Rate, Velocity
 from lag2fmu.dynamics.variables import Variables
@@ -20,6 +21,7 @@ from lag2fmu.graph.autodiff import Forward
 from lag2fmu.graph.from_sympy import Translator
 from lag2fmu.graph.graph import Graph, Node
 from lag2fmu.graph.vectors import Vector, apply, times
+from lag2fmu.language.expressions import symbol
 from lag2fmu.mechanism import Body, Damper, Load, Mechanism, Output, Spring
 
 
@@ -133,8 +135,9 @@ class Composer:
         falling = times(self.g, self._gravity_acceleration(), self._gravity_direction())
         for body in self.mechanism.bodies:
             if body.frame is None:
-                mass = self.put(body.mass)
-                yield from (Inertia(mass, x, a) for x, a in zip(self.place(body.name), falling, strict=True))
+                if body.placed:
+                    mass = self.put(body.mass)
+                    yield from (Inertia(mass, x, a) for x, a in zip(self.place(body.name), falling, strict=True))
                 if body.angle is not None:
                     yield Inertia(self.put(body.inertia), self.put(body.angle), self.g.zero)
 
@@ -188,7 +191,7 @@ class Composer:
 
     def _gravity_energy(self) -> Node:
         """V = -sum m a.r"""
-        g, bodies = self.g, self.mechanism.bodies
+        g, bodies = self.g, self.mechanism.placed_bodies
         if self.mechanism.gravity is None:
             return g.zero
         direction, acceleration = self._gravity_direction(), self._gravity_acceleration()
@@ -204,10 +207,20 @@ class Composer:
         return self._half_square(self.put(spring.stiffness), elongation)
 
     def _damper(self, damper: Damper) -> Node:
-        """R = 1/2 c rate^2"""
+        """R = 1/2 c rate^2; a force has none and acts on the rate"""
+        if damper.force is None:
+            return self._half_square(self.put(damper.damping), self._damper_rate(damper))
+        rate, own = self._damper_rate(damper), symbol(names.damper_rate(damper.name))
+        self.put.define(own.name, rate)
+        force = self.put(damper.force_at(own))
+        self._act(self.impetus, (rate,), (self.g.negate(force),))
+        return self.g.zero
+
+    def _damper_rate(self, damper: Damper) -> Node:
         if damper.between is None:
-            return self._half_square(self.put(damper.damping), self.put(damper.rate))
-        return self._half_square(self.put(damper.damping), *self.rate([self._distance(damper.between)]))
+            return self.put(damper.rate)
+        (rate,) = self.rate([self._distance(damper.between)])
+        return rate
 
     def distances(self) -> dict[str, Node]:
         """{place in the mechanism: distance of its ends, in m} of the springs and dampers between two places."""
@@ -230,7 +243,8 @@ class Composer:
         """Forces at positions and torques at angles into ``effort``; those on frames into ``impetus``"""
         for load in self.mechanism.loads:
             target = str(load.point if load.point is not None else load.body)
-            frame, position = self.mechanism.location(target)
+            placed = any(place.name == target for place in self.mechanism.places)
+            frame, position = self.mechanism.location(target) if placed else (WORLD, ())
             if frame != WORLD:
                 self._load_on_frame(load, frame, self.put.vector(position))
             elif load.force is not None:
@@ -259,6 +273,9 @@ class Composer:
             return self.place(name)
         if output.quantity == "velocity":
             return tuple(self.rate(self.place(name)))
+        if output.quantity == "acceleration":
+            change = Forward(self.g, self.variables.direction(self.g, accelerating=True))
+            return tuple(change(self.rate(self.place(name))))
         if output.quantity == "angular_velocity":
             own = self.velocities[name].angular
             return own if output.axes != WORLD else self.frames.to_world(name, own)

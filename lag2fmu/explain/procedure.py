@@ -213,14 +213,14 @@ class _Steps:
 
     def _positions(self) -> Iterator[Formula]:
         for body in self.mechanism.bodies:
-            for axis, position in zip("xyz", self.mechanism.place(body.name), strict=False):
+            for axis, position in zip("xyz", body.position or (), strict=False):
                 yield self.notation.name(f"{axis}_{body.name}"), self.composition.written(position)
             if body.angle is not None:
                 yield self.notation.name(f"phi_{body.name}"), self.composition.written(body.angle)
 
     def _velocities(self) -> Iterator[Formula]:
         for body in self.mechanism.bodies:
-            for axis, position in zip("xyz", self.mechanism.place(body.name), strict=False):
+            for axis, position in zip("xyz", body.position or (), strict=False):
                 rate = self.composition.rate(self.composition.written(position))
                 yield self.notation.name(names.velocity(f"{axis}_{body.name}")), rate
             if body.angle is not None:
@@ -238,23 +238,16 @@ class _Steps:
         for q, qd in zip(s.q, s.qd, strict=True):
             momentum = self._lagrangian.diff(qd)
             yield write.partial("L", write.name(qd.name)), _tidy(momentum)
-            yield write.total(write.partial("L", write.name(qd.name))), _tidy(self._rate(momentum))
+            yield write.total(write.partial("L", write.name(qd.name))), _tidy(self.composition.rate(momentum))
             yield write.partial("L", write.name(q.name)), _tidy(self._lagrangian.diff(q))
 
     def _equations(self) -> Iterator[Formula]:
         c, s = self.composition, self.composition.symbols
         accelerations = [symbol(names.acceleration(q.name)) for q in s.q]
         for qd, q, force, reaction in zip(s.qd, s.q, c.forces, self._reactions(), strict=True):
-            left = _tidy(self._rate(self._lagrangian.diff(qd)) - self._lagrangian.diff(q))
+            left = _tidy(self.composition.rate(self._lagrangian.diff(qd)) - self._lagrangian.diff(q))
             left = sp.collect(sp.expand(left), accelerations)
             yield self.notation.expression(left), force - c.dissipation.diff(qd) + reaction
-
-    def _rate(self, expression: sp.Expr) -> sp.Expr:
-        """The total time derivative of a function of t, q, qd and motions."""
-        s = self.composition.symbols
-        second = {qd: symbol(names.acceleration(q.name)) for q, qd in zip(s.q, s.qd, strict=True)}
-        second |= dict(zip(s.motion_dot, s.motion_ddot, strict=True))
-        return self.composition.rate(expression) + sp.Add(*(expression.diff(v) * a for v, a in second.items()))
 
     # ------------------------------------------------------------------------------------------------- writing
 

@@ -15,12 +15,13 @@ Evaluating Derivatives, SIAM 2008, chapter 2, for the evaluation graph.
 from __future__ import annotations
 
 import math
-from collections.abc import Collection, Iterable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Collection, Iterable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from fractions import Fraction
 from types import MappingProxyType
 from typing import NewType
 
+from lag2fmu.errors import DerivationError
 from lag2fmu.graph.fingerprint import PRIME, Circle, constant_mark, inverse_mark, random_mark
 from lag2fmu.graph.operations import (
     ADD,
@@ -145,9 +146,9 @@ class Graph:
         """The node of a number; fractions stay exact up to a length of 512 bits."""
         node = self._leaves.get(value)
         if node is None:
-            exact: Number = value if isinstance(value, float) else Fraction(value)
+            exact: Number = _rounded(value) if isinstance(value, float) else Fraction(value)
             if isinstance(exact, Fraction) and max(map(int.bit_length, exact.as_integer_ratio())) > _MAX_BITS:
-                exact = float(exact)
+                exact = _rounded(exact)
             node = self._leaves.get(exact)
             self._leaves[value] = node = self._new_constant(exact) if node is None else node
         return node
@@ -341,7 +342,9 @@ class Graph:
         if operands == (self.zero,) and name in ("cos", "exp", "cosh"):
             return self.one
         if all(self.is_constant(operand) for operand in operands):
-            return self.constant(OPERATIONS[code].value(*(float(self.value(o)) for o in operands)))
+            value = _value(OPERATIONS[code].value, [float(self.value(o)) for o in operands])
+            if math.isfinite(value):  # else it is left to the checks of numbers, which name the expression
+                return self.constant(value)
         return self._function(code, operands)
 
     def _function(self, code: int, operands: tuple[Node, ...]) -> Node:
@@ -461,8 +464,27 @@ class Graph:
             elif code == CONSTANT:
                 result[node] = float(self.value(node))
             else:
-                try:
-                    result[node] = OPERATIONS[code].value(*(result[operand] for operand in operands))
-                except (ValueError, OverflowError, ZeroDivisionError):
-                    result[node] = math.nan
+                result[node] = _value(OPERATIONS[code].value, [result[operand] for operand in operands])
         return [result[output] for output in outputs]
+
+
+def _value(function: Callable[..., float], arguments: Sequence[float]) -> float:
+    """``function`` of ``arguments``; nan where it has no value, or none within the range of doubles"""
+    try:
+        return function(*arguments)
+    except (ValueError, OverflowError, ZeroDivisionError):
+        return math.nan
+
+
+def _rounded(value: Number) -> float:
+    """The double nearest to ``value``; raises DerivationError for one beyond their range"""
+    try:
+        nearest = float(value)
+    except OverflowError:
+        nearest = math.inf
+    if not math.isfinite(nearest):
+        raise DerivationError(
+            "constants of the equations, multiplied or added, go beyond the range of double precision (1e308); "
+            "give them in other units"
+        )
+    return nearest

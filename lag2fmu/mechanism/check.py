@@ -4,12 +4,14 @@ from __future__ import annotations
 
 import math
 
+from lag2fmu.description import names
 from lag2fmu.description.outputs import QUANTITIES, Output
 from lag2fmu.description.parts import Damper, Load, Spring
 from lag2fmu.description.places import WORLD, Vector
 from lag2fmu.description.record import Description
 from lag2fmu.description.symbols import Coordinate, Input, Parameter
 from lag2fmu.errors import MechanismError, UnitError
+from lag2fmu.language.expressions import free_names
 from lag2fmu.mechanism.geometry import check_values
 from lag2fmu.mechanism.name_check import check_names
 from lag2fmu.mechanism.scope import Scope, check_constraints, check_presence, check_symbols
@@ -100,6 +102,8 @@ def _check_parts(m: Description) -> None:
     for table, parts in (("springs", m.springs), ("dampers", m.dampers)):
         for part in parts:
             _check_element(m, part, f"{table}.{part.name}")
+    for damper in m.dampers:
+        _check_damper(m, damper, f"dampers.{damper.name}")
     for load in m.loads:
         _check_load(m, f"loads.{load.name}", load)
     for output in m.outputs:
@@ -130,6 +134,20 @@ def _check_element(m: Description, part: Spring | Damper, where: str) -> None:
         )
 
 
+def _check_damper(m: Description, damper: Damper, where: str) -> None:
+    """A damper has a damping or a force; in the force "rate" is its own and nothing else."""
+    if (damper.damping is None) == (damper.force is None):
+        raise MechanismError(f"{where}: give either 'damping' or 'force'")
+    own = names.DAMPER_RATE
+    tables = (m.coordinates, m.parameters, m.inputs, m.definitions)
+    declared = any(part.name == own for parts in tables for part in parts)
+    if damper.force is not None and declared and own in free_names([damper.force]):
+        raise MechanismError(
+            f"{where}.force: '{own}' is the damper's own rate here, and the mechanism calls something else so too; "
+            "rename that"
+        )
+
+
 def _location(m: Description, name: str, where: str) -> tuple[str, Vector]:
     """Frame and position of the point or body ``name``; raises MechanismError with ``where`` if there is none."""
     try:
@@ -147,7 +165,8 @@ def _check_load(m: Description, where: str, load: Load) -> None:
         raise MechanismError(f"{where}: a force acts at a 'point'; name one")
     if load.torque is not None and (load.body is None or load.point is not None):
         raise MechanismError(f"{where}: a torque acts on a 'body'; name one")
-    frame, position = _location(m, str(name), f"{where}.{key}")
+    rotor = load.torque is not None and any(body.name == name and not body.placed for body in m.bodies)
+    frame, position = (WORLD, ()) if rotor else _location(m, str(name), f"{where}.{key}")
     _check_axes(where, load, frame != WORLD)
     if load.force is not None:
         if len(load.force) != len(position):

@@ -98,8 +98,11 @@ def _check_body(body: Body) -> None:
                 f"{where}.inertia: a body of a frame has the 6 entries Ixx, Iyy, Izz, Ixy, Ixz, Iyz, got {body.inertia}"
             )
         return
-    if body.position is None:
-        raise MechanismError(f"{where}: 'position' is missing; give it, or the 'frame' that carries the body")
+    if body.position is None and (body.mass != 0 or body.inertia is None or body.angle is None):
+        raise MechanismError(
+            f"{where}: 'position' is missing; give it, or the 'frame' that carries the body, or only 'angle' and "
+            "'inertia' of what has no mass"
+        )
     if any(body.center):
         raise MechanismError(f"{where}.center: goes with 'frame'; add it to the position instead")
     if tensor:
@@ -107,7 +110,7 @@ def _check_body(body: Body) -> None:
     if (body.inertia is None) != (body.angle is None):
         missing = "inertia" if body.inertia is None else "angle"
         raise MechanismError(f"{where}: '{missing}' is missing; a rigid body has both, a particle neither")
-    if body.angle is not None and len(body.position) == 3:
+    if body.angle is not None and len(body.position or ()) == 3:
         raise MechanismError(
             f"{where}: a body with an angle is planar; give its position 2 entries, or put it on a frame"
         )
@@ -161,7 +164,9 @@ def _check_mass(body: Body, values: Values) -> None:
 def _driving(m: Description, values: Values) -> Iterator[str]:
     """Warnings of negative stiffness and damping."""
     elements = [(f"springs.{s.name}.stiffness", s.stiffness, "pushes away from rest") for s in m.springs]
-    elements += [(f"dampers.{d.name}.damping", d.damping, "drives the motion") for d in m.dampers]
+    elements += [
+        (f"dampers.{d.name}.damping", d.damping, "drives the motion") for d in m.dampers if d.damping is not None
+    ]
     for where, expression, effect in elements:
         numbers = _numbers((expression,), values)
         if numbers is not None and numbers[0] < 0:

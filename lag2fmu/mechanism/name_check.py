@@ -66,7 +66,7 @@ def check_names(mechanism: Description) -> None:
         taken[name] = what
     for table in ("frames", "springs", "dampers", "loads", "joints", "constraints"):
         _check_unique([part.name for part in getattr(mechanism, table)], table)
-    _check_unique([part.name for part in mechanism.places], "bodies and points")
+    _check_unique([part.name for part in (*mechanism.bodies, *mechanism.points)], "bodies and points")
     _check_unique([part.coordinate for part in mechanism.forces], "forces")
 
 

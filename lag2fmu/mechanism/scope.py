@@ -10,7 +10,7 @@ from typing import TypeVar
 import sympy as sp
 
 from lag2fmu.description import names
-from lag2fmu.description.keys import CONFIGURATION, STATE
+from lag2fmu.description.keys import CONFIGURATION, OWN_RATE, STATE
 from lag2fmu.description.parts import Constraint, Definition
 from lag2fmu.description.record import Description
 from lag2fmu.description.symbols import Parameter
@@ -25,6 +25,8 @@ class Scope:
 
     def __init__(self, m: Description) -> None:
         self.meaning: dict[str, str] = {"t": "time"}
+        if any(damper.force is not None for damper in m.dampers):
+            self.meaning[names.DAMPER_RATE] = OWN_RATE
         for q in m.coordinates:
             self.meaning |= {q.name: "coordinate", names.velocity(q.name): "velocity"}
             self.meaning[names.acceleration(q.name)] = "acceleration"

@@ -2,14 +2,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Iterator
+from collections.abc import Iterator
 
 import sympy as sp
 
 from lag2fmu.description import names
 from lag2fmu.description.keys import OWN
 from lag2fmu.description.outputs import QUANTITIES
-from lag2fmu.description.parts import Damper, Force, Spring
+from lag2fmu.description.parts import Force
 from lag2fmu.description.record import Description
 from lag2fmu.description.symbols import Coordinate, Input, Parameter
 from lag2fmu.errors import UnitError
@@ -61,18 +61,28 @@ def mismatches(m: Description) -> Iterator[str]:
             known[definition.name] = None
             yield f"definitions.{definition.name}: {error}"
     for where, expression, expected in _expectations(m, infer):
-        try:
-            found = infer(expression)
-        except UnitError as error:
-            yield f"{where}: {error}"
-            continue
-        if found is not None and expected is not None and found != expected and not expression.is_number:
-            yield f"{where}: '{to_text(expression)}' is in {describe(found)}, expected {describe(expected)}"
+        yield from _mismatch(where, expression, expected, infer)
+    for damper in m.dampers:
+        if damper.force is not None:
+            rate = _measured(damper.rate, METRE / SECOND, infer)
+            inside = DimensionOf(known | {names.DAMPER_RATE: rate})
+            yield from _mismatch(f"dampers.{damper.name}.force", damper.force, _share(WATT, rate, 1), inside)
     for output in m.outputs:
         given = _dimension_of(output.unit)
         measured = _dimension_of(QUANTITIES[output.quantity][2]) if output.quantity is not None else given
         if given is not None and measured is not None and given != measured:
             yield f"outputs.{output.name}.unit: the {output.quantity} is in {describe(measured)}, not {describe(given)}"
+
+
+def _mismatch(where: str, expression: sp.Expr, expected: Dimension | None, infer: DimensionOf) -> Iterator[str]:
+    """A sentence if the dimension of ``expression`` is known and not the ``expected`` one, or contradicts itself."""
+    try:
+        found = infer(expression)
+    except UnitError as error:
+        yield f"{where}: {error}"
+        return
+    if found is not None and expected is not None and found != expected and not expression.is_number:
+        yield f"{where}: '{to_text(expression)}' is in {describe(found)}, expected {describe(expected)}"
 
 
 def constraint_units(m: Description) -> dict[str, Unit | None]:
@@ -111,26 +121,27 @@ def _expectations(m: Description, infer: DimensionOf) -> Iterator[tuple[str, sp.
         elif expected == OWN:
             expected = entry.part.unit
         yield entry.where, entry.expression, _dimension_of(expected)
-    yield from _element_expectations(m.springs, JOULE, "elongation", infer)
-    yield from _element_expectations(m.dampers, WATT, "rate", infer)
+    for spring in m.springs:
+        where = f"springs.{spring.name}"
+        elongation = _measured(spring.elongation, METRE, infer)
+        if spring.elongation is not None:
+            yield f"{where}.elongation", spring.elongation, None
+        yield f"{where}.stiffness", spring.stiffness, _share(JOULE, elongation, 2)
+    for damper in m.dampers:
+        where = f"dampers.{damper.name}"
+        rate = _measured(damper.rate, METRE / SECOND, infer)
+        if damper.rate is not None:
+            yield f"{where}.rate", damper.rate, None
+        if damper.damping is not None:
+            yield f"{where}.damping", damper.damping, _share(WATT, rate, 2)
 
 
-def _element_expectations(
-    parts: Iterable[Spring | Damper], total: Unit, key: str, infer: Callable[[sp.Expr], Dimension | None]
-) -> Iterator[tuple[str, sp.Expr, Dimension | None]]:
-    """stiffness * elongation^2 is an energy, damping * rate^2 a power; between points the elongation is a length."""
-    table, constant = ("springs", "stiffness") if key == "elongation" else ("dampers", "damping")
-    for part in parts:
-        measure = getattr(part, key)
-        if measure is None:
-            length = METRE if key == "elongation" else METRE / SECOND
-            measured: Dimension | None = _dimension_of(length)
-        else:
-            yield f"{table}.{part.name}.{key}", measure, None
-            try:
-                measured = infer(measure)
-            except UnitError:
-                continue
-        if measured is not None:
-            expected = tuple(a - 2 * b for a, b in zip(dimension(total.exponents), measured, strict=True))
-            yield f"{table}.{part.name}.{constant}", getattr(part, constant), expected
+def _measured(measure: sp.Expr | None, length: Unit, infer: DimensionOf) -> Dimension | None:
+    """The dimension of an elongation or rate, of ``length`` between points; None if it is not known or has a fault."""
+    return _dimension_of(length) if measure is None else _inferred(infer, measure)
+
+
+def _share(total: Unit, measured: Dimension | None, times: int) -> Dimension | None:
+    """``total`` / ``measured`` ** ``times``: stiffness * elongation^2 is an energy, damping * rate^2 a power."""
+    whole = dimension(total.exponents)
+    return None if measured is None else tuple(a - times * b for a, b in zip(whole, measured, strict=True))

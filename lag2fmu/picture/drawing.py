@@ -108,7 +108,7 @@ def _links(canvas: Canvas, layout: Layout, flat: Floats) -> None:
 
 def _bodies(canvas: Canvas, layout: Layout, flat: Floats, shapes: Mapping[str, Shape]) -> None:
     """All bodies at one state; the radius of a particle tells of its mass."""
-    s, bodies = layout.skeleton, layout.mechanism.bodies
+    s, bodies = layout.skeleton, layout.mechanism.placed_bodies
     heaviest, room = max(s.masses.values(), default=0.0) or 1.0, layout.room
     for name in sorted(s.masses, key=lambda name: _ORDER.index(shapes[name].kind)):
         radius = room * (1.3 + 1.4 * (max(s.masses[name], 0.0) / heaviest) ** (1 / 3))
@@ -148,7 +148,7 @@ def _points(canvas: Canvas, layout: Layout) -> None:
     """Joints, where no body is drawn over them, and points."""
     s, flat = layout.skeleton, layout.at_start
     joints = {link.ends[0] for link in s.links if link.arm} - set(s.place.values())
-    bodies = [flat[s.place[body.name]] for body in layout.mechanism.bodies]
+    bodies = [flat[s.place[body.name]] for body in layout.mechanism.placed_bodies]
     for i in sorted(joints):
         if not any(np.allclose(flat[i], body, atol=0.5) for body in bodies):
             canvas.disc("joint", "joint", flat[i], 1.0)

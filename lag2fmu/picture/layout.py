@@ -47,7 +47,7 @@ class Layout:
     def shapes_at(self, values: Values, positions: Floats) -> dict[str, Shape]:
         """{body: its shape} at a state, with the skeleton's ``positions`` (spots, 3) there."""
         plane = self.view.plane
-        return {b.name: shape_of(self.skeleton, b, values, positions, plane) for b in self.mechanism.bodies}
+        return {b.name: shape_of(self.skeleton, b, values, positions, plane) for b in self.mechanism.placed_bodies}
 
     def _unit(self) -> float:
         """Metres for one unit."""

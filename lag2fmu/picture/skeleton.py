@@ -213,9 +213,9 @@ class Skeleton:
     @cached_property
     def masses(self) -> dict[str, float]:
         """{body: kg}, at the start."""
-        nodes = [self.put(sp.sympify(body.mass)) for body in self.mechanism.bodies]
+        nodes = [self.put(sp.sympify(body.mass)) for body in self.mechanism.placed_bodies]
         found = self._numbers(nodes, self.start())
-        return {body.name: float(mass) for body, mass in zip(self.mechanism.bodies, found, strict=True)}
+        return {body.name: float(mass) for body, mass in zip(self.mechanism.placed_bodies, found, strict=True)}
 
     def vector(self, expressions: Sequence[sp.Expr], values: Values) -> Floats:
         """The values of (k,) expressions."""

@@ -16,7 +16,7 @@ import sympy as sp
 
 from lag2fmu.description.names import acceleration, generalized_force, velocity
 from lag2fmu.language.expressions import NAME_OF, TIME, symbol
-from lag2fmu.mechanism import Body, Mechanism, Output
+from lag2fmu.mechanism import Body, Damper, Mechanism, Output
 
 Vector = tuple[sp.Expr, ...]
 
@@ -108,9 +108,11 @@ class Composition:
         return sp.S.Zero if expression is None else sp.sympify(expression).xreplace(self._meaning)
 
     def rate(self, expression: sp.Expr) -> sp.Expr:
-        """The total time derivative of a function of t, q and motion inputs, by the chain rule."""
+        """The total time derivative of a function of t, q, qd, motion inputs and their rates, by the chain rule."""
         s = self.symbols
-        pairs = ((TIME, sp.S.One), *zip((*s.q, *s.motion), (*s.qd, *s.motion_dot), strict=True))
+        qdd = (symbol(acceleration(q.name)) for q in s.q)
+        moving, rates = (*s.q, *s.qd, *s.motion, *s.motion_dot), (*s.qd, *qdd, *s.motion_dot, *s.motion_ddot)
+        pairs = ((TIME, sp.S.One), *zip(moving, rates, strict=True))
         used = expression.free_symbols
         return sp.Add(*(expression.diff(x) * x_dot for x, x_dot in pairs if x in used))
 
@@ -166,14 +168,16 @@ class Composition:
             yield output.name, self.written(output.expression)
         elif output.point is not None and not self.on_frame(output.point):
             position = self.place(str(output.point))
-            entries = position if output.quantity == "position" else map(self.rate, position)
-            yield from zip(output.names, entries, strict=True)
+            times = ("position", "velocity", "acceleration").index(str(output.quantity))
+            for _ in range(times):
+                position = tuple(map(self.rate, position))
+            yield from zip(output.names, position, strict=True)
 
     def _gravity(self) -> Iterable[sp.Expr]:
         gravity = self.mechanism.gravity
         if gravity is None:
             return
-        for body in self._fixed_bodies():
+        for body in filter(lambda body: body.placed, self._fixed_bodies()):
             place = self.place(body.name)
             direction = gravity.direction or (*[0] * (len(place) - 1), -1)
             height = _dot([self.written(x) for x in direction], place)
@@ -193,15 +197,19 @@ class Composition:
             yield stiffness * square / 2
 
     def _dampers(self) -> Iterable[sp.Expr]:
-        for damper in self.mechanism.dampers:
-            if damper.between is None:
-                rate = self.written(damper.rate)
-            elif self._any_on_frame(damper.between):
-                continue
-            else:
-                gap = self._gap(damper.between)
-                rate = _dot(gap, [self.rate(x) for x in gap]) / sp.sqrt(_dot(gap, gap))
-            yield self.written(damper.damping) * rate**2 / 2
+        for damper in self._fixed_dampers():
+            yield self.written(damper.damping) * self._damper_rate(damper) ** 2 / 2
+
+    def _fixed_dampers(self) -> Iterable[Damper]:
+        """The dampers with no end on a frame."""
+        return (d for d in self.mechanism.dampers if d.between is None or not self._any_on_frame(d.between))
+
+    def _damper_rate(self, damper: Damper) -> sp.Expr:
+        """The rate at which ``damper`` grows longer, in m/s, or as it is written."""
+        if damper.between is None:
+            return self.written(damper.rate)
+        gap = self._gap(damper.between)
+        return _dot(gap, [self.rate(x) for x in gap]) / sp.sqrt(_dot(gap, gap))
 
     def _any_on_frame(self, ends: Sequence[object]) -> bool:
         return any(self.on_frame(end) for end in ends)
@@ -228,6 +236,12 @@ class Composition:
                 values = tuple(self.written(x) for x in load.force or ())
             for q in s.q:
                 total[q] += _dot(values, [x.diff(q) for x in places])
+        for damper in self._fixed_dampers():
+            if damper.force is not None:
+                rate = self._damper_rate(damper)
+                force = self.written(damper.force_at(rate))
+                for q, qd in zip(s.q, s.qd, strict=True):
+                    total[q] -= force * rate.diff(qd)
         return tuple(total.values())
 
 

@@ -126,7 +126,9 @@ class EnergyFunctions:
         rows = np.concatenate([state.rows, *unknowns])
         values = dict(zip(self.composition.outputs, self._outputs(rows, self._constants), strict=True))
         if not self.spatial.empty:
-            values |= self.spatial.outputs(self._rows(state))
+            k, qdd = len(self.composition.symbols.motion), np.broadcast_to(unknowns[0], state.qd.shape)
+            rates = np.concatenate([np.ones_like(state.t)[None], state.qd, qdd, state.inputs[k : 3 * k]])
+            values |= self.spatial.outputs(self._rows(state), rates)
         return {name: values[name] for name in self.mechanism.output_names}
 
     def position(self, state: State, name: str) -> Floats:

@@ -8,6 +8,7 @@ are given here as f(x) + i f'(x) Im z, and stay NaN where the real function is n
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable, Sequence
 from functools import lru_cache, reduce
 from typing import Any
@@ -30,6 +31,9 @@ BLOCK = 4096
 
 FEW = 3
 """Up to so many points are evaluated one by one: NumPy's scalars take a fifth of the time of its short arrays."""
+
+_EXACT = 2**53
+"""Up to here whole numbers are doubles."""
 
 Function = Callable[..., Any]
 
@@ -103,11 +107,23 @@ NUMERIC: dict[str, Function] = {
 """The meaning of every name that ``NumericPrinter`` writes."""
 
 
+def number(value: sp.Expr) -> str:
+    """The double that is nearest to ``value``, as text that Python and C read; infinite beyond their range."""
+    nearest = float(value)
+    return repr(nearest) if np.isfinite(nearest) else f"{'-' if nearest < 0 else ''}1e999"
+
+
+def _is_long(value: sp.Expr) -> bool:
+    """Whether numerator or denominator are no doubles: NumPy takes whole numbers beyond 64 bits for objects."""
+    return bool(value.is_Rational) and max(abs(int(value.p)), int(value.q)) > _EXACT
+
+
 class NumericPrinter(StrPrinter):  # type: ignore[misc]
     """Prints Python that calls NUMERIC.
 
     Customizations: powers that are no integers or roots call ``power`` (NumPy continues them to complex values
-    where they should be NaN); Dirac's delta, the derivative of a jump, is 0, as it is almost everywhere.
+    where they should be NaN); the derivative of a jump, Dirac's delta, is 0, as it is almost everywhere; fractions too
+    long to be exact are one double.
     """
 
     def _print_Function(self, expr: sp.Expr) -> str:
@@ -121,8 +137,20 @@ class NumericPrinter(StrPrinter):  # type: ignore[misc]
             return str(super()._print_Pow(expr, rational))
         return f"power({self._print(expr.base)}, {self._print(expr.exp)})"
 
+    def _print_Mul(self, expr: sp.Expr) -> str:
+        factor, rest = expr.as_coeff_Mul()
+        return f"{number(factor)}*({self._print(rest)})" if _is_long(factor) else str(super()._print_Mul(expr))
+
+    def _print_Integer(self, expr: sp.Expr) -> str:
+        return number(expr) if _is_long(expr) else str(super()._print_Integer(expr))
+
+    def _print_Rational(self, expr: sp.Expr) -> str:
+        return number(expr) if _is_long(expr) else str(super()._print_Rational(expr))
+
     def _print_DiracDelta(self, expr: sp.Expr) -> str:
         return "0.0"
+
+    _print_Derivative = _print_DiracDelta  # of the sign
 
     def _print_Exp1(self, expr: sp.Expr) -> str:
         return repr(float(np.e))
@@ -157,7 +185,7 @@ def _compiled(
     )
 
     def evaluate(rows: Array, constants: Sequence[float]) -> Array:
-        flat = rows.reshape(len(rows), -1)
+        flat = rows.reshape(len(rows), math.prod(rows.shape[1:]))
         out = np.empty((len(outputs), flat.shape[1]), rows.dtype)
         with np.errstate(all="ignore"):
             if flat.shape[1] <= FEW:

@@ -24,7 +24,7 @@ from lag2fmu.language.expressions import NAME_OF, TIME
 from lag2fmu.mechanism import Mechanism
 from lag2fmu.reference.composition import composition_of
 from lag2fmu.reference.constraints import constraint_expressions
-from lag2fmu.reference.functions import NumericPrinter, shared
+from lag2fmu.reference.functions import NumericPrinter, number, shared
 from lag2fmu.reference.spatial import Spatial
 
 Function = Any
@@ -57,10 +57,10 @@ class _CPrinter(NumericPrinter):
         return f"z_power({base}, {self._print(exponent)})"
 
     def _print_Integer(self, expr: sp.Expr) -> str:
-        return repr(float(expr))
+        return number(expr)
 
     def _print_Rational(self, expr: sp.Expr) -> str:
-        return f"({float(expr.p)!r}/{float(expr.q)!r})"
+        return number(expr)
 
     def _print_Float(self, expr: sp.Expr) -> str:
         return repr(float(expr))

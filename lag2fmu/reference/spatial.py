@@ -20,8 +20,10 @@ from lag2fmu.language.expressions import TIME
 from lag2fmu.mechanism import Body, Damper, Load, Output, Spring
 from lag2fmu.reference.composition import Composition
 from lag2fmu.reference.frames import Pose, Slots, Spot, apply, apply_transposed, dot, links_of, poses_of, spot_of
-from lag2fmu.reference.functions import BLOCK, Array, atan2, compiled
+from lag2fmu.reference.functions import BLOCK, STEP, Array, atan2, compiled
 from lag2fmu.reference.quaternions import Quaternions
+
+_RATE = sp.Dummy("rate", real=True)
 
 Terms = tuple[Any, Any, Any]
 """T, V (J) and R (W): arrays, or expressions."""
@@ -63,15 +65,21 @@ class Spatial:
         self._configuration = (TIME, *s.q, *s.qd, *s.motion, *s.motion_dot)
         self.expressions = slots.expressions
         self._local = compiled((*self._configuration, *s.parameters), self.expressions)
+        arguments = (TIME, *s.q, *s.qd, *s.inputs)
+        self._forceful = [
+            (element, compiled((*arguments, _RATE, *s.parameters), [composition.written(damper.force_at(_RATE))]))
+            for damper, element in zip(filter(self._framed, m.dampers), self._dampers, strict=True)
+            if damper.force is not None
+        ]
         entries = [x for load in self._loads for x in _entries(composition, load)]
-        self._entries = compiled((TIME, *s.q, *s.qd, *s.inputs, *s.parameters), entries)
+        self._entries = compiled((*arguments, *s.parameters), entries)
         wanted = [str(x.frame) for x in self._outputs if x.quantity == "quaternion"]
         self._quaternions = Quaternions(composition, wanted, constants)
 
     @property
     def loaded(self) -> bool:
-        """Do loads act on frames?"""
-        return bool(self._loads)
+        """Do loads, or dampers with a force, act on frames?"""
+        return bool(self._loads or self._forceful)
 
     @property
     def empty(self) -> bool:
@@ -94,23 +102,27 @@ class Spatial:
         return self.terms(np.array(self.expressions, dtype=object), sp.sqrt, sp.S.Zero)
 
     def forces(self, rows: Array, inputs: Array) -> Array:
-        """Q of the loads on frames (n, *shape); ``inputs`` (3 k + m + n, *shape) are those of ``Symbols.inputs``.
+        """Q of loads and of dampers with a force on frames (n, *shape).
+
+        ``inputs`` (3 k + m + n, *shape) are those of ``Symbols.inputs``.
 
         Source: T. Kane, D. Levinson, Dynamics, section 4.4 (generalized active forces).
         """
-        if not self._loads:
+        if not self.loaded:
             return np.zeros((self.n, *rows.shape[1:]))
         n = self.n
-        entries = self._entries(np.concatenate([rows[: 1 + 2 * n], inputs]), self._constants)
+        arguments = np.concatenate([rows[: 1 + 2 * n], inputs])
+        entries = self._entries(arguments, self._constants)
 
         def evaluate(block: Array) -> Array:
             unit, at = block[: len(rows), None].repeat(n + 1, axis=1), block[len(rows) :]
+            given, at = at[: len(arguments)], at[len(arguments) :]
             unit[1 + n : 1 + 2 * n] = np.eye(n, n + 1, 1)[..., None]
             values = self._local(unit, self._constants)
             poses = poses_of(self._links, values)
-            return self._generalized(poses, values, at)
+            return self._generalized(poses, values, at) - self._resisting(poses, values, given)
 
-        return _in_blocks(evaluate, np.concatenate([rows, entries]), n, width=n + 1)
+        return _in_blocks(evaluate, np.concatenate([rows, arguments, entries]), n, width=n + 1)
 
     def symbolic_forces(self) -> list[sp.Expr]:
         """Q of the loads on frames as expressions, (n,)."""
@@ -122,19 +134,36 @@ class Spatial:
             if load.axes != WORLD:
                 vector = apply(R, vector)
             total = [Q + dot(vector, np.array([x.diff(v) for x in moved])) for Q, v in zip(total, s.qd, strict=True)]
+        for damper, element in zip(
+            filter(self._framed, self._composition.mechanism.dampers), self._dampers, strict=True
+        ):
+            if damper.force is not None:
+                rate = _growth(*self._gap(element, poses, values), sp.sqrt)
+                force = self._composition.written(damper.force_at(rate))
+                total = [Q - force * rate.diff(v) for Q, v in zip(total, s.qd, strict=True)]
         return total
 
-    def outputs(self, rows: Array) -> dict[str, Array]:
-        """The outputs that are quantities on frames: name -> (*shape)."""
+    def outputs(self, rows: Array, rates: Array) -> dict[str, Array]:
+        """The outputs that are quantities on frames: name -> (*shape); ``rates`` are those of the ``rows``.
+
+        Accelerations are complex steps of velocities along the motion.
+        """
         names = [name for output in self._outputs for name in output.names]
 
         def evaluate(block: Array) -> Array:
-            values = self._local(block, self._constants)
-            poses = poses_of(self._links, values)
-            found = [self._quantity(output, poses, values, block) for output in self._outputs]
+            here = block[: len(rows)]
+            values, moved = (self._local(x, self._constants) for x in (here, here + 1j * STEP * block[len(rows) :]))
+            poses, later = poses_of(self._links, values), poses_of(self._links, moved)
+            found = [
+                self._spots[str(output.point)].motion(later, moved)[1].imag / STEP
+                if output.quantity == "acceleration"
+                else self._quantity(output, poses, values, here)
+                for output in self._outputs
+            ]
             return np.concatenate([np.broadcast_to(x, (len(x), block.shape[1])) for x in found])
 
-        return dict(zip(names, _in_blocks(evaluate, rows, len(names)), strict=True)) if names else {}
+        both = np.concatenate([rows, rates])
+        return dict(zip(names, _in_blocks(evaluate, both, len(names)), strict=True)) if names else {}
 
     def position(self, rows: Array, name: str) -> Array:
         """The position (m) in world axes of the point or body ``name`` on a frame, (3, *shape)."""
@@ -215,6 +244,20 @@ class Spatial:
             total = total + dot(vector[:, None], moved[:, 1:] - moved[:, :1])
         return total
 
+    def _resisting(self, poses: dict[str, Pose], values: Array, given: Array) -> Array:
+        """F drate/dqd of the dampers with a force F, (n, N), from velocities as ``_generalized``.
+
+        ``given``: t, q, qd and the inputs, (1 + 3 k + m + 3 n, N).
+        """
+        n = self.n
+        total: Array = np.zeros((n, given.shape[1]))
+        for element, force in self._forceful:
+            rates = _growth(*self._gap(element, poses, values), np.sqrt)
+            slopes = rates[1:] - rates[:1]
+            rate = rates[:1] + (slopes * given[1 + n : 1 + 2 * n]).sum(axis=0)
+            total = total + force(np.concatenate([given, rate]), self._constants) * slopes
+        return total
+
     def _quantity(self, output: Output, poses: dict[str, Pose], values: Array, rows: Array) -> Array:
         """The entries of ``output``, (k, N)."""
         if output.point is not None:
@@ -235,6 +278,11 @@ def _entries(composition: Composition, load: Load) -> list[sp.Expr]:
     """The 3 entries of the force or torque of ``load``."""
     vector = load.torque if load.force is None else load.force
     return [composition.written(x) for x in vector or ()]  # type: ignore[union-attr]
+
+
+def _growth(gap: Array, rate: Array, root: Callable[[Any], Any]) -> Any:
+    """How fast |gap| grows, m/s."""
+    return dot(gap, rate) / root(dot(gap, gap))
 
 
 def _rotational(w: Array, inertia: Array) -> Array:

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import math
+
 import pytest
 from describing import described
 
@@ -75,3 +77,58 @@ def test_an_output_may_contain_accelerations(text: str) -> None:
 def test_accelerations_stand_in_outputs_only() -> None:
     with pytest.raises(MechanismError, match=r"'zs_ddot' is an acceleration and cannot stand here"):
         read(CAR.replace("c*(zs_dot - zu_dot)**2/2", "c*zs_ddot**2/2"), "m.toml")
+
+
+SWING = """
+[mechanism]
+name = "swing"
+[coordinates]
+phi = { unit = "rad", start = 0.4, velocity = 1.2 }
+[inputs]
+x0 = { unit = "m", motion = true }
+[parameters]
+l = { value = 0.8, unit = "m" }
+"""
+IN_THE_PLANE = """
+[bodies.bob]
+mass = 2
+position = ["x0 + l*sin(phi)", "-l*cos(phi)"]
+[outputs]
+felt = { point = "bob", quantity = "acceleration" }
+"""
+IN_SPACE = """
+[frames.rod]
+origin = ["x0", 0, 0]
+rotations = [["y", "-phi"]]
+[bodies.bob]
+frame = "rod"
+center = [0, 0, "-l"]
+mass = 2
+[outputs]
+felt = { point = "bob", quantity = "acceleration" }
+"""
+
+
+@pytest.mark.parametrize("body", [IN_THE_PLANE, IN_SPACE])
+def test_a_point_has_an_acceleration(body: str) -> None:
+    """x = x0 + l sin(phi), hence a = x0'' + l (phi'' cos(phi) - phi'^2 sin(phi)), upwards alike; on both paths."""
+    mechanism = read(SWING + body, "m.toml")
+    assert read(write(mechanism), "m.toml") == mechanism
+    equations, independent = derive(mechanism), Equations(mechanism)
+    inputs = {"x0": 0.3, "x0_dot": -0.7, "x0_ddot": 1.9, "Q_phi": 0.5}
+    (phi,), (spin,) = q, qd = independent.energies.start()
+    (turn,) = independent.accelerations(0.0, q, qd, inputs)
+    expected = {
+        "felt_x": 1.9 + 0.8 * (turn * math.cos(phi) - spin**2 * math.sin(phi)),
+        "felt_y": 0.0,
+        "felt_z": 0.8 * (turn * math.sin(phi) + spin**2 * math.cos(phi)),
+    }
+    if body == IN_THE_PLANE:
+        expected["felt_y"] = expected.pop("felt_z")
+    values = start_values(equations.mechanism) | inputs | {"phi_ddot": turn}
+    found = independent.outputs(0.0, q, qd, inputs)
+    for name, number in expected.items():
+        assert float(found[name]) == pytest.approx(number, rel=1e-12, abs=1e-14)
+        assert equations.graph.evaluate([equations.outputs[name]], values) == pytest.approx([number], abs=1e-13)
+    assert {"x0_ddot", "Q_phi", "phi_dot"} <= dependencies(equations)["felt_x"]
+    described(mechanism, ["all"])

@@ -28,7 +28,7 @@ WRONG_FORM = sorted(
     [
         *BROKEN.glob("type_*.toml"),
         *BROKEN.glob("*misspelt*.toml"),
-        *(BROKEN / f"{name}.toml" for name in ("missing_mechanism", "missing_name", "missing_mass", "empty")),
+        *(BROKEN / f"{name}.toml" for name in ("missing_mechanism", "missing_name", "empty")),
         *(BROKEN / f"{name}.toml" for name in ("name_with_space", "constraint_of_unknown_kind", "empty_position")),
         *(BROKEN / f"{name}.toml" for name in ("frames_axis_is_none", "output_quantity_unknown", "load_axes_unknown")),
     ]

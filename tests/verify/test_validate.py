@@ -7,7 +7,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from sympy import Heaviside, Rational, cos, sin
+from sympy import Heaviside, Rational, cos, sign, sin
 
 import lag2fmu
 from lag2fmu.errors import ExportError, LoadError, MechanismError, SimulationError

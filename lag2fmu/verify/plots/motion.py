@@ -220,9 +220,9 @@ def _spaces(
     q = [c.name for c in mechanism.coordinates]
     shown = in_units(run, units)
     spaces: list[Callable[[Axes], None]] = []
-    if drawable(mechanism) and mechanism.bodies:
+    if drawable(mechanism) and mechanism.placed_bodies:
         spaces.append(lambda axes: _draw_paths(axes, mechanism, _values(mechanism, run, signals)))
-        notes += _left_out([b.name for b in mechanism.bodies], MOST_CURVES, "bodies' paths")
+        notes += _left_out([b.name for b in mechanism.placed_bodies], MOST_CURVES, "bodies' paths")
     if len(q) > 1:
         spaces.append(lambda axes: _draw_configurations(axes, shown, q[:2], units))
         if len(q) > 2:
@@ -242,7 +242,7 @@ def _draw_paths(axes: Axes, mechanism: Mechanism, values: dict[str, Floats | flo
     flat = layout.at(np.moveaxis(layout.skeleton.positions(values), 1, -1))
     start = {name: float(x if isinstance(x, float) else x[0]) for name, x in values.items()}
     draw_marks(axes, posture(layout, start), 2.0, 0.55)
-    for number, body in enumerate(mechanism.bodies[:MOST_CURVES]):
+    for number, body in enumerate(mechanism.placed_bodies[:MOST_CURVES]):
         path = flat[layout.skeleton.place[body.name]]
         axes.plot(*path.T, color=f"C{number}", zorder=4, label=pretty(body.name), linewidth=0.9)
     axes.autoscale_view()

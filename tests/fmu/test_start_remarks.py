@@ -1,0 +1,34 @@
+"""What is said about starts that the constraints move, and about bounds that stop nothing."""
+
+from __future__ import annotations
+
+from lag2fmu.dynamics import derive
+from lag2fmu.explain.procedure import procedure
+from lag2fmu.fmu.advice import moved_starts
+from lag2fmu.formats.text import read
+
+WIRE = """
+[mechanism]
+name = "wire"
+[coordinates]
+x = {{ unit = "m", start = 0.5, min = -2.0, max = 3.0 }}
+y = {{ unit = "m", {y} }}
+[energy]
+kinetic = "(x_dot**2 + y_dot**2)/2"
+potential = "9.81*y"
+[constraints.holonomic]
+wire = "y - x**2"
+"""
+
+
+def test_starts_that_the_constraints_move_are_named() -> None:
+    """y = x^2 = 0.25 m, whatever is guessed; a guess that is right is not mentioned."""
+    for y, expected in (("guess = 0.2", "the constraints move the start to y = 0.25 m"), ("guess = 0.25", "")):
+        mechanism = read(WIRE.format(y=y), "wire.toml")
+        assert moved_starts(mechanism, derive(mechanism)) == expected
+
+
+def test_show_says_what_the_constraints_move_and_that_bounds_are_no_stops() -> None:
+    text = procedure(read(WIRE.format(y="guess = 0.2"), "wire.toml"))
+    assert "starts at 0.25 m, by the constraints" in text
+    assert "min -2 m and max 3 m are no stops" in text
