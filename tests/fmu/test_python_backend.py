@@ -5,6 +5,7 @@ from __future__ import annotations
 import ast
 import filecmp
 import importlib
+import os
 import subprocess
 import sys
 import textwrap
@@ -282,9 +283,12 @@ def test_a_state_restores_in_another_process(pendulum: Stepping, in_python, tmp_
 
 def run_alone(script: str) -> str:
     """What ``script`` prints in a process of its own; it must end well."""
-    folder = Path(__file__).parents[2]
     done = subprocess.run(
-        [sys.executable, "-c", textwrap.dedent(script)], capture_output=True, text=True, cwd=folder, check=False
+        [sys.executable, "-c", textwrap.dedent(script)],
+        capture_output=True,
+        text=True,
+        env=os.environ | {"PYTHONPATH": os.pathsep.join(sys.path)},
+        check=False,
     )
     assert done.returncode == 0, done.stderr
     return done.stdout.strip()

@@ -58,7 +58,7 @@ Component *enter(fmi2Component c, Call call) {
 
 Component *enter_present(fmi2Component c, Call call) {
     Component *component = enter(c, call);
-    if (component != NULL && !integrator_catch_up(&component->instance)) {
+    if (component != NULL && !integrator_catch_up(&component->instance) && component->session.mode != MODE_ERROR) {
         report_failure(component, fmi2Error);
         return NULL;
     }

@@ -95,7 +95,7 @@ Outcome try_GetFMUstate(Session *s) {
         expect(s->slot != NULL && (before == NULL || s->slot == before), "the block was not used again");
         s->slot_model = s->model;
     }
-    return outcome(status, OK);
+    return outcome(status, calculation(s));
 }
 
 Outcome try_SetFMUstate(Session *s) {

@@ -205,7 +205,7 @@ Outcome try_SetRealInputDerivatives(Session *s) {
     }
     const fmi2Status status = s->fmu->SetRealInputDerivatives(s->component, &reference, 1, fault == 5 ? NULL : &order,
                                                               fault == 6 ? NULL : &value);
-    return outcome(status, fault < 7 ? REFUSED : OK);
+    return outcome(status, fault < 7 ? REFUSED : calculation(s));
 }
 
 Outcome try_GetRealOutputDerivatives(Session *s) {
