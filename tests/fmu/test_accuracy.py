@@ -68,10 +68,14 @@ def test_error_against_direct_integration(model: str, exported, directly) -> Non
         assert max(errors.values()) < bar, (tolerance, errors)
     tolerances = 10.0 ** np.arange(-3, -10.5, -0.5)
     lifted = reference.trajectory.time[-1]  # the longest step, which else keeps the errors small
-    errors = [error(fmu, reference, 100, tolerance, solver_max_step=lifted) for tolerance in tolerances]
-    if max(errors) < 1e-12:
-        pytest.skip("constant accelerations: every method is exact")
-    slope = np.polyfit(np.log(tolerances), np.log(errors), 1)[0]
+    errors = np.array([error(fmu, reference, 100, tolerance, solver_max_step=lifted) for tolerance in tolerances])
+    if errors.max() < 1e-6:
+        pytest.skip(f"nearly polynomial: the error is {errors.max():.1g} at a tolerance of 1e-3 already")
+    # an error that is not small is not proportional, and one that stays is not decided by the tolerance
+    decided = np.append(errors[:-1] > 1.05 * errors[1:], True) & (errors < 1e-2) & (errors > 1e-13)
+    if decided.sum() < 5:
+        pytest.skip(f"the tolerance decides the steps in {decided.sum()} of {len(errors)} runs only")
+    slope = np.polyfit(np.log(tolerances[decided]), np.log(errors[decided]), 1)[0]
     assert 0.8 <= slope <= 1.2, dict(zip(tolerances, errors, strict=True))
 
 
