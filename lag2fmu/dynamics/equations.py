@@ -10,6 +10,7 @@ from lag2fmu.description import names
 from lag2fmu.dynamics.constraints import Constraints
 from lag2fmu.dynamics.elimination import Entries, Solution
 from lag2fmu.dynamics.energies import Energies
+from lag2fmu.dynamics.rows import Rows
 from lag2fmu.dynamics.variables import Variables
 from lag2fmu.graph.graph import Graph, Node
 from lag2fmu.mechanism import Mechanism
@@ -26,7 +27,8 @@ class EquationsOfMotion:
 
     ``entries``: the quadratic form 2 T2 over the velocity graph; ``forcing``: (n,); ``solution``: M^-1 forcing (n,)
     with its pivots, by ``method``, None if every order meets a pivot that is identically zero; ``constraints``: of m
-    equations; ``outputs`` and ``dependent`` (parameters) by name; ``parts``: the energies and forces as composed.
+    equations; ``permanent``: those of them that hold in all modes, in derived equations all; ``rows``: what modes switch
+    on and off, see ``modes``; ``outputs`` and ``dependent`` (parameters) by name; ``parts``: the energies and forces as composed.
 
     ``mass_matrix``: M (n, n), d2L/dqd2 and what ``parts.carried`` adds to make it regular; ``residual``: M qdd -
     forcing - G^T multiplier and behind it the constraints' accelerations, (n + m,), with qdd as variables; ``momenta``:
@@ -44,6 +46,8 @@ class EquationsOfMotion:
     forcing: tuple[Node, ...]
     solution: Solution | None
     constraints: Constraints
+    permanent: Constraints
+    rows: Rows
     outputs: Mapping[str, Node]
     dependent: Mapping[str, Node]
     parts: Energies
@@ -67,8 +71,10 @@ class EquationsOfMotion:
             yield names.momentum(coordinate.name), momentum
         yield from self.energies.items()
         yield from self.outputs.items()
-        for constraint, residual in zip(self.mechanism.constraints, self.constraints.residuals, strict=True):
+        for constraint, residual in zip(self.mechanism.constraints, self.permanent.residuals, strict=True):
             yield names.residual(constraint.name), residual
+        for contact, gap in zip(self.mechanism.unilaterals, self.rows.gaps, strict=True):
+            yield names.gap(contact.name), gap
 
     def unknown_dependencies(self) -> tuple[frozenset[str], ...]:
         """The names of the variables each acceleration and multiplier depends on, (n + m,): those of its block."""

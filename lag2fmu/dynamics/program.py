@@ -7,6 +7,7 @@ from dataclasses import dataclass
 
 from lag2fmu.dynamics.elimination import solve
 from lag2fmu.dynamics.equations import EquationsOfMotion
+from lag2fmu.dynamics.modes import Modes, sliding_forces, switched
 from lag2fmu.dynamics.schur_complement import solve_constrained
 from lag2fmu.dynamics.tangent import Tangent, differentiate
 from lag2fmu.dynamics.terms import canonical
@@ -62,7 +63,9 @@ class Program:
     ``locals`` are the names of the entries of ``mechanism_locals``, ``dependent`` those of ``mechanism_dependent``.
     ``method`` says how M is solved, one of ACCELERATION_METHODS. ``factor_size`` is the length of the array that
     ``mechanism_factor`` hands to ``mechanism_solve``, ``signals`` that of u, the inputs with their rates. ``outputs``
-    names the outputs beside q and qd; each of them has a second time derivative.
+    names the outputs beside q and qd; each of them has a second time derivative. ``places`` are those of the rows that
+    modes switch among the constraints, ``slips`` says how many of them each contact has to slip along, and ``modes`` how
+    many numbers behind the parameters make up the modes.
     """
 
     graph: Graph
@@ -74,6 +77,9 @@ class Program:
     dependent: tuple[str, ...]
     outputs: frozenset[str] = frozenset()
     signals: int = 0
+    places: tuple[int, ...] = ()
+    slips: tuple[int, ...] = ()
+    modes: int = 0
 
     def contains(self, variable: str) -> bool:
         """Whether the equations of motion or constraints contain the ``variable``; the time is 't'."""
@@ -99,7 +105,11 @@ def lower(equations: EquationsOfMotion, promoted: Collection[str] = (), variatio
     would need a variable that is none of its arguments.
     """
     equations = equations.apart()
+    modes, places = Modes((), (), ()), ()
+    if len(equations.rows):
+        equations, modes, places = switched(equations)
     g, v = equations.graph, equations.variables
+    sliding = sliding_forces(g, equations.rows, modes)
     p = Array("p", v.parameters)
     state = (Array("t", (v.t,), True), Array("x", (*v.q, *v.qd)), Array("u", v.signals), p)
     factor, solution = _factor_and_solve(equations, state)
@@ -119,7 +129,8 @@ def lower(equations: EquationsOfMotion, promoted: Collection[str] = (), variatio
             (*state, qdd),
             y=(node for _, node in equations.locals()),
         ),
-        *_tangents(differentiate(equations), state, qdd, len(equations.constraints) > 0),
+        *_rows(equations, sliding, state, qdd),
+        *_tangents(differentiate(equations, sliding), state, qdd, len(equations.constraints) > 0),
         *_second_derivatives(differentiate_twice(equations, outputs), state, qdd),
     )
     return Program(
@@ -132,6 +143,9 @@ def lower(equations: EquationsOfMotion, promoted: Collection[str] = (), variatio
         locals=tuple(name for name, _ in equations.locals()),
         dependent=tuple(equations.dependent),
         outputs=outputs,
+        places=places,
+        slips=equations.rows.slips,
+        modes=len(modes.numbers),
     )
 
 
@@ -161,7 +175,7 @@ def _constrained_accelerations(equations: EquationsOfMotion, state: tuple[Array,
     """
     g, n, m = equations.graph, len(equations.forcing), len(equations.constraints)
     drift = tuple(g.symbol(f"drift {k}") for k in range(m))
-    found = solve_constrained(equations, drift)
+    found = None if len(equations.rows) else solve_constrained(equations, drift)  # modes change what is independent
     doc = (
         "Accelerations and behind them the multipliers, with G qdd + gamma + drift = 0. Usable if the pivots of M and "
         "the margins of the constraints are positive, and the squares of their distances have not shrunk."
@@ -225,31 +239,50 @@ def _constraints(equations: EquationsOfMotion, state: tuple[Array, ...], factor:
     )
 
 
-def _tangents(tangent: Tangent, state: tuple[Array, ...], qdd: Array, constrained: bool) -> tuple[Function, ...]:
+def _rows(
+    equations: EquationsOfMotion, sliding: tuple[Node, ...], state: tuple[Array, ...], qdd: Array
+) -> Iterator[Function]:
+    """What is to be known about the rows that modes switch, and the forces of those that slide."""
+    rows = equations.rows
+    if not len(rows):
+        return
+    jacobian = [entry for row in rows.jacobian for entry in row]
+    doc = "Of all rows, whatever the mode: positions phi, velocities v, their Jacobian G (row-major), gamma of G qdd + gamma."
+    of_rows = {"phi": rows.positions, "v": rows.velocities, "G": jacobian, "gamma": rows.accelerations}
+    yield _function("mechanism_rows", doc, state, **of_rows)
+    doc = "Coefficients of contacts: restitution e, sliding friction mu, static friction mu_s."
+    of_contacts = {"e": rows.restitution, "mu": rows.friction, "mu_s": rows.static_friction}
+    yield _function("mechanism_contacts", doc, state, **of_contacts)
+    doc = "Forces s of the rows that slide, and of dry frictions the forces F that slide and the largest H that hold."
+    yield _function("mechanism_friction", doc, (*state, qdd), s=sliding, F=rows.sliding, H=rows.holding)
+
+
+def _tangents(tangent: Tangent, state: tuple[Array, ...], qdd: Array, constrained: bool) -> Iterator[Function]:
     """Directional derivatives along (dt, dx, du, dp)."""
     p, dp, dqdd = state[-1], Array("dp", tangent.dp), Array("dqdd", tangent.dqdd)
     seed = (Array("dt", (tangent.dt,), True), Array("dx", tangent.dx), Array("du", (*tangent.du, *tangent.drates)), dp)
-    return (
-        _function(
-            "mechanism_residual_tangent",
-            "Directional derivative dr of r = M qdd - f at fixed qdd."
-            + (" Behind M qdd - f - G^T multiplier: G qdd + gamma, v, phi." if constrained else ""),
-            (*state, qdd, *seed),
-            dr=tangent.residual,
-        ),
-        _function(
-            "mechanism_locals_tangent",
-            "Directional derivative dy of the momenta, energies and outputs.",
-            (*state, qdd, *seed, dqdd),
-            dy=tangent.locals,
-        ),
-        _function(
-            "mechanism_dependent_tangent",
-            "Directional derivative dc of the dependent parameters.",
-            (p, dp),
-            dc=tangent.dependent,
-        ),
+    yield _function(
+        "mechanism_residual_tangent",
+        "Directional derivative dr of r = M qdd - f at fixed qdd."
+        + (" Behind M qdd - f - G^T multiplier: G qdd + gamma, v, phi." if constrained else ""),
+        (*state, qdd, *seed),
+        dr=tangent.residual,
     )
+    yield _function(
+        "mechanism_locals_tangent",
+        "Directional derivative dy of the momenta, energies and outputs.",
+        (*state, qdd, *seed, dqdd),
+        dy=tangent.locals,
+    )
+    yield _function(
+        "mechanism_dependent_tangent",
+        "Directional derivative dc of the dependent parameters.",
+        (p, dp),
+        dc=tangent.dependent,
+    )
+    if tangent.sliding:
+        doc = "Directional derivative ds of the forces of the rows that slide."
+        yield _function("mechanism_friction_tangent", doc, (*state, qdd, *seed, dqdd), ds=tangent.sliding)
 
 
 def _second_derivatives(second: SecondDerivatives, state: tuple[Array, ...], qdd: Array) -> tuple[Function, Function]:
