@@ -1,6 +1,6 @@
 """The equations with rows that modes switch: contacts, stops, dry friction, latches.
 
-A mode is a set of numbers behind the parameters: a mask (0 or 1) for each row, a direction for each row that slides, an
+A mode is a set of numbers before the parameters: a mask (0 or 1) for each row, a direction for each row that slides, an
 offset for each latch that holds positions. So derivatives are exact within a mode. With the multipliers of all rows
 
     M qdd = forcing + G^T multiplier,
@@ -81,7 +81,7 @@ def switched(equations: EquationsOfMotion) -> tuple[EquationsOfMotion, Modes, tu
         *v.multipliers[held:],
         *(rows.forces[row] for row in rest),
     ]
-    variables = replace(v, multipliers=tuple(multipliers), parameters=(*v.parameters, *modes.numbers))
+    variables = replace(v, multipliers=tuple(multipliers), parameters=(*modes.numbers, *v.parameters))
     forces = reverse(g, dict(zip(rows.velocities, rows.forces, strict=True)), v.qd)
     accelerating = Forward(g, v.direction(g, True))
     residual = (

@@ -63,9 +63,13 @@ class Program:
     ``locals`` are the names of the entries of ``mechanism_locals``, ``dependent`` those of ``mechanism_dependent``.
     ``method`` says how M is solved, one of ACCELERATION_METHODS. ``factor_size`` is the length of the array that
     ``mechanism_factor`` hands to ``mechanism_solve``, ``signals`` that of u, the inputs with their rates. ``outputs``
-    names the outputs beside q and qd; each of them has a second time derivative. ``places`` are those of the rows that
-    modes switch among the constraints, ``slips`` says how many of them each contact has to slip along, and ``modes`` how
-    many numbers behind the parameters make up the modes.
+    names the outputs beside q and qd; each of them has a second time derivative.
+
+    Of p, the first ``masks`` entries are the numbers of the modes of contacts, dry frictions and latches, see
+    ``modes.Modes``, and the next ``switches`` ones are +1 or -1 for each kink. ``places`` are those of the rows that modes
+    switch among the constraints, ``slips`` says how many of them each contact has to slip along. There are as many
+    ``unilaterals``, contacts and stops; ``frictions`` and ``latches`` are the numbers of the other elements,
+    ``contact_events`` that of their event functions.
     """
 
     graph: Graph
@@ -79,7 +83,25 @@ class Program:
     signals: int = 0
     places: tuple[int, ...] = ()
     slips: tuple[int, ...] = ()
-    modes: int = 0
+    masks: int = 0
+    switches: int = 0
+    frictions: int = 0
+    latches: int = 0
+
+    @property
+    def unilaterals(self) -> int:
+        """The number of contacts and stops."""
+        return len(self.slips)
+
+    @property
+    def contact_events(self) -> int:
+        """The number of the event functions of contacts and dry frictions: two of a contact, one of a dry friction."""
+        return 2 * self.unilaterals + self.frictions
+
+    @property
+    def hybrid(self) -> bool:
+        """Whether the equations of motion change at events."""
+        return self.switches + len(self.places) > 0
 
     def contains(self, variable: str) -> bool:
         """Whether the equations of motion or constraints contain the ``variable``; the time is 't'."""
@@ -145,7 +167,9 @@ def lower(equations: EquationsOfMotion, promoted: Collection[str] = (), variatio
         outputs=outputs,
         places=places,
         slips=equations.rows.slips,
-        modes=len(modes.numbers),
+        masks=len(modes.numbers),
+        frictions=len(equations.rows.sliding),
+        latches=len(equations.rows.latches),
     )
 
 

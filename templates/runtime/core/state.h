@@ -10,6 +10,7 @@
 #include <stdint.h>
 
 #include "constraint_records.h"
+#include "event_sizes.h"
 #include "mechanism.h"
 #include "solver_memory.h"
 
@@ -62,6 +63,14 @@ typedef struct {
     int64_t input_derivatives_set; /* for the next communication step; else they are of the end of the last one */
     double parameters[SIZE_PARAMETERS];
     double settings[N_SETTINGS]; /* by Setting */
+
+    int64_t modes[SIZE_ELEMENTS];       /* Mode of contacts, then of dry frictions */
+    int64_t impacts[SIZE_UNILATERALS];  /* of each contact so far */
+    double impulses[SIZE_UNILATERALS];  /* of their last impacts */
+    double event_scales[SIZE_EVENTS];   /* the greatest size of each event function so far: rounding is relative to it */
+    double event_time;                  /* s; of the last event */
+    int64_t events_there;               /* so many events have come at that time */
+    int64_t modes_settled;              /* the modes belong to the present point */
 
     double next_step;             /* s; proposal for the next solver step, 0 before the first one */
     double previous_log_error;    /* ln of the error of the last full step in tolerances, for the PI controller */
