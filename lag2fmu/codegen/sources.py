@@ -8,7 +8,7 @@ from dataclasses import dataclass
 
 from lag2fmu.codegen.colours import Colouring
 from lag2fmu.codegen.templates import render
-from lag2fmu.dynamics import Program
+from lag2fmu.dynamics.functions import Program
 from lag2fmu.graph.operations import CODE
 from lag2fmu.resources import resource_folder
 from lag2fmu.solvers.methods import Method
