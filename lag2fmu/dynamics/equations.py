@@ -13,7 +13,7 @@ from lag2fmu.dynamics.energies import Energies
 from lag2fmu.dynamics.rows import Rows
 from lag2fmu.dynamics.variables import Variables
 from lag2fmu.graph.graph import Graph, Node
-from lag2fmu.mechanism import Mechanism
+from lag2fmu.mechanism.record import Mechanism
 
 _Equations = TypeVar("_Equations", bound="EquationsOfMotion")
 

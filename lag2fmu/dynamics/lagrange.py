@@ -49,8 +49,8 @@ from lag2fmu.graph.autodiff import Forward, reverse
 from lag2fmu.graph.batches import matrix
 from lag2fmu.graph.cost import cycles
 from lag2fmu.graph.graph import Graph, Node
-from lag2fmu.mechanism import Mechanism
 from lag2fmu.mechanism.check import check_starts
+from lag2fmu.mechanism.record import Mechanism
 
 ACCELERATION_METHODS = ("elimination", "factorisation")
 """How M qdd = forcing is solved: by elimination over the velocity graph, or by an LDL^T of M; both on the graph."""

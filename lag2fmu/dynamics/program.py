@@ -1,117 +1,20 @@
-"""From equations to functions of arrays: what the code generators print."""
+"""From equations to the functions of arrays that the code generators print."""
 
 from __future__ import annotations
 
 from collections.abc import Collection, Iterable, Iterator
-from dataclasses import dataclass
 
 from lag2fmu.dynamics.elimination import solve
 from lag2fmu.dynamics.equations import EquationsOfMotion
+from lag2fmu.dynamics.functions import Array, Function, Program
 from lag2fmu.dynamics.modes import Modes, sliding_forces, switched
 from lag2fmu.dynamics.schur_complement import solve_constrained
 from lag2fmu.dynamics.tangent import Tangent, differentiate
 from lag2fmu.dynamics.terms import canonical
 from lag2fmu.dynamics.time_derivatives import SecondDerivatives, differentiate_twice
-from lag2fmu.errors import DerivationError
-from lag2fmu.graph.graph import Graph, Node
-from lag2fmu.graph.operations import SYMBOL
+from lag2fmu.graph.graph import Node
 
-
-@dataclass(frozen=True)
-class Array:
-    """An argument: ``name`` in the printed code and its entries as nodes; ``scalar`` if it is a plain number."""
-
-    name: str
-    entries: tuple[Node, ...]
-    scalar: bool = False
-
-
-@dataclass(frozen=True)
-class Function:
-    """array[index] = node for each (array, index, node) in ``results``; other entries of the arrays stay untouched.
-
-    ``name`` and ``doc`` stand in the printed code. ``arrays`` are the names of the arrays that it fills, in order.
-    """
-
-    name: str
-    doc: str
-    arguments: tuple[Array, ...]
-    arrays: tuple[str, ...]
-    results: tuple[tuple[str, int, Node], ...]
-
-    @property
-    def given(self) -> frozenset[Node]:
-        """The nodes that are entries of arguments and need not be computed."""
-        return frozenset(entry for argument in self.arguments for entry in argument.entries)
-
-    def check(self, graph: Graph) -> Function:
-        """The function itself. Raises DerivationError if a result depends on a variable that no argument holds."""
-        needed, given = graph.cone((node for *_, node in self.results), self.given), self.given
-        missing = [str(graph.leaf[node]) for node in needed if graph.code[node] == SYMBOL and node not in given]
-        if missing:
-            raise DerivationError(
-                f"{self.name} needs {', '.join(missing)}, which are none of its arguments; "
-                "this is a fault of lag2fmu, please report it with the model"
-            )
-        return self
-
-
-@dataclass(frozen=True)
-class Program:
-    """The functions of one mechanism on one graph, and the names of the entries of the FMU's vectors.
-
-    ``locals`` are the names of the entries of ``mechanism_locals``, ``dependent`` those of ``mechanism_dependent``.
-    ``method`` says how M is solved, one of ACCELERATION_METHODS. ``factor_size`` is the length of the array that
-    ``mechanism_factor`` hands to ``mechanism_solve``, ``signals`` that of u, the inputs with their rates. ``outputs``
-    names the outputs beside q and qd; each of them has a second time derivative.
-
-    Of p, the first ``masks`` entries are the numbers of the modes of contacts, dry frictions and latches, see
-    ``modes.Modes``, and the next ``switches`` ones are +1 or -1 for each kink. ``places`` are those of the rows that modes
-    switch among the constraints, ``slips`` says how many of them each contact has to slip along. There are as many
-    ``unilaterals``, contacts and stops; ``frictions`` and ``latches`` are the numbers of the other elements,
-    ``contact_events`` that of their event functions.
-    """
-
-    graph: Graph
-    functions: tuple[Function, ...]
-    method: str
-    factor_size: int
-    inputs: tuple[str, ...]
-    locals: tuple[str, ...]
-    dependent: tuple[str, ...]
-    outputs: frozenset[str] = frozenset()
-    signals: int = 0
-    places: tuple[int, ...] = ()
-    slips: tuple[int, ...] = ()
-    masks: int = 0
-    switches: int = 0
-    frictions: int = 0
-    latches: int = 0
-
-    @property
-    def unilaterals(self) -> int:
-        """The number of contacts and stops."""
-        return len(self.slips)
-
-    @property
-    def contact_events(self) -> int:
-        """The number of the event functions of contacts and dry frictions: two of a contact, one of a dry friction."""
-        return 2 * self.unilaterals + self.frictions
-
-    @property
-    def hybrid(self) -> bool:
-        """Whether the equations of motion change at events."""
-        return self.switches + len(self.places) > 0
-
-    def contains(self, variable: str) -> bool:
-        """Whether the equations of motion or constraints contain the ``variable``; the time is 't'."""
-        equations = [f for f in self.functions if f.name in ("mechanism_dynamics", "mechanism_constrained")]
-        return variable in self.graph.symbols([node for f in equations for *_, node in f.results])
-
-    def operations(self, name: str) -> int:
-        """The number of arithmetic operations and function calls of the function ``name``."""
-        function = next(f for f in self.functions if f.name == name)
-        return self.graph.operations((node for *_, node in function.results), function.given)
+__all__ = ["Array", "Function", "Program", "lower"]
 
 
 def lower(equations: EquationsOfMotion, promoted: Collection[str] = (), variational: bool = False) -> Program:
@@ -170,6 +73,9 @@ def lower(equations: EquationsOfMotion, promoted: Collection[str] = (), variatio
         masks=len(modes.numbers),
         frictions=len(equations.rows.sliding),
         latches=len(equations.rows.latches),
+        offsets=len(modes.offsets),
+        constraints=len(equations.constraints),
+        simultaneous=equations.mechanism.impacts == "simultaneous",
     )
 
 

@@ -9,7 +9,7 @@ from graphlib import TopologicalSorter
 from lag2fmu.description import names
 from lag2fmu.graph.from_sympy import Translator
 from lag2fmu.graph.graph import Graph, Node
-from lag2fmu.mechanism import Mechanism
+from lag2fmu.mechanism.record import Mechanism
 
 
 @dataclass(frozen=True)

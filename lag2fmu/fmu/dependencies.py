@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterable, Mapping
 
 from lag2fmu.description import names
-from lag2fmu.dynamics import EquationsOfMotion
+from lag2fmu.dynamics.equations import EquationsOfMotion
 from lag2fmu.dynamics.massless import continuous_states
 
 

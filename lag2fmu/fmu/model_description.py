@@ -8,10 +8,10 @@ from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 from datetime import datetime, timezone
 
-from lag2fmu.fmu.variables import Variable
+from lag2fmu.fmu.scalar_variable import ScalarVariable
 from lag2fmu.fmu.xml_text import document
 from lag2fmu.language.units import BASE_UNITS, RADIAN, SECOND, Exponents, Unit, parse_unit
-from lag2fmu.mechanism import Mechanism
+from lag2fmu.mechanism.record import Mechanism
 
 
 @dataclass(frozen=True)
@@ -34,7 +34,7 @@ class ModelDescription:
     """
 
     mechanism: Mechanism
-    variables: tuple[Variable, ...]
+    variables: tuple[ScalarVariable, ...]
     model_identifier: str
     guid: str
     solver: str
@@ -118,7 +118,7 @@ def _capabilities(root: ET.Element, description: ModelDescription) -> None:
 # ------------------------------------------------------------------------------------------------------------- units
 
 
-def _units(root: ET.Element, variables: Iterable[Variable]) -> None:
+def _units(root: ET.Element, variables: Iterable[ScalarVariable]) -> None:
     """One Unit per SI unit in use, each with the display units that the variables ask for."""
     units: dict[str, Unit] = {}
     displays: dict[str, dict[str, Unit]] = {}
@@ -162,7 +162,7 @@ def _display_unit(unit: Unit) -> Unit | None:
 # --------------------------------------------------------------------------------------------------------- variables
 
 
-def _scalar_variable(parent: ET.Element, variable: Variable, index: dict[str, int]) -> None:
+def _scalar_variable(parent: ET.Element, variable: ScalarVariable, index: dict[str, int]) -> None:
     attributes = {"name": variable.name, "valueReference": str(variable.value_reference)}
     if variable.doc:
         attributes["description"] = variable.doc
@@ -190,7 +190,7 @@ def _scalar_variable(parent: ET.Element, variable: Variable, index: dict[str, in
     ET.SubElement(element, "Real", real)
 
 
-def _structure(root: ET.Element, variables: tuple[Variable, ...], index: dict[str, int]) -> None:
+def _structure(root: ET.Element, variables: tuple[ScalarVariable, ...], index: dict[str, int]) -> None:
     """ModelStructure: Outputs, Derivatives and InitialUnknowns, each in ascending order (section 2.2.8)."""
     structure = ET.SubElement(root, "ModelStructure")
     continuous = {v.name for v in variables if v.causality in ("input", "independent") or v.state}
@@ -219,7 +219,7 @@ def _structure(root: ET.Element, variables: tuple[Variable, ...], index: dict[st
                     _unknown(parent, unknown, knowns, index)
 
 
-def _unknown(parent: ET.Element, unknown: Variable, knowns: set[str], index: dict[str, int]) -> None:
+def _unknown(parent: ET.Element, unknown: ScalarVariable, knowns: set[str], index: dict[str, int]) -> None:
     dependencies = sorted(index[name] for name in unknown.dependencies or () if name in knowns)
     attributes = {"index": str(index[unknown.name]), "dependencies": " ".join(map(str, dependencies))}
     if unknown.state or (unknown.derivative_of is not None and len(dependencies) == 1 and _is_velocity(unknown)):
@@ -227,6 +227,6 @@ def _unknown(parent: ET.Element, unknown: Variable, knowns: set[str], index: dic
     ET.SubElement(parent, "Unknown", attributes)
 
 
-def _is_velocity(unknown: Variable) -> bool:
+def _is_velocity(unknown: ScalarVariable) -> bool:
     """Whether the derivative is a state itself (der_theta = theta_dot): its dependency has the constant factor 1."""
     return unknown.dependencies is not None and unknown.dependencies == (f"{unknown.derivative_of}_dot",)

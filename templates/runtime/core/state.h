@@ -30,6 +30,16 @@ typedef struct {
     double terms[DENSE_TERMS][N_STATES];
 } Dense;
 
+/* Of a contact, stop or dry friction. Sliding in the plane has a direction, that of the slip velocity; a contact without
+   friction slides. The numbers are those of the enumeration in modelDescription.xml. */
+typedef enum {
+    MODE_OPEN = 1,
+    MODE_STICKS,
+    MODE_SLIDES,
+    MODE_SLIDES_FORWARD,
+    MODE_SLIDES_BACKWARD
+} Mode;
+
 /* How far the instance has come. */
 typedef enum {
     PHASE_SETTING_UP,    /* start values are given, and nothing follows from them yet */
@@ -67,6 +77,8 @@ typedef struct {
     int64_t modes[SIZE_ELEMENTS];       /* Mode of contacts, then of dry frictions */
     int64_t impacts[SIZE_UNILATERALS];  /* of each contact so far */
     double impulses[SIZE_UNILATERALS];  /* of their last impacts */
+    int64_t cascading[SIZE_UNILATERALS]; /* impacts that accumulate are closed; they last until the rest time */
+    double rest_time[SIZE_UNILATERALS]; /* s */
     double event_scales[SIZE_EVENTS];   /* the greatest size of each event function so far: rounding is relative to it */
     double event_time;                  /* s; of the last event */
     int64_t events_there;               /* so many events have come at that time */
