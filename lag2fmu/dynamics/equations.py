@@ -61,6 +61,11 @@ class EquationsOfMotion:
         return replace(self, graph=self.graph.copy())
 
     @property
+    def forces(self) -> tuple[str, ...]:
+        """The names of what rows bear that modes switch."""
+        return tuple(str(self.graph.leaf[node]) for node in self.variables.forces)
+
+    @property
     def operations(self) -> int:
         """The number of operations of the accelerations."""
         return self.graph.operations(self.solution.x if self.solution else self.forcing)

@@ -46,6 +46,12 @@ class Rows:
         """The gaps, (U,)."""
         return self.positions[: len(self.slips)]
 
+    def symbols(self, graph: Graph) -> set[str]:
+        """The names of all variables that the rows depend on, but for what rows bear."""
+        of_rows = (*self.positions, *self.velocities, *self.accelerations, *(x for row in self.jacobian for x in row))
+        of_laws = (*self.restitution, *self.friction, *self.static_friction, *self.sliding, *self.holding)
+        return graph.symbols([*of_rows, *of_laws]) - {str(graph.leaf[node]) for node in self.forces}
+
     @property
     def frictional(self) -> range:
         """The rows that may slide with friction: slips and dry frictions."""

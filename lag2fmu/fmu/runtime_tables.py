@@ -30,17 +30,21 @@ def runtime_tables(
         start_states=(*(c.start for c in q), *(c.velocity for c in q)),
         nominal_states=(*nominal, *nominal),
         given_states=(*(c.given is not False for c in q), *(c.velocity_given is not False for c in q)),
-        constraint_names=tuple(c.name for c in mechanism.constraints),
-        holonomic=len(mechanism.holonomic),
+        constraint_names=_constraint_names(mechanism, program),
+        holonomic=len(mechanism.holonomic) + program.unilaterals + program.offsets,
         continuous_states=continuous_states(mechanism),
-        massless=tuple((k, i) for k, i in enumerate(determined(mechanism)) if i is not None),
+        massless=tuple((program.permanent[k], i) for k, i in enumerate(determined(mechanism)) if i is not None),
         colours=coloured(_columns(mechanism, variables)),
         start_inputs=tuple(starts[name] for name in program.inputs),
         motions=tuple(
             program.contains(names.velocity(u.name)) or program.contains(names.acceleration(u.name))
             for u in mechanism.motions
         ),
-        start_parameters=tuple(p.value for p in mechanism.parameters if p.value is not None),
+        start_parameters=(
+            *(0.0,) * program.masks,
+            *(1.0,) * program.switches,
+            *(p.value for p in mechanism.parameters if p.value is not None),
+        ),
         default_solver_step=min(1e-3, mechanism.experiment.step),
         default_duration=mechanism.experiment.stop_time,
         # drift decays in about ten communication steps: a much faster decay would make the equations stiff
@@ -48,10 +52,24 @@ def runtime_tables(
     )
 
 
+def _constraint_names(mechanism: Mechanism, program: Program) -> tuple[str, ...]:
+    """What messages call the constraints, rows that modes switch included."""
+    contacts = mechanism.unilaterals
+    rows = [
+        *(contact.name for contact in contacts),
+        *(f"slip of {contact.name}" for contact in contacts for _ in contact.slips),
+        *(friction.name for friction in mechanism.frictions),
+        *(latch.name for latch in mechanism.latches),
+    ]
+    named = dict(zip(program.places, rows, strict=True))
+    named |= dict(zip(program.permanent, (c.name for c in mechanism.constraints), strict=True))
+    return tuple(named[k] for k in range(program.constraints))
+
+
 def _columns(mechanism: Mechanism, variables: Sequence[ScalarVariable]) -> list[Collection[int]]:
     """The states (q, qd) that each acceleration depends on, by structure; all of them where there are constraints."""
     q = [c.name for c in mechanism.coordinates]
-    if mechanism.constraints:
+    if mechanism.constraints or mechanism.hybrid:
         return [range(2 * len(q))] * len(q)
     column = {name: i for i, name in enumerate([*q, *map(names.velocity, q)])}
     known = {v.name: v.dependencies or () for v in variables}

@@ -22,6 +22,7 @@ from lag2fmu.dynamics.functions import Program
 from lag2fmu.dynamics.massless import continuous_states
 from lag2fmu.errors import ExportError
 from lag2fmu.fmu.dependencies import dependencies
+from lag2fmu.fmu.row_forces import row_forces
 from lag2fmu.fmu.runtime_tables import runtime_tables
 from lag2fmu.fmu.scalar_variable import ScalarVariable
 from lag2fmu.language.units import JOULE, SECOND, WATT, Unit, parse_unit
@@ -106,6 +107,7 @@ def promotable(equations: EquationsOfMotion, wanted: Sequence[str]) -> frozenset
     states = {name for q in mechanism.coordinates for name in (q.name, names.velocity(q.name))}
     known = [names.acceleration(q.name) for q in mechanism.coordinates]
     known += [names.multiplier(c.name) for c in mechanism.constraints]
+    known += [name for name, *_ in row_forces(mechanism)]
     known += [name for name, _ in equations.locals() if name not in mechanism.output_names]
     if "all" in wanted:
         wanted = [*known, *(name for name in wanted if name != "all")]
@@ -205,6 +207,8 @@ def _add_calculated(builder: _Builder, equations: EquationsOfMotion, program: Pr
         variable = ScalarVariable(name, 0, causality, "continuous", "calculated", None, unit, doc)
         builder.add(variable, "VARIABLE_ACCELERATION", i)
     _add_multipliers(builder, equations, program)
+    _add_row_forces(builder, mechanism, program)
+    gaps = {names.gap(contact.name): contact for contact in mechanism.unilaterals}
     outputs = mechanism.output_names
     residuals = {names.residual(c.name): (c, unit) for c, unit in _constraints(mechanism)}
     momenta = {names.momentum(q.name): q for q in mechanism.coordinates}
@@ -217,6 +221,8 @@ def _add_calculated(builder: _Builder, equations: EquationsOfMotion, program: Pr
         elif name in residuals:
             c, unit = residuals[name]
             doc = f"residual of the {c.kind} constraint {c.name}"
+        elif name in gaps:
+            unit, doc = gaps[name].unit, f"gap of {gaps[name].name}"
         else:
             unit, doc = (WATT if name == "external_power" else JOULE), _ENERGY_DOCS[name]
         causality = "output" if name in program.outputs else "local"
@@ -243,7 +249,15 @@ def _add_multipliers(builder: _Builder, equations: EquationsOfMotion, program: P
         causality = "output" if name in program.outputs else "local"
         other = None if unit is None else (JOULE if c.holonomic else WATT) / unit
         variable = ScalarVariable(name, 0, causality, "continuous", "calculated", None, other, doc)
-        builder.add(variable, "VARIABLE_MULTIPLIER", k)
+        builder.add(variable, "VARIABLE_MULTIPLIER", program.permanent[k])
+
+
+def _add_row_forces(builder: _Builder, mechanism: Mechanism, program: Program) -> None:
+    """Add the forces of contacts, stops, dry frictions and latches: the multipliers of their rows."""
+    for place, (name, unit, doc) in zip(program.places, row_forces(mechanism), strict=True):
+        causality = "output" if name in program.outputs else "local"
+        variable = ScalarVariable(name, 0, causality, "continuous", "calculated", None, unit, doc)
+        builder.add(variable, "VARIABLE_MULTIPLIER", place)
 
 
 def _resolved(unit: Unit | str | None) -> Unit | None:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
 
 import sympy as sp
 
@@ -85,20 +85,29 @@ def _mismatch(where: str, expression: sp.Expr, expected: Dimension | None, infer
         yield f"{where}: '{to_text(expression)}' is in {describe(found)}, expected {describe(expected)}"
 
 
-def constraint_units(m: Description) -> dict[str, Unit | None]:
-    """The unit of every constraint's expression: as given, or as it follows from the names in it; None if unknown."""
+def units_of(m: Description, expressions: Iterable[sp.Expr]) -> list[Unit | None]:
+    """The unit of each of ``expressions`` as it follows from the names in it; None if unknown."""
     known = _known_dimensions(m)
     infer = DimensionOf(known)
     for definition in in_order(m.definitions, "definitions"):
         known[definition.name] = _inferred(infer, definition.expression)
-    units: dict[str, Unit | None] = {}
-    for c in m.constraints:
-        d = _inferred(infer, c.expression)
-        whole = d is not None and all(e.denominator == 1 for e in d)
-        exponents = (*(int(e) for e in d), 0) if d is not None and whole else None
-        found = None if exponents is None else Unit(si_name(exponents) or "1", exponents)
-        units[c.name] = c.unit if isinstance(c.unit, Unit) else found
-    return units
+    return [_unit(_inferred(infer, expression)) for expression in expressions]
+
+
+def _unit(d: Dimension | None) -> Unit | None:
+    """The unit of a dimension with whole exponents."""
+    if d is None or any(e.denominator != 1 for e in d):
+        return None
+    exponents = (*(int(e) for e in d), 0)
+    return Unit(si_name(exponents) or "1", exponents)
+
+
+def constraint_units(m: Description) -> dict[str, Unit | None]:
+    """The unit of every constraint's expression: as given, or as it follows from the names in it; None if unknown."""
+    found = units_of(m, [c.expression for c in m.constraints])
+    return {
+        c.name: c.unit if isinstance(c.unit, Unit) else unit for c, unit in zip(m.constraints, found, strict=True)
+    }
 
 
 def _inferred(infer: DimensionOf, expression: sp.Expr) -> Dimension | None:

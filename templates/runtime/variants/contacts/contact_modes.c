@@ -1,6 +1,7 @@
 #include "contact_modes.h"
 
 #include <math.h>
+#include <stddef.h>
 
 static int slips_of(int contact) {
     return SLIP_ROWS[contact + 1] - SLIP_ROWS[contact];
@@ -21,6 +22,7 @@ static void set_contact(State *state, int contact, int64_t mode, const double w[
 }
 
 void contact_open(State *state, int contact) {
+    state->cascading[contact] = 0;
     set_contact(state, contact, MODE_OPEN, NULL);
 }
 

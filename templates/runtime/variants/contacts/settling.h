@@ -20,6 +20,7 @@ typedef struct {
     double restitution[SIZE_UNILATERALS], friction[SIZE_UNILATERALS], holding[SIZE_UNILATERALS];
     bool permanent[N_CONSTRAINTS];
     bool touching[SIZE_UNILATERALS];
+    bool rebounds[SIZE_UNILATERALS];                  /* an impact has just taken place there */
     Row row[N_CONSTRAINTS];
     double lambda[N_CONSTRAINTS], w[N_CONSTRAINTS];
 } Settling;

@@ -14,6 +14,9 @@ enum { N = N_COORDINATES, MOST_CORRECTIONS = 40 };
 /* Relative to the largest force, as good as nothing. */
 static const double ROUNDING = 4e-16;
 
+/* An acceleration below this part of what the forces of rows make is rounding error. */
+static const double DUST = 4e-15;
+
 /* The rows that slide, and how the unknowns answer a unit force along each. */
 typedef struct {
     int count;
@@ -116,28 +119,54 @@ static bool report(Instance *instance, double time) {
     return false;
 }
 
-bool contacts_slide(Instance *instance, const System *system, double time, const double states[],
-                    const double inputs[], double unknowns[]) {
-    Sliding sliding;
+/* Accelerations that are the rounding error of forces in equilibrium are 0: what rests does not begin to creep. */
+static void remove_dust(const System *system, const Sliding *sliding, double unknowns[]) {
+    const ConstraintFactorization *constraints = &system->constraints;
+    for (int i = 0; i < N; i++) {
+        double greatest = 0.0;
+        for (int k = 0; k < constraints->rows; k++) {
+            greatest = fmax(greatest, fabs(unknowns[N + k] * constraints->response[k * N + i]));
+        }
+        for (int k = 0; k < sliding->count; k++) {
+            const double force = unknowns[N + ROW_PLACES[sliding->row[k]]];
+            greatest = fmax(greatest, fabs(force * sliding->answer[k][i]));
+        }
+        unknowns[i] = fabs(unknowns[i]) <= DUST * greatest ? 0.0 : unknowns[i];
+    }
+}
+
+/* Solves z = s for the forces of the rows that slide. */
+static bool find_forces(Instance *instance, double time, const double states[], const double inputs[],
+                        Sliding *sliding, double unknowns[]) {
     double rest[SIZE_FRICTIONAL], step[SIZE_FRICTIONAL];
     double previous = HUGE_VAL;
-    find_answers(instance, system, time, states, inputs, &sliding);
-    for (int i = 0; i < MOST_CORRECTIONS && sliding.count > 0; i++) {
-        const double size = residual(instance, time, states, inputs, unknowns, &sliding, rest);
+    for (int i = 0; i < MOST_CORRECTIONS; i++) {
+        const double size = residual(instance, time, states, inputs, unknowns, sliding, rest);
         if (size <= ROUNDING || (i > 2 && size <= 1e-12 && size > 0.5 * previous)) {
             return true;
         }
-        if (!factorize(instance, time, states, inputs, unknowns, &sliding)) {
+        if (!factorize(instance, time, states, inputs, unknowns, sliding)) {
             return report(instance, time);
         }
         previous = size;
-        lu_solve(sliding.slope, sliding.order, sliding.count, rest, step);
-        for (int k = 0; k < sliding.count; k++) {
+        lu_solve(sliding->slope, sliding->order, sliding->count, rest, step);
+        for (int k = 0; k < sliding->count; k++) {
             step[k] = -step[k];
         }
-        add_forces(&sliding, step, unknowns);
+        add_forces(sliding, step, unknowns);
     }
-    return sliding.count == 0 || report(instance, time);
+    return report(instance, time);
+}
+
+bool contacts_slide(Instance *instance, const System *system, double time, const double states[],
+                    const double inputs[], double unknowns[]) {
+    Sliding sliding;
+    find_answers(instance, system, time, states, inputs, &sliding);
+    if (sliding.count > 0 && !find_forces(instance, time, states, inputs, &sliding, unknowns)) {
+        return false;
+    }
+    remove_dust(system, &sliding, unknowns);
+    return true;
 }
 
 void contacts_answer(Instance *instance, const System *system, double time, const double states[],
