@@ -11,10 +11,10 @@ from lag2fmu.codegen import METHODS
 from lag2fmu.codegen.templates import render
 from lag2fmu.dynamics import EquationsOfMotion, Program
 from lag2fmu.dynamics.formulas import Formula, formulas
+from lag2fmu.fmu.builder import Variable
 from lag2fmu.fmu.compilers import Platform
 from lag2fmu.fmu.model_description import ModelDescription
 from lag2fmu.fmu.sketch import sketch
-from lag2fmu.fmu.variables import Variable
 from lag2fmu.picture import draw, drawable, layout_of
 from lag2fmu.resources import resource_folder
 

@@ -19,7 +19,9 @@ from lag2fmu.dynamics import EquationsOfMotion, Program
 from lag2fmu.dynamics.constraints import ambiguous
 from lag2fmu.dynamics.massless import continuous_states, determined
 from lag2fmu.errors import ExportError
+from lag2fmu.fmu.builder import Builder, Variable
 from lag2fmu.fmu.dependencies import dependencies
+from lag2fmu.fmu.elements import add_elements, element_names, element_variables
 from lag2fmu.language.units import JOULE, SECOND, WATT, Unit, parse_unit
 from lag2fmu.mechanism import Constraint, Coordinate, Mechanism
 from lag2fmu.mechanism.norms import norm_constraints
@@ -42,29 +44,6 @@ _SETTINGS = {
 
 
 @dataclass(frozen=True)
-class Variable:
-    """One ScalarVariable of type Real; ``start`` and bounds in SI units; ``dependencies`` by name, None if unlisted.
-
-    ``derivative_of`` names the state a variable is the derivative of; ``state`` marks the continuous states.
-    """
-
-    name: str
-    value_reference: int
-    causality: str
-    variability: str
-    initial: str | None = None
-    start: float | None = None
-    unit: Unit | None = None
-    doc: str = ""
-    minimum: float | None = None
-    maximum: float | None = None
-    nominal: float | None = None
-    derivative_of: str | None = None
-    state: bool = False
-    dependencies: tuple[str, ...] | None = None
-
-
-@dataclass(frozen=True)
 class VariableTable:
     """All variables in the order of modelDescription.xml, and what C needs of them."""
 
@@ -76,36 +55,20 @@ class VariableTable:
         return next(v for v in self.variables if v.name == name)
 
 
-class _Builder:
-    """Collects slots (value references) and variables (names for them)."""
-
-    def __init__(self) -> None:
-        self.slots: list[Slot] = []
-        self.variables: list[Variable] = []
-
-    def add(self, variable: Variable, kind: str, index: int) -> None:
-        """A variable with a value reference of its own."""
-        self.variables.append(replace(variable, value_reference=len(self.slots)))
-        output = variable.causality == "output"
-        self.slots.append(Slot(variable.name, kind, index, variable.minimum, variable.maximum, output))
-
-    def reference(self, name: str) -> int:
-        return next(i for i, slot in enumerate(self.slots) if slot.name == name)
-
-
 def build_table(equations: EquationsOfMotion, program: Program) -> VariableTable:
     """The variables of the FMU of ``equations``; ``program.outputs`` are outputs beside q and qd.
 
     Causality, variability and initial are those that FMI 2.0.5, section 2.2.7, allows together.
     """
     mechanism = equations.mechanism
-    builder = _Builder()
+    builder = Builder()
     builder.add(Variable("time", 0, "independent", "continuous", unit=SECOND, doc="time"), "VARIABLE_TIME", 0)
     _add_states(builder, mechanism)
     for index, variable in enumerate(_inputs(mechanism)):
         builder.add(variable, "VARIABLE_INPUT", index)
     _add_parameters(builder, mechanism)
     _add_calculated(builder, equations, program)
+    add_elements(builder, mechanism, program.outputs)
     _add_derivatives(builder, mechanism)
     found = dependencies(equations)
     order = {v.name: i for i, v in enumerate(builder.variables)}
@@ -126,6 +89,7 @@ def promotable(equations: EquationsOfMotion, wanted: Sequence[str]) -> frozenset
     known = [names.acceleration(q.name) for q in mechanism.coordinates]
     known += [names.multiplier(c.name) for c in mechanism.constraints]
     known += [name for name, _ in equations.locals() if name not in mechanism.output_names]
+    known += [variable.name for variable, _, _ in element_variables(mechanism)]
     if "all" in wanted:
         wanted = [*known, *(name for name in wanted if name != "all")]
     for name in sorted({*wanted} - {*known, *states, *mechanism.output_names}):
@@ -145,7 +109,7 @@ def _velocity(q: Coordinate, state: bool) -> Variable:
     return Variable(name, 0, "output", "continuous", initial, q.velocity, unit, doc, nominal=q.nominal, state=state)
 
 
-def _add_states(builder: _Builder, mechanism: Mechanism) -> None:
+def _add_states(builder: Builder, mechanism: Mechanism) -> None:
     """Add q and qd, all of them outputs. Those that an equilibrium of a coordinate without mass gives are no states."""
     states = set(continuous_states(mechanism))
     for i, q in enumerate(mechanism.coordinates):
@@ -187,7 +151,7 @@ def _inputs(mechanism: Mechanism) -> Iterable[Variable]:
             yield Variable(name, 0, "input", "continuous", None, 0.0, unit, doc)
 
 
-def _add_parameters(builder: _Builder, mechanism: Mechanism) -> None:
+def _add_parameters(builder: Builder, mechanism: Mechanism) -> None:
     independent = [p for p in mechanism.parameters if p.value is not None]
     fixed = mechanism.fixed_parameters
     for i, p in enumerate(independent):
@@ -199,7 +163,7 @@ def _add_parameters(builder: _Builder, mechanism: Mechanism) -> None:
         builder.add(variable, "VARIABLE_SETTING", i)
 
 
-def _add_calculated(builder: _Builder, equations: EquationsOfMotion, program: Program) -> None:
+def _add_calculated(builder: Builder, equations: EquationsOfMotion, program: Program) -> None:
     mechanism = equations.mechanism
     fixed = mechanism.fixed_parameters
     dependent = {p.name: p for p in mechanism.parameters if p.expression is not None}
@@ -241,7 +205,7 @@ def _constraints(mechanism: Mechanism) -> Iterable[tuple[Constraint, Unit | None
     return [(c, units[c.name]) for c in mechanism.constraints]
 
 
-def _add_multipliers(builder: _Builder, equations: EquationsOfMotion, program: Program) -> None:
+def _add_multipliers(builder: Builder, equations: EquationsOfMotion, program: Program) -> None:
     """Add the multipliers. Their unit makes multiplier * expression an energy, or a power if it is nonholonomic."""
     mechanism = equations.mechanism
     loose = ambiguous(mechanism, equations.graph, equations.constraints)
@@ -260,7 +224,7 @@ def _resolved(unit: Unit | str | None) -> Unit | None:
     return parse_unit(unit) if isinstance(unit, str) else unit
 
 
-def _add_derivatives(builder: _Builder, mechanism: Mechanism) -> None:
+def _add_derivatives(builder: Builder, mechanism: Mechanism) -> None:
     """The variables with the attribute 'derivative': aliases of qd and qdd without start."""
     pairs = [(q.name, names.velocity(q.name)) for q in mechanism.coordinates]
     pairs += [(names.velocity(q.name), names.acceleration(q.name)) for q in mechanism.coordinates]
@@ -288,6 +252,7 @@ def _tables(
     mechanism: Mechanism, program: Program, slots: Sequence[Slot], variables: Sequence[Variable]
 ) -> RuntimeTables:
     q = mechanism.coordinates
+    unilaterals, frictions = element_names(mechanism)
     starts: Mapping[str, float] = {v.name: v.start for v in variables if v.start is not None}
     nominal = tuple(c.nominal for c in q)
     return RuntimeTables(
@@ -298,6 +263,8 @@ def _tables(
         nominal_states=(*nominal, *nominal),
         given_states=(*(c.given is not False for c in q), *(c.velocity_given is not False for c in q)),
         constraint_names=tuple(c.name for c in mechanism.constraints),
+        unilateral_names=unilaterals,
+        friction_names=frictions,
         holonomic=len(mechanism.holonomic),
         continuous_states=continuous_states(mechanism),
         massless=tuple((k, i) for k, i in enumerate(determined(mechanism)) if i is not None),

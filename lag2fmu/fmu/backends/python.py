@@ -19,9 +19,10 @@ from lag2fmu.codegen.python_sources import printable, render_mechanism, runtime_
 from lag2fmu.dynamics import EquationsOfMotion, Program
 from lag2fmu.errors import BuildError, ExportError
 from lag2fmu.fmu.backends.backend import Build, Choices, Content, identifier_of
+from lag2fmu.fmu.builder import Variable
 from lag2fmu.fmu.compilers import PLATFORMS, host_platform
 from lag2fmu.fmu.model_description import Interface, ModelDescription
-from lag2fmu.fmu.variables import Variable, build_table
+from lag2fmu.fmu.variables import build_table
 from lag2fmu.mechanism import Mechanism
 from lag2fmu.version import VERSION
 

@@ -11,6 +11,7 @@ void instance_start(Instance *instance) {
     memcpy(state->states, START_STATES, sizeof state->states);
     memcpy(state->inputs, START_INPUTS, N_INPUTS * sizeof(double));
     memcpy(state->parameters, START_PARAMETERS, sizeof state->parameters);
+    elements_start(&state->elements);
     state->previous_log_error = log(1e-4); /* the value dopri5.f starts from */
     memset(&instance->failure, 0, sizeof instance->failure);
     instance_forget_cache(instance);

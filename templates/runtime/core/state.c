@@ -19,5 +19,6 @@ static bool is_order(const int64_t order[]) {
 
 bool state_in_range(const State *state) {
     return counts(state->steps) && counts(state->stiff_steps) && counts(state->easy_steps) && state->rows.rank >= 0 &&
-           state->rows.rank <= N_CONSTRAINTS && (!state->rows_known || is_order(state->rows.order));
+           state->rows.rank <= N_CONSTRAINTS && (!state->rows_known || is_order(state->rows.order)) &&
+           elements_in_range(&state->elements);
 }

@@ -10,6 +10,7 @@
 #include <stdint.h>
 
 #include "constraint_records.h"
+#include "elements.h"
 #include "mechanism.h"
 #include "solver_memory.h"
 
@@ -79,6 +80,7 @@ typedef struct {
     double first_stage[N_STATES]; /* dx/dt */
     SolverMemory solver;
     Dense dense;
+    Elements elements;            /* modes, counts and impulses of contacts, stops and dry frictions */
 } State;
 
 /* The derivatives by time, of this order, of the inputs of a State. */
