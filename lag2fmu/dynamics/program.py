@@ -63,6 +63,10 @@ class Program:
     ``method`` says how M is solved, one of ACCELERATION_METHODS. ``factor_size`` is the length of the array that
     ``mechanism_factor`` hands to ``mechanism_solve``, ``signals`` that of u, the inputs with their rates. ``outputs``
     names the outputs beside q and qd; each of them has a second time derivative.
+
+    Of p, the first ``masks`` entries are 1 or 0 for each row of the constraints that may be switched off, and the next
+    ``switches`` ones are +1 or -1 for each kink. ``unilaterals`` and ``frictions`` are the numbers of contacts and of
+    dry frictions, ``contact_events`` that of their event functions.
     """
 
     graph: Graph
@@ -74,6 +78,16 @@ class Program:
     dependent: tuple[str, ...]
     outputs: frozenset[str] = frozenset()
     signals: int = 0
+    masks: int = 0
+    switches: int = 0
+    unilaterals: int = 0
+    frictions: int = 0
+    contact_events: int = 0
+
+    @property
+    def hybrid(self) -> bool:
+        """Whether the equations of motion change at events."""
+        return self.switches + self.contact_events > 0
 
     def contains(self, variable: str) -> bool:
         """Whether the equations of motion or constraints contain the ``variable``; the time is 't'."""

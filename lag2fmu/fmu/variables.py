@@ -66,7 +66,7 @@ def build_table(equations: EquationsOfMotion, program: Program) -> VariableTable
     _add_states(builder, mechanism)
     for index, variable in enumerate(_inputs(mechanism)):
         builder.add(variable, "VARIABLE_INPUT", index)
-    _add_parameters(builder, mechanism)
+    _add_parameters(builder, mechanism, program)
     _add_calculated(builder, equations, program)
     add_elements(builder, mechanism, program.outputs)
     _add_derivatives(builder, mechanism)
@@ -151,10 +151,11 @@ def _inputs(mechanism: Mechanism) -> Iterable[Variable]:
             yield Variable(name, 0, "input", "continuous", None, 0.0, unit, doc)
 
 
-def _add_parameters(builder: Builder, mechanism: Mechanism) -> None:
+def _add_parameters(builder: Builder, mechanism: Mechanism, program: Program) -> None:
+    """Add the independent parameters, which stand behind the modes in p, and the settings of the solver."""
     independent = [p for p in mechanism.parameters if p.value is not None]
     fixed = mechanism.fixed_parameters
-    for i, p in enumerate(independent):
+    for i, p in enumerate(independent, program.masks + program.switches):
         variability, kind = _PARAMETER[p.name in fixed]
         variable = Variable(p.name, 0, "parameter", variability, "exact", p.value, p.unit, p.doc, p.minimum, p.maximum)
         builder.add(variable, kind, i)
@@ -274,7 +275,10 @@ def _tables(
             program.contains(names.velocity(u.name)) or program.contains(names.acceleration(u.name))
             for u in mechanism.motions
         ),
-        start_parameters=tuple(p.value for p in mechanism.parameters if p.value is not None),
+        start_parameters=(
+            *(1.0,) * (program.masks + program.switches),
+            *(p.value for p in mechanism.parameters if p.value is not None),
+        ),
         default_solver_step=min(1e-3, mechanism.experiment.step),
         default_duration=mechanism.experiment.stop_time,
         # drift decays in about ten communication steps: a much faster decay would make the equations stiff

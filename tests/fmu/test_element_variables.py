@@ -5,9 +5,11 @@ from __future__ import annotations
 import struct
 import xml.etree.ElementTree as ET
 from collections.abc import Iterator
+from dataclasses import replace
 from pathlib import Path
 from types import SimpleNamespace
 
+import describing
 import numpy as np
 import pytest
 from describing import described
@@ -15,7 +17,8 @@ from fmpy import extract, read_model_description
 from fmpy.fmi2 import FMU2Slave
 
 from lag2fmu.checking import check_fmu
-from lag2fmu.fmu import Fmu, elements, export
+from lag2fmu.dynamics import Program, lower
+from lag2fmu.fmu import Fmu, elements, export, exporting
 from lag2fmu.fmu.model_description import to_xml
 from lag2fmu.formats.loading import load
 from lag2fmu.language.units import parse_unit
@@ -30,11 +33,17 @@ BEARING = SimpleNamespace(name="bearing")
 PROMOTED = ("bearing_mode", "wall_impacts", "wall_impulse", "p_theta")
 
 
+def with_contacts(*arguments: object) -> Program:
+    return replace(lower(*arguments), unilaterals=2, frictions=1, contact_events=1)  # type: ignore[arg-type]
+
+
 @pytest.fixture(scope="module", autouse=True)
 def _with_elements() -> Iterator[None]:
     """All mechanisms here have two stops and a dry friction that never act."""
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr(elements, "elements_of", lambda mechanism: ((WALL, HINGE), (BEARING,)))
+        patch.setattr(describing, "lower", with_contacts)
+        patch.setattr(exporting, "lower", with_contacts)
         yield
 
 
@@ -184,6 +193,7 @@ def test_modes_are_part_of_the_state_and_checked(fmu: Fmu, slave: FMU2Slave) -> 
 
 def test_mechanisms_without_elements_keep_their_bytes(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(elements, "elements_of", lambda mechanism: ((), ()))
+    monkeypatch.setattr(describing, "lower", lower)
     description, sources = described(load("pendulum"))
     assert b"TypeDefinitions" not in to_xml(description)
     for name in ("mechanism.h", "mechanism.c", "tables.c"):

@@ -10,7 +10,7 @@
 #include <stdint.h>
 
 #include "constraint_records.h"
-#include "elements.h"
+#include "event_sizes.h"
 #include "mechanism.h"
 #include "solver_memory.h"
 
@@ -36,6 +36,16 @@ typedef enum {
     PHASE_SOLVING_START, /* start values are given, and constraints determine the others */
     PHASE_RUNNING
 } Phase;
+
+/* How a contact, a stop or a dry friction holds; the values of the FMU's enumeration. No friction is ever open. Where
+   the slip velocity is one number, forward is where it is positive. */
+typedef enum {
+    MODE_OPEN = 1,
+    MODE_STICKS,
+    MODE_SLIDES, /* in space, or closed without friction */
+    MODE_SLIDES_FORWARD,
+    MODE_SLIDES_BACKWARD
+} ElementMode;
 
 /* Members are double and int64_t only and there are no pointers: the layout is the same in 32 and 64 bits, without
    padding, and a plain copy is a complete copy. */
@@ -64,6 +74,14 @@ typedef struct {
     double parameters[SIZE_PARAMETERS];
     double settings[N_SETTINGS]; /* by Setting */
 
+    int64_t modes[SIZE_ELEMENTS];       /* ElementMode of contacts and stops, then of dry frictions */
+    int64_t impacts[SIZE_UNILATERALS];  /* of each contact so far */
+    double impulses[SIZE_UNILATERALS];  /* of their last impacts, normal; N s, or N m s where the gap is an angle */
+    double event_scales[SIZE_EVENTS];   /* the greatest size of each event function so far: rounding is relative to it */
+    double event_time;                  /* s; of the last event */
+    int64_t events_there;               /* so many events have come at that time */
+    int64_t modes_settled;              /* the modes belong to the present point */
+
     double next_step;             /* s; proposal for the next solver step, 0 before the first one */
     double previous_log_error;    /* ln of the error of the last full step in tolerances, for the PI controller */
     int64_t steps;                /* solver steps accepted so far */
@@ -80,7 +98,6 @@ typedef struct {
     double first_stage[N_STATES]; /* dx/dt */
     SolverMemory solver;
     Dense dense;
-    Elements elements;            /* modes, counts and impulses of contacts, stops and dry frictions */
 } State;
 
 /* The derivatives by time, of this order, of the inputs of a State. */

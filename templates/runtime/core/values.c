@@ -10,9 +10,9 @@ bool value_is_integer(VariableKind kind) {
 }
 
 int value_integer(const Instance *instance, const Variable *variable) {
-    const Elements *elements = &instance->state.elements;
+    const State *state = &instance->state;
     const int64_t value =
-        variable->kind == VARIABLE_MODE ? elements->modes[variable->index] : elements->impacts[variable->index];
+        variable->kind == VARIABLE_MODE ? state->modes[variable->index] : state->impacts[variable->index];
     return value < INT_MAX ? (int)value : INT_MAX;
 }
 
@@ -30,7 +30,7 @@ double *value_slot(Instance *instance, const Variable *variable) {
     case VARIABLE_MULTIPLIER:      return &cache->reported[N_COORDINATES + variable->index];
     case VARIABLE_DEPENDENT:       return &cache->dependent[variable->index];
     case VARIABLE_LOCAL:           return &cache->locals[variable->index];
-    case VARIABLE_IMPULSE:         return &state->elements.impulses[variable->index];
+    case VARIABLE_IMPULSE:         return &state->impulses[variable->index];
     case VARIABLE_MODE:
     case VARIABLE_IMPACTS:
     case VARIABLE_TIME:

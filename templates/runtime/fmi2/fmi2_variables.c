@@ -143,7 +143,7 @@ fmi2Status fmi2SetReal(fmi2Component c, const fmi2ValueReference vr[], size_t nv
 
 /* Has the FMU variables of type Integer? */
 static bool has_integers(void) {
-    return N_ELEMENTS > 0;
+    return N_UNILATERALS + N_FRICTIONS > 0;
 }
 
 /* The common body of the functions for types that no variable has: only empty lists are right. */
