@@ -13,6 +13,7 @@ from lag2fmu.dynamics import EquationsOfMotion, Program
 from lag2fmu.dynamics.formulas import Formula, formulas
 from lag2fmu.fmu.builder import Variable
 from lag2fmu.fmu.compilers import Platform
+from lag2fmu.fmu.elements import ENUMERATIONS
 from lag2fmu.fmu.model_description import ModelDescription
 from lag2fmu.fmu.sketch import sketch
 from lag2fmu.picture import draw, drawable, layout_of
@@ -98,7 +99,11 @@ def _row(variable: Variable) -> Row:
     unit = variable.unit.si_name if variable.unit is not None else ""
     if variable.unit is not None and variable.unit.name != unit and variable.start is not None:
         start += f" = {variable.unit.from_si(variable.start):.12g} {variable.unit.name}"
-    return {"name": variable.name, "unit": unit, "start": start, "doc": variable.doc}
+    doc = variable.doc
+    if variable.type in ENUMERATIONS:
+        items = ENUMERATIONS[variable.type].items
+        doc += f" ({', '.join(f'{value}: {name}' for name, (value, _) in items.items())})"
+    return {"name": variable.name, "unit": unit, "start": start, "doc": doc}
 
 
 def _formulas(equations: EquationsOfMotion) -> list[tuple[str, tuple[Formula, ...]]]:

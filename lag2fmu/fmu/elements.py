@@ -46,6 +46,11 @@ def element_names(mechanism: Mechanism) -> tuple[tuple[str, ...], tuple[str, ...
     return tuple(u.name for u in unilaterals), tuple(f.name for f in frictions)
 
 
+def element_modes(mechanism: Mechanism) -> dict[str, str]:
+    """{element: its mode} of contacts, stops and dry frictions."""
+    return {name: f"{name}_mode" for names in element_names(mechanism) for name in names}
+
+
 def element_variables(mechanism: Mechanism) -> Iterator[tuple[Variable, str, int]]:
     """(variable, its VariableKind in C, its index there) of what the elements of ``mechanism`` remember.
 

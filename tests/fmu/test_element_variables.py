@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import struct
 import xml.etree.ElementTree as ET
+import zipfile
 from collections.abc import Iterator
 from dataclasses import replace
 from pathlib import Path
@@ -18,10 +19,13 @@ from fmpy.fmi2 import FMU2Slave
 
 from lag2fmu.checking import check_fmu
 from lag2fmu.dynamics import Program, lower
+from lag2fmu.errors import ExportError
 from lag2fmu.fmu import Fmu, elements, export, exporting
 from lag2fmu.fmu.model_description import to_xml
 from lag2fmu.formats.loading import load
 from lag2fmu.language.units import parse_unit
+from lag2fmu.reference import Trajectory
+from lag2fmu.verify.plots import motion_figure
 from lag2fmu.verify.simulate import Run, problems, simulate_fmu
 
 pytestmark = pytest.mark.fmu
@@ -103,6 +107,19 @@ def test_types_in_the_description() -> None:
 def test_an_fmu_with_them_keeps_the_rules(fmu: Fmu) -> None:
     assert problems(fmu.path) == []
     assert check_fmu(fmu.path).findings == ()
+
+
+def test_the_value_of_no_item_is_found(fmu: Fmu, tmp_path: Path) -> None:
+    with zipfile.ZipFile(fmu.path) as archive:
+        files = {name: archive.read(name) for name in archive.namelist()}
+    text = files["modelDescription.xml"].decode()
+    files["modelDescription.xml"] = text.replace('name="sticks" value="2"', 'name="sticks" value="9"').encode()
+    with zipfile.ZipFile(tmp_path / "x.fmu", "w") as archive:
+        for name, data in files.items():
+            archive.writestr(name, data)
+    found = check_fmu(tmp_path / "x.fmu").findings
+    assert {f.rule for f in found} == {"enumeration-value"}
+    assert all(f.problem.startswith("'bearing_mode' is 2 at t = ") for f in found)
 
 
 def test_a_run_records_them(fmu: Fmu) -> None:
@@ -189,6 +206,32 @@ def test_modes_are_part_of_the_state_and_checked(fmu: Fmu, slave: FMU2Slave) -> 
     assert slave.getInteger(integers) == [OPEN, OPEN, STICKS, 0]
     slave.reset()
     assert slave.getInteger(integers) == [OPEN, OPEN, STICKS, 0]
+
+
+def test_the_documentation_tells_what_the_values_mean(fmu: Fmu) -> None:
+    with zipfile.ZipFile(fmu.path) as archive:
+        page = archive.read("documentation/index.html").decode()
+    assert "how wall holds (1: open, 2: sticks, 3: slides, 4: slides_forward, 5: slides_backward)" in page
+    assert "number of impacts of hinge since the start" in page
+
+
+def test_the_python_backend_refuses_them(tmp_path: Path) -> None:
+    with pytest.raises(ExportError, match=r"'pendulum': .* without constraints and events, .*; use --backend c"):
+        export(load("pendulum"), tmp_path / "x.fmu", backend="python")
+    assert not list(tmp_path.iterdir())
+
+
+def test_modes_are_drawn_as_steps() -> None:
+    """A mode keeps its value until the next time; its axis names the modes."""
+    time = np.linspace(0.0, 1.0, 5)
+    modes = [OPEN, OPEN, STICKS, STICKS, SLIDES_BACKWARD]
+    columns = dict.fromkeys(("theta", "theta_dot"), np.zeros(5)) | {"wall_mode": modes}
+    figure = motion_figure("x", Trajectory.of(time, columns), load("pendulum"))
+    (axes,) = [a for a in figure.axes if a.get_title() == "modes"]
+    (line,) = axes.get_lines()
+    assert line.get_drawstyle() == "steps-post"
+    assert list(line.get_ydata()) == modes
+    assert [t.get_text() for t in axes.get_yticklabels()][:2] == ["open", "sticks"]
 
 
 def test_mechanisms_without_elements_keep_their_bytes(monkeypatch: pytest.MonkeyPatch) -> None:
