@@ -50,6 +50,7 @@ class RuntimeTables:
     ``motions`` says for each motion input whether the equations contain one of its derivatives; motion inputs are the
     last inputs. ``default_solver_step`` (s) is the step of methods of fixed step, ``default_duration`` (s) the stop
     time of the experiment. ``stabilisation`` (1/s) is the rate at which the drift of constraints decays.
+    ``unilateral_names`` are those of contacts and stops, ``friction_names`` those of dry frictions.
     """
 
     model_name: str
@@ -70,6 +71,13 @@ class RuntimeTables:
     default_duration: float
     stabilisation: float
     vibrations: tuple[tuple[float, int], ...] = ()
+    unilateral_names: tuple[str, ...] = ()
+    friction_names: tuple[str, ...] = ()
+
+    @property
+    def element_names(self) -> tuple[str, ...]:
+        """What has a mode: contacts and stops, then dry frictions."""
+        return self.unilateral_names + self.friction_names
 
     @property
     def massless_positions(self) -> int:

@@ -27,8 +27,8 @@ class EquationsOfMotion:
 
     ``entries``: the quadratic form 2 T2 over the velocity graph; ``forcing``: (n,); ``solution``: M^-1 forcing (n,)
     with its pivots, by ``method``, None if every order meets a pivot that is identically zero; ``constraints``: of m
-    equations; ``permanent``: those of them that hold in all modes, in derived equations all; ``rows``: what modes switch
-    on and off, see ``modes``; ``outputs`` and ``dependent`` (parameters) by name; ``parts``: the energies and forces as composed.
+    equations; ``permanent``: those that hold in all modes, in derived equations all; ``rows``: what modes switch on and
+    off, see ``modes``; ``outputs`` and ``dependent`` (parameters) by name; ``parts``: energies and forces as composed.
 
     ``mass_matrix``: M (n, n), d2L/dqd2 and what ``parts.carried`` adds to make it regular; ``residual``: M qdd -
     forcing - G^T multiplier and behind it the constraints' accelerations, (n + m,), with qdd as variables; ``momenta``:

@@ -26,7 +26,7 @@ _AT_REST = 1e-12
 
 @dataclass(frozen=True)
 class Modes:
-    """The numbers behind the parameters: ``masks`` (R,), ``directions`` of the frictional rows, ``offsets`` of latches."""
+    """The numbers of the modes: ``masks`` (R,), ``directions`` of the frictional rows, ``offsets`` of latches."""
 
     masks: tuple[Node, ...]
     directions: tuple[Node, ...]

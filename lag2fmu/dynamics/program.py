@@ -177,7 +177,7 @@ def _rows(
     if not len(rows):
         return
     jacobian = [entry for row in rows.jacobian for entry in row]
-    doc = "Of all rows, whatever the mode: positions phi, velocities v, their Jacobian G (row-major), gamma of G qdd + gamma."
+    doc = "Of all rows in any mode: positions phi, velocities v, their Jacobian G (row-major), gamma of G qdd + gamma."
     of_rows = {"phi": rows.positions, "v": rows.velocities, "G": jacobian, "gamma": rows.accelerations}
     yield _function("mechanism_rows", doc, state, **of_rows)
     doc = "Coefficients of contacts: restitution e, sliding friction mu, static friction mu_s."

@@ -16,6 +16,7 @@ from lag2fmu.graph.from_sympy import Translator
 from lag2fmu.graph.graph import Graph, Node
 from lag2fmu.mechanism import Mechanism
 
+
 @dataclass(frozen=True)
 class Rows:
     """The R rows: gaps of the U contacts and stops, their S slips, F dry frictions, then L latches.

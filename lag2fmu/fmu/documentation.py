@@ -10,6 +10,7 @@ from lag2fmu.codegen.templates import render
 from lag2fmu.dynamics.equations import EquationsOfMotion
 from lag2fmu.dynamics.formulas import Formula, formulas
 from lag2fmu.dynamics.functions import Program
+from lag2fmu.fmu.elements import ENUMERATIONS
 from lag2fmu.fmu.model_description import ModelDescription
 from lag2fmu.fmu.scalar_variable import ScalarVariable
 from lag2fmu.fmu.sketch import sketch
@@ -97,7 +98,11 @@ def _row(variable: ScalarVariable) -> Row:
     unit = variable.unit.si_name if variable.unit is not None else ""
     if variable.unit is not None and variable.unit.name != unit and variable.start is not None:
         start += f" = {variable.unit.from_si(variable.start):.12g} {variable.unit.name}"
-    return {"name": variable.name, "unit": unit, "start": start, "doc": variable.doc}
+    doc = variable.doc
+    if variable.type in ENUMERATIONS:
+        items = ENUMERATIONS[variable.type].items
+        doc += f" ({', '.join(f'{value}: {name}' for name, (value, _) in items.items())})"
+    return {"name": variable.name, "unit": unit, "start": start, "doc": doc}
 
 
 def _formulas(equations: EquationsOfMotion) -> list[tuple[str, tuple[Formula, ...]]]:

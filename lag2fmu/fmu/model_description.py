@@ -8,6 +8,7 @@ from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 from datetime import datetime, timezone
 
+from lag2fmu.fmu.elements import ENUMERATIONS
 from lag2fmu.fmu.scalar_variable import ScalarVariable
 from lag2fmu.fmu.xml_text import document
 from lag2fmu.language.units import BASE_UNITS, RADIAN, SECOND, Exponents, Unit, parse_unit
@@ -61,6 +62,7 @@ def to_xml(description: ModelDescription) -> bytes:
     )
     _capabilities(root, description)
     _units(root, description.variables)
+    _types(root, description.variables)
     categories = ET.SubElement(root, "LogCategories")
     for name, text in description.interface.log_categories.items():
         ET.SubElement(categories, "Category", {"name": name, "description": text})
@@ -159,6 +161,19 @@ def _display_unit(unit: Unit) -> Unit | None:
     return None
 
 
+def _types(root: ET.Element, variables: Iterable[ScalarVariable]) -> None:
+    """TypeDefinitions of the enumerations in use, if any (section 2.2.3)."""
+    used = sorted({v.type for v in variables} & {*ENUMERATIONS})
+    if not used:
+        return
+    definitions = ET.SubElement(root, "TypeDefinitions")
+    for name in used:
+        simple = ET.SubElement(definitions, "SimpleType", {"name": name, "description": ENUMERATIONS[name].doc})
+        parent = ET.SubElement(simple, "Enumeration")
+        for item, (value, doc) in ENUMERATIONS[name].items.items():
+            ET.SubElement(parent, "Item", {"name": item, "value": str(value), "description": doc})
+
+
 # --------------------------------------------------------------------------------------------------------- variables
 
 
@@ -170,6 +185,16 @@ def _scalar_variable(parent: ET.Element, variable: ScalarVariable, index: dict[s
     if variable.initial is not None:
         attributes["initial"] = variable.initial
     element = ET.SubElement(parent, "ScalarVariable", attributes)
+    if variable.type in ENUMERATIONS:
+        ET.SubElement(element, "Enumeration", {"declaredType": variable.type})
+    elif variable.type == "Integer":
+        ET.SubElement(element, "Integer", {} if variable.minimum is None else {"min": str(int(variable.minimum))})
+    else:
+        ET.SubElement(element, "Real", _real(variable, index))
+
+
+def _real(variable: ScalarVariable, index: dict[str, int]) -> dict[str, str]:
+    """The attributes of <Real>."""
     real: dict[str, str] = {}
     if variable.unit is not None and variable.unit.si_name:
         name = variable.unit.si_name
@@ -187,7 +212,7 @@ def _scalar_variable(parent: ET.Element, variable: ScalarVariable, index: dict[s
             real[key] = repr(float(number))
     if variable.derivative_of is not None:
         real["derivative"] = str(index[variable.derivative_of])
-    ET.SubElement(element, "Real", real)
+    return real
 
 
 def _structure(root: ET.Element, variables: tuple[ScalarVariable, ...], index: dict[str, int]) -> None:
@@ -220,6 +245,10 @@ def _structure(root: ET.Element, variables: tuple[ScalarVariable, ...], index: d
 
 
 def _unknown(parent: ET.Element, unknown: ScalarVariable, knowns: set[str], index: dict[str, int]) -> None:
+    """An entry of ModelStructure. What changes at events may depend on everything then, which no list says."""
+    if unknown.variability == "discrete":
+        ET.SubElement(parent, "Unknown", {"index": str(index[unknown.name])})
+        return
     dependencies = sorted(index[name] for name in unknown.dependencies or () if name in knowns)
     attributes = {"index": str(index[unknown.name]), "dependencies": " ".join(map(str, dependencies))}
     if unknown.state or (unknown.derivative_of is not None and len(dependencies) == 1 and _is_velocity(unknown)):

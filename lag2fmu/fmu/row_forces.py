@@ -17,7 +17,8 @@ def row_forces(mechanism: Mechanism) -> Iterator[tuple[str, Unit | None, str]]:
     """
     contacts = mechanism.unilaterals
     for contact in contacts:
-        yield names.row_force(contact.name), _per(JOULE, contact.unit), f"force in the normal direction of {contact.name}"
+        doc = f"force in the normal direction of {contact.name}"
+        yield names.row_force(contact.name), _per(JOULE, contact.unit), doc
     slips = [
         (name, slip, f"friction of {contact.name} along its slip")
         for contact in contacts

@@ -9,6 +9,7 @@ from lag2fmu.codegen.sources import RuntimeTables, Slot
 from lag2fmu.description import names
 from lag2fmu.dynamics.functions import Program
 from lag2fmu.dynamics.massless import continuous_states, determined
+from lag2fmu.fmu.elements import element_names
 from lag2fmu.fmu.scalar_variable import ScalarVariable
 from lag2fmu.mechanism.record import Mechanism
 
@@ -21,6 +22,7 @@ def runtime_tables(
     ``variables`` are those of the FMU with their dependencies, of which the colours of the Jacobian follow.
     """
     q = mechanism.coordinates
+    unilaterals, frictions = element_names(mechanism)
     starts: Mapping[str, float] = {v.name: v.start for v in variables if v.start is not None}
     nominal = tuple(c.nominal for c in q)
     return RuntimeTables(
@@ -31,6 +33,8 @@ def runtime_tables(
         nominal_states=(*nominal, *nominal),
         given_states=(*(c.given is not False for c in q), *(c.velocity_given is not False for c in q)),
         constraint_names=_constraint_names(mechanism, program),
+        unilateral_names=unilaterals,
+        friction_names=frictions,
         holonomic=len(mechanism.holonomic) + program.unilaterals + program.offsets,
         continuous_states=continuous_states(mechanism),
         massless=tuple((program.permanent[k], i) for k, i in enumerate(determined(mechanism)) if i is not None),

@@ -9,9 +9,10 @@ from lag2fmu.language.units import Unit
 
 @dataclass(frozen=True)
 class ScalarVariable:
-    """One ScalarVariable of type Real; ``start`` and bounds in SI units; ``dependencies`` by name, None if unlisted.
+    """One ScalarVariable; ``start`` and bounds in SI units; ``dependencies`` by name, None if unlisted.
 
-    ``derivative_of`` names the state a variable is the derivative of; ``state`` marks the continuous states.
+    ``derivative_of`` names the state a variable is the derivative of; ``state`` marks the continuous states. ``type``
+    is Real, Integer or the name of an enumeration, see ``elements``.
     """
 
     name: str
@@ -28,3 +29,4 @@ class ScalarVariable:
     derivative_of: str | None = None
     state: bool = False
     dependencies: tuple[str, ...] | None = None
+    type: str = "Real"

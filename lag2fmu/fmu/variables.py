@@ -12,7 +12,7 @@ from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, replace
 from difflib import get_close_matches
 
-from lag2fmu.codegen.sources import RuntimeTables, Slot
+from lag2fmu.codegen.sources import RuntimeTables
 from lag2fmu.description import names
 from lag2fmu.description.parts import Constraint
 from lag2fmu.description.symbols import Coordinate
@@ -21,7 +21,9 @@ from lag2fmu.dynamics.equations import EquationsOfMotion
 from lag2fmu.dynamics.functions import Program
 from lag2fmu.dynamics.massless import continuous_states
 from lag2fmu.errors import ExportError
+from lag2fmu.fmu.builder import Builder
 from lag2fmu.fmu.dependencies import dependencies
+from lag2fmu.fmu.elements import add_elements, element_variables
 from lag2fmu.fmu.row_forces import row_forces
 from lag2fmu.fmu.runtime_tables import runtime_tables
 from lag2fmu.fmu.scalar_variable import ScalarVariable
@@ -58,36 +60,20 @@ class VariableTable:
         return next(v for v in self.variables if v.name == name)
 
 
-class _Builder:
-    """Collects slots (value references) and variables (names for them)."""
-
-    def __init__(self) -> None:
-        self.slots: list[Slot] = []
-        self.variables: list[ScalarVariable] = []
-
-    def add(self, variable: ScalarVariable, kind: str, index: int) -> None:
-        """A variable with a value reference of its own."""
-        self.variables.append(replace(variable, value_reference=len(self.slots)))
-        output = variable.causality == "output"
-        self.slots.append(Slot(variable.name, kind, index, variable.minimum, variable.maximum, output))
-
-    def reference(self, name: str) -> int:
-        return next(i for i, slot in enumerate(self.slots) if slot.name == name)
-
-
 def build_table(equations: EquationsOfMotion, program: Program) -> VariableTable:
     """The variables of the FMU of ``equations``; ``program.outputs`` are outputs beside q and qd.
 
     Causality, variability and initial are those that FMI 2.0.5, section 2.2.7, allows together.
     """
     mechanism = equations.mechanism
-    builder = _Builder()
+    builder = Builder()
     builder.add(ScalarVariable("time", 0, "independent", "continuous", unit=SECOND, doc="time"), "VARIABLE_TIME", 0)
     _add_states(builder, mechanism)
     for index, variable in enumerate(_inputs(mechanism)):
         builder.add(variable, "VARIABLE_INPUT", index)
     _add_parameters(builder, mechanism, program)
     _add_calculated(builder, equations, program)
+    add_elements(builder, mechanism, program.outputs)
     _add_derivatives(builder, mechanism)
     found = dependencies(equations)
     order = {v.name: i for i, v in enumerate(builder.variables)}
@@ -109,6 +95,7 @@ def promotable(equations: EquationsOfMotion, wanted: Sequence[str]) -> frozenset
     known += [names.multiplier(c.name) for c in mechanism.constraints]
     known += [name for name, *_ in row_forces(mechanism)]
     known += [name for name, _ in equations.locals() if name not in mechanism.output_names]
+    known += [variable.name for variable, _, _ in element_variables(mechanism)]
     if "all" in wanted:
         wanted = [*known, *(name for name in wanted if name != "all")]
     for name in sorted({*wanted} - {*known, *states, *mechanism.output_names}):
@@ -130,7 +117,7 @@ def _velocity(q: Coordinate, state: bool) -> ScalarVariable:
     )
 
 
-def _add_states(builder: _Builder, mechanism: Mechanism) -> None:
+def _add_states(builder: Builder, mechanism: Mechanism) -> None:
     """Add q and qd, all of them outputs. Those that an equilibrium of a coordinate without mass gives are no states."""
     states = set(continuous_states(mechanism))
     for i, q in enumerate(mechanism.coordinates):
@@ -172,7 +159,7 @@ def _inputs(mechanism: Mechanism) -> Iterable[ScalarVariable]:
             yield ScalarVariable(name, 0, "input", "continuous", None, 0.0, unit, doc)
 
 
-def _add_parameters(builder: _Builder, mechanism: Mechanism, program: Program) -> None:
+def _add_parameters(builder: Builder, mechanism: Mechanism, program: Program) -> None:
     """Add the independent parameters, which stand behind the modes in p, and the settings of the solver."""
     independent = [p for p in mechanism.parameters if p.value is not None]
     fixed = mechanism.fixed_parameters
@@ -187,7 +174,7 @@ def _add_parameters(builder: _Builder, mechanism: Mechanism, program: Program) -
         builder.add(variable, "VARIABLE_SETTING", i)
 
 
-def _add_calculated(builder: _Builder, equations: EquationsOfMotion, program: Program) -> None:
+def _add_calculated(builder: Builder, equations: EquationsOfMotion, program: Program) -> None:
     mechanism = equations.mechanism
     fixed = mechanism.fixed_parameters
     dependent = {p.name: p for p in mechanism.parameters if p.expression is not None}
@@ -237,7 +224,7 @@ def _constraints(mechanism: Mechanism) -> Iterable[tuple[Constraint, Unit | None
     return [(c, units[c.name]) for c in mechanism.constraints]
 
 
-def _add_multipliers(builder: _Builder, equations: EquationsOfMotion, program: Program) -> None:
+def _add_multipliers(builder: Builder, equations: EquationsOfMotion, program: Program) -> None:
     """Add the multipliers. Their unit makes multiplier * expression an energy, or a power if it is nonholonomic."""
     mechanism = equations.mechanism
     loose = ambiguous(mechanism, equations.graph, equations.constraints)
@@ -252,7 +239,7 @@ def _add_multipliers(builder: _Builder, equations: EquationsOfMotion, program: P
         builder.add(variable, "VARIABLE_MULTIPLIER", program.permanent[k])
 
 
-def _add_row_forces(builder: _Builder, mechanism: Mechanism, program: Program) -> None:
+def _add_row_forces(builder: Builder, mechanism: Mechanism, program: Program) -> None:
     """Add the forces of contacts, stops, dry frictions and latches: the multipliers of their rows."""
     for place, (name, unit, doc) in zip(program.places, row_forces(mechanism), strict=True):
         causality = "output" if name in program.outputs else "local"
@@ -264,7 +251,7 @@ def _resolved(unit: Unit | str | None) -> Unit | None:
     return parse_unit(unit) if isinstance(unit, str) else unit
 
 
-def _add_derivatives(builder: _Builder, mechanism: Mechanism) -> None:
+def _add_derivatives(builder: Builder, mechanism: Mechanism) -> None:
     """The variables with the attribute 'derivative': aliases of qd and qdd without start."""
     pairs = [(q.name, names.velocity(q.name)) for q in mechanism.coordinates]
     pairs += [(names.velocity(q.name), names.acceleration(q.name)) for q in mechanism.coordinates]

@@ -23,6 +23,7 @@ from lag2fmu.verify.instances import Instance, description_of, instance_of
 Floats = NDArray[np.float64]
 Kind = Literal["co-simulation", "model-exchange"]
 _FMI_TYPES = {"co-simulation": "CoSimulation", "model-exchange": "ModelExchange"}
+_INTEGERS = ("Integer", "Enumeration")
 _LOGGER = logging.getLogger("lag2fmu")
 """Gets what an FMU warns of; without a handler of the user's it goes to standard error."""
 
@@ -142,7 +143,7 @@ def takes_derivatives(description: Any, kind: Kind = "co-simulation") -> bool:
 def _is_plain(description: Any, names: Sequence[str]) -> bool:
     """Whether the steps can be made here: FMI 2.0, and numbers only."""
     kinds = {v.name: v.type for v in description.modelVariables}
-    return description.fmiVersion == "2.0" and all(kinds[name] == "Real" for name in names)
+    return description.fmiVersion == "2.0" and all(kinds[name] in ("Real", *_INTEGERS) for name in names)
 
 
 # ------------------------------------------------------------------------------------------------------ co-simulation
@@ -154,16 +155,12 @@ def _steps(instance: Instance, run: Run, plan: _Plan) -> tuple[Floats, Floats]:
     _initialize(instance, run, plan)
     references = {v.name: v.valueReference for v in instance.description.modelVariables}
     set_inputs = _setter(instance, plan, references)
-    wanted = (c_uint * len(plan.names))(*(references[name] for name in plan.names))
-    buffer = (c_double * len(plan.names))()
-    view, points = np.ctypeslib.as_array(buffer), plan.points
+    recorded, points = _recorder(instance, plan, references), plan.points
     values = np.empty((len(plan.grid), len(plan.names)))
     row = 0
     for i, t in enumerate(points):
         if t == plan.grid[row]:
-            if len(plan.names):
-                fmu.fmi2GetReal(component, wanted, len(wanted), buffer)
-            values[row] = view
+            recorded(values[row])
             row += 1
             if run.progress is not None:
                 run.progress(float(t))
@@ -171,6 +168,25 @@ def _steps(instance: Instance, run: Run, plan: _Plan) -> tuple[Floats, Floats]:
             set_inputs(float(t))
             fmu.fmi2DoStep(component, float(t), float(points[i + 1] - t), 1)
     return plan.grid, values
+
+
+def _recorder(instance: Instance, plan: _Plan, references: Mapping[str, int]) -> Callable[[Floats], None]:
+    """What writes the present values of what is recorded, enumerations as numbers, into a row (outputs,)."""
+    fmu, component = instance.fmu, instance.fmu.component
+    kinds = {v.name: v.type for v in instance.description.modelVariables}
+    reals = [i for i, name in enumerate(plan.names) if kinds[name] == "Real"]
+    others = [i for i in range(len(plan.names)) if i not in reals]
+    parts: list[tuple[Callable[..., int], Any, Any, list[int]]] = []
+    for get, number, columns in ((fmu.fmi2GetReal, c_double, reals), (fmu.fmi2GetInteger, c_int, others)):
+        wanted = (c_uint * len(columns))(*(references[plan.names[i]] for i in columns))
+        parts += [(get, wanted, (number * len(columns))(), columns)] if columns else []
+
+    def record(row: Floats) -> None:
+        for get, wanted, buffer, columns in parts:
+            get(component, wanted, len(wanted), buffer)
+            row[columns] = buffer
+
+    return record
 
 
 def _initialize(instance: Instance, run: Run, plan: _Plan) -> None:

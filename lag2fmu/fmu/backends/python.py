@@ -108,10 +108,10 @@ def python_fmu(
 
     Raises ExportError for equations that this backend cannot print, BuildError if PythonFMU is not installed.
     """
-    if equations.mechanism.constraints or not printable(program):
+    if equations.mechanism.constraints or program.hybrid or not printable(program):
         raise ExportError(
             f"the python backend cannot write the equations of '{equations.mechanism.name}': "
-            "it knows M qdd = f without constraints, with energies and outputs; use --backend c"
+            "it knows M qdd = f without constraints and events, with energies and outputs; use --backend c"
         )
     table = build_table(equations, program)
     description = replace(blank, variables=table.variables)

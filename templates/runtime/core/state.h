@@ -30,22 +30,22 @@ typedef struct {
     double terms[DENSE_TERMS][N_STATES];
 } Dense;
 
-/* Of a contact, stop or dry friction. Sliding in the plane has a direction, that of the slip velocity; a contact without
-   friction slides. The numbers are those of the enumeration in modelDescription.xml. */
-typedef enum {
-    MODE_OPEN = 1,
-    MODE_STICKS,
-    MODE_SLIDES,
-    MODE_SLIDES_FORWARD,
-    MODE_SLIDES_BACKWARD
-} Mode;
-
 /* How far the instance has come. */
 typedef enum {
     PHASE_SETTING_UP,    /* start values are given, and nothing follows from them yet */
     PHASE_SOLVING_START, /* start values are given, and constraints determine the others */
     PHASE_RUNNING
 } Phase;
+
+/* How a contact, a stop or a dry friction holds; the values of the FMU's enumeration. No friction is ever open. Where
+   the slip velocity is one number, forward is where it is positive. */
+typedef enum {
+    MODE_OPEN = 1,
+    MODE_STICKS,
+    MODE_SLIDES, /* in space, or closed without friction */
+    MODE_SLIDES_FORWARD,
+    MODE_SLIDES_BACKWARD
+} ElementMode;
 
 /* Members are double and int64_t only and there are no pointers: the layout is the same in 32 and 64 bits, without
    padding, and a plain copy is a complete copy. */
@@ -74,9 +74,9 @@ typedef struct {
     double parameters[SIZE_PARAMETERS];
     double settings[N_SETTINGS]; /* by Setting */
 
-    int64_t modes[SIZE_ELEMENTS];       /* Mode of contacts, then of dry frictions */
+    int64_t modes[SIZE_ELEMENTS];       /* ElementMode of contacts and stops, then of dry frictions */
     int64_t impacts[SIZE_UNILATERALS];  /* of each contact so far */
-    double impulses[SIZE_UNILATERALS];  /* of their last impacts */
+    double impulses[SIZE_UNILATERALS];  /* of their last impacts, normal; N s, or N m s where the gap is an angle */
     int64_t cascading[SIZE_UNILATERALS]; /* impacts that accumulate are closed; they last until the rest time */
     double rest_time[SIZE_UNILATERALS]; /* s */
     double event_scales[SIZE_EVENTS];   /* the greatest size of each event function so far: rounding is relative to it */

@@ -1,0 +1,80 @@
+"""The variables of contacts, stops and dry frictions that change at events only: modes, counts and impulses."""
+
+from __future__ import annotations
+
+from collections.abc import Collection, Iterator
+from dataclasses import dataclass, replace
+from typing import Any
+
+from lag2fmu.fmu.builder import Builder
+from lag2fmu.fmu.scalar_variable import ScalarVariable
+from lag2fmu.language.units import JOULE, SECOND
+from lag2fmu.mechanism.record import Mechanism
+
+
+@dataclass(frozen=True)
+class Enumeration:
+    """An enumeration: ``items`` {name: (value, meaning)}."""
+
+    doc: str
+    items: dict[str, tuple[int, str]]
+
+
+MODE = "ContactMode"
+ENUMERATIONS = {
+    MODE: Enumeration(
+        "how a contact, a stop or a dry friction holds at present",
+        {
+            "open": (1, "no force acts"),
+            "sticks": (2, "the friction holds: the slip velocity is zero"),
+            "slides": (3, "closed: without friction, or sliding in a direction of the plane of contact"),
+            "slides_forward": (4, "the slip velocity is positive"),
+            "slides_backward": (5, "the slip velocity is negative"),
+        },
+    )
+}
+"""The types that variables may have beside Real and Integer; the values are those of ElementMode in the runtime."""
+
+
+def elements_of(mechanism: Mechanism) -> tuple[tuple[Any, ...], tuple[Any, ...]]:
+    """Contacts and stops, and dry frictions, each with name and unit."""
+    return tuple(getattr(mechanism, "unilaterals", ())), tuple(getattr(mechanism, "frictions", ()))
+
+
+def element_names(mechanism: Mechanism) -> tuple[tuple[str, ...], tuple[str, ...]]:
+    """The names of contacts and stops, and those of dry frictions."""
+    unilaterals, frictions = elements_of(mechanism)
+    return tuple(u.name for u in unilaterals), tuple(f.name for f in frictions)
+
+
+def element_modes(mechanism: Mechanism) -> dict[str, str]:
+    """{element: its mode} of contacts, stops and dry frictions."""
+    return {name: f"{name}_mode" for names in element_names(mechanism) for name in names}
+
+
+def element_variables(mechanism: Mechanism) -> Iterator[tuple[ScalarVariable, str, int]]:
+    """(variable, its VariableKind in C, its index there) of what the elements of ``mechanism`` remember.
+
+    Modes are enumerations, the counts of impacts integers, impulses discrete Reals; all of them local.
+    """
+
+    def discrete(name: str, doc: str) -> ScalarVariable:
+        return ScalarVariable(name, 0, "local", "discrete", "calculated", doc=doc)
+
+    unilaterals, frictions = element_names(mechanism)
+    for i, name in enumerate((*unilaterals, *frictions)):
+        of = f"the dry friction {name}" if i >= len(unilaterals) else name
+        yield replace(discrete(f"{name}_mode", f"how {of} holds"), type=MODE), "VARIABLE_MODE", i
+    for i, u in enumerate(elements_of(mechanism)[0]):
+        doc = f"number of impacts of {u.name} since the start"
+        yield replace(discrete(f"{u.name}_impacts", doc), type="Integer", minimum=0.0), "VARIABLE_IMPACTS", i
+        unit = None if u.unit is None else JOULE * SECOND / u.unit
+        doc = f"normal impulse of the last impact of {u.name}, 0 before the first"
+        yield replace(discrete(f"{u.name}_impulse", doc), unit=unit), "VARIABLE_IMPULSE", i
+
+
+def add_elements(builder: Builder, mechanism: Mechanism, outputs: Collection[str]) -> None:
+    """Add these variables; those named in ``outputs`` are outputs."""
+    for variable, kind, index in element_variables(mechanism):
+        causality = "output" if variable.name in outputs else "local"
+        builder.add(replace(variable, causality=causality), kind, index)
