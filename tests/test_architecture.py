@@ -166,10 +166,15 @@ def test_a_name_comes_from_the_module_that_defines_it() -> None:
 
 def test_the_public_names_are_these() -> None:
     assert sorted(lag2fmu.__all__) == [
+        "Contact",
         "Fmu",
+        "Friction",
         "Lag2FmuError",
         "Mechanism",
         "Report",
+        "State",
+        "Stop",
+        "Table",
         "Trajectory",
         "__version__",
         "derive",

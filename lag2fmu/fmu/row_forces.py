@@ -7,7 +7,7 @@ from collections.abc import Iterator
 from lag2fmu.description import names
 from lag2fmu.language.units import JOULE, WATT, Unit
 from lag2fmu.mechanism.record import Mechanism
-from lag2fmu.mechanism.unit_check import units_of
+from lag2fmu.mechanism.unit_check import units_in
 
 
 def row_forces(mechanism: Mechanism) -> Iterator[tuple[str, Unit | None, str]]:
@@ -15,7 +15,7 @@ def row_forces(mechanism: Mechanism) -> Iterator[tuple[str, Unit | None, str]]:
 
     Force times gap is an energy, force times slip velocity a power.
     """
-    contacts = mechanism.unilaterals
+    contacts, unit_of = mechanism.unilaterals, units_in(mechanism)
     for contact in contacts:
         doc = f"force in the normal direction of {contact.name}"
         yield names.row_force(contact.name), _per(JOULE, contact.unit), doc
@@ -25,13 +25,12 @@ def row_forces(mechanism: Mechanism) -> Iterator[tuple[str, Unit | None, str]]:
         for name, slip in zip(names.contact_frictions(contact.name, len(contact.slips)), contact.slips, strict=True)
     ]
     rubbing = [(names.row_force(f.name), f.on, f"dry friction of {f.name}") for f in mechanism.frictions]
-    moving = [*slips, *rubbing]
-    for (name, _, doc), unit in zip(moving, units_of(mechanism, [on for _, on, _ in moving]), strict=True):
-        yield name, _per(WATT, unit), doc
-    held = units_of(mechanism, [latch.expression for latch in mechanism.latches])
-    for latch, unit in zip(mechanism.latches, held, strict=True):
+    for name, on, doc in [*slips, *rubbing]:
+        yield name, _per(WATT, unit_of(on)), doc
+    for latch in mechanism.latches:
         of = JOULE if latch.holonomic else WATT
-        yield names.multiplier(latch.name), _per(of, unit), f"multiplier of the constraint {latch.name}"
+        doc = f"multiplier of the constraint {latch.name}, 0 while it does not hold"
+        yield names.multiplier(latch.name), _per(of, unit_of(latch.expression)), doc
 
 
 def _per(total: Unit, unit: Unit | None) -> Unit | None:

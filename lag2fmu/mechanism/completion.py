@@ -19,18 +19,24 @@ from lag2fmu.mechanism.loads import with_inputs
 from lag2fmu.mechanism.name_check import check_names
 from lag2fmu.mechanism.norms import missing_norms
 from lag2fmu.mechanism.scope import Scope, constrained
+from lag2fmu.mechanism.unilaterals import Unilateral, unilaterals
 
 Origins = dict[str, str]
 """Place of a part that is not written -> place of what brings it: {'constraints.hinge_x': 'joints.hinge'}."""
 
 
 class Completed(NamedTuple):
-    """A description with everything written out, the origins of what was added, its scope, and warnings."""
+    """A description with everything written out, the origins of what was added, its scope, warnings, normal forms.
+
+    ``latches`` are the constraints that hold only while an expression is positive; the others are in ``expanded``.
+    """
 
     expanded: Description
     origins: Origins
     scope: Scope
     warnings: tuple[str, ...]
+    unilaterals: tuple[Unilateral, ...]
+    latches: tuple[Constraint, ...]
 
 
 def completed(written: Description) -> Completed:
@@ -46,7 +52,10 @@ def completed(written: Description) -> Completed:
     expanded = replace(expanded, coordinates=_decided(expanded, scope))
     origins = of_places | of_joints | of_norms
     of_user = {place for table in _BROUGHT for place in _places(table, getattr(written, table))}
-    return Completed(expanded, {k: origin for k, origin in origins.items() if k not in of_user}, scope, warnings)
+    kept = {place: origin for place, origin in origins.items() if place not in of_user}
+    latches = tuple(c for c in expanded.constraints if c.while_ is not None)
+    permanent = replace(expanded, constraints=[c for c in expanded.constraints if c.while_ is None])
+    return Completed(permanent, kept, scope, warnings, tuple(unilaterals(expanded)), latches)
 
 
 _BROUGHT = ("coordinates", "inputs", "frames", "constraints", "outputs")

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator
+from collections.abc import Callable, Iterator
 
 import sympy as sp
 
@@ -27,6 +27,7 @@ def _known_dimensions(m: Description) -> dict[str, Dimension | None]:
 
     known: dict[str, Dimension | None] = {"t": second}
     parts: list[Coordinate | Parameter | Input] = [*m.coordinates, *m.parameters, *m.inputs]
+    known |= {z.name: _dimension_of(z.unit) for z in m.states}
     for c in m.constraints:
         known[names.multiplier(c.name)] = None
     for q in m.coordinates:
@@ -85,29 +86,27 @@ def _mismatch(where: str, expression: sp.Expr, expected: Dimension | None, infer
         yield f"{where}: '{to_text(expression)}' is in {describe(found)}, expected {describe(expected)}"
 
 
-def units_of(m: Description, expressions: Iterable[sp.Expr]) -> list[Unit | None]:
-    """The unit of each of ``expressions`` as it follows from the names in it; None if unknown."""
+def constraint_units(m: Description) -> dict[str, Unit | None]:
+    """The unit of every constraint's expression: as given, or as it follows from the names in it; None if unknown."""
+    unit_of = units_in(m)
+    return {c.name: c.unit if isinstance(c.unit, Unit) else unit_of(sp.sympify(c.expression)) for c in m.constraints}
+
+
+def units_in(m: Description) -> Callable[[sp.Expr], Unit | None]:
+    """The function that infers the unit of an expression of ``m`` from the names in it; None if it is unknown."""
     known = _known_dimensions(m)
     infer = DimensionOf(known)
     for definition in in_order(m.definitions, "definitions"):
         known[definition.name] = _inferred(infer, definition.expression)
-    return [_unit(_inferred(infer, expression)) for expression in expressions]
 
+    def unit_of(expression: sp.Expr) -> Unit | None:
+        d = _inferred(infer, expression)
+        if d is None or any(e.denominator != 1 for e in d):
+            return None
+        exponents = (*(int(e) for e in d), 0)
+        return Unit(si_name(exponents) or "1", exponents)
 
-def _unit(d: Dimension | None) -> Unit | None:
-    """The unit of a dimension with whole exponents."""
-    if d is None or any(e.denominator != 1 for e in d):
-        return None
-    exponents = (*(int(e) for e in d), 0)
-    return Unit(si_name(exponents) or "1", exponents)
-
-
-def constraint_units(m: Description) -> dict[str, Unit | None]:
-    """The unit of every constraint's expression: as given, or as it follows from the names in it; None if unknown."""
-    found = units_of(m, [c.expression for c in m.constraints])
-    return {
-        c.name: c.unit if isinstance(c.unit, Unit) else unit for c, unit in zip(m.constraints, found, strict=True)
-    }
+    return unit_of
 
 
 def _inferred(infer: DimensionOf, expression: sp.Expr) -> Dimension | None:
