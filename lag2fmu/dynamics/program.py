@@ -55,7 +55,9 @@ def lower(equations: EquationsOfMotion, promoted: Collection[str] = (), variatio
             y=(node for _, node in equations.locals()),
         ),
         *_rows(equations, sliding, state, qdd),
-        *_tangents(differentiate(equations, sliding), state, qdd, len(equations.constraints) > 0),
+        *_tangents(
+            differentiate(equations, sliding), state, qdd, len(equations.constraints) > 0, len(equations.rows) > 0
+        ),
         *_second_derivatives(differentiate_twice(equations, outputs), state, qdd),
     )
     return Program(
@@ -187,7 +189,9 @@ def _rows(
     yield _function("mechanism_friction", doc, (*state, qdd), s=sliding, F=rows.sliding, H=rows.holding)
 
 
-def _tangents(tangent: Tangent, state: tuple[Array, ...], qdd: Array, constrained: bool) -> Iterator[Function]:
+def _tangents(
+    tangent: Tangent, state: tuple[Array, ...], qdd: Array, constrained: bool, rows: bool
+) -> Iterator[Function]:
     """Directional derivatives along (dt, dx, du, dp)."""
     p, dp, dqdd = state[-1], Array("dp", tangent.dp), Array("dqdd", tangent.dqdd)
     seed = (Array("dt", (tangent.dt,), True), Array("dx", tangent.dx), Array("du", (*tangent.du, *tangent.drates)), dp)
@@ -210,7 +214,7 @@ def _tangents(tangent: Tangent, state: tuple[Array, ...], qdd: Array, constraine
         (p, dp),
         dc=tangent.dependent,
     )
-    if tangent.sliding:
+    if rows:
         doc = "Directional derivative ds of the forces of the rows that slide."
         yield _function("mechanism_friction_tangent", doc, (*state, qdd, *seed, dqdd), ds=tangent.sliding)
 
