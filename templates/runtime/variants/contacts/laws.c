@@ -41,7 +41,7 @@ void laws_solve_choice(const Laws *laws, const Choice *choice, double x[]) {
 
 /* The sum of the absolute terms of w. */
 static double terms(const Laws *laws, const double x[], int k) {
-    double sum = fabs(laws->offset[k]);
+    double sum = laws->terms[k];
     for (int j = 0; j < laws->size; j++) {
         sum += fabs(laws->matrix[k * laws->size + j] * x[j]);
     }

@@ -14,6 +14,7 @@ typedef struct {
     int size;
     double matrix[ACTIVE * ACTIVE]; /* size entries a row */
     double offset[ACTIVE];
+    double terms[ACTIVE]; /* the sum of the absolute terms of the offset: its rounding error is a part of that */
     int width[ACTIVE];    /* 0: unilateral; rows of friction: 1, or 2 for the first and -1 for the second of a cone */
     int normal[ACTIVE];   /* of a row of friction: the row whose x times limit bounds it; -1: limit bounds it */
     double limit[ACTIVE];
