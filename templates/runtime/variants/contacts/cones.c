@@ -86,7 +86,7 @@ static void put_sliding(const Laws *laws, int k, const double x[], const double 
         row[k + i] += 1.0;
         right[k + i] = limit * u - x[k + i];
         if (normal >= 0) {
-            row[normal] -= laws->limit[k] * u;
+            row[normal] -= laws->slope[k] * u;
         }
         for (int j = 0; j < width; j++) {
             const double turn = limit / length * ((i == j ? 1.0 : 0.0) - u * trial[j] / length);

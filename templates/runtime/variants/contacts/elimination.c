@@ -133,14 +133,13 @@ static void column_of(const Elimination *e, int row, double column[]) {
     }
 }
 
-/* lambda of a row that is known beforehand, scaled. */
+/* The part of lambda of a row that is known beforehand, scaled. */
 static double given(const Elimination *e, int row) {
     const Row *it = &e->problem->row[row];
-    if (it->law == ROW_GIVEN) {
-        return it->value / e->scale[row];
-    }
-    const bool dragged = it->law == ROW_SLIDING && e->problem->row[it->normal].law == ROW_GIVEN;
-    return dragged ? drag(e, row) * e->problem->row[it->normal].value / e->scale[it->normal] : 0.0;
+    const Row *normal = &e->problem->row[it->law == ROW_SLIDING ? it->normal : row];
+    const bool known = normal->law == ROW_GIVEN || normal->law == ROW_UNILATERAL;
+    const double value = known ? normal->value / e->scale[normal - e->problem->row] : 0.0;
+    return it->law == ROW_SLIDING ? drag(e, row) * value : value;
 }
 
 static void find_rows(Elimination *e) {
@@ -170,16 +169,13 @@ static void describe(const Elimination *e, Laws *laws) {
     }
 }
 
-double scaled_limit(const Elimination *e, int row, double limit) {
+void set_limit(const Elimination *e, int place, double limit, Laws *laws) {
+    const int row = e->row[place];
     const Row *it = &e->problem->row[row];
-    if (it->law != ROW_TANGENTIAL) {
-        return limit / e->scale[row];
-    }
-    const Row *normal = &e->problem->row[it->normal];
-    const double force = normal->law == ROW_UNILATERAL ? e->scale[it->normal]
-                         : normal->law == ROW_GIVEN    ? fmax(normal->value, 0.0)
-                                                       : 0.0;
-    return limit * force / e->scale[row];
+    const bool tangential = it->law == ROW_TANGENTIAL;
+    laws->base[place] = tangential ? limit * fmax(given(e, it->normal), 0.0) * e->scale[it->normal] : limit;
+    laws->base[place] /= e->scale[row];
+    laws->slope[place] = tangential ? limit * e->scale[it->normal] / e->scale[row] : 0.0;
 }
 
 /* Rounding errors of a row that the bilateral rows determine must look neither like an influence on it nor like a motion
@@ -272,7 +268,7 @@ static void evaluate(const Problem *problem, const double lambda[], double w[]) 
 void recover_rows(const Elimination *e, const double x[], double lambda[], double w[]) {
     const int n = e->problem->rows;
     for (int k = 0; k < n; k++) {
-        lambda[k] = e->place[k] >= 0 ? x[e->place[k]] : given(e, k);
+        lambda[k] = given(e, k) + (e->place[k] >= 0 ? x[e->place[k]] : 0.0);
     }
     for (int k = 0; k < n; k++) {
         const Row *row = &e->problem->row[k];

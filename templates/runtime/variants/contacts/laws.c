@@ -66,7 +66,7 @@ static bool friction_obeyed(const double x[], const double w[], int width, doubl
 
 double laws_limit(const Laws *laws, const double x[], int k) {
     const int normal = laws->normal[k];
-    return laws->limit[k] * (normal >= 0 ? fmax(x[normal], 0.0) : 1.0);
+    return laws->base[k] + (normal >= 0 ? laws->slope[k] * fmax(x[normal], 0.0) : 0.0);
 }
 
 static bool law_obeyed(const Laws *laws, const double x[], const double w[], int k) {

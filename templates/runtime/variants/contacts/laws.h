@@ -16,8 +16,9 @@ typedef struct {
     double offset[ACTIVE];
     double terms[ACTIVE]; /* the sum of the absolute terms of the offset: its rounding error is a part of that */
     int width[ACTIVE];    /* 0: unilateral; rows of friction: 1, or 2 for the first and -1 for the second of a cone */
-    int normal[ACTIVE];   /* of a row of friction: the row whose x times limit bounds it; -1: limit bounds it */
-    double limit[ACTIVE];
+    int normal[ACTIVE];   /* rows of friction: base + slope x[normal] bounds x; -1: base does */
+    double slope[ACTIVE];
+    double base[ACTIVE];
 } Laws;
 
 /* A choice of one equation a row: w = 0, or x = slope x[normal] + value. */

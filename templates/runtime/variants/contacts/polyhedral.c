@@ -49,14 +49,13 @@ static void lay_out(const Laws *laws, Layout *layout) {
 /* The row of the slip: limit - the sum of both directions >= 0. */
 static void fill_limit(const Laws *laws, const Layout *layout, int v, Lcp *lcp) {
     const int k = layout->row[v];
-    const bool bounded = laws->normal[k] < 0;
     double *entries = lcp->matrix + v * lcp->size;
-    lcp->offset[v] = bounded ? laws->limit[k] : 0.0;
+    lcp->offset[v] = laws->base[k];
     for (int j = 0; j < lcp->size; j++) {
         entries[j] = layout->slip[j] == v ? -1.0 : 0.0;
     }
-    if (!bounded) {
-        entries[layout->first[laws->normal[k]]] = laws->limit[k];
+    if (laws->normal[k] >= 0) {
+        entries[layout->first[laws->normal[k]]] = laws->slope[k];
     }
 }
 
@@ -81,7 +80,8 @@ static void fill(const Laws *laws, const Layout *layout, Lcp *lcp) {
 
 /* x of a row of friction is its limit, on this side. */
 static void put_limit(const Laws *laws, int k, double side, Choice *choice) {
-    *(laws->normal[k] < 0 ? &choice->value[k] : &choice->slope[k]) = side * laws->limit[k];
+    choice->value[k] = side * laws->base[k];
+    choice->slope[k] = laws->normal[k] >= 0 ? side * laws->slope[k] : 0.0;
 }
 
 /* The equations of the variables that are positive. */
