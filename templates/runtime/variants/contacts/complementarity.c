@@ -3,8 +3,9 @@
 
 #include <string.h>
 
+#include "cones.h"
 #include "elimination.h"
-#include "laws.h"
+#include "polyhedral.h"
 
 /* The equations of the rows that hold at present. */
 static void choose_present(const Elimination *e, Choice *choice) {
@@ -49,7 +50,7 @@ static bool let_slip(const Elimination *e, const double x[], Laws *laws) {
 /* Rows that stay at rest may bear a load as well: of all x with this motion the one of least norm, if it obeys. */
 static void spread(const Laws *laws, double x[]) {
     Choice choice;
-    double other[ACTIVE];
+    double other[MOST_ACTIVE];
     memset(&choice, 0, sizeof choice);
     for (int k = 0; k < laws->size; k++) {
         const double limit = laws_limit(laws, x, k), side = limit > 0.0 ? x[k] / limit : 0.0;
@@ -67,7 +68,7 @@ static void spread(const Laws *laws, double x[]) {
 bool complementarity_solve(const Problem *problem, double lambda[], double w[]) {
     Elimination elimination;
     Laws laws;
-    double x[ACTIVE];
+    double x[MOST_ACTIVE];
     eliminate_rows(problem, &elimination, &laws);
     for (int i = 0; i < laws.size; i++) {
         const int row = elimination.row[i];

@@ -4,11 +4,13 @@
    solution to rounding (Alart, Curnier, A mixed formulation for frictional contact problems prone to Newton like solution
    methods, Comput. Methods Appl. Mech. Eng. 1991). Both use the same step for both axes of a cone, so that the axes do
    not matter. */
+#include "cones.h"
+
 #include <math.h>
 #include <string.h>
 
-#include "laws.h"
 #include "least_norm.h"
+#include "polyhedral.h"
 
 enum { FIRST_SWEEPS = 16, MOST_SWEEPS = 16384, MOST_STEPS = 40, MOST_TURNS = 30 };
 
@@ -56,7 +58,7 @@ static void relax(const Laws *laws, int k, double x[], double w[]) {
 }
 
 static void sweep(const Laws *laws, int sweeps, double x[]) {
-    double w[ACTIVE];
+    double w[MOST_ACTIVE];
     laws_evaluate(laws, x, w);
     for (int s = 0; s < sweeps; s++) {
         for (int k = 0; k < laws->size; k++) {
@@ -129,7 +131,7 @@ static void linearise(const Laws *laws, int k, const double x[], const double w[
 
 /* From x near a solution to it. */
 static bool refine(const Laws *laws, double x[]) {
-    double matrix[ACTIVE * ACTIVE], right[ACTIVE], w[ACTIVE], change[ACTIVE];
+    double matrix[MOST_ACTIVE * MOST_ACTIVE], right[MOST_ACTIVE], w[MOST_ACTIVE], change[MOST_ACTIVE];
     bool done = false;
     for (int step = 0; step < MOST_STEPS && !done; step++) {
         double moved = 0.0, size = 0.0;
@@ -176,7 +178,7 @@ static void turn_axes(const double direction[], Laws *laws) {
 
 /* The direction of the slip of each cone, or of its friction where it sticks. */
 static void find_directions(const Laws *laws, const double x[], double direction[]) {
-    double w[ACTIVE];
+    double w[MOST_ACTIVE];
     laws_evaluate(laws, x, w);
     for (int k = 0; k < laws->size; k++) {
         const double *v = laws->width[k] == 2 && laws_at_rest(laws, x, k) && laws_at_rest(laws, x, k + 1) ? x : w;
@@ -190,7 +192,7 @@ static void find_directions(const Laws *laws, const double x[], double direction
 
 /* Pyramids with an edge in the direction of the slip that the pyramids before gave. */
 static bool follow_edges(const Laws *laws, double x[]) {
-    double direction[ACTIVE], start[ACTIVE];
+    double direction[MOST_ACTIVE], start[MOST_ACTIVE];
     bool solved = false;
     polyhedral_approximate(laws, start);
     for (int turns = 0; turns < MOST_TURNS && !solved; turns++) {
@@ -210,7 +212,7 @@ static bool follow_edges(const Laws *laws, double x[]) {
 }
 
 bool cones_solve(const Laws *laws, double x[]) {
-    double start[ACTIVE] = {0.0};
+    double start[MOST_ACTIVE] = {0.0};
     bool solved = follow_edges(laws, x);
     for (int sweeps = FIRST_SWEEPS; sweeps <= MOST_SWEEPS && !solved; sweeps *= 2) {
         sweep(laws, sweeps, start);

@@ -205,7 +205,7 @@ static double difference(double a, const double b[], const double c[], int count
 }
 
 void eliminate_rows(const Problem *problem, Elimination *e, Laws *laws) {
-    double column[R], known[R], seen[R], response[ACTIVE][R], terms;
+    double column[R], known[R], seen[R], response[MOST_ACTIVE][R], terms;
     e->problem = problem;
     memset(e->factor, 0, sizeof e->factor);
     scale_rows(e);

@@ -2,8 +2,9 @@
 #ifndef ELIMINATION_H
 #define ELIMINATION_H
 
-#include "complementarity.h"
+#include "contact_rows.h"
 #include "laws.h"
+#include "mechanism.h"
 
 /* The problem in scaled rows: lambda = scale times the scaled one, w = the scaled one divided by scale. */
 typedef struct {
@@ -12,7 +13,7 @@ typedef struct {
     double delassus[SIZE_ROWS * SIZE_ROWS]; /* rows entries a row */
     double free[SIZE_ROWS];
     int active;       /* unilateral, tangential and bounded rows: ... */
-    int row[ACTIVE];  /* ... place among the laws -> row */
+    int row[MOST_ACTIVE];  /* ... place among the laws -> row */
     int place[SIZE_ROWS];     /* row -> place among the laws, or -1 */
     int bilateral;    /* bilateral rows: ... */
     int order[SIZE_ROWS];     /* ... place -> row, independent ones first */

@@ -1,10 +1,10 @@
 /* Contacts in the plane and bounded rows as one linear complementarity problem. For a row of friction its x is the
    difference of two variables >= 0, one for each direction; a third one, the slip, is positive where they reach the
    limit: Stewart, Trinkle 1996. The matrix is copositive unless rows slide. */
-#include <math.h>
+#include "polyhedral.h"
+
 #include <string.h>
 
-#include "laws.h"
 #include "lemke.h"
 
 /* Beyond this number of choices they are not tried one by one. */
@@ -16,7 +16,7 @@ typedef struct {
     int row[LCP_SIZE];
     double sign[LCP_SIZE];
     int slip[LCP_SIZE]; /* of a direction: its slip variable, else -1 */
-    int first[ACTIVE];  /* row -> its first variable */
+    int first[MOST_ACTIVE];  /* row -> its first variable */
 } Layout;
 
 static void add(Layout *layout, int row, double sign, int slip) {
@@ -114,7 +114,7 @@ static bool next_choice(const Laws *laws, int digit[]) {
 
 /* Tries all choices in turn, if they are few. */
 static bool enumerate(const Laws *laws, double x[]) {
-    int digit[ACTIVE] = {0};
+    int digit[MOST_ACTIVE] = {0};
     double choices = 1.0;
     for (int k = 0; k < laws->size; k++) {
         choices *= laws->width[k] == 0 ? 2.0 : 3.0;
@@ -150,9 +150,9 @@ static bool approximate(const Laws *laws, Choice *choice, double x[]) {
     return solved;
 }
 
-bool polyhedral_approximate(const Laws *laws, double x[]) {
+void polyhedral_approximate(const Laws *laws, double x[]) {
     Choice choice;
-    return approximate(laws, &choice, x);
+    approximate(laws, &choice, x);
 }
 
 bool polyhedral_solve(const Laws *laws, double x[]) {
