@@ -10,7 +10,8 @@ from datetime import datetime, timezone
 
 from lag2fmu.fmu.scalar_variable import ScalarVariable
 from lag2fmu.fmu.xml_text import document
-from lag2fmu.language.units import BASE_UNITS, RADIAN, SECOND, Exponents, Unit, parse_unit
+from lag2fmu.language.unit_table import BASE_UNITS, Exponents
+from lag2fmu.language.units import RADIAN, SECOND, Unit, parse_unit
 from lag2fmu.mechanism.record import Mechanism
 
 
