@@ -36,16 +36,18 @@ def runtime_tables(
         massless=tuple((k, i) for k, i in enumerate(determined(mechanism)) if i is not None),
         colours=coloured(_columns(mechanism, variables)),
         start_inputs=tuple(starts[name] for name in program.inputs),
-        motions=tuple(
-            program.contains(names.velocity(u.name)) or program.contains(names.acceleration(u.name))
-            for u in mechanism.motions
-        ),
+        motions=tuple(_needs_rates(program, u.name) for u in mechanism.motions),
         start_parameters=tuple(p.value for p in mechanism.parameters if p.value is not None),
         default_solver_step=min(1e-3, mechanism.experiment.step),
         default_duration=mechanism.experiment.stop_time,
         # drift decays in about ten communication steps: a much faster decay would make the equations stiff
         stabilisation=0.1 / mechanism.experiment.step,
     )
+
+
+def _needs_rates(program: Program, motion: str) -> bool:
+    """Whether the equations contain the velocity or the acceleration of the input ``motion``."""
+    return program.contains(names.velocity(motion)) or program.contains(names.acceleration(motion))
 
 
 def _columns(mechanism: Mechanism, variables: Sequence[ScalarVariable]) -> list[Collection[int]]:

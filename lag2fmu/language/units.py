@@ -167,8 +167,7 @@ def _factors(text: str) -> Iterator[tuple[str, int]]:
     operand_expected = True
     for token in _tokens(text):
         kind = str(token.lastgroup)
-        if _BEGINS_OPERAND[kind] != operand_expected or (kind == "close" and len(around) == 1):
-            raise UnitError(f"unit '{text}': {_MISPLACED[kind].format(token['name'] or token[kind])}")
+        _check_place(text, token, operand_expected, len(around))
         if kind == "open":
             around.append(sign)
         elif kind == "close":
@@ -183,6 +182,13 @@ def _factors(text: str) -> Iterator[tuple[str, int]]:
         operand_expected = kind in ("operator", "open")
     if operand_expected or len(around) > 1:
         raise UnitError(f"unit '{text}': incomplete; write '1' for a dimensionless quantity, or leave the unit out")
+
+
+def _check_place(text: str, token: re.Match[str], operand_expected: bool, depth: int) -> None:
+    """Raise UnitError for a ``token`` that cannot stand where it does, in ``depth`` - 1 open brackets."""
+    kind = str(token.lastgroup)
+    if _BEGINS_OPERAND[kind] != operand_expected or (kind == "close" and depth == 1):
+        raise UnitError(f"unit '{text}': {_MISPLACED[kind].format(token['name'] or token[kind])}")
 
 
 def _tokens(text: str) -> Iterator[re.Match[str]]:

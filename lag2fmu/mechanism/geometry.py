@@ -87,17 +87,8 @@ def _check_known(name: str, frames: dict[str, Frame], where: str) -> None:
 def _check_body(body: Body) -> None:
     """A body has the keys of a particle, a planar body or a spatial body, and no others."""
     where = f"bodies.{body.name}"
-    tensor = isinstance(body.inertia, tuple)
     if body.frame is not None:
-        for key in ("position", "angle"):
-            if getattr(body, key) is not None:
-                raise MechanismError(f"{where}: '{key}' and 'frame' exclude each other; leave one out")
-        if len(body.center) != 3:
-            raise MechanismError(f"{where}.center: has {len(body.center)} entries; give 3")
-        if body.inertia is not None and not (tensor and len(body.inertia) == 6):  # type: ignore[arg-type]
-            raise MechanismError(
-                f"{where}.inertia: a body of a frame has the 6 entries Ixx, Iyy, Izz, Ixy, Ixz, Iyz, got {body.inertia}"
-            )
+        _check_framed_body(body, where)
         return
     if body.position is None and (body.mass != 0 or body.inertia is None or body.angle is None):
         raise MechanismError(
@@ -106,7 +97,7 @@ def _check_body(body: Body) -> None:
         )
     if any(body.center):
         raise MechanismError(f"{where}.center: goes with 'frame'; add it to the position instead")
-    if tensor:
+    if isinstance(body.inertia, tuple):
         raise MechanismError(f"{where}.inertia: an inertia tensor goes with 'frame'; a planar body has one inertia")
     if (body.inertia is None) != (body.angle is None):
         missing = "inertia" if body.inertia is None else "angle"
@@ -117,15 +108,33 @@ def _check_body(body: Body) -> None:
         )
 
 
+def _check_framed_body(body: Body, where: str) -> None:
+    """A body of a frame has its centre and its tensor in the frame's axes."""
+    for key in ("position", "angle"):
+        if getattr(body, key) is not None:
+            raise MechanismError(f"{where}: '{key}' and 'frame' exclude each other; leave one out")
+    if len(body.center) != 3:
+        raise MechanismError(f"{where}.center: has {len(body.center)} entries; give 3")
+    if body.inertia is not None and not (isinstance(body.inertia, tuple) and len(body.inertia) == 6):
+        raise MechanismError(
+            f"{where}.inertia: a body of a frame has the 6 entries Ixx, Iyy, Izz, Ixy, Ixz, Iyz, got {body.inertia}"
+        )
+
+
 def _check_entries(m: Description) -> None:
     """All positions have 2 entries, or all 3; the direction of gravity has as many."""
+    framed = m.frames or {part.frame for part in m.places} != {None}
     fixed = {len(part.position) for part in m.places if part.frame is None and part.position is not None}
     if fixed - {2, 3} or len(fixed) > 1:
         raise MechanismError(
             f"bodies and points: positions have {sorted(fixed)} entries; give all of them 2, or all of them 3"
         )
-    if fixed == {2} and (m.frames or any(part.frame is not None for part in m.places)):
+    if fixed == {2} and framed:
         raise MechanismError("bodies and points: positions have 2 entries; beside frames they need 3")
+    _check_gravity(m)
+
+
+def _check_gravity(m: Description) -> None:
     direction = None if m.gravity is None else m.gravity.direction
     if direction is not None and (m.frames or m.places) and len(direction) != m.dimension:
         raise MechanismError(f"gravity.direction: has {len(direction)} entries, positions have {m.dimension}")
