@@ -116,18 +116,19 @@ class _Steps:
             [self._say("from frame to frame: v = R^T (v_P + omega_P x d + d_dot), omega = R^T omega_P + rates")],
         )
         general = {"T": "1/2 sum (m v.v + omega.I.omega)", "V": f"- sum m a.r{' + springs' if m.springs else ''}"}
-        energies = dict(self._written.energies) if self._written is not None else {}
+        written = self._written.energies if self._written is not None else ()
         for title, letter in (("Kinetic energy", "T"), ("Potential energy", "V")):
-            written = [(letter, energies[letter])] if letter in energies else []
-            yield title, [self._say(f"{letter} = {general[letter]}"), *(self._formulas(written) if written else [])]
+            formulas = [(sign, energy) for sign, energy in written if sign == letter]
+            yield title, [self._say(f"{letter} = {general[letter]}"), *(self._formulas(formulas) if formulas else [])]
         yield "Lagrangian L = T - V", [self._say("composed on the graph")]
-        loads = [f"{load.name} at {load.point or load.body}" for load in m.loads]
-        yield (
-            "Non-potential forces",
-            [self._say(", ".join([*loads, *(f"on {f.coordinate}" for f in m.forces)]) or "none")],
-        )
+        yield "Non-potential forces", [self._say(self._acting())]
         yield "Derivatives of L", [self._say("by automatic differentiation")]
         yield "Equations of motion", self._on_graph()
+
+    def _acting(self) -> str:
+        """The loads with where they act, and the coordinates that forces act on."""
+        loads = [f"{load.name} at {load.point or load.body}" for load in self.mechanism.loads]
+        return ", ".join([*loads, *(f"on {f.coordinate}" for f in self.mechanism.forces)]) or "none"
 
     # ------------------------------------------------------------------------------------------------- the steps
 

@@ -33,7 +33,7 @@ def runtime_tables(
         constraint_names=tuple(c.name for c in mechanism.constraints),
         holonomic=len(mechanism.holonomic),
         continuous_states=continuous_states(mechanism),
-        massless=tuple((k, i) for k, i in enumerate(determined(mechanism)) if i is not None),
+        massless=_massless(mechanism),
         colours=coloured(_columns(mechanism, variables)),
         start_inputs=tuple(starts[name] for name in program.inputs),
         motions=tuple(_needs_rates(program, u.name) for u in mechanism.motions),
@@ -43,6 +43,11 @@ def runtime_tables(
         # drift decays in about ten communication steps: a much faster decay would make the equations stiff
         stabilisation=0.1 / mechanism.experiment.step,
     )
+
+
+def _massless(mechanism: Mechanism) -> tuple[tuple[int, int], ...]:
+    """(index of a constraint, index of the coordinate without mass that it determines) of each of them."""
+    return tuple((k, i) for k, i in enumerate(determined(mechanism)) if i is not None)
 
 
 def _needs_rates(program: Program, motion: str) -> bool:

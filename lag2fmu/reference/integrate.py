@@ -105,12 +105,12 @@ def _start(equations: Equations, overrides: Mapping[str, float], time: float, si
     mechanism, energies = equations.mechanism, equations.energies
     coordinates = mechanism.coordinates
     values = {c.name: c.start for c in coordinates} | {velocity(c.name): c.velocity for c in coordinates}
-    bounds = {c.name: (c.minimum, c.maximum) for c in coordinates}
+    ranges = {c.name: (c.minimum, c.maximum) for c in coordinates}
     for name, value in overrides.items():
         if name not in values:
             raise LoadError(f"mechanism '{mechanism.name}' has no start value '{name}'; known are {', '.join(values)}")
-        low, high = bounds.get(name, (None, None))
-        if not np.isfinite(value) or (low is not None and value < low) or (high is not None and value > high):
+        low, high = ranges.get(name, (None, None))
+        if not np.isfinite(value) or not _within(value, low, high):
             raise LoadError(f"start value '{name}': {value!r} is not a finite number within [{low}, {high}]")
         values[name] = float(value)
     found: Floats = np.array(list(values.values()))
@@ -120,6 +120,10 @@ def _start(equations: Equations, overrides: Mapping[str, float], time: float, si
             energies.consistent(found[: energies.n], found[energies.n :], time, signals.at(time), free)
         )
     return np.append(found, 0.0)
+
+
+def _within(value: float, low: float | None, high: float | None) -> bool:
+    return (low is None or low <= value) and (high is None or value <= high)
 
 
 def _scales(z: Floats, nominal: Floats) -> Floats:
