@@ -33,7 +33,7 @@ def check(m: Description) -> tuple[Scope, tuple[str, ...]]:
     check_symbols(m, scope)
     check_presence(m, scope)
     check_constraints(m, scope)
-    warnings = check_values(m, scope)
+    warnings = check_values(m, scope.names_in)
     unfit = tuple(mismatches(m))
     if unfit and m.strict_units:
         raise UnitError(unfit[0])

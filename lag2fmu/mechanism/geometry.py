@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator
+from collections.abc import Callable, Collection, Iterator
 from contextlib import suppress
 
 import sympy as sp
@@ -14,9 +14,10 @@ from lag2fmu.description.record import Description
 from lag2fmu.errors import MechanismError
 from lag2fmu.language.vocabulary import value_of
 from lag2fmu.mechanism.order import in_order
-from lag2fmu.mechanism.scope import Scope
 
 Values = dict[str, float]
+NamesIn = Callable[[str, sp.Expr], Collection[str]]
+"""The names that an expression uses, definitions written out; the first argument is its place, for a message."""
 Matrix = list[list[float]]
 
 ROUNDING = 1e-12
@@ -143,18 +144,18 @@ def _check_gravity(m: Description) -> None:
 # ----------------------------------------------------------------------------- what depends on the parameters' values
 
 
-def check_values(m: Description, scope: Scope) -> tuple[str, ...]:
+def check_values(m: Description, names_in: NamesIn) -> tuple[str, ...]:
     """Raise MechanismError for axes, quaternions, masses and inertias that are impossible at the parameters' values.
 
-    Returns warnings of tensors that no distribution of mass has, of springs that push away from rest, and of dampers
-    that drive. Time is 0, and motion inputs have their start values. Expressions that depend on coordinates, or have no
-    value there, are not checked.
+    ``names_in`` tells what an expression uses, see ``Scope.names_in``. Returns warnings of tensors that no distribution
+    of mass has, of springs that push away from rest, and of dampers that drive. Time is 0, and motion inputs have their
+    start values. Expressions that depend on coordinates, or have no value there, are not checked.
     """
     values = values_of(m)
     for frame in m.frames:
         _check_rotations(frame, values)
         if frame.quaternion is not None:
-            _check_quaternion(m, frame, scope, values)
+            _check_quaternion(m, frame, names_in, values)
     for body in m.bodies:
         _check_mass(body, values)
     return (*(warning for body in m.bodies for warning in _check_inertia(body, values)), *_driving(m, values))
@@ -215,9 +216,9 @@ def _check_rotations(frame: Frame, values: Values) -> None:
             )
 
 
-def _check_quaternion(m: Description, frame: Frame, scope: Scope, values: Values) -> None:
+def _check_quaternion(m: Description, frame: Frame, names_in: NamesIn, values: Values) -> None:
     where, entries = f"frames.{frame.name}.quaternion", tuple(frame.quaternion or ())
-    used = {name for i, entry in enumerate(entries) for name in scope.names_in(f"{where}[{i}]", entry)}
+    used = {name for i, entry in enumerate(entries) for name in names_in(f"{where}[{i}]", entry)}
     if any(q.name in used for q in m.coordinates):
         return  # a constraint keeps its norm, see ``norms``
     numbers = _numbers(entries, values)
