@@ -7,52 +7,13 @@ from dataclasses import dataclass
 
 from lag2fmu.dynamics.elimination import solve
 from lag2fmu.dynamics.equations import EquationsOfMotion
+from lag2fmu.dynamics.functions import Array, Function
+from lag2fmu.dynamics.kinks import EventFunction, switched
 from lag2fmu.dynamics.schur_complement import solve_constrained
 from lag2fmu.dynamics.tangent import Tangent, differentiate
 from lag2fmu.dynamics.terms import canonical
 from lag2fmu.dynamics.time_derivatives import SecondDerivatives, differentiate_twice
-from lag2fmu.errors import DerivationError
 from lag2fmu.graph.graph import Graph, Node
-from lag2fmu.graph.operations import SYMBOL
-
-
-@dataclass(frozen=True)
-class Array:
-    """An argument: ``name`` in the printed code and its entries as nodes; ``scalar`` if it is a plain number."""
-
-    name: str
-    entries: tuple[Node, ...]
-    scalar: bool = False
-
-
-@dataclass(frozen=True)
-class Function:
-    """array[index] = node for each (array, index, node) in ``results``; other entries of the arrays stay untouched.
-
-    ``name`` and ``doc`` stand in the printed code. ``arrays`` are the names of the arrays that it fills, in order.
-    """
-
-    name: str
-    doc: str
-    arguments: tuple[Array, ...]
-    arrays: tuple[str, ...]
-    results: tuple[tuple[str, int, Node], ...]
-
-    @property
-    def given(self) -> frozenset[Node]:
-        """The nodes that are entries of arguments and need not be computed."""
-        return frozenset(entry for argument in self.arguments for entry in argument.entries)
-
-    def check(self, graph: Graph) -> Function:
-        """The function itself. Raises DerivationError if a result depends on a variable that no argument holds."""
-        needed, given = graph.cone((node for *_, node in self.results), self.given), self.given
-        missing = [str(graph.leaf[node]) for node in needed if graph.code[node] == SYMBOL and node not in given]
-        if missing:
-            raise DerivationError(
-                f"{self.name} needs {', '.join(missing)}, which are none of its arguments; "
-                "this is a fault of lag2fmu, please report it with the model"
-            )
-        return self
 
 
 @dataclass(frozen=True)
@@ -66,7 +27,7 @@ class Program:
 
     Of p, the first ``masks`` entries are 1 or 0 for each row of the constraints that may be switched off, and the next
     ``switches`` ones are +1 or -1 for each kink. ``unilaterals`` and ``frictions`` are the numbers of contacts and of
-    dry frictions, ``contact_events`` that of their event functions.
+    dry frictions. ``event_functions`` are those of switches, and behind them those of contacts and frictions.
     """
 
     graph: Graph
@@ -82,16 +43,22 @@ class Program:
     switches: int = 0
     unilaterals: int = 0
     frictions: int = 0
-    contact_events: int = 0
+    event_functions: tuple[EventFunction, ...] = ()
 
     @property
     def hybrid(self) -> bool:
         """Whether the equations of motion change at events."""
-        return self.switches + self.contact_events > 0
+        return bool(self.event_functions)
+
+    @property
+    def contact_events(self) -> int:
+        """The number of event functions of contacts and frictions."""
+        return len(self.event_functions) - self.switches
 
     def contains(self, variable: str) -> bool:
         """Whether the equations of motion or constraints contain the ``variable``; the time is 't'."""
-        equations = [f for f in self.functions if f.name in ("mechanism_dynamics", "mechanism_constrained")]
+        functions = ("mechanism_dynamics", "mechanism_constrained", "mechanism_switches")
+        equations = [f for f in self.functions if f.name in functions]
         return variable in self.graph.symbols([node for f in equations for *_, node in f.results])
 
     def operations(self, name: str) -> int:
@@ -107,10 +74,10 @@ def lower(equations: EquationsOfMotion, promoted: Collection[str] = (), variatio
     adds the momenta and forces that variational solvers work on.
 
     The arguments of the functions are t; x = (q, qd), (2n,); u, the inputs: Q, then the user's, then y0, y0_dot,
-    y0_ddot of each motion; p, the independent parameters; qdd, (n,), with the m multipliers behind it. Where
-    coordinates without mass follow from forces, the rates of the inputs stand behind the inputs in u. Of M, which is
-    row-major, only the lower triangle is written. All values are in SI units. Raises DerivationError if a function
-    would need a variable that is none of its arguments.
+    y0_ddot of each motion; p, the switches of kinks and behind them the independent parameters; qdd, (n,), with the m
+    multipliers behind it. Where coordinates without mass follow from forces, the rates of the inputs stand behind the
+    inputs in u. Of M, which is row-major, only the lower triangle is written. All values are in SI units. Raises
+    DerivationError if a function would need a variable that is none of its arguments.
     """
     equations = equations.apart()
     g, v = equations.graph, equations.variables
@@ -136,9 +103,10 @@ def lower(equations: EquationsOfMotion, promoted: Collection[str] = (), variatio
         *_tangents(differentiate(equations), state, qdd, len(equations.constraints) > 0),
         *_second_derivatives(differentiate_twice(equations, outputs), state, qdd),
     )
+    found = switched(g, v, equations.mechanism, functions)
     return Program(
         graph=g,
-        functions=tuple(function.check(g) for function in functions),
+        functions=tuple(function.check(g) for function in found.functions),
         method=equations.method,
         factor_size=len(factor.results) - len(v.q),
         inputs=tuple(str(g.leaf[node]) for node in v.inputs),
@@ -146,6 +114,8 @@ def lower(equations: EquationsOfMotion, promoted: Collection[str] = (), variatio
         locals=tuple(name for name, _ in equations.locals()),
         dependent=tuple(equations.dependent),
         outputs=outputs,
+        switches=len(found.margins),
+        event_functions=found.margins,
     )
 
 

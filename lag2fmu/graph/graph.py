@@ -347,6 +347,14 @@ class Graph:
                 return self.constant(value)
         return self._function(code, operands)
 
+    def choose(self, margin: Node, a: Node, b: Node) -> Node:
+        """a where ``margin`` > 0, b elsewhere"""
+        if a == b:
+            return a
+        if self.is_constant(margin):
+            return a if self.value(margin) > 0 else b
+        return self.apply("choice", margin, a, b)
+
     def _function(self, code: int, operands: tuple[Node, ...]) -> Node:
         if code in (SINE, COSINE):
             mark = self._circle.point(self, operands[0])[code == SINE]
@@ -443,6 +451,8 @@ class Graph:
         name = OPERATIONS[code].name
         if name == "negate":
             return self.negate(*operands)
+        if name == "choice":
+            return self.choose(*operands)
         return self.power(*operands) if name == "power" else self.apply(name, *operands)
 
     def evaluate(self, outputs: Sequence[Node], values: Mapping[str, float]) -> list[float]:

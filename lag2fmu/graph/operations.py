@@ -4,6 +4,8 @@ A derivative is given as a function of the graph, the operands and the result, a
 respect to the operands as nodes. Sources: Abramowitz and Stegun, sections 4.2-4.6; for min and max the mean of both
 one-sided derivatives where the operands are equal. ``power_or_zero`` is a broken power above 1 and what its derivatives
 are made of: where the base rests at 0, as that of max(0, -x)**(5/2) does, all of them are 0, not infinity times 0.
+``choice`` is its second operand where the first is positive, else the third. ``passed`` is its operand: kinks whose
+margins are made of it are not to be located.
 """
 
 from __future__ import annotations
@@ -85,6 +87,11 @@ def _d_min(g: Graph, operands: tuple[Node, ...], _: Node) -> Partials:
     return g.apply("heaviside", g.subtract(b, a)), g.apply("heaviside", g.subtract(a, b))
 
 
+def _d_choice(g: Graph, operands: tuple[Node, ...], _: Node) -> Partials:
+    margin = operands[0]
+    return g.zero, g.choose(margin, g.one, g.zero), g.choose(margin, g.zero, g.one)
+
+
 def _d_max(g: Graph, operands: tuple[Node, ...], _: Node) -> Partials:
     a, b = operands
     return g.apply("heaviside", g.subtract(a, b)), g.apply("heaviside", g.subtract(b, a))
@@ -124,10 +131,12 @@ _ROWS = (
     Operation("power_or_zero", 2, _power_or_zero, _d_power_or_zero, "power_or_zero({0}, {1})"),
     Operation("min", 2, min, _d_min, "fmin({0}, {1})"),
     Operation("max", 2, max, _d_max, "fmax({0}, {1})"),
+    Operation("passed", 1, lambda x: x, lambda g, o, y: (g.one,), "{0}"),
+    Operation("choice", 3, lambda m, a, b: a if m > 0.0 else b, _d_choice, "{0} > 0.0 ? {1} : {2}"),
 )
 
 OPERATIONS: tuple[Operation, ...] = _ROWS
 CODE = {row.name: code for code, row in enumerate(OPERATIONS)}
 ARITY = tuple(row.arity for row in OPERATIONS)
 CONSTANT, SYMBOL, ADD, SUBTRACT, MULTIPLY, DIVIDE, NEGATE = range(7)
-SINE, COSINE = CODE["sin"], CODE["cos"]
+SINE, COSINE, CHOICE = CODE["sin"], CODE["cos"], CODE["choice"]
