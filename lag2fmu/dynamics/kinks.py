@@ -57,7 +57,7 @@ def switched(
     moving = {variables.t, *variables.q, *variables.qd, *variables.signals}
     kinks = _Kinks(graph, moving, {*variables.unknowns})
     margins = kinks.margins([*effective, *conditions])
-    if not margins and not conditions:
+    if not margins and not conditions and not masks:
         return Switched(tuple(functions), ())
     every = [*margins, *conditions]
     switches = tuple(graph.symbol(f"switch {k}") for k in range(len(every)))
