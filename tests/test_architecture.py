@@ -34,18 +34,18 @@ ROOMS = {
     "codegen": ({"resources", "graph", "dynamics", "solvers"}, {"jinja2"}),
     "fmu": (
         {"errors", "resources", "version", "language", "description", "mechanism", "formats", "dynamics", "analysis"}
-        | {"picture", "explain", "codegen"},
+        | {"picture", "explain", "solvers", "codegen"},
         set(),
     ),
     "verify": (
         {"errors", "language", "description", "mechanism", "formats", "reference", "graph", "dynamics", "analysis"}
-        | {"picture", "codegen", "fmu"},
+        | {"picture", "solvers", "fmu"},
         {"sympy", "numpy", "fmpy", "rich", "matplotlib"},
     ),
     "checking": ({"errors", "fmu", "verify"}, {"lief", "rich"}),
     "cli": (
         {"errors", "resources", "version", "language", "description", "mechanism", "formats", "reference", "dynamics"}
-        | {"analysis", "explain", "codegen", "fmu", "verify", "checking"},
+        | {"analysis", "explain", "solvers", "fmu", "verify", "checking"},
         {"click", "rich"},
     ),
 }
@@ -61,6 +61,9 @@ USERS = {
 }
 """package -> the modules or rooms that use it: one each, but compilers and strangers' FMUs are different programs, and
 the independent path shares no compiler with what it checks"""
+
+MOST_LAYERS = 27
+"""The longest chain of imports: description 6, mechanism 5, dynamics and analysis 7, fmu 4, verify 2, cli."""
 
 
 def _modules() -> list[Path]:
@@ -125,18 +128,40 @@ def test_a_package_has_its_users_only(package: str, expected: set[str]) -> None:
     assert rooms == expected
 
 
-def test_there_are_no_import_cycles() -> None:
-    """Imports for types count; in graph they do not yet."""
-    graph = {}
-    for path in _modules():
-        name = ".".join(("lag2fmu", *path.with_suffix("").parts)).removesuffix(".__init__")
-        graph[name] = _imports(path, typing_too=path.parts[0] not in ("__init__.py", "graph"))
+def _name(path: Path) -> str:
+    return ".".join(("lag2fmu", *path.with_suffix("").parts)).removesuffix(".__init__")
+
+
+def test_there_are_few_import_layers_and_no_cycles() -> None:
+    """Imports for types and those inside functions count; the names that ``lag2fmu`` offers are read when asked for."""
+    graph = {_name(path): _imports(path, typing_too=path.name != "__init__.py") for path in _modules()}
     graph = {name: {n for n in imports if n in graph and n != name} for name, imports in graph.items()}
+    layers = 0
     while graph:
         leaves = [name for name, imports in graph.items() if not imports & graph.keys()]
         assert leaves, f"a cycle among {sorted(graph)}"
         for leaf in leaves:
             del graph[leaf]
+        layers += 1
+    assert layers <= MOST_LAYERS
+
+
+def _homes(path: Path) -> dict[str, str]:
+    """Name that a module has from another one of the package -> that module."""
+    tree = ast.parse((PACKAGE / path).read_text("utf-8"))
+    found = [node for node in tree.body if isinstance(node, ast.ImportFrom)]
+    return {a.name: str(n.module) for n in found for a in n.names if str(n.module).startswith("lag2fmu.")}
+
+
+def test_a_name_comes_from_the_module_that_defines_it() -> None:
+    """What a room's ``__init__`` offers is for those outside: users, models, tests."""
+    doors = {_name(path): _homes(path) for path in _modules() if path.name == "__init__.py"}
+    for path in _modules():
+        tree = ast.parse((PACKAGE / path).read_text("utf-8"))
+        for node in (n for n in ast.walk(tree) if isinstance(n, ast.ImportFrom) and path.name != "__init__.py"):
+            for alias in node.names:
+                home = doors.get(str(node.module), {}).get(alias.name)
+                assert home is None, f"{path}: import {alias.name} from {home}, not from {node.module}"
 
 
 def test_the_public_names_are_these() -> None:

@@ -11,13 +11,14 @@ from dataclasses import dataclass, field, fields
 from pathlib import Path, PurePosixPath
 from typing import Any
 
-from lag2fmu.checking.archive import DESCRIPTION, Archive
+from lag2fmu.checking.archive import Archive
 from lag2fmu.checking.catalogue import ESSENTIAL, trials_of
 from lag2fmu.checking.description import Description
 from lag2fmu.checking.files import host_folders, libraries
 from lag2fmu.checking.findings import Finding
 from lag2fmu.checking.process import Run, watched
 from lag2fmu.errors import SimulationError
+from lag2fmu.fmu.pack import DESCRIPTION
 
 _CHILD = "lag2fmu.checking.child"
 

@@ -4,9 +4,9 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 
-from lag2fmu.checking.archive import DESCRIPTION
 from lag2fmu.checking.description import STRUCTURE, Description, ScalarVariable, Unknown
 from lag2fmu.checking.findings import Finding, Severity
+from lag2fmu.fmu.pack import DESCRIPTION
 
 
 def structure_findings(description: Description) -> Iterator[Finding]:

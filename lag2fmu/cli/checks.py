@@ -21,8 +21,9 @@ def demo(plot: Path | None) -> None:
     import tempfile
 
     import lag2fmu
-    from lag2fmu.codegen import METHODS
-    from lag2fmu.dynamics import derive, lower
+    from lag2fmu.dynamics.lagrange import derive
+    from lag2fmu.dynamics.program import lower
+    from lag2fmu.solvers.methods import METHODS
 
     check_picture(plot)
     mechanism = lag2fmu.load("double_pendulum")
@@ -69,7 +70,7 @@ def validate(
 ) -> None:
     """Compare the FMU with a direct integration of the mechanism on an independent path."""
     from lag2fmu.mechanism.display import display_units
-    from lag2fmu.reference import read_csv
+    from lag2fmu.reference.trajectory import read_csv
     from lag2fmu.verify import entry_points
 
     for path in reports:
@@ -103,7 +104,7 @@ def validate(
 @click.option("--run/--no-run", default=True, show_default=True, help="Run its library, in a process of its own.")
 def check(fmu: Path, run: bool) -> None:
     """Check FMU, of any tool, by the rules of FMI 2.0; running it executes code that is in it."""
-    from lag2fmu.checking import check_fmu
+    from lag2fmu.checking.check import check_fmu
 
     findings = check_fmu(fmu, run=run)
     console().print(findings.table())

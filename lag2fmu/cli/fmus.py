@@ -24,8 +24,8 @@ from lag2fmu.errors import ExportError, Lag2FmuError
 
 if TYPE_CHECKING:
     from lag2fmu.language.units import Unit
-    from lag2fmu.mechanism import Mechanism
-    from lag2fmu.reference import Trajectory
+    from lag2fmu.mechanism.record import Mechanism
+    from lag2fmu.reference.trajectory import Trajectory
     from lag2fmu.verify.entry_points import Model
 
 
@@ -73,7 +73,7 @@ def export_command(  # noqa: PLR0913, PLR0917 (an option each)
     settings: tuple[str, ...],
 ) -> None:
     """Write the FMU of MODEL, by default to a file of the same name here."""
-    from lag2fmu.fmu import export
+    from lag2fmu.fmu.exporting import export
 
     mechanism, extra = load_mechanism(model, settings), {}
     path = Path(f"{Path(model).stem}.fmu") if path is None else path
@@ -102,7 +102,7 @@ def export_command(  # noqa: PLR0913, PLR0917 (an option each)
 
 def _refuse_to_overwrite(path: Path, mechanism: Mechanism) -> None:
     """Raise ExportError where ``path`` is a file that holds anything but an older FMU of ``mechanism``."""
-    from lag2fmu.fmu import read_mechanism
+    from lag2fmu.fmu.exporting import read_mechanism
 
     try:
         if not path.is_file():
@@ -141,7 +141,7 @@ def simulate(
 ) -> None:
     """Run MODEL or an FMU by fmpy."""
     from lag2fmu.description.names import SETTINGS
-    from lag2fmu.reference import read_csv
+    from lag2fmu.reference.trajectory import read_csv
     from lag2fmu.verify import entry_points
 
     check_picture(plot)
@@ -162,7 +162,8 @@ def simulate(
         )
     _write(trajectory, out, units)
     if plot is not None:
-        from lag2fmu.verify.plots import motion_figure, save
+        from lag2fmu.verify.plots.figures import save
+        from lag2fmu.verify.plots.motion import motion_figure
 
         of_mechanism = {name: value for name, value in values.items() if name not in SETTINGS}
         mechanism = entry_points.mechanism_of(source, of_mechanism)

@@ -57,10 +57,11 @@ def show(model: str, style: str, plot: Path | None, analysis: bool, full: bool, 
     mechanism = load_mechanism(model, settings)
     click.echo(write(mechanism) if style == "toml" else procedure(mechanism, style, full=full), nl=False)
     if analysis:
-        from lag2fmu.analysis import analysis_report
+        from lag2fmu.analysis.report import analysis_report
 
         click.echo(analysis_report(mechanism, style), nl=False)
     if plot is not None:
-        from lag2fmu.verify.plots import mechanism_figure, save
+        from lag2fmu.verify.plots.figures import save
+        from lag2fmu.verify.plots.mechanism import mechanism_figure
 
         save(mechanism_figure(mechanism), plot)

@@ -12,7 +12,7 @@ from lag2fmu.errors import ExportError
 
 if TYPE_CHECKING:
     from lag2fmu.language.units import Unit
-    from lag2fmu.mechanism import Mechanism
+    from lag2fmu.mechanism.record import Mechanism
 
 
 SET = click.option(

@@ -9,8 +9,8 @@ from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
     from lag2fmu.language.units import Unit
-    from lag2fmu.reference import Trajectory
-    from lag2fmu.verify import Report
+    from lag2fmu.reference.trajectory import Trajectory
+    from lag2fmu.verify.report import Report
 
 
 def console() -> Any:

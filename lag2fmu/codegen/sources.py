@@ -8,7 +8,7 @@ from dataclasses import dataclass
 
 from lag2fmu.codegen.colours import Colouring
 from lag2fmu.codegen.templates import render
-from lag2fmu.dynamics import Program
+from lag2fmu.dynamics.functions import Program
 from lag2fmu.graph.operations import CODE
 from lag2fmu.resources import resource_folder
 from lag2fmu.solvers.methods import Method
@@ -132,7 +132,7 @@ def render_sources(program: Program, tables: RuntimeTables, method: Method, guid
         "constraints": bool(tables.constraint_names),
         "massless": bool(tables.massless),
         "events": program.hybrid,
-        "contacts": program.contact_events > 0,
+        "contacts": bool(program.places),
     }
     files = runtime_files(method, kind)
     files |= {name: render(f"mechanism/{name}.jinja", context) for name in (*GENERATED, *method.generated_files)}
@@ -142,13 +142,13 @@ def render_sources(program: Program, tables: RuntimeTables, method: Method, guid
 def runtime_files(method: Method, kind: Mapping[str, bool]) -> dict[str, str]:
     """{file name: text} of the runtime, as far as a solver and a kind of mechanism need it; folders are left out.
 
-    ``kind`` says of each variant whether the mechanism has it; contacts are a part of events.
+    ``kind`` says of each variant whether the mechanism has it.
 
     The gate of FMI, the folders of the chosen variants and the folder of the solver's family are taken as a whole, the
     latter with its own folders for these variants. Any other file is taken if an #include asks for it; NAME.h brings
     NAME.c along.
     """
-    variants = [name if has else f"{name}_none" for name, has in kind.items() if name != "contacts" or kind["events"]]
+    variants = [name if has else f"{name}_none" for name, has in kind.items()]
     family = f"solvers/{method.family}"
     whole = ("fmi2", *(f"variants/{name}" for name in variants), family, *(f"{family}/{name}" for name in variants))
     wanted = set(texts := _texts(*whole))

@@ -19,8 +19,8 @@ from lag2fmu.description.parts import Constraint
 from lag2fmu.description.places import AXES, WORLD, End, Expression, Frame, Vector, axes_key, checked_axis, normalise
 from lag2fmu.description.symbols import Coordinate, Declared
 from lag2fmu.errors import MechanismError
-from lag2fmu.language.expressions import symbol, value_of
 from lag2fmu.language.units import DIMENSIONLESS, METRE, RADIAN
+from lag2fmu.language.vocabulary import symbol, value_of
 
 
 class Kind(NamedTuple):

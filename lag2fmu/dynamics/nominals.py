@@ -25,6 +25,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from lag2fmu.description import names
+from lag2fmu.description.symbols import Coordinate
 from lag2fmu.dynamics.constraints import Constraints
 from lag2fmu.dynamics.elimination import Entries
 from lag2fmu.dynamics.samples import mass_matrices, start_values
@@ -33,7 +34,7 @@ from lag2fmu.graph.autodiff import Forward
 from lag2fmu.graph.batches import Floats, matrix
 from lag2fmu.graph.graph import Graph, Node
 from lag2fmu.language.units import parse_unit
-from lag2fmu.mechanism import Coordinate, Mechanism
+from lag2fmu.mechanism.record import Mechanism
 
 SMALL_ANGLE, SMALL_PART = 1e-4, 1e-6
 """The least nominal value of an angle (rad), and that of a length as a part of the greatest one."""

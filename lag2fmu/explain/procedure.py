@@ -15,14 +15,17 @@ import numpy as np
 import sympy as sp
 
 from lag2fmu.description import names
-from lag2fmu.dynamics import EquationsOfMotion, derive
+from lag2fmu.description.places import Frame
+from lag2fmu.description.symbols import Coordinate
+from lag2fmu.dynamics.equations import EquationsOfMotion
 from lag2fmu.dynamics.formulas import Expressions, expressions
-from lag2fmu.dynamics.lagrange import complete
-from lag2fmu.language.expressions import TIME, symbol, to_text, with_decimals
+from lag2fmu.dynamics.lagrange import complete, derive
+from lag2fmu.language.expressions import to_text, with_decimals
 from lag2fmu.language.units import Unit
-from lag2fmu.mechanism import Coordinate, Frame, Mechanism
-from lag2fmu.reference import EnergyFunctions
+from lag2fmu.language.vocabulary import TIME, symbol
+from lag2fmu.mechanism.record import Mechanism
 from lag2fmu.reference.composition import Composition
+from lag2fmu.reference.energies import EnergyFunctions
 
 MAX_OPERATIONS, MOST_WRITTEN = 400, 50_000
 """Lagrangians with more operations than this are not differentiated on paper; equations with more are not written."""

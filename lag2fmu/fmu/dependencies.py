@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterable, Mapping
 
 from lag2fmu.description import names
-from lag2fmu.dynamics import EquationsOfMotion
+from lag2fmu.dynamics.equations import EquationsOfMotion
 from lag2fmu.dynamics.massless import continuous_states
 
 
@@ -25,6 +25,9 @@ def dependencies(equations: EquationsOfMotion) -> dict[str, frozenset[str]]:
     states = [x[i] for i in continuous_states(m)]
     following = _following(equations, {*x} - {*states})
     blocks = dict(zip(unknowns, equations.unknown_dependencies(), strict=True))
+    if len(equations.rows):  # an impact or a mode ties everything
+        everything = frozenset().union(*blocks.values(), equations.rows.symbols(graph))
+        blocks = dict.fromkeys((*unknowns, *equations.forces), everything)
     blocks = {name: _without(found, following) for name, found in blocks.items()}
     known = blocks | following
     found = {name: _without(graph.symbols([node]), known) for name, node in equations.locals()}

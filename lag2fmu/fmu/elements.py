@@ -5,9 +5,10 @@ from __future__ import annotations
 from collections.abc import Collection, Iterator
 from dataclasses import dataclass, replace
 
-from lag2fmu.fmu.builder import Builder, Variable
+from lag2fmu.fmu.builder import Builder
+from lag2fmu.fmu.scalar_variable import ScalarVariable
 from lag2fmu.language.units import JOULE, SECOND
-from lag2fmu.mechanism import Mechanism
+from lag2fmu.mechanism.record import Mechanism
 
 
 @dataclass(frozen=True)
@@ -44,14 +45,14 @@ def element_modes(mechanism: Mechanism) -> dict[str, str]:
     return {name: f"{name}_mode" for names in element_names(mechanism) for name in names}
 
 
-def element_variables(mechanism: Mechanism) -> Iterator[tuple[Variable, str, int]]:
+def element_variables(mechanism: Mechanism) -> Iterator[tuple[ScalarVariable, str, int]]:
     """(variable, its VariableKind in C, its index there) of what the elements of ``mechanism`` remember.
 
     Modes are enumerations, the counts of impacts integers, impulses discrete Reals; all of them local.
     """
 
-    def discrete(name: str, doc: str) -> Variable:
-        return Variable(name, 0, "local", "discrete", "calculated", doc=doc)
+    def discrete(name: str, doc: str) -> ScalarVariable:
+        return ScalarVariable(name, 0, "local", "discrete", "calculated", doc=doc)
 
     unilaterals, frictions = element_names(mechanism)
     for i, name in enumerate((*unilaterals, *frictions)):

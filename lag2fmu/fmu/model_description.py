@@ -8,11 +8,11 @@ from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 from datetime import datetime, timezone
 
-from lag2fmu.fmu.builder import Variable
 from lag2fmu.fmu.elements import ENUMERATIONS
+from lag2fmu.fmu.scalar_variable import ScalarVariable
 from lag2fmu.fmu.xml_text import document
 from lag2fmu.language.units import BASE_UNITS, RADIAN, SECOND, Exponents, Unit, parse_unit
-from lag2fmu.mechanism import Mechanism
+from lag2fmu.mechanism.record import Mechanism
 
 
 @dataclass(frozen=True)
@@ -35,7 +35,7 @@ class ModelDescription:
     """
 
     mechanism: Mechanism
-    variables: tuple[Variable, ...]
+    variables: tuple[ScalarVariable, ...]
     model_identifier: str
     guid: str
     solver: str
@@ -120,7 +120,7 @@ def _capabilities(root: ET.Element, description: ModelDescription) -> None:
 # ------------------------------------------------------------------------------------------------------------- units
 
 
-def _units(root: ET.Element, variables: Iterable[Variable]) -> None:
+def _units(root: ET.Element, variables: Iterable[ScalarVariable]) -> None:
     """One Unit per SI unit in use, each with the display units that the variables ask for."""
     units: dict[str, Unit] = {}
     displays: dict[str, dict[str, Unit]] = {}
@@ -161,7 +161,7 @@ def _display_unit(unit: Unit) -> Unit | None:
     return None
 
 
-def _types(root: ET.Element, variables: Iterable[Variable]) -> None:
+def _types(root: ET.Element, variables: Iterable[ScalarVariable]) -> None:
     """TypeDefinitions of the enumerations in use, if any (section 2.2.3)."""
     used = sorted({v.type for v in variables} & {*ENUMERATIONS})
     if not used:
@@ -177,7 +177,7 @@ def _types(root: ET.Element, variables: Iterable[Variable]) -> None:
 # --------------------------------------------------------------------------------------------------------- variables
 
 
-def _scalar_variable(parent: ET.Element, variable: Variable, index: dict[str, int]) -> None:
+def _scalar_variable(parent: ET.Element, variable: ScalarVariable, index: dict[str, int]) -> None:
     attributes = {"name": variable.name, "valueReference": str(variable.value_reference)}
     if variable.doc:
         attributes["description"] = variable.doc
@@ -193,7 +193,7 @@ def _scalar_variable(parent: ET.Element, variable: Variable, index: dict[str, in
         ET.SubElement(element, "Real", _real(variable, index))
 
 
-def _real(variable: Variable, index: dict[str, int]) -> dict[str, str]:
+def _real(variable: ScalarVariable, index: dict[str, int]) -> dict[str, str]:
     """The attributes of <Real>."""
     real: dict[str, str] = {}
     if variable.unit is not None and variable.unit.si_name:
@@ -215,7 +215,7 @@ def _real(variable: Variable, index: dict[str, int]) -> dict[str, str]:
     return real
 
 
-def _structure(root: ET.Element, variables: tuple[Variable, ...], index: dict[str, int]) -> None:
+def _structure(root: ET.Element, variables: tuple[ScalarVariable, ...], index: dict[str, int]) -> None:
     """ModelStructure: Outputs, Derivatives and InitialUnknowns, each in ascending order (section 2.2.8)."""
     structure = ET.SubElement(root, "ModelStructure")
     continuous = {v.name for v in variables if v.causality in ("input", "independent") or v.state}
@@ -244,7 +244,7 @@ def _structure(root: ET.Element, variables: tuple[Variable, ...], index: dict[st
                     _unknown(parent, unknown, knowns, index)
 
 
-def _unknown(parent: ET.Element, unknown: Variable, knowns: set[str], index: dict[str, int]) -> None:
+def _unknown(parent: ET.Element, unknown: ScalarVariable, knowns: set[str], index: dict[str, int]) -> None:
     """An entry of ModelStructure. What changes at events may depend on everything then, which no list says."""
     if unknown.variability == "discrete":
         ET.SubElement(parent, "Unknown", {"index": str(index[unknown.name])})
@@ -256,6 +256,6 @@ def _unknown(parent: ET.Element, unknown: Variable, knowns: set[str], index: dic
     ET.SubElement(parent, "Unknown", attributes)
 
 
-def _is_velocity(unknown: Variable) -> bool:
+def _is_velocity(unknown: ScalarVariable) -> bool:
     """Whether the derivative is a state itself (der_theta = theta_dot): its dependency has the constant factor 1."""
     return unknown.dependencies is not None and unknown.dependencies == (f"{unknown.derivative_of}_dot",)

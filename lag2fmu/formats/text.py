@@ -21,7 +21,7 @@ from lag2fmu.errors import MechanismError, TextError
 from lag2fmu.formats.keys import CONSTRAINT, NAMED, SINGLE, TABLES
 from lag2fmu.formats.toml_table import Surroundings, TomlTable
 from lag2fmu.language.units import DIMENSIONLESS
-from lag2fmu.mechanism import Mechanism, complete
+from lag2fmu.mechanism.record import Mechanism, complete
 
 if sys.version_info >= (3, 11):
     import tomllib

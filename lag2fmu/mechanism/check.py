@@ -11,7 +11,7 @@ from lag2fmu.description.places import WORLD, Vector
 from lag2fmu.description.record import Description
 from lag2fmu.description.symbols import Coordinate, Input, Parameter
 from lag2fmu.errors import MechanismError, UnitError
-from lag2fmu.language.expressions import free_names
+from lag2fmu.language.vocabulary import free_names
 from lag2fmu.mechanism.geometry import check_values
 from lag2fmu.mechanism.name_check import check_names
 from lag2fmu.mechanism.scope import Scope, check_constraints, check_presence, check_symbols

@@ -12,8 +12,9 @@ from lag2fmu.description.names import suggestion
 from lag2fmu.description.places import WORLD, Body, Frame, Rotation
 from lag2fmu.description.record import Description
 from lag2fmu.errors import MechanismError
-from lag2fmu.language.expressions import value_of
-from lag2fmu.mechanism.scope import Scope, in_order
+from lag2fmu.language.vocabulary import value_of
+from lag2fmu.mechanism.order import in_order
+from lag2fmu.mechanism.scope import Scope
 
 Values = dict[str, float]
 Matrix = list[list[float]]

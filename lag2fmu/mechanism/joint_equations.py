@@ -21,8 +21,8 @@ from lag2fmu.description.parts import Constraint
 from lag2fmu.description.places import AXES, WORLD
 from lag2fmu.description.record import Description
 from lag2fmu.errors import MechanismError
-from lag2fmu.language.expressions import symbol, value_of
 from lag2fmu.language.units import NEWTON, TORQUE
+from lag2fmu.language.vocabulary import symbol, value_of
 from lag2fmu.mechanism.geometry import values_of
 from lag2fmu.mechanism.norms import vanishes
 from lag2fmu.mechanism.planar_joints import groups_of, planar_pose, turn_alike

@@ -10,8 +10,8 @@ import sympy as sp
 
 from lag2fmu.description.parts import Constraint
 from lag2fmu.description.record import Description
-from lag2fmu.language.expressions import free_names, symbol, value_of
-from lag2fmu.mechanism.scope import in_order
+from lag2fmu.language.vocabulary import free_names, symbol, value_of
+from lag2fmu.mechanism.order import in_order
 
 _TRIALS, _ROUNDING = 5, 1e-9
 

@@ -18,8 +18,8 @@ from lag2fmu.description import names
 from lag2fmu.description.joints import direction
 from lag2fmu.description.places import WORLD, Expression, Frame
 from lag2fmu.description.record import Description
-from lag2fmu.language.expressions import TIME, symbol
-from lag2fmu.mechanism.scope import in_order
+from lag2fmu.language.vocabulary import TIME, symbol
+from lag2fmu.mechanism.order import in_order
 
 
 class Pose(NamedTuple):

@@ -16,7 +16,7 @@ from lag2fmu.errors import UnitError
 from lag2fmu.language.dimensions import Dimension, DimensionOf, describe, dimension
 from lag2fmu.language.expressions import to_text
 from lag2fmu.language.units import JOULE, METRE, SECOND, WATT, Unit, si_name
-from lag2fmu.mechanism.scope import in_order
+from lag2fmu.mechanism.order import in_order
 
 
 def _known_dimensions(m: Description) -> dict[str, Dimension | None]:

@@ -15,8 +15,11 @@ from functools import lru_cache
 import sympy as sp
 
 from lag2fmu.description.names import acceleration, generalized_force, velocity
-from lag2fmu.language.expressions import NAME_OF, TIME, symbol
-from lag2fmu.mechanism import Body, Damper, Mechanism, Output
+from lag2fmu.description.outputs import Output
+from lag2fmu.description.parts import Damper
+from lag2fmu.description.places import Body
+from lag2fmu.language.vocabulary import NAME_OF, TIME, symbol
+from lag2fmu.mechanism.record import Mechanism
 
 Vector = tuple[sp.Expr, ...]
 

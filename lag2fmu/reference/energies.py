@@ -13,9 +13,10 @@ import sympy as sp
 from numpy.typing import ArrayLike
 
 from lag2fmu.description.names import acceleration, multiplier
+from lag2fmu.description.symbols import Parameter
 from lag2fmu.errors import LoadError, SimulationError
-from lag2fmu.language.expressions import TIME, symbol
-from lag2fmu.mechanism import Mechanism, Parameter
+from lag2fmu.language.vocabulary import TIME, symbol
+from lag2fmu.mechanism.record import Mechanism
 from lag2fmu.reference.composition import composition_of
 from lag2fmu.reference.constraints import ConstraintFunctions
 from lag2fmu.reference.functions import Array, compiled

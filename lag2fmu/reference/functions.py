@@ -19,7 +19,7 @@ from numpy.typing import NDArray
 from sympy.printing.str import StrPrinter
 from sympy.utilities.iterables import numbered_symbols
 
-from lag2fmu.language.expressions import NAME_OF
+from lag2fmu.language.vocabulary import NAME_OF
 
 Array = NDArray[Any]
 

@@ -13,7 +13,7 @@ from numpy.typing import ArrayLike
 
 from lag2fmu.description.names import velocity
 from lag2fmu.errors import SimulationError
-from lag2fmu.mechanism import Mechanism
+from lag2fmu.mechanism.record import Mechanism
 from lag2fmu.reference.equations import Equations
 from lag2fmu.reference.integrate import DAMPING, SCIPY_METHODS
 from lag2fmu.reference.single import single_state

@@ -19,7 +19,7 @@ from numpy.typing import ArrayLike
 
 from lag2fmu.description.names import acceleration, multiplier, residual, velocity
 from lag2fmu.errors import LoadError, SimulationError
-from lag2fmu.mechanism import Mechanism
+from lag2fmu.mechanism.record import Mechanism
 from lag2fmu.reference.composition import composition_of
 from lag2fmu.reference.equations import Equations
 from lag2fmu.reference.signals import Inputs, Signals, signals_of

@@ -15,9 +15,10 @@ from typing import Any
 import numpy as np
 import sympy as sp
 
-from lag2fmu.description.places import WORLD
-from lag2fmu.language.expressions import TIME
-from lag2fmu.mechanism import Body, Damper, Load, Output, Spring
+from lag2fmu.description.outputs import Output
+from lag2fmu.description.parts import Damper, Load, Spring
+from lag2fmu.description.places import WORLD, Body
+from lag2fmu.language.vocabulary import TIME
 from lag2fmu.reference.composition import Composition
 from lag2fmu.reference.frames import Pose, Slots, Spot, apply, apply_transposed, dot, links_of, poses_of, spot_of
 from lag2fmu.reference.functions import BLOCK, STEP, Array, atan2, compiled

@@ -16,7 +16,8 @@ from numpy.typing import NDArray
 
 from lag2fmu.description.names import acceleration, velocity
 from lag2fmu.errors import LoadError, SimulationError
-from lag2fmu.reference import Pieces, Trajectory, interpolated
+from lag2fmu.reference.signals import Pieces, interpolated
+from lag2fmu.reference.trajectory import Trajectory
 from lag2fmu.verify.instances import Instance, description_of, instance_of
 
 Floats = NDArray[np.float64]

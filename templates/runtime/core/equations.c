@@ -5,6 +5,7 @@
 
 #include "accelerations.h"
 #include "constraints.h"
+#include "contacts.h"
 #include "inputs.h"
 #include "massless.h"
 #include "system.h"
@@ -112,6 +113,8 @@ bool equations_tangent(Instance *instance, const Seed *seed, Tangent *tangent) {
                                seed->time, seed->states, seed->inputs, seed->parameters, change);
     accelerations_stabilise(instance, change);
     system_answer(&cache->system, change, tangent->accelerations);
+    contacts_answer(instance, &cache->system, state->time, state->states, state->inputs, cache->accelerations, seed,
+                    tangent->accelerations);
     multipliers_spread_rates(instance, seed, tangent->accelerations);
     mechanism_locals_tangent(state->time, state->states, state->inputs, state->parameters, cache->reported,
                              seed->time, seed->states, seed->inputs, seed->parameters, tangent->accelerations,

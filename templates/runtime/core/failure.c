@@ -112,6 +112,14 @@ void failure_sentence(const Failure *failure, char text[], size_t size) {
         snprintf(text, size, "at time %.17g the equations of an implicit solver step of %.3g s are not solved by "
                  "iteration; %s", failure->time, failure->step, solver_iteration_remedy());
         break;
+    case FAILURE_SLIDING:
+        snprintf(text, size, "at time %.17g no forces of sliding friction are in equilibrium with the forces that they "
+                 "depend on; check the coefficients of friction", failure->time);
+        break;
+    case FAILURE_MODES:
+        snprintf(text, size, "at time %.17g no modes of contacts and dry frictions were found that obey their laws; "
+                 "check the coefficients of friction", failure->time);
+        break;
     case FAILURE_CONSTRAINTS:
     case FAILURE_MASSLESS:
         constraints_sentence(failure, names, text, size);

@@ -86,6 +86,8 @@ typedef enum {
     FAILURE_STEP_COUNT,      /* a fixed-step method would need too many steps */
     FAILURE_ITERATION,       /* the equations of an implicit step were not solved */
     FAILURE_CONSTRAINTS,     /* no states were found that meet the constraints */
+    FAILURE_SLIDING,         /* no forces of sliding friction were found */
+    FAILURE_MODES,           /* no modes were found that obey the laws of contact */
     FAILURE_MASSLESS         /* the flagged coordinates, which have no mass, do not follow from the others */
 } FailureKind;
 

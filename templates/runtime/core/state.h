@@ -77,6 +77,8 @@ typedef struct {
     int64_t modes[SIZE_ELEMENTS];       /* ElementMode of contacts and stops, then of dry frictions */
     int64_t impacts[SIZE_UNILATERALS];  /* of each contact so far */
     double impulses[SIZE_UNILATERALS];  /* of their last impacts, normal; N s, or N m s where the gap is an angle */
+    int64_t cascading[SIZE_UNILATERALS]; /* impacts that accumulate are closed; they last until the rest time */
+    double rest_time[SIZE_UNILATERALS]; /* s */
     double event_scales[SIZE_EVENTS];   /* the greatest size of each event function so far: rounding is relative to it */
     double event_time;                  /* s; of the last event */
     int64_t events_there;               /* so many events have come at that time */
