@@ -7,6 +7,7 @@ from dataclasses import dataclass, replace
 from typing import TypeVar
 
 from lag2fmu.description import names
+from lag2fmu.dynamics.blocks import united
 from lag2fmu.dynamics.constraints import Constraints
 from lag2fmu.dynamics.elimination import Entries, Solution
 from lag2fmu.dynamics.energies import Energies
@@ -87,11 +88,7 @@ class EquationsOfMotion:
         matrix = [*([*row] for row in self.mass_matrix), *([*row] for row in c.jacobian)]
         rows = [g.symbols([self.forcing[i], *self.mass_matrix[i]]) for i in range(n)]
         rows += [g.symbols([*c.equation(k), *c.jacobian[k]]) for k in range(len(c))]
-        blocks = [{i, *(j for j in range(n) if row[j] != g.zero)} for i, row in enumerate(matrix)]
-        merged: list[set[int]] = []
-        for block in blocks:
-            apart = [other for other in merged if not other & block]
-            merged = [*apart, block.union(*(other for other in merged if other & block))]
+        blocks = united({i, *(j for j in range(n) if row[j] != g.zero)} for i, row in enumerate(matrix))
         rates = {str(g.leaf[node]) for node in self.variables.rates}
-        names_of = {i: frozenset().union(*(rows[j] for j in block)) - rates for block in merged for i in block}
+        names_of = {i: frozenset().union(*(rows[j] for j in block)) - rates for block in blocks for i in block}
         return tuple(names_of[i] for i in range(len(rows)))

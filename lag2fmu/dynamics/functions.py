@@ -60,8 +60,8 @@ class Program:
 
     Of p, the first ``masks`` entries are the numbers of the modes of contacts, dry frictions and latches, see
     ``modes.Modes``, and the next ``switches`` ones are +1 or -1 for each kink. ``places`` are those of the rows that
-    modes switch among all ``constraints``, ``slips`` says how many of them each contact has to slip along. There are as many
-    ``unilaterals``, contacts and stops; ``frictions`` and ``latches`` are the numbers of the other elements,
+    modes switch among all ``constraints``, ``slips`` says how many of them each contact has to slip along. There are as
+    many ``unilaterals``, contacts and stops; ``frictions`` and ``latches`` are the numbers of the other elements,
     ``contact_events`` that of their event functions. ``offsets`` is the number of latches that hold positions;
     the switches of the latches are the last ones. ``simultaneous`` says how impacts are resolved.
     """

@@ -30,7 +30,8 @@ def lower(equations: EquationsOfMotion, promoted: Collection[str] = (), variatio
     would need a variable that is none of its arguments.
     """
     equations = equations.apart()
-    modes, places = Modes((), (), ()), ()
+    modes = Modes((), (), ())
+    places: tuple[int, ...] = ()
     if len(equations.rows):
         equations, modes, places = switched(equations)
     g, v = equations.graph, equations.variables

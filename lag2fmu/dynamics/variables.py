@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterable
 from dataclasses import dataclass, replace
 from graphlib import TopologicalSorter
 
@@ -67,17 +67,17 @@ def declare(graph: Graph, mechanism: Mechanism) -> Variables:
     """All variables of ``mechanism`` as symbols on ``graph``; names that are not the user's are those of ``names``."""
     q = [c.name for c in mechanism.coordinates]
 
-    def nodes(labels: Sequence[str], group: str | None = "state") -> tuple[Node, ...]:
+    def nodes(labels: Iterable[str], group: str | None = "state") -> tuple[Node, ...]:
         return tuple(graph.symbol(label, group) for label in labels)
 
     v = Variables(
         t=graph.symbol("t", "state"),
         q=nodes(q),
-        qd=nodes([names.velocity(c) for c in q]),
-        qdd=nodes([names.acceleration(c) for c in q], None),
+        qd=nodes(map(names.velocity, q)),
+        qdd=nodes(map(names.acceleration, q), None),
         multipliers=nodes([names.multiplier(c.name) for c in mechanism.constraints], None),
         forces=nodes(_forces(mechanism), None),
-        Q=nodes([names.generalized_force(c) for c in q]),
+        Q=nodes(map(names.generalized_force, q)),
         plain=nodes([u.name for u in mechanism.plain_inputs]),
         motions=tuple(
             nodes([u.name, names.velocity(u.name), names.acceleration(u.name)])  # type: ignore[misc]

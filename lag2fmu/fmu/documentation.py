@@ -7,6 +7,7 @@ from collections.abc import Iterable, Sequence
 from lag2fmu.analysis.evaluation import attempted
 from lag2fmu.analysis.report import analysis_sections
 from lag2fmu.codegen.templates import render
+from lag2fmu.dynamics.blocks import united
 from lag2fmu.dynamics.equations import EquationsOfMotion
 from lag2fmu.dynamics.formulas import Formula, formulas
 from lag2fmu.dynamics.functions import Program
@@ -142,9 +143,4 @@ def _structure(equations: EquationsOfMotion, program: Program) -> list[tuple[str
 def _blocks(equations: EquationsOfMotion) -> int:
     """The number of groups of coordinates that M does not couple with each other."""
     n, zero = len(equations.forcing), equations.graph.zero
-    group = list(range(n))
-    for i in range(n):
-        for j in range(i):
-            if equations.mass_matrix[i][j] != zero:
-                group = [group[j] if number == group[i] else number for number in group]
-    return len(set(group))
+    return len(united({i, *(j for j in range(n) if row[j] != zero)} for i, row in enumerate(equations.mass_matrix)))

@@ -4,14 +4,15 @@ from __future__ import annotations
 
 import os
 import xml.etree.ElementTree as ET
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from datetime import datetime, timezone
 
 from lag2fmu.fmu.elements import ENUMERATIONS
 from lag2fmu.fmu.scalar_variable import ScalarVariable
 from lag2fmu.fmu.xml_text import document
-from lag2fmu.language.units import BASE_UNITS, RADIAN, SECOND, Exponents, Unit, parse_unit
+from lag2fmu.language.unit_table import BASE_UNITS, Exponents
+from lag2fmu.language.units import RADIAN, SECOND, Unit, parse_unit
 from lag2fmu.mechanism.record import Mechanism
 
 
@@ -224,24 +225,35 @@ def _structure(root: ET.Element, variables: tuple[ScalarVariable, ...], index: d
     solved = {v.name for v in variables if v.initial == "approx" and v.state}
     outputs = [v for v in variables if v.causality == "output"]
     derivatives = [v for v in variables if v.derivative_of is not None]
-    initial = [
-        v
-        for v in variables
-        if v.initial in ("calculated", "approx")
-        and (v.causality in ("output", "calculatedParameter") or v.derivative_of is not None)
-    ]
-    for tag, unknowns, knowns in (
-        ("Outputs", outputs, continuous),
-        ("Derivatives", derivatives, continuous),
-        ("InitialUnknowns", initial, exact),
-    ):
-        if unknowns:
-            parent = ET.SubElement(structure, tag)
-            for unknown in unknowns:
-                if tag == "InitialUnknowns" and solved & {unknown.name, *(unknown.dependencies or ())}:
-                    ET.SubElement(parent, "Unknown", {"index": str(index[unknown.name])})
-                else:
-                    _unknown(parent, unknown, knowns, index)
+    initial = [v for v in variables if _is_initial_unknown(v)]
+    _unknowns(structure, "Outputs", outputs, continuous, set(), index)
+    _unknowns(structure, "Derivatives", derivatives, continuous, set(), index)
+    _unknowns(structure, "InitialUnknowns", initial, exact, solved, index)
+
+
+def _unknowns(
+    structure: ET.Element,
+    tag: str,
+    unknowns: Sequence[ScalarVariable],
+    knowns: set[str],
+    solved: set[str],
+    index: dict[str, int],
+) -> None:
+    """The element ``tag`` with its unknowns; the dependencies of those that need what is ``solved`` are not listed."""
+    if not unknowns:
+        return
+    parent = ET.SubElement(structure, tag)
+    for unknown in unknowns:
+        if solved & {unknown.name, *(unknown.dependencies or ())}:
+            ET.SubElement(parent, "Unknown", {"index": str(index[unknown.name])})
+        else:
+            _unknown(parent, unknown, knowns, index)
+
+
+def _is_initial_unknown(v: ScalarVariable) -> bool:
+    """Whether ``v`` is computed at initialization and listed: an output, a dependent parameter or a derivative."""
+    listed = v.causality in ("output", "calculatedParameter") or v.derivative_of is not None
+    return listed and v.initial in ("calculated", "approx")
 
 
 def _unknown(parent: ET.Element, unknown: ScalarVariable, knowns: set[str], index: dict[str, int]) -> None:

@@ -37,18 +37,11 @@ def runtime_tables(
         friction_names=frictions,
         holonomic=len(mechanism.holonomic) + program.unilaterals + program.offsets,
         continuous_states=continuous_states(mechanism),
-        massless=tuple((program.permanent[k], i) for k, i in enumerate(determined(mechanism)) if i is not None),
+        massless=_massless(mechanism, program),
         colours=coloured(_columns(mechanism, variables)),
         start_inputs=tuple(starts[name] for name in program.inputs),
-        motions=tuple(
-            program.contains(names.velocity(u.name)) or program.contains(names.acceleration(u.name))
-            for u in mechanism.motions
-        ),
-        start_parameters=(
-            *(0.0,) * program.masks,
-            *(1.0,) * program.switches,
-            *(p.value for p in mechanism.parameters if p.value is not None),
-        ),
+        motions=tuple(_needs_rates(program, u.name) for u in mechanism.motions),
+        start_parameters=_start_parameters(mechanism, program),
         default_solver_step=min(1e-3, mechanism.experiment.step),
         default_duration=mechanism.experiment.stop_time,
         # drift decays in about ten communication steps: a much faster decay would make the equations stiff
@@ -68,6 +61,22 @@ def _constraint_names(mechanism: Mechanism, program: Program) -> tuple[str, ...]
     named = dict(zip(program.places, rows, strict=True))
     named |= dict(zip(program.permanent, (c.name for c in mechanism.constraints), strict=True))
     return tuple(named[k] for k in range(program.constraints))
+
+
+def _start_parameters(mechanism: Mechanism, program: Program) -> tuple[float, ...]:
+    """p at the start: modes that nothing has settled yet, switches, then the independent parameters."""
+    values = (p.value for p in mechanism.parameters if p.value is not None)
+    return (*(0.0,) * program.masks, *(1.0,) * program.switches, *values)
+
+
+def _massless(mechanism: Mechanism, program: Program) -> tuple[tuple[int, int], ...]:
+    """(index of a constraint, index of the coordinate without mass that it determines) of each of them."""
+    return tuple((program.permanent[k], i) for k, i in enumerate(determined(mechanism)) if i is not None)
+
+
+def _needs_rates(program: Program, motion: str) -> bool:
+    """Whether the equations contain the velocity or the acceleration of the input ``motion``."""
+    return program.contains(names.velocity(motion)) or program.contains(names.acceleration(motion))
 
 
 def _columns(mechanism: Mechanism, variables: Sequence[ScalarVariable]) -> list[Collection[int]]:

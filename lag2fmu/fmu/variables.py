@@ -175,26 +175,32 @@ def _add_parameters(builder: Builder, mechanism: Mechanism, program: Program) ->
 
 
 def _add_calculated(builder: Builder, equations: EquationsOfMotion, program: Program) -> None:
-    mechanism = equations.mechanism
+    _add_dependent(builder, equations.mechanism, program)
+    for i, q in enumerate(equations.mechanism.coordinates):
+        unit, doc = _per(_per(q.unit, SECOND), SECOND), f"acceleration of {q.name}"
+        builder.add(_calculated(names.acceleration(q.name), program, unit, doc), "VARIABLE_ACCELERATION", i)
+    _add_multipliers(builder, equations, program)
+    _add_row_forces(builder, equations.mechanism, program)
+    _add_locals(builder, equations.mechanism, program)
+
+
+def _calculated(name: str, program: Program, unit: Unit | None, doc: str) -> ScalarVariable:
+    """A variable that follows from the state; an output if ``program`` says so, else a local variable."""
+    causality = "output" if name in program.outputs else "local"
+    return ScalarVariable(name, 0, causality, "continuous", "calculated", None, unit, doc)
+
+
+def _add_dependent(builder: Builder, mechanism: Mechanism, program: Program) -> None:
     fixed = mechanism.fixed_parameters
     dependent = {p.name: p for p in mechanism.parameters if p.expression is not None}
     for i, name in enumerate(program.dependent):
-        p = dependent[name]
-        builder.add(
-            ScalarVariable(
-                name, 0, "calculatedParameter", _PARAMETER[name in fixed][0], "calculated", None, p.unit, p.doc
-            ),
-            "VARIABLE_DEPENDENT",
-            i,
-        )
-    for i, q in enumerate(mechanism.coordinates):
-        unit, doc = _per(_per(q.unit, SECOND), SECOND), f"acceleration of {q.name}"
-        name = names.acceleration(q.name)
-        causality = "output" if name in program.outputs else "local"
-        variable = ScalarVariable(name, 0, causality, "continuous", "calculated", None, unit, doc)
-        builder.add(variable, "VARIABLE_ACCELERATION", i)
-    _add_multipliers(builder, equations, program)
-    _add_row_forces(builder, mechanism, program)
+        p, variability = dependent[name], _PARAMETER[name in fixed][0]
+        variable = ScalarVariable(name, 0, "calculatedParameter", variability, "calculated", None, p.unit, p.doc)
+        builder.add(variable, "VARIABLE_DEPENDENT", i)
+
+
+def _add_locals(builder: Builder, mechanism: Mechanism, program: Program) -> None:
+    """Add outputs, momenta, residuals and energies, as ``program`` lists them."""
     gaps = {names.gap(contact.name): contact for contact in mechanism.unilaterals}
     outputs = mechanism.output_names
     residuals = {names.residual(c.name): (c, unit) for c, unit in _constraints(mechanism)}
@@ -212,10 +218,7 @@ def _add_calculated(builder: Builder, equations: EquationsOfMotion, program: Pro
             unit, doc = gaps[name].unit, f"gap of {gaps[name].name}"
         else:
             unit, doc = (WATT if name == "external_power" else JOULE), _ENERGY_DOCS[name]
-        causality = "output" if name in program.outputs else "local"
-        builder.add(
-            ScalarVariable(name, 0, causality, "continuous", "calculated", None, unit, doc), "VARIABLE_LOCAL", i
-        )
+        builder.add(_calculated(name, program, unit, doc), "VARIABLE_LOCAL", i)
 
 
 def _constraints(mechanism: Mechanism) -> Iterable[tuple[Constraint, Unit | None]]:
@@ -233,18 +236,14 @@ def _add_multipliers(builder: Builder, equations: EquationsOfMotion, program: Pr
         name, doc = names.multiplier(c.name), f"multiplier of the constraint {c.name}"
         doc += " (a norm: no force belongs to it)" if c.name in norms else ""
         doc += " (not unique, as constraints are redundant: the one of least norm)" if c.name in loose else ""
-        causality = "output" if name in program.outputs else "local"
         other = None if unit is None else (JOULE if c.holonomic else WATT) / unit
-        variable = ScalarVariable(name, 0, causality, "continuous", "calculated", None, other, doc)
-        builder.add(variable, "VARIABLE_MULTIPLIER", program.permanent[k])
+        builder.add(_calculated(name, program, other, doc), "VARIABLE_MULTIPLIER", program.permanent[k])
 
 
 def _add_row_forces(builder: Builder, mechanism: Mechanism, program: Program) -> None:
     """Add the forces of contacts, stops, dry frictions and latches: the multipliers of their rows."""
     for place, (name, unit, doc) in zip(program.places, row_forces(mechanism), strict=True):
-        causality = "output" if name in program.outputs else "local"
-        variable = ScalarVariable(name, 0, causality, "continuous", "calculated", None, unit, doc)
-        builder.add(variable, "VARIABLE_MULTIPLIER", place)
+        builder.add(_calculated(name, program, unit, doc), "VARIABLE_MULTIPLIER", place)
 
 
 def _resolved(unit: Unit | str | None) -> Unit | None:

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections import Counter
 from collections.abc import Iterable, Mapping
 from fractions import Fraction
+from functools import partial, reduce
 
 import sympy as sp
 
@@ -79,11 +80,8 @@ class Translator:
         if name is None:
             raise DerivationError(f"'{e}' uses the operation {e.func.__name__}, which the equations cannot be made of")
         arguments = [self(a) for a in (e.args[:1] if name == "heaviside" else e.args)]
-        if name in ("min", "max"):
-            result = arguments[0]
-            for argument in arguments[1:]:
-                result = g.apply(name, result, argument)
-            return result
+        if name in ("min", "max"):  # of any number of arguments
+            return reduce(partial(g.apply, name), arguments)
         return g.apply(name, *arguments)
 
     def _sum(self, e: sp.Expr) -> Node:

@@ -54,7 +54,7 @@ def completed(written: Description) -> Completed:
     of_user = {place for table in _BROUGHT for place in _places(table, getattr(written, table))}
     kept = {place: origin for place, origin in origins.items() if place not in of_user}
     latches = tuple(c for c in expanded.constraints if c.while_ is not None)
-    permanent = replace(expanded, constraints=[c for c in expanded.constraints if c.while_ is None])
+    permanent = replace(expanded, constraints=tuple(c for c in expanded.constraints if c.while_ is None))
     return Completed(permanent, kept, scope, warnings, tuple(unilaterals(expanded)), latches)
 
 

@@ -89,6 +89,12 @@ class Poses:
                 angular += before * direction(axis) * self.rate(turned)
         return Pose(origin, before * last.matrix(), angular)
 
+    def planar(self, place: sp.Matrix, angle: Expression) -> Pose:
+        """The pose in the world of what stands in the plane at ``place`` (3, 1), in m, turned by ``angle`` (rad)."""
+        turned = self.resolved(angle)
+        c, s = sp.cos(turned), sp.sin(turned)
+        return Pose(place, sp.Matrix([[c, -s, 0], [s, c, 0], [0, 0, 1]]), sp.Matrix([0, 0, self.rate(turned)]))
+
 
 class _Turn(NamedTuple):
     """A turn by an angle about an axis."""

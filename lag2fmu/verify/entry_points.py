@@ -14,8 +14,9 @@ from lag2fmu.formats.loading import as_mechanism, with_values
 from lag2fmu.mechanism.record import Mechanism
 from lag2fmu.reference.trajectory import Trajectory
 from lag2fmu.verify.inputs import Inputs, trajectory_of
+from lag2fmu.verify.plan import Kind, Run, times_of
 from lag2fmu.verify.report import Report
-from lag2fmu.verify.simulate import Kind, Run, simulate_fmu, times_of
+from lag2fmu.verify.simulate import simulate_fmu
 from lag2fmu.verify.validate import validate_fmu
 
 Model = Mechanism | Fmu | str | Path

@@ -12,7 +12,7 @@ from lag2fmu.dynamics.massless import continuous_states
 from lag2fmu.mechanism.norms import norm_constraints
 from lag2fmu.mechanism.record import Mechanism
 from lag2fmu.reference.equations import Equations
-from lag2fmu.reference.integrate import Reference
+from lag2fmu.reference.record import Reference
 from lag2fmu.reference.symbolic import sympy_accelerations
 from lag2fmu.verify.instances import Evaluation, evaluation
 from lag2fmu.verify.report import Check

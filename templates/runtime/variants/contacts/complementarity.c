@@ -3,8 +3,9 @@
 
 #include <string.h>
 
+#include "cones.h"
 #include "elimination.h"
-#include "laws.h"
+#include "polyhedral.h"
 
 /* The equations of the rows that hold at present. */
 static void choose_present(const Elimination *e, Choice *choice) {
@@ -38,9 +39,9 @@ static bool let_slip(const Elimination *e, const double x[], Laws *laws) {
         }
         for (int k = i; k <= i + pair; k++) {
             const int row = e->row[k];
-            const double limit = scaled_limit(e, row, e->problem->row[row].friction);
-            any = any || limit < laws->limit[k];
-            laws->limit[k] = limit;
+            const double base = laws->base[k], slope = laws->slope[k];
+            set_limit(e, k, e->problem->row[row].friction, laws);
+            any = any || laws->base[k] < base || laws->slope[k] < slope;
         }
     }
     return any;
@@ -49,15 +50,14 @@ static bool let_slip(const Elimination *e, const double x[], Laws *laws) {
 /* Rows that stay at rest may bear a load as well: of all x with this motion the one of least norm, if it obeys. */
 static void spread(const Laws *laws, double x[]) {
     Choice choice;
-    double other[ACTIVE];
+    double other[MOST_ACTIVE];
     memset(&choice, 0, sizeof choice);
     for (int k = 0; k < laws->size; k++) {
-        const int normal = laws->normal[k];
-        const double bound = normal >= 0 ? x[normal] : 1.0;
+        const double limit = laws_limit(laws, x, k), side = limit > 0.0 ? x[k] / limit : 0.0;
         choice.held[k] = laws_at_rest(laws, x, k);
         if (laws->width[k] != 0 && !choice.held[k]) {
-            choice.slope[k] = normal >= 0 && bound > 0.0 ? x[k] / bound : 0.0;
-            choice.value[k] = normal >= 0 ? 0.0 : x[k];
+            choice.slope[k] = laws->normal[k] >= 0 ? side * laws->slope[k] : 0.0;
+            choice.value[k] = side * laws->base[k];
         }
     }
     if (laws_try(laws, &choice, other)) {
@@ -68,11 +68,11 @@ static void spread(const Laws *laws, double x[]) {
 bool complementarity_solve(const Problem *problem, double lambda[], double w[]) {
     Elimination elimination;
     Laws laws;
-    double x[ACTIVE];
+    double x[MOST_ACTIVE];
     eliminate_rows(problem, &elimination, &laws);
     for (int i = 0; i < laws.size; i++) {
         const int row = elimination.row[i];
-        laws.limit[i] = scaled_limit(&elimination, row, problem->row[row].holding);
+        set_limit(&elimination, i, problem->row[row].holding, &laws);
     }
     do {
         if (!solve_laws(&elimination, &laws, x)) {

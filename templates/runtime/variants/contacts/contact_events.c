@@ -11,7 +11,7 @@
 
 /* What the event functions are made of. */
 typedef struct {
-    ContactRows rows;
+    ElementRows rows;
     double unknowns[N_UNKNOWNS];
     double restitution[SIZE_UNILATERALS], friction[SIZE_UNILATERALS], holding[SIZE_UNILATERALS];
     double sliding[SIZE_FRICTIONAL], force[SIZE_FRICTIONS], capacity[SIZE_FRICTIONS];

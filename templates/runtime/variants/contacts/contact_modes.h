@@ -2,7 +2,7 @@
 #ifndef CONTACT_MODES_H
 #define CONTACT_MODES_H
 
-#include "contact_rows.h"
+#include "element_rows.h"
 
 /* Of a contact: open; closed, with slips at rest; closed and sliding, along w[slips]: of one slip in the direction of
    its sign. A contact without friction slides. */

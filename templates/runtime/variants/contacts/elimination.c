@@ -17,6 +17,7 @@ static const double RANK_TOLERANCE = 1e-10;
 /* Differences of this part of their terms are rounding errors: of the elimination, and of w in the solution. */
 static const double ROUNDING = 8.0 * DBL_EPSILON;
 static const double VANISHES = 1e-13;
+static const double DETERMINED = 1e-9;
 
 static bool is_active(const Row *row) {
     return row->law == ROW_UNILATERAL || row->law == ROW_TANGENTIAL || row->law == ROW_BOUNDED;
@@ -132,14 +133,13 @@ static void column_of(const Elimination *e, int row, double column[]) {
     }
 }
 
-/* lambda of a row that is known beforehand, scaled. */
+/* The part of lambda of a row that is known beforehand, scaled. */
 static double given(const Elimination *e, int row) {
     const Row *it = &e->problem->row[row];
-    if (it->law == ROW_GIVEN) {
-        return it->value / e->scale[row];
-    }
-    const bool dragged = it->law == ROW_SLIDING && e->problem->row[it->normal].law == ROW_GIVEN;
-    return dragged ? drag(e, row) * e->problem->row[it->normal].value / e->scale[it->normal] : 0.0;
+    const Row *normal = &e->problem->row[it->law == ROW_SLIDING ? it->normal : row];
+    const bool known = normal->law == ROW_GIVEN || normal->law == ROW_UNILATERAL;
+    const double value = known ? normal->value / e->scale[normal - e->problem->row] : 0.0;
+    return it->law == ROW_SLIDING ? drag(e, row) * value : value;
 }
 
 static void find_rows(Elimination *e) {
@@ -169,19 +169,17 @@ static void describe(const Elimination *e, Laws *laws) {
     }
 }
 
-double scaled_limit(const Elimination *e, int row, double limit) {
+void set_limit(const Elimination *e, int place, double limit, Laws *laws) {
+    const int row = e->row[place];
     const Row *it = &e->problem->row[row];
-    if (it->law != ROW_TANGENTIAL) {
-        return limit / e->scale[row];
-    }
-    const Row *normal = &e->problem->row[it->normal];
-    const double force = normal->law == ROW_UNILATERAL ? e->scale[it->normal]
-                         : normal->law == ROW_GIVEN    ? fmax(normal->value, 0.0)
-                                                       : 0.0;
-    return limit * force / e->scale[row];
+    const bool tangential = it->law == ROW_TANGENTIAL;
+    laws->base[place] = tangential ? limit * fmax(given(e, it->normal), 0.0) * e->scale[it->normal] : limit;
+    laws->base[place] /= e->scale[row];
+    laws->slope[place] = tangential ? limit * e->scale[it->normal] / e->scale[row] : 0.0;
 }
 
-/* Rounding errors of a row that the bilateral rows determine must not look like an influence on it. */
+/* Rounding errors of a row that the bilateral rows determine must look neither like an influence on it nor like a motion
+   along it. */
 static void clear_determined(const Elimination *e, double response[][R], Laws *laws) {
     for (int i = 0; i < e->active; i++) {
         double rest = e->delassus[e->row[i] * e->problem->rows + e->row[i]];
@@ -190,22 +188,24 @@ static void clear_determined(const Elimination *e, double response[][R], Laws *l
         }
         if (!(rest > RANK_TOLERANCE)) {
             memset(laws->matrix + i * e->active, 0, (size_t)e->active * sizeof(double));
+            laws->offset[i] = fabs(laws->offset[i]) > DETERMINED * laws->terms[i] ? laws->offset[i] : 0.0;
         }
     }
 }
 
-/* a - b . c, exactly 0 where it is rounding error. */
-static double difference(double a, const double b[], const double c[], int count) {
-    double sum = a, size = fabs(a);
+/* a - b . c, exactly 0 where it is rounding error, and the sum of the absolute terms. */
+static double difference(double a, const double b[], const double c[], int count, double *terms) {
+    double sum = a;
+    *terms = fabs(a);
     for (int k = 0; k < count; k++) {
         sum -= b[k] * c[k];
-        size += fabs(b[k] * c[k]);
+        *terms += fabs(b[k] * c[k]);
     }
-    return fabs(sum) > ROUNDING * size ? sum : 0.0;
+    return fabs(sum) > ROUNDING * *terms ? sum : 0.0;
 }
 
 void eliminate_rows(const Problem *problem, Elimination *e, Laws *laws) {
-    double column[R], known[R], seen[R], response[ACTIVE][R];
+    double column[R], known[R], seen[R], response[MOST_ACTIVE][R], terms;
     e->problem = problem;
     memset(e->factor, 0, sizeof e->factor);
     scale_rows(e);
@@ -220,13 +220,13 @@ void eliminate_rows(const Problem *problem, Elimination *e, Laws *laws) {
     for (int i = 0; i < e->active; i++) {
         const int row = e->row[i];
         solve_lower(e, e->delassus + row * problem->rows, response[i]); /* the matrix is symmetric */
-        laws->offset[i] = difference(column[row], response[i], known, e->rank);
+        laws->offset[i] = difference(column[row], response[i], known, e->rank, &laws->terms[i]);
     }
     for (int j = 0; j < e->active; j++) {
         column_of(e, e->row[j], column);
         solve_lower(e, column, seen);
         for (int i = 0; i < e->active; i++) {
-            laws->matrix[i * e->active + j] = difference(column[e->row[i]], response[i], seen, e->rank);
+            laws->matrix[i * e->active + j] = difference(column[e->row[i]], response[i], seen, e->rank, &terms);
         }
     }
     clear_determined(e, response, laws);
@@ -268,7 +268,7 @@ static void evaluate(const Problem *problem, const double lambda[], double w[]) 
 void recover_rows(const Elimination *e, const double x[], double lambda[], double w[]) {
     const int n = e->problem->rows;
     for (int k = 0; k < n; k++) {
-        lambda[k] = e->place[k] >= 0 ? x[e->place[k]] : given(e, k);
+        lambda[k] = given(e, k) + (e->place[k] >= 0 ? x[e->place[k]] : 0.0);
     }
     for (int k = 0; k < n; k++) {
         const Row *row = &e->problem->row[k];

@@ -19,8 +19,8 @@ void laws_evaluate(const Laws *laws, const double x[], double w[]) {
     }
 }
 
-void laws_solve_choice(const Laws *laws, const Choice *choice, double x[]) {
-    double matrix[ACTIVE * ACTIVE], right[ACTIVE];
+static void solve_choice(const Laws *laws, const Choice *choice, double x[]) {
+    double matrix[MOST_ACTIVE * MOST_ACTIVE], right[MOST_ACTIVE];
     const int n = laws->size;
     for (int k = 0; k < n; k++) {
         double *row = matrix + k * n;
@@ -41,7 +41,7 @@ void laws_solve_choice(const Laws *laws, const Choice *choice, double x[]) {
 
 /* The sum of the absolute terms of w. */
 static double terms(const Laws *laws, const double x[], int k) {
-    double sum = fabs(laws->offset[k]);
+    double sum = laws->terms[k];
     for (int j = 0; j < laws->size; j++) {
         sum += fabs(laws->matrix[k * laws->size + j] * x[j]);
     }
@@ -66,7 +66,7 @@ static bool friction_obeyed(const double x[], const double w[], int width, doubl
 
 double laws_limit(const Laws *laws, const double x[], int k) {
     const int normal = laws->normal[k];
-    return laws->limit[k] * (normal >= 0 ? fmax(x[normal], 0.0) : 1.0);
+    return laws->base[k] + (normal >= 0 ? laws->slope[k] * fmax(x[normal], 0.0) : 0.0);
 }
 
 static bool law_obeyed(const Laws *laws, const double x[], const double w[], int k) {
@@ -81,7 +81,7 @@ static bool law_obeyed(const Laws *laws, const double x[], const double w[], int
 }
 
 bool laws_obeyed(const Laws *laws, const double x[]) {
-    double w[ACTIVE];
+    double w[MOST_ACTIVE];
     bool obeyed = true;
     laws_evaluate(laws, x, w);
     for (int k = 0; k < laws->size && obeyed; k++) {
@@ -91,7 +91,7 @@ bool laws_obeyed(const Laws *laws, const double x[]) {
 }
 
 bool laws_try(const Laws *laws, const Choice *choice, double x[]) {
-    laws_solve_choice(laws, choice, x);
+    solve_choice(laws, choice, x);
     return laws_obeyed(laws, x);
 }
 

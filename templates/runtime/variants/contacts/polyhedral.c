@@ -1,10 +1,10 @@
 /* Contacts in the plane and bounded rows as one linear complementarity problem. For a row of friction its x is the
    difference of two variables >= 0, one for each direction; a third one, the slip, is positive where they reach the
    limit: Stewart, Trinkle 1996. The matrix is copositive unless rows slide. */
-#include <math.h>
+#include "polyhedral.h"
+
 #include <string.h>
 
-#include "laws.h"
 #include "lemke.h"
 
 /* Beyond this number of choices they are not tried one by one. */
@@ -16,7 +16,7 @@ typedef struct {
     int row[LCP_SIZE];
     double sign[LCP_SIZE];
     int slip[LCP_SIZE]; /* of a direction: its slip variable, else -1 */
-    int first[ACTIVE];  /* row -> its first variable */
+    int first[MOST_ACTIVE];  /* row -> its first variable */
 } Layout;
 
 static void add(Layout *layout, int row, double sign, int slip) {
@@ -49,14 +49,13 @@ static void lay_out(const Laws *laws, Layout *layout) {
 /* The row of the slip: limit - the sum of both directions >= 0. */
 static void fill_limit(const Laws *laws, const Layout *layout, int v, Lcp *lcp) {
     const int k = layout->row[v];
-    const bool bounded = laws->normal[k] < 0;
     double *entries = lcp->matrix + v * lcp->size;
-    lcp->offset[v] = bounded ? laws->limit[k] : 0.0;
+    lcp->offset[v] = laws->base[k];
     for (int j = 0; j < lcp->size; j++) {
         entries[j] = layout->slip[j] == v ? -1.0 : 0.0;
     }
-    if (!bounded) {
-        entries[layout->first[laws->normal[k]]] = laws->limit[k];
+    if (laws->normal[k] >= 0) {
+        entries[layout->first[laws->normal[k]]] = laws->slope[k];
     }
 }
 
@@ -81,7 +80,8 @@ static void fill(const Laws *laws, const Layout *layout, Lcp *lcp) {
 
 /* x of a row of friction is its limit, on this side. */
 static void put_limit(const Laws *laws, int k, double side, Choice *choice) {
-    *(laws->normal[k] < 0 ? &choice->value[k] : &choice->slope[k]) = side * laws->limit[k];
+    choice->value[k] = side * laws->base[k];
+    choice->slope[k] = laws->normal[k] >= 0 ? side * laws->slope[k] : 0.0;
 }
 
 /* The equations of the variables that are positive. */
@@ -114,7 +114,7 @@ static bool next_choice(const Laws *laws, int digit[]) {
 
 /* Tries all choices in turn, if they are few. */
 static bool enumerate(const Laws *laws, double x[]) {
-    int digit[ACTIVE] = {0};
+    int digit[MOST_ACTIVE] = {0};
     double choices = 1.0;
     for (int k = 0; k < laws->size; k++) {
         choices *= laws->width[k] == 0 ? 2.0 : 3.0;
@@ -150,9 +150,9 @@ static bool approximate(const Laws *laws, Choice *choice, double x[]) {
     return solved;
 }
 
-bool polyhedral_approximate(const Laws *laws, double x[]) {
+void polyhedral_approximate(const Laws *laws, double x[]) {
     Choice choice;
-    return approximate(laws, &choice, x);
+    approximate(laws, &choice, x);
 }
 
 bool polyhedral_solve(const Laws *laws, double x[]) {

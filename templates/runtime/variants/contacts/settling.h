@@ -11,7 +11,7 @@
 typedef struct {
     Instance *instance;
     const bool *due;                                  /* as contacts_settle says, or NULL */
-    ContactRows rows;
+    ElementRows rows;
     double jacobian[N_CONSTRAINTS * N_COORDINATES];
     double response[N_CONSTRAINTS * N_COORDINATES];   /* row k: M^-1 g_k */
     double delassus[N_CONSTRAINTS * N_CONSTRAINTS];   /* G M^-1 G^T */

@@ -4,7 +4,7 @@
 #include <math.h>
 #include <string.h>
 
-#include "contact_rows.h"
+#include "element_rows.h"
 #include "contacts.h"
 #include "lu.h"
 #include "system.h"
@@ -57,7 +57,7 @@ bool contacts_sliding(const Instance *instance) {
 static void find_answers(Instance *instance, const System *system, double time, const double states[],
                          const double inputs[], Sliding *sliding) {
     static const double NOTHING[N_CONSTRAINTS];
-    ContactRows rows;
+    ElementRows rows;
     rows_evaluate(instance, time, states, inputs, &rows);
     sliding->count = find_sliding(&instance->state, sliding->row);
     for (int k = 0; k < sliding->count; k++) {

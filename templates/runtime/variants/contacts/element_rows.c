@@ -1,9 +1,9 @@
-#include "contact_rows.h"
+#include "element_rows.h"
 
 #include <math.h>
 
 void rows_evaluate(const Instance *instance, double time, const double states[], const double inputs[],
-                   ContactRows *rows) {
+                   ElementRows *rows) {
     mechanism_rows(time, states, inputs, instance->state.parameters, rows->positions, rows->velocities, rows->jacobian,
                    rows->gamma);
 }
@@ -24,7 +24,7 @@ void row_direct(State *state, int row, double direction) {
     state->parameters[FIRST_DIRECTION + row - FIRST_SLIP] = direction;
 }
 
-double row_size(const ContactRows *rows, int row) {
+double row_size(const ElementRows *rows, int row) {
     double size = 0.0;
     for (int i = 0; i < N_COORDINATES; i++) {
         size = fmax(size, fabs(rows->jacobian[row * N_COORDINATES + i]) * NOMINAL_STATES[i]);
