@@ -50,6 +50,18 @@ class Function:
 
 
 @dataclass(frozen=True)
+class EventFunction:
+    """What an event is the zero of: ``name`` for messages, ``nominal`` size in SI units.
+
+    ``timed``: linear in the time, and beside it dependent on parameters alone.
+    """
+
+    name: str
+    nominal: float
+    timed: bool = False
+
+
+@dataclass(frozen=True)
 class Program:
     """The functions of one mechanism on one graph, and the names of the entries of the FMU's vectors.
 
@@ -61,9 +73,9 @@ class Program:
     Of p, the first ``masks`` entries are the numbers of the modes of contacts, dry frictions and latches, see
     ``modes.Modes``, and the next ``switches`` ones are +1 or -1 for each kink. ``places`` are those of the rows that
     modes switch among all ``constraints``, ``slips`` says how many of them each contact has to slip along. There are as
-    many ``unilaterals``, contacts and stops; ``frictions`` and ``latches`` are the numbers of the other elements,
-    ``contact_events`` that of their event functions. ``offsets`` is the number of latches that hold positions;
-    the switches of the latches are the last ones. ``simultaneous`` says how impacts are resolved.
+    many ``unilaterals``, contacts and stops; ``frictions`` and ``latches`` are the numbers of the other elements.
+    ``event_functions`` are those of switches, and behind them those of contacts and dry frictions. ``offsets`` is the
+    number of latches that hold positions; the switches of the latches are the last ones. ``simultaneous`` says how impacts are resolved.
     """
 
     graph: Graph
@@ -80,6 +92,7 @@ class Program:
     slips: tuple[int, ...] = ()
     masks: int = 0
     switches: int = 0
+    event_functions: tuple[EventFunction, ...] = ()
     frictions: int = 0
     latches: int = 0
     offsets: int = 0
@@ -108,16 +121,17 @@ class Program:
     @property
     def contact_events(self) -> int:
         """The number of the event functions of contacts and dry frictions: two of a contact, one of a dry friction."""
-        return 2 * self.unilaterals + self.frictions
+        return len(self.event_functions) - self.switches
 
     @property
     def hybrid(self) -> bool:
         """Whether the equations of motion change at events."""
-        return self.switches + len(self.places) > 0
+        return bool(self.event_functions)
 
     def contains(self, variable: str) -> bool:
         """Whether the equations of motion or constraints contain the ``variable``; the time is 't'."""
-        equations = [f for f in self.functions if f.name in ("mechanism_dynamics", "mechanism_constrained")]
+        functions = ("mechanism_dynamics", "mechanism_constrained", "mechanism_switches", "mechanism_rows")
+        equations = [f for f in self.functions if f.name in functions]
         return variable in self.graph.symbols([node for f in equations for *_, node in f.results])
 
     def operations(self, name: str) -> int:

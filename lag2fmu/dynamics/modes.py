@@ -38,7 +38,7 @@ class Modes:
         return (*self.masks, *self.directions, *self.offsets)
 
 
-def switched(equations: EquationsOfMotion) -> tuple[EquationsOfMotion, Modes, tuple[int, ...]]:
+def with_rows(equations: EquationsOfMotion) -> tuple[EquationsOfMotion, Modes, tuple[int, ...]]:
     """The equations with all rows among the constraints, times their masks; works on the graph of ``equations``.
 
     Constraints stand in the order: permanent holonomic, gaps, holonomic latches, permanent nonholonomic, slips, dry

@@ -6,8 +6,9 @@ from collections.abc import Collection, Iterable, Iterator
 
 from lag2fmu.dynamics.elimination import solve
 from lag2fmu.dynamics.equations import EquationsOfMotion
-from lag2fmu.dynamics.functions import Array, Function, Program
-from lag2fmu.dynamics.modes import Modes, sliding_forces, switched
+from lag2fmu.dynamics.functions import Array, EventFunction, Function, Program
+from lag2fmu.dynamics.kinks import nominal_size, switched
+from lag2fmu.dynamics.modes import Modes, sliding_forces, with_rows
 from lag2fmu.dynamics.schur_complement import solve_constrained
 from lag2fmu.dynamics.tangent import Tangent, differentiate
 from lag2fmu.dynamics.terms import canonical
@@ -24,16 +25,16 @@ def lower(equations: EquationsOfMotion, promoted: Collection[str] = (), variatio
     adds the momenta and forces that variational solvers work on.
 
     The arguments of the functions are t; x = (q, qd), (2n,); u, the inputs: Q, then the user's, then y0, y0_dot,
-    y0_ddot of each motion; p, the independent parameters; qdd, (n,), with the m multipliers behind it. Where
-    coordinates without mass follow from forces, the rates of the inputs stand behind the inputs in u. Of M, which is
-    row-major, only the lower triangle is written. All values are in SI units. Raises DerivationError if a function
-    would need a variable that is none of its arguments.
+    y0_ddot of each motion; p, the switches of kinks and behind them the independent parameters; qdd, (n,), with the m
+    multipliers behind it. Where coordinates without mass follow from forces, the rates of the inputs stand behind the
+    inputs in u. Of M, which is row-major, only the lower triangle is written. All values are in SI units. Raises
+    DerivationError if a function would need a variable that is none of its arguments.
     """
     equations = equations.apart()
     modes = Modes((), (), ())
     places: tuple[int, ...] = ()
     if len(equations.rows):
-        equations, modes, places = switched(equations)
+        equations, modes, places = with_rows(equations)
     g, v = equations.graph, equations.variables
     sliding = sliding_forces(g, equations.rows, modes)
     p = Array("p", v.parameters)
@@ -61,9 +62,12 @@ def lower(equations: EquationsOfMotion, promoted: Collection[str] = (), variatio
         ),
         *_second_derivatives(differentiate_twice(equations, outputs), state, qdd),
     )
+    found = switched(
+        g, v, equations.mechanism, functions, masks=len(modes.numbers), conditions=equations.rows.conditions
+    )
     return Program(
         graph=g,
-        functions=tuple(function.check(g) for function in functions),
+        functions=tuple(function.check(g) for function in found.functions),
         method=equations.method,
         factor_size=len(factor.results) - len(v.q),
         inputs=tuple(str(g.leaf[node]) for node in v.inputs),
@@ -79,6 +83,8 @@ def lower(equations: EquationsOfMotion, promoted: Collection[str] = (), variatio
         offsets=len(modes.offsets),
         constraints=len(equations.constraints),
         simultaneous=equations.mechanism.impacts == "simultaneous",
+        switches=len(found.margins),
+        event_functions=(*found.margins, *_contact_events(equations)),
     )
 
 
@@ -188,6 +194,17 @@ def _rows(
     yield _function("mechanism_contacts", doc, state, **of_contacts)
     doc = "Forces s of the rows that slide, and of dry frictions the forces F that slide and the largest H that hold."
     yield _function("mechanism_friction", doc, (*state, qdd), s=sliding, F=rows.sliding, H=rows.holding)
+
+
+def _contact_events(equations: EquationsOfMotion) -> Iterator[EventFunction]:
+    """Two event functions of each contact, of its gap or force and of its slip; one of each dry friction."""
+    g, v, mechanism, rows = equations.graph, equations.variables, equations.mechanism, equations.rows
+    for contact, gap in zip(mechanism.unilaterals, rows.gaps, strict=True):
+        size = nominal_size(g, v, mechanism, gap)
+        yield EventFunction(f"{contact.name}: gap or force", size)
+        yield EventFunction(f"{contact.name}: slip or friction", size)
+    for friction in mechanism.frictions:
+        yield EventFunction(f"{friction.name}: slip or friction", 1.0)
 
 
 def _tangents(

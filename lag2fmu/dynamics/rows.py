@@ -24,7 +24,8 @@ class Rows:
     ``positions`` are gaps (U,) and behind them the positions of the holonomic latches, which come first among latches;
     ``velocities``, ``accelerations`` (gamma) and ``forces`` (the multipliers) are (R,), ``jacobian`` is (R, n).
     ``slips`` says how many slips each contact has. ``restitution``, ``friction`` and ``static_friction`` are (U,),
-    ``sliding`` and ``holding`` the forces of the F dry frictions, without a sign.
+    ``sliding`` and ``holding`` the forces of the F dry frictions, without a sign; ``conditions`` (L,) are positive
+    while latches hold.
     """
 
     positions: tuple[Node, ...]
@@ -38,6 +39,7 @@ class Rows:
     static_friction: tuple[Node, ...]
     sliding: tuple[Node, ...]
     holding: tuple[Node, ...]
+    conditions: tuple[Node, ...]
 
     def __len__(self) -> int:
         return len(self.velocities)
@@ -108,4 +110,5 @@ def compose_rows(graph: Graph, mechanism: Mechanism, put: Translator, v: Variabl
         static_friction=tuple(put(contact.static_friction) for contact in contacts),
         sliding=tuple(put(friction.force) for friction in frictions),
         holding=tuple(put(friction.force if friction.static is None else friction.static) for friction in frictions),
+        conditions=tuple(put(latch.while_) for latch in latches),
     )

@@ -9,7 +9,7 @@ from collections.abc import Collection, Iterable, Mapping, Sequence
 
 from lag2fmu.graph.derivatives import DERIVATIVES
 from lag2fmu.graph.graph import Graph, Node
-from lag2fmu.graph.operations import ADD, MULTIPLY, NEGATE, OPERATIONS, SUBTRACT
+from lag2fmu.graph.operations import ADD, CHOICE, MULTIPLY, NEGATE, OPERATIONS, SUBTRACT
 
 FUNCTIONS = frozenset(code for code, row in enumerate(OPERATIONS) if row.arity == 1 and code != NEGATE)
 
@@ -53,6 +53,8 @@ class Forward:
         if g.code[node] in (ADD, SUBTRACT):
             a, b = (rates.get(operand, g.zero) for operand in operands)
             return g.add(a, b) if g.code[node] == ADD else g.subtract(a, b)
+        if g.code[node] == CHOICE:  # what is not chosen may have no value
+            return g.choose(operands[0], *(rates.get(operand, g.zero) for operand in operands[1:]))
         return g.total(
             g.multiply(partial, rates[below]) for below, partial in _partials(g, node, rates) if below in rates
         )

@@ -59,6 +59,11 @@ def _d_max(g: Graph, operands: tuple[Node, ...], _: Node) -> Partials:
     return g.apply("heaviside", g.subtract(a, b)), g.apply("heaviside", g.subtract(b, a))
 
 
+def _d_choice(g: Graph, operands: tuple[Node, ...], _: Node) -> Partials:
+    margin = operands[0]
+    return g.zero, g.choose(margin, g.one, g.zero), g.choose(margin, g.zero, g.one)
+
+
 DERIVATIVES: Mapping[str, Derivative] = {
     "add": lambda g, o, y: (g.one, g.one),
     "subtract": lambda g, o, y: (g.one, g.minus_one),
@@ -85,5 +90,7 @@ DERIVATIVES: Mapping[str, Derivative] = {
     "power_or_zero": _d_power_or_zero,
     "min": _d_min,
     "max": _d_max,
+    "passed": lambda g, o, y: (g.one,),
+    "choice": _d_choice,
 }
 """Name of an operation -> its derivative."""

@@ -328,6 +328,14 @@ class Graph(Nodes):
                 return self.constant(value)
         return self._function(code, operands)
 
+    def choose(self, margin: Node, a: Node, b: Node) -> Node:
+        """a where ``margin`` > 0, b elsewhere"""
+        if a == b:
+            return a
+        if self.is_constant(margin):
+            return a if self.value(margin) > 0 else b
+        return self.apply("choice", margin, a, b)
+
     def _function(self, code: int, operands: tuple[Node, ...]) -> Node:
         if code in (SINE, COSINE):
             mark = self._circle.point(self, operands[0])[code == SINE]
@@ -370,6 +378,8 @@ class Graph(Nodes):
         name = OPERATIONS[code].name
         if name == "negate":
             return self.negate(*operands)
+        if name == "choice":
+            return self.choose(*operands)
         return self.power(*operands) if name == "power" else self.apply(name, *operands)
 
 

@@ -1,7 +1,9 @@
 """The operations of the expression graph: one row an operation, with its value and its spelling in C.
 
 ``power_or_zero`` is a broken power above 1 and what its derivatives are made of: where the base rests at 0, as that of
-max(0, -x)**(5/2) does, all of them are 0, not infinity times 0. The derivatives stand in ``derivatives``.
+max(0, -x)**(5/2) does, all of them are 0, not infinity times 0. ``choice`` is its second operand where the first is
+positive, else the third. ``passed`` is its operand: kinks whose margins are made of it are not to be located. The
+derivatives stand in ``derivatives``.
 """
 
 from __future__ import annotations
@@ -65,8 +67,10 @@ OPERATIONS: tuple[Operation, ...] = (
     Operation("power_or_zero", 2, _power_or_zero, "power_or_zero({0}, {1})"),
     Operation("min", 2, min, "fmin({0}, {1})"),
     Operation("max", 2, max, "fmax({0}, {1})"),
+    Operation("passed", 1, lambda x: x, "{0}"),
+    Operation("choice", 3, lambda m, a, b: a if m > 0.0 else b, "{0} > 0.0 ? {1} : {2}"),
 )
 CODE = {row.name: code for code, row in enumerate(OPERATIONS)}
 ARITY = tuple(row.arity for row in OPERATIONS)
 CONSTANT, SYMBOL, ADD, SUBTRACT, MULTIPLY, DIVIDE, NEGATE = range(7)
-SINE, COSINE = CODE["sin"], CODE["cos"]
+SINE, COSINE, CHOICE = CODE["sin"], CODE["cos"], CODE["choice"]

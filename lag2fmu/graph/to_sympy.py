@@ -24,6 +24,8 @@ _SYMPY = {name: function for function, name in FUNCTIONS.items()} | {
     "sqrt": sp.sqrt,
     "power": sp.Pow,
     "power_or_zero": sp.Pow,
+    "passed": lambda x: x,
+    "choice": lambda margin, a, b: sp.Piecewise((a, margin > 0), (b, True)),
 }
 _OTHER = {sp.sin: sp.cos, sp.cos: sp.sin}
 

@@ -48,6 +48,7 @@ void instance_assign(Instance *instance, double *slot, double value) {
     state->first_stage_valid = 0;
     solver_forget(&state->solver, is_input(state, slot) && slot >= state->inputs + FIRST_MOTION);
     state->ahead = 0;
+    state->modes_settled = state->event_pending = 0;
     state->undisturbed = 0;
 }
 

@@ -79,10 +79,12 @@ typedef struct {
     double impulses[SIZE_UNILATERALS];  /* of their last impacts, normal; N s, or N m s where the gap is an angle */
     int64_t cascading[SIZE_UNILATERALS]; /* impacts that accumulate are closed; they last until the rest time */
     double rest_time[SIZE_UNILATERALS]; /* s */
-    double event_scales[SIZE_EVENTS];   /* the greatest size of each event function so far: rounding is relative to it */
+    int64_t modes_settled;              /* the modes belong to the present point: nothing was assigned since */
+    int64_t event_pending;              /* the solver has come to an event and has not passed it yet */
+    int64_t due[SIZE_EVENTS];           /* the event functions that came down there */
+    double event_rests[SIZE_EVENTS];    /* how far each of them was from 0 at its last event, by rounding */
     double event_time;                  /* s; of the last event */
     int64_t events_there;               /* so many events have come at that time */
-    int64_t modes_settled;              /* the modes belong to the present point */
 
     double next_step;             /* s; proposal for the next solver step, 0 before the first one */
     double previous_log_error;    /* ln of the error of the last full step in tolerances, for the PI controller */
