@@ -4,8 +4,8 @@ from __future__ import annotations
 
 from collections.abc import Collection, Iterator
 from dataclasses import dataclass, replace
-from typing import Any
 
+from lag2fmu.description import names
 from lag2fmu.fmu.builder import Builder
 from lag2fmu.fmu.scalar_variable import ScalarVariable
 from lag2fmu.language.units import JOULE, SECOND
@@ -36,20 +36,14 @@ ENUMERATIONS = {
 """The types that variables may have beside Real and Integer; the values are those of ElementMode in the runtime."""
 
 
-def elements_of(mechanism: Mechanism) -> tuple[tuple[Any, ...], tuple[Any, ...]]:
-    """Contacts and stops, and dry frictions, each with name and unit."""
-    return tuple(getattr(mechanism, "unilaterals", ())), tuple(getattr(mechanism, "frictions", ()))
-
-
 def element_names(mechanism: Mechanism) -> tuple[tuple[str, ...], tuple[str, ...]]:
     """The names of contacts and stops, and those of dry frictions."""
-    unilaterals, frictions = elements_of(mechanism)
-    return tuple(u.name for u in unilaterals), tuple(f.name for f in frictions)
+    return tuple(u.name for u in mechanism.unilaterals), tuple(f.name for f in mechanism.frictions)
 
 
 def element_modes(mechanism: Mechanism) -> dict[str, str]:
     """{element: its mode} of contacts, stops and dry frictions."""
-    return {name: f"{name}_mode" for names in element_names(mechanism) for name in names}
+    return {name: names.mode(name) for kind in element_names(mechanism) for name in kind}
 
 
 def element_variables(mechanism: Mechanism) -> Iterator[tuple[ScalarVariable, str, int]]:
@@ -64,13 +58,13 @@ def element_variables(mechanism: Mechanism) -> Iterator[tuple[ScalarVariable, st
     unilaterals, frictions = element_names(mechanism)
     for i, name in enumerate((*unilaterals, *frictions)):
         of = f"the dry friction {name}" if i >= len(unilaterals) else name
-        yield replace(discrete(f"{name}_mode", f"how {of} holds"), type=MODE), "VARIABLE_MODE", i
-    for i, u in enumerate(elements_of(mechanism)[0]):
+        yield replace(discrete(names.mode(name), f"how {of} holds"), type=MODE), "VARIABLE_MODE", i
+    for i, u in enumerate(mechanism.unilaterals):
         doc = f"number of impacts of {u.name} since the start"
-        yield replace(discrete(f"{u.name}_impacts", doc), type="Integer", minimum=0.0), "VARIABLE_IMPACTS", i
+        yield replace(discrete(names.impacts(u.name), doc), type="Integer", minimum=0.0), "VARIABLE_IMPACTS", i
         unit = None if u.unit is None else JOULE * SECOND / u.unit
         doc = f"normal impulse of the last impact of {u.name}, 0 before the first"
-        yield replace(discrete(f"{u.name}_impulse", doc), unit=unit), "VARIABLE_IMPULSE", i
+        yield replace(discrete(names.impulse(u.name), doc), unit=unit), "VARIABLE_IMPULSE", i
 
 
 def add_elements(builder: Builder, mechanism: Mechanism, outputs: Collection[str]) -> None:

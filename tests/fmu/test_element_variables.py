@@ -6,11 +6,8 @@ import struct
 import xml.etree.ElementTree as ET
 import zipfile
 from collections.abc import Iterator
-from dataclasses import replace
 from pathlib import Path
-from types import SimpleNamespace
 
-import describing
 import numpy as np
 import pytest
 from describing import described
@@ -18,12 +15,12 @@ from fmpy import extract, read_model_description
 from fmpy.fmi2 import FMU2Slave
 
 from lag2fmu.checking import check_fmu
-from lag2fmu.dynamics import Program, lower
 from lag2fmu.errors import ExportError
-from lag2fmu.fmu import Fmu, elements, export, exporting
+from lag2fmu.fmu import Fmu, export
 from lag2fmu.fmu.model_description import to_xml
 from lag2fmu.formats.loading import load
-from lag2fmu.language.units import parse_unit
+from lag2fmu.formats.text import read
+from lag2fmu.mechanism import Mechanism
 from lag2fmu.reference import Trajectory
 from lag2fmu.verify.plots import motion_figure
 from lag2fmu.verify.simulate import Run, problems, simulate_fmu
@@ -31,29 +28,41 @@ from lag2fmu.verify.simulate import Run, problems, simulate_fmu
 pytestmark = pytest.mark.fmu
 
 OPEN, STICKS, SLIDES_BACKWARD = 1, 2, 5
-WALL = SimpleNamespace(name="wall", unit=parse_unit("m"))
-HINGE = SimpleNamespace(name="hinge", unit=parse_unit("rad"))
-BEARING = SimpleNamespace(name="bearing")
-PROMOTED = ("bearing_mode", "wall_impacts", "wall_impulse", "p_theta")
+TEXT = """
+[mechanism]
+name = "held"
+[parameters]
+m = { value = 1.0, unit = "kg" }
+l = { value = 1.0, unit = "m" }
+T = { value = 100.0, unit = "N.m" }
+g = { value = 9.81, unit = "m/s2" }
+[coordinates]
+theta = { unit = "rad", start = 0.5 }
+[gravity]
+acceleration = "g"
+[bodies.bob]
+mass = "m"
+position = ["l*sin(theta)", "-l*cos(theta)"]
+[contacts.floor]
+gap = "2*l - l*cos(theta)"
+[stops.wall]
+of = "theta"
+lower = -1
+[frictions.bearing]
+on = "theta_dot"
+force = "T"
+"""
+"""A pendulum that its bearing holds, over a floor and beside a wall that it never touches."""
+PROMOTED = ("bearing_mode", "floor_impacts", "floor_impulse", "p_theta")
 
 
-def with_contacts(*arguments: object) -> Program:
-    return replace(lower(*arguments), unilaterals=2, frictions=1, contact_events=1)  # type: ignore[arg-type]
-
-
-@pytest.fixture(scope="module", autouse=True)
-def _with_elements() -> Iterator[None]:
-    """All mechanisms here have two stops and a dry friction that never act."""
-    with pytest.MonkeyPatch.context() as patch:
-        patch.setattr(elements, "elements_of", lambda mechanism: ((WALL, HINGE), (BEARING,)))
-        patch.setattr(describing, "lower", with_contacts)
-        patch.setattr(exporting, "lower", with_contacts)
-        yield
+def held() -> Mechanism:
+    return read(TEXT, "held.toml")
 
 
 @pytest.fixture(scope="module")
 def fmu(tmp_path_factory: pytest.TempPathFactory) -> Fmu:
-    return export(load("pendulum"), tmp_path_factory.mktemp("fmu") / "pendulum.fmu", outputs=PROMOTED)
+    return export(held(), tmp_path_factory.mktemp("fmu") / "held.fmu", solver="dopri5", outputs=PROMOTED)
 
 
 @pytest.fixture
@@ -79,20 +88,20 @@ def references(fmu: Fmu) -> dict[str, int]:
 
 def test_types_in_the_description() -> None:
     """FMI 2.0.5: TypeDefinitions (2.2.3), ScalarVariables (2.2.7); only outputs stand in ModelStructure (2.2.8)."""
-    root = ET.fromstring(to_xml(described(load("pendulum"), ["bearing_mode", "wall_impulse"])[0]))
+    root = ET.fromstring(to_xml(described(held(), ["bearing_mode", "floor_impulse"])[0]))
     items = {i.get("name"): i.get("value") for i in root.findall("TypeDefinitions/SimpleType/Enumeration/Item")}
     names = ("open", "sticks", "slides", "slides_forward", "slides_backward")
     assert items == {name: str(value) for value, name in enumerate(names, start=1)}
     variables = {v.get("name"): v for v in root.findall("ModelVariables/ScalarVariable")}
     declared = root.find("TypeDefinitions/SimpleType").get("name")
-    for name in ("wall_mode", "hinge_mode", "bearing_mode"):
+    for name in ("floor_mode", "wall_lower_mode", "bearing_mode"):
         assert variables[name].find("Enumeration").attrib == {"declaredType": declared}
-    for name in ("wall_impacts", "hinge_impacts"):
+    for name in ("floor_impacts", "wall_lower_impacts"):
         assert variables[name].find("Integer").attrib == {"min": "0"}
-    assert variables["wall_impulse"].find("Real").get("unit") == "kg.m/s"
-    assert variables["hinge_impulse"].find("Real").get("unit") == "N.m.s"
+    assert variables["floor_impulse"].find("Real").get("unit") == "kg.m/s"
+    assert variables["wall_lower_impulse"].find("Real").get("unit") == "kg.m2/s"
     discrete = {name for name, v in variables.items() if v.get("variability") == "discrete"}
-    assert discrete == {f"{n}_{of}" for n in ("wall", "hinge") for of in ("mode", "impacts", "impulse")} | {
+    assert discrete == {f"{n}_{of}" for n in ("floor", "wall_lower") for of in ("mode", "impacts", "impulse")} | {
         "bearing_mode"
     }
     assert {v.get("initial") for name, v in variables.items() if name in discrete} == {"calculated"}
@@ -100,8 +109,8 @@ def test_types_in_the_description() -> None:
     for group in ("Outputs", "InitialUnknowns"):
         listed = {u.get("index"): u.attrib for u in root.findall(f"ModelStructure/{group}/Unknown")}
         assert listed[index["bearing_mode"]] == {"index": index["bearing_mode"]}  # it may depend on everything
-        assert listed[index["wall_impulse"]] == {"index": index["wall_impulse"]}
-        assert index["wall_mode"] not in listed
+        assert listed[index["floor_impulse"]] == {"index": index["floor_impulse"]}
+        assert index["floor_mode"] not in listed
 
 
 def test_an_fmu_with_them_keeps_the_rules(fmu: Fmu) -> None:
@@ -138,18 +147,18 @@ def test_a_run_records_them(fmu: Fmu) -> None:
 def test_each_type_has_its_functions(fmu: Fmu, slave: FMU2Slave) -> None:
     """Reading by the function of another type and setting are refused with a sentence each."""
     known = references(fmu)
-    integers = [known[n] for n in ("wall_mode", "hinge_mode", "bearing_mode", "wall_impacts")]
+    integers = [known[n] for n in ("floor_mode", "wall_lower_mode", "bearing_mode", "floor_impacts")]
     assert slave.getInteger(integers) == [OPEN, OPEN, STICKS, 0]
-    assert slave.getReal([known["wall_impulse"]]) == [0.0]
+    assert slave.getReal([known["floor_impulse"]]) == [0.0]
     for call, arguments in (
-        (slave.getReal, [[known["wall_mode"]]]),
-        (slave.setReal, [[known["wall_impacts"]], [1.0]]),
-        (slave.setInteger, [[known["wall_impacts"]], [1]]),
-        (slave.setInteger, [[known["wall_mode"]], [2]]),
+        (slave.getReal, [[known["floor_mode"]]]),
+        (slave.setReal, [[known["floor_impacts"]], [1.0]]),
+        (slave.setInteger, [[known["floor_impacts"]], [1]]),
+        (slave.setInteger, [[known["floor_mode"]], [2]]),
         (slave.getInteger, [[known["theta"]]]),
         (slave.getInteger, [[10_000]]),
-        (slave.setReal, [[known["wall_impulse"]], [1.0]]),
-        (slave.getDirectionalDerivative, [[known["wall_mode"]], [known["theta"]], [1.0]]),
+        (slave.setReal, [[known["floor_impulse"]], [1.0]]),
+        (slave.getDirectionalDerivative, [[known["floor_mode"]], [known["theta"]], [1.0]]),
     ):
         saved = slave.getFMUState()
         with pytest.raises(Exception, match="failed with status 3"):
@@ -161,10 +170,10 @@ def test_each_type_has_its_functions(fmu: Fmu, slave: FMU2Slave) -> None:
 def test_an_impulse_does_not_change_between_events(fmu: Fmu, slave: FMU2Slave) -> None:
     known = references(fmu)
     slave.exitInitializationMode()
-    which = [known["wall_impulse"], known["p_theta"]]
+    which = [known["floor_impulse"], known["p_theta"]]
     assert slave.getDirectionalDerivative(which, [known["theta_dot"]], [1.0]) == [0.0, 1.0]
     slave.doStep(0.0, 0.01)
-    assert slave.getRealOutputDerivatives([known["wall_impulse"]], [1]) == [0.0]
+    assert slave.getRealOutputDerivatives([known["floor_impulse"]], [1]) == [0.0]
 
 
 def hashed(data: bytes) -> int:
@@ -178,7 +187,7 @@ def hashed(data: bytes) -> int:
 def test_modes_are_part_of_the_state_and_checked(fmu: Fmu, slave: FMU2Slave) -> None:
     """A serialized state brings its modes and counts back; one with a mode that cannot be is refused."""
     known = references(fmu)
-    integers = [known[n] for n in ("wall_mode", "hinge_mode", "bearing_mode", "wall_impacts")]
+    integers = [known[n] for n in ("floor_mode", "wall_lower_mode", "bearing_mode", "floor_impacts")]
     slave.exitInitializationMode()
     saved = slave.getFMUState()
     data = slave.serializeFMUState(saved)
@@ -193,7 +202,7 @@ def test_modes_are_part_of_the_state_and_checked(fmu: Fmu, slave: FMU2Slave) -> 
     other = slave.deserializeFMUState(altered(SLIDES_BACKWARD, OPEN, SLIDES_BACKWARD, impacts=3))
     slave.setFMUState(other)
     assert slave.getInteger(integers) == [SLIDES_BACKWARD, OPEN, SLIDES_BACKWARD, 3]
-    assert slave.getReal([known["wall_impulse"]]) == [0.25]
+    assert slave.getReal([known["floor_impulse"]]) == [0.25]
     for wrong in (
         altered(6, OPEN, STICKS, impacts=0),
         altered(0, OPEN, STICKS, impacts=0),
@@ -211,13 +220,13 @@ def test_modes_are_part_of_the_state_and_checked(fmu: Fmu, slave: FMU2Slave) -> 
 def test_the_documentation_tells_what_the_values_mean(fmu: Fmu) -> None:
     with zipfile.ZipFile(fmu.path) as archive:
         page = archive.read("documentation/index.html").decode()
-    assert "how wall holds (1: open, 2: sticks, 3: slides, 4: slides_forward, 5: slides_backward)" in page
-    assert "number of impacts of hinge since the start" in page
+    assert "how floor holds (1: open, 2: sticks, 3: slides, 4: slides_forward, 5: slides_backward)" in page
+    assert "number of impacts of wall_lower since the start" in page
 
 
 def test_the_python_backend_refuses_them(tmp_path: Path) -> None:
-    with pytest.raises(ExportError, match=r"'pendulum': .* without constraints and events, .*; use --backend c"):
-        export(load("pendulum"), tmp_path / "x.fmu", backend="python")
+    with pytest.raises(ExportError, match=r"'held': .* without constraints and events, .*; use --backend c"):
+        export(held(), tmp_path / "x.fmu", backend="python")
     assert not list(tmp_path.iterdir())
 
 
@@ -225,8 +234,8 @@ def test_modes_are_drawn_as_steps() -> None:
     """A mode keeps its value until the next time; its axis names the modes."""
     time = np.linspace(0.0, 1.0, 5)
     modes = [OPEN, OPEN, STICKS, STICKS, SLIDES_BACKWARD]
-    columns = dict.fromkeys(("theta", "theta_dot"), np.zeros(5)) | {"wall_mode": modes}
-    figure = motion_figure("x", Trajectory.of(time, columns), load("pendulum"))
+    columns = dict.fromkeys(("theta", "theta_dot"), np.zeros(5)) | {"floor_mode": modes}
+    figure = motion_figure("x", Trajectory.of(time, columns), held())
     (axes,) = [a for a in figure.axes if a.get_title() == "modes"]
     (line,) = axes.get_lines()
     assert line.get_drawstyle() == "steps-post"
@@ -234,9 +243,7 @@ def test_modes_are_drawn_as_steps() -> None:
     assert [t.get_text() for t in axes.get_yticklabels()][:2] == ["open", "sticks"]
 
 
-def test_mechanisms_without_elements_keep_their_bytes(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(elements, "elements_of", lambda mechanism: ((), ()))
-    monkeypatch.setattr(describing, "lower", lower)
+def test_mechanisms_without_elements_have_none() -> None:
     description, sources = described(load("pendulum"))
     assert b"TypeDefinitions" not in to_xml(description)
     for name in ("mechanism.h", "mechanism.c", "tables.c"):
