@@ -21,12 +21,9 @@ from lag2fmu.dynamics.variables import Variables
 from lag2fmu.graph.autodiff import reverse
 from lag2fmu.graph.fingerprint import PRIME
 from lag2fmu.graph.graph import Graph, Node
-from lag2fmu.graph.operations import OPERATIONS
+from lag2fmu.graph.operations import KINKS, OPERATIONS
 from lag2fmu.graph.to_sympy import written
 from lag2fmu.mechanism.record import Mechanism
-
-KINKS = frozenset({"sign", "abs", "heaviside", "min", "max", "choice"})
-"""The operations that have kinks, as OPERATIONS names them."""
 
 _WITHOUT_EFFECT = ("mechanism_locals", "mechanism_locals_tangent", "mechanism_locals_second", "mechanism_dependent")
 """Functions that compute from the motion and do not act on it."""
@@ -115,11 +112,9 @@ class _Kinks:
     def _margin(self, node: Node) -> Node | None:
         """What the kink ``node`` changes at the sign of; None for other operations, and where a kink may be passed."""
         name, operands = OPERATIONS[self.graph.code[node]].name, self.graph.operands[node]
-        if name not in KINKS or all(
-            self._passed(operand) for operand in operands[: 2 if name in ("min", "max") else 1]
-        ):
+        if name not in KINKS or all(self._passed(operand) for operand in operands[: KINKS[name]]):
             return None
-        return self.graph.subtract(*operands) if name in ("min", "max") else operands[0]
+        return self.graph.subtract(*operands) if KINKS[name] == 2 else operands[0]
 
     def _passed(self, margin: Node) -> bool:
         """Whether ``margin`` is a number, or made of what ``smooth`` says that kinks of may be passed."""

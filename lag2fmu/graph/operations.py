@@ -73,4 +73,6 @@ OPERATIONS: tuple[Operation, ...] = (
 CODE = {row.name: code for code, row in enumerate(OPERATIONS)}
 ARITY = tuple(row.arity for row in OPERATIONS)
 CONSTANT, SYMBOL, ADD, SUBTRACT, MULTIPLY, DIVIDE, NEGATE = range(7)
+KINKS = {"sign": 1, "abs": 1, "heaviside": 1, "min": 2, "max": 2, "choice": 1}
+"""The operations with a kink; {name: how many operands, from the first on, it depends on where the kink is}."""
 SINE, COSINE, CHOICE = CODE["sin"], CODE["cos"], CODE["choice"]

@@ -84,7 +84,8 @@ def describe(
     vibrations = tuple((v.frequency, index[v.coordinate]) for v in missed_vibrations(equations, METHODS[solver]))
     tables = replace(table.tables, vibrations=vibrations)
     identifier = identifier_of(mechanism.name)
-    blank = ModelDescription(mechanism, table.variables, identifier, "", solver, VERSION, INTERFACE)
+    interface = replace(INTERFACE, event_indicators=len(program.event_functions))
+    blank = ModelDescription(mechanism, table.variables, identifier, "", solver, VERSION, interface)
     texts = render_sources(program, tables, METHODS[solver], _BLANK)
     guid = _guid(blank, texts)
     sources = {file: text.replace(_BLANK, guid) for file, text in texts.items()}

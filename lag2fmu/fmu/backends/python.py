@@ -113,6 +113,12 @@ def python_fmu(
             f"the python backend cannot write the equations of '{equations.mechanism.name}': "
             "it knows M qdd = f without constraints and events, with energies and outputs; use --backend c"
         )
+    if program.hybrid:
+        found = ", ".join(event.name for event in program.event_functions)
+        raise ExportError(
+            f"the python backend does not locate events, and the equations of '{equations.mechanism.name}' change at "
+            f"the signs of {found}; use --backend c, or smooth(...) around kinks that a solver step may pass over"
+        )
     table = build_table(equations, program)
     description = replace(blank, variables=table.variables)
     shared = _runtime() | _pythonfmu()
