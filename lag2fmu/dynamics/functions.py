@@ -75,7 +75,8 @@ class Program:
     modes switch among all ``constraints``, ``slips`` says how many of them each contact has to slip along. There are as
     many ``unilaterals``, contacts and stops; ``frictions`` and ``latches`` are the numbers of the other elements.
     ``event_functions`` are those of switches, and behind them those of contacts and dry frictions. ``offsets`` is the
-    number of latches that hold positions; the switches of the latches are the last ones. ``simultaneous`` says how impacts are resolved.
+    number of latches that hold positions; the switches of the latches are the last ones. ``simultaneous`` says how
+    impacts are resolved.
     """
 
     graph: Graph

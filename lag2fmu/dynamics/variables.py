@@ -95,9 +95,9 @@ def _forces(mechanism: Mechanism) -> list[str]:
     """The names of what rows bear, in the order of ``Rows``."""
     contacts = mechanism.unilaterals
     return [
-        *(names.row_force(contact.name) for contact in contacts),
-        *(name for contact in contacts for name in names.contact_frictions(contact.name, len(contact.slips))),
-        *(names.row_force(friction.name) for friction in mechanism.frictions),
+        *(names.force(contact.name) for contact in contacts),
+        *(name for contact in contacts for name in names.frictions(contact.name, len(contact.slips))),
+        *(names.force(friction.name) for friction in mechanism.frictions),
         *(names.multiplier(latch.name) for latch in mechanism.latches),
     ]
 
