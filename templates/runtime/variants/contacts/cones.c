@@ -149,7 +149,7 @@ static bool refine(const Laws *laws, double x[]) {
         }
         done = moved <= CONVERGED * size;
     }
-    return done && laws_obeyed(laws, x);
+    return laws_obeyed(laws, x);
 }
 
 /* Turns the axes of a cone by an angle, the first one into the direction (c, s): two entries of a vector. */
