@@ -11,6 +11,7 @@
 
 #include "least_norm.h"
 #include "polyhedral.h"
+#include "vector_length.h"
 
 enum { FIRST_SWEEPS = 16, MOST_SWEEPS = 16384, MOST_STEPS = 40, MOST_TURNS = 30 };
 
@@ -50,7 +51,7 @@ static void relax(const Laws *laws, int k, double x[], double w[]) {
     for (int i = 0; i < laws->width[k]; i++) {
         trial[i] = x[k + i] - rate * w[k + i];
     }
-    const double length = hypot(trial[0], trial[1]), limit = laws_limit(laws, x, k);
+    const double length = vector_length(trial, 2), limit = laws_limit(laws, x, k);
     const double part = length > limit ? limit / length : 1.0;
     for (int i = 0; i < laws->width[k]; i++) {
         move(laws, k + i, part * trial[i], x, w);
@@ -80,7 +81,7 @@ static void put_held(const Laws *laws, int k, const double w[], double matrix[],
 static void put_sliding(const Laws *laws, int k, double rate, const double x[], const double trial[], double matrix[],
                         double right[]) {
     const int n = laws->size, width = laws->width[k], normal = laws->normal[k];
-    const double length = hypot(trial[0], trial[1]), limit = laws_limit(laws, x, k);
+    const double length = vector_length(trial, 2), limit = laws_limit(laws, x, k);
     for (int i = 0; i < width; i++) {
         const double u = trial[i] / length;
         double *row = matrix + (k + i) * n;
@@ -116,7 +117,7 @@ static void linearise(const Laws *laws, int k, double step, const double x[], co
     for (int i = 0; i < rows; i++) {
         trial[i] = x[k + i] - rate * w[k + i];
     }
-    const double length = hypot(trial[0], trial[1]), limit = width > 0 ? laws_limit(laws, x, k) : 0.0;
+    const double length = vector_length(trial, 2), limit = width > 0 ? laws_limit(laws, x, k) : 0.0;
     const bool held = width == 0 ? trial[0] > 0.0 : length <= limit && limit > 0.0;
     for (int i = k; i < k + rows; i++) {
         if (held) {
@@ -196,7 +197,7 @@ static void find_directions(const Laws *laws, const double x[], double direction
     for (int k = 0; k < laws->size; k++) {
         const double *v = laws->width[k] == 2 && laws_at_rest(laws, x, k) && laws_at_rest(laws, x, k + 1) ? x : w;
         if (laws->width[k] == 2) {
-            const double length = hypot(v[k], v[k + 1]);
+            const double length = vector_length(v + k, 2);
             direction[k] = length > 0.0 ? v[k] / length : 1.0;
             direction[k + 1] = length > 0.0 ? v[k + 1] / length : 0.0;
         }
