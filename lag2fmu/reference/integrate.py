@@ -15,13 +15,15 @@ from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
-from numpy.typing import ArrayLike
+from numpy.typing import ArrayLike, NDArray
 
 from lag2fmu.description.names import acceleration, multiplier, residual, velocity
 from lag2fmu.errors import LoadError, SimulationError
 from lag2fmu.mechanism import Mechanism
 from lag2fmu.reference.composition import composition_of
 from lag2fmu.reference.equations import Equations
+from lag2fmu.reference.hybrid import Event, is_hybrid
+from lag2fmu.reference.hybrid.integration import integrate_hybrid
 from lag2fmu.reference.signals import Inputs, Signals, signals_of
 from lag2fmu.reference.single import SingleState, single_state
 from lag2fmu.reference.state import Floats, State
@@ -53,6 +55,9 @@ class Reference:
     ``amplification`` (m,): A(t), largest ratio until t of the distance of two runs to the distance of their starts, in
     units of the motion: the norm max |difference| / unit over q and qd, see ``_units``. ``method`` is what was used,
     ``evaluations`` what it took.
+    Of hybrid mechanisms ``trajectory`` has what contacts and frictions show and dissipated_energy, which ``work`` has
+    with a minus sign; ``events`` tells what happened, and ``comparable`` (m,) where runs of other accuracy do the same:
+    not between the times of an impact in both. ``amplification`` is infinite where they do so no more.
     """
 
     trajectory: Trajectory
@@ -62,6 +67,8 @@ class Reference:
     amplification: Floats
     method: str
     evaluations: int
+    events: tuple[Event, ...] = ()
+    comparable: NDArray[np.bool_] | None = None
 
     @property
     def relative_error(self) -> Floats:
@@ -115,8 +122,10 @@ def integrate(
             f"integrate: method '{method}' and rtol {rtol!r}; "
             f"expected one of {', '.join(SCIPY_METHODS)} and 1e-13 to 1e-2"
         )
-    equations = Equations(mechanism, parameters)
     signals = signals_of(mechanism, inputs, float(grid[0]))
+    if is_hybrid(mechanism):
+        return _hybrid(mechanism, grid, signals, (parameters, starts or {}), (method, rtol), progress)
+    equations = Equations(mechanism, parameters)
     run = _Run(equations, signals, grid, _start(equations, starts or {}, float(grid[0]), signals))
     run.check_start()
     run.progress = progress
@@ -134,6 +143,49 @@ def integrate(
                 raise SimulationError(f"{error}; {remedy_of_jumps(mechanism)}") from error
             if name == SCIPY_METHODS[-1]:
                 raise
+    raise AssertionError("unreachable")
+
+
+def _hybrid(
+    mechanism: Mechanism,
+    grid: Floats,
+    signals: Signals,
+    values: tuple[Mapping[str, float] | None, Mapping[str, float]],
+    accuracy: tuple[str, float],
+    progress: Callable[[float], None] | None,
+) -> Reference:
+    """The same of a hybrid ``mechanism``; ``values``: parameters and starts, ``accuracy``: method and rtol."""
+    (parameters, starts), (method, rtol) = values, accuracy
+    for name in SCIPY_METHODS[SCIPY_METHODS.index(method) :]:
+        try:
+            found = integrate_hybrid(
+                mechanism,
+                grid,
+                signals,
+                parameters=parameters,
+                starts=starts,
+                rtol=rtol,
+                method=name,
+                progress=progress,
+            )
+        except SimulationError as error:
+            if name == SCIPY_METHODS[-1]:
+                remedy = remedy_of_jumps(mechanism)
+                raise SimulationError(f"{error}; {remedy}" if remedy else str(error)) from error
+            continue
+        states = [c.name for c in mechanism.coordinates]
+        states += [velocity(c) for c in states]
+        return Reference(
+            trajectory=Trajectory.of(grid, found.columns),
+            work=found.work,
+            scales=dict(zip(states, found.scales.tolist(), strict=True)),
+            error=Trajectory(grid, tuple(states), found.errors),
+            amplification=found.amplification,
+            method=name,
+            evaluations=found.evaluations,
+            events=found.events,
+            comparable=found.comparable,
+        )
     raise AssertionError("unreachable")
 
 
