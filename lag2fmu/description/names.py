@@ -7,6 +7,7 @@ from difflib import get_close_matches
 
 from lag2fmu.language.expressions import CONSTANTS, FUNCTIONS
 from lag2fmu.language.identifiers import MAX_NAME
+from lag2fmu.language.vocabulary import WORDS
 
 _MASSLESS = "massless_"
 
@@ -20,6 +21,7 @@ GLOBAL_NAMES = {
     "time": "the time",
     **dict.fromkeys(CONSTANTS, "a constant"),
     **dict.fromkeys(FUNCTIONS, "a function"),
+    **dict.fromkeys(WORDS, "a word of the language of expressions"),
     **dict.fromkeys(SETTINGS, "a setting of the solver"),
     **dict.fromkeys(ENERGIES, "an energy that is calculated"),
     "external_power": "the power of the external forces",
