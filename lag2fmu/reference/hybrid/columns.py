@@ -93,7 +93,7 @@ def _elements(run: Run, track: Track, states: list[State], answers: list[Answer]
 def alike(a: Track, b: Track) -> NDArray[np.bool_]:
     """At which times two runs do the same, (m,): equal modes, and as many impacts since contacts were closed."""
     found = [_same(x, y) for x, y in zip(a.modes, b.modes, strict=True)]
-    closed = np.array([[mode is not Mode.OPEN for mode in modes.contacts] for modes in a.modes])
+    closed = np.array([[mode is not Mode.OPEN for mode in modes.contacts] for modes in a.modes], dtype=bool)
     counts = (a.since == b.since) | closed.reshape(a.since.shape)
     same: NDArray[np.bool_] = np.array(found) & counts.all(axis=1)
     return same

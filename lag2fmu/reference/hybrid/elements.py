@@ -11,7 +11,6 @@ from dataclasses import dataclass
 from itertools import pairwise
 
 import numpy as np
-import sympy as sp
 
 from lag2fmu.description.names import multiplier
 from lag2fmu.language.expressions import TIME, symbol
@@ -42,8 +41,7 @@ class Elements:
         composition, mechanism = energies.composition, energies.mechanism
         assert isinstance(composition, FrozenComposition)
         self._constants, self.n = energies.constants, energies.n
-        unilaterals = tuple(getattr(mechanism, "unilaterals", ()))
-        frictions = tuple(getattr(mechanism, "frictions", ()))
+        unilaterals, frictions = mechanism.unilaterals, mechanism.frictions
         self.contacts = [c.name for c in unilaterals]
         self.frictions = [f.name for f in frictions]
         s, written = composition.symbols, composition.written
@@ -57,9 +55,9 @@ class Elements:
         self.friction_rows = np.arange(firsts[-1], firsts[-1] + len(frictions))
         self.u, self.f, self.k = len(gaps), len(frictions), len(velocities)
         gamma = accelerations_without_qdd(composition, velocities)
-        laws = [written(x) for c in unilaterals for x in (c.restitution, c.friction, _static(c))]
+        laws = [written(x) for c in unilaterals for x in (c.restitution, c.friction, c.static_friction)]
         self._function = compiled(arguments, [*gaps, *velocities, *gamma, *gradients(s.qd, velocities), *laws])
-        conditions = {i: getattr(c, "while_", None) for i, c in enumerate(mechanism.constraints)}
+        conditions = {i: c.while_ for i, c in enumerate(mechanism.constraints)}
         self.conditional = [i for i, c in conditions.items() if c is not None]
         self.sides = len(composition.kinks.sides)
         margins = [*composition.kinks.margins, *(written(conditions[i]) for i in self.conditional)]
@@ -103,8 +101,3 @@ class Elements:
         batch[len(state.rows) :, 1:] += 1j * STEP * np.eye(len(borne))
         values = self._capacities(batch, self._constants)[::2]
         return values[:, 0].real, values[:, 1:].imag / STEP
-
-
-def _static(contact: object) -> sp.Expr:
-    static = getattr(contact, "static_friction", None)
-    return getattr(contact, "friction") if static is None else static  # noqa: B009 (any record of a contact)

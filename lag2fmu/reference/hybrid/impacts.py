@@ -30,7 +30,7 @@ class Impacts:
 
     def __init__(self, system: System, memory: Memory) -> None:
         self.system, self.memory = system, memory
-        self.simultaneous = getattr(system.mechanism, "impacts", "sequential") == "simultaneous"
+        self.simultaneous = system.mechanism.impacts == "simultaneous"
 
     def resolved(self, state: State, modes: Modes, due: Due) -> tuple[State, Floats, bool]:
         """The state behind all rounds of impacts, work and dissipated energy, and whether there was one."""

@@ -14,11 +14,11 @@ from typing import cast
 
 import sympy as sp
 
-from lag2fmu.language.expressions import TIME
+from lag2fmu.language.vocabulary import TIME, Choice, Smooth
 from lag2fmu.mechanism import Mechanism
 from lag2fmu.reference.composition import Composition, Symbols, composition_of
 
-KINKS = (sp.sign, sp.Abs, sp.Heaviside, sp.Min, sp.Max)
+KINKS = (sp.sign, sp.Abs, sp.Heaviside, Choice)
 
 
 class Kinks:
@@ -37,14 +37,14 @@ class Kinks:
 
     def frozen(self, expression: sp.Expr) -> sp.Expr:
         """``expression`` with the sides in place of its kinks."""
-        if type(expression).__name__ == "Smooth":
+        if isinstance(expression, Smooth):
             return expression.args[0]
         if not expression.args or not expression.free_symbols & self.moving:
             return expression
         arguments = tuple(self.frozen(a) for a in expression.args)
         if isinstance(expression, (sp.Min, sp.Max)):
             return self._extreme(arguments, 1 if isinstance(expression, sp.Max) else -1) or expression
-        if isinstance(expression, KINKS) or type(expression).__name__ == "Choice":
+        if isinstance(expression, KINKS):
             side = self._side(arguments[0])
             return expression.func(*arguments) if side is None else self._formula(expression.func, side, arguments)
         return expression if arguments == expression.args else expression.func(*arguments)
@@ -99,7 +99,7 @@ class FrozenComposition(Composition):
         super().__post_init__()
         for entry in self.mechanism.entries():
             self.written(entry.expression)
-        for unilateral in getattr(self.mechanism, "unilaterals", ()):
+        for unilateral in self.mechanism.unilaterals:
             for expression in (unilateral.gap, *unilateral.slips):
                 self.written(expression)
         self.kinks.closed = True
@@ -120,9 +120,9 @@ class FrozenComposition(Composition):
 
 def is_hybrid(mechanism: Mechanism) -> bool:
     """Whether ``mechanism`` has contacts, stops, dry friction, conditions on constraints, or kinks that it meets."""
-    if getattr(mechanism, "unilaterals", ()) or getattr(mechanism, "frictions", ()):
+    if mechanism.unilaterals or mechanism.frictions:
         return True
-    if any(getattr(c, "while_", None) is not None for c in mechanism.constraints):
+    if any(c.while_ is not None for c in mechanism.constraints):
         return True
     composition, kinks = composition_of(mechanism), Kinks()
     kinks.open_for(composition.symbols)

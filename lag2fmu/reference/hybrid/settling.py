@@ -15,6 +15,8 @@ from lag2fmu.reference.hybrid.system import System
 from lag2fmu.reference.state import Floats, State
 
 PASSES = 50
+ZERO = 1e-12
+"""Margins of kinks and conditions up to this value do not tell their side."""
 
 
 class Settling:
@@ -61,10 +63,9 @@ class Settling:
         e.set_sides(tuple(sides))
         for _ in range(len(sides) + 1):  # margins may contain other sides
             margins, conditions, *_ = e.events(state)
-            sizes = self.margin_sizes(state)
             new = [
-                side if ("side", i) in due or abs(margin) <= 1e-12 * size else (1 if margin > 0 else -1)
-                for i, (side, margin, size) in enumerate(zip(sides, margins, sizes, strict=True))
+                side if ("side", i) in due or abs(margin) <= ZERO else (1 if margin > 0 else -1)
+                for i, (side, margin) in enumerate(zip(sides, margins, strict=True))
             ]
             if new == sides:
                 break
@@ -73,16 +74,12 @@ class Settling:
         closes = False
         for j, value in enumerate(conditions):
             i, name = e.conditional[j], self.system.constraints.names[e.conditional[j]]
-            now = not held[j] if ("condition", j) in due else bool(value > 0)
+            now = not held[j] if ("condition", j) in due else held[j] if abs(value) <= ZERO else bool(value > 0)
             if now != held[j]:
                 self.memory.log(float(state.t), name, "holds" if now else "releases")
                 closes |= now
             held[j] = now
         return replace(modes, sides=tuple(sides), held=tuple(held)), closes
-
-    def margin_sizes(self, state: State) -> Floats:
-        """What the margins of kinks are measured in: 1, or their own size; (sides,)."""
-        return np.maximum(1.0, np.abs(self.system.elements.events(state)[0]))
 
     def _caught(self, state: State, modes: Modes) -> tuple[State, Floats]:
         """The state behind the impact, without rebound, of a constraint that holds from now on, and the energies."""
