@@ -25,6 +25,7 @@ from numpy.typing import ArrayLike
 
 from lag2fmu.errors import DerivationError, SimulationError
 from lag2fmu.mechanism.record import Mechanism
+from lag2fmu.reference.composition import Composition
 from lag2fmu.reference.energies import EnergyFunctions
 from lag2fmu.reference.functions import BLOCK, STEP, Array
 from lag2fmu.reference.state import Floats, InputValues, State, batch_first, batch_last
@@ -41,8 +42,13 @@ class Equations:
     Raises LoadError for unknown or unusable parameters, DerivationError if L is not quadratic in the velocities.
     """
 
-    def __init__(self, mechanism: Mechanism, parameters: Mapping[str, float] | None = None) -> None:
-        self.energies = EnergyFunctions(mechanism, parameters)
+    def __init__(
+        self,
+        mechanism: Mechanism,
+        parameters: Mapping[str, float] | None = None,
+        composition: Composition | None = None,
+    ) -> None:
+        self.energies = EnergyFunctions(mechanism, parameters, composition)
         self.mechanism, self.n = mechanism, self.energies.n
         self._motions = len(mechanism.motions)
         self._parts = self.energies.velocity_part()
