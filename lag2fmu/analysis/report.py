@@ -57,7 +57,10 @@ class Section:
 
 
 def analysis_report(mechanism: Mechanism, style: str = "text") -> str:
-    """The whole analysis of ``mechanism`` as plain text or as LaTeX (``style`` 'text' or 'latex')."""
+    """The whole analysis of ``mechanism`` as plain text or as LaTeX (``style`` 'text' or 'latex').
+
+    Raises DerivationError where there are no equations.
+    """
     sections = analysis_sections(derive(mechanism))
     if style == "latex":
         return "".join(f"\\paragraph{{{s.title}}}\n" + "".join(f"{x.latex}\n" for x in s.lines) for s in sections)

@@ -66,7 +66,10 @@ class EnergyFunctions:
         return tuple(self._row)
 
     def start(self, time: float = 0.0, inputs: InputValues | None = None) -> tuple[Floats, Floats]:
-        """The start values of q and qd, (n,) each, in SI units: as declared, guesses solved for the constraints."""
+        """The start values of q and qd, (n,) each, in SI units: as declared, guesses solved for the constraints.
+
+        Raises SimulationError if the constraints cannot be met.
+        """
         coordinates = self.mechanism.coordinates
         q, qd = np.array([c.start for c in coordinates]), np.array([c.velocity for c in coordinates])
         if not self.constraints.m:
@@ -82,7 +85,10 @@ class EnergyFunctions:
         inputs: InputValues | None = None,
         free: tuple[list[bool], list[bool]] | None = None,
     ) -> tuple[Floats, Floats]:
-        """q and qd, (n,) each, moved onto the constraints, see ``ConstraintFunctions.consistent``."""
+        """q and qd, (n,) each, moved onto the constraints, see ``ConstraintFunctions.consistent``.
+
+        Raises SimulationError as that does.
+        """
         nominal = np.array([c.nominal for c in self.mechanism.coordinates])
         return self.constraints.consistent(lambda a, b: self.state(time, a, b, inputs), q, qd, nominal, free)
 
@@ -110,7 +116,10 @@ class EnergyFunctions:
         return State(time, batch_last(positions), batch_last(velocities), signals)
 
     def input_values(self, inputs: Mapping[str, float]) -> Floats:
-        """All inputs in the order of ``input_names``, (3 k + m + n,): those not among ``inputs`` at their starts."""
+        """All inputs in the order of ``input_names``, (3 k + m + n,): those not among ``inputs`` at their starts.
+
+        In SI units.
+        """
         values: Floats = self._starts.copy()
         for name, value in inputs.items():
             values[self._row[name]] = value
@@ -123,7 +132,10 @@ class EnergyFunctions:
         return values if self.spatial.empty else values + self.spatial.energies(rows)
 
     def forces(self, state: State) -> Floats:
-        """The non-potential forces Q without dissipation, external ones included: (n, *batch)."""
+        """The non-potential forces Q without dissipation, external ones included: (n, *batch).
+
+        Each in J by the unit of its coordinate.
+        """
         values = self._forces(state.rows, self.constants)
         return values if self.spatial.empty else values + self.spatial.forces(self._rows(state), state.inputs)
 
@@ -148,7 +160,10 @@ class EnergyFunctions:
         return compiled(arguments, self.composition.place(name))(self._rows(state), self.constants)
 
     def velocity_part(self) -> Callable[[Array], Array]:
-        """rows (t, q, qd, y, y_dot), real or complex -> K, U, R: L = K - U, with all that velocities change in K."""
+        """rows (t, q, qd, y, y_dot), real or complex -> K, U, R: L = K - U, with all that velocities change in K.
+
+        K, U in J, R in W; the result has the shape (3, *batch).
+        """
         moving, resting = self.composition.velocity_part()
         expressions: tuple[sp.Expr, ...] = (moving, resting, self.composition.dissipation)
         function = compiled((*self._configuration, *self.composition.symbols.parameters), expressions)

@@ -73,7 +73,7 @@ class Equations:
     # -------------------------------------------------------------------------------------------- what users ask for
 
     def accelerations(self, t: ArrayLike, q: ArrayLike, qd: ArrayLike, inputs: InputValues | None = None) -> Floats:
-        """qdd (n,) or (m, n). Raises SimulationError where M is singular or a value is not finite."""
+        """qdd (n,) or (m, n), in SI units. Raises SimulationError where M is singular or a value is not finite."""
         state = self.energies.state(t, q, qd, inputs)
         qdd, _, _ = self.rates(state)
         if not np.isfinite(qdd).all():
@@ -87,7 +87,7 @@ class Equations:
         return batch_first(self.rates(self.energies.state(t, q, qd, inputs))[1], 1)
 
     def residuals(self, t: ArrayLike, q: ArrayLike, qd: ArrayLike, inputs: InputValues | None = None) -> Floats:
-        """What the constraints say is zero: phi, or A qd + b, (m,) or (batch, m)."""
+        """What the constraints say is zero: phi, or A qd + b, (m,) or (batch, m), in SI units."""
         return batch_first(self.energies.constraints(self.energies.state(t, q, qd, inputs))[0], 1)
 
     def kinetic_energy(self, t: ArrayLike, q: ArrayLike, qd: ArrayLike, inputs: InputValues | None = None) -> Floats:

@@ -42,7 +42,10 @@ class Task:
         return self.inputs is not None and self.hold
 
     def driving(self, step: float) -> Signals | None:
-        """The inputs as the FMU meets them with a communication ``step`` (s)."""
+        """The inputs as the FMU meets them with a communication ``step`` (s).
+
+        Raises LoadError where a motion has one of its derivatives only.
+        """
         if self.inputs is None:
             return None
         pieces = interpolated(self.inputs, [motion.name for motion in self.mechanism.motions], self.stop_time)

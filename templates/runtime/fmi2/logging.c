@@ -34,7 +34,8 @@ static void deliver(const fmi2CallbackFunctions *callbacks, fmi2String name, fmi
     callbacks->logger(callbacks->componentEnvironment, name, status, CATEGORY_NAMES[category], "%s", escaped);
 }
 
-/* Is a message of this status delivered? Errors are, and what fmi2DoStep says of its results, also with logging off. */
+/* Is a message of this status delivered? With logging off, errors still are, and so is what fmi2DoStep says of its
+   results. */
 static bool is_wanted(const Component *component, fmi2Status status, Category category) {
     const bool needed = status == fmi2Error || (status != fmi2OK && component->call == CALL_DoStep);
     return component->callbacks.logger != NULL && (needed || (component->categories & (1u << category)) != 0u);

@@ -6,7 +6,7 @@
        logStatusError              a call that returned fmi2Error
        logSingularLinearSystems    a mass matrix that determines no accelerations (instead of one of the two above)
        logAll                      notes on tolerated calls; switching it on switches on all categories
-   Also with logging off errors are logged, and what fmi2DoStep says: why it failed, or a warning on results. */
+   With logging off, errors are still logged, and so is what fmi2DoStep says: why it failed, or a warning on results. */
 #ifndef LOGGING_H
 #define LOGGING_H
 
