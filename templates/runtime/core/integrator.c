@@ -147,8 +147,8 @@ static bool step_adaptively(Instance *instance, double end) {
             propose(state, step, error, rejected);
             watch_stiffness(instance, step);
             watch_vibrations(instance, step.length);
-            watch_ranges(instance, step);
             accept(instance, step);
+            watch_ranges(instance);
             state->ahead = step.end > end;
             rejected = false;
         } else {
@@ -217,15 +217,15 @@ static bool integrate_in_equal_steps(Instance *instance, double end) {
             return false;
         }
         watch_stiffness(instance, step);
-        watch_ranges(instance, step);
         accept(instance, step);
+        watch_ranges(instance);
     }
     return true;
 }
 
 bool integrate(Instance *instance, double end) {
     instance->failure.kind = FAILURE_NONE;
-    instance->notice.kind = NOTICE_NONE;
+    begin_notices(instance);
     instance_forget_motion(instance);
     inputs_begin(instance);
     watch_motions(instance);

@@ -6,16 +6,6 @@
 #include "gate.h"
 #include "integrator.h"
 #include "logging.h"
-#include "notices.h"
-
-/* Says what the solver noticed for the first time. The step is complete: some importers end a run at fmi2Warning. */
-static void report_notice(Component *component) {
-    char sentence[SENTENCE_SIZE];
-    if (component->instance.notice.kind != NOTICE_NONE) {
-        notice_sentence(&component->instance.notice, sentence, sizeof sentence);
-        warn(component, "%s", sentence);
-    }
-}
 
 /* A communication step from the communication point (s) by step (s) that takes more than moving the time. A call that
    is illegal or a step that cannot be: fmi2Error; one that the solver cannot complete: fmi2Discard. */
@@ -34,7 +24,7 @@ static fmi2Status take_step(fmi2Component c, double point, double step) {
         explain_failure(&component->instance);
         return report_failure(component, fmi2Discard);
     }
-    report_notice(component);
+    report_notices(component);
     return fmi2OK;
 }
 
