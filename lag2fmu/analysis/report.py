@@ -67,6 +67,7 @@ def analysis_report(mechanism: Mechanism, style: str = "text") -> str:
     return "".join(f"\n{s.title}\n" + "".join(f"      {x}\n" for x in s.lines) for s in sections)
 
 
+@np.errstate(all="ignore")  # what is not finite is looked for, and left out
 def analysis_sections(equations: EquationsOfMotion, closed_forms: bool = True) -> tuple[Section, ...]:
     """Conserved quantities, equilibria with their modes, and with ``closed_forms`` H, the Routhian, A, B, C, D."""
     found = attempted(lambda: equilibria(equations), ())

@@ -112,7 +112,8 @@ class InitialValueProblem:
         from scipy.integrate import solve_ivp
 
         try:
-            solution = solve_ivp(self._slope, span, z, method, **options)
+            with np.errstate(all="ignore"):  # steps into what is not finite are made shorter
+                solution = solve_ivp(self._slope, span, z, method, **options)
         except _TooLongError as error:
             reason = f"{method} took {self.evaluations - 1} evaluations"
             raise SimulationError(f"{self._place(error.args[0])}: {reason}") from None

@@ -48,11 +48,12 @@ class Task:
         """
         if self.inputs is None:
             return None
-        pieces = interpolated(self.inputs, [motion.name for motion in self.mechanism.motions], self.stop_time)
+        motions = [motion.name for motion in self.mechanism.motions]
+        pieces = interpolated(self.inputs, motions, self.stop_time)
         if not self.hold:
             return pieces.signals
         grid = self.grid(step)
-        return held(Trajectory(grid, pieces.names, np.array([pieces.derivatives(t)[0] for t in grid])))
+        return held(Trajectory(grid, pieces.names, np.array([pieces.derivatives(t)[0] for t in grid])), motions)
 
     @property
     def steps(self) -> tuple[float, float, float]:

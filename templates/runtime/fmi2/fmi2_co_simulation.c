@@ -6,17 +6,6 @@
 #include "gate.h"
 #include "integrator.h"
 #include "logging.h"
-#include "notices.h"
-
-/* Logs what the solver noticed for the first time. fmi2DoStep returns fmi2OK all the same, because the step is complete
-   and some importers end a run at fmi2Warning. */
-static void report_notice(Component *component) {
-    char sentence[SENTENCE_SIZE];
-    if (component->instance.notice.kind != NOTICE_NONE) {
-        notice_sentence(&component->instance.notice, sentence, sizeof sentence);
-        warn(component, "%s", sentence);
-    }
-}
 
 /* Takes a communication step of length step (s) from the communication point (s), with all checks. Returns fmi2Error
    for an illegal call and for a step that cannot start, fmi2Discard for one that the solver cannot complete. */
@@ -35,7 +24,7 @@ static fmi2Status take_step(fmi2Component c, double point, double step) {
         explain_failure(&component->instance);
         return report_failure(component, fmi2Discard);
     }
-    report_notice(component);
+    report_notices(component);
     return fmi2OK;
 }
 

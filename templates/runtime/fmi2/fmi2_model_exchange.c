@@ -71,6 +71,7 @@ fmi2Status fmi2CompletedIntegratorStep(fmi2Component c, fmi2Boolean noSetFMUStat
     }
     *enterEventMode = importer_completes_step(&component->instance) ? fmi2True : fmi2False;
     *terminateSimulation = fmi2False;
+    report_notices(component);
     return fmi2OK;
 }
 
