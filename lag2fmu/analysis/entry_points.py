@@ -15,7 +15,7 @@ Model = EquationsOfMotion | Mechanism | str | Path
 
 
 def linearize(model: Model, **about: Any) -> Linearization:
-    """The linearization of ``model`` about its start, or ``about`` q=, qd= (n,) in SI units and t= in s.
+    """The linearization of ``model`` about its start, or ``about`` q=, qd= (n,), further= (f,) in SI units and t= in s.
 
     See ``lag2fmu.analysis.linearize``. Raises DerivationError where M is singular or nothing is finite.
     """
@@ -36,8 +36,8 @@ def modes(model: Model, **about: Any) -> tuple[Mode, ...]:
     Where there is no equilibrium, about the start. See ``lag2fmu.analysis.normal_modes``.
     """
     equations = _equations(model)
-    if not about:
-        about = {"q": found[0].q} if (found := analysis.equilibria(equations, most=1)) else {}
+    if not about and (found := analysis.equilibria(equations, most=1)):
+        about = {"q": found[0].q, "further": found[0].further}
     return analysis.normal_modes(analysis.linearize(equations, **about))
 
 

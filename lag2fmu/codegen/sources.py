@@ -50,6 +50,7 @@ class RuntimeTables:
     ``motions`` says for each motion input whether the equations contain one of its derivatives; motion inputs are the
     last inputs. ``default_solver_step`` (s) is the step of methods of fixed step, ``default_duration`` (s) the stop
     time of the experiment. ``stabilisation`` (1/s) is the rate at which the drift of constraints decays.
+    ``further_names`` are the further states, which stand behind (q, qd).
     """
 
     model_name: str
@@ -70,6 +71,12 @@ class RuntimeTables:
     default_duration: float
     stabilisation: float
     vibrations: tuple[tuple[float, int], ...] = ()
+    further_names: tuple[str, ...] = ()
+
+    @property
+    def further(self) -> int:
+        """The number of further states."""
+        return len(self.further_names)
 
     @property
     def massless_positions(self) -> int:
@@ -120,19 +127,20 @@ def render_sources(program: Program, tables: RuntimeTables, method: Method, guid
         "guid": guid,
         "helpers": [text for name, text in _HELPERS.items() if CODE[name] in used],
     }
-    files = runtime_files(method, bool(tables.constraint_names), bool(tables.massless))
+    files = runtime_files(method, bool(tables.constraint_names), bool(tables.massless), bool(tables.further))
     files |= {name: render(f"mechanism/{name}.jinja", context) for name in (*GENERATED, *method.generated_files)}
     return dict(sorted(files.items()))
 
 
-def runtime_files(method: Method, constrained: bool, massless: bool) -> dict[str, str]:
+def runtime_files(method: Method, constrained: bool, massless: bool, further: bool = False) -> dict[str, str]:
     """{file name: text} of the runtime, as far as a solver and a kind of mechanism need it; folders are left out.
 
     The gate of FMI, the folders of the chosen variants and the folder of the solver's family are taken as a whole, the
     latter with its own folders for these variants. Any other file is taken if an #include asks for it; NAME.h brings
     NAME.c along.
     """
-    variants = ("constraints" if constrained else "constraints_none", "massless" if massless else "massless_none")
+    present = {"constraints": constrained, "massless": massless, "further": further}
+    variants = [name if there else f"{name}_none" for name, there in present.items()]
     family = f"solvers/{method.family}"
     whole = ("fmi2", *(f"variants/{name}" for name in variants), family, *(f"{family}/{name}" for name in variants))
     wanted = set(texts := _texts(*whole))

@@ -12,6 +12,7 @@ import sympy as sp
 
 from lag2fmu.description import names
 from lag2fmu.dynamics.equations import EquationsOfMotion
+from lag2fmu.dynamics.variables import further_states
 from lag2fmu.graph.to_sympy import tidy, written, written_operations
 from lag2fmu.language.expressions import with_decimals
 
@@ -29,11 +30,12 @@ class Formula:
 
 @dataclass(frozen=True)
 class Formulas:
-    """T and V if they are told apart, M(q), (n, n), the equations of motion, (n,), and the constraints, (m,)."""
+    """T and V if they are told apart, M(q), the equations of motion (n,), of further states (f,), constraints (m,)."""
 
     energies: tuple[Formula, ...]
     mass_matrix: Formula
     motion: tuple[Formula, ...]
+    further: tuple[Formula, ...]
     constraints: tuple[Formula, ...]
 
 
@@ -44,6 +46,7 @@ class Expressions:
     energies: tuple[tuple[str, sp.Expr], ...]
     mass_matrix: sp.ImmutableMatrix
     motion: tuple[tuple[sp.Expr, sp.Expr], ...]
+    further: tuple[tuple[sp.Expr, sp.Expr], ...]
     constraints: tuple[sp.Expr, ...]
 
 
@@ -57,6 +60,7 @@ def formulas(equations: EquationsOfMotion) -> Formulas | None:
         tuple(paper.equation(sp.Symbol(letter), energy) for letter, energy in found.energies),
         paper.equation(sp.Symbol("M"), found.mass_matrix),
         tuple(paper.equation(left, right) for left, right in found.motion),
+        tuple(paper.equation(left, right) for left, right in found.further),
         tuple(paper.equation(residual, sp.S.Zero) for residual in found.constraints),
     )
 
@@ -75,7 +79,7 @@ def expressions(equations: EquationsOfMotion, most: int) -> Expressions | None:
     rest = [g.subtract(g.subtract(Q, f), R) for Q, f, R in zip(v.Q, equations.forcing, reactions, strict=True)]
     residuals = equations.constraints.residuals
     mass = [equations.mass_matrix[i][j] for i in range(n) for j in range(i + 1)]
-    nodes = [*(node for _, node in known), *mass, *rest, *residuals]
+    nodes = [*(node for _, node in known), *mass, *rest, *v.further_rates, *residuals]
     operations = written_operations(g, nodes)
     if operations > most:
         return None
@@ -87,7 +91,9 @@ def expressions(equations: EquationsOfMotion, most: int) -> Expressions | None:
     motion = tuple(
         (sp.Add(*(matrix[i, j] * accelerations[j] for j in range(n)), next(texts)), forces[i]) for i in range(n)
     )
-    return Expressions(printed, matrix, motion, tuple(texts))
+    rates = [sp.Symbol(names.derivative(str(g.leaf[node])), real=True) for node in v.further]
+    further = tuple((rate, next(texts)) for rate in rates)
+    return Expressions(printed, matrix, motion, further, tuple(texts))
 
 
 _ENERGIES = {"T": "kinetic_energy", "V": "potential_energy"}
@@ -104,6 +110,8 @@ class _Paper:
         moving = [*coordinates, *(motion.name for motion in equations.mechanism.motions)]
         dotted = {names.velocity(name): (name, 1) for name in moving}
         dotted |= {names.acceleration(name): (name, 2) for name in moving}
+        further = [z.name for z in further_states(equations.mechanism)]
+        dotted |= {names.derivative(name): (name, 1) for name in further}
         forces = {names.generalized_force(name): name for name in coordinates}
 
         class Latex(LatexPrinter):  # type: ignore[misc]

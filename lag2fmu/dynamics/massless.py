@@ -17,7 +17,7 @@ import sympy as sp
 
 from lag2fmu.description import names
 from lag2fmu.dynamics.elimination import Entries, null_vectors
-from lag2fmu.dynamics.variables import Variables
+from lag2fmu.dynamics.variables import Variables, further_states
 from lag2fmu.errors import DerivationError
 from lag2fmu.graph.autodiff import forward
 from lag2fmu.graph.graph import Graph, Node
@@ -68,11 +68,14 @@ def determined(mechanism: Mechanism) -> tuple[int | None, ...]:
 
 
 def continuous_states(mechanism: Mechanism) -> tuple[int, ...]:
-    """The indices in x = (q, qd) of the continuous states: all entries but those that equilibria determine."""
+    """The indices in x of the continuous states: all entries but those that equilibria determine.
+
+    x is (q, qd), and behind them stand the further states.
+    """
     n = len(mechanism.coordinates)
     pairs = list(zip(mechanism.constraints, determined(mechanism), strict=True))
     following = {i for c, i in pairs if c.holonomic} | {n + i for _, i in pairs if i is not None}
-    return tuple(i for i in range(2 * n) if i not in following)
+    return tuple(i for i in range(2 * n + len(further_states(mechanism))) if i not in following)
 
 
 def _shortest(expression: sp.Expr) -> sp.Expr:

@@ -76,8 +76,9 @@ class Program:
     signals: int = 0
 
     def contains(self, variable: str) -> bool:
-        """Whether the equations of motion or constraints contain the ``variable``; the time is 't'."""
-        equations = [f for f in self.functions if f.name in ("mechanism_dynamics", "mechanism_constrained")]
+        """Whether the equations of motion, further states or constraints contain the ``variable``; the time is 't'."""
+        names = ("mechanism_dynamics", "mechanism_constrained", "mechanism_further")
+        equations = [f for f in self.functions if f.name in names]
         return variable in self.graph.symbols([node for f in equations for *_, node in f.results])
 
     def operations(self, name: str) -> int:
@@ -92,16 +93,16 @@ def lower(equations: EquationsOfMotion, promoted: Collection[str] = (), variatio
     ``promoted`` names the accelerations and locals that are outputs beside those of the mechanism. ``variational``
     adds the momenta and forces that variational solvers work on.
 
-    The arguments of the functions are t; x = (q, qd), (2n,); u, the inputs: Q, then the user's, then y0, y0_dot,
-    y0_ddot of each motion; p, the independent parameters; qdd, (n,), with the m multipliers behind it. Where
-    coordinates without mass follow from forces, the rates of the inputs stand behind the inputs in u. Of M, which is
-    row-major, only the lower triangle is written. All values are in SI units. Raises DerivationError if a function
-    would need a variable that is none of its arguments.
+    The arguments of the functions are t; x = (q, qd) with the f further states behind, (2n + f,); u, the inputs: Q,
+    then the user's, then y0, y0_dot, y0_ddot of each motion; p, the independent parameters; qdd, (n,), with the m
+    multipliers behind it. Where coordinates without mass follow from forces, the rates of the inputs stand behind the
+    inputs in u. Of M, which is row-major, only the lower triangle is written. All values are in SI units. Raises
+    DerivationError if a function would need a variable that is none of its arguments.
     """
     equations = equations.apart()
     g, v = equations.graph, equations.variables
     p = Array("p", v.parameters)
-    state = (Array("t", (v.t,), True), Array("x", (*v.q, *v.qd)), Array("u", v.signals), p)
+    state = (Array("t", (v.t,), True), Array("x", v.states), Array("u", v.signals), p)
     factor, solution = _factor_and_solve(equations, state)
     outputs = frozenset((*equations.mechanism.output_names, *promoted))
     qdd = Array("qdd", v.unknowns)
@@ -112,6 +113,7 @@ def lower(equations: EquationsOfMotion, promoted: Collection[str] = (), variatio
         factor,
         solution,
         *_constraints(equations, state, factor),
+        *_further(equations, state, qdd),
         *(_canonical(equations, state) if variational else ()),
         _function(
             "mechanism_locals",
@@ -197,6 +199,13 @@ def _factor_and_solve(equations: EquationsOfMotion, state: tuple[Array, ...]) ->
     return factor, _function("mechanism_solve", "The solution a of M a = b.", (Array("w", w), Array("b", rhs)), a=x)
 
 
+def _further(equations: EquationsOfMotion, state: tuple[Array, ...], qdd: Array) -> Iterator[Function]:
+    """The derivatives of the further states, if there are any."""
+    if equations.variables.further:
+        doc = "Derivatives dz of the further states; qdd holds the accelerations and behind them the multipliers."
+        yield _function("mechanism_further", doc, (*state, qdd), dz=equations.variables.further_rates)
+
+
 def _canonical(equations: EquationsOfMotion, state: tuple[Array, ...]) -> Iterator[Function]:
     """Momenta and forces of Lagrange's equations, for variational methods."""
     momenta, forces = canonical(equations.graph, equations.variables, equations.parts)
@@ -225,30 +234,35 @@ def _constraints(equations: EquationsOfMotion, state: tuple[Array, ...], factor:
     )
 
 
-def _tangents(tangent: Tangent, state: tuple[Array, ...], qdd: Array, constrained: bool) -> tuple[Function, ...]:
+def _tangents(tangent: Tangent, state: tuple[Array, ...], qdd: Array, constrained: bool) -> Iterator[Function]:
     """Directional derivatives along (dt, dx, du, dp)."""
     p, dp, dqdd = state[-1], Array("dp", tangent.dp), Array("dqdd", tangent.dqdd)
     seed = (Array("dt", (tangent.dt,), True), Array("dx", tangent.dx), Array("du", (*tangent.du, *tangent.drates)), dp)
-    return (
-        _function(
-            "mechanism_residual_tangent",
-            "Directional derivative dr of r = M qdd - f at fixed qdd."
-            + (" Behind M qdd - f - G^T multiplier: G qdd + gamma, v, phi." if constrained else ""),
-            (*state, qdd, *seed),
-            dr=tangent.residual,
-        ),
-        _function(
-            "mechanism_locals_tangent",
-            "Directional derivative dy of the momenta, energies and outputs.",
+    yield _function(
+        "mechanism_residual_tangent",
+        "Directional derivative dr of r = M qdd - f at fixed qdd."
+        + (" Behind M qdd - f - G^T multiplier: G qdd + gamma, v, phi." if constrained else ""),
+        (*state, qdd, *seed),
+        dr=tangent.residual,
+    )
+    if tangent.further:
+        yield _function(
+            "mechanism_further_tangent",
+            "Directional derivative d2z of the derivatives dz of the further states.",
             (*state, qdd, *seed, dqdd),
-            dy=tangent.locals,
-        ),
-        _function(
-            "mechanism_dependent_tangent",
-            "Directional derivative dc of the dependent parameters.",
-            (p, dp),
-            dc=tangent.dependent,
-        ),
+            d2z=tangent.further,
+        )
+    yield _function(
+        "mechanism_locals_tangent",
+        "Directional derivative dy of the momenta, energies and outputs.",
+        (*state, qdd, *seed, dqdd),
+        dy=tangent.locals,
+    )
+    yield _function(
+        "mechanism_dependent_tangent",
+        "Directional derivative dc of the dependent parameters.",
+        (p, dp),
+        dc=tangent.dependent,
     )
 
 

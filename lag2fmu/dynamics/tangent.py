@@ -17,12 +17,13 @@ from lag2fmu.graph.graph import Node
 
 @dataclass(frozen=True)
 class Tangent:
-    """Seeds and derivatives as nodes: seeds dt, dx (q then qd, 2n), du (inputs), dp (parameters), dqdd (n + m).
+    """Seeds and derivatives as nodes: seeds dt, dx (q, qd, further states), du (inputs), dp (parameters), dqdd (n + m).
 
     ``drates`` are the seeds of the inputs' rates; it is empty where the equations contain none.
 
     ``residual``: dr, (n + m,), and behind it the derivatives of the constraints' velocities (m,) and positions (h,);
-    ``locals``: derivatives of ``EquationsOfMotion.locals()`` in order; ``dependent``: those of dependent parameters.
+    ``further``: derivatives of the further states' rates; ``locals``: derivatives of ``EquationsOfMotion.locals()`` in
+    order; ``dependent``: those of dependent parameters.
     """
 
     dt: Node
@@ -34,6 +35,7 @@ class Tangent:
     locals: tuple[Node, ...]
     dependent: tuple[Node, ...]
     drates: tuple[Node, ...] = ()
+    further: tuple[Node, ...] = ()
 
 
 def differentiate(equations: EquationsOfMotion) -> Tangent:
@@ -43,7 +45,7 @@ def differentiate(equations: EquationsOfMotion) -> Tangent:
     def seeds(nodes: tuple[Node, ...]) -> tuple[Node, ...]:
         return tuple(g.symbol(f"d {g.leaf[node]}") for node in nodes)
 
-    states, inputs, c = (*v.q, *v.qd), v.inputs, equations.constraints
+    states, inputs, c = v.states, v.inputs, equations.constraints
     (dt,) = seeds((v.t,))
     dx, du, dp, dqdd = seeds(states), seeds(inputs), seeds(v.parameters), seeds(v.unknowns)
     drates = seeds(v.rates)
@@ -62,4 +64,5 @@ def differentiate(equations: EquationsOfMotion) -> Tangent:
         locals=tuple(forward(g, [node for _, node in equations.locals()], moving)),
         dependent=tuple(dependent),
         drates=drates,
+        further=tuple(forward(g, v.further_rates, moving)),
     )

@@ -9,12 +9,14 @@ from graphlib import TopologicalSorter
 from lag2fmu.description import names
 from lag2fmu.graph.from_sympy import Translator
 from lag2fmu.graph.graph import Graph, Node
-from lag2fmu.mechanism import Mechanism
+from lag2fmu.mechanism import Mechanism, State
 
 
 @dataclass(frozen=True)
 class Variables:
     """The variables as nodes: t; q, qd, qdd, Q of n entries each; plain inputs, motions and independent parameters.
+
+    ``further``: the further states z, (f,), and ``further_rates``: their derivatives as nodes, once they are composed.
 
     ``multipliers``: one for each constraint, (m,). ``motions`` holds (y0, y0_dot, y0_ddot) for each motion input.
     ``rates`` holds the first, then the second time derivatives of all inputs; it is empty unless an equilibrium of a
@@ -31,6 +33,13 @@ class Variables:
     motions: tuple[tuple[Node, Node, Node], ...]
     parameters: tuple[Node, ...]
     rates: tuple[Node, ...] = ()
+    further: tuple[Node, ...] = ()
+    further_rates: tuple[Node, ...] = ()
+
+    @property
+    def states(self) -> tuple[Node, ...]:
+        """The vector x of the generated functions: q, qd and the further states, (2 n + f,)."""
+        return (*self.q, *self.qd, *self.further)
 
     @property
     def unknowns(self) -> tuple[Node, ...]:
@@ -48,8 +57,12 @@ class Variables:
         return (*self.inputs, *self.rates)
 
     def direction(self, graph: Graph, accelerating: bool) -> dict[Node, Node]:
-        """The direction of time {variable: its rate}: t -> 1, q -> qd, motions alike, qd -> qdd if ``accelerating``."""
+        """The direction of time {variable: its rate}: t -> 1, q -> qd, motions alike, qd -> qdd if ``accelerating``.
+
+        Further states have the rates that are composed so far.
+        """
         rates = {self.t: graph.one} | dict(zip(self.q, self.qd, strict=True))
+        rates |= zip(self.further, self.further_rates, strict=False)
         if self.rates:
             rates |= dict(zip(self.signals, self.rates, strict=False))
         for y, y_dot, y_ddot in self.motions:
@@ -59,6 +72,11 @@ class Variables:
     def moves(self, graph: Graph, node: Node) -> bool:
         """Whether ``node`` contains velocities."""
         return bool(set(self.qd) & set(graph.cone([node])))
+
+
+def further_states(mechanism: Mechanism) -> tuple[State, ...]:
+    """The further states in the order of the vector z: those of the user."""
+    return mechanism.states
 
 
 def declare(graph: Graph, mechanism: Mechanism) -> Variables:
@@ -81,6 +99,7 @@ def declare(graph: Graph, mechanism: Mechanism) -> Variables:
             for u in mechanism.motions
         ),
         parameters=nodes([p.name for p in mechanism.parameters if p.value is not None]),
+        further=nodes([state.name for state in further_states(mechanism)]),
     )
     if not any(c.massless for c in mechanism.constraints):
         return v
@@ -91,7 +110,7 @@ def declare(graph: Graph, mechanism: Mechanism) -> Variables:
 def translator(graph: Graph, mechanism: Mechanism, variables: Variables) -> Translator:
     """A translator that knows the variables, the dependent parameters and the definitions of ``mechanism``."""
     v = variables
-    known = [v.t, *v.q, *v.qd, *v.unknowns, *v.inputs, *v.parameters]
+    known = [v.t, *v.states, *v.unknowns, *v.inputs, *v.parameters]
     translate = Translator(
         graph, {str(graph.leaf[node]): node for node in known}, (e for _, e in mechanism.expressions())
     )

@@ -108,10 +108,10 @@ class _Steps:
         if _operations(self._lagrangian) > MAX_OPERATIONS:
             count = f"L has {_rounded(_operations(self._lagrangian))} operations: its derivatives are not written out"
             yield "Derivatives of L", [self._say(count)]
-            yield "Equations of motion", self._on_graph()
+            yield "Equations of motion", [*self._on_graph(), *self._further()]
             return
         yield "Derivatives of L", self._formulas(self._derivatives())
-        yield "Equations of motion", self._formulas(self._equations())
+        yield "Equations of motion", [*self._formulas(self._equations()), *self._further()]
 
     def _on_frames(self) -> Iterator[tuple[str, Sequence[str]]]:
         """The steps of a spatial mechanism: its frames as they are given; the rest is composed, not written out."""
@@ -137,7 +137,7 @@ class _Steps:
             [self._say(", ".join([*loads, *(f"on {f.coordinate}" for f in m.forces)]) or "none")],
         )
         yield "Derivatives of L", [self._say("by automatic differentiation")]
-        yield "Equations of motion", self._on_graph()
+        yield "Equations of motion", [*self._on_graph(), *self._further()]
 
     # ------------------------------------------------------------------------------------------------- the steps
 
@@ -248,6 +248,12 @@ class _Steps:
             left = _tidy(self.composition.rate(self._lagrangian.diff(qd)) - self._lagrangian.diff(q))
             left = sp.collect(sp.expand(left), accelerations)
             yield self.notation.expression(left), force - c.dissipation.diff(qd) + reaction
+
+    def _further(self) -> list[str]:
+        """The derivatives of the further states, definitions written out."""
+        pairs = zip(self.mechanism.states, self.composition.further, strict=True)
+        rates = [(self.notation.name(names.derivative(z.name)), rate) for z, rate in pairs]
+        return self._formulas(rates) if rates else []
 
     # ------------------------------------------------------------------------------------------------- writing
 

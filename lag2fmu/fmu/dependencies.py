@@ -7,6 +7,7 @@ from collections.abc import Iterable, Mapping
 from lag2fmu.description import names
 from lag2fmu.dynamics import EquationsOfMotion
 from lag2fmu.dynamics.massless import continuous_states
+from lag2fmu.dynamics.variables import further_states
 
 
 def dependencies(equations: EquationsOfMotion) -> dict[str, frozenset[str]]:
@@ -22,6 +23,8 @@ def dependencies(equations: EquationsOfMotion) -> dict[str, frozenset[str]]:
         *(names.multiplier(c.name) for c in m.constraints),
     )
     x = [q.name for q in m.coordinates] + [names.velocity(q.name) for q in m.coordinates]
+    further = [state.name for state in further_states(m)]
+    x += further
     states = [x[i] for i in continuous_states(m)]
     following = _following(equations, {*x} - {*states})
     blocks = dict(zip(unknowns, equations.unknown_dependencies(), strict=True))
@@ -32,6 +35,8 @@ def dependencies(equations: EquationsOfMotion) -> dict[str, frozenset[str]]:
     found |= known
     found |= {names.derivative(q.name): _without([names.velocity(q.name)], known) for q in m.coordinates}
     found |= {names.derivative(names.velocity(q.name)): blocks[names.acceleration(q.name)] for q in m.coordinates}
+    rates = zip(further, equations.variables.further_rates, strict=True)
+    found |= {names.derivative(name): _without(graph.symbols([node]), known) for name, node in rates}
     found |= {state: frozenset([state]) for state in states}
     return {name: frozenset("time" if used == "t" else used for used in uses) for name, uses in found.items()}
 

@@ -18,6 +18,7 @@ from lag2fmu.description import names
 from lag2fmu.dynamics import EquationsOfMotion, Program
 from lag2fmu.dynamics.constraints import ambiguous
 from lag2fmu.dynamics.massless import continuous_states, determined
+from lag2fmu.dynamics.variables import further_states
 from lag2fmu.errors import ExportError
 from lag2fmu.fmu.dependencies import dependencies
 from lag2fmu.language.units import JOULE, SECOND, WATT, Unit, parse_unit
@@ -123,6 +124,7 @@ def promotable(equations: EquationsOfMotion, wanted: Sequence[str]) -> frozenset
     """
     mechanism = equations.mechanism
     states = {name for q in mechanism.coordinates for name in (q.name, names.velocity(q.name))}
+    states |= {z.name for z in further_states(mechanism)}
     known = [names.acceleration(q.name) for q in mechanism.coordinates]
     known += [names.multiplier(c.name) for c in mechanism.constraints]
     known += [name for name, _ in equations.locals() if name not in mechanism.output_names]
@@ -146,7 +148,10 @@ def _velocity(q: Coordinate, state: bool) -> Variable:
 
 
 def _add_states(builder: _Builder, mechanism: Mechanism) -> None:
-    """Add q and qd, all of them outputs. Those that an equilibrium of a coordinate without mass gives are no states."""
+    """Add q, qd and the further states, all of them outputs.
+
+    Those that an equilibrium of a coordinate without mass gives are no states.
+    """
     states = set(continuous_states(mechanism))
     for i, q in enumerate(mechanism.coordinates):
         state = Variable(
@@ -166,6 +171,12 @@ def _add_states(builder: _Builder, mechanism: Mechanism) -> None:
         builder.add(state, _STATE[i in states], i)
     for i, q in enumerate(mechanism.coordinates, len(mechanism.coordinates)):
         builder.add(_velocity(q, i in states), _STATE[i in states], i)
+    for i, z in enumerate(further_states(mechanism), 2 * len(mechanism.coordinates)):
+        doc = z.doc or f"further state {z.name}"
+        state = Variable(
+            z.name, 0, "output", "continuous", "exact", z.start, _resolved(z.unit), doc, nominal=z.nominal, state=True
+        )
+        builder.add(state, "VARIABLE_STATE", i)
 
 
 def _inputs(mechanism: Mechanism) -> Iterable[Variable]:
@@ -261,10 +272,10 @@ def _resolved(unit: Unit | str | None) -> Unit | None:
 
 
 def _add_derivatives(builder: _Builder, mechanism: Mechanism) -> None:
-    """The variables with the attribute 'derivative': aliases of qd and qdd without start."""
+    """The variables with the attribute 'derivative': aliases of qd and qdd without start, and dz/dt."""
     pairs = [(q.name, names.velocity(q.name)) for q in mechanism.coordinates]
     pairs += [(names.velocity(q.name), names.acceleration(q.name)) for q in mechanism.coordinates]
-    pairs = [pairs[i] for i in continuous_states(mechanism)]
+    pairs = [pairs[i] for i in continuous_states(mechanism) if i < len(pairs)]
     units = {v.name: v.unit for v in builder.variables}
     for state, rate in pairs:
         builder.variables.append(
@@ -279,6 +290,11 @@ def _add_derivatives(builder: _Builder, mechanism: Mechanism) -> None:
                 derivative_of=state,
             )
         )
+    for i, z in enumerate(further_states(mechanism)):
+        unit, doc = _per(_resolved(z.unit), SECOND), f"time derivative of {z.name}"
+        name = names.derivative(z.name)
+        rate = Variable(name, 0, "local", "continuous", "calculated", None, unit, doc, derivative_of=z.name)
+        builder.add(rate, "VARIABLE_FURTHER_RATE", i)
 
 
 # ----------------------------------------------------------------------------------------------------------- for C
@@ -287,16 +303,20 @@ def _add_derivatives(builder: _Builder, mechanism: Mechanism) -> None:
 def _tables(
     mechanism: Mechanism, program: Program, slots: Sequence[Slot], variables: Sequence[Variable]
 ) -> RuntimeTables:
-    q = mechanism.coordinates
+    q, z = mechanism.coordinates, further_states(mechanism)
     starts: Mapping[str, float] = {v.name: v.start for v in variables if v.start is not None}
     nominal = tuple(c.nominal for c in q)
     return RuntimeTables(
         model_name=mechanism.name,
         slots=tuple(slots),
         coordinate_names=tuple(c.name for c in q),
-        start_states=(*(c.start for c in q), *(c.velocity for c in q)),
-        nominal_states=(*nominal, *nominal),
-        given_states=(*(c.given is not False for c in q), *(c.velocity_given is not False for c in q)),
+        start_states=(*(c.start for c in q), *(c.velocity for c in q), *(s.start for s in z)),
+        nominal_states=(*nominal, *nominal, *(s.nominal for s in z)),
+        given_states=(
+            *(c.given is not False for c in q),
+            *(c.velocity_given is not False for c in q),
+            *(True for _ in z),
+        ),
         constraint_names=tuple(c.name for c in mechanism.constraints),
         holonomic=len(mechanism.holonomic),
         continuous_states=continuous_states(mechanism),
@@ -312,14 +332,20 @@ def _tables(
         default_duration=mechanism.experiment.stop_time,
         # drift decays in about ten communication steps: a much faster decay would make the equations stiff
         stabilisation=0.1 / mechanism.experiment.step,
+        further_names=tuple(s.name for s in z),
     )
 
 
 def _columns(mechanism: Mechanism, variables: Sequence[Variable]) -> list[Collection[int]]:
-    """The states (q, qd) that each acceleration depends on, by structure; all of them where there are constraints."""
+    """The states that each acceleration and each derivative of a further state depends on, by structure.
+
+    Where there are constraints these are all states.
+    """
     q = [c.name for c in mechanism.coordinates]
+    z = [state.name for state in further_states(mechanism)]
     if mechanism.constraints:
-        return [range(2 * len(q))] * len(q)
-    column = {name: i for i, name in enumerate([*q, *map(names.velocity, q)])}
+        return [range(2 * len(q) + len(z))] * (len(q) + len(z))
+    column = {name: i for i, name in enumerate([*q, *map(names.velocity, q), *z])}
     known = {v.name: v.dependencies or () for v in variables}
-    return [[column[name] for name in known[names.acceleration(c)] if name in column] for c in q]
+    rates = [*map(names.acceleration, q), *map(names.derivative, z)]
+    return [[column[name] for name in known[rate] if name in column] for rate in rates]

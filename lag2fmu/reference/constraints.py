@@ -157,6 +157,7 @@ def _expressions(mechanism: Mechanism, constraints: tuple[Constraint, ...]) -> t
     jacobian = [velocity.diff(v) for velocity in velocities for v in s.qd]
     moving = dict(zip(s.q, s.qd, strict=True)) | {TIME: sp.S.One}
     moving |= dict(zip(s.motion, s.motion_dot, strict=True)) | dict(zip(s.motion_dot, s.motion_ddot, strict=True))
+    moving |= dict(zip(s.further, composition.further, strict=True))
     gamma = [sp.Add(*(w.diff(x) * rate for x, rate in moving.items())) for w in velocities]
     return (*values, *velocities, *gamma, *jacobian)
 

@@ -45,14 +45,13 @@ the forces stall every method where they hold the motion, as dry friction does."
 class Reference:
     """A direct integration at m times; SI units.
 
-    ``trajectory``: q, qd, qdd, outputs, multipliers and residuals of constraints, kinetic_energy, potential_energy,
-    generalized_energy.
-    ``work`` (m,): integral of Q.qd - qd.dR/dqd - dL/dt in J, so that generalized_energy - work is constant.
-    ``scales``: max(range, nominal) of every q and qd (nominal of qd: the same by 1 s).
-    ``error``: |difference| of the runs at rtol and 10 rtol, for q, qd; an estimate from above for the trajectory.
-    ``amplification`` (m,): A(t), largest ratio until t of the distance of two runs to the distance of their starts, in
-    units of the motion: the norm max |difference| / unit over q and qd, see ``_units``. ``method`` is what was used,
-    ``evaluations`` what it took.
+    ``trajectory``: q, qd, further states, qdd, outputs, multipliers and residuals of constraints, kinetic_energy,
+    potential_energy, generalized_energy. ``work`` (m,): integral of Q.qd - qd.dR/dqd - dL/dt in J, so that
+    generalized_energy - work is constant. ``scales``: max(range, nominal) of every q, qd (nominal: the same by 1 s) and
+    further state. ``error``: |difference| of the runs at rtol and 10 rtol, for q, qd, z; an estimate from above for the
+    trajectory. ``amplification`` (m,): A(t), largest ratio until t of the distance of two runs to the distance of their
+    starts, in units of the motion: the norm max |difference| / unit over q, qd and z, see ``_units``. ``method`` is
+    what was used, ``evaluations`` what it took.
     """
 
     trajectory: Trajectory
@@ -65,7 +64,7 @@ class Reference:
 
     @property
     def relative_error(self) -> Floats:
-        """The estimated error relative to ``scales``, the worst of q and qd: (m,)."""
+        """The estimated error relative to ``scales``, the worst of q, qd and z: (m,)."""
         worst: Floats = (self.error.values / [self.scales[name] for name in self.error.names]).max(axis=1)
         return worst
 
@@ -103,11 +102,11 @@ def integrate(
 ) -> Reference:
     """Integrate ``mechanism`` from times[0] and report at ``times`` (m,) in s, strictly increasing.
 
-    ``parameters`` and ``starts`` (names NAME and NAME_dot of coordinates) replace declared SI values. ``inputs``: see
-    ``signals_of``. ``rtol`` in [1e-13, 1e-2] weighs with |x| + nominal. Where DOP853 fails Radau is tried.
-    ``progress`` is told the share that is done, 0 to 1. Raises LoadError for unknown or unusable names and values,
-    SimulationError with the time reached. Source: Hairer, Norsett, Wanner, Solving Ordinary Differential Equations I,
-    section II.5; Hairer, Wanner, volume II, section IV.8.
+    ``parameters`` and ``starts`` (NAME and NAME_dot of coordinates, further states) replace declared SI values.
+    ``inputs``: see ``signals_of``. ``rtol`` in [1e-13, 1e-2] weighs with |x| + nominal. Where DOP853 fails Radau is
+    tried. ``progress`` is told the share that is done, 0 to 1. Raises LoadError for unknown or unusable names and
+    values, SimulationError with the time reached. Source: Hairer, Norsett, Wanner, Solving Ordinary Differential
+    Equations I, section II.5; Hairer, Wanner, volume II, section IV.8.
     """
     grid = _checked_times(times)
     if method not in SCIPY_METHODS or not 1e-13 <= rtol <= 1e-2:
@@ -150,15 +149,17 @@ def remedy_of_jumps(mechanism: Mechanism) -> str:
 
 
 class _Run:
-    """One problem: z = (q, qd, work), (2 n + 1,), from ``start`` over ``times`` (m,)."""
+    """One problem: z = (q, qd, further states, work), (s + 1,), from ``start`` over ``times`` (m,)."""
 
     def __init__(self, equations: Equations, signals: Signals, times: Floats, start: Floats) -> None:
         self.equations, self.signals, self.times, self.n = equations, signals, times, equations.n
         self.start = start
+        self.further = [state.name for state in equations.mechanism.states]
+        self.size = 2 * self.n + len(self.further)  # s
         # what pulls back onto the constraints, in units of the resolution that the experiment asks for
         self.damping = DAMPING / equations.mechanism.experiment.step if equations.energies.constraints.m else 0.0
         nominal = np.array([c.nominal for c in equations.mechanism.coordinates])
-        self.nominal = np.concatenate([nominal, nominal])
+        self.nominal = np.concatenate([nominal, nominal, [z.nominal for z in equations.mechanism.states]])
         self.evaluations, self.end = 0, np.inf
         self.last = float(times[0]), start
         self._before_compiling = COMPILED_AFTER if equations.small else 0
@@ -168,8 +169,13 @@ class _Run:
         self.share = 0.0  # what was done before the run that is going on, which is half of all
 
     def state(self, t: float, z: Floats) -> State:
-        """The state at z (copies, 2 n + 1)."""
-        return self.equations.energies.state(t, z[:, : self.n], z[:, self.n : 2 * self.n], self._inputs(t))
+        """The state at z (copies, s + 1)."""
+        inputs = {**self._inputs(t), **self.further_of(z)}
+        return self.equations.energies.state(t, z[:, : self.n], z[:, self.n : 2 * self.n], inputs)
+
+    def further_of(self, z: Floats) -> dict[str, Floats]:
+        """The further states by name, (m,) each, of z (m, s + 1)."""
+        return dict(zip(self.further, z[:, 2 * self.n : self.size].T, strict=True))
 
     def _inputs(self, t: float) -> Mapping[str, float]:
         """The inputs at t; those that jump keep their value until the end of the segment."""
@@ -188,26 +194,26 @@ class _Run:
             raise SimulationError(f"{self._place(self.times[0])}: {reason}")
 
     def perturbed(self, units: Floats) -> Floats:
-        """The start moved by 1e-8 in the norm of the ``units`` (2 n,), along a direction without symmetry."""
-        direction = np.cos(np.arange(1, 2 * self.n + 1))
+        """The start moved by 1e-8 in the norm of the ``units`` (s,), along a direction without symmetry."""
+        direction = np.cos(np.arange(1, self.size + 1))
         moved: Floats = self.start.copy()
-        moved[: 2 * self.n] += PERTURBATION * units * direction / np.abs(direction).max()
+        moved[: self.size] += PERTURBATION * units * direction / np.abs(direction).max()
         back: Floats = self.projected(self.times[:1], moved[None])[0]
         return back
 
     def projected(self, times: Floats, z: Floats) -> Floats:
-        """z (m, 2 n + 1) at ``times`` moved onto the constraints; nothing without constraints."""
+        """z (m, s + 1) at ``times`` moved onto the constraints; nothing without constraints."""
         if not self.equations.energies.constraints.m:
             return z
         found: Floats = z.copy()
         for row, t in zip(found, times, strict=True):
-            inputs = self.signals.at(float(t))
+            inputs = {**self.signals.at(float(t)), **{k: x[0] for k, x in self.further_of(row[None]).items()}}
             q, qd = self.equations.energies.consistent(row[: self.n], row[self.n : 2 * self.n], float(t), inputs)
             row[: 2 * self.n] = [*q, *qd]
         return found
 
     def solve(self, method: str, rtol: float, start: Floats, pieces: int) -> tuple[Floats, int]:
-        """z at the times, (m, copies, 2 n + 1), from ``start`` (copies, 2 n + 1), and the evaluations it took.
+        """z at the times, (m, copies, s + 1), from ``start`` (copies, s + 1), and the evaluations it took.
 
         No step is longer than 1 / ``pieces`` of the way to the next break of the inputs, or of LONGEST_PART of the
         whole: what lasts for a short time only is not stepped over.
@@ -254,18 +260,25 @@ class _Run:
         self.last = (t, z)
         if self.progress is not None and self.evaluations % 100 == 0:
             self.progress(self.share + 0.5 * (t - self.times[0]) / (self.times[-1] - self.times[0]))
-        copies, n = z.reshape(-1, 2 * self.n + 1), self.n
+        copies, n = z.reshape(-1, self.size + 1), self.n
         if self._before_compiling == 0:
             self._single = single_state(self.equations)
         self._before_compiling -= 1
         if self._single is None:
-            qdd, _, power = self.equations.rates(self.state(t, copies), self.damping)
-            return np.concatenate([copies[:, n : 2 * n], qdd.T, power[:, None]], axis=1).ravel()
+            state = self.state(t, copies)
+            qdd, multipliers, power = self.equations.rates(state, self.damping)
+            further = self.equations.energies.further(state, (qdd, multipliers))
+            return np.concatenate([copies[:, n : 2 * n], qdd.T, further.T, power[:, None]], axis=1).ravel()
         inputs = self.equations.energies.input_values(self._inputs(t))
         slopes = np.empty_like(copies)
         slopes[:, :n] = copies[:, n : 2 * n]
         for copy, slope in zip(copies, slopes, strict=True):
-            slope[n : 2 * n], _, slope[2 * n] = self._single.rates(t, copy, inputs, self.damping)
+            inputs[len(inputs) - len(self.further) :] = copy[2 * n : self.size]
+            qdd, multipliers, slope[self.size] = self._single.rates(t, copy, inputs, self.damping)
+            slope[n : 2 * n] = qdd
+            if self.further:
+                state = State(np.asarray(t), copy[:n], copy[n : 2 * n], inputs)
+                slope[2 * n : self.size] = self.equations.energies.further(state, (qdd, multipliers))
         return slopes.ravel()
 
     def _energy_scale(self) -> float:
@@ -277,7 +290,7 @@ class _Run:
     def _reason(self, message: str) -> str:
         """Why it stopped: what is wrong with the last state tried, else what SciPy says."""
         t, z = self.last
-        state = self.state(t, z.reshape(-1, 2 * self.n + 1))
+        state = self.state(t, z.reshape(-1, self.size + 1))
         if np.isfinite(self.equations.rates(state)[0]).all():
             return message
         return self.equations.weakness(state)
@@ -299,13 +312,14 @@ def _checked_times(times: ArrayLike) -> Floats:
 
 
 def _start(equations: Equations, overrides: Mapping[str, float], time: float, signals: Signals) -> Floats:
-    """z at the start, (2 n + 1,): declared values, ``overrides`` by NAME or NAME_dot; raises LoadError.
+    """z at the start, (s + 1,): declared values, ``overrides`` by NAME or NAME_dot; raises LoadError.
 
     Guesses are solved for the constraints at ``time``.
     """
     mechanism, energies = equations.mechanism, equations.energies
     coordinates = mechanism.coordinates
     values = {c.name: c.start for c in coordinates} | {velocity(c.name): c.velocity for c in coordinates}
+    values |= {z.name: z.start for z in mechanism.states}
     bounds = {c.name: (c.minimum, c.maximum) for c in coordinates}
     for name, value in overrides.items():
         if name not in values:
@@ -317,28 +331,27 @@ def _start(equations: Equations, overrides: Mapping[str, float], time: float, si
     found: Floats = np.array(list(values.values()))
     if energies.constraints.m:
         free = [c.given is False for c in coordinates], [c.velocity_given is False for c in coordinates]
-        found = np.concatenate(
-            energies.consistent(found[: energies.n], found[energies.n :], time, signals.at(time), free)
-        )
+        n, inputs = energies.n, {**signals.at(time), **{z.name: values[z.name] for z in mechanism.states}}
+        found[: 2 * n] = np.concatenate(energies.consistent(found[:n], found[n : 2 * n], time, inputs, free))
     return np.append(found, 0.0)
 
 
 def _scales(z: Floats, nominal: Floats) -> Floats:
-    """max(range, nominal) of q and qd over a run z (m, 2 n + 1): (2 n,)."""
+    """max(range, nominal) of q, qd and further states over a run z (m, s + 1): (s,)."""
     scales: Floats = np.maximum(np.ptp(z[:, : len(nominal)], axis=0), nominal)
     return scales
 
 
 def _units(run: _Run, z: Floats, scales: Floats) -> Floats:
-    """What distances of two runs are measured in, (2 n,): the scales, velocities by the pace of their coordinates too.
+    """What distances of two runs are measured in, (s,): the scales, velocities by the pace of their coordinates too.
 
-    A coordinate that is moved by its scale swings with the rate sqrt(|d qdd/dq|) (1/s, the greatest along z (m, 2 n +
-    1)) and gets velocities of scale times rate. Without that a fast vibration would look like a growing one.
+    A coordinate that is moved by its scale swings with the rate sqrt(|d qdd/dq|) (1/s, the greatest along z (m, s + 1))
+    and gets velocities of scale times rate. Without that a fast vibration would look like a growing one.
     """
     n = run.n
     rows = np.unique(np.linspace(0, len(z) - 1, PACES).astype(int))
     times, q, qd = run.times[rows], z[rows, :n], z[rows, n : 2 * n]
-    inputs = run.signals.sampled(times)
+    inputs = {**run.signals.sampled(times), **run.further_of(z[rows])}
     changes = []
     for i, change in enumerate(1e-6 * scales[:n]):
         sides = []
@@ -347,20 +360,21 @@ def _units(run: _Run, z: Floats, scales: Floats) -> Floats:
             moved[:, i] += sign * change
             sides.append(run.equations.rates(run.equations.energies.state(times, moved, qd, inputs))[0][i])
         changes.append(np.nanmax(np.nan_to_num(np.abs(sides[0] - sides[1]), posinf=0.0)) / (2 * change))
-    return np.concatenate([scales[:n], np.maximum(scales[n:], scales[:n] * np.sqrt(changes))])
+    speeds = np.maximum(scales[n : 2 * n], scales[:n] * np.sqrt(changes))
+    return np.concatenate([scales[:n], speeds, scales[2 * n :]])
 
 
 def _assembled(
     run: _Run, fine: Floats, coarse: Floats, measures: tuple[Floats, Floats], method: str, evaluations: int
 ) -> Reference:
-    """The record of two runs: ``fine`` (m, 2 n + 1), ``coarse`` (m, 2, 2 n + 1) with the perturbed one.
+    """The record of two runs: ``fine`` (m, s + 1), ``coarse`` (m, 2, s + 1) with the perturbed one.
 
-    ``measures`` are the scales and units of q and qd, (2 n,) each.
+    ``measures`` are the scales and units of q, qd and further states, (s,) each.
     """
     n, equations, times = run.n, run.equations, run.times
-    inputs = run.signals.sampled(times)
+    inputs = {**run.signals.sampled(times), **run.further_of(fine)}
     names = [c.name for c in equations.mechanism.coordinates]
-    states = [*names, *map(velocity, names)]
+    states = [*names, *map(velocity, names), *run.further]
     q, qd = fine[:, :n], fine[:, n : 2 * n]
     columns = dict(zip(states, fine.T, strict=False))
     columns |= dict(zip(map(acceleration, names), equations.accelerations(times, q, qd, inputs).T, strict=True))
@@ -371,12 +385,12 @@ def _assembled(
     for energy in ("kinetic_energy", "potential_energy", "generalized_energy"):
         columns[energy] = getattr(equations, energy)(times, q, qd, inputs)
     scales, units = measures
-    distance = (np.abs(coarse[:, 1, : 2 * n] - coarse[:, 0, : 2 * n]) / units).max(axis=1)
+    distance = (np.abs(coarse[:, 1, : run.size] - coarse[:, 0, : run.size]) / units).max(axis=1)
     return Reference(
         trajectory=Trajectory.of(times, columns),
-        work=fine[:, 2 * n],
+        work=fine[:, run.size],
         scales=dict(zip(states, scales.tolist(), strict=True)),
-        error=Trajectory(times, tuple(states), np.abs(fine - coarse[:, 0])[:, : 2 * n]),
+        error=Trajectory(times, tuple(states), np.abs(fine - coarse[:, 0])[:, : run.size]),
         amplification=np.maximum.accumulate(distance / distance[0]),
         method=method,
         evaluations=evaluations,

@@ -170,7 +170,7 @@ def _header(mechanism: Mechanism) -> str:
     """What native.c includes: sizes, and the functions of a mechanism."""
     c = composition_of(mechanism)
     s, m = c.symbols, len(mechanism.constraints)
-    sizes = {"N": len(s.q), "MOTIONS": len(s.motion), "OTHERS": len(s.plain) + len(s.external), "M": m}
+    sizes = {"N": len(s.q), "MOTIONS": len(s.motion), "OTHERS": len(s.plain) + len(s.external) + len(s.further), "M": m}
     constants = {p: sp.Symbol(f"p[{i}]", real=True) for i, p in enumerate(s.parameters)}
     configuration = (TIME, *s.q, *s.qd, *s.motion, *s.motion_dot)
     everything = (TIME, *s.q, *s.qd, *s.inputs)

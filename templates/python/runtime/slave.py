@@ -15,11 +15,11 @@ from typing import Any, ClassVar, NoReturn
 from pythonfmu.enums import Fmi2Status
 from pythonfmu.fmi2slave import Fmi2Slave
 
-from .equations import accelerations
+from .equations import accelerations, further_rates
 from .integrator import LEAST_TOLERANCE, Integrator
 from .legal_calls import CALLS, SETTABLE, legal_modes, verdict
 from .library import hold, release_at_exit
-from .model import ACCELERATION, DEPENDENT, LOCAL, TIME, Model, Unsolvable, Variable, Vector
+from .model import ACCELERATION, DEPENDENT, FURTHER_RATE, LOCAL, TIME, Model, Unsolvable, Variable, Vector
 from .state import ERROR, INITIALIZATION, STEP_COMPLETE, STEP_FAILED, TERMINATED, State, restore, save
 
 # Importers compute times in many ways: a difference of this part of the communication step is bridged, and a stop time
@@ -169,7 +169,7 @@ class MechanismSlave(Fmi2Slave):  # type: ignore[misc]  # pythonfmu has no types
         state = self.state
         if variable.kind == TIME:
             return state.time
-        if variable.kind not in (ACCELERATION, DEPENDENT, LOCAL):
+        if variable.kind not in (ACCELERATION, DEPENDENT, FURTHER_RATE, LOCAL):
             stored: list[float] = getattr(state, f"{variable.kind}s")
             return stored[variable.index]
         try:
@@ -191,6 +191,8 @@ class MechanismSlave(Fmi2Slave):  # type: ignore[misc]  # pythonfmu has no types
                 found: Vector = accelerations(self.model, *known)
             elif kind == DEPENDENT:
                 found = self.model.follow(state.parameters)
+            elif kind == FURTHER_RATE:
+                found = further_rates(self.model, *known, self._vector(ACCELERATION))
             else:
                 found = self.model.calculate(*known, self._vector(ACCELERATION))
             self._calculated[kind] = [float(x) for x in found]
@@ -212,9 +214,10 @@ class MechanismSlave(Fmi2Slave):  # type: ignore[misc]  # pythonfmu has no types
     # ------------------------------------------------------------------------------------------------------ equations
 
     def _derivative(self, t: float, states: Vector) -> list[float]:
-        """dx/dt = (qd, qdd), (2n,), with the present inputs and parameters; raises Unsolvable."""
-        qdd = accelerations(self.model, t, states, self.state.inputs, self.state.parameters)
-        return [*states[len(states) // 2 :], *qdd]
+        """dx/dt = (qd, qdd, dz), (2n + f,), with the present inputs and parameters; raises Unsolvable."""
+        known = (t, states, self.state.inputs, self.state.parameters)
+        qdd, n = accelerations(self.model, *known), len(self.model.nominal)
+        return [*states[n : 2 * n], *qdd, *further_rates(self.model, *known, qdd)]
 
     def _forget(self) -> None:
         """What was calculated does not belong to the state any more."""

@@ -89,6 +89,11 @@ void failure_sentence(const Failure *failure, char text[], size_t size) {
         snprintf(text, size, "at time %.17g the equations of motion give no finite acceleration of %s; "
                  "the motion has left the range where they are defined%s", failure->time, names, fixed_step_remedy());
         break;
+    case FAILURE_FURTHER:
+        snprintf(text, size, "at time %.17g the derivative of the state %s is %g; its expression is not defined for the "
+                 "present states and inputs%s", failure->time, state_name(failure->state), failure->amount,
+                 fixed_step_remedy());
+        break;
     case FAILURE_OVERFLOW:
         snprintf(text, size, "at time %.17g the state %s grows beyond all bounds even in a solver step of %.3g s; "
                  "the motion ends here%s", failure->time, state_name(failure->state), failure->step,
