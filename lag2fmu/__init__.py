@@ -13,6 +13,7 @@ from lag2fmu.version import VERSION as __version__
 
 if TYPE_CHECKING:
     from lag2fmu.analysis.entry_points import equilibria, linearize, modes
+    from lag2fmu.description.events import Contact, Friction, State, Stop, Table
     from lag2fmu.dynamics import derive
     from lag2fmu.errors import Lag2FmuError
     from lag2fmu.fmu import Fmu, export
@@ -22,10 +23,15 @@ if TYPE_CHECKING:
     from lag2fmu.verify import Report, simulate, validate
 
 _HOME = {
+    "Contact": "lag2fmu.description.events",
     "Fmu": "lag2fmu.fmu",
+    "Friction": "lag2fmu.description.events",
     "Lag2FmuError": "lag2fmu.errors",
     "Mechanism": "lag2fmu.mechanism",
     "Report": "lag2fmu.verify",
+    "State": "lag2fmu.description.events",
+    "Stop": "lag2fmu.description.events",
+    "Table": "lag2fmu.description.events",
     "Trajectory": "lag2fmu.reference",
     "derive": "lag2fmu.dynamics",
     "equilibria": "lag2fmu.analysis.entry_points",
@@ -38,10 +44,15 @@ _HOME = {
 }
 
 __all__ = [
+    "Contact",
     "Fmu",
+    "Friction",
     "Lag2FmuError",
     "Mechanism",
     "Report",
+    "State",
+    "Stop",
+    "Table",
     "Trajectory",
     "__version__",
     "derive",

@@ -141,10 +141,15 @@ def test_there_are_no_import_cycles() -> None:
 
 def test_the_public_names_are_these() -> None:
     assert sorted(lag2fmu.__all__) == [
+        "Contact",
         "Fmu",
+        "Friction",
         "Lag2FmuError",
         "Mechanism",
         "Report",
+        "State",
+        "Stop",
+        "Table",
         "Trajectory",
         "__version__",
         "derive",

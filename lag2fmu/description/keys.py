@@ -17,7 +17,8 @@ CONSTANT = frozenset({"parameter"})
 GIVEN = CONSTANT | {"time"}
 CONFIGURATION = GIVEN | {"coordinate", "motion"}
 STATE = CONFIGURATION | {"velocity", "motion velocity"}
-ANY = STATE | {"input", "motion acceleration"}
+ANY = STATE | {"input", "motion acceleration", "further state"}
+BORNE = ANY | {"multiplier", "contact force"}
 """Kinds of names that expressions may use, see ``Scope`` of the room mechanism; each set is part of the next one."""
 
 OWN_RATE = "damper's own rate"
@@ -62,13 +63,14 @@ def key(
     names: frozenset[str] = frozenset(),
     unit: Unit | str | None = None,
     order: int = 0,
+    compare: bool = True,
 ) -> Any:
     """The field of a part that the text format has under ``name``, by default the field's own; see ``Key``.
 
-    Without a ``default`` it is required.
+    Without a ``default`` it is required. Without ``compare`` equal parts may differ in it.
     """
     known = Key(kind, doc, default, name, "", names, unit, order)
-    return field(default=default, metadata={"key": known})
+    return field(default=default, compare=compare, metadata={"key": known})
 
 
 def unit_key(order: int = 0) -> Any:

@@ -178,13 +178,17 @@ class Constraint:
     An ``equilibrium`` is that of the forces on a coordinate without mass, which may contain all inputs: it ties the
     coordinates without a force of its own; a ``damped_equilibrium`` ties velocities. The derivation finds them.
 
-    ``unit`` is that of the expression; None: what follows from the units of the names in it.
+    ``unit`` is that of the expression; None: what follows from the units of the names in it. With ``while_`` it holds
+    while that expression is above 0, and is left out otherwise: latches, grippers, release.
     """
 
     name: str
     expression: Expression = key("expression", "What is zero.", names=CONFIGURATION, unit=OWN)
     kind: str = "holonomic"
     unit: Unit | str | None = unit_key()
+    while_: Expression | None = key(
+        "expression", "It holds while this is above 0; by default always.", default=None, name="while", names=ANY
+    )
 
     def __post_init__(self) -> None:
         normalise(self, f"constraints.{self.name}")

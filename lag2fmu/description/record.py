@@ -12,6 +12,7 @@ from typing import Any, NamedTuple, TypeVar
 
 import sympy as sp
 
+from lag2fmu.description.events import IMPACTS, Contact, Friction, State, Stop
 from lag2fmu.description.joints import Joint
 from lag2fmu.description.keys import Key, key
 from lag2fmu.description.names import suggestion
@@ -29,6 +30,7 @@ from lag2fmu.description.parts import (
 )
 from lag2fmu.description.places import WORLD, Body, Frame, Place, Point, Vector, expressions_of
 from lag2fmu.description.symbols import Coordinate, Declared, Input, Parameter
+from lag2fmu.description.tables import Table
 from lag2fmu.errors import MechanismError
 
 
@@ -79,6 +81,9 @@ class Description:
     _: KW_ONLY
     title: str = key("string", "What it is, in a few words.", default="")
     source: str = key("string", "Where equations and values come from.", default="")
+    impacts: str = key(
+        IMPACTS, "How contacts share an impact: in rounds, or in one problem over all that touch.", default="sequential"
+    )
     parameters: tuple[Parameter, ...] = table_key(
         Parameter, "lines", "Constants of the mechanism: NAME = { value = ..., unit = ... }."
     )
@@ -86,6 +91,12 @@ class Description:
         Coordinate, "lines", "Generalized coordinates q; NAME_dot is the velocity of NAME."
     )
     inputs: tuple[Input, ...] = table_key(Input, "lines", "Signals from outside that expressions may use.")
+    states: tuple[State, ...] = table_key(
+        State, "lines", "Further states of first order: NAME = { derivative = ..., start = ..., unit = ... }."
+    )
+    tables: tuple[Table, ...] = table_key(
+        Table, "tables", "Measured data as functions of one or two arguments: NAME(x) in expressions."
+    )
     definitions: tuple[Definition, ...] = table_key(
         Definition, "expressions", "Names for expressions that others use, in any order."
     )
@@ -117,6 +128,11 @@ class Description:
     constraints: tuple[Constraint, ...] = table_key(
         Constraint, "kinds", "Equations that hold all the time, each written as an expression that is zero."
     )
+    contacts: tuple[Contact, ...] = table_key(
+        Contact, "tables", "Unilateral contacts, by gap and slip or between two places."
+    )
+    stops: tuple[Stop, ...] = table_key(Stop, "tables", "Hard limits of expressions.")
+    frictions: tuple[Friction, ...] = table_key(Friction, "tables", "Dry friction along relative velocities.")
     outputs: tuple[Output, ...] = table_key(Output, "lines", "Further outputs of the FMU.")
     experiment: Experiment = table_key(Experiment, "single", "What a default run looks like.", default=Experiment())
     strict_units: bool = key("flag", "true: dimensions that do not match are an error, not a warning.", default=False)

@@ -22,6 +22,8 @@ _EXPRESSION: Schema = {"type": ["string", "number"]}
 _VECTOR: Schema = {"type": "array", "items": _EXPRESSION, "minItems": 1}
 _AXIS: Schema = {"anyOf": [{"enum": list(places.AXES)}, _VECTOR]}
 _PAIR: Schema = {"type": "array", "items": [_AXIS, _EXPRESSION], "minItems": 2, "maxItems": 2}
+_ROW: Schema = {"type": "array", "items": {"type": "number"}}
+_COLUMN: Schema = {"type": "array", "items": {"anyOf": [{"type": "number"}, _ROW]}}
 
 VALUES: dict[str, Schema] = {
     "string": {"type": "string"},
@@ -36,6 +38,9 @@ VALUES: dict[str, Schema] = {
     "axis": _AXIS,
     "names": {"type": "array", "items": {"type": "string"}, "minItems": 1},
     "rotations": {"type": "array", "items": _PAIR},
+    "file": {"type": "string"},
+    "columns": {"type": "array", "items": _COLUMN, "minItems": 2, "maxItems": 3},
+    "units": {"type": "array", "items": {"type": "string"}, "minItems": 1},
 }
 """Kind of a ``Key`` -> what may stand there."""
 

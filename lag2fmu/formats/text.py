@@ -19,7 +19,7 @@ from lag2fmu.description.record import Description, table_keys
 from lag2fmu.description.symbols import Coordinate, start_or_guess
 from lag2fmu.errors import MechanismError, TextError
 from lag2fmu.formats.keys import CONSTRAINT, NAMED, SINGLE, TABLES
-from lag2fmu.formats.toml_table import TomlTable
+from lag2fmu.formats.toml_table import Surroundings, TomlTable
 from lag2fmu.language.units import DIMENSIONLESS
 from lag2fmu.mechanism import Mechanism, complete
 
@@ -59,7 +59,7 @@ def read(text: str, where: str) -> Mechanism:
     if len(text) > MAX_BYTES:
         raise TextError(f"{where}: has {len(text)} characters; a mechanism of more than {MAX_BYTES} is not read")
     try:
-        return complete(_description(_parse_toml(text)))
+        return complete(_description(_parse_toml(text), Path(where).parent))
     except MechanismError as error:
         raise TextError(f"{where}: {error}") from error
 
@@ -95,12 +95,16 @@ _READ: dict[str, Callable[[TomlTable, str], object]] = {
     "axis": TomlTable.axis,
     "names": TomlTable.names,
     "rotations": TomlTable.rotations,
+    "file": TomlTable.file,
+    "columns": TomlTable.columns,
+    "units": TomlTable.units,
 }
 """Kind of a ``Key`` -> how it is read; numbers need the unit of their table, see ``_values``."""
 
 
-def _description(content: dict[str, Any]) -> Description:
-    root = TomlTable("", content, TABLES)
+def _description(content: dict[str, Any], folder: Path) -> Description:
+    tables = content.get("tables", {})
+    root = TomlTable("", content, TABLES, Surroundings(folder, tuple(tables) if isinstance(tables, dict) else ()))
     root.require("mechanism")
     head = _values(Description, root.table("mechanism", SINGLE["mechanism"]))
     written = {name: of for name, of in table_keys().items() if name in content}
@@ -115,7 +119,7 @@ def _single(root: TomlTable, name: str, kind: type) -> object:
 def _named(root: TomlTable, name: str, kind: type) -> list[object]:
     """A part for each of the sub-tables."""
     parts = root.table(name)
-    subs = {label: TomlTable(parts.place(label), content, NAMED[name]) for label, content in parts.content.items()}
+    subs = {label: parts.table(label, NAMED[name]) for label in parts.content}
     return [_part(kind, sub, label) for label, sub in subs.items()]
 
 
@@ -133,7 +137,7 @@ def _constraints(root: TomlTable, name: str, kind: type) -> list[object]:
         table = kinds.table(of)
         for label, content in table.content.items():
             if isinstance(content, dict):
-                found.append(_part(kind, TomlTable(table.place(label), content, CONSTRAINT), label, kind=of))
+                found.append(_part(kind, table.table(label, CONSTRAINT), label, kind=of))
             else:
                 found.append(kind(label, table.expression(label), of))
     return found

@@ -5,7 +5,8 @@ from __future__ import annotations
 from collections.abc import Callable, Iterable
 from decimal import Decimal
 from fractions import Fraction
-from typing import Any
+from pathlib import Path, PurePath
+from typing import Any, NamedTuple
 
 import sympy as sp
 
@@ -17,15 +18,28 @@ from lag2fmu.language.units import Unit, parse_unit
 MAX_EXPONENT, MAX_BITS, MAX_NUMBER = 330, 1024, 1600
 
 
+class Surroundings(NamedTuple):
+    """What a text is read in: the ``folder`` of files that it names, and the ``tables`` that expressions may call."""
+
+    folder: Path = Path()
+    tables: tuple[str, ...] = ()
+
+
 class TomlTable:
     """One table of the text with its place; hands out each entry in the type it should have, or raises TextError."""
 
-    def __init__(self, where: str, content: object, keys: Iterable[str] | None = None) -> None:
+    def __init__(
+        self,
+        where: str,
+        content: object,
+        keys: Iterable[str] | None = None,
+        around: Surroundings = Surroundings(),  # noqa: B008 (frozen)
+    ) -> None:
         """``keys`` are the ones that may stand here (None: any)."""
         if not isinstance(content, dict):
             listed = "" if keys is None else f"; its keys are {', '.join(keys)}"
             raise TextError(f"{where}: expected a table {{ ... }}, got {describe(content)}{listed}")
-        self.where, self.content = where, content
+        self.where, self.content, self.around = where, content, around
         known = content if keys is None else tuple(keys)
         for key in content:
             if key not in known:
@@ -38,7 +52,7 @@ class TomlTable:
 
     def table(self, key: str, keys: Iterable[str] | None = None) -> TomlTable:
         """The table ``key``, empty if it is not there."""
-        return TomlTable(self.place(key), self.content.get(key, {}), keys)
+        return TomlTable(self.place(key), self.content.get(key, {}), keys, self.around)
 
     def text(self, key: str, default: str | None = "") -> str | None:
         """The string ``key``, ``default`` if it is not there; raises TextError for another type."""
@@ -75,12 +89,12 @@ class TomlTable:
         """The expression ``key``, a string or a number; None if it is not there and not required."""
         if required:
             self.require(key)
-        return read_expression(self.content[key], self.place(key)) if key in self.content else None
+        return self._expression(self.content[key], self.place(key)) if key in self.content else None
 
     def vector(self, key: str) -> tuple[sp.Expr, ...] | None:
         """The expressions of the array ``key``, None if it is not there; raises TextError if it is empty."""
         value = self._array(key, "expressions")
-        return value and tuple(read_expression(item, f"{self.place(key)}[{i}]") for i, item in enumerate(value))
+        return value and tuple(self._expression(item, f"{self.place(key)}[{i}]") for i, item in enumerate(value))
 
     def scalar_or_vector(self, key: str) -> sp.Expr | tuple[sp.Expr, ...] | None:
         """The expression ``key``, or the expressions of the array ``key``; None if it is not there."""
@@ -103,12 +117,54 @@ class TomlTable:
             if not isinstance(item, list) or len(item) != 2:
                 raise TextError(f'{place}: expected a pair of axis and angle, e.g. ["z", "q"], got {describe(item)}')
             axis, angle = item
-            turns.append((_axis(axis, f"{place}.axis"), read_expression(angle, f"{place}.angle")))
+            turns.append((self._axis(axis, f"{place}.axis"), self._expression(angle, f"{place}.angle")))
         return tuple(turns)
 
     def axis(self, key: str) -> str | tuple[sp.Expr, ...] | None:
         """The axis ``key``, a string or an array of expressions; None if it is not there."""
-        return _axis(self.content[key], self.place(key)) if key in self.content else None
+        return self._axis(self.content[key], self.place(key)) if key in self.content else None
+
+    def file(self, key: str) -> Path | None:
+        """The file ``key``, below the folder of the text; None if it is not there."""
+        text = self.text(key, None)
+        if text is None:
+            return None
+        if "columns" in self.content:
+            raise TextError(f"{self.where}: 'columns' and '{key}' exclude each other; leave one out")
+        path = PurePath(text)
+        if path.is_absolute() or ".." in path.parts or not path.parts:
+            raise TextError(f"{self.place(key)}: '{text}' is no file beside the text or below; put it there")
+        return self.around.folder / path
+
+    def columns(self, key: str) -> tuple[Any, ...] | None:
+        """The arrays of numbers in the array ``key``, which may hold arrays again; None if it is not there."""
+        value = self._array(key, "columns")
+        return value and tuple(_numbers(item, f"{self.place(key)}[{i}]") for i, item in enumerate(value))
+
+    def units(self, key: str) -> tuple[Unit, ...]:
+        """The units in the array ``key``; raises TextError for a text that is no unit."""
+        try:
+            return tuple(parse_unit(text) for text in self.names(key) or ())
+        except UnitError as error:
+            raise TextError(f"{self.place(key)}: {error}") from error
+
+    def _axis(self, value: object, where: str) -> str | tuple[sp.Expr, ...]:
+        if value == []:
+            raise TextError(f"{where}: the array is empty")
+        if isinstance(value, list):
+            return tuple(self._expression(x, f"{where}[{j}]") for j, x in enumerate(value))
+        if not isinstance(value, str):
+            raise TextError(f"{where}: expected 'x', 'y', 'z' or an array of 3, got {describe(value)}")
+        return value
+
+    def _expression(self, value: object, where: str) -> sp.Expr:
+        """A string parsed or a number taken; raises TextError or ExpressionError with ``where``."""
+        if isinstance(value, str):
+            return parse(value, where=where, tables=self.around.tables)
+        if isinstance(value, bool) or not isinstance(value, (int, Decimal)):
+            raise TextError(f"{where}: expected an expression (a string or a number), got {describe(value)}")
+        fraction(value, where)
+        return parse(str(value), where=where)
 
     def _array(self, key: str, entries: str) -> tuple[Any, ...] | None:
         value = self.content.get(key)
@@ -119,14 +175,14 @@ class TomlTable:
         return None if value is None else tuple(value)
 
 
-def _axis(value: object, where: str) -> str | tuple[sp.Expr, ...]:
-    if value == []:
-        raise TextError(f"{where}: the array is empty")
-    if isinstance(value, list):
-        return tuple(read_expression(x, f"{where}[{j}]") for j, x in enumerate(value))
-    if not isinstance(value, str):
-        raise TextError(f"{where}: expected 'x', 'y', 'z' or an array of 3, got {describe(value)}")
-    return value
+def _numbers(value: object, where: str) -> Any:
+    """Numbers of an array, as floats, which may be arrays of numbers again."""
+    if not isinstance(value, list):
+        raise TextError(f"{where}: expected an array of numbers, got {describe(value)}")
+    return tuple(
+        _numbers(item, f"{where}[{i}]") if isinstance(item, list) else float(fraction(item, f"{where}[{i}]"))
+        for i, item in enumerate(value)
+    )
 
 
 def describe(value: object) -> str:
@@ -163,13 +219,3 @@ def fraction(value: object, where: str) -> Fraction:
     if too_large:
         raise TextError(f"{where}: {describe(value)} has too many digits or is outside of the range of floats")
     return Fraction(value)
-
-
-def read_expression(value: object, where: str) -> sp.Expr:
-    """A string parsed or a number taken; raises TextError or ExpressionError with ``where``."""
-    if isinstance(value, str):
-        return parse(value, where=where)
-    if isinstance(value, bool) or not isinstance(value, (int, Decimal)):
-        raise TextError(f"{where}: expected an expression (a string or a number), got {describe(value)}")
-    fraction(value, where)
-    return parse(str(value), where=where)

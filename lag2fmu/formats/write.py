@@ -12,10 +12,11 @@ import sympy as sp
 
 from lag2fmu.description.keys import keys_of
 from lag2fmu.description.outputs import QUANTITIES, Output
-from lag2fmu.description.parts import KINDS
+from lag2fmu.description.parts import KINDS, Constraint
 from lag2fmu.description.record import label_of, table_keys
 from lag2fmu.description.symbols import Coordinate
-from lag2fmu.language.expressions import to_text
+from lag2fmu.description.tables import Table
+from lag2fmu.language.expressions import number_text, to_text
 from lag2fmu.language.units import DIMENSIONLESS, Unit, exact
 from lag2fmu.mechanism import Mechanism
 
@@ -56,10 +57,14 @@ def _of_constraints(name: str, parts: Iterable[Any]) -> list[str]:
     return [
         _table(
             f"{name}.{kind}",
-            {c.name: _inline(_values(c)) if c.unit else _expression(c.expression) for c in parts if c.kind == kind},
+            {c.name: _of_constraint(c) for c in parts if c.kind == kind},
         )
         for kind in KINDS
     ]
+
+
+def _of_constraint(c: Constraint) -> str:
+    return _expression(c.expression) if c.unit is None and c.while_ is None else _inline(_values(c))
 
 
 _FORMS: dict[str, Callable[[str, list[Any]], list[str]]] = {
@@ -106,6 +111,8 @@ def _special(part: Any, unit: Unit) -> Values:
             "guess_velocity": rate if part.velocity_given is False else None,
             "nominal": _difference(part.nominal, unit) if part.nominal_from == "given" else None,
         }
+    if isinstance(part, Table):
+        return {"file": None}  # what it held stands in the columns, so that the text needs no other file
     if isinstance(part, Output) and part.quantity in QUANTITIES and part.unit == QUANTITIES[part.quantity][2]:
         return {"unit": None}
     return {}
@@ -113,6 +120,11 @@ def _special(part: Any, unit: Unit) -> Values:
 
 def _strings(names: Iterable[object]) -> str:
     return f"[{', '.join(_string(str(name)) for name in names)}]"
+
+
+def _columns(entries: Iterable[Any]) -> str:
+    """Numbers, or arrays of numbers."""
+    return f"[{', '.join(_columns(x) if isinstance(x, tuple) else number_text(x) for x in entries)}]"
 
 
 def _axis(axis: str | Iterable[sp.Expr]) -> str:
@@ -189,6 +201,8 @@ _WRITE: dict[str, Callable[[Any], str]] = {
     "expression or vector": lambda value: _vector(value) if isinstance(value, tuple) else _expression(value),
     "axis": _axis,
     "names": _strings,
+    "columns": _columns,
+    "units": lambda units: _strings(unit.name or "1" for unit in units),
     "rotations": lambda turns: f"[{', '.join(f'[{_axis(axis)}, {_expression(angle)}]' for axis, angle in turns)}]",
 }
 """Kind of a ``Key`` -> how its value is written; numbers depend on the unit of their part, see ``_values``."""

@@ -14,11 +14,12 @@ import sympy as sp
 from lag2fmu.errors import UnitError
 from lag2fmu.language.expressions import to_text
 from lag2fmu.language.units import BASE_UNITS, Exponents, si_name
+from lag2fmu.language.vocabulary import Choice, Smooth, TableCall
 
 Dimension = tuple[Fraction, ...]
 ONE: Dimension = (Fraction(0),) * (len(BASE_UNITS) - 1)
 
-_SAME = (sp.Min, sp.Max, sp.Abs)
+_SAME = (sp.Min, sp.Max, sp.Abs, Smooth)
 
 
 def dimension(exponents: Exponents) -> Dimension:
@@ -34,10 +35,17 @@ def describe(d: Dimension) -> str:
 
 
 class DimensionOf:
-    """Infers dimensions of expressions; ``known`` maps names to dimensions (None or missing: unknown)."""
+    """Infers dimensions of expressions; ``known`` maps names to dimensions (None or missing: unknown).
 
-    def __init__(self, known: Mapping[str, Dimension | None]) -> None:
-        self.known = known
+    ``tables`` maps names of tables to the dimensions of their arguments and their value.
+    """
+
+    def __init__(
+        self,
+        known: Mapping[str, Dimension | None],
+        tables: Mapping[str, tuple[Dimension | None, ...]] | None = None,
+    ) -> None:
+        self.known, self.tables = known, tables or {}
         self.memory: dict[sp.Expr, Dimension | None] = {}
 
     def __call__(self, expression: sp.Expr) -> Dimension | None:
@@ -56,8 +64,13 @@ class DimensionOf:
         if e.is_Pow:
             return self._power(e)
         if e.is_Add or isinstance(e, (*_SAME, sp.atan2)):
-            common = self._common(e)
+            common = self._common(e.args)
             return ONE if isinstance(e, sp.atan2) else common
+        if isinstance(e, Choice):
+            self(e.args[0])
+            return self._common(e.args[1:])
+        if isinstance(e, TableCall):
+            return self._of_table(e)
         if isinstance(e, (sp.sign, sp.Heaviside)):
             self(e.args[0])
             return ONE
@@ -68,6 +81,17 @@ class DimensionOf:
                 "it must be a pure number or an angle"
             )
         return ONE
+
+    def _of_table(self, e: TableCall) -> Dimension | None:
+        columns = self.tables.get(e.table, (None,))
+        for argument, wanted in zip(e.args, columns, strict=False):
+            found = self(argument)
+            if None not in (found, wanted) and found != wanted and not argument.is_number:
+                raise UnitError(
+                    f"the argument '{to_text(argument)}' of '{e.table}' is in {describe(found)}, "  # type: ignore[arg-type]
+                    f"its column is in {describe(wanted)}"  # type: ignore[arg-type]
+                )
+        return columns[-1]
 
     def _power(self, e: sp.Expr) -> Dimension | None:
         base, exponent = self(e.base), self(e.exp)
@@ -81,11 +105,11 @@ class DimensionOf:
             return None
         return tuple(b * Fraction(int(e.exp.p), int(e.exp.q)) for b in base)
 
-    def _common(self, e: sp.Expr) -> Dimension | None:
-        """The one dimension of all arguments of a sum; zero fits everywhere."""
+    def _common(self, terms: tuple[sp.Expr, ...]) -> Dimension | None:
+        """The one dimension of all ``terms`` of a sum; zero fits everywhere."""
         found: tuple[sp.Expr, Dimension] | None = None
         unknown = False
-        for a in e.args:
+        for a in terms:
             d = self(a)
             unknown |= d is None
             if d is None or a.is_zero:

@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import math
 import re
-from collections.abc import Callable
+from collections.abc import Callable, Collection
 
 import sympy as sp
 
@@ -17,21 +17,27 @@ from lag2fmu.language.vocabulary import (
     CONSTANTS,
     FUNCTIONS,
     MAX_ARGUMENTS,
+    MAX_AXES,
+    MAX_CHOICES,
     MAX_DIGITS,
     MAX_LENGTH,
     MAX_NESTING,
     MAX_NUMBER_DEPTH,
     MAX_POWER,
+    MAX_WRITTEN,
+    WORDS,
+    Choice,
     depth,
     excess,
     symbol,
+    table_function,
     value_of,
 )
 
 Resolve = Callable[[str], sp.Expr | None]
 
 _SCANNER = re.compile(
-    r"(?P<space>\s+)|(?P<number>(?:\d+\.?\d*|\.\d+)(?:[eE][+-]?\d+)?)|(?P<name>[A-Za-z_]\w*)|(?P<operator>\*\*|[-+*/(),^])",
+    r"(?P<space>\s+)|(?P<number>(?:\d+\.?\d*|\.\d+)(?:[eE][+-]?\d+)?)|(?P<name>[A-Za-z_]\w*)|(?P<operator>\*\*|[<>]=?|[=!]=|[-+*/(),^=])",
     re.ASCII,
 )
 
@@ -39,12 +45,16 @@ _SCANNER = re.compile(
 class _Parser:
     """One pass over the text of one expression.
 
-    expression: ['+'|'-'] term (('+'|'-') term)*;  term: factor (('*'|'/') factor)*;
-    factor: {'+'|'-'} power;  power: primary ['**' factor];  primary: number | name | call | '(' expression ')'
+    expression: choice ('or' choice)*;  choice: negation ('and' negation)*;  negation: ['not'] comparison;
+    comparison: sum [('<'|'<='|'>'|'>=') sum];  sum: ['+'|'-'] term (('+'|'-') term)*;
+    term: factor (('*'|'/') factor)*;  factor: {'+'|'-'} power;  power: primary ['**' factor];
+    primary: number | name | call | '(' expression ')'
+
+    Conditions are made of ``Choice``: 'and' puts its right side for every 1 of the left one, 'or' for every 0.
     """
 
-    def __init__(self, text: str, resolve: Resolve, where: str) -> None:
-        self.text, self.resolve, self.where = text, resolve, where
+    def __init__(self, text: str, resolve: Resolve, where: str, tables: Collection[str]) -> None:
+        self.text, self.resolve, self.where, self.tables = text, resolve, where, tables
         self.position, self.nesting = 0, 0
         self.kind, self.token, self.column = "", "", 0
         if len(text) > MAX_LENGTH:
@@ -80,12 +90,65 @@ class _Parser:
         self.nesting += 1
         if self.nesting > MAX_NESTING:
             raise self.fail(f"parentheses nested deeper than {MAX_NESTING}")
+        result = self.conjunction()
+        while self.token == "or":
+            self.advance()
+            result = self.put(result, sp.S.One, self.condition(self.conjunction()))
+        self.nesting -= 1
+        return result
+
+    def conjunction(self) -> sp.Expr:
+        result = self.negation()
+        while self.token == "and":
+            self.advance()
+            result = self.put(result, self.condition(self.negation()), sp.S.Zero)
+        return result
+
+    def negation(self) -> sp.Expr:
+        negations = 0
+        while self.token == "not":
+            negations += 1
+            self.advance()
+        result = self.comparison()
+        if negations:
+            self.condition(result)
+        return self.put(result, sp.S.Zero, sp.S.One) if negations % 2 else result
+
+    def comparison(self) -> sp.Expr:
+        """x > y is Choice(x - y, 1, 0) and x >= y is Choice(y - x, 0, 1): at a tie both are exact."""
+        left, operator = self.sum(), self.token
+        if operator in ("=", "==", "!="):
+            raise self.fail(f"'{operator}' is not an operator; conditions are made of <, <=, > and >=")
+        if operator not in ("<", "<=", ">", ">="):
+            return left
+        self.advance()
+        right = self.sum()
+        if self.token in ("<", "<=", ">", ">="):
+            raise self.fail("two comparisons in a row; join them by 'and'")
+        margin = self.checked(left - right if operator in (">", "<=") else right - left)
+        strict = len(operator) == 1
+        return Choice(margin, sp.Integer(strict), sp.Integer(not strict))
+
+    def condition(self, value: sp.Expr) -> sp.Expr:
+        """``value`` if it is a condition: 1 or 0 always."""
+        if value not in (0, 1) and not (isinstance(value, Choice) and value.is_condition):
+            raise self.fail(f"'{value}' is no condition, such as x > 0, before the text")
+        return value
+
+    def put(self, condition: sp.Expr, a: sp.Expr, b: sp.Expr) -> sp.Expr:
+        """``a`` for every 1 of the ``condition``, ``b`` for every 0."""
+        result = _put(self.condition(condition), a, b)
+        nodes, nested = _extent(result, {})
+        if nodes > MAX_WRITTEN or nested > MAX_CHOICES:
+            raise self.fail("too many cases when the conditions are written out; split them into definitions")
+        return result
+
+    def sum(self) -> sp.Expr:
         terms = [self.term()]
         while self.token in ("+", "-"):
             sign = self.token
             self.advance()
             terms.append(self.term() if sign == "+" else -self.term())
-        self.nesting -= 1
         return self.checked(sp.Add(*terms))
 
     def term(self) -> sp.Expr:
@@ -132,6 +195,8 @@ class _Parser:
         kind, token, column = self.kind, self.token, self.column
         if kind == "number":
             return self.number(token)
+        if token in WORDS and token != "if":
+            raise self.fail(f"unexpected '{token}'")
         if kind == "name":
             self.advance()
             if self.token == "(":
@@ -157,18 +222,25 @@ class _Parser:
         return sp.Rational(token)
 
     def call(self, name: str, column: int) -> sp.Expr:
-        if name not in FUNCTIONS:
+        constructor: Callable[..., sp.Expr]
+        if name in self.tables:
+            count, constructor = 0, table_function(name)
+        elif name == "if":
+            count, constructor = 3, self.put
+        elif name in FUNCTIONS:
+            count, constructor = FUNCTIONS[name]
+        else:
             self.column = column
-            raise self.fail(f"'{name}' is not a function; known are {', '.join(FUNCTIONS)}")
-        count, constructor = FUNCTIONS[name]
+            raise self.fail(f"'{name}' is not a function; known are {', '.join([*FUNCTIONS, 'if', *self.tables])}")
         self.advance()
         arguments = [self.expression()]
         while self.token == ",":
             self.advance()
             arguments.append(self.expression())
         self.expect(")")
-        if len(arguments) != count and not (count < 0 and len(arguments) >= -count):
-            wanted = str(count) if count > 0 else f"{-count} or more"
+        fits = len(arguments) == count if count > 0 else len(arguments) >= -count
+        if not fits or (name in self.tables and len(arguments) > MAX_AXES):
+            wanted = str(count) if count > 0 else f"{-count} or more" if count else f"1 to {MAX_AXES}"
             raise self.fail(f"{name} takes {wanted} argument(s), got {len(arguments)}, before the text")
         width = sum(len(a.args) if a.func == constructor else 1 for a in arguments)
         if width > MAX_ARGUMENTS:
@@ -206,10 +278,29 @@ class _Parser:
         return value
 
 
-def parse(text: str, resolve: Resolve | None = None, where: str = "expression") -> sp.Expr:
+def _put(condition: sp.Expr, a: sp.Expr, b: sp.Expr) -> sp.Expr:
+    """``a`` for every 1 in the tree of a ``condition``, ``b`` for every 0."""
+    if not isinstance(condition, Choice):
+        return a if condition == 1 else b
+    margin, first, second = condition.args
+    return Choice(margin, _put(first, a, b), _put(second, a, b))
+
+
+def _extent(expression: sp.Expr, memory: dict[sp.Expr, tuple[int, int]]) -> tuple[int, int]:
+    """The number of nodes of ``expression`` when it is written out, and how deep its choices are nested."""
+    if expression not in memory:
+        found = [_extent(part, memory) for part in expression.args]
+        nodes, nested = 1 + sum(n for n, _ in found), max((d for _, d in found), default=0)
+        memory[expression] = nodes, nested + isinstance(expression, Choice)
+    return memory[expression]
+
+
+def parse(
+    text: str, resolve: Resolve | None = None, where: str = "expression", tables: Collection[str] = ()
+) -> sp.Expr:
     """Read ``text`` as an expression with exact numbers.
 
-    ``resolve`` maps a name to its meaning or to None if it is unknown; by default every name is a symbol. Raises
-    ExpressionError with ``where`` and the column.
+    ``resolve`` maps a name to its meaning or to None if it is unknown; by default every name is a symbol. ``tables``
+    are the names that are called as functions beside FUNCTIONS. Raises ExpressionError with ``where`` and the column.
     """
-    return _Parser(text, resolve or symbol, where).parse()
+    return _Parser(text, resolve or symbol, where, tables).parse()

@@ -5,13 +5,133 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Iterable, Mapping
 from fractions import Fraction
+from functools import cache
+from typing import ClassVar
 
 import sympy as sp
+from sympy.printing.latex import LatexPrinter
+from sympy.printing.str import StrPrinter
 
 from lag2fmu.errors import MechanismError
 
 TIME = sp.Symbol("t", real=True)
 """The time, in seconds."""
+
+
+class _Own(sp.Function):  # type: ignore[misc]
+    """A function that SymPy does not know: real, and printed by itself."""
+
+    is_real = True
+
+    def _latex(self, printer: LatexPrinter, exp: str = "") -> str:
+        """LaTeX, with an exponent ``exp`` if there is one."""
+        return f"\\left({self._tex(printer)}\\right)^{{{exp}}}" if exp else self._tex(printer)
+
+    def _tex(self, printer: LatexPrinter) -> str:
+        raise NotImplementedError
+
+
+class Choice(_Own):
+    """``a`` where ``margin`` > 0, else ``b``: Choice(margin, a, b), what ``if`` and comparisons are made of.
+
+    x > y is Choice(x - y, 1, 0), x >= y is Choice(y - x, 0, 1), so that ties are exact.
+    """
+
+    nargs = 3
+
+    @classmethod
+    def eval(cls, margin: sp.Expr, a: sp.Expr, b: sp.Expr) -> sp.Expr | None:
+        """The chosen one if the margin is a number or both are equal."""
+        if a == b:
+            return a
+        if margin.is_number:
+            return a if value_of(margin) > 0 else b
+        return None
+
+    def _eval_derivative(self, s: sp.Symbol) -> sp.Expr:
+        """The derivative beside the switch."""
+        margin, a, b = self.args
+        return Choice(margin, a.diff(s), b.diff(s))
+
+    @property
+    def is_condition(self) -> bool:
+        """Whether it is 1 or 0 always, as a comparison, and as what ``and`` and ``or`` are made of."""
+        return all(x in (0, 1) or (isinstance(x, Choice) and x.is_condition) for x in self.args[1:])
+
+    def _sympystr(self, printer: StrPrinter) -> str:
+        """The text that reads back to it, see ``parser``."""
+        margin, a, b = (printer._print(x) for x in self.args)
+        first, second = self.args[1:]
+        if (first, second) == (1, 0):
+            return f"({margin} > 0)"
+        if (first, second) == (0, 1):
+            return f"({margin} <= 0)"
+        if self.is_condition and (first in (0, 1) or second in (0, 1)):
+            over = second in (0, 1)
+            link = "and" if (second if over else first) == 0 else "or"
+            return f"({margin} {'>' if over else '<='} 0 {link} {a if over else b})"
+        return f"if({margin} > 0, {a}, {b})"
+
+    def _tex(self, printer: LatexPrinter) -> str:
+        margin, a, b = (printer._print(x) for x in self.args)
+        return f"\\begin{{cases}} {a} & {margin} > 0 \\\\ {b} & \\text{{otherwise}} \\end{{cases}}"
+
+
+class Smooth(_Own):
+    """Smooth(e) is e, whose kinks a solver may pass without an event."""
+
+    nargs = 1
+
+    @classmethod
+    def eval(cls, e: sp.Expr) -> sp.Expr | None:
+        """A number, and what is smooth already, is itself."""
+        return e if e.is_number or isinstance(e, Smooth) else None
+
+    def _eval_derivative(self, s: sp.Symbol) -> sp.Expr:
+        return Smooth(self.args[0].diff(s))
+
+    def _sympystr(self, printer: StrPrinter) -> str:
+        return f"smooth({printer._print(self.args[0])})"
+
+    def _tex(self, printer: LatexPrinter) -> str:
+        return str(printer._print(self.args[0]))
+
+
+class TableCall(_Own):
+    """A call of the table ``table``, or of its partial derivative of ``orders`` (one for each argument)."""
+
+    table: ClassVar[str] = ""
+    orders: ClassVar[tuple[int, ...]] = ()
+    is_number = False  # only the description knows its values
+
+    def fdiff(self, argindex: int = 1) -> sp.Expr:
+        """The partial derivative by the argument ``argindex``, from 1 on."""
+        orders = list(self.orders or (0,) * len(self.args))
+        orders[argindex - 1] += 1
+        return table_function(self.table, tuple(orders))(*self.args)
+
+    def _sympystr(self, printer: StrPrinter) -> str:
+        marks = "_".join(map(str, self.orders))
+        return f"{self.table}{marks and f'^({marks})'}({printer.stringify(self.args, ', ')})"
+
+    def _tex(self, printer: LatexPrinter) -> str:
+        marks = ",".join(map(str, self.orders))
+        name = printer._print(sp.Symbol(self.table)) + (f"^{{({marks})}}" if marks else "")
+        inside = ", ".join(printer._print(x) for x in self.args)
+        return f"{name}\\left({inside}\\right)"
+
+
+@cache
+def table_function(name: str, orders: tuple[int, ...] = ()) -> type[TableCall]:
+    """The function of one or two arguments that the table ``name`` is, or its partial derivative of ``orders``.
+
+    One class for each table, so that equal calls are equal expressions.
+    """
+    orders = orders if any(orders) else ()
+    label = " ".join(map(str, ("table", name, *orders)))  # printers go by names: it is that of no SymPy function
+    members = {"table": name, "orders": orders, "nargs": (len(orders),) if orders else (1, 2)}
+    return type(label, (TableCall,), members)
+
 
 FUNCTIONS: dict[str, tuple[int, Callable[..., sp.Expr]]] = {
     "sin": (1, sp.sin),
@@ -32,14 +152,22 @@ FUNCTIONS: dict[str, tuple[int, Callable[..., sp.Expr]]] = {
     "heaviside": (1, sp.Heaviside),
     "min": (-2, sp.Min),
     "max": (-2, sp.Max),
+    "smooth": (1, Smooth),
 }
 """Name -> (number of arguments, constructor); -2 means two or more."""
 
 NAME_OF = {constructor: name for name, (_, constructor) in FUNCTIONS.items() if name != "sqrt"}
 CONSTANTS = {"pi": sp.pi}
+WORDS = ("if", "and", "or", "not")
+"""What is written with ``Choice``."""
 
 MAX_LENGTH, MAX_NESTING, MAX_POWER, MAX_ARGUMENTS = 100_000, 60, 64, 16
 MAX_DIGITS, MAX_BITS, MAX_NUMBER_DEPTH = 400, 1020, 12
+MAX_CHOICES, MAX_WRITTEN = 30, 5_000
+"""How deep choices may be nested, and how many nodes an expression with a condition may have when written out."""
+
+MAX_AXES = 2
+"""Arguments of a table, at most."""
 
 
 def symbol(name: str) -> sp.Symbol:
@@ -113,6 +241,7 @@ def excess(node: sp.Expr) -> str:
 _FLOAT: dict[object, Callable[..., float]] = {
     **{FUNCTIONS[name][1]: getattr(math, name) for name in ("sin", "cos", "tan", "asin", "acos", "atan", "atan2")},
     **{FUNCTIONS[name][1]: getattr(math, name) for name in ("sinh", "cosh", "tanh", "exp", "log")},
+    Smooth: lambda x: x,
     sp.Abs: abs,
     sp.Min: min,
     sp.Max: max,
@@ -128,7 +257,7 @@ def value_of(number: sp.Expr, values: Mapping[str, float] | None = None) -> floa
     """The value of an expression in plain floats, ``values`` being those of its symbols.
 
     SymPy's own evaluation may take forever. Raises OverflowError beyond the floats, ValueError or ZeroDivisionError
-    where there is no real value, KeyError for a symbol without value.
+    where there is no real value, KeyError for a symbol without value and for a table.
     """
     if number.is_Rational:
         return int(number.p) / int(number.q)
@@ -136,6 +265,9 @@ def value_of(number: sp.Expr, values: Mapping[str, float] | None = None) -> floa
         return (values or {})[number.name]
     if not number.args:
         return float(number)
+    if isinstance(number, Choice):
+        margin, a, b = number.args
+        return value_of(a if value_of(margin, values) > 0 else b, values)
     return _FLOAT[number.func](*(value_of(a, values) for a in number.args))
 
 
@@ -150,7 +282,7 @@ def _refuse_foreign(expression: sp.Expr, where: str) -> None:
     if expression.has(sp.I):
         raise MechanismError(f"{where}: '{expression}' is not real (a root or logarithm of a negative number?)")
     for node in expression.atoms(sp.Function, sp.Min, sp.Max):
-        if node.func not in NAME_OF:
+        if node.func not in NAME_OF and not isinstance(node, (Choice, TableCall)):
             raise MechanismError(
                 f"{where}: the function '{node.func}' is not supported; known are {', '.join(FUNCTIONS)}"
             )

@@ -1,15 +1,18 @@
 """The record ``Mechanism``, and from the room description its parts and the symbols that declare them."""
 
+from lag2fmu.description.events import Contact, Friction, State, Stop
 from lag2fmu.description.joints import Joint
 from lag2fmu.description.outputs import Experiment, Output
 from lag2fmu.description.parts import Constraint, Damper, Definition, Energy, Force, Gravity, Load, Spring
 from lag2fmu.description.places import Body, Frame, Point, Rotation
 from lag2fmu.description.symbols import Coordinate, Input, Parameter, coordinate, parameter, signal
+from lag2fmu.description.tables import Table
 from lag2fmu.mechanism.record import Mechanism, complete
 
 __all__ = [
     "Body",
     "Constraint",
+    "Contact",
     "Coordinate",
     "Damper",
     "Definition",
@@ -17,6 +20,7 @@ __all__ = [
     "Experiment",
     "Force",
     "Frame",
+    "Friction",
     "Gravity",
     "Input",
     "Joint",
@@ -27,6 +31,9 @@ __all__ = [
     "Point",
     "Rotation",
     "Spring",
+    "State",
+    "Stop",
+    "Table",
     "complete",
     "coordinate",
     "parameter",

@@ -19,18 +19,20 @@ from lag2fmu.mechanism.loads import with_inputs
 from lag2fmu.mechanism.name_check import check_names
 from lag2fmu.mechanism.norms import missing_norms
 from lag2fmu.mechanism.scope import Scope, constrained
+from lag2fmu.mechanism.unilaterals import Unilateral, unilaterals
 
 Origins = dict[str, str]
 """Place of a part that is not written -> place of what brings it: {'constraints.hinge_x': 'joints.hinge'}."""
 
 
 class Completed(NamedTuple):
-    """A description with everything written out, the origins of what was added, its scope, and warnings."""
+    """A description with everything written out, the origins of what was added, its scope, warnings, unilaterals."""
 
     expanded: Description
     origins: Origins
     scope: Scope
     warnings: tuple[str, ...]
+    unilaterals: tuple[Unilateral, ...]
 
 
 def completed(written: Description) -> Completed:
@@ -46,7 +48,8 @@ def completed(written: Description) -> Completed:
     expanded = replace(expanded, coordinates=_decided(expanded, scope))
     origins = of_places | of_joints | of_norms
     of_user = {place for table in _BROUGHT for place in _places(table, getattr(written, table))}
-    return Completed(expanded, {k: origin for k, origin in origins.items() if k not in of_user}, scope, warnings)
+    kept = {place: origin for place, origin in origins.items() if place not in of_user}
+    return Completed(expanded, kept, scope, warnings, tuple(unilaterals(expanded)))
 
 
 _BROUGHT = ("coordinates", "inputs", "frames", "constraints", "outputs")

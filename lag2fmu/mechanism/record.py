@@ -15,6 +15,7 @@ from lag2fmu.description.symbols import Coordinate
 from lag2fmu.mechanism.completion import completed
 from lag2fmu.mechanism.name_check import check_names
 from lag2fmu.mechanism.scope import Scope, fixed_parameters
+from lag2fmu.mechanism.unilaterals import Unilateral
 
 _TABLES = tuple(item.name for item in fields(Description) if item.name != "name")
 
@@ -29,7 +30,8 @@ class Mechanism(Description):
     without mass, starts that meet the constraints. ``origins`` names for each such part the part that brings it, both
     by their places: {'constraints.hinge_x': 'joints.hinge'}. There are n coordinates and m constraints, the holonomic
     ones first; expressions compute in SI units. ``warnings`` lists what is odd but allowed: mismatching dimensions,
-    inertia tensors that no body has. Two mechanisms are equal if the same is written, whatever has been derived since.
+    inertia tensors that no body has. ``unilaterals`` are the ideal contacts, then the stops, in normal form. Two
+    mechanisms are equal if the same is written, whatever has been derived since.
     Source of the procedure: Hand, Finch, Analytical Mechanics, section 1.9.
     """
 
@@ -39,6 +41,7 @@ class Mechanism(Description):
     origins: Mapping[str, str] = field(init=False, repr=False)
     scope: Scope = field(init=False, repr=False)
     warnings: tuple[str, ...] = field(init=False, repr=False)
+    unilaterals: tuple[Unilateral, ...] = field(init=False, repr=False)
 
     def __repr__(self) -> str:
         """One line: name, title, how many of what; the text format says everything."""
@@ -74,6 +77,7 @@ class Mechanism(Description):
             origins=found.origins,
             scope=found.scope,
             warnings=found.warnings,
+            unilaterals=found.unilaterals,
         )
 
     def __eq__(self, other: object) -> bool:

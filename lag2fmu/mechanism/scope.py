@@ -40,6 +40,7 @@ class Scope:
                 }
         self.meaning |= {names.generalized_force(q.name): "external force" for q in m.coordinates}
         self.meaning |= {names.multiplier(c.name): "multiplier" for c in m.constraints}
+        self.meaning |= {z.name: "further state" for z in m.states}
         self.meaning |= {d.name: "definition" for d in m.definitions}
         self.uses: dict[str, set[str]] = {}
         """Definition -> the names it uses, definitions written out."""

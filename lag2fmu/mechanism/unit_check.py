@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 
 import sympy as sp
 
@@ -27,6 +27,7 @@ def _known_dimensions(m: Description) -> dict[str, Dimension | None]:
 
     known: dict[str, Dimension | None] = {"t": second}
     parts: list[Coordinate | Parameter | Input] = [*m.coordinates, *m.parameters, *m.inputs]
+    known |= {z.name: _dimension_of(z.unit) for z in m.states}
     for c in m.constraints:
         known[names.multiplier(c.name)] = None
     for q in m.coordinates:
@@ -87,18 +88,25 @@ def _mismatch(where: str, expression: sp.Expr, expected: Dimension | None, infer
 
 def constraint_units(m: Description) -> dict[str, Unit | None]:
     """The unit of every constraint's expression: as given, or as it follows from the names in it; None if unknown."""
+    unit_of = units_in(m)
+    return {c.name: c.unit if isinstance(c.unit, Unit) else unit_of(sp.sympify(c.expression)) for c in m.constraints}
+
+
+def units_in(m: Description) -> Callable[[sp.Expr], Unit | None]:
+    """The function that infers the unit of an expression of ``m`` from the names in it; None if it is unknown."""
     known = _known_dimensions(m)
     infer = DimensionOf(known)
     for definition in in_order(m.definitions, "definitions"):
         known[definition.name] = _inferred(infer, definition.expression)
-    units: dict[str, Unit | None] = {}
-    for c in m.constraints:
-        d = _inferred(infer, c.expression)
-        whole = d is not None and all(e.denominator == 1 for e in d)
-        exponents = (*(int(e) for e in d), 0) if d is not None and whole else None
-        found = None if exponents is None else Unit(si_name(exponents) or "1", exponents)
-        units[c.name] = c.unit if isinstance(c.unit, Unit) else found
-    return units
+
+    def unit_of(expression: sp.Expr) -> Unit | None:
+        d = _inferred(infer, expression)
+        if d is None or any(e.denominator != 1 for e in d):
+            return None
+        exponents = (*(int(e) for e in d), 0)
+        return Unit(si_name(exponents) or "1", exponents)
+
+    return unit_of
 
 
 def _inferred(infer: DimensionOf, expression: sp.Expr) -> Dimension | None:

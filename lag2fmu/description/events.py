@@ -1,0 +1,183 @@
+"""What makes a mechanism hybrid: contacts, stops and dry friction, and further states.
+
+All are frozen; their expressions are in the normal form of ``expressions`` and compute in SI units.
+Sources: Ch. Glocker, Set-Valued Force Laws, Springer 2001; F. Pfeiffer, Ch. Glocker, Multibody Dynamics with Unilateral
+Contacts, Wiley 1996; compliant contacts: K. H. Hunt, F. R. E. Crossley, Coefficient of Restitution Interpreted as
+Damping in Vibroimpact, J. Applied Mechanics 42 (1975) 440-445.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+from lag2fmu.description.keys import BORNE, CONFIGURATION, CONSTANT, STATE, doc_key, key, unit_key
+from lag2fmu.description.places import End, Expression, checked_axis, normalise
+from lag2fmu.description.tables import Table
+from lag2fmu.errors import MechanismError
+from lag2fmu.language.units import DIMENSIONLESS, METRE, SECOND, Unit
+
+__all__ = ["Contact", "Friction", "State", "Stop", "Table"]
+
+IMPACTS = ("sequential", "simultaneous")
+"""How several contacts share an impact: round after round, or in one problem over all that touch."""
+
+LAWS = ("ideal", "compliant")
+"""What a contact is: rigid, or a spring with a damper."""
+
+CONTACTS = {
+    "point_line": (2, 0, True),
+    "disc_line": (2, 1, True),
+    "disc_disc": (2, 2, False),
+    "point_disc": (2, 1, False),
+    "point_plane": (3, 0, True),
+    "sphere_plane": (3, 1, True),
+    "sphere_sphere": (3, 2, False),
+    "point_sphere": (3, 1, False),
+}
+"""Kind of a contact between two places -> (entries of positions, number of radii, whether it has a normal)."""
+
+
+@dataclass(frozen=True)
+class Contact:
+    """A unilateral contact, 0 <= gap and 0 <= force, one of them 0, with friction by Coulomb and impacts by Newton.
+
+    ``gap`` is in m or rad, ``slip`` the relative tangential velocity, two of them in space, affine in the velocities.
+    Instead of both, one of the kinds ``CONTACTS`` may stand ``between`` two frames, points or bodies: first the point,
+    disc or sphere that touches, then what it touches. A ``normal`` ("x", "y", "z" or 3 entries) is fixed in the second
+    end, points out of its line or plane, and goes through it; ``radius`` (m) is that of the disc or sphere, two of a
+    pair, of a point against a disc or sphere that of the latter.
+
+    ``restitution`` is Newton's coefficient, ``friction`` the coefficient of sliding friction, ``static_friction`` that
+    of sticking (by default the same). With the ``law`` "compliant" the force is stiffness d^1.5 (1 + damping d_dot) of
+    the penetration d, never pulling, in N (``stiffness`` in N/m^1.5, ``damping`` in s/m), and friction is
+    regularised by ``slip_speed`` (m/s).
+    """
+
+    name: str
+    gap: Expression | None = key(
+        "expression", "What is never negative, in m or rad.", default=None, names=CONFIGURATION
+    )
+    slip: Expression | Sequence[Expression] | None = key(
+        "expression or vector",
+        "The relative tangential velocity, affine in the velocities; two of them in space. Friction needs it.",
+        default=None,
+        names=STATE,
+    )
+    restitution: Expression = key(
+        "expression", "Newton's coefficient, 0 to 1; by default 0.", default=0, names=CONSTANT, unit=DIMENSIONLESS
+    )
+    friction: Expression = key(
+        "expression",
+        "The coefficient of sliding friction; by default 0.",
+        default=0,
+        names=CONSTANT,
+        unit=DIMENSIONLESS,
+    )
+    static_friction: Expression | None = key(
+        "expression",
+        "The coefficient of sticking friction; by default that of sliding.",
+        default=None,
+        names=CONSTANT,
+        unit=DIMENSIONLESS,
+    )
+    kind: str | None = key(tuple(CONTACTS), "Instead of gap and slip: what touches what.", default=None)
+    between: Sequence[End] | None = key(
+        "names", "Two frames, points or bodies: what touches, then what it touches.", default=None
+    )
+    normal: str | Sequence[Expression] | None = key(
+        "axis",
+        "Of a line or plane: out of it, fixed in the second; x, y, z or 3 entries.",
+        default=None,
+        names=CONSTANT,
+    )
+    radius: Expression | Sequence[Expression] | None = key(
+        "expression or vector", "In m; two of a pair of discs or spheres.", default=None, names=CONSTANT, unit=METRE
+    )
+    law: str = key(LAWS, "ideal: rigid; compliant: a spring with a damper by Hunt and Crossley.", default="ideal")
+    stiffness: Expression | None = key(
+        "expression", "Of a compliant contact: k in k*d**1.5, in N/m1.5.", default=None, names=CONSTANT
+    )
+    damping: Expression | None = key(
+        "expression",
+        "Of a compliant contact: c in 1 + c*d_dot, in s/m; by default 0.",
+        default=None,
+        names=CONSTANT,
+    )
+    slip_speed: Expression | None = key(
+        "expression",
+        "Of a compliant contact with friction: below it the friction fades, in m/s.",
+        default=None,
+        names=CONSTANT,
+    )
+
+    def __post_init__(self) -> None:
+        where = f"contacts.{self.name}"
+        normalise(self, where)
+        if self.normal is not None:
+            object.__setattr__(self, "normal", checked_axis(self.normal, f"{where}.normal"))
+
+
+@dataclass(frozen=True)
+class Stop:
+    """Hard limits of an expression, ``lower`` <= ``of`` <= ``upper``, in m or rad; one of the two may be absent.
+
+    ``restitution`` is Newton's coefficient of an impact on either.
+    """
+
+    name: str
+    of: Expression = key("expression", "What is limited, in m or rad.", names=CONFIGURATION)
+    lower: Expression | None = key("expression", "Its smallest value.", default=None, names=CONFIGURATION)
+    upper: Expression | None = key("expression", "Its largest value.", default=None, names=CONFIGURATION)
+    restitution: Expression = key(
+        "expression", "Newton's coefficient, 0 to 1; by default 0.", default=0, names=CONSTANT, unit=DIMENSIONLESS
+    )
+
+    def __post_init__(self) -> None:
+        normalise(self, f"stops.{self.name}")
+
+
+@dataclass(frozen=True)
+class Friction:
+    """Dry friction along one relative velocity ``on`` (m/s or rad/s), affine in the velocities.
+
+    While it slides, ``force`` (N or N.m, >= 0) opposes it; while it sticks, it holds up to ``static``, by default the
+    same. Both may use what constraints, joints and contacts bear: multiplier_NAME, NAME_force.
+    """
+
+    name: str
+    on: Expression = key("expression", "The relative velocity, affine in the velocities.", names=STATE)
+    force: Expression = key("expression", "The sliding force or torque, not negative.", names=BORNE)
+    static: Expression | None = key(
+        "expression",
+        "The largest holding force; by default force.",
+        default=None,
+        names=BORNE,
+    )
+
+    def __post_init__(self) -> None:
+        normalise(self, f"frictions.{self.name}")
+
+
+@dataclass(frozen=True)
+class State:
+    """A further state of first order: ``start`` and ``nominal`` in SI, ``derivative`` in its unit per s."""
+
+    name: str
+    unit: Unit | str | None = unit_key()
+    start: float = key("number", "Its value at the start, in the unit.", default=0.0)
+    derivative: Expression = key("expression", "Its time derivative.", default=None, names=BORNE)
+    nominal: float = key(
+        "difference", "Typical size, in the unit; the solvers' errors are measured by it.", default=1.0
+    )
+    doc: str = doc_key()
+
+    def __post_init__(self) -> None:
+        if self.derivative is None:
+            raise MechanismError(f"states.{self.name}: 'derivative' is missing; give the expression of its rate")
+        normalise(self, f"states.{self.name}")
+
+    @property
+    def rate_unit(self) -> Unit | None:
+        """The unit of the derivative, None if the state has none."""
+        return self.unit / SECOND if isinstance(self.unit, Unit) else None

@@ -1,0 +1,197 @@
+"""Measured data as functions: the record of a table, its file, and its normal form as a grid."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterable, Sequence
+from dataclasses import dataclass, field
+from itertools import pairwise, product
+from pathlib import Path
+from typing import Any, NamedTuple
+
+import sympy as sp
+
+from lag2fmu.description.keys import key
+from lag2fmu.errors import MechanismError
+from lag2fmu.language.units import DIMENSIONLESS, Unit, parse_unit
+from lag2fmu.language.vocabulary import table_function
+
+MAX_FILE = 10_000_000
+
+INTERPOLATIONS = ("linear", "pchip", "cubic")
+OUTSIDE = ("hold", "extrapolate", "error")
+
+
+class Grid(NamedTuple):
+    """The data of a table in SI: the increasing ``axes`` of its one or two arguments, and its ``values``.
+
+    With two arguments, of n0 and n1 points, ``values`` is (n0 n1,), the second argument running fastest.
+    """
+
+    axes: tuple[tuple[float, ...], ...]
+    values: tuple[float, ...]
+
+
+@dataclass(frozen=True)
+class Table:
+    """Measured data as a function NAME(x) or NAME(x, y), for expressions; in Python the table is called itself.
+
+    The data are ``columns``, or those of a CSV ``file``, read when the record is built: two for one argument and the
+    value; three for two arguments and the value, which is either a column beside theirs, where the rows fill a
+    grid in any order, or a row of values for each entry of the first one. A file with more than three columns is a grid
+    too: its first row holds the second argument, its first column the first one. Numbers are in ``units``, one unit a
+    column, the value's last; by default in SI. Raises MechanismError for data that are no function, UnitError for a
+    text that is no unit. ``grid`` holds the data in SI.
+    """
+
+    name: str
+    file: str | Path | None = key("file", "A CSV file, beside this one.", default=None, compare=False)
+    columns: Sequence[Any] | None = key(
+        "columns", "Instead of a file: [[x...], [value...]], or [[x...], [y...], [values...]].", default=None
+    )
+    units: Sequence[Unit | str] = key("units", "The units of the columns; by default those of SI.", default=())
+    interpolation: str = key(INTERPOLATIONS, "Between the points; by default linear.", default="linear")
+    outside: str = key(
+        OUTSIDE, "Beyond the points: their last value, the last slope, or an error; by default hold.", default="hold"
+    )
+
+    grid: Grid = field(init=False, repr=False, compare=False)
+
+    def __post_init__(self) -> None:
+        where = f"tables.{self.name}"
+        for known, words in (("interpolation", INTERPOLATIONS), ("outside", OUTSIDE)):
+            if getattr(self, known) not in words:
+                raise MechanismError(
+                    f"{where}.{known}: '{getattr(self, known)}' is unknown; give one of {', '.join(words)}"
+                )
+        if self.columns is None:
+            if self.file is None:
+                raise MechanismError(f"{where}: 'columns' are missing; give them, or a CSV 'file'")
+            object.__setattr__(self, "columns", read_columns(Path(self.file), where))
+        columns = tuple(_column(c, f"{where}.columns[{i}]") for i, c in enumerate(self.columns or ()))
+        if len(columns) not in (2, 3):
+            raise MechanismError(f"{where}.columns: {len(columns)} columns; give 2, or 3 for two arguments")
+        units = tuple(parse_unit(u) if isinstance(u, str) else u for u in self.units)
+        if units and len(units) != len(columns):
+            raise MechanismError(f"{where}.units: {len(units)} units of {len(columns)} columns; give one each")
+        vars(self).update(columns=columns, units=units)
+        vars(self)["grid"] = _grid(columns, units, where)
+
+    @property
+    def arity(self) -> int:
+        """The number of arguments, 1 or 2."""
+        return len(self.grid.axes)
+
+    def __call__(self, *arguments: object) -> sp.Expr:
+        """The expression NAME(...) of the ``arguments``."""
+        return table_function(self.name)(*map(sp.sympify, arguments))
+
+
+def _column(column: object, where: str) -> tuple[Any, ...]:
+    """``column`` as floats, or as rows of floats; raises MechanismError for anything else."""
+    if isinstance(column, (str, bytes)) or not isinstance(column, Iterable):
+        raise MechanismError(f"{where}: expected an array of numbers, got {column!r}")
+    entries = tuple(column)
+    if entries and all(isinstance(entry, Iterable) and not isinstance(entry, str) for entry in entries):
+        return tuple(_column(entry, f"{where}[{i}]") for i, entry in enumerate(entries))
+    for i, entry in enumerate(entries):
+        if isinstance(entry, (bool, str)) or not _is_finite(entry):
+            raise MechanismError(f"{where}[{i}]: {entry!r} is not a finite number")
+    return tuple(float(entry) for entry in entries)
+
+
+def _is_finite(entry: Any) -> bool:
+    try:
+        return math.isfinite(float(entry))
+    except (TypeError, ValueError, OverflowError):
+        return False
+
+
+# ------------------------------------------------------------------------------------------------------------- grid
+
+
+def _grid(columns: tuple[tuple[Any, ...], ...], units: tuple[Unit, ...], where: str) -> Grid:
+    """The ``columns`` in SI, checked."""
+    converted = [
+        _in_si(column, unit) for column, unit in zip(columns, units or (DIMENSIONLESS,) * len(columns), strict=True)
+    ]
+    *arguments, values = converted
+    if len(arguments) == 2 and values and isinstance(values[0], tuple):
+        rows, wide = len(arguments[0]), len(arguments[1])
+        odd = [i for i, row in enumerate(values) if not isinstance(row, tuple) or len(row) != wide]
+        if len(values) != rows or odd:
+            found = f"row {odd[0] + 1} does not have {wide} values" if odd else f"has {len(values)} rows, not {rows}"
+            raise MechanismError(f"{where}.columns[2]: {found}; give a row for each x, with a value for each y")
+        axes, flat = tuple(arguments), tuple(value for row in values for value in row)
+    else:
+        axes, flat = _axes(converted, where)
+    for i, axis in enumerate(axes):
+        _check_increasing(axis, f"{where}.columns[{i}]")
+    return Grid(axes, flat)
+
+
+def _in_si(column: tuple[Any, ...], unit: Unit) -> tuple[Any, ...]:
+    return tuple(_in_si(entry, unit) if isinstance(entry, tuple) else unit.to_si(entry) for entry in column)
+
+
+def _axes(columns: list[tuple[float, ...]], where: str) -> tuple[tuple[tuple[float, ...], ...], tuple[float, ...]]:
+    """Axes and values of ``columns`` of one length; of two arguments the rows fill a grid, in any order."""
+    lengths = [len(column) for column in columns]
+    if len(set(lengths)) > 1 or any(isinstance(entry, tuple) for column in columns for entry in column):
+        raise MechanismError(f"{where}.columns: have {lengths} entries; give as many in each column")
+    *arguments, values = columns
+    if len(arguments) == 1:
+        return (arguments[0],), values
+    axes = tuple(tuple(sorted(set(argument))) for argument in arguments)
+    found = dict(zip(zip(*arguments, strict=True), values, strict=True))
+    for point in product(*axes):
+        if point not in found:
+            raise MechanismError(f"{where}.columns: there is no value at {point} (SI); the rows have to fill a grid")
+    if len(found) != len(values):
+        raise MechanismError(f"{where}.columns: {len(values)} rows of {len(found)} different points; give each once")
+    return axes, tuple(found[point] for point in product(*axes))
+
+
+def _check_increasing(axis: tuple[float, ...], where: str) -> None:
+    if len(axis) < 2:
+        raise MechanismError(f"{where}: has {len(axis)} entries; give at least 2")
+    for before, after in pairwise(axis):
+        if not before < after:
+            raise MechanismError(f"{where}: {after!r} (SI) follows {before!r}; the arguments have to increase")
+
+
+# ------------------------------------------------------------------------------------------------------------- file
+
+
+def read_columns(path: Path, where: str) -> tuple[Any, ...]:
+    """The columns of the CSV file ``path``: commas, semicolons, tabs or blanks, a header if there is one, # comments.
+
+    Raises MechanismError for a file that cannot be read or holds something else than numbers.
+    """
+    try:
+        if path.stat().st_size > MAX_FILE:
+            raise MechanismError(f"{where}.file: '{path}' has more than {MAX_FILE} bytes")
+        text = path.read_text("utf-8-sig")
+    except (OSError, ValueError) as error:
+        reason = getattr(error, "strerror", None) or error
+        raise MechanismError(f"{where}.file: '{path}' cannot be read: {reason}") from None
+    lines = [(n, line) for n, line in enumerate(text.splitlines(), 1) if line.strip() and line.strip()[0] != "#"]
+    mark = next((mark for mark in (";", "\t", ",") if lines and mark in lines[0][1]), None)
+    rows = [(n, [cell.strip() for cell in (line.split(mark) if mark else line.split())]) for n, line in lines]
+    if rows and not all(map(_is_finite, rows[0][1])) and not all(map(_is_finite, rows[0][1][1:])):
+        rows = rows[1:]  # a header
+    if not rows:
+        raise MechanismError(f"{where}.file: '{path}' holds no numbers")
+    width = len(rows[0][1])
+    gridded = width > 3 or not _is_finite(rows[0][1][0])
+    for i, (n, cells) in enumerate(rows):
+        if len(cells) != width:
+            raise MechanismError(f"{where}.file: line {n} of '{path}' has {len(cells)} entries, the first has {width}")
+        for cell in cells[int(gridded and i == 0) :]:
+            if not _is_finite(cell):
+                raise MechanismError(f"{where}.file: {cell[:40]!r} in line {n} of '{path}' is not a finite number")
+    if not gridded:
+        return tuple(zip(*([float(cell) for cell in cells] for _, cells in rows), strict=True))
+    second = tuple(float(cell) for cell in rows[0][1][1:])
+    body = [[float(cell) for cell in cells] for _, cells in rows[1:]]
+    return tuple(row[0] for row in body), second, tuple(tuple(row[1:]) for row in body)

@@ -1,0 +1,68 @@
+"""The normal form of contacts and stops: gaps that are never negative, with the slip velocities of friction."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator
+from typing import NamedTuple
+
+import sympy as sp
+
+from lag2fmu.description.events import Contact, Stop
+from lag2fmu.description.record import Description
+from lag2fmu.language.units import Unit
+from lag2fmu.mechanism.unit_check import units_in
+
+UnitOf = Callable[[sp.Expr], "Unit | None"]
+
+
+class Unilateral(NamedTuple):
+    """A gap >= 0 with its laws of impact and friction; all are expressions in SI, definitions not written out.
+
+    ``gap`` depends on t, q, motions and parameters and has the ``unit`` (None: unknown); ``slips`` are none without
+    friction, one in the plane, two in space, affine in the velocities, in the gap's unit per s. ``restitution`` is
+    Newton's coefficient, ``friction`` and ``static_friction`` are Coulomb's. ``where`` is the part that it is from.
+    """
+
+    name: str
+    gap: sp.Expr
+    slips: tuple[sp.Expr, ...]
+    restitution: sp.Expr
+    friction: sp.Expr
+    static_friction: sp.Expr
+    unit: Unit | None
+    where: str
+
+
+def unilaterals(m: Description) -> Iterator[Unilateral]:
+    """Every ideal contact of ``m``, then two for each stop, NAME_lower and NAME_upper, as far as there are both."""
+    unit_of = units_in(m)
+    for contact in m.contacts:
+        if contact.law == "ideal":
+            yield _of_contact(contact, unit_of)
+    for stop in m.stops:
+        yield from _of_stop(stop, unit_of)
+
+
+def _of_contact(contact: Contact, unit_of: UnitOf) -> Unilateral:
+    friction = sp.sympify(contact.friction)
+    static = friction if contact.static_friction is None else sp.sympify(contact.static_friction)
+    slip = () if contact.slip is None else contact.slip if isinstance(contact.slip, tuple) else (contact.slip,)
+    smooth = friction.is_zero and static.is_zero
+    return Unilateral(
+        contact.name,
+        sp.sympify(contact.gap),
+        () if smooth else slip,
+        sp.sympify(contact.restitution),
+        friction,
+        static,
+        unit_of(sp.sympify(contact.gap)),
+        f"contacts.{contact.name}",
+    )
+
+
+def _of_stop(stop: Stop, unit_of: UnitOf) -> Iterator[Unilateral]:
+    of, restitution = sp.sympify(stop.of), sp.sympify(stop.restitution)
+    for side, bound, sign in (("lower", stop.lower, 1), ("upper", stop.upper, -1)):
+        if bound is not None:
+            name, gap = f"{stop.name}_{side}", sign * (of - sp.sympify(bound))
+            yield Unilateral(name, gap, (), restitution, sp.S.Zero, sp.S.Zero, unit_of(of), f"stops.{stop.name}.{side}")
