@@ -77,8 +77,8 @@ class _Search:
         self.slopes = forward(g, self.rows, self.seeds_of)
         self.values = values
         coordinates, further = equations.mechanism.coordinates, further_states(equations.mechanism)
-        self.nominal = np.array([part.nominal for part in (*coordinates, *further)])
-        self.start = np.array([part.start for part in (*coordinates, *further)])
+        self.nominal = np.array([*(q.nominal for q in coordinates), *(z.nominal for z in further)])
+        self.start = np.array([*(q.start for q in coordinates), *(z.start for z in further)])
         turning = [q.unit is not None and q.unit.si_name == "rad" for q in coordinates]
         self.angle = np.array([*turning, *(False for _ in further)])
 

@@ -141,10 +141,12 @@ def _stability(equations: EquationsOfMotion, item: Equilibrium) -> str:
 
 
 def _place(equations: EquationsOfMotion, item: Equilibrium) -> str:
-    parts = (*equations.mechanism.coordinates, *further_states(equations.mechanism))
-    values = (_number(x, part.nominal) for x, part in zip(item.place, parts, strict=True))
-    units = (part.unit.si_name if isinstance(part.unit, Unit) else "" for part in parts)
-    labels = (part.name for part in parts)
+    m = equations.mechanism
+    parts = [(c.name, c.nominal, c.unit) for c in m.coordinates]
+    parts += [(z.name, z.nominal, z.unit if isinstance(z.unit, Unit) else None) for z in further_states(m)]
+    values = (_number(x, nominal) for x, (_, nominal, _) in zip(item.place, parts, strict=True))
+    units = (unit.si_name if unit is not None else "" for *_, unit in parts)
+    labels = (name for name, *_ in parts)
     return ", ".join(f"{q} = {x} {u}".rstrip() for q, x, u in zip(labels, values, units, strict=True))
 
 

@@ -41,7 +41,8 @@ def samples(mechanism: Mechanism, count: int) -> Iterator[State]:
     generator = random.Random(20)
     start = start_values(mechanism)
     parameters = {p.name for p in mechanism.parameters}
-    nominal = {part.name: part.nominal for part in (*mechanism.coordinates, *further_states(mechanism))}
+    nominal = {c.name: c.nominal for c in mechanism.coordinates}
+    nominal |= {z.name: z.nominal for z in further_states(mechanism)}
     for _ in range(count):
         yield {
             name: value * generator.uniform(0.9, 1.1)

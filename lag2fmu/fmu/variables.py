@@ -292,9 +292,9 @@ def _add_derivatives(builder: _Builder, mechanism: Mechanism) -> None:
         )
     for i, z in enumerate(further_states(mechanism)):
         unit, doc = _per(_resolved(z.unit), SECOND), f"time derivative of {z.name}"
-        name = names.derivative(z.name)
-        rate = Variable(name, 0, "local", "continuous", "calculated", None, unit, doc, derivative_of=z.name)
-        builder.add(rate, "VARIABLE_FURTHER_RATE", i)
+        label = names.derivative(z.name)
+        slope = Variable(label, 0, "local", "continuous", "calculated", None, unit, doc, derivative_of=z.name)
+        builder.add(slope, "VARIABLE_FURTHER_RATE", i)
 
 
 # ----------------------------------------------------------------------------------------------------------- for C

@@ -50,7 +50,7 @@ class EnergyFunctions:
         self._further = compiled(everything, c.further)
         self.constraints = ConstraintFunctions(c, self._constants)
         self.spatial = Spatial(c, self._constants)
-        starts = {part.name: part.start for part in (*mechanism.inputs, *mechanism.states)}
+        starts = {u.name: u.start for u in mechanism.inputs} | {z.name: z.start for z in mechanism.states}
         self._starts = np.array([starts.get(x.name, 0.0) for x in s.inputs])
         self._row = {x.name: i for i, x in enumerate(s.inputs)}
 

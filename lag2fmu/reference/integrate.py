@@ -170,7 +170,7 @@ class _Run:
 
     def state(self, t: float, z: Floats) -> State:
         """The state at z (copies, s + 1)."""
-        inputs = {**self._inputs(t), **self.further_of(z)}
+        inputs: dict[str, ArrayLike] = {**self._inputs(t), **self.further_of(z)}
         return self.equations.energies.state(t, z[:, : self.n], z[:, self.n : 2 * self.n], inputs)
 
     def further_of(self, z: Floats) -> dict[str, Floats]:

@@ -100,7 +100,8 @@ def mechanism_of(model: Model, values: Mapping[str, float] | None = None) -> Mec
     except (ExportError, TextError):  # of another tool, or a text that this version does not read
         return None
     known = {s for q in mechanism.coordinates for s in (q.name, velocity(q.name))}
-    known |= {part.name for part in (*mechanism.parameters, *mechanism.inputs, *mechanism.states)}
+    known |= {p.name for p in mechanism.parameters} | {u.name for u in mechanism.inputs}
+    known |= {z.name for z in mechanism.states}
     return with_values(mechanism, {name: value for name, value in (values or {}).items() if name in known})
 
 
