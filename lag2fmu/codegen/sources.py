@@ -127,20 +127,26 @@ def render_sources(program: Program, tables: RuntimeTables, method: Method, guid
         "guid": guid,
         "helpers": [text for name, text in _HELPERS.items() if CODE[name] in used],
     }
-    files = runtime_files(method, bool(tables.constraint_names), bool(tables.massless), bool(tables.further))
+    kind = {
+        "constraints": bool(tables.constraint_names),
+        "massless": bool(tables.massless),
+        "further": bool(tables.further),
+    }
+    files = runtime_files(method, kind)
     files |= {name: render(f"mechanism/{name}.jinja", context) for name in (*GENERATED, *method.generated_files)}
     return dict(sorted(files.items()))
 
 
-def runtime_files(method: Method, constrained: bool, massless: bool, further: bool = False) -> dict[str, str]:
+def runtime_files(method: Method, kind: Mapping[str, bool]) -> dict[str, str]:
     """{file name: text} of the runtime, as far as a solver and a kind of mechanism need it; folders are left out.
+
+    ``kind`` says of each variant whether the mechanism has it.
 
     The gate of FMI, the folders of the chosen variants and the folder of the solver's family are taken as a whole, the
     latter with its own folders for these variants. Any other file is taken if an #include asks for it; NAME.h brings
     NAME.c along.
     """
-    present = {"constraints": constrained, "massless": massless, "further": further}
-    variants = [name if there else f"{name}_none" for name, there in present.items()]
+    variants = [name if has else f"{name}_none" for name, has in kind.items()]
     family = f"solvers/{method.family}"
     whole = ("fmi2", *(f"variants/{name}" for name in variants), family, *(f"{family}/{name}" for name in variants))
     wanted = set(texts := _texts(*whole))
