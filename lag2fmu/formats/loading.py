@@ -218,7 +218,8 @@ def values_of(texts: Mapping[str, str], units: Mapping[str, Unit]) -> dict[str, 
 def with_values(mechanism: Mechanism, settings: Mapping[str, float]) -> Mechanism:
     """``mechanism`` with other values of parameters and start values, all in SI.
 
-    A coordinate's start is set by its name, that of its velocity by ``NAME_dot``, that of an input by its name. Raises
+    A coordinate's start is set by its name, that of its velocity by ``NAME_dot``, those of inputs and further states by
+    their names. Raises
     LoadError for an unknown name or dependent parameter and MechanismError for a value out of its bounds.
     """
     left = {name: _check_finite(name, value) for name, value in settings.items()}
@@ -228,7 +229,8 @@ def with_values(mechanism: Mechanism, settings: Mapping[str, float]) -> Mechanis
     coordinates = tuple(_started(q, found[q.name], left) for q in d.coordinates)
     parameters = tuple(replace(p, value=left.get(p.name, p.value)) for p in d.parameters)
     inputs = tuple(replace(u, start=left.get(u.name, u.start)) for u in d.inputs)
-    return complete(replace(d, coordinates=coordinates, parameters=parameters, inputs=inputs))
+    states = tuple(replace(z, start=left.get(z.name, z.start)) for z in d.states)
+    return complete(replace(d, coordinates=coordinates, parameters=parameters, inputs=inputs, states=states))
 
 
 def _writing_out(mechanism: Mechanism, settings: Iterable[str]) -> Description:
@@ -262,7 +264,8 @@ def _check_settable(m: Mechanism, wanted: Iterable[str]) -> None:
     """Raise LoadError for the first name in ``wanted`` that is no independent parameter or start value of ``m``."""
     dependent = {p.name: p.expression for p in m.parameters if p.expression is not None}
     known = [p.name for p in m.parameters if p.name not in dependent]
-    known += [name for q in m.coordinates for name in (q.name, names.velocity(q.name))] + [u.name for u in m.inputs]
+    known += [name for q in m.coordinates for name in (q.name, names.velocity(q.name))]
+    known += [part.name for table in (m.inputs, m.states) for part in table]
     for name in wanted:
         if name in dependent:
             raise LoadError(
@@ -271,7 +274,9 @@ def _check_settable(m: Mechanism, wanted: Iterable[str]) -> None:
         if name not in known:
             near = suggestion(name, known)
             listed = "" if near.startswith("known") else f" known are {', '.join(known)}"
-            raise LoadError(f"'{name}' is no parameter, coordinate, velocity or input of '{m.name}'; {near}{listed}")
+            raise LoadError(
+                f"'{name}' is no parameter, coordinate, velocity, further state or input of '{m.name}'; {near}{listed}"
+            )
 
 
 def _check_finite(name: str, value: object) -> float:
