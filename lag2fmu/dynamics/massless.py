@@ -85,6 +85,21 @@ def _shortest(expression: sp.Expr) -> sp.Expr:
     return min(expression, tidy(expression), key=lambda e: e.count_ops())
 
 
+def _waits_for_accelerations(graph: Graph, v: Variables, force: Node) -> bool:
+    """Whether the rate of ``force`` contains unknowns, by the further states in it or by those in their rates."""
+    rates = dict(zip(v.further, v.further_rates, strict=True))
+    met: set[Node] = set()
+    left = [force]
+    while left:
+        cone = set(graph.cone([left.pop()]))
+        if met and cone & set(v.unknowns):
+            return True
+        new = (cone & rates.keys()) - met
+        met |= new
+        left += [rates[z] for z in new]
+    return False
+
+
 def _equilibrium(
     mechanism: Mechanism,
     graph: Graph,
@@ -104,6 +119,11 @@ def _equilibrium(
     moving = v.moves(graph, force)
     along = direction if moving else {q: direction[qd] for q, qd in zip(v.q, v.qd, strict=True)}
     (slope,) = forward(graph, [force], along)
+    if _waits_for_accelerations(graph, v, force):
+        raise DerivationError(
+            f"{where} depends on a further state whose derivative contains what constraints bear, which is not "
+            f"supported; {remedy}"
+        )
     kind, unknowns = ("damped_equilibrium", v.qd) if moving else ("equilibrium", v.q)
     solvable = [i for i in moved if forward(graph, [force], {unknowns[i]: graph.one}) != [graph.zero]]
     expression = _shortest(written(graph, [force])[0])

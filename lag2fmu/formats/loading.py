@@ -275,7 +275,7 @@ def _check_settable(m: Mechanism, wanted: Iterable[str]) -> None:
             near = suggestion(name, known)
             listed = "" if near.startswith("known") else f" known are {', '.join(known)}"
             raise LoadError(
-                f"'{name}' is no parameter, coordinate, velocity, further state or input of '{m.name}'; {near}{listed}"
+                f"'{name}' is no parameter, coordinate, velocity, state or input of '{m.name}'; {near}{listed}"
             )
 
 

@@ -14,7 +14,7 @@ _NUMBER = re.compile(r"([+-]?(?:\d+\.?\d*|\.\d+)(?:[eE][+-]?\d+)?)\s*([^\s\d,.].
 
 
 def display_units(mechanism: Mechanism) -> dict[str, Unit]:
-    """{name: unit} of coordinates, parameters, further states, inputs and outputs with rates; what has no unit is left out."""
+    """{name: unit} of coordinates, further states, parameters, inputs, outputs and rates, where there is a unit."""
     units: dict[str, Unit | None] = {**dict.fromkeys(names.ENERGIES, JOULE), "external_power": WATT}
     units |= dict(zip(names.SETTINGS, (DIMENSIONLESS, SECOND, SECOND), strict=True))
     units |= {p.name: p.unit for p in mechanism.parameters} | {u.name: u.unit for u in mechanism.inputs}
