@@ -8,6 +8,7 @@ from dataclasses import dataclass
 from lag2fmu.dynamics.elimination import solve
 from lag2fmu.dynamics.equations import EquationsOfMotion
 from lag2fmu.dynamics.schur_complement import solve_constrained
+from lag2fmu.dynamics.tables import lookups
 from lag2fmu.dynamics.tangent import Tangent, differentiate
 from lag2fmu.dynamics.terms import canonical
 from lag2fmu.dynamics.time_derivatives import SecondDerivatives, differentiate_twice
@@ -56,13 +57,24 @@ class Function:
 
 
 @dataclass(frozen=True)
+class TableArgument:
+    """An argument, at ``position`` from 1 on, of a table that has no value outside ``least`` to ``greatest`` (SI)."""
+
+    table: str
+    position: int
+    least: float
+    greatest: float
+
+
+@dataclass(frozen=True)
 class Program:
     """The functions of one mechanism on one graph, and the names of the entries of the FMU's vectors.
 
     ``locals`` are the names of the entries of ``mechanism_locals``, ``dependent`` those of ``mechanism_dependent``.
     ``method`` says how M is solved, one of ACCELERATION_METHODS. ``factor_size`` is the length of the array that
     ``mechanism_factor`` hands to ``mechanism_solve``, ``signals`` that of u, the inputs with their rates. ``outputs``
-    names the outputs beside q and qd; each of them has a second time derivative.
+    names the outputs beside q and qd; each of them has a second time derivative. ``arguments`` are those that
+    ``mechanism_arguments`` evaluates.
     """
 
     graph: Graph
@@ -74,6 +86,7 @@ class Program:
     dependent: tuple[str, ...]
     outputs: frozenset[str] = frozenset()
     signals: int = 0
+    arguments: tuple[TableArgument, ...] = ()
 
     def contains(self, variable: str) -> bool:
         """Whether the equations of motion, further states or constraints contain the ``variable``; the time is 't'."""
@@ -124,9 +137,14 @@ def lower(equations: EquationsOfMotion, promoted: Collection[str] = (), variatio
         *_tangents(differentiate(equations), state, qdd, len(equations.constraints) > 0),
         *_second_derivatives(differentiate_twice(equations, outputs), state, qdd),
     )
+    arguments = _arguments(g, functions, state)
+    if arguments:
+        doc = "Arguments a of tables that have no value outside their data."
+        functions = (*functions, _function("mechanism_arguments", doc, state, a=(node for node, _ in arguments)))
     return Program(
         graph=g,
         functions=tuple(function.check(g) for function in functions),
+        arguments=tuple(argument for _, argument in arguments),
         method=equations.method,
         factor_size=len(factor.results) - len(v.q),
         inputs=tuple(str(g.leaf[node]) for node in v.inputs),
@@ -135,6 +153,22 @@ def lower(equations: EquationsOfMotion, promoted: Collection[str] = (), variatio
         dependent=tuple(equations.dependent),
         outputs=outputs,
     )
+
+
+def _arguments(
+    graph: Graph, functions: Iterable[Function], state: tuple[Array, ...]
+) -> list[tuple[Node, TableArgument]]:
+    """The arguments, functions of the ``state``, of tables that have no value outside their data."""
+    given = {entry for array in state for entry in array.entries}
+    nodes = graph.cone(node for f in functions for *_, node in f.results)
+    found: dict[tuple[Node, str], TableArgument] = {}
+    for table, _, arguments in lookups(graph, nodes):
+        for axis, argument in enumerate(arguments):
+            symbols = {node for node in graph.cone([argument]) if graph.code[node] == SYMBOL}
+            if table.outside == "error" and symbols <= given:
+                knots = table.knots[axis]
+                found[argument, table.name] = TableArgument(table.name, axis + 1, float(knots[0]), float(knots[-1]))
+    return [(argument, range_of) for (argument, _), range_of in found.items()]
 
 
 def _function(name: str, doc: str, arguments: tuple[Array, ...], **arrays: Iterable[Node]) -> Function:

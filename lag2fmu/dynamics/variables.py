@@ -7,6 +7,7 @@ from dataclasses import dataclass, replace
 from graphlib import TopologicalSorter
 
 from lag2fmu.description import names
+from lag2fmu.dynamics.tables import interpolant
 from lag2fmu.graph.from_sympy import Translator
 from lag2fmu.graph.graph import Graph, Node
 from lag2fmu.mechanism import Mechanism, State
@@ -81,6 +82,7 @@ def further_states(mechanism: Mechanism) -> tuple[State, ...]:
 
 def declare(graph: Graph, mechanism: Mechanism) -> Variables:
     """All variables of ``mechanism`` as symbols on ``graph``; names that are not the user's are those of ``names``."""
+    graph.tables = [interpolant(table) for table in mechanism.tables]
     q = [c.name for c in mechanism.coordinates]
 
     def nodes(labels: Sequence[str], group: str | None = "state") -> tuple[Node, ...]:

@@ -10,6 +10,7 @@ import sympy as sp
 
 from lag2fmu.errors import DerivationError
 from lag2fmu.graph.graph import Graph, Node
+from lag2fmu.language.vocabulary import TableCall
 
 FUNCTIONS = {
     sp.sin: "sin",
@@ -75,6 +76,8 @@ class Translator:
             return self._product(e)
         if e.is_Pow:
             return g.apply("exp", self(e.exp)) if e.base is sp.E else g.power(self(e.base), self(e.exp))
+        if isinstance(e, TableCall):
+            return self._lookup(e)
         name = FUNCTIONS.get(e.func)
         if name is None:
             raise DerivationError(f"'{e}' uses the operation {e.func.__name__}, which the equations cannot be made of")
@@ -85,6 +88,13 @@ class Translator:
                 result = g.apply(name, result, argument)
             return result
         return g.apply(name, *arguments)
+
+    def _lookup(self, e: TableCall) -> Node:
+        """A call of a table or of its derivative."""
+        g = self.graph
+        table = next(k for k, known in enumerate(g.tables) if known.name == e.table)
+        orders = e.orders or (0,) * len(e.args)
+        return g.lookup(g.constant(table), [g.constant(order) for order in orders], [self(a) for a in e.args])
 
     def _sum(self, e: sp.Expr) -> Node:
         """A sum from left to right, the most frequent terms first."""

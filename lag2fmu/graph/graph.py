@@ -21,14 +21,19 @@ from fractions import Fraction
 from types import MappingProxyType
 from typing import NewType
 
+from numpy.typing import ArrayLike
+
 from lag2fmu.errors import DerivationError
 from lag2fmu.graph.fingerprint import PRIME, Circle, constant_mark, inverse_mark, random_mark
+from lag2fmu.graph.interpolants import Floats, Interpolant
 from lag2fmu.graph.operations import (
     ADD,
     CODE,
     CONSTANT,
     COSINE,
     DIVIDE,
+    LOOKUP,
+    LOOKUP_2,
     MULTIPLY,
     NEGATE,
     OPERATIONS,
@@ -65,6 +70,7 @@ class Graph:
         self._leaves: dict[Number | str, Node] = {}
         self._inverses: dict[Node, int] = {}
         self._circle = Circle()
+        self.tables: list[Interpolant] = []
         self.zero: Node = self.constant(0)
         self.one: Node = self.constant(1)
         self.minus_one: Node = self.constant(-1)
@@ -347,6 +353,24 @@ class Graph:
                 return self.constant(value)
         return self._function(code, operands)
 
+    def lookup(self, table: Node, orders: Sequence[Node], arguments: Sequence[Node]) -> Node:
+        """The derivative of ``orders`` of a table at ``arguments``; ``table`` and ``orders`` are constant nodes.
+
+        ``table`` is a number in ``tables``.
+        """
+        highest = max(int(self.value(order)) for order in orders)
+        if highest > self.tables[int(self.value(table))].degree:
+            return self.zero
+        code = LOOKUP if len(arguments) == 1 else LOOKUP_2
+        node = self._by_structure.get((code, (table, *orders, *arguments)))
+        return self._function(code, (table, *orders, *arguments)) if node is None else node
+
+    def looked_up(self, node: Node, arguments: Sequence[ArrayLike]) -> Floats:
+        """The values of the lookup ``node`` at ``arguments``."""
+        table, *rest = self.operands[node]
+        orders = [int(self.value(order)) for order in rest[: len(arguments)]]
+        return self.tables[int(self.value(table))](orders, *arguments)
+
     def _function(self, code: int, operands: tuple[Node, ...]) -> Node:
         if code in (SINE, COSINE):
             mark = self._circle.point(self, operands[0])[code == SINE]
@@ -463,6 +487,9 @@ class Graph:
                 result[node] = values[str(self.leaf[node])]
             elif code == CONSTANT:
                 result[node] = float(self.value(node))
+            elif code in (LOOKUP, LOOKUP_2):
+                arguments = operands[2:] if code == LOOKUP else operands[3:]
+                result[node] = float(self.looked_up(node, [result[operand] for operand in arguments]))
             else:
                 result[node] = _value(OPERATIONS[code].value, [result[operand] for operand in operands])
         return [result[output] for output in outputs]

@@ -4,6 +4,7 @@ A derivative is given as a function of the graph, the operands and the result, a
 respect to the operands as nodes. Sources: Abramowitz and Stegun, sections 4.2-4.6; for min and max the mean of both
 one-sided derivatives where the operands are equal. ``power_or_zero`` is a broken power above 1 and what its derivatives
 are made of: where the base rests at 0, as that of max(0, -x)**(5/2) does, all of them are 0, not infinity times 0.
+A lookup has constants in front: the number of its table, and an order of derivatives for each argument.
 """
 
 from __future__ import annotations
@@ -90,6 +91,22 @@ def _d_max(g: Graph, operands: tuple[Node, ...], _: Node) -> Partials:
     return g.apply("heaviside", g.subtract(a, b)), g.apply("heaviside", g.subtract(b, a))
 
 
+def _d_lookup(g: Graph, operands: tuple[Node, ...], _: Node) -> Partials:
+    table, order, x = operands
+    return g.zero, g.zero, g.lookup(table, (g.add(order, g.one),), (x,))
+
+
+def _d_lookup_2(g: Graph, operands: tuple[Node, ...], _: Node) -> Partials:
+    table, first, second, x, y = operands
+    by_x = g.lookup(table, (g.add(first, g.one), second), (x, y))
+    by_y = g.lookup(table, (first, g.add(second, g.one)), (x, y))
+    return g.zero, g.zero, g.zero, by_x, by_y
+
+
+def _in_table(*_: float) -> float:
+    return math.nan  # the graph knows the tables, see ``Graph.looked_up``
+
+
 _ROWS = (
     Operation("constant", 0, lambda: math.nan, None, ""),
     Operation("symbol", 0, lambda: math.nan, None, ""),
@@ -124,10 +141,13 @@ _ROWS = (
     Operation("power_or_zero", 2, _power_or_zero, _d_power_or_zero, "power_or_zero({0}, {1})"),
     Operation("min", 2, min, _d_min, "fmin({0}, {1})"),
     Operation("max", 2, max, _d_max, "fmax({0}, {1})"),
+    Operation("lookup", 3, _in_table, _d_lookup, ""),
+    Operation("lookup_2", 5, _in_table, _d_lookup_2, ""),
 )
 
 OPERATIONS: tuple[Operation, ...] = _ROWS
 CODE = {row.name: code for code, row in enumerate(OPERATIONS)}
 ARITY = tuple(row.arity for row in OPERATIONS)
 CONSTANT, SYMBOL, ADD, SUBTRACT, MULTIPLY, DIVIDE, NEGATE = range(7)
+LOOKUP, LOOKUP_2 = CODE["lookup"], CODE["lookup_2"]
 SINE, COSINE = CODE["sin"], CODE["cos"]

@@ -17,6 +17,7 @@ import sympy as sp
 from lag2fmu.description.names import acceleration, generalized_force, velocity
 from lag2fmu.language.expressions import NAME_OF, TIME, symbol
 from lag2fmu.mechanism import Body, Damper, Mechanism, Output
+from lag2fmu.reference.tables import with_data
 
 Vector = tuple[sp.Expr, ...]
 
@@ -116,8 +117,9 @@ class Composition:
             object.__setattr__(self, name, value)
 
     def written(self, expression: sp.Expr | int | float | None) -> sp.Expr:
-        """``expression`` with definitions written out; 0 for one that is not given."""
-        return sp.S.Zero if expression is None else sp.sympify(expression).xreplace(self._meaning)
+        """``expression`` with definitions written out and tables that know their data; 0 for one that is not given."""
+        written = sp.S.Zero if expression is None else sp.sympify(expression).xreplace(self._meaning)
+        return with_data(written, {table.name: table for table in self.mechanism.tables})
 
     def rate(self, expression: sp.Expr) -> sp.Expr:
         """The total time derivative of a function of t, q, qd, further states and motion inputs, by the chain rule."""

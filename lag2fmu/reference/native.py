@@ -138,7 +138,7 @@ def _named(value: object) -> str:
 
 
 def native_terms(mechanism: Mechanism) -> Function | None:
-    """The function ``terms`` of native.c for ``mechanism``, None where there is no compiler.
+    """The function ``terms`` of native.c for ``mechanism``, None where there is no compiler, or a table.
 
     What loads on frames do to Q is left out of it.
     """
@@ -148,7 +148,7 @@ def native_terms(mechanism: Mechanism) -> Function | None:
 @lru_cache(maxsize=16)
 def _compiled(mechanism: Mechanism, *_derived: object) -> Function | None:
     """Mechanisms are equal whatever has been derived of them, so that the constraints are named too."""
-    if find_spec("ziglang") is None:
+    if find_spec("ziglang") is None or mechanism.tables:  # which SciPy evaluates
         return None
     target = ["-target", f"{machine()}-linux-gnu.2.17"] if sys.platform == "linux" else []
     # complex products without care for infinite ones: with it clang takes ten times as long

@@ -9,6 +9,7 @@
 #include "inputs.h"
 #include "massless.h"
 #include "system.h"
+#include "tables.h"
 
 /* Further states may depend on multipliers; those of redundant constraints then are the ones that are shown, of least
    norm. */
@@ -31,8 +32,12 @@ bool equations_derivative(Instance *instance, double time, const double states[]
     const bool known = accelerations_at(instance, time, states, inputs, unknowns);
     memcpy(derivatives, states + N_COORDINATES, N_COORDINATES * sizeof(double));
     memcpy(derivatives + N_COORDINATES, unknowns, N_COORDINATES * sizeof(double));
-    return known && spread_for_further(instance, time, states, inputs, unknowns) &&
-           further_rates(instance, time, states, inputs, unknowns, derivatives + 2 * N_COORDINATES);
+    if (!known || !spread_for_further(instance, time, states, inputs, unknowns) ||
+        !further_rates(instance, time, states, inputs, unknowns, derivatives + 2 * N_COORDINATES)) {
+        tables_explain(instance, time, states, inputs);
+        return false;
+    }
+    return true;
 }
 
 bool equations_settle(Instance *instance) {
@@ -79,6 +84,9 @@ bool equations_accelerations(Instance *instance) {
         cache->accelerations_valid =
             cache->accelerations_valid && further_rates(instance, state->time, state->states, state->inputs,
                                                         cache->reported, cache->further);
+        if (!cache->accelerations_valid) {
+            tables_explain(instance, state->time, state->states, state->inputs);
+        }
     }
     return cache->accelerations_valid;
 }

@@ -7,6 +7,7 @@
 
 #include "names.h"
 #include "solver.h"
+#include "tables.h"
 
 bool report_coordinates(Instance *instance, FailureKind kind, double time, const bool coordinates[]) {
     instance->failure.kind = kind;
@@ -109,6 +110,9 @@ void failure_sentence(const Failure *failure, char text[], size_t size) {
     case FAILURE_OVERFLOW:
     case FAILURE_ACCURACY:
         state_sentence(failure, text, size);
+        break;
+    case FAILURE_TABLE:
+        tables_sentence(failure, text, size);
         break;
     case FAILURE_TRIAL_COUNT:
         snprintf(text, size, "a communication step took %.3g solver steps to come to time %.17g; take shorter "

@@ -84,6 +84,7 @@ typedef enum {
     FAILURE_NEARLY_SINGULAR, /* the mass matrix hardly determines that of the flagged coordinates, and soon will not */
     FAILURE_NOT_FINITE,      /* the accelerations of the flagged coordinates are not finite */
     FAILURE_FURTHER,         /* the derivative of a further state is not finite */
+    FAILURE_TABLE,           /* an argument is outside its table */
     FAILURE_OVERFLOW,        /* a state left the range of double */
     FAILURE_ACCURACY,        /* the error of a state exceeds the tolerance however short the step */
     FAILURE_TRIAL_COUNT,     /* an adaptive method took too many steps */
@@ -98,9 +99,10 @@ typedef struct {
     FailureKind kind;
     double time;                     /* s */
     bool coordinates[N_COORDINATES]; /* of SINGULAR, NOT_FINITE and MASSLESS: those concerned */
-    int state;                       /* of OVERFLOW and ACCURACY: the worst state; of FURTHER: the state */
+    int state;                       /* of OVERFLOW and ACCURACY: the worst state; of FURTHER: the state; of TABLE: the
+                                        argument, in ARGUMENTS */
     double amount;                   /* of ACCURACY: error in units of the tolerance; of the COUNTs: steps; of FURTHER:
-                                        the derivative */
+                                        the derivative; of TABLE: the value of the argument */
     double step;                     /* of OVERFLOW and ACCURACY: length of the trial step, s */
     int count;                       /* of CONSTRAINTS and MASSLESS: the number of constraints that are not met */
     int constraints[SIZE_CONSTRAINTS];  /* their numbers */
