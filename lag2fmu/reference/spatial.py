@@ -85,12 +85,12 @@ class Spatial:
 
     @property
     def loaded(self) -> bool:
-        """Do loads, or dampers with a force, act on frames?"""
+        """Whether loads, or dampers with a force, act on frames."""
         return bool(self._loads or self._forceful)
 
     @property
     def empty(self) -> bool:
-        """Is nothing on a frame?"""
+        """Whether nothing is on a frame."""
         return not self._links and not self._spots
 
     # ------------------------------------------------------------------------------------------------- what users ask
