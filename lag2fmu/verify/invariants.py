@@ -24,7 +24,7 @@ from lag2fmu.verify.report import Check
 Floats = NDArray[np.float64]
 
 HORIZON, POINTS = 0.1, 40
-"""Hamilton's equations are integrated over the part HORIZON of the run; conserved quantities are seen at POINTS times."""
+"""Hamilton's equations are integrated over the part HORIZON of the run; conserved quantities are seen POINTS times."""
 
 
 def drift_checks(
