@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import ast
+import re
 import subprocess
 import sys
 from pathlib import Path
@@ -229,3 +230,12 @@ def test_a_module_and_its_functions_are_read_at_a_glance(path: Path) -> None:
             ways = 1 + sum(isinstance(inner, BRANCHES) for inner in ast.walk(node))
             assert ways <= 12, f"{path}: {node.name} branches {ways - 1} times; give its parts names"
             assert (node.end_lineno or 0) - node.lineno < 60, f"{path}: {node.name} is longer than a screen"
+
+
+def test_no_test_module_is_imported_by_another_one() -> None:
+    """What several tests use stands in tests/support."""
+    for path in sorted(Path(__file__).parent.rglob("*.py")):
+        found = re.search(
+            r"^\s*(?:from|import) (?:tests\.|(?:\w+\.)*test_|conftest)", path.read_text("utf-8"), re.MULTILINE
+        )
+        assert found is None, f"{path}: {found[0]}"
