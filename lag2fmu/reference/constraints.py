@@ -47,7 +47,7 @@ class ConstraintFunctions:
         self.names = [c.name for c in mechanism.constraints]
         self.h, self.m, self.n = len(mechanism.holonomic), len(mechanism.constraints), len(s.q)
         self._constants = tuple(constants)
-        self._full_rank: bool | None = None  # whether G has full rank; decided where it is asked for first
+        self._full_rank: bool | None = None  # of G, where it is asked for the first time
         self._function = compiled((TIME, *s.q, *s.qd, *s.inputs, *s.parameters), constraint_expressions(mechanism))
 
     def __call__(self, state: State) -> tuple[Floats, Floats, Floats, Floats]:
@@ -184,7 +184,7 @@ def _newton(
         for halving in range(_HALVINGS):
             trial = x + 0.5**halving * step * nominal
             found = function(trial)
-            if np.linalg.norm(unit * found[0]) < np.linalg.norm(r):  # the damped step goes down in this norm
+            if np.linalg.norm(unit * found[0]) < np.linalg.norm(r):  # in the norm in which the damped step goes down
                 break
         else:
             break

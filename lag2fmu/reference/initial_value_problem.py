@@ -31,7 +31,7 @@ class InitialValueProblem:
     def __init__(self, equations: Equations, signals: Signals, times: Floats, start: Floats) -> None:
         self.equations, self.signals, self.times, self.n = equations, signals, times, equations.n
         self.start = start
-        # the rate (1/s) that pulls back onto the constraints; it follows the step that the experiment asks for
+        # what pulls back onto the constraints, in units of the resolution that the experiment asks for
         self.damping = DAMPING / equations.mechanism.experiment.step if equations.energies.constraints.m else 0.0
         nominal = np.array([c.nominal for c in equations.mechanism.coordinates])
         self.nominal = np.concatenate([nominal, nominal])
@@ -41,7 +41,7 @@ class InitialValueProblem:
         self._single: SingleState | None = None
         self.progress: Callable[[float], None] | None = None
         self.jumps = equations.energies.composition.jumps()
-        self.share = 0.0  # the part of the work that earlier runs have done; each run is half of it
+        self.share = 0.0  # what was done before the run that is going on, which is half of all
 
     def state(self, t: float, z: Floats) -> State:
         """The state at the time t (s) and z (copies, 2 n + 1)."""
@@ -117,7 +117,7 @@ class InitialValueProblem:
             reason = f"{method} took {self.evaluations - 1} evaluations"
             raise SimulationError(f"{self._place(error.args[0])}: {reason}") from None
         if solution.status != 0:
-            # steps have become tiny, so that the time of the last one tried is the time reached
+            # steps have become tiny: the time of the last one tried is the time reached
             reason = self._reason(solution.message)
             raise SimulationError(f"{self._place(self.last[0])}: {method} cannot go on; {reason}")
         values: Floats = solution.y.T

@@ -73,7 +73,7 @@ class _CPrinter(NumericPrinter):
 
 
 class _Tape:
-    """Lines of C, each of them a value that is used later; equal lines stand once."""
+    """Lines of C, each a value that is used later; equal ones stand once."""
 
     def __init__(self) -> None:
         self.lines: list[str] = []
@@ -147,14 +147,11 @@ def native_terms(mechanism: Mechanism) -> Function | None:
 
 @lru_cache(maxsize=16)
 def _compiled(mechanism: Mechanism, *_derived: object) -> Function | None:
-    """The compiled function of a mechanism with these constraints.
-
-    They are an argument, because mechanisms are equal whatever has been derived of them.
-    """
+    """Mechanisms are equal whatever has been derived of them, so that the constraints are named too."""
     if find_spec("ziglang") is None:
         return None
     target = ["-target", f"{machine()}-linux-gnu.2.17"] if sys.platform == "linux" else []
-    # complex products that do not care for infinities; with such care clang takes ten times as long
+    # complex products without care for infinite ones: with it clang takes ten times as long
     command = [sys.executable, "-m", "ziglang", "cc", *target, "-std=c99", "-O1", "-fcx-limited-range"]
     command += ["-ffp-contract=off", "-fno-math-errno", "-g0", "-fPIC", "-shared", "-o", "terms", "native.c", "-lm"]
     with tempfile.TemporaryDirectory(prefix="lag2fmu-", ignore_cleanup_errors=True) as folder:

@@ -115,9 +115,9 @@ def _random_states(
 
 
 def _input_ranges(task: Task, input_names: Sequence[str]) -> dict[str, tuple[float, float]]:
-    """What inputs are drawn from, name -> (low, high): the range of what drives the run, or around the start.
+    """What inputs are drawn from, name -> (low, high): what drives the run, or around the start, within the bounds.
 
-    Bounds are kept. A motion is moved by half of its start at most, so that the length of a rope stays positive.
+    A motion is moved by half of its start at most: the length of a rope stays one.
     """
     declared = {u.name: u for u in task.mechanism.inputs}
     found = {}
@@ -137,9 +137,7 @@ def _input_ranges(task: Task, input_names: Sequence[str]) -> dict[str, tuple[flo
 def _calculated_by_fmu(task: Task, fmu: Evaluation, q: Floats, qd: Floats, values: Mapping[str, float]) -> Floats:
     """Accelerations, momenta, generalized energy and outputs of the FMU, (2n + 1 + outputs,)."""
     x = [*q, *qd]
-    states = {
-        task.states[i]: x[i] for i in continuous_states(task.mechanism)
-    }  # coordinates without mass follow from the states
+    states = {task.states[i]: x[i] for i in continuous_states(task.mechanism)}  # what has no mass follows
     return fmu.evaluate({**states, **values}, _labels(task.mechanism))
 
 
@@ -151,7 +149,7 @@ def _labels(mechanism: Mechanism) -> list[str]:
 
 
 def _calculated(equations: Equations, q: Floats, qd: Floats, inputs: Mapping[str, float]) -> Floats:
-    """The same numbers as ``_calculated_by_fmu``, from the independent path."""
+    """The same from the independent path."""
     state = (0.0, q, qd, inputs)
     energy, outputs = equations.generalized_energy(*state), equations.outputs(*state)
     constraints, bearing = equations.mechanism.constraints, _bearing(equations.mechanism)
