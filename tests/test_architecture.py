@@ -70,7 +70,7 @@ MOST_LINES, MOST_LONG_MODULES = 300, 10
 """Lines that a module should fit in, and how many modules may be longer; none has half as many again."""
 
 MOST_WAYS, MOST_WIDE_FUNCTIONS = 12, 25
-"""Branches that a function should do with, and how many functions may have more. Both numbers are to fall, not to rise."""
+"""Branches that a function should do with, and how many functions may have more: numbers to lower, not to raise."""
 
 
 def _modules() -> list[Path]:
