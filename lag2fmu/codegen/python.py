@@ -132,7 +132,7 @@ class _Printer:
             self.text[node] = (text, strength)
 
     def _name(self, node: Node) -> str:
-        """The name of the quantity it is, sin_theta for sin(theta), else v1, v2, ..."""
+        """The name that says what the quantity is, sin_theta for sin(theta); else v1, v2, ..."""
         operands = [self.text[operand][0] for operand in self.graph.operands[node]]
         name = f"v{1 + sum(map(_is_temporary, self.taken))}"
         if node in self.quantities:

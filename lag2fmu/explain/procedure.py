@@ -134,7 +134,7 @@ class _Steps:
     # ------------------------------------------------------------------------------------------------- the steps
 
     def _on_graph(self) -> list[str]:
-        """The equations of motion as the FMU's page has them, of large mechanisms a word on where they stand."""
+        """The equations of motion as on the FMU's page; of large mechanisms, a sentence on where they stand."""
         form = "M(q, t) qdd = forcing" + " + G^T multiplier" * bool(self.mechanism.constraints)
         lines = [self._say(f"{len(self.mechanism.coordinates)} equations {form}, derived on the graph")]
         if self._written is None:
@@ -154,7 +154,7 @@ class _Steps:
         return tidy(self.composition.kinetic) - tidy(self.composition.potential)
 
     def _coordinate(self, q: Coordinate, starting: Coordinate) -> str:
-        """What it is, and what was not written or may be misread."""
+        """What the coordinate is, with values that were not written or may be misread."""
         remarks = [] if starting.start == q.start else [f"starts at {_amount(starting.start, q)}, by the constraints"]
         if q.nominal_from not in ("", "given"):
             remarks.append(f"nominal {_amount(q.nominal, q)}, from {q.nominal_from}")
@@ -270,7 +270,7 @@ class _Steps:
 
 
 def _rounded(count: int) -> str:
-    """``count``, of long numbers three digits."""
+    """``count`` as text; three digits of a long one."""
     return str(count) if count <= MAX_ON_PAPER else f"{count:.3g}"
 
 
@@ -284,7 +284,7 @@ def _amount(value: float, q: Coordinate) -> str:
 
 
 def _unit(unit: Unit | None) -> str:
-    """The unit of the equations, and that in which values are given where it is another one."""
+    """The unit that the equations compute in and, if it differs, the unit that values are given in."""
     if unit is None or not unit.si_name:
         return ""
     return f" [{unit.si_name}]" if unit.name == unit.si_name else f" [{unit.si_name}; given in {unit.name}]"

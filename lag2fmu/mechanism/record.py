@@ -36,7 +36,7 @@ class Mechanism(Description):
     Source of the procedure: Hand, Finch, Analytical Mechanics, section 1.9.
     """
 
-    __signature__: ClassVar[Signature] = signature(Description)  # for help()
+    __signature__: ClassVar[Signature] = signature(Description)  # what help() shows as the arguments
 
     description: Description = field(init=False, repr=False)
     origins: Mapping[str, str] = field(init=False, repr=False)

@@ -116,7 +116,7 @@ def _remedy(table: str, meaning: str) -> str:
 
 
 def _kind_allows(constraint: Constraint) -> frozenset[str]:
-    """What a constraint of its kind may use."""
+    """The meanings of names that a constraint of this kind may use."""
     state = CONFIGURATION if constraint.holonomic else STATE
     inputs = {"input", "external force", "motion velocity", "motion acceleration", "further state"}
     return state | inputs if constraint.massless else state

@@ -31,10 +31,10 @@ BLOCK = 4096
 """Points that are evaluated in one vectorised call: their intermediate results fit the cache."""
 
 FEW = 3
-"""Up to so many points are evaluated one by one: NumPy's scalars take a fifth of the time of its short arrays."""
+"""At most this many points are evaluated one by one: NumPy's scalars take a fifth of the time of its short arrays."""
 
 _EXACT = 2**53
-"""Up to here whole numbers are doubles."""
+"""Whole numbers up to this one are doubles."""
 
 Function = Callable[..., Any]
 
@@ -116,7 +116,7 @@ def number(value: sp.Expr) -> str:
 
 
 def _is_long(value: sp.Expr) -> bool:
-    """Whether numerator or denominator are no doubles: NumPy takes whole numbers beyond 64 bits for objects."""
+    """Whether numerator or denominator are no doubles. NumPy takes whole numbers beyond 64 bits for objects."""
     return bool(value.is_Rational) and max(abs(int(value.p)), int(value.q)) > _EXACT
 
 

@@ -37,7 +37,7 @@ from lag2fmu.verify.task import ROUNDING, Floats, Task
 SAFETY, CHAOS, FEWEST = 100.0, 1e-2, 1e-2
 DIRECT = "direct integration"
 SHARE = 0.8
-"""The direct integration takes about so much of the time."""
+"""About this part of the time goes to the direct integration."""
 
 
 @np.errstate(all="ignore")  # what is not finite is looked for, and said in a row or an error
@@ -207,7 +207,7 @@ def _constraint_checks(task: Task, runs: Mapping[str, Trajectory], reference: Re
     labels = [names.residual(c.name) for c in task.mechanism.constraints]
     equations = Equations(task.mechanism)
     for label, run in runs.items():
-        # co-simulation meets them to rounding, whatever the tolerance is, but for ill-conditioned ones
+        # co-simulation meets constraints to rounding, whatever the tolerance is, unless they are ill-conditioned
         bar = max(ROUNDING, task.tolerance / SAFETY) if label.startswith("co-simulation") else SAFETY * task.tolerance
         relative = np.abs(run.columns(labels)) / _constraint_scales(task, equations, run)
         row, column = np.unravel_index(np.argmax(relative), relative.shape)
@@ -215,7 +215,7 @@ def _constraint_checks(task: Task, runs: Mapping[str, Trajectory], reference: Re
         yield Check(f"constraints, {label}", float(relative[row, column]), bar, detail)
     scales = _constraint_scales(task, equations, reference.trajectory)
     for k, c in enumerate(task.mechanism.constraints):
-        if c.massless:  # whatever keeps to the equilibrium must do so without a force
+        if c.massless:  # the equilibrium has to hold without a force
             force = np.abs(reference.trajectory[names.multiplier(c.name)] * scales[:, k]).max()
             yield Check(f"no force belongs to {c.name}", float(force / max(_sizes(reference), default=1.0)), 1e-8)
 
@@ -248,14 +248,14 @@ def _energy_checks(task: Task, run: Trajectory, reference: Reference) -> list[Ch
     off, detail = float(np.abs(balance.residual[worst]) / scale), f"largest at t = {run.time[worst]:.3g} s"
     pointwise = Check("energy: dh/dt - power, every point", off, ROUNDING, detail)
     if task.holds and any(motion.name in inputs for motion in task.mechanism.motions):
-        return [pointwise]  # motions that are held jump at communication points, and h with them
+        return [pointwise]  # held motions jump at communication points, and h jumps with them
     rows = _on_grid(reference, run.time)
     h, work = run["generalized_energy"], reference.work[rows]
     size = max(float(np.abs(h).max()), float(np.ptp(h)), float(np.ptp(work)), *_sizes(reference), 1e-300)
     drift = (np.abs(h - h[0] - work + work[0]) / size / reference.growth[rows])[run.time <= _horizon(task, reference)]
     worst = int(np.argmax(drift))
     detail = f"largest drift at t = {run.time[worst]:.3g} s"
-    # energies are squares of what is twice as wide: 1 % of the range of a vibration is 4 % of its energy
+    # a range is twice an amplitude, and energies are squares: 1 % of the range of a vibration is 4 % of its energy
     bar = 4 * SAFETY * task.tolerance
     return [pointwise, Check("energy: h - work over the run", float(drift[worst]), bar, detail)]
 
@@ -263,7 +263,7 @@ def _energy_checks(task: Task, run: Trajectory, reference: Reference) -> list[Ch
 def _inputs_at(task: Task, times: Floats) -> dict[str, Floats]:
     """The inputs as the FMU has them when its accelerations are recorded at the communication points ``times`` (k,).
 
-    Those that are held are still what was set before the step that led to a point.
+    Inputs that are held are then still those set before the step that led to the point.
     """
     signals = task.driving(times[1] - times[0])
     if signals is None:
@@ -288,7 +288,7 @@ def _sizes(reference: Reference) -> list[float]:
 
 
 def _solver_notes(task: Task, warnings: Mapping[str, Sequence[str]]) -> list[str]:
-    """Which solver is the default of such a mechanism, and what the FMU said of its own in each run."""
+    """Sentences: which solver is the default of such a mechanism, and what the FMU said of itself in each run."""
     solver, reason = suited_solver(derive(task.mechanism), METHODS)
     suited = [f"Where no solver is asked for, the export takes {solver}: {reason}."] if reason else []
     return suited + [f"The FMU warned, {label}: {text}" for label, texts in warnings.items() for text in texts]
