@@ -105,9 +105,9 @@ def _with_compliance(opened: Description) -> tuple[Description, Origins]:
         origins |= dict.fromkeys(of_contact, f"contacts.{found.contact.name}")
     pressed = replace(
         opened,
-        definitions=joined(opened.definitions, definitions, "definitions"),
-        dampers=joined(opened.dampers, dampers, "dampers"),
-        outputs=joined(opened.outputs, outputs, "outputs"),
+        definitions=joined(opened.definitions, definitions, "definitions", by="contact"),
+        dampers=joined(opened.dampers, dampers, "dampers", by="contact"),
+        outputs=joined(opened.outputs, outputs, "outputs", by="contact"),
     )
     return pressed, origins
 
