@@ -19,7 +19,7 @@ from lag2fmu.description.joints import across, direction
 from lag2fmu.description.record import Description
 from lag2fmu.errors import MechanismError
 from lag2fmu.language.vocabulary import Choice
-from lag2fmu.mechanism.planar_joints import angle_of, planar_pose
+from lag2fmu.mechanism.planar_joints import angle_of
 from lag2fmu.mechanism.poses import Pose, Poses, location_of
 
 
@@ -62,7 +62,8 @@ def _ends(m: Description, contact: Contact, poses: Poses) -> tuple[Pose, Pose, s
     if m.dimension == 2:
         _check_angles(m, contact, where)
         a, b = (
-            planar_pose(m, poses, name, poses.column(place)) for name, place in ((name_a, place_a), (name_b, place_b))
+            poses.planar(poses.column(place), angle_of(m, name) or sp.S.Zero)
+            for name, place in ((name_a, place_a), (name_b, place_b))
         )
     else:
         base = poses.common(frame_a, frame_b)
