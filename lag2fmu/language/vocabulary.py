@@ -162,9 +162,6 @@ WORDS = ("if", "and", "or", "not", "smooth")
 
 MAX_LENGTH, MAX_NESTING, MAX_POWER, MAX_ARGUMENTS = 100_000, 60, 64, 16
 MAX_DIGITS, MAX_BITS, MAX_NUMBER_DEPTH = 400, 1020, 12
-MAX_CHOICES, MAX_WRITTEN = 30, 5_000
-"""How deep choices may be nested, and how many nodes an expression with a condition may have when written out."""
-
 MAX_AXES = 2
 """Arguments of a table, at most."""
 
