@@ -181,15 +181,19 @@ def read_columns(path: Path, where: str) -> tuple[Any, ...]:
     rows = _cells(text)
     if not rows:
         raise MechanismError(f"{where}.file: '{path}' holds no numbers")
-    width = len(rows[0][1])
-    gridded = width > 3 or not _is_finite(rows[0][1][0])
+    gridded = len(rows[0][1]) > 3 or not _is_finite(rows[0][1][0])
     for i, (n, cells) in enumerate(rows):
-        if len(cells) != width:
-            raise MechanismError(f"{where}.file: line {n} of '{path}' has {len(cells)} entries, the first has {width}")
-        odd = [cell for cell in cells[int(gridded and i == 0) :] if not _is_finite(cell)]
-        if odd:
-            raise MechanismError(f"{where}.file: {odd[0][:40]!r} in line {n} of '{path}' is not a finite number")
+        fault = _fault(cells[int(gridded and i == 0) :], len(rows[0][1]) - int(gridded and i == 0))
+        if fault:
+            raise MechanismError(f"{where}.file: line {n} of '{path}' {fault}")
     return _gridded(rows) if gridded else tuple(zip(*([*map(float, cells)] for _, cells in rows), strict=True))
+
+
+def _fault(cells: list[str], width: int) -> str:
+    """What is wrong with the ``cells`` of a line, or "" if they are ``width`` finite numbers."""
+    if len(cells) != width:
+        return f"has {len(cells)} numbers, the first has {width}"
+    return next((f"holds {cell[:40]!r}, which is no finite number" for cell in cells if not _is_finite(cell)), "")
 
 
 def _cells(text: str) -> list[tuple[int, list[str]]]:

@@ -178,7 +178,7 @@ def test_what_is_no_table_is_refused(table: str, message: str) -> None:
 
 def test_a_file_that_holds_words_is_refused_with_its_line(tmp_path: Path) -> None:
     (tmp_path / "data.csv").write_text("0,1\n1,two\n", "utf-8")
-    with pytest.raises(MechanismError, match=r"tables.f.file: 'two' in line 2 of '.*data.csv' is not a finite number"):
+    with pytest.raises(MechanismError, match=r"tables.f.file: line 2 of '.*data.csv' holds 'two', which is no finite"):
         Table("f", file=tmp_path / "data.csv")
 
 
