@@ -47,6 +47,8 @@ def geometry_of(m: Description, contact: Contact, poses: Poses) -> Geometry:
         tangents = [_along_line(normal)] if m.dimension == 2 else list(_tangents(normal))
         gap = distance - first - second
         on_second = second * normal
+    if contact.frictionless:
+        return Geometry(gap, ())
     point_a, point_b = (end.origin.applyfunc(poses.rate) for end in (a, b))
     slip = point_a + a.angular.cross(-first * normal) - point_b - b.angular.cross(on_second)
     return Geometry(gap, tuple(t.dot(slip) for t in tangents))
