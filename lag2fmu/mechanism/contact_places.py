@@ -44,9 +44,11 @@ def geometry_of(m: Description, contact: Contact, poses: Poses) -> Geometry:
     else:
         distance = sp.sqrt(apart.dot(apart))
         normal = apart / distance
-        tangents = [_along_line(normal)] if m.dimension == 2 else _tangents(normal)
+        tangents = [_along_line(normal)] if m.dimension == 2 else list(_tangents(normal))
         gap = distance - first - second
         on_second = second * normal
+    if contact.frictionless:
+        return Geometry(gap, ())
     point_a, point_b = (end.origin.applyfunc(poses.rate) for end in (a, b))
     slip = point_a + a.angular.cross(-first * normal) - point_b - b.angular.cross(on_second)
     return Geometry(gap, tuple(t.dot(slip) for t in tangents))
@@ -85,17 +87,12 @@ def _check_angles(m: Description, contact: Contact, where: str) -> None:
     first, second = map(str, contact.between or ())
     on_line = CONTACTS[str(contact.kind)].normal
     turning = [second] if on_line else []
-    if not frictionless(contact):
+    if not contact.frictionless:
         radius_a, radius_b = _radii(contact)
         turning += [name for name, radius in ((first, radius_a), (second, radius_b)) if radius != 0]
     for name in turning:
         if angle_of(m, name) is None and name not in particles:
             raise MechanismError(f"{where}: '{name}' has no 'angle', which '{contact.kind}' needs; give it, or 0")
-
-
-def frictionless(contact: Contact) -> bool:
-    """Whether both coefficients of friction are the number 0."""
-    return contact.friction == 0 and contact.static_friction in (None, 0)
 
 
 def _radii(contact: Contact) -> tuple[sp.Expr, sp.Expr]:
@@ -112,8 +109,8 @@ def _fixed(contact: Contact, second: Pose, planar: bool) -> tuple[sp.Matrix, lis
     axis = contact.normal
     vector = direction(axis) if isinstance(axis, str) else sp.Matrix(axis)
     normal = vector / sp.sqrt(sp.trigsimp(vector.dot(vector)))
-    in_space = _tangents if vector.free_symbols else lambda _: across(axis)
-    tangents = [_along_line(normal)] if planar else list(in_space(normal))
+    in_space = _tangents(normal) if vector.free_symbols else across(axis)
+    tangents = [_along_line(normal)] if planar else list(in_space)
     return second.rotation * normal, [second.rotation * tangent for tangent in tangents]
 
 
@@ -122,12 +119,12 @@ def _along_line(normal: sp.Matrix) -> sp.Matrix:
     return sp.Matrix([normal[1], -normal[0], 0])
 
 
-def _tangents(normal: sp.Matrix) -> list[sp.Matrix]:
+def _tangents(normal: sp.Matrix) -> tuple[sp.Matrix, sp.Matrix]:
     """Two unit vectors that make a right-handed triple with ``normal`` behind them, without singular direction."""
     x, y, z = normal
     side = Choice(z, sp.S.One, sp.S.NegativeOne)
     a = -1 / (side + z)
-    return [
+    return (
         sp.Matrix([1 + side * x**2 * a, side * x * y * a, -side * x]),
         sp.Matrix([x * y * a, side + y**2 * a, -y]),
-    ]
+    )

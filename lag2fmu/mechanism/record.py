@@ -47,7 +47,8 @@ class Mechanism(Description):
 
     def __repr__(self) -> str:
         """One line: name, title, how many of what; the text format says everything."""
-        kinds = ("coordinates", "parameters", "inputs", "bodies", "constraints")
+        kinds = ["coordinates", "parameters", "inputs", "states", "bodies", "constraints"]
+        kinds += ["contacts", "stops", "frictions"]
         counted = ", ".join(f"{len(getattr(self, kind))} {kind}" for kind in kinds if getattr(self, kind))
         return f"<Mechanism {self.name}: {self.title}; {counted}>"
 
