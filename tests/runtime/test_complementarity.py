@@ -15,11 +15,6 @@ G = 9.81
 COUNT = 1500
 
 
-@pytest.fixture(scope="module")
-def laws(tmp_path_factory: pytest.TempPathFactory) -> Laws:
-    return Laws(tmp_path_factory.mktemp("laws"))
-
-
 def random_problems(seed: int, rows: int, coordinates: int) -> tuple[Array, Array]:
     """delassus[COUNT, rows, rows] and free[COUNT, rows] of random mechanisms, masses over two orders of magnitude."""
     rng = np.random.default_rng(seed)

@@ -13,11 +13,6 @@ from numpy.typing import NDArray
 Array = NDArray[np.float64]
 
 
-@pytest.fixture(scope="module")
-def laws(tmp_path_factory: pytest.TempPathFactory) -> Laws:
-    return Laws(tmp_path_factory.mktemp("laws"))
-
-
 def smooth(row: int, restitution: float, loaded: bool = False) -> Contact:
     return Contact(row, 0, 0, restitution, 0.0, loaded, 0.0)
 

@@ -1,9 +1,10 @@
-/* Round friction cones. Block Gauss-Seidel iteration with proximal points finds where contacts open, stick and slide
-   (Jourdan, Alart, Jean, A Gauss-Seidel like algorithm to solve frictional contact problems, 1998; Acary, Brogliato,
-   Numerical Methods for Nonsmooth Dynamical Systems, 2008, section 13.7), then a generalised Newton method gives the
-   solution to rounding (Alart, Curnier, A mixed formulation for frictional contact problems prone to Newton like solution
-   methods, Comput. Methods Appl. Mech. Eng. 1991). Both use the same step for both axes of a cone, so that the axes do
-   not matter. */
+/* Round friction cones. Pyramids, solved by Lemke's method, show where contacts open, stick and slide; their edges are
+   turned into the directions of the slip. Where that does not lead to a solution, block Gauss-Seidel iteration with
+   proximal points may (Jourdan, Alart, Jean, A Gauss-Seidel like algorithm to solve frictional contact problems,
+   Comput. Methods Appl. Mech. Eng. 1998). From there a generalised Newton method gives the solution to rounding (Alart,
+   Curnier, A mixed formulation for frictional contact problems prone to Newton like solution methods, Comput. Methods
+   Appl. Mech. Eng. 1991). The proximal steps are the same for both axes of a cone: the axes do not matter to the
+   solution. */
 #include "cones.h"
 
 #include <math.h>

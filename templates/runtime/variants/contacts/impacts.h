@@ -46,8 +46,8 @@ typedef struct {
     int counts[SIZE_CONTACTS];    /* in how many rounds a contact collided */
     int rounds;
     double lost;  /* kinetic energy before - after, >= 0 but for rounding */
-    bool poisson; /* Newton's law would have made the kinetic energy grow, or had no solution: Poisson's law was taken */
-    bool reduced; /* so would Poisson's law: the restitution was reduced until the energy stayed the same */
+    bool poisson; /* with Newton's law the kinetic energy would grow, or there is no solution: Poisson's was taken */
+    bool reduced; /* with Poisson's law it would grow, too: the restitution was reduced until it did not */
     bool closed;  /* the rounds did not end and were closed without restitution */
 } ImpactResult;
 
@@ -57,7 +57,7 @@ bool impacts_solve(const ImpactProblem *problem, ImpactOrder order, ImpactResult
 /* Impact without collision, where Painleve's paradox leaves no solution for accelerations: contacts that slide while
    their normal velocity is 0 get impulses until the slip has stopped, the others that bear a load take part with
    restitution 0 (Genot, Brogliato, New results on Painleve paradoxes, Eur. J. Mech. A 1999; Glocker, Set-Valued Force
-   Laws, 2001). As few contacts as possible stop, of equally few those that come first. False: no impulse stops a slip. */
+   Laws, 2001). One contact stops if that is enough, the first that can, else all do. False: no impulse stops a slip. */
 bool impacts_without_collision(const ImpactProblem *problem, ImpactResult *result);
 
 #endif

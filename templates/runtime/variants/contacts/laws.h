@@ -15,7 +15,7 @@ typedef struct {
     double matrix[MOST_ACTIVE * MOST_ACTIVE]; /* size entries a row */
     double offset[MOST_ACTIVE];
     double terms[MOST_ACTIVE]; /* the sum of the absolute terms of the offset: its rounding error is a part of that */
-    int width[MOST_ACTIVE];    /* 0: unilateral; rows of friction: 1, or 2 for the first and -1 for the second of a cone */
+    int width[MOST_ACTIVE];    /* 0: unilateral; friction: 1, or 2 for the first and -1 for the second row of a cone */
     int normal[MOST_ACTIVE];   /* rows of friction: base + slope x[normal] bounds x; -1: base does */
     double slope[MOST_ACTIVE];
     double base[MOST_ACTIVE];
