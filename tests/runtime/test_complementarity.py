@@ -69,6 +69,33 @@ def test_contacts_that_slide_may_have_no_solution(laws: Laws) -> None:
     assert 0.5 * COUNT < solved.sum() < COUNT
 
 
+@pytest.mark.parametrize("rank", [40, 15])
+def test_linear_complementarity_problems(laws: Laws, rank: int) -> None:
+    """Symmetric positive (semi)definite matrices and a skew part; integers, so that many ratios are equal."""
+    rng = np.random.default_rng(8)
+    for _ in range(30):
+        factor, skew = rng.integers(-2, 3, size=(40, rank)), rng.integers(-2, 3, size=(40, 40))
+        matrix = (factor @ factor.T + skew - skew.T) / 40
+        offset = matrix @ rng.integers(0, 2, size=40) * -1.0 + rng.integers(0, 2, size=40)
+        solved, z = laws.lemke(matrix, offset)
+        y = offset + matrix @ z
+        assert solved
+        assert z.min() >= 0.0
+        assert y.min() > -1e-11
+        assert np.abs(np.minimum(y, z)).max() < 1e-11
+
+
+def test_friction_that_wedges(laws: Laws) -> None:
+    """A large coefficient: the normal direction hardly counts against the friction it makes."""
+    delassus = np.array([[1.0, 0.41263753, 0.1189938], [0.41263753, 0.83746039, -0.65499177],
+                         [0.1189938, -0.65499177, 1.16253961]])  # fmt: skip
+    free = np.array([-0.84559378, -1.5390226, 0.54926609])
+    for friction in np.geomspace(0.1, 200, 60):
+        solved, forces, _ = laws.solve(delassus, free, [normal(), tangential(0, friction), tangential(0, friction)])
+        assert solved
+        assert cone_violation(delassus[None], free[None], forces[None], [(0, friction)])[0] < 1e-11
+
+
 def cone_violation(delassus: Array, free: Array, forces: Array, contacts: list[tuple[int, float]]) -> Array:
     """How far lambda and w are from the laws of contacts (row of the normal, friction), the slips in the next rows."""
     w = free + np.einsum("bij,bj->bi", delassus, forces)
@@ -95,6 +122,15 @@ def test_round_cones_obey_the_laws(laws: Laws) -> None:
     violation = cone_violation(delassus[solved], free[solved], forces[solved], [(n, 0.2 * n) for n in (1, 4, 7)])
     assert violation.max() < 1e-10
     assert np.abs(w[:, 0]).max() == 0.0
+
+
+def test_round_cones_of_few_coordinates(laws: Laws) -> None:
+    """Nine rows of contacts, five coordinates: forces are not unique, motions may wedge."""
+    rows = [row for n in (0, 3, 6) for row in (normal(), tangential(n, 1.5), tangential(n, 1.5))]
+    delassus, free = random_problems(9, 9, 5)
+    solved, forces, _ = laws.solve_all(delassus, free, rows)
+    assert solved.all()
+    assert cone_violation(delassus, free, forces, [(n, 1.5) for n in (0, 3, 6)]).max() < 1e-9
 
 
 def test_the_axes_of_a_cone_do_not_matter(laws: Laws) -> None:

@@ -135,6 +135,13 @@ def test_permanent_constraints_hold(laws: Laws) -> None:
     assert impact.rows[0] == 0.0
 
 
+@pytest.mark.parametrize(("order", "after"), [(SEQUENTIAL, [1 / 6, 1 / 6, 2 / 3]), (SIMULTANEOUS, [1 / 3] * 3)])
+def test_what_begins_to_hold_stops(laws: Laws, order: int, after: list[float]) -> None:
+    """A latch catches a body, and what it is latched to strikes another."""
+    impact = happens(laws, np.eye(3), chain(3), [1, 0, 0], smooth(1, 1.0), permanent=[0], order=order)
+    np.testing.assert_allclose(impact.velocities, after, rtol=1e-14)
+
+
 def test_what_cannot_move_has_no_solution(laws: Laws) -> None:
     assert (
         laws.impact(np.eye(1), np.array([[1.0], [1.0]]), np.array([-1.0]), [smooth(0, 0.5)], permanent=[1]) is not None

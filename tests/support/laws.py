@@ -18,7 +18,11 @@ Array = NDArray[np.float64]
 FREE, BILATERAL, UNILATERAL, TANGENTIAL, SLIDING, BOUNDED, GIVEN = range(7)
 SEQUENTIAL, SIMULTANEOUS = range(2)
 MOST_ROWS, MOST_CONTACTS = 24, 8
-LARGE = ("complementarity_large", "envelope", "sparse_rows")
+UNITS = (
+    *("complementarity", "cones", "contact_rows", "elimination", "impacts", "impacts_without_collision", "laws"),
+    *("least_norm", "lemke", "polyhedral", "vector_length", "complementarity_large", "envelope", "sparse_rows"),
+)
+"""The files of the runtime that know nothing of a mechanism but its sizes."""
 SIZES = f"#define SIZE_ROWS {MOST_ROWS}\n#define SIZE_ACTIVE {MOST_ROWS}\n#define SIZE_CONTACTS {MOST_CONTACTS}\n"
 BATCH = """#include "complementarity.h"
 void solve_all(int count, const Problem problems[], double lambda[], double w[], bool solved[]);
@@ -47,6 +51,14 @@ class Row(ctypes.Structure):
 
 class _Problem(ctypes.Structure):
     _fields_ = [("rows", ctypes.c_int), ("delassus", _Doubles), ("free", _Doubles), ("row", ctypes.POINTER(Row))]
+
+
+class _Lcp(ctypes.Structure):
+    _fields_ = [
+        ("size", ctypes.c_int),
+        ("matrix", ctypes.c_double * (3 * MOST_ROWS) ** 2),
+        ("offset", ctypes.c_double * (3 * MOST_ROWS)),
+    ]
 
 
 class _SparseProblem(ctypes.Structure):
@@ -148,12 +160,12 @@ class Laws:
 
     def __init__(self, folder: Path) -> None:
         runtime = resource_folder("templates") / "runtime"
-        files = [*(runtime / "variants" / "contacts").glob("*.[ch]")]
-        files += [runtime / "solvers" / "common" / f"{name}.{ending}" for name in LARGE for ending in "ch"]
-        sources = {path.name: path.read_text("utf-8") for path in sorted(files)}
+        folders = (runtime / "variants" / "contacts", runtime / "solvers" / "common")
+        paths = [folder / f"{name}.{ending}" for folder in folders for name in UNITS for ending in "ch"]
+        sources = {path.name: path.read_text("utf-8") for path in paths if path.is_file()}
         sources |= {"mechanism.h": SIZES, "batch.c": BATCH}
         self._library = compiled(folder, sources, "gcc" if "gcc" in COMPILERS else "zig")
-        for name in ("impacts_solve", "impacts_without_collision", "complementarity_large"):
+        for name in ("lemke_solve", "impacts_solve", "impacts_without_collision", "complementarity_large"):
             getattr(self._library, name).restype = ctypes.c_bool
 
     def solve_all(self, delassus: Array, free: Array, rows: Sequence[Row]) -> tuple[NDArray[np.bool_], Array, Array]:
@@ -208,6 +220,19 @@ class Laws:
             ctypes.byref(residual),
         )
         return bool(solved), forces, motions
+
+    def lemke(self, matrix: Array, offset: Array) -> tuple[bool, Array]:
+        """Whether solved and z[n] of z >= 0, offset + matrix z >= 0, one of both 0 in each row."""
+        size = len(offset)
+        numbers = (ctypes.c_double * size**2)(*matrix.ravel())
+        problem = _Lcp(size)
+        ctypes.memmove(problem.matrix, numbers, ctypes.sizeof(numbers))
+        problem.offset[:size] = offset
+        solution, positive = np.zeros(3 * MOST_ROWS), np.zeros(3 * MOST_ROWS, bool)
+        solved = self._library.lemke_solve(
+            ctypes.byref(problem), solution.ctypes.data_as(_Doubles), positive.ctypes.data_as(ctypes.c_void_p)
+        )
+        return bool(solved), solution[:size]
 
     def impact(
         self,

@@ -13,7 +13,7 @@
 typedef enum {
     /* Round after round: those contacts take part that approach, with their restitution, and those under load that are
        at rest, with restitution 0. Under load is what bears a force before or took an impulse in an earlier round. It
-       ends when none approaches. */
+       ends when none approaches. Bilateral rows hold in each; if they move before, there is at least one round. */
     IMPACTS_SEQUENTIAL,
     /* One complementarity problem over all contacts that touch: velocity after + restitution * velocity before, where
        that was an approach, is complementary to the impulse. */
@@ -35,7 +35,7 @@ typedef struct {
     int rows;
     const double *delassus;   /* [rows * rows], row-major, symmetric, positive semidefinite */
     const double *velocities; /* [rows], before */
-    const bool *bilateral;    /* [rows]: the velocity stays 0; other rows that are of no contact bear no impulse */
+    const bool *bilateral;    /* [rows]: the velocity after is 0; other rows that are of no contact bear no impulse */
     int contacts;
     const ImpactContact *contact; /* [contacts] */
 } ImpactProblem;

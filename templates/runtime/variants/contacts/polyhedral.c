@@ -8,7 +8,7 @@
 #include "lemke.h"
 
 /* Beyond this number of choices they are not tried one by one. */
-enum { MOST_CHOICES = 4096 };
+static const double MOST_CHOICES = 4096.0;
 
 /* A variable of the complementarity problem is: x of a row with a sign, or a slip (sign 0). */
 typedef struct {
