@@ -63,8 +63,11 @@ def test_friction_at_rest_may_be_greater(laws: Laws) -> None:
 
 
 def test_contacts_that_slide_may_have_no_solution(laws: Laws) -> None:
-    rows = [normal(), sliding(0, 1.2, 1.0), normal(), sliding(2, 0.8, -1.0), normal(), tangential(4, 0.5)]
-    elements = [modes.sliding(0, 1, 1.2, 1.0), modes.sliding(2, 3, 0.8, -1.0), modes.planar(4, 5, 0.5, 0.5)]
+    """Nor does Lemke's method alone find each solution."""
+    ways = [(0, 3.0, 1.0), (2, 2.0, -1.0), (4, 3.5, 1.0)]
+    rows = [row for n, friction, way in ways for row in (normal(), sliding(n, friction, way))]
+    elements = [modes.sliding(n, n + 1, friction, way) for n, friction, way in ways]
+    rows, elements = [*rows, normal(), tangential(6, 1.0)], [*elements, modes.planar(6, 7, 1.0, 1.0)]
     solved = compare(laws, rows, elements, 8, seed=3)
     assert 0.5 * COUNT < solved.sum() < COUNT
 
@@ -122,6 +125,22 @@ def test_round_cones_obey_the_laws(laws: Laws) -> None:
     violation = cone_violation(delassus[solved], free[solved], forces[solved], [(n, 0.2 * n) for n in (1, 4, 7)])
     assert violation.max() < 1e-10
     assert np.abs(w[:, 0]).max() == 0.0
+
+
+def test_round_cones_may_hold_more_than_they_slide(laws: Laws) -> None:
+    """What slides does so with the sliding coefficient, what sticks needs no more than the holding one."""
+    rows = [row for n in (0, 3) for row in (normal(), tangential(n, 0.3, 0.8), tangential(n, 0.3, 0.8))]
+    delassus, free = random_problems(10, 6, 8)
+    solved, forces, w = laws.solve_all(delassus, free, rows)
+    assert solved.all()
+    seen = 0
+    for n in (0, 3):
+        load, drag = forces[:, n], np.linalg.norm(forces[:, n + 1 : n + 3], axis=1)
+        slides = np.linalg.norm(w[:, n + 1 : n + 3], axis=1) > 0.0
+        assert (drag <= 0.8 * load + 1e-9).all()
+        np.testing.assert_allclose(drag[slides], 0.3 * load[slides], atol=1e-9)
+        seen += (~slides & (drag > 0.3 * load + 1e-9)).sum()
+    assert seen > 100
 
 
 def test_round_cones_of_few_coordinates(laws: Laws) -> None:
