@@ -72,6 +72,18 @@ def test_contacts_that_slide_may_have_no_solution(laws: Laws) -> None:
     assert 0.5 * COUNT < solved.sum() < COUNT
 
 
+def test_more_contacts_than_coordinates(laws: Laws) -> None:
+    """Twelve contacts in the plane on six coordinates; the motion is unique where friction is light."""
+    rows = [row for n in range(0, 24, 2) for row in (normal(), tangential(n, 0.3))]
+    delassus, free = (part[:200] for part in random_problems(11, 24, 6))
+    solved, forces, w = laws.solve_all(delassus, free, rows)
+    assert solved.all()
+    assert forces[:, 0::2].min() >= -1e-12
+    assert w[:, 0::2].min() >= -1e-12
+    assert np.abs(np.minimum(forces[:, 0::2], w[:, 0::2])).max() < 1e-11
+    assert (np.abs(forces[:, 1::2]) <= 0.3 * forces[:, 0::2] + 1e-11).all()
+
+
 @pytest.mark.parametrize("rank", [40, 15])
 def test_linear_complementarity_problems(laws: Laws, rank: int) -> None:
     """Symmetric positive (semi)definite matrices and a skew part; integers, so that many ratios are equal."""

@@ -34,7 +34,8 @@ void laws_evaluate(const Laws *laws, const double x[], double w[]);
 /* Do x[size] and the w that follow obey all laws, to rounding? */
 bool laws_obeyed(const Laws *laws, const double x[]);
 
-/* The x[size] of least norm that satisfies the equations chosen; returns whether it obeys all laws. */
+/* Changes x[size] as little as the equations chosen allow that it satisfies them: from zeros this gives the solution of
+   least norm. Returns whether x obeys all laws. */
 bool laws_try(const Laws *laws, const Choice *choice, double x[]);
 
 /* The greatest magnitude of x[k] of a row of friction. */

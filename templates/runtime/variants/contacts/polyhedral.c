@@ -129,6 +129,7 @@ static bool enumerate(const Laws *laws, double x[]) {
             choice.held[k] = digit[k] == (unilateral ? 1 : 0);
             put_limit(laws, k, unilateral ? 0.0 : side, &choice);
         }
+        memset(x, 0, (size_t)laws->size * sizeof(double));
         solved = laws_try(laws, &choice, x);
     }
     return solved;
