@@ -94,13 +94,18 @@ static bool poisson(Round *round, double part) {
     return true;
 }
 
-/* The kinetic energy that is lost, and the sum of its absolute terms. */
+/* The kinetic energy that is lost, and the sum of the absolute terms that it follows from. */
 static double lost_energy(const Round *round, double *terms) {
+    const int n = round->problem->rows;
     double lost = 0.0;
     *terms = 0.0;
-    for (int k = 0; k < round->problem->rows; k++) {
-        lost -= 0.5 * round->impulses[k] * (round->before[k] + round->after[k]);
-        *terms += 0.5 * fabs(round->impulses[k]) * (fabs(round->before[k]) + fabs(round->after[k]));
+    for (int k = 0; k < n; k++) {
+        const double impulse = round->impulses[k];
+        lost -= 0.5 * impulse * (round->before[k] + round->after[k]);
+        *terms += fabs(impulse * round->before[k]);
+        for (int j = 0; j < n; j++) {
+            *terms += fabs(impulse * round->problem->delassus[k * n + j] * round->impulses[j]);
+        }
     }
     return lost;
 }
