@@ -25,7 +25,7 @@ from lag2fmu.graph.batches import evaluate
 from lag2fmu.graph.graph import Graph, Node
 from lag2fmu.graph.to_sympy import tidy, written, written_operations
 from lag2fmu.graph.vectors import Vector, apply, cross, plus, times
-from lag2fmu.mechanism import Mechanism
+from lag2fmu.mechanism.record import Mechanism
 
 CONSTANT_IF = 1e-9
 """A derivative that is smaller, relative to the sum of the magnitudes of its terms, is zero but for rounding."""

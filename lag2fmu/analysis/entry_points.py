@@ -5,10 +5,14 @@ from __future__ import annotations
 from pathlib import Path
 from typing import Any
 
-from lag2fmu import analysis
-from lag2fmu.analysis import Equilibrium, Linearization, Mode
-from lag2fmu.dynamics import EquationsOfMotion, derive
-from lag2fmu.mechanism import Mechanism
+from lag2fmu.analysis.equilibria import Equilibrium
+from lag2fmu.analysis.equilibria import equilibria as equilibria_of
+from lag2fmu.analysis.linearization import Linearization
+from lag2fmu.analysis.linearization import linearize as linearization_of
+from lag2fmu.analysis.modes import Mode, normal_modes
+from lag2fmu.dynamics.equations import EquationsOfMotion
+from lag2fmu.dynamics.lagrange import derive
+from lag2fmu.mechanism.record import Mechanism
 
 Model = EquationsOfMotion | Mechanism | str | Path
 """Derived equations, a mechanism, or the name or path of a model."""
@@ -19,7 +23,7 @@ def linearize(model: Model, **about: Any) -> Linearization:
 
     See ``lag2fmu.analysis.linearize``. Raises DerivationError where M is singular or nothing is finite.
     """
-    return analysis.linearize(_equations(model), **about)
+    return linearization_of(_equations(model), **about)
 
 
 def equilibria(model: Model, **options: Any) -> tuple[Equilibrium, ...]:
@@ -27,7 +31,7 @@ def equilibria(model: Model, **options: Any) -> tuple[Equilibrium, ...]:
 
     See ``lag2fmu.analysis.equilibria``.
     """
-    return analysis.equilibria(_equations(model), **options)
+    return equilibria_of(_equations(model), **options)
 
 
 def modes(model: Model, **about: Any) -> tuple[Mode, ...]:
@@ -37,8 +41,8 @@ def modes(model: Model, **about: Any) -> tuple[Mode, ...]:
     """
     equations = _equations(model)
     if not about:
-        about = {"q": found[0].q} if (found := analysis.equilibria(equations, most=1)) else {}
-    return analysis.normal_modes(analysis.linearize(equations, **about))
+        about = {"q": found[0].q} if (found := equilibria_of(equations, most=1)) else {}
+    return normal_modes(linearization_of(equations, **about))
 
 
 def _equations(model: Model) -> EquationsOfMotion:

@@ -9,13 +9,13 @@ from typing import TypeVar
 import numpy as np
 
 from lag2fmu.description import names
+from lag2fmu.description.symbols import Coordinate
 from lag2fmu.dynamics.constraints import starting_consistently
 from lag2fmu.dynamics.equations import EquationsOfMotion
 from lag2fmu.dynamics.samples import start_values
 from lag2fmu.errors import DerivationError
 from lag2fmu.graph.autodiff import forward
 from lag2fmu.graph.batches import Floats, Values, evaluate, matrix
-from lag2fmu.mechanism import Coordinate
 
 Found = TypeVar("Found")
 Otherwise = TypeVar("Otherwise")

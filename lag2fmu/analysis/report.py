@@ -24,7 +24,7 @@ from lag2fmu.dynamics.lagrange import derive
 from lag2fmu.errors import DerivationError
 from lag2fmu.graph.batches import Floats
 from lag2fmu.language.expressions import to_text
-from lag2fmu.mechanism import Mechanism
+from lag2fmu.mechanism.record import Mechanism
 
 _MODES, _MATRIX, _INPUTS = 12, 8, 6
 """The most modes that are listed, states of a linearization whose matrices are printed, and inputs that are named."""

@@ -14,12 +14,12 @@ from dataclasses import asdict
 from pathlib import Path
 from typing import TextIO
 
-from lag2fmu.checking.archive import DESCRIPTION
 from lag2fmu.checking.binding import RefusedError, bounded
 from lag2fmu.checking.catalogue import ESSENTIAL, trials_of
 from lag2fmu.checking.description import Description, read_description
 from lag2fmu.checking.findings import Finding
 from lag2fmu.checking.session import Model
+from lag2fmu.fmu.pack import DESCRIPTION
 
 
 def main(folder: Path, journal: Path, libraries: dict[str, Path], labels: list[str]) -> None:

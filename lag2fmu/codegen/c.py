@@ -10,7 +10,7 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from fractions import Fraction
 
-from lag2fmu.dynamics import Function, Program
+from lag2fmu.dynamics.functions import Function, Program
 from lag2fmu.graph.graph import Node
 from lag2fmu.graph.operations import CONSTANT, OPERATIONS
 

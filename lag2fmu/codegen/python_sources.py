@@ -9,7 +9,7 @@ from fractions import Fraction
 from lag2fmu.codegen.python import BUILT_IN, ORDINARY, python_body, used_functions
 from lag2fmu.codegen.sources import RuntimeTables, Slot
 from lag2fmu.codegen.templates import render
-from lag2fmu.dynamics import Function, Program
+from lag2fmu.dynamics.functions import Function, Program
 from lag2fmu.resources import resource_folder
 from lag2fmu.solvers.tableaus import Tableau
 

@@ -8,7 +8,7 @@ from dataclasses import dataclass
 
 from lag2fmu.codegen.colours import Colouring
 from lag2fmu.codegen.templates import render
-from lag2fmu.dynamics import Program
+from lag2fmu.dynamics.functions import Program
 from lag2fmu.graph.operations import CODE
 from lag2fmu.resources import resource_folder
 from lag2fmu.solvers.methods import Method
@@ -50,6 +50,7 @@ class RuntimeTables:
     ``motions`` says for each motion input whether the equations contain one of its derivatives; motion inputs are the
     last inputs. ``default_solver_step`` (s) is the step of methods of fixed step, ``default_duration`` (s) the stop
     time of the experiment. ``stabilisation`` (1/s) is the rate at which the drift of constraints decays.
+    ``unilateral_names`` are those of contacts and stops, ``friction_names`` those of dry frictions.
     """
 
     model_name: str
@@ -70,6 +71,13 @@ class RuntimeTables:
     default_duration: float
     stabilisation: float
     vibrations: tuple[tuple[float, int], ...] = ()
+    unilateral_names: tuple[str, ...] = ()
+    friction_names: tuple[str, ...] = ()
+
+    @property
+    def element_names(self) -> tuple[str, ...]:
+        """What has a mode: contacts and stops, then dry frictions."""
+        return self.unilateral_names + self.friction_names
 
     @property
     def massless_positions(self) -> int:
@@ -120,19 +128,27 @@ def render_sources(program: Program, tables: RuntimeTables, method: Method, guid
         "guid": guid,
         "helpers": [text for name, text in _HELPERS.items() if CODE[name] in used],
     }
-    files = runtime_files(method, bool(tables.constraint_names), bool(tables.massless))
+    kind = {
+        "constraints": bool(tables.constraint_names),
+        "massless": bool(tables.massless),
+        "events": program.hybrid,
+        "contacts": bool(program.places),
+    }
+    files = runtime_files(method, kind)
     files |= {name: render(f"mechanism/{name}.jinja", context) for name in (*GENERATED, *method.generated_files)}
     return dict(sorted(files.items()))
 
 
-def runtime_files(method: Method, constrained: bool, massless: bool) -> dict[str, str]:
+def runtime_files(method: Method, kind: Mapping[str, bool]) -> dict[str, str]:
     """{file name: text} of the runtime, as far as a solver and a kind of mechanism need it; folders are left out.
+
+    ``kind`` says of each variant whether the mechanism has it.
 
     The gate of FMI, the folders of the chosen variants and the folder of the solver's family are taken as a whole, the
     latter with its own folders for these variants. Any other file is taken if an #include asks for it; NAME.h brings
     NAME.c along.
     """
-    variants = ("constraints" if constrained else "constraints_none", "massless" if massless else "massless_none")
+    variants = [name if has else f"{name}_none" for name, has in kind.items()]
     family = f"solvers/{method.family}"
     whole = ("fmi2", *(f"variants/{name}" for name in variants), family, *(f"{family}/{name}" for name in variants))
     wanted = set(texts := _texts(*whole))

@@ -5,9 +5,8 @@ from __future__ import annotations
 from collections.abc import Iterable
 from difflib import get_close_matches
 
-from lag2fmu.language.expressions import CONSTANTS, FUNCTIONS
 from lag2fmu.language.identifiers import MAX_NAME
-from lag2fmu.language.vocabulary import WORDS
+from lag2fmu.language.vocabulary import CONSTANTS, FUNCTIONS, WORDS
 
 _MASSLESS = "massless_"
 
@@ -90,3 +89,38 @@ def coordinate_of_massless(constraint: str) -> str:
 def residual(name: str) -> str:
     """Name of the residual of the constraint ``name``: what should be zero."""
     return f"residual_{name}"
+
+
+def gap(contact: str) -> str:
+    """Name of the gap of a contact or stop."""
+    return f"{contact}_gap"
+
+
+def row_force(element: str) -> str:
+    """Name of the force in the normal direction of a contact or stop, or along a dry friction."""
+    return f"{element}_force"
+
+
+def contact_frictions(contact: str, count: int) -> tuple[str, ...]:
+    """Names of the friction forces of a contact that slips in ``count`` directions, 0 to 2."""
+    endings = ("",) if count == 1 else ("_1", "_2")[:count]
+    return tuple(f"{contact}_friction{ending}" for ending in endings)
+
+
+def mode(element: str) -> str:
+    """Name of the mode of a contact, stop or dry friction."""
+    return f"{element}_mode"
+
+
+def impulse(contact: str) -> str:
+    """Name of the impulse of the last impact of a contact or stop."""
+    return f"{contact}_impulse"
+
+
+def impacts(contact: str) -> str:
+    """Name of the number of impacts of a contact or stop so far."""
+    return f"{contact}_impacts"
+
+
+DISSIPATED = "dissipated_energy"
+"""The energy that friction, dampers and impacts have taken so far."""

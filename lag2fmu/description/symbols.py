@@ -8,8 +8,8 @@ import sympy as sp
 
 from lag2fmu.description.keys import CONSTANT, OWN, bound_key, doc_key, key, unit_key
 from lag2fmu.errors import MechanismError
-from lag2fmu.language.expressions import normal_form, symbol
 from lag2fmu.language.units import Unit, parse_unit
+from lag2fmu.language.vocabulary import normal_form, symbol
 
 
 @dataclass(frozen=True)

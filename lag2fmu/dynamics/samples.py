@@ -12,7 +12,7 @@ from lag2fmu.dynamics.elimination import Entries, Solution
 from lag2fmu.errors import DerivationError
 from lag2fmu.graph.batches import Floats, evaluate, matrix
 from lag2fmu.graph.graph import Graph, Node
-from lag2fmu.mechanism import Mechanism
+from lag2fmu.mechanism.record import Mechanism
 
 State = dict[str, float]
 """The values of all variables, by name, in SI units."""

@@ -22,7 +22,8 @@ class Tangent:
     ``drates`` are the seeds of the inputs' rates; it is empty where the equations contain none.
 
     ``residual``: dr, (n + m,), and behind it the derivatives of the constraints' velocities (m,) and positions (h,);
-    ``locals``: derivatives of ``EquationsOfMotion.locals()`` in order; ``dependent``: those of dependent parameters.
+    ``locals``: derivatives of ``EquationsOfMotion.locals()`` in order; ``dependent``: those of dependent parameters;
+    ``sliding``: those of the forces of rows that slide.
     """
 
     dt: Node
@@ -34,10 +35,11 @@ class Tangent:
     locals: tuple[Node, ...]
     dependent: tuple[Node, ...]
     drates: tuple[Node, ...] = ()
+    sliding: tuple[Node, ...] = ()
 
 
-def differentiate(equations: EquationsOfMotion) -> Tangent:
-    """Derive the tangent program of ``equations`` on their graph, see the module."""
+def differentiate(equations: EquationsOfMotion, sliding: tuple[Node, ...] = ()) -> Tangent:
+    """Derive the tangent program of ``equations`` on their graph, and of the forces ``sliding``; see the module."""
     g, v = equations.graph, equations.variables
 
     def seeds(nodes: tuple[Node, ...]) -> tuple[Node, ...]:
@@ -62,4 +64,5 @@ def differentiate(equations: EquationsOfMotion) -> Tangent:
         locals=tuple(forward(g, [node for _, node in equations.locals()], moving)),
         dependent=tuple(dependent),
         drates=drates,
+        sliding=tuple(forward(g, sliding, moving)),
     )

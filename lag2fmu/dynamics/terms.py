@@ -19,7 +19,7 @@ from lag2fmu.graph.autodiff import forward, reverse
 from lag2fmu.graph.graph import Graph, Node
 from lag2fmu.graph.operations import NEGATE
 from lag2fmu.graph.vectors import apply, cross, minus, plus, times
-from lag2fmu.mechanism import Mechanism
+from lag2fmu.mechanism.record import Mechanism
 
 
 def unconstrained_residual(graph: Graph, v: Variables, energies: Energies, rate: Rate, second: Rate) -> list[Node]:

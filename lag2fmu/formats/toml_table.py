@@ -12,7 +12,7 @@ import sympy as sp
 
 from lag2fmu.description.names import suggestion
 from lag2fmu.errors import TextError, UnitError
-from lag2fmu.language.expressions import parse
+from lag2fmu.language.parser import parse
 from lag2fmu.language.units import Unit, parse_unit
 
 MAX_EXPONENT, MAX_BITS, MAX_NUMBER = 330, 1024, 1600

@@ -14,6 +14,7 @@ import sympy as sp
 from lag2fmu.graph.from_sympy import FUNCTIONS
 from lag2fmu.graph.graph import Graph, Node
 from lag2fmu.graph.operations import CONSTANT, NEGATE, OPERATIONS, SYMBOL
+from lag2fmu.language.vocabulary import Choice
 
 _SYMPY = {name: function for function, name in FUNCTIONS.items()} | {
     "add": lambda a, b: a + b,
@@ -24,6 +25,8 @@ _SYMPY = {name: function for function, name in FUNCTIONS.items()} | {
     "sqrt": sp.sqrt,
     "power": sp.Pow,
     "power_or_zero": sp.Pow,
+    "passed": lambda x: x,
+    "choice": Choice,
 }
 _OTHER = {sp.sin: sp.cos, sp.cos: sp.sin}
 

@@ -16,7 +16,7 @@ from lag2fmu.errors import UnitError
 from lag2fmu.language.dimensions import Dimension, DimensionOf, describe, dimension
 from lag2fmu.language.expressions import to_text
 from lag2fmu.language.units import JOULE, METRE, SECOND, WATT, Unit, si_name
-from lag2fmu.mechanism.scope import in_order
+from lag2fmu.mechanism.order import in_order
 
 
 def _known_dimensions(m: Description) -> dict[str, Dimension | None]:
@@ -129,6 +129,11 @@ def _expectations(m: Description, infer: DimensionOf) -> Iterator[tuple[str, sp.
         elif expected == OWN:
             expected = entry.part.unit
         yield entry.where, entry.expression, _dimension_of(expected)
+    yield from _expected_of_springs(m, infer)
+
+
+def _expected_of_springs(m: Description, infer: DimensionOf) -> Iterator[tuple[str, sp.Expr, Dimension | None]]:
+    """The same of springs and dampers: stiffness * elongation^2 is an energy, damping * rate^2 a power."""
     for spring in m.springs:
         where = f"springs.{spring.name}"
         elongation = _measured(spring.elongation, METRE, infer)
@@ -150,6 +155,6 @@ def _measured(measure: sp.Expr | None, length: Unit, infer: DimensionOf) -> Dime
 
 
 def _share(total: Unit, measured: Dimension | None, times: int) -> Dimension | None:
-    """``total`` / ``measured`` ** ``times``: stiffness * elongation^2 is an energy, damping * rate^2 a power."""
+    """``total`` / ``measured`` ** ``times``; None if what is measured has no known dimension."""
     whole = dimension(total.exponents)
     return None if measured is None else tuple(a - times * b for a, b in zip(whole, measured, strict=True))

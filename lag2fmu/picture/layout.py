@@ -7,7 +7,7 @@ from functools import cached_property
 import numpy as np
 
 from lag2fmu.graph.batches import Floats, Values
-from lag2fmu.mechanism import Mechanism
+from lag2fmu.mechanism.record import Mechanism
 from lag2fmu.picture.attachments import attachments
 from lag2fmu.picture.loops import add_loops
 from lag2fmu.picture.pulleys import Pulley, hung

@@ -21,8 +21,8 @@ from lag2fmu.graph.autodiff import forward
 from lag2fmu.graph.batches import Floats, Values, evaluate
 from lag2fmu.graph.graph import Graph, Node
 from lag2fmu.graph.vectors import Vector
-from lag2fmu.language.expressions import symbol
-from lag2fmu.mechanism import Mechanism
+from lag2fmu.language.vocabulary import symbol
+from lag2fmu.mechanism.record import Mechanism
 from lag2fmu.picture.arms import ARM, SHIFT, Step, steps
 
 _SAMPLES = 5

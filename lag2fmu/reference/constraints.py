@@ -18,9 +18,10 @@ from functools import lru_cache
 import numpy as np
 import sympy as sp
 
+from lag2fmu.description.parts import Constraint
 from lag2fmu.errors import SimulationError
-from lag2fmu.language.expressions import TIME
-from lag2fmu.mechanism import Constraint, Mechanism
+from lag2fmu.language.vocabulary import TIME
+from lag2fmu.mechanism.record import Mechanism
 from lag2fmu.reference.composition import Composition, composition_of
 from lag2fmu.reference.functions import compiled
 from lag2fmu.reference.state import Floats, State, batch_first, batch_last

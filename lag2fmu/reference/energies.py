@@ -13,9 +13,10 @@ import sympy as sp
 from numpy.typing import ArrayLike
 
 from lag2fmu.description.names import acceleration, multiplier
+from lag2fmu.description.symbols import Parameter
 from lag2fmu.errors import LoadError, SimulationError
-from lag2fmu.language.expressions import TIME, symbol
-from lag2fmu.mechanism import Mechanism, Parameter
+from lag2fmu.language.vocabulary import TIME, symbol
+from lag2fmu.mechanism.record import Mechanism
 from lag2fmu.reference.composition import Composition, composition_of
 from lag2fmu.reference.constraints import ConstraintFunctions
 from lag2fmu.reference.functions import Array, compiled
@@ -165,13 +166,7 @@ def parameter_values(mechanism: Mechanism, overrides: Mapping[str, float]) -> di
 
     Raises LoadError for ``overrides`` that are unknown, dependent, not finite or out of bounds.
     """
-    known = {p.name: p for p in mechanism.parameters}
-    for name, value in overrides.items():
-        if name not in known:
-            names = ", ".join(known) or "none"
-            raise LoadError(f"mechanism '{mechanism.name}' has no parameter '{name}'; known are {names}")
-        _check_value(known[name], value)
-    values = {p.name: float(overrides.get(p.name, p.value)) for p in mechanism.parameters if p.value is not None}
+    values = _independent_values(mechanism, overrides)
     pending = {p.name: p.expression for p in mechanism.parameters if p.expression is not None}
     while pending:  # the record refuses circles: every pass finds one
         for name, expression in list(pending.items()):
@@ -182,7 +177,18 @@ def parameter_values(mechanism: Mechanism, overrides: Mapping[str, float]) -> di
                 if not np.isfinite(values[name]):
                     raise LoadError(f"parameter '{name}' = {expression} is {values[name]} for the values given")
                 del pending[name]
-    return {name: values[name] for name in known}
+    return {p.name: values[p.name] for p in mechanism.parameters}
+
+
+def _independent_values(mechanism: Mechanism, overrides: Mapping[str, float]) -> dict[str, float]:
+    """The values of the parameters that follow from no others; raises LoadError for impossible ``overrides``."""
+    known = {p.name: p for p in mechanism.parameters}
+    for name, value in overrides.items():
+        if name not in known:
+            names = ", ".join(known) or "none"
+            raise LoadError(f"mechanism '{mechanism.name}' has no parameter '{name}'; known are {names}")
+        _check_value(known[name], value)
+    return {p.name: float(overrides.get(p.name, p.value)) for p in mechanism.parameters if p.value is not None}
 
 
 def _check_value(parameter: Parameter, value: float) -> None:

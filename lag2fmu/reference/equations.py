@@ -18,56 +18,21 @@ Sources: H. Goldstein, Classical Mechanics, sections 1.5 and 2.7; for the comple
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass, fields
+from dataclasses import fields
 
 import numpy as np
 from numpy.typing import ArrayLike
 
 from lag2fmu.errors import DerivationError, SimulationError
-from lag2fmu.mechanism import Mechanism
+from lag2fmu.mechanism.record import Mechanism
 from lag2fmu.reference.composition import Composition
 from lag2fmu.reference.energies import EnergyFunctions
 from lag2fmu.reference.functions import BLOCK, STEP, Array
 from lag2fmu.reference.state import Floats, InputValues, State, batch_first, batch_last
+from lag2fmu.reference.terms import Balance, Terms
 
 SMALL = 3
 """Coordinates of a mechanism for which compiled equations save no time at a thousand states."""
-
-
-@dataclass(frozen=True)
-class Terms:
-    """The parts of the equations at a state or batch of states, batch last, in SI units.
-
-    mass_matrix (n, n), momenta p = dL/dqd (n,), inertial = dM/dt qd + db/dt (n,), lagrangian_slope dL/dq (n,),
-    dissipation_slope dR/dqd (n,), explicit_rate dL/dt at fixed q, qd, motion inputs moving (), forces Q (n,).
-    """
-
-    mass_matrix: Floats
-    momenta: Floats
-    inertial: Floats
-    lagrangian_slope: Floats
-    dissipation_slope: Floats
-    explicit_rate: Floats
-    forces: Floats
-
-
-@dataclass(frozen=True)
-class Balance:
-    """The balance of the generalized energy h = qd . p - L: ``rate`` dh/dt and ``power`` of what changes it, in W.
-
-    power = Q . qd - qd . dR/dqd - dL/dt - multiplier . b, constraints being G qd + b = 0. ``scale`` is the sum of the
-    magnitudes of all powers that flow at that instant; over a run divide by its largest value. All have the shape of
-    the batch.
-    """
-
-    rate: Floats
-    power: Floats
-    scale: Floats
-
-    @property
-    def residual(self) -> Floats:
-        """rate - power, in W: zero to rounding for exact accelerations."""
-        return self.rate - self.power
 
 
 class Equations:

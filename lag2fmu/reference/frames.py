@@ -18,8 +18,8 @@ from dataclasses import dataclass
 import numpy as np
 import sympy as sp
 
-from lag2fmu.description.places import AXES, WORLD
-from lag2fmu.mechanism import Frame, Mechanism
+from lag2fmu.description.places import AXES, WORLD, Frame
+from lag2fmu.mechanism.record import Mechanism
 from lag2fmu.reference.composition import Composition
 from lag2fmu.reference.functions import Array
 

@@ -12,7 +12,7 @@ import numpy as np
 import sympy as sp
 
 from lag2fmu.description.places import AXES, WORLD
-from lag2fmu.language.expressions import TIME
+from lag2fmu.language.vocabulary import TIME
 from lag2fmu.reference.composition import Composition
 from lag2fmu.reference.frames import Slots, unit_vector
 from lag2fmu.reference.functions import Array, compiled

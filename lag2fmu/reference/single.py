@@ -4,9 +4,10 @@ from __future__ import annotations
 
 import numpy as np
 
-from lag2fmu.reference.equations import Equations, Terms
+from lag2fmu.reference.equations import Equations
 from lag2fmu.reference.native import Function, native_terms
 from lag2fmu.reference.state import Floats, State
+from lag2fmu.reference.terms import Terms
 
 
 def single_state(equations: Equations) -> SingleState | None:

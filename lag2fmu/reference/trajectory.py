@@ -214,14 +214,13 @@ def parse_csv(text: str, where: str = "CSV", units: Mapping[str, Unit] | None = 
             found, commas = header[:1] or "missing", "; separate columns by commas" if ";" in text[:1000] else ""
             raise LoadError(f"{where}, line 1: the first column is {found}, expected 'time' (time,name,...){commas}")
         _check_names(header[1:], f"{where}, line 1", LoadError)
-        for row in reader:
-            if row:
-                rows.append(_numbers(row, header, f"{where}, line {reader.line_num}"))
-                if len(rows) > 1 and rows[-1][0] <= rows[-2][0]:
-                    raise LoadError(
-                        f"{where}, line {reader.line_num}, column 'time': {rows[-1][0]!r} s does not come after "
-                        f"{rows[-2][0]!r} s; times must increase"
-                    )
+        for row in filter(None, reader):
+            rows.append(_numbers(row, header, f"{where}, line {reader.line_num}"))
+            if len(rows) > 1 and rows[-1][0] <= rows[-2][0]:
+                raise LoadError(
+                    f"{where}, line {reader.line_num}, column 'time': {rows[-1][0]!r} s does not come after "
+                    f"{rows[-2][0]!r} s; times must increase"
+                )
     except csv.Error as error:
         raise LoadError(f"{where}, line {reader.line_num}: {error}") from error
     if not rows:

@@ -9,13 +9,14 @@ from pathlib import Path
 
 from lag2fmu.description.names import velocity
 from lag2fmu.errors import ExportError, TextError
-from lag2fmu.fmu import Fmu, export, read_mechanism
+from lag2fmu.fmu.exporting import Fmu, export, read_mechanism
 from lag2fmu.formats.loading import as_mechanism, with_values
-from lag2fmu.mechanism import Mechanism
-from lag2fmu.reference import Trajectory
+from lag2fmu.mechanism.record import Mechanism
+from lag2fmu.reference.trajectory import Trajectory
 from lag2fmu.verify.inputs import Inputs, trajectory_of
+from lag2fmu.verify.plan import Kind, Run, times_of
 from lag2fmu.verify.report import Report
-from lag2fmu.verify.simulate import Kind, Run, simulate_fmu, times_of
+from lag2fmu.verify.simulate import simulate_fmu
 from lag2fmu.verify.validate import validate_fmu
 
 Model = Mechanism | Fmu | str | Path

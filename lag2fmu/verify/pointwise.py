@@ -7,10 +7,13 @@ from collections.abc import Mapping, Sequence
 import numpy as np
 
 from lag2fmu.description import names
+from lag2fmu.description.parts import Constraint
 from lag2fmu.dynamics.massless import continuous_states
-from lag2fmu.mechanism import Constraint, Mechanism
 from lag2fmu.mechanism.norms import norm_constraints
-from lag2fmu.reference import Equations, Reference, sympy_accelerations
+from lag2fmu.mechanism.record import Mechanism
+from lag2fmu.reference.equations import Equations
+from lag2fmu.reference.record import Reference
+from lag2fmu.reference.symbolic import sympy_accelerations
 from lag2fmu.verify.instances import Evaluation, evaluation
 from lag2fmu.verify.report import Check
 from lag2fmu.verify.task import ROUNDING, Floats, Task

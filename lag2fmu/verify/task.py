@@ -9,8 +9,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from lag2fmu.description import names
-from lag2fmu.mechanism import Mechanism
-from lag2fmu.reference import Signals, Trajectory, held, interpolated
+from lag2fmu.mechanism.record import Mechanism
+from lag2fmu.reference.signals import Signals, held, interpolated
+from lag2fmu.reference.trajectory import Trajectory
 
 Floats = NDArray[np.float64]
 

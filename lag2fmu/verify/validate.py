@@ -15,20 +15,23 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
-from lag2fmu.codegen import METHODS
 from lag2fmu.description import names
-from lag2fmu.dynamics import derive
-from lag2fmu.dynamics.lagrange import complete
+from lag2fmu.dynamics.lagrange import complete, derive
 from lag2fmu.errors import SimulationError
-from lag2fmu.fmu import suited_solver
-from lag2fmu.mechanism import Mechanism
+from lag2fmu.fmu.advice import suited_solver
 from lag2fmu.mechanism.display import display_units
-from lag2fmu.reference import Equations, Reference, Trajectory, integrate, remedy_of_jumps
+from lag2fmu.mechanism.record import Mechanism
+from lag2fmu.reference.equations import Equations
+from lag2fmu.reference.integrate import integrate, remedy_of_jumps
+from lag2fmu.reference.record import Reference
+from lag2fmu.reference.trajectory import Trajectory
+from lag2fmu.solvers.methods import METHODS
 from lag2fmu.verify.instances import description_of, offers_model_exchange
 from lag2fmu.verify.invariants import action_note, drift_checks, hamilton_checks
+from lag2fmu.verify.plan import Kind, Run, takes_derivatives
 from lag2fmu.verify.pointwise import pointwise_checks
 from lag2fmu.verify.report import Check, Report
-from lag2fmu.verify.simulate import Kind, Run, problems, simulate_fmu, takes_derivatives
+from lag2fmu.verify.simulate import problems, simulate_fmu
 from lag2fmu.verify.task import ROUNDING, Floats, Task
 
 SAFETY, CHAOS, FEWEST = 100.0, 1e-2, 1e-2

@@ -51,7 +51,7 @@ class Choice:
             if (touches(system, point, i) or modes.contacts[i] is not Mode.OPEN or ("gap", i) in due)
             and v[i] < STILL * sizes[i]
         ]
-        borne = np.zeros(system.constraints.m), np.zeros(e.u)
+        borne = np.zeros(system.constraints.m), np.zeros(e.k)
         present = self._lasting(modes, contacts, due)
         before: tuple[Mode, ...] | None = None
         for _ in range(100):  # the capacities of frictions may depend on the forces that follow
@@ -64,9 +64,9 @@ class Choice:
                 return found, contacts
             forces = np.zeros(e.k)
             forces[rows] = found.forces
-            multipliers = self.system.multipliers(point, modes, forces)
-            change = np.abs(np.concatenate([multipliers - borne[0], forces[: e.u] - borne[1]])).max(initial=0.0)
-            borne = multipliers, forces[: e.u]
+            new = system.borne(point, modes, forces)
+            change = np.abs(np.concatenate(new) - np.concatenate(borne)).max(initial=0.0)
+            borne = new
             if found.modes == before and change <= 1e-12 * max(1e-300, np.abs(np.concatenate(borne)).max(initial=0.0)):
                 return found, contacts
             before = found.modes

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import numpy as np
 
-from lag2fmu.reference.hybrid.modes import Mode, Modes
 from lag2fmu.reference.hybrid.system import Point, System
 from lag2fmu.reference.state import Floats
 
@@ -42,8 +41,3 @@ def slips_of(system: System, point: Point, i: int) -> tuple[int, ...]:
     """The rows of the slips of the contact ``i``; none without friction."""
     frictional = max(point.rows.friction[i], point.rows.static[i]) > 0
     return tuple(int(row) for row in system.elements.slip_rows[i]) if frictional else ()
-
-
-def closed_contacts(modes: Modes) -> list[int]:
-    """The contacts that are not open."""
-    return [i for i, mode in enumerate(modes.contacts) if mode is not Mode.OPEN]

@@ -28,7 +28,8 @@ class Modes:
     """What is frozen between events.
 
     ``contacts`` (u,): open; closed they slide (without friction, or in space), or stick, or slide forward or backward.
-    ``frictions`` (f,), ``held``: which conditional constraints hold, ``sides`` of the kinks, +1 or -1.
+    ``frictions`` (f,), ``held`` (l,): which latches hold, and the positions that they hold, ``offsets`` (l,); ``sides``
+    of the kinks, +1 or -1.
     ``directions``: contact that slides in space -> unit vector of its slip at the start of a step.
     """
 
@@ -37,6 +38,12 @@ class Modes:
     held: tuple[bool, ...]
     sides: tuple[int, ...]
     directions: Mapping[int, tuple[float, ...]] = field(default_factory=dict, compare=False)
+    offsets: tuple[float, ...] = field(default=(), compare=False)
+
+
+def closed_contacts(modes: Modes) -> list[int]:
+    """The contacts that are not open."""
+    return [i for i, mode in enumerate(modes.contacts) if mode is not Mode.OPEN]
 
 
 @dataclass(frozen=True)

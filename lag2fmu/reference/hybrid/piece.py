@@ -20,7 +20,7 @@ class Piece:
         self.system, self.modes, self.inputs, self.damping = system, modes, inputs, damping
         self.n = system.n
         e = system.elements
-        labels = [("side", i) for i in range(e.sides)] + [("condition", j) for j in range(len(e.conditional))]
+        labels = [("side", i) for i in range(e.sides)] + [("condition", j) for j in range(len(e.latches))]
         labels += [("gap", i) for i, mode in enumerate(modes.contacts) if mode is Mode.OPEN]
         labels += [("slip", i) for i in range(e.u) if self._has_direction(i)]
         labels += [("friction", j) for j, mode in enumerate(modes.frictions) if mode in SENSE]
@@ -45,15 +45,15 @@ class Piece:
         point = system.point(self.state(t, y))
         answer = system.answer(point, self.modes, self.damping)
         qd, terms, e = y[n : 2 * n], point.terms, system.elements
-        power = float(qd @ (terms.forces - terms.dissipation_slope)) - float(terms.explicit_rate)
+        lost = float(qd @ terms.dissipation_slope) + e.damper_power(point.state)
+        power = float(qd @ (terms.forces - terms.dissipation_slope)) - float(terms.explicit_rate) + lost
         if system.constraints.m:
             power -= float(answer.multipliers @ (point.constraints[1] - point.constraints[3] @ qd))
         if e.k:
             velocities = point.rows.velocities
             power -= float(answer.forces @ (velocities - point.rows.jacobian @ qd))
-            lost = -float(answer.forces[e.u :] @ velocities[e.u :])
-        else:
-            lost = 0.0
+            rubbing = slice(e.u, e.k - len(e.latches))
+            lost -= float(answer.forces[rubbing] @ velocities[rubbing])
         found = np.empty_like(y)
         found[:n], found[n : 2 * n], found[2 * n], found[2 * n + 1] = qd, answer.qdd, power, lost
         return found

@@ -75,8 +75,9 @@ class Run:
             e.set_sides(sides)
             margins, conditions, *_ = e.events(state)
             sides = tuple(1 if margin > 0 else -1 for margin in margins)
-        held = tuple(bool(c > 0) for c in conditions)
-        return Modes((Mode.OPEN,) * e.u, (Mode.FORWARD,) * e.f, held, sides)
+        return Modes(
+            (Mode.OPEN,) * e.u, (Mode.FORWARD,) * e.f, (False,) * len(conditions), sides, {}, (0.0,) * len(conditions)
+        )
 
 
 class _Follower:

@@ -4,6 +4,7 @@
 
 #include "constraints.h"
 #include "equations.h"
+#include "events.h"
 #include "massless.h"
 #include "settings.h"
 
@@ -52,12 +53,36 @@ static bool pull_back(Instance *instance, bool *changed) {
     return true;
 }
 
-bool importer_updates_states(Instance *instance, bool *changed) {
-    *changed = false;
+static bool meet_constraints(Instance *instance, bool *changed) {
     if (massless_return(instance)) {
         return pull_back(instance, changed);
     }
     return equations_massless(instance) && (!drifted(instance) || pull_back(instance, changed));
+}
+
+bool importer_updates_states(Instance *instance, bool *changed) {
+    bool jumped;
+    *changed = false;
+    if (!meet_constraints(instance, changed)) {
+        return false;
+    }
+    instance->state.modes_settled = 0;
+    if (!events_refresh(instance, &jumped)) {
+        return false;
+    }
+    *changed = *changed || jumped;
+    return true;
+}
+
+bool importer_indicates(Instance *instance, double indicators[]) {
+    bool jumped;
+    const bool starts = instance->state.phase == PHASE_SOLVING_START;
+    return equations_massless(instance) && (!starts || events_refresh(instance, &jumped)) &&
+           events_indicate(instance, indicators);
+}
+
+double importer_next_event(Instance *instance) {
+    return events_next_time(instance);
 }
 
 void importer_leaves_event(Instance *instance) {

@@ -1,5 +1,5 @@
-/* Where the importer integrates: what is to be done at the ends of its steps and in its events. The mechanism has no
-   events of its own; they serve to pull states back onto the constraints. */
+/* Where the importer integrates: what is to be done at the ends of its steps and in its events. These are the events of
+   the mechanism, and those that serve to pull states back onto the constraints. */
 #ifndef IMPORTER_STEPS_H
 #define IMPORTER_STEPS_H
 
@@ -13,9 +13,16 @@ bool importer_completes_step(Instance *instance);
 /* An event begins. */
 void importer_enters_event(Instance *instance);
 
-/* In an event: moves states that have drifted, or that changed inputs displace, onto the constraints. *changed says
-   whether continuous states were changed. Returns false, with instance->failure, if that fails. */
+/* In an event: moves states that have drifted, or that changed inputs displace, onto the constraints, and brings the
+   modes up to date. *changed says whether continuous states were changed. Returns false, with instance->failure, if
+   that fails. */
 bool importer_updates_states(Instance *instance, bool *changed);
+
+/* indicators[N_EVENTS] for the importer's solver, which stops where one comes down to 0. Returns false likewise. */
+bool importer_indicates(Instance *instance, double indicators[]);
+
+/* The time (s) of the next event that depends on nothing but the time; HUGE_VAL if there is none. */
+double importer_next_event(Instance *instance);
 
 /* The event is over, and the importer's solver goes on. */
 void importer_leaves_event(Instance *instance);

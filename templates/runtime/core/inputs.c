@@ -92,6 +92,7 @@ void inputs_end(Instance *instance) {
         return;
     }
     memcpy(state->inputs, inputs_at(instance, state->time), N_INPUTS * sizeof(double));
+    instance->scratch.inputs_move = false; /* from here on they are those of the State */
     for (int i = 0; i < N_INPUTS; i++) {
         first[i] += s * (second[i] + s / 2.0 * third[i]);
         second[i] += s * third[i];

@@ -70,6 +70,7 @@ typedef struct {
     double new_derivatives[N_STATES];
     double trial_length;           /* s; of that step */
     SolverScratch solver;
+    SolverMemory solver_before;    /* what the solver remembered when that step began, if there are events */
     bool inputs_move;              /* some input is not constant in the running communication step */
     double step_start;             /* s; the time at which that step began */
     double inputs[3 * N_INPUTS];   /* at a stage of the solver, with their first and second derivatives */
@@ -86,7 +87,11 @@ typedef enum {
     FAILURE_STEP_COUNT,      /* a fixed-step method would need too many steps */
     FAILURE_ITERATION,       /* the equations of an implicit step were not solved */
     FAILURE_CONSTRAINTS,     /* no states were found that meet the constraints */
-    FAILURE_MASSLESS         /* the flagged coordinates, which have no mass, do not follow from the others */
+    FAILURE_SLIDING,         /* no forces of sliding friction were found */
+    FAILURE_MODES,           /* no modes were found that obey the laws of contact */
+    FAILURE_MASSLESS,        /* the flagged coordinates, which have no mass, do not follow from the others */
+    FAILURE_EVENT_VALUE,     /* an event function has no finite value */
+    FAILURE_CHATTERING       /* the events at one time have no end */
 } FailureKind;
 
 /* Why the last evaluation or solver step failed; failure_sentence (failure.h) puts it in words. */
@@ -100,6 +105,7 @@ typedef struct {
     int count;                       /* of CONSTRAINTS and MASSLESS: the number of constraints that are not met */
     int constraints[SIZE_CONSTRAINTS];  /* their numbers */
     double residuals[SIZE_CONSTRAINTS]; /* what is left of them */
+    int event;                          /* of EVENT_VALUE and CHATTERING: which event function */
 } Failure;
 
 /* What the importer should know about a communication step that was completed. */

@@ -66,9 +66,10 @@ void watch_length(Instance *instance, double length) {
 }
 
 void watch_vibrations(Instance *instance, double length) {
-    const double *parameters = instance->state.parameters;
+    enum { FIRST = N_MASKS + N_SWITCHES }; /* behind the modes */
+    const double *parameters = instance->state.parameters + FIRST;
     if (N_VIBRATIONS > 0 && length > resolving_step(VIBRATIONS[0]) &&
-        memcmp(parameters, START_PARAMETERS, SIZE_PARAMETERS * sizeof(double)) == 0) {
+        memcmp(parameters, START_PARAMETERS + FIRST, (SIZE_PARAMETERS - FIRST) * sizeof(double)) == 0) {
         give_notice(instance, NOTICE_UNRESOLVED, length, 0);
     }
 }

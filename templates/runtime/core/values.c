@@ -1,8 +1,20 @@
 #include "values.h"
 
+#include <limits.h>
 #include <stddef.h>
 
 #include "equations.h"
+
+bool value_is_integer(VariableKind kind) {
+    return kind == VARIABLE_MODE || kind == VARIABLE_IMPACTS;
+}
+
+int value_integer(const Instance *instance, const Variable *variable) {
+    const State *state = &instance->state;
+    const int64_t value =
+        variable->kind == VARIABLE_MODE ? state->modes[variable->index] : state->impacts[variable->index];
+    return value < INT_MAX ? (int)value : INT_MAX;
+}
 
 double *value_slot(Instance *instance, const Variable *variable) {
     State *state = &instance->state;
@@ -18,6 +30,9 @@ double *value_slot(Instance *instance, const Variable *variable) {
     case VARIABLE_MULTIPLIER:      return &cache->reported[N_COORDINATES + variable->index];
     case VARIABLE_DEPENDENT:       return &cache->dependent[variable->index];
     case VARIABLE_LOCAL:           return &cache->locals[variable->index];
+    case VARIABLE_IMPULSE:         return &state->impulses[variable->index];
+    case VARIABLE_MODE:
+    case VARIABLE_IMPACTS:
     case VARIABLE_TIME:
     case N_VARIABLE_KINDS:         break;
     }
@@ -54,15 +69,17 @@ bool value_needs_tangent(VariableKind kind) {
 
 bool value_is_unknown(VariableKind kind) {
     return kind == VARIABLE_STATE || kind == VARIABLE_MASSLESS || kind == VARIABLE_DEPENDENT ||
-           value_needs_tangent(kind);
+           kind == VARIABLE_IMPULSE || value_needs_tangent(kind);
 }
 
 const double *value_in_tangent(const Seed *seed, const Tangent *tangent, const Variable *variable) {
+    static const double CONSTANT = 0.0; /* the rate of what changes at impacts only */
     switch (variable->kind) {
     case VARIABLE_ACCELERATION: return &tangent->accelerations[variable->index];
     case VARIABLE_MULTIPLIER:   return &tangent->accelerations[N_COORDINATES + variable->index];
     case VARIABLE_DEPENDENT:    return &tangent->dependent[variable->index];
     case VARIABLE_LOCAL:        return &tangent->locals[variable->index];
+    case VARIABLE_IMPULSE:      return &CONSTANT;
     default:                    return &seed->states[variable->index];
     }
 }
@@ -77,10 +94,16 @@ static int first_row(const Variable *variable) {
 }
 
 int value_motion_order(const Variable *variable, int order) {
+    if (variable->kind == VARIABLE_IMPULSE) {
+        return 0;
+    }
     return variable->kind == VARIABLE_LOCAL ? order : first_row(variable) + order - 2;
 }
 
 double value_in_motion(const Motion *motion, const Variable *variable, int order) {
+    if (variable->kind == VARIABLE_IMPULSE) {
+        return 0.0;
+    }
     const int column = in_states(variable)                     ? variable->index % N_COORDINATES
                        : variable->kind == VARIABLE_MULTIPLIER ? N_COORDINATES + variable->index
                                                                : variable->index;

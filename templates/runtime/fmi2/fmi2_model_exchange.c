@@ -1,5 +1,4 @@
-/* Model exchange (FMI 2.0, section 3.2). There are no events of the mechanism: no event indicators,
-   no discrete states. */
+/* Model exchange (FMI 2.0, section 3.2). The modes of the mechanism change in event mode alone. */
 #include <math.h>
 #include <string.h>
 
@@ -42,6 +41,9 @@ fmi2Status fmi2NewDiscreteStates(fmi2Component c, fmi2EventInfo *eventInfo) {
     if (!importer_updates_states(&component->instance, &changed)) {
         return report_failure(component, fmi2Error);
     }
+    const double next = importer_next_event(&component->instance);
+    eventInfo->nextEventTimeDefined = isfinite(next) ? fmi2True : fmi2False;
+    eventInfo->nextEventTime = isfinite(next) ? next : 0.0;
     eventInfo->valuesOfContinuousStatesChanged = changed ? fmi2True : fmi2False;
     return fmi2OK;
 }
@@ -129,12 +131,21 @@ fmi2Status fmi2GetDerivatives(fmi2Component c, fmi2Real derivatives[], size_t nx
 
 fmi2Status fmi2GetEventIndicators(fmi2Component c, fmi2Real eventIndicators[], size_t ni) {
     Component *component = enter(c, CALL_GetEventIndicators);
-    (void)eventIndicators;
     if (component == NULL) {
         return fmi2Error;
     }
-    return ni == 0 ? fmi2OK : fail(component, "this FMU has no event indicators; expected none, but got %u",
-                                   (unsigned)ni);
+    if (ni != N_EVENTS) {
+        return fail(component, "the array has %u elements; expected one for each of the %d event indicators",
+                    (unsigned)ni, N_EVENTS);
+    }
+    if (ni > 0 && eventIndicators == NULL) {
+        return fail(component, "the array of %d elements is NULL", N_EVENTS);
+    }
+    if (!equations_settle(&component->instance)) {
+        return report_failure(component, fmi2Error);
+    }
+    return importer_indicates(&component->instance, eventIndicators) ? fmi2OK
+                                                                     : report_failure(component, fmi2Discard);
 }
 
 fmi2Status fmi2GetContinuousStates(fmi2Component c, fmi2Real x[], size_t nx) {

@@ -32,6 +32,9 @@ static const Row SETTABLE[N_VARIABLE_KINDS] = {
     [VARIABLE_SETTING]      = {"setting",      "x x . . . .",   "x x . . . ."},
     [VARIABLE_DEPENDENT]    = {"dependent",    ". . . . . .",   ". . . . . ."},
     [VARIABLE_LOCAL]        = {"local",        ". . . . . .",   ". . . . . ."},
+    [VARIABLE_MODE]         = {"mode",         ". . . . . .",   ". . . . . ."},
+    [VARIABLE_IMPACTS]      = {"impacts",      ". . . . . .",   ". . . . . ."},
+    [VARIABLE_IMPULSE]      = {"impulse",      ". . . . . .",   ". . . . . ."},
 };
 
 /* The modes' names and their columns in the tables, one for each type of instance; -1 where the type has no

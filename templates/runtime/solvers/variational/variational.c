@@ -238,7 +238,7 @@ bool solver_dense(Instance *instance, Step step, double terms[DENSE_TERMS][N_STA
     (void)instance;
     (void)step;
     (void)terms;
-    return true; /* there is no dense output */
+    return true; /* Hermite's cubic is all */
 }
 
 const char *solver_iteration_remedy(void) {

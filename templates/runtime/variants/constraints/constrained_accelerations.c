@@ -7,6 +7,7 @@
 #include "accelerations.h"
 #include "constraint_factorization.h"
 #include "constraints.h"
+#include "contacts.h"
 #include "failure.h"
 #include "finite.h"
 #include "mass_matrix.h"
@@ -82,6 +83,9 @@ bool accelerations_at(Instance *instance, double time, const double states[], co
             below[k] = -system->gamma[k] - drift[k];
         }
         system_solve(system, system->forcing, below, usual_accelerations(instance, time), unknowns);
+        if (!contacts_slide(instance, system, time, states, inputs, unknowns)) {
+            return false;
+        }
     }
     return all_finite(unknowns, N_UNKNOWNS) || report_accelerations(instance, time, unknowns);
 }

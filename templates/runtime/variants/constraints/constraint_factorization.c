@@ -225,7 +225,10 @@ void constraints_spread(const ConstraintFactorization *f, double multipliers[]) 
     solve_upper(normal, f->rank, z);
     for (int i = 0; i < f->rows; i++) {
         const int columns = i < f->rank ? i + 1 : f->rank;
-        multipliers[f->order[i]] = f->scale[f->order[i]] * inner_product(f->factor + i * M, z, columns);
+        const int row = f->order[i];
+        if (f->scale[row] > 0.0) {
+            multipliers[row] = f->scale[row] * inner_product(f->factor + i * M, z, columns);
+        }
     }
 }
 
