@@ -10,7 +10,7 @@ import numpy as np
 from lag2fmu.errors import SimulationError
 from lag2fmu.reference.hybrid.impacts import Impacts
 from lag2fmu.reference.hybrid.laws import CLOSED, PLANES, Item, Outcome, apart, decided
-from lag2fmu.reference.hybrid.measures import STILL, slips_of, touches, velocity_sizes
+from lag2fmu.reference.hybrid.measures import STILL, is_free, pace, slips_of, touches, velocity_sizes
 from lag2fmu.reference.hybrid.modes import Due, Memory, Mode, Modes
 from lag2fmu.reference.hybrid.system import Point, System
 from lag2fmu.reference.state import Floats, State
@@ -50,6 +50,7 @@ class Choice:
             for i in range(e.u)
             if (touches(system, point, i) or modes.contacts[i] is not Mode.OPEN or ("gap", i) in due)
             and v[i] < STILL * sizes[i]
+            and is_free(point, D, i)
         ]
         borne = np.zeros(system.constraints.m), np.zeros(e.k)
         present = self._lasting(modes, contacts, due)
@@ -59,7 +60,9 @@ class Choice:
             if e.f:
                 items += self._friction_items(point, modes, due, sizes, *e.capacities(point.state, *borne))
             rows, moved = apart(items)
-            found = decided(D[np.ix_(rows, rows)], c[rows], moved, lambda chosen: _changes(chosen, present))
+            found = decided(
+                D[np.ix_(rows, rows)], c[rows], moved, pace(point), lambda chosen: _changes(chosen, present)
+            )
             if found is None or not e.load_dependent:
                 return found, contacts
             forces = np.zeros(e.k)

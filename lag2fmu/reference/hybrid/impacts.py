@@ -15,7 +15,7 @@ import numpy as np
 
 from lag2fmu.errors import SimulationError
 from lag2fmu.reference.hybrid.laws import PLANES, Item, all_outcomes, apart, decided, expanded
-from lag2fmu.reference.hybrid.measures import STILL, force_sizes, slips_of, touches, velocity_sizes
+from lag2fmu.reference.hybrid.measures import STILL, force_sizes, is_free, slips_of, touches, velocity_sizes
 from lag2fmu.reference.hybrid.modes import Due, Memory, Mode, Modes
 from lag2fmu.reference.hybrid.system import Point, System
 from lag2fmu.reference.state import Floats, State
@@ -46,9 +46,10 @@ class Impacts:
             for i in range(e.u)
             if ("gap", i) in due or touches(system, point, i) or modes.contacts[i] is not Mode.OPEN
         ]
-        loaded = self._loaded(point, modes)
         X = system.responses(point, modes)[1]
         D, v = point.rows.jacobian @ X, point.rows.velocities.copy()
+        touching = [i for i in touching if is_free(point, D, i)]
+        loaded = [i for i in self._loaded(point, modes) if is_free(point, D, i)]
         lost, total, qd = 0.0, np.zeros(e.k), state.qd
         if catching:
             jump, _ = system.caught(point, modes, total)
@@ -61,7 +62,7 @@ class Impacts:
         qd = qd + X @ (total - caught)
         if not struck and not catching:
             return state, np.zeros(2), False
-        for i in np.flatnonzero(total[: e.u] > 0).tolist():
+        for i in np.flatnonzero(total[: e.u] > LOADED * np.abs(total).max()).tolist():
             self.memory.impacts[i] += 1
             self.memory.impulses[i] = total[i]
         gained = 0.5 * float((qd + state.qd) @ point.terms.mass_matrix @ (qd - state.qd))
@@ -148,7 +149,7 @@ class Impacts:
     def _impulses(self, D: Floats, v: Floats, items: Sequence[Item]) -> Floats | None:
         """The impulses (k,) of ``items``; rows that take no part have none."""
         rows, moved = apart(items)
-        found = decided(D[np.ix_(rows, rows)], v[rows], moved)
+        found = decided(D[np.ix_(rows, rows)], v[rows], moved, 0.0)
         if found is None:
             return None
         P = np.zeros(len(v))
@@ -170,7 +171,9 @@ class Impacts:
         _, X = system.responses(point, modes)
         D, v = point.rows.jacobian @ X, point.rows.velocities
         rows, moved = apart([impact_item(self.system, point, i, 0.0) for i in contacts])
-        outcomes = all_outcomes(D[np.ix_(rows, rows)], v[rows], moved)
+        momentum = point.terms.mass_matrix @ point.state.qd
+        pace = float(np.sqrt(max(0.0, float(momentum @ point.state.qd))))
+        outcomes = all_outcomes(D[np.ix_(rows, rows)], v[rows], moved, pace)
         P = np.zeros(e.k)
         if outcomes:
             P[rows] = max(outcomes, key=lambda o: float(np.abs(o.forces).sum())).forces

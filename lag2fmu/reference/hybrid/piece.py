@@ -6,6 +6,7 @@ from collections.abc import Callable
 
 import numpy as np
 
+from lag2fmu.reference.hybrid.measures import force_sizes
 from lag2fmu.reference.hybrid.modes import SENSE, Mode, Modes
 from lag2fmu.reference.hybrid.system import System
 from lag2fmu.reference.state import Floats, State
@@ -106,12 +107,8 @@ class Piece:
         rows = point.rows
         gap = np.maximum(np.abs(rows.jacobian[: e.u]) @ np.maximum(system.nominal, np.abs(y[: self.n])), 1e-300)
         velocity = np.abs(rows.jacobian) @ np.maximum(system.nominal, np.abs(y[self.n : 2 * self.n]))
-        mass = np.maximum(np.abs(np.diagonal(point.terms.mass_matrix)), 1e-300)
-        force = np.abs(rows.jacobian) @ (np.abs(point.forcing) / mass) / ((rows.jacobian**2) @ (1 / mass) + 1e-300)
-        found, largest = (
-            [],
-            max(1.0, abs(t), float(np.abs(y).max()), float(np.abs(point.state.inputs).max(initial=0.0))),
-        )
+        force, found = force_sizes(point), []
+        largest = max(1.0, abs(t), float(np.abs(y).max()), float(np.abs(point.state.inputs).max(initial=0.0)))
         for kind, i in self.labels:
             if kind in ("side", "condition"):
                 found.append(ROUNDING * largest)
@@ -122,5 +119,5 @@ class Piece:
             elif kind == "friction":
                 found.append(ROUNDING * velocity[e.friction_rows[i]])
             else:
-                found.append(1e3 * ROUNDING * max(force[i if kind != "hold" else e.friction_rows[i]], 1e-12))
+                found.append(1e3 * ROUNDING * force[i if kind != "hold" else e.friction_rows[i]])
         return np.array(found)
