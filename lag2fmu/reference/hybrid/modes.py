@@ -6,6 +6,8 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field
 from enum import IntEnum
 
+import numpy as np
+
 from lag2fmu.reference.state import Floats
 
 
@@ -50,6 +52,7 @@ def closed_contacts(modes: Modes) -> list[int]:
 class Event:
     """What happened at ``time`` (s) to ``element``: its ``kind``, and the ``impulse`` (N.s or N.m.s) of an impact.
 
+    ``height``: how high an impact rebounds, in units of what nominal values make of the gap.
     Kinds: impact, closes, opens, sticks, slides, holds, releases, switches, painleve, poisson, plastic.
     """
 
@@ -57,6 +60,7 @@ class Event:
     element: str
     kind: str
     impulse: float = 0.0
+    height: float = np.inf
 
 
 Due = frozenset[tuple[str, int]]
