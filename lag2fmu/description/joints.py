@@ -15,7 +15,7 @@ import sympy as sp
 from lag2fmu.description.keys import CONFIGURATION, CONSTANT, key
 from lag2fmu.description.names import suggestion
 from lag2fmu.description.outputs import Output
-from lag2fmu.description.parts import Constraint
+from lag2fmu.description.parts import Constraint, Damper, Definition
 from lag2fmu.description.places import AXES, WORLD, End, Expression, Frame, Vector, axes_key, checked_axis, normalise
 from lag2fmu.description.symbols import Coordinate, Declared
 from lag2fmu.errors import MechanismError
@@ -249,15 +249,18 @@ def across(axis: str | Sequence[Expression] | None) -> tuple[sp.Matrix, sp.Matri
 
 # ---------------------------------------------------------------------------------------------------------- merging
 
-Named = TypeVar("Named", Frame, Constraint, Output)
+Named = TypeVar("Named", Frame, Definition, Damper, Constraint, Output)
 
 
-def joined(own: Iterable[Named], brought: Iterable[Named], table: str) -> tuple[Named, ...]:
-    """``own`` parts and those that joints bring; raises MechanismError where a name stands for two different ones."""
+def joined(own: Iterable[Named], brought: Iterable[Named], table: str, by: str = "joint") -> tuple[Named, ...]:
+    """``own`` parts and those that joints (or other things, called ``by``) bring.
+
+    Raises MechanismError where a name stands for two different ones.
+    """
     parts = list(own)
     for part in brought:
         same = [other for other in parts if other.name == part.name]
         if any(other != part for other in same):
-            raise MechanismError(f"{table}.{part.name}: a joint brings one of this name too; rename one of them")
+            raise MechanismError(f"{table}.{part.name}: a {by} brings one of this name too; rename one of them")
         parts += [] if same else [part]
     return tuple(parts)

@@ -218,9 +218,9 @@ def values_of(texts: Mapping[str, str], units: Mapping[str, Unit]) -> dict[str, 
 def with_values(mechanism: Mechanism, settings: Mapping[str, float]) -> Mechanism:
     """``mechanism`` with other values of parameters and start values, all in SI.
 
-    A coordinate's start is set by its name, that of its velocity by ``NAME_dot``, those of inputs and further states by
-    their names. Raises
-    LoadError for an unknown name or dependent parameter and MechanismError for a value out of its bounds.
+    A coordinate's start is set by its name, that of its velocity by ``NAME_dot``, that of an input or further state by
+    its name. Raises LoadError for an unknown name or dependent parameter and MechanismError for a value out of its
+    bounds.
     """
     left = {name: _check_finite(name, value) for name, value in settings.items()}
     _check_settable(mechanism, left)
@@ -264,8 +264,8 @@ def _check_settable(m: Mechanism, wanted: Iterable[str]) -> None:
     """Raise LoadError for the first name in ``wanted`` that is no independent parameter or start value of ``m``."""
     dependent = {p.name: p.expression for p in m.parameters if p.expression is not None}
     known = [p.name for p in m.parameters if p.name not in dependent]
-    known += [name for q in m.coordinates for name in (q.name, names.velocity(q.name))]
-    known += [part.name for table in (m.inputs, m.states) for part in table]
+    known += [name for q in m.coordinates for name in (q.name, names.velocity(q.name))] + [u.name for u in m.inputs]
+    known += [z.name for z in m.states]
     for name in wanted:
         if name in dependent:
             raise LoadError(
@@ -275,7 +275,7 @@ def _check_settable(m: Mechanism, wanted: Iterable[str]) -> None:
             near = suggestion(name, known)
             listed = "" if near.startswith("known") else f" known are {', '.join(known)}"
             raise LoadError(
-                f"'{name}' is no parameter, coordinate, velocity, state or input of '{m.name}'; {near}{listed}"
+                f"'{name}' is no parameter, coordinate, velocity, input or further state of '{m.name}'; {near}{listed}"
             )
 
 

@@ -39,7 +39,7 @@ VALUES: dict[str, Schema] = {
     "names": {"type": "array", "items": {"type": "string"}, "minItems": 1},
     "rotations": {"type": "array", "items": _PAIR},
     "file": {"type": "string"},
-    "columns": {"type": "array", "items": _COLUMN, "minItems": 2, "maxItems": 3},
+    "columns": {"type": "array", "items": _COLUMN, "minItems": 1},
     "units": {"type": "array", "items": {"type": "string"}, "minItems": 1},
 }
 """Kind of a ``Key`` -> what may stand there."""

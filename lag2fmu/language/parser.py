@@ -25,8 +25,8 @@ from lag2fmu.language.vocabulary import (
     MAX_NUMBER_DEPTH,
     MAX_POWER,
     MAX_WRITTEN,
-    WORDS,
     Choice,
+    Smooth,
     depth,
     excess,
     symbol,
@@ -195,7 +195,7 @@ class _Parser:
         kind, token, column = self.kind, self.token, self.column
         if kind == "number":
             return self.number(token)
-        if token in WORDS and token != "if":
+        if token in ("and", "or", "not"):
             raise self.fail(f"unexpected '{token}'")
         if kind == "name":
             self.advance()
@@ -225,13 +225,15 @@ class _Parser:
         constructor: Callable[..., sp.Expr]
         if name in self.tables:
             count, constructor = 0, table_function(name)
-        elif name == "if":
-            count, constructor = 3, self.put
+        elif name in ("if", "smooth"):
+            count, constructor = (3, self.put) if name == "if" else (1, Smooth)
         elif name in FUNCTIONS:
             count, constructor = FUNCTIONS[name]
         else:
             self.column = column
-            raise self.fail(f"'{name}' is not a function; known are {', '.join([*FUNCTIONS, 'if', *self.tables])}")
+            raise self.fail(
+                f"'{name}' is not a function; known are {', '.join([*FUNCTIONS, 'if', 'smooth', *self.tables])}"
+            )
         self.advance()
         arguments = [self.expression()]
         while self.token == ",":

@@ -152,14 +152,13 @@ FUNCTIONS: dict[str, tuple[int, Callable[..., sp.Expr]]] = {
     "heaviside": (1, sp.Heaviside),
     "min": (-2, sp.Min),
     "max": (-2, sp.Max),
-    "smooth": (1, Smooth),
 }
 """Name -> (number of arguments, constructor); -2 means two or more."""
 
 NAME_OF = {constructor: name for name, (_, constructor) in FUNCTIONS.items() if name != "sqrt"}
 CONSTANTS = {"pi": sp.pi}
-WORDS = ("if", "and", "or", "not")
-"""What is written with ``Choice``."""
+WORDS = ("if", "and", "or", "not", "smooth")
+"""What ``Choice`` and ``Smooth`` are written with."""
 
 MAX_LENGTH, MAX_NESTING, MAX_POWER, MAX_ARGUMENTS = 100_000, 60, 64, 16
 MAX_DIGITS, MAX_BITS, MAX_NUMBER_DEPTH = 400, 1020, 12
@@ -282,9 +281,10 @@ def _refuse_foreign(expression: sp.Expr, where: str) -> None:
     if expression.has(sp.I):
         raise MechanismError(f"{where}: '{expression}' is not real (a root or logarithm of a negative number?)")
     for node in expression.atoms(sp.Function, sp.Min, sp.Max):
-        if node.func not in NAME_OF and not isinstance(node, (Choice, TableCall)):
+        if node.func not in NAME_OF and not isinstance(node, _Own):
             raise MechanismError(
-                f"{where}: the function '{node.func}' is not supported; known are {', '.join(FUNCTIONS)}"
+                f"{where}: the function '{node.func}' is not supported; known are "
+                f"{', '.join([*FUNCTIONS, 'if', 'smooth'])}"
             )
     if expression.atoms(sp.Derivative, sp.Integral, sp.Piecewise):
         raise MechanismError(f"{where}: '{expression}' has a derivative, integral or case distinction; write it out")

@@ -26,7 +26,7 @@ from lag2fmu.language.units import NEWTON, TORQUE
 from lag2fmu.mechanism.geometry import values_of
 from lag2fmu.mechanism.norms import vanishes
 from lag2fmu.mechanism.planar_joints import groups_of, planar_pose, turn_alike
-from lag2fmu.mechanism.poses import Pose, Poses
+from lag2fmu.mechanism.poses import Pose, Poses, location_of
 
 _NOTHING = sp.zeros(3, 1)
 
@@ -105,28 +105,14 @@ def _check_values(joint: Joint, values: Mapping[str, float]) -> None:
 # ------------------------------------------------------------------------------------------------------------- ends
 
 
-def _location(m: Description, joint: Joint, name: str) -> tuple[str, tuple[sp.Expr, ...]]:
-    """Frame and position of the end ``name``: a point, a body, or the origin of a frame."""
-    where, frames = f"joints.{joint.name}.between", [WORLD, *(frame.name for frame in m.frames)]
-    places = {part.name: part for part in m.places}
-    if name in places:
-        frame, position = m.location(name)
-        if name in frames and (frame, any(position)) != (name, False):
-            raise MechanismError(f"{where}: '{name}' is a frame, and a point or body elsewhere; rename one of them")
-        return frame, position
-    if name not in frames:
-        known = [*frames, *places]
-        raise MechanismError(f"{where}: there is no frame, point or body '{name}'; {suggestion(name, known)}")
-    return name, (sp.S.Zero,) * m.dimension
-
-
 class _Between:
     """The equations of one joint between two ends."""
 
     def __init__(self, m: Description, joint: Joint, poses: Poses) -> None:
         self.m, self.joint, self.poses = m, joint, poses
         name_a, name_b = map(str, joint.between or ())
-        (frame_a, place_a), (frame_b, place_b) = (_location(m, joint, name) for name in (name_a, name_b))
+        where = f"joints.{joint.name}.between"
+        (frame_a, place_a), (frame_b, place_b) = (location_of(m, name, where) for name in (name_a, name_b))
         self.planar = m.dimension == 2
         self.groups = groups_of(m, joint) if self.planar else JOINTS[joint.kind].equations
         self._check_keys()
@@ -159,7 +145,7 @@ class _Between:
             )
 
     def _end(self, name: str, frame: str, place: tuple[sp.Expr, ...]) -> Side:
-        column = _column(self.poses, place)
+        column = self.poses.column(place)
         if self.planar:
             return Side(name, frame, _NOTHING, planar_pose(self.m, self.poses, name, column))
         return Side(name, frame, column, self.poses.pose(frame, self.base))
@@ -235,11 +221,6 @@ class _Between:
             for letter, entry in zip(AXES[kept], list(along * total)[kept], strict=True):
                 doc = f"{what} of the joint {joint.name} on {self.b.name}, along {letter}"
                 yield Output(f"{joint.name}_{what}_{letter}", entry, unit, doc)
-
-
-def _column(poses: Poses, place: tuple[sp.Expr, ...]) -> sp.Matrix:
-    entries = [poses.resolved(x) for x in place]
-    return sp.Matrix([*entries, *[sp.S.Zero] * (3 - len(entries))])
 
 
 def _ratio(m: Description, joint: Joint) -> Constraint:

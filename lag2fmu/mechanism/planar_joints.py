@@ -39,13 +39,13 @@ def groups_of(m: Description, joint: Joint) -> tuple[str, ...]:
     particles = {part.name for part in m.bodies if part.angle is None}
     may_lack = {"prismatic": {second}, "fixed": {first, second}}.get(joint.kind, set()) & particles
     for name in (first, second):
-        if _angle(m, name) is None and name not in may_lack:
+        if angle_of(m, name) is None and name not in may_lack:
             remedy = "a body has it with an inertia" if name in particles else "give it, 0 if it does not turn"
             raise MechanismError(f"{where}.between: '{name}' has no 'angle', which '{joint.kind}' needs; {remedy}")
     return tuple(group for group in JOINTS[joint.kind].planar if group != "turn" or not may_lack)
 
 
-def _angle(m: Description, name: str) -> sp.Expr | None:
+def angle_of(m: Description, name: str) -> sp.Expr | None:
     """The angle (rad) of the body or point ``name``; None if it has none."""
     if name == WORLD:
         return sp.S.Zero
@@ -54,12 +54,12 @@ def _angle(m: Description, name: str) -> sp.Expr | None:
 
 def turn_alike(m: Description, joint: Joint) -> bool:
     """Whether the ends of ``joint`` have the same angle, or one that makes no difference."""
-    first, second = (_angle(m, str(name)) for name in joint.between or ())
+    first, second = (angle_of(m, str(name)) for name in joint.between or ())
     return joint.kind == "revolute" or first == second
 
 
 def planar_pose(m: Description, poses: Poses, name: str, place: sp.Matrix) -> Pose:
     """The pose in the world of the end ``name`` at ``place`` (3, 1)."""
-    angle = poses.resolved(_angle(m, name) or sp.S.Zero)
+    angle = poses.resolved(angle_of(m, name) or sp.S.Zero)
     c, s = sp.cos(angle), sp.sin(angle)
     return Pose(place, sp.Matrix([[c, -s, 0], [s, c, 0], [0, 0, 1]]), sp.Matrix([0, 0, poses.rate(angle)]))

@@ -88,8 +88,8 @@ class Mechanism(Description):
 
     @property
     def fixed_parameters(self) -> frozenset[str]:
-        """The names of the parameters in holonomic constraints, which cannot change in a run, see ``scope``."""
-        return fixed_parameters(self, self.scope)
+        """The names of the parameters in holonomic constraints and gaps, see ``scope``: they cannot change in a run."""
+        return fixed_parameters(self, self.scope, (unilateral.gap for unilateral in self.unilaterals))
 
     def starting_at(self, coordinates: Iterable[Coordinate]) -> Mechanism:
         """The same mechanism with these ``coordinates``, which have other starts only; nothing is checked again."""
