@@ -19,7 +19,7 @@ ROOMS = {
     "mechanism": ({"errors", "language", "description"}, {"sympy"}),
     "formats": ({"errors", "resources", "language", "description", "mechanism"}, {"sympy", "tomli"}),
     "reference": ({"errors", "language", "description", "mechanism"}, {"sympy", "numpy", "scipy"}),
-    "graph": ({"errors"}, {"sympy", "numpy"}),
+    "graph": ({"errors", "language"}, {"sympy", "numpy"}),
     "dynamics": ({"errors", "language", "description", "mechanism", "formats", "graph"}, {"sympy", "numpy", "scipy"}),
     "analysis": (
         {"errors", "language", "description", "mechanism", "formats", "graph", "dynamics"},

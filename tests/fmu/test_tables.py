@@ -52,23 +52,20 @@ LOOKUPS = lookups()
 NAMES = [output.name for output in LOOKUPS.outputs]
 
 
-def by_scipy(a: float, b: float) -> list[list[float]]:
-    """Values of the outputs, and their derivatives by a."""
-    held = float(np.clip(a, X[0], X[-1]))
-    inside = float(X[0] <= a <= X[-1])
-    at = (held, np.clip(b, Y[0], Y[-1]))
-    surfaces = [RectBivariateSpline(X, Y, GRID, kx=k, ky=k) for k in (1, 3)]
-    return [
-        [
-            float(np.interp(a, X, LINE))
-            if not order
-            else float((np.diff(LINE) / np.diff(X))[np.searchsorted(X, a) - 1]),
-            float(CubicSpline(X, LINE)(a, order)),
-            float(PchipInterpolator(X, LINE)(held, order)) * (inside if order else 1.0),
-            *(float(surface.ev(*at, order, 0)) for surface in surfaces),
-        ]
-        for order in (0, 1)
+def by_scipy(a: float, b: float) -> tuple[list[float], list[float]]:
+    """Values of the outputs, and their derivatives by a, inside the data."""
+    plane, surface = (RectBivariateSpline(X, Y, GRID, kx=k, ky=k).ev for k in (1, 3))
+    i = int(np.searchsorted(X, a)) - 1
+    width = X[i + 1] - X[i]
+    values = [np.interp(a, X, LINE), CubicSpline(X, LINE)(a), PchipInterpolator(X, LINE)(a), plane(a, b), surface(a, b)]
+    slopes = [
+        (LINE[i + 1] - LINE[i]) / width,
+        CubicSpline(X, LINE)(a, 1),
+        PchipInterpolator(X, LINE)(a, 1),
+        (plane(X[i + 1], b) - plane(X[i], b)) / width,
+        surface(a, b, 1, 0),
     ]
+    return [float(x) for x in values], [float(x) for x in slopes]
 
 
 @pytest.mark.parametrize(("a", "b"), [(-1.7, 0.2), (0.31, 1.9), (2.9, 2.05), (-1.05, 3.05)])
