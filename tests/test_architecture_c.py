@@ -16,7 +16,7 @@ MOST_LINES = 50
 SIZES = re.compile(r"^ *#if.*\b(N|SIZE)_\w+", re.MULTILINE)
 FUNCTION = re.compile(r"^\w[^;{}=]*\) \{\n.*?^\}\n", re.MULTILINE | re.DOTALL)
 
-ROOMS = {"core": {"variants", "solvers"}, "variants": {"core"}, "solvers": {"core", "variants"}}
+ROOMS = {"core": {"variants", "solvers"}, "variants": {"core", "solvers"}, "solvers": {"core", "variants"}}
 """room -> the others whose headers it may include; the interfaces of variants and solvers are theirs"""
 
 
@@ -53,8 +53,8 @@ def test_functions_fit_a_screen(path: Path) -> None:
 
 
 def test_the_names_of_files_are_unique() -> None:
-    """All of an FMU stand in one folder; each family of solvers has its own solver_memory.h."""
-    names = [path.name for path in FILES if path.name != "solver_memory.h"]
+    """All of an FMU stand in one folder; each family of solvers has its own solver_memory.h, events their sizes."""
+    names = [path.name for path in FILES if path.name not in ("solver_memory.h", "event_sizes.h")]
     assert len(names) == len(set(names))
 
 

@@ -9,6 +9,7 @@ from typing import TypeVar
 import numpy as np
 
 from lag2fmu.description import names
+from lag2fmu.description.symbols import Coordinate
 from lag2fmu.dynamics.constraints import starting_consistently
 from lag2fmu.dynamics.equations import EquationsOfMotion
 from lag2fmu.dynamics.samples import start_values
@@ -16,7 +17,6 @@ from lag2fmu.dynamics.variables import further_states
 from lag2fmu.errors import DerivationError
 from lag2fmu.graph.autodiff import forward
 from lag2fmu.graph.batches import Floats, Values, evaluate, matrix
-from lag2fmu.mechanism import Coordinate
 
 Found = TypeVar("Found")
 Otherwise = TypeVar("Otherwise")
@@ -37,7 +37,7 @@ def attempted(find: Callable[[], Found], otherwise: Otherwise) -> Found | Otherw
 def at(
     equations: EquationsOfMotion, values: Values, q: Floats, qd: Floats, further: Floats | None = None
 ) -> dict[str, float | Floats]:
-    """``values`` with q and qd, (n,) or (n, *batch), and the ``further`` states, (f,), put in."""
+    """``values`` with q and qd, (n,) or (n, *batch), and the ``further`` states, (f,), put in. In SI units."""
     coordinates = [c.name for c in equations.mechanism.coordinates]
     moved = dict(zip(coordinates, q, strict=True))
     if further is not None:

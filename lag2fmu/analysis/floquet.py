@@ -21,7 +21,7 @@ from lag2fmu.analysis.linearization import Linearizer
 from lag2fmu.dynamics.equations import EquationsOfMotion
 from lag2fmu.errors import DerivationError
 from lag2fmu.graph.batches import Floats
-from lag2fmu.language.expressions import TIME
+from lag2fmu.language.vocabulary import TIME
 
 STEPS = 128
 """Steps a period."""

@@ -26,7 +26,7 @@ from lag2fmu.errors import DerivationError
 from lag2fmu.graph.batches import Floats
 from lag2fmu.language.expressions import to_text
 from lag2fmu.language.units import Unit
-from lag2fmu.mechanism import Mechanism
+from lag2fmu.mechanism.record import Mechanism
 
 _MODES, _MATRIX, _INPUTS = 12, 8, 6
 """The most modes that are listed, states of a linearization whose matrices are printed, and inputs that are named."""
@@ -59,13 +59,17 @@ class Section:
 
 
 def analysis_report(mechanism: Mechanism, style: str = "text") -> str:
-    """The whole analysis of ``mechanism`` as plain text or as LaTeX (``style`` 'text' or 'latex')."""
+    """The whole analysis of ``mechanism`` as plain text or as LaTeX (``style`` 'text' or 'latex').
+
+    Raises DerivationError where there are no equations.
+    """
     sections = analysis_sections(derive(mechanism))
     if style == "latex":
         return "".join(f"\\paragraph{{{s.title}}}\n" + "".join(f"{x.latex}\n" for x in s.lines) for s in sections)
     return "".join(f"\n{s.title}\n" + "".join(f"      {x}\n" for x in s.lines) for s in sections)
 
 
+@np.errstate(all="ignore")  # what is not finite is looked for, and left out
 def analysis_sections(equations: EquationsOfMotion, closed_forms: bool = True) -> tuple[Section, ...]:
     """Conserved quantities, equilibria with their modes, and with ``closed_forms`` H, the Routhian, A, B, C, D."""
     found = attempted(lambda: equilibria(equations), ())

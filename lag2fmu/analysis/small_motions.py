@@ -17,6 +17,8 @@ from lag2fmu.analysis.canonical import inertia
 from lag2fmu.analysis.equilibria import Equilibrium, equilibria
 from lag2fmu.analysis.evaluation import at, driven_by_time, operating_inputs, unknowns
 from lag2fmu.description import names
+from lag2fmu.description.parts import Constraint, Energy, Force
+from lag2fmu.description.symbols import Coordinate
 from lag2fmu.dynamics.equations import EquationsOfMotion
 from lag2fmu.dynamics.lagrange import derive
 from lag2fmu.errors import DerivationError
@@ -24,8 +26,8 @@ from lag2fmu.graph.autodiff import forward
 from lag2fmu.graph.batches import Floats, evaluate
 from lag2fmu.graph.graph import Node
 from lag2fmu.graph.to_sympy import tidy, written
-from lag2fmu.language.expressions import symbol
-from lag2fmu.mechanism import Constraint, Coordinate, Energy, Force, Mechanism
+from lag2fmu.language.vocabulary import symbol
+from lag2fmu.mechanism.record import Mechanism
 
 _NEGLIGIBLE = 1e-13
 """Entries below this share of the largest one of a matrix, in units of nominal values, are rounding."""

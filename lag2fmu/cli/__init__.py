@@ -11,9 +11,7 @@ from typing import Any
 
 import click
 
-from lag2fmu.cli.checks import check, demo, validate
-from lag2fmu.cli.fmus import export_command, simulate
-from lag2fmu.cli.mechanisms import models, new, show
+from lag2fmu.cli.commands import check, demo, export_command, models, new, show, simulate, validate
 from lag2fmu.errors import Lag2FmuError
 from lag2fmu.version import VERSION
 

@@ -11,7 +11,7 @@ from collections.abc import Mapping, Sequence
 from fractions import Fraction
 from textwrap import fill
 
-from lag2fmu.dynamics import Function, Program
+from lag2fmu.dynamics.functions import Function, Program
 from lag2fmu.dynamics.tables import LOOKUPS
 from lag2fmu.graph.graph import Node
 from lag2fmu.graph.interpolants import Interpolant

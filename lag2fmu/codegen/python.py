@@ -12,7 +12,7 @@ from collections import Counter
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from fractions import Fraction
 
-from lag2fmu.dynamics import Function, Program
+from lag2fmu.dynamics.functions import Function, Program
 from lag2fmu.dynamics.tables import LOOKUPS
 from lag2fmu.graph.graph import Node
 from lag2fmu.graph.operations import ADD, CONSTANT, DIVIDE, MULTIPLY, NEGATE, OPERATIONS, SUBTRACT

@@ -9,7 +9,7 @@ from fractions import Fraction
 from lag2fmu.codegen.python import BUILT_IN, ORDINARY, python_body, used_functions
 from lag2fmu.codegen.sources import RuntimeTables, Slot, lookups_of
 from lag2fmu.codegen.templates import render
-from lag2fmu.dynamics import Function, Program
+from lag2fmu.dynamics.functions import Function, Program
 from lag2fmu.resources import resource_folder
 from lag2fmu.solvers.tableaus import Tableau
 
@@ -81,6 +81,7 @@ def render_mechanism(
         "nominal_further": [repr(x) for x in tables.nominal_states[2 * n :]],
         "default_step": repr(tables.default_solver_step),
         "default_duration": repr(tables.default_duration),
+        "first_motion": len(tables.start_inputs) - 3 * len(tables.motions),
     }
     return render("python/mechanism.py.jinja", context)
 

@@ -8,7 +8,7 @@ from dataclasses import dataclass
 
 from lag2fmu.codegen.colours import Colouring
 from lag2fmu.codegen.templates import render
-from lag2fmu.dynamics import Program
+from lag2fmu.dynamics.functions import Program
 from lag2fmu.dynamics.tables import lookups
 from lag2fmu.graph.interpolants import Interpolant
 from lag2fmu.graph.operations import CODE
@@ -52,6 +52,7 @@ class RuntimeTables:
     ``motions`` says for each motion input whether the equations contain one of its derivatives; motion inputs are the
     last inputs. ``default_solver_step`` (s) is the step of methods of fixed step, ``default_duration`` (s) the stop
     time of the experiment. ``stabilisation`` (1/s) is the rate at which the drift of constraints decays.
+    ``unilateral_names`` are those of contacts and stops, ``friction_names`` those of dry frictions.
     ``further_names`` are the further states, which stand behind (q, qd).
     """
 
@@ -73,7 +74,14 @@ class RuntimeTables:
     default_duration: float
     stabilisation: float
     vibrations: tuple[tuple[float, int], ...] = ()
+    unilateral_names: tuple[str, ...] = ()
+    friction_names: tuple[str, ...] = ()
     further_names: tuple[str, ...] = ()
+
+    @property
+    def element_names(self) -> tuple[str, ...]:
+        """What has a mode: contacts and stops, then dry frictions."""
+        return self.unilateral_names + self.friction_names
 
     @property
     def further(self) -> int:
@@ -141,6 +149,8 @@ def render_sources(program: Program, tables: RuntimeTables, method: Method, guid
     kind = {
         "constraints": bool(tables.constraint_names),
         "massless": bool(tables.massless),
+        "events": program.hybrid,
+        "contacts": bool(program.places),
         "further": bool(tables.further),
         "tables": bool(program.arguments),
     }

@@ -19,8 +19,8 @@ from lag2fmu.description.parts import Constraint, Damper, Definition
 from lag2fmu.description.places import AXES, WORLD, End, Expression, Frame, Vector, axes_key, checked_axis, normalise
 from lag2fmu.description.symbols import Coordinate, Declared
 from lag2fmu.errors import MechanismError
-from lag2fmu.language.expressions import symbol, value_of
 from lag2fmu.language.units import DIMENSIONLESS, METRE, RADIAN
+from lag2fmu.language.vocabulary import symbol, value_of
 
 
 class Kind(NamedTuple):
@@ -135,17 +135,22 @@ class Joint:
             if getattr(self, name) is not None:
                 object.__setattr__(self, name, _constant_axis(getattr(self, name), f"{where}.{name}"))
         self._check_form(where)
+        self._check_beside(where)
         self._check_keys(where)
         if self.parent is not None:
             self._check_parent(where)
 
     def _check_form(self, where: str) -> None:
+        """The joint has two ends or a parent, and axes that are known."""
         if (self.between is None) == (self.parent is None):
             raise MechanismError(f"{where}: give either 'between', two ends, or 'parent', the frame it stands on")
         if self.between is not None and len(self.between) != 2:
             raise MechanismError(f"{where}.between: {len(self.between)} ends; name two frames, points or bodies")
         if self.axes not in (WORLD, "frame"):
             raise MechanismError(f"{where}.axes: '{self.axes}' is unknown; give 'world' or 'frame'")
+
+    def _check_beside(self, where: str) -> None:
+        """What goes with two ends stands beside them only, likewise with a parent."""
         if self.parent is not None and JOINTS[self.kind].coordinates is None:
             raise MechanismError(f"{where}.parent: '{self.kind}' carries no frame; give 'between' instead")
         if self.between is not None and (self.coordinates or any(self.origin)):

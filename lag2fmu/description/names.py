@@ -5,9 +5,8 @@ from __future__ import annotations
 from collections.abc import Iterable
 from difflib import get_close_matches
 
-from lag2fmu.language.expressions import CONSTANTS, FUNCTIONS
 from lag2fmu.language.identifiers import MAX_NAME
-from lag2fmu.language.vocabulary import WORDS
+from lag2fmu.language.vocabulary import CONSTANTS, FUNCTIONS, WORDS
 
 _MASSLESS = "massless_"
 

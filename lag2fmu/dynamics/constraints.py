@@ -20,13 +20,14 @@ import numpy as np
 from numpy.typing import NDArray
 
 from lag2fmu.description import names
+from lag2fmu.description.parts import Constraint
 from lag2fmu.dynamics.samples import start_values
 from lag2fmu.dynamics.variables import Variables
 from lag2fmu.errors import DerivationError
 from lag2fmu.graph.autodiff import forward, reverse
 from lag2fmu.graph.from_sympy import Translator
 from lag2fmu.graph.graph import Graph, Node
-from lag2fmu.mechanism import Constraint, Mechanism
+from lag2fmu.mechanism.record import Mechanism
 
 Floats = NDArray[np.float64]
 

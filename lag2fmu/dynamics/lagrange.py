@@ -30,6 +30,7 @@ from lag2fmu.dynamics.equations import EquationsOfMotion
 from lag2fmu.dynamics.formulas import formulas
 from lag2fmu.dynamics.massless import with_equilibria
 from lag2fmu.dynamics.nominals import with_nominals
+from lag2fmu.dynamics.rows import Rows, compose_rows
 from lag2fmu.dynamics.samples import (
     check_agreement,
     check_positive,
@@ -48,8 +49,8 @@ from lag2fmu.graph.autodiff import Forward, reverse
 from lag2fmu.graph.batches import matrix
 from lag2fmu.graph.cost import cycles
 from lag2fmu.graph.graph import Graph, Node
-from lag2fmu.mechanism import Mechanism
 from lag2fmu.mechanism.check import check_starts
+from lag2fmu.mechanism.record import Mechanism
 
 ACCELERATION_METHODS = ("elimination", "factorisation")
 """How M qdd = forcing is solved: by elimination over the velocity graph, or by an LDL^T of M; both on the graph."""
@@ -112,7 +113,7 @@ def _check(equations: EquationsOfMotion, distances: Mapping[str, Node]) -> None:
         at_start = matrix(g, equations.mass_matrix, states[0], len(forcing))
     check_start(mechanism, g, at_start, forcing, distances)
     check_positive(mechanism, at_start)
-    check_rank(mechanism, masses[1:])
+    check_rank(mechanism, masses[1:], equations.solution is not None)
     check_agreement(mechanism, g, masses[1:], states[1:], forcing, equations.solution)
 
 
@@ -150,6 +151,7 @@ class _Composed:
     entries: Entries
     forcing: tuple[Node, ...]
     constraints: Constraints
+    rows: Rows
 
 
 @dataclass(frozen=True)
@@ -173,7 +175,8 @@ def _composed(mechanism: Mechanism, carried: Mapping[int, float]) -> _Composed:
     entries = quadratic_form(graph, mechanism, variables, energies)
     residual = unconstrained_residual(graph, variables, energies, composer.rate, composer.rate)
     forcing = tuple(graph.negate(r) for r in residual)
-    return _Composed(mechanism, graph, variables, composer, energies, entries, forcing, constraints)
+    rows = compose_rows(graph, mechanism, composer.put, variables)
+    return _Composed(mechanism, graph, variables, composer, energies, entries, forcing, constraints, rows)
 
 
 def _solved(given: _Composed, methods: Sequence[str]) -> _Solved:
@@ -233,6 +236,8 @@ def _equations(solved: _Solved) -> DerivedEquations:
         forcing=solved.forcing,
         solution=solved.solution,
         constraints=solved.constraints,
+        permanent=solved.constraints,
+        rows=solved.rows,
         outputs=outputs,
         dependent=dependent,
         parts=parts,

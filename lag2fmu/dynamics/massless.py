@@ -16,13 +16,14 @@ from dataclasses import replace
 import sympy as sp
 
 from lag2fmu.description import names
+from lag2fmu.description.parts import Constraint
 from lag2fmu.dynamics.elimination import Entries, null_vectors
 from lag2fmu.dynamics.variables import Variables, further_states
 from lag2fmu.errors import DerivationError
 from lag2fmu.graph.autodiff import forward
 from lag2fmu.graph.graph import Graph, Node
 from lag2fmu.graph.to_sympy import tidy, written
-from lag2fmu.mechanism import Constraint, Mechanism
+from lag2fmu.mechanism.record import Mechanism
 
 _LONG = 300
 """An expression of more operations than this is not simplified."""

@@ -23,7 +23,7 @@ class Tangent:
 
     ``residual``: dr, (n + m,), and behind it the derivatives of the constraints' velocities (m,) and positions (h,);
     ``further``: derivatives of the further states' rates; ``locals``: derivatives of ``EquationsOfMotion.locals()`` in
-    order; ``dependent``: those of dependent parameters.
+    order; ``dependent``: those of dependent parameters; ``sliding``: those of the forces of rows that slide.
     """
 
     dt: Node
@@ -35,11 +35,15 @@ class Tangent:
     locals: tuple[Node, ...]
     dependent: tuple[Node, ...]
     drates: tuple[Node, ...] = ()
+    sliding: tuple[Node, ...] = ()
     further: tuple[Node, ...] = ()
 
 
-def differentiate(equations: EquationsOfMotion) -> Tangent:
-    """Derive the tangent program of ``equations`` on their graph, see the module."""
+def differentiate(equations: EquationsOfMotion, sliding: tuple[Node, ...] = ()) -> Tangent:
+    """Derive the tangent program of ``equations`` on their graph, and of the forces ``sliding``; see the module.
+
+    Source: A. Griewank, A. Walther, Evaluating Derivatives, SIAM 2008, section 3.1 (propagation of tangents).
+    """
     g, v = equations.graph, equations.variables
 
     def seeds(nodes: tuple[Node, ...]) -> tuple[Node, ...]:
@@ -64,5 +68,6 @@ def differentiate(equations: EquationsOfMotion) -> Tangent:
         locals=tuple(forward(g, [node for _, node in equations.locals()], moving)),
         dependent=tuple(dependent),
         drates=drates,
+        sliding=tuple(forward(g, sliding, moving)),
         further=tuple(forward(g, v.further_rates, moving)),
     )

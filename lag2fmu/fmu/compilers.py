@@ -218,3 +218,13 @@ def _has_cache() -> bool:
     except OSError:
         return False
     return os.access(folder, os.W_OK)
+
+
+def binaries_text(platforms: Iterable[Platform], compiler: str) -> str:
+    """Which libraries there are and what they need, as a phrase."""
+    folders = ", ".join(sorted(folder for target in platforms for folder in target.folders))
+    if compiler == "host":
+        name, version = platform.libc_ver()
+        needed = f"{name} {version}" if name else "the C library"
+        return f"{folders}; built by the compiler of one machine, it needs {needed} as there or newer"
+    return f"{folders}; they need the C library of the system only (on Linux glibc 2.17 or newer, on macOS 11 or newer)"

@@ -21,8 +21,8 @@ from lag2fmu.description.symbols import Coordinate
 from lag2fmu.errors import LoadError
 from lag2fmu.formats.text import read_file
 from lag2fmu.language.units import Unit
-from lag2fmu.mechanism import Mechanism, complete
 from lag2fmu.mechanism.display import display_units, value_in_si
+from lag2fmu.mechanism.record import Mechanism, complete
 from lag2fmu.resources import MODEL_SUFFIXES, bundled
 
 __all__ = ["as_mechanism", "bundled", "load", "pairs_of", "split_settings", "values_of", "with_settings", "with_values"]

@@ -18,7 +18,7 @@ from lag2fmu.description.symbols import Coordinate
 from lag2fmu.description.tables import Table
 from lag2fmu.language.expressions import number_text, to_text
 from lag2fmu.language.units import DIMENSIONLESS, Unit, exact
-from lag2fmu.mechanism import Mechanism
+from lag2fmu.mechanism.record import Mechanism
 
 Values = Mapping[str, str | None]
 """Keys of one table with their values as TOML text; None is left out."""

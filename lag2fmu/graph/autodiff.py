@@ -7,8 +7,9 @@ from __future__ import annotations
 
 from collections.abc import Collection, Iterable, Mapping, Sequence
 
+from lag2fmu.graph.derivatives import DERIVATIVES
 from lag2fmu.graph.graph import Graph, Node
-from lag2fmu.graph.operations import ADD, MULTIPLY, NEGATE, OPERATIONS, SUBTRACT
+from lag2fmu.graph.operations import ADD, CHOICE, MULTIPLY, NEGATE, OPERATIONS, SUBTRACT
 
 FUNCTIONS = frozenset(code for code, row in enumerate(OPERATIONS) if row.arity == 1 and code != NEGATE)
 
@@ -52,6 +53,8 @@ class Forward:
         if g.code[node] in (ADD, SUBTRACT):
             a, b = (rates.get(operand, g.zero) for operand in operands)
             return g.add(a, b) if g.code[node] == ADD else g.subtract(a, b)
+        if g.code[node] == CHOICE:  # what is not chosen may have no value
+            return g.choose(operands[0], *(rates.get(operand, g.zero) for operand in operands[1:]))
         return g.total(
             g.multiply(partial, rates[below]) for below, partial in _partials(g, node, rates) if below in rates
         )
@@ -104,9 +107,7 @@ def _partials(graph: Graph, node: Node, varying: Collection[Node]) -> Iterable[t
             ((below, partial),) = _partials(graph, other, varying)
             return ((below, graph.multiply(factor, partial)),)
         return ((a, graph.add(a, a)),) if a == b else ((a, b), (b, a))
-    derivative = OPERATIONS[code].derivative
-    assert derivative is not None  # constants and symbols have no operands and never come here
-    partials = derivative(graph, operands, node)
+    partials = DERIVATIVES[OPERATIONS[code].name](graph, operands, node)
     if len(operands) == 2 and operands[0] == operands[1]:
         return ((operands[0], graph.add(*partials)),)
     return zip(operands, partials, strict=True)

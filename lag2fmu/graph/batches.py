@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -13,7 +14,7 @@ from lag2fmu.graph.operations import CONSTANT, LOOKUP, LOOKUP_2, OPERATIONS, SYM
 Floats = NDArray[np.float64]
 Values = Mapping[str, "float | Floats"]
 
-_NUMPY: dict[str, Callable[..., Floats]] = {
+_NUMPY: dict[str, Callable[..., Any]] = {
     "add": np.add,
     "subtract": np.subtract,
     "multiply": np.multiply,
@@ -29,6 +30,8 @@ _NUMPY: dict[str, Callable[..., Floats]] = {
     "power_or_zero": lambda x, exponent: np.where(x == 0.0, 0.0, np.power(x, exponent)),
     "min": np.minimum,
     "max": np.maximum,
+    "passed": lambda x: x,
+    "choice": lambda margin, a, b: np.where(margin > 0.0, a, b),
 }
 
 

@@ -14,7 +14,7 @@ import sympy as sp
 from lag2fmu.graph.from_sympy import FUNCTIONS
 from lag2fmu.graph.graph import Graph, Node
 from lag2fmu.graph.operations import CONSTANT, LOOKUP, LOOKUP_2, NEGATE, OPERATIONS, SYMBOL
-from lag2fmu.language.vocabulary import table_function
+from lag2fmu.language.vocabulary import Choice, table_function
 
 _SYMPY = {name: function for function, name in FUNCTIONS.items()} | {
     "add": lambda a, b: a + b,
@@ -25,6 +25,8 @@ _SYMPY = {name: function for function, name in FUNCTIONS.items()} | {
     "sqrt": sp.sqrt,
     "power": sp.Pow,
     "power_or_zero": sp.Pow,
+    "passed": lambda x: x,
+    "choice": Choice,
 }
 _OTHER = {sp.sin: sp.cos, sp.cos: sp.sin}
 
@@ -68,7 +70,10 @@ def _call(graph: Graph, node: Node, found: Mapping[Node, sp.Expr]) -> sp.Expr:
 
 
 def tidy(expression: sp.Expr) -> sp.Expr:
-    """``expression`` multiplied out, with sin a sin b + cos a cos b and the like taken together."""
+    """``expression`` multiplied out, with sin a sin b + cos a cos b and the like taken together.
+
+    Source: Abramowitz, Stegun, formulas 4.3.16 and 4.3.17.
+    """
     terms = dict(sp.expand(expression).as_coefficients_dict())
     while (pair := _addition_theorem(terms)) is not None:
         one, other, result = pair

@@ -13,7 +13,8 @@ import sympy as sp
 
 from lag2fmu.errors import UnitError
 from lag2fmu.language.expressions import to_text
-from lag2fmu.language.units import BASE_UNITS, Exponents, si_name
+from lag2fmu.language.unit_table import BASE_UNITS, Exponents
+from lag2fmu.language.units import si_name
 from lag2fmu.language.vocabulary import Choice, Smooth, TableCall
 
 Dimension = tuple[Fraction, ...]

@@ -28,13 +28,17 @@ Origins = dict[str, str]
 
 
 class Completed(NamedTuple):
-    """A description with everything written out, the origins of what was added, its scope, warnings, unilaterals."""
+    """A description with everything written out, the origins of what was added, its scope, warnings, normal forms.
+
+    ``latches`` are the constraints that hold only while an expression is positive; the others are in ``expanded``.
+    """
 
     expanded: Description
     origins: Origins
     scope: Scope
     warnings: tuple[str, ...]
     unilaterals: tuple[Unilateral, ...]
+    latches: tuple[Constraint, ...]
 
 
 def completed(written: Description) -> Completed:
@@ -55,7 +59,9 @@ def completed(written: Description) -> Completed:
     found = tuple(unilaterals(expanded))
     check_meaning(expanded, scope, found)
     kept = {place: origin for place, origin in origins.items() if place not in of_user}
-    return Completed(expanded, kept, scope, warnings, found)
+    latches = tuple(c for c in expanded.constraints if c.while_ is not None)
+    permanent = replace(expanded, constraints=tuple(c for c in expanded.constraints if c.while_ is None))
+    return Completed(permanent, kept, scope, warnings, found, latches)
 
 
 _BROUGHT = ("coordinates", "inputs", "frames", "definitions", "dampers", "constraints", "outputs")

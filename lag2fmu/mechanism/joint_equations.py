@@ -21,11 +21,11 @@ from lag2fmu.description.parts import Constraint
 from lag2fmu.description.places import AXES, WORLD
 from lag2fmu.description.record import Description
 from lag2fmu.errors import MechanismError
-from lag2fmu.language.expressions import symbol, value_of
 from lag2fmu.language.units import NEWTON, TORQUE
+from lag2fmu.language.vocabulary import symbol, value_of
 from lag2fmu.mechanism.geometry import values_of
 from lag2fmu.mechanism.norms import vanishes
-from lag2fmu.mechanism.planar_joints import groups_of, planar_pose, turn_alike
+from lag2fmu.mechanism.planar_joints import angle_of, groups_of, turn_alike
 from lag2fmu.mechanism.poses import Pose, Poses, location_of
 
 _NOTHING = sp.zeros(3, 1)
@@ -147,7 +147,7 @@ class _Between:
     def _end(self, name: str, frame: str, place: tuple[sp.Expr, ...]) -> Side:
         column = self.poses.column(place)
         if self.planar:
-            return Side(name, frame, _NOTHING, planar_pose(self.m, self.poses, name, column))
+            return Side(name, frame, _NOTHING, self.poses.planar(column, angle_of(self.m, name) or sp.S.Zero))
         return Side(name, frame, column, self.poses.pose(frame, self.base))
 
     def equations(self) -> Iterator[Equation]:

@@ -11,7 +11,6 @@ from lag2fmu.description.joints import JOINTS, Joint, direction
 from lag2fmu.description.places import WORLD
 from lag2fmu.description.record import Description
 from lag2fmu.errors import MechanismError
-from lag2fmu.mechanism.poses import Pose, Poses
 
 
 def groups_of(m: Description, joint: Joint) -> tuple[str, ...]:
@@ -21,20 +20,9 @@ def groups_of(m: Description, joint: Joint) -> tuple[str, ...]:
     does not turn, so it needs no angle to be guided or fixed.
     """
     where = f"joints.{joint.name}"
-    if not JOINTS[joint.kind].planar:
-        known = ", ".join([*(name for name, kind in JOINTS.items() if kind.planar), "gear"])
-        raise MechanismError(
-            f"{where}.kind: positions have 2 entries; '{joint.kind}' joins frames, which are spatial; in the plane "
-            f"there are {known}"
-        )
+    _check_planar(joint, where)
     if joint.kind == "revolute":
         return JOINTS[joint.kind].planar
-    if joint.axis is not None and direction(joint.axis)[2] != 0:
-        raise MechanismError(
-            f"{where}.axis: '{joint.axis}' is out of the plane; give 'x', 'y' or a vector of 3 entries, the last one 0"
-        )
-    if joint.second_axis is not None:
-        raise MechanismError(f"{where}.second_axis: in the plane a disc turns about z; leave it out")
     first, second = map(str, joint.between or ())
     particles = {part.name for part in m.bodies if part.angle is None}
     may_lack = {"prismatic": {second}, "fixed": {first, second}}.get(joint.kind, set()) & particles
@@ -43,6 +31,24 @@ def groups_of(m: Description, joint: Joint) -> tuple[str, ...]:
             remedy = "a body has it with an inertia" if name in particles else "give it, 0 if it does not turn"
             raise MechanismError(f"{where}.between: '{name}' has no 'angle', which '{joint.kind}' needs; {remedy}")
     return tuple(group for group in JOINTS[joint.kind].planar if group != "turn" or not may_lack)
+
+
+def _check_planar(joint: Joint, where: str) -> None:
+    """Raise MechanismError for a kind or an axis that there is in space only."""
+    if not JOINTS[joint.kind].planar:
+        known = ", ".join([*(name for name, kind in JOINTS.items() if kind.planar), "gear"])
+        raise MechanismError(
+            f"{where}.kind: positions have 2 entries; '{joint.kind}' joins frames, which are spatial; in the plane "
+            f"there are {known}"
+        )
+    if joint.kind == "revolute":
+        return
+    if joint.axis is not None and direction(joint.axis)[2] != 0:
+        raise MechanismError(
+            f"{where}.axis: '{joint.axis}' is out of the plane; give 'x', 'y' or a vector of 3 entries, the last one 0"
+        )
+    if joint.second_axis is not None:
+        raise MechanismError(f"{where}.second_axis: in the plane a disc turns about z; leave it out")
 
 
 def angle_of(m: Description, name: str) -> sp.Expr | None:
@@ -56,10 +62,3 @@ def turn_alike(m: Description, joint: Joint) -> bool:
     """Whether the ends of ``joint`` have the same angle, or one that makes no difference."""
     first, second = (angle_of(m, str(name)) for name in joint.between or ())
     return joint.kind == "revolute" or first == second
-
-
-def planar_pose(m: Description, poses: Poses, name: str, place: sp.Matrix) -> Pose:
-    """The pose in the world of the end ``name`` at ``place`` (3, 1)."""
-    angle = poses.resolved(angle_of(m, name) or sp.S.Zero)
-    c, s = sp.cos(angle), sp.sin(angle)
-    return Pose(place, sp.Matrix([[c, -s, 0], [s, c, 0], [0, 0, 1]]), sp.Matrix([0, 0, poses.rate(angle)]))

@@ -19,8 +19,8 @@ from lag2fmu.description.joints import direction
 from lag2fmu.description.places import WORLD, Expression, Frame
 from lag2fmu.description.record import Description
 from lag2fmu.errors import MechanismError
-from lag2fmu.language.expressions import TIME, symbol
-from lag2fmu.mechanism.scope import in_order
+from lag2fmu.language.vocabulary import TIME, symbol
+from lag2fmu.mechanism.order import in_order
 
 
 class Pose(NamedTuple):
@@ -94,6 +94,12 @@ class Poses:
                 last = _Turn(axis, last.angle + turned)
                 angular += before * direction(axis) * self.rate(turned)
         return Pose(origin, before * last.matrix(), angular)
+
+    def planar(self, place: sp.Matrix, angle: Expression) -> Pose:
+        """The pose in the world of what stands in the plane at ``place`` (3, 1), in m, turned by ``angle`` (rad)."""
+        turned = self.resolved(angle)
+        c, s = sp.cos(turned), sp.sin(turned)
+        return Pose(place, sp.Matrix([[c, -s, 0], [s, c, 0], [0, 0, 1]]), sp.Matrix([0, 0, self.rate(turned)]))
 
 
 def location_of(m: Description, name: str, where: str) -> tuple[str, tuple[sp.Expr, ...]]:

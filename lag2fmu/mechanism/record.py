@@ -30,7 +30,8 @@ class Mechanism(Description):
     without mass, starts that meet the constraints. ``origins`` names for each such part the part that brings it, both
     by their places: {'constraints.hinge_x': 'joints.hinge'}. There are n coordinates and m constraints, the holonomic
     ones first; expressions compute in SI units. ``warnings`` lists what is odd but allowed: mismatching dimensions,
-    inertia tensors that no body has. ``unilaterals`` are the ideal contacts, then the stops, in normal form. Two
+    inertia tensors that no body has. ``unilaterals`` are the ideal contacts, then the stops, in normal form;
+    ``latches`` are the constraints that hold only while an expression is positive, which are not among the m. Two
     mechanisms are equal if the same is written, whatever has been derived since.
     Source of the procedure: Hand, Finch, Analytical Mechanics, section 1.9.
     """
@@ -42,6 +43,7 @@ class Mechanism(Description):
     scope: Scope = field(init=False, repr=False)
     warnings: tuple[str, ...] = field(init=False, repr=False)
     unilaterals: tuple[Unilateral, ...] = field(init=False, repr=False)
+    latches: tuple[Constraint, ...] = field(init=False, repr=False)
 
     def __repr__(self) -> str:
         """One line: name, title, how many of what; the text format says everything."""
@@ -78,6 +80,7 @@ class Mechanism(Description):
             scope=found.scope,
             warnings=found.warnings,
             unilaterals=found.unilaterals,
+            latches=found.latches,
         )
 
     def __eq__(self, other: object) -> bool:
@@ -87,9 +90,18 @@ class Mechanism(Description):
         return hash(self.description)
 
     @property
+    def hybrid(self) -> bool:
+        """Whether it has contacts, stops, dry friction or latches."""
+        return bool(self.unilaterals or self.frictions or self.latches)
+
+    @property
     def fixed_parameters(self) -> frozenset[str]:
         """The names of the parameters in holonomic constraints and gaps, see ``scope``: they cannot change in a run."""
         return fixed_parameters(self, self.scope, (unilateral.gap for unilateral in self.unilaterals))
+
+    def with_latches(self) -> Mechanism:
+        """The same mechanism with its latches among the constraints, for those who know when they hold."""
+        return self._extended(constraints=in_order_of_kinds((*self.constraints, *self.latches)))
 
     def starting_at(self, coordinates: Iterable[Coordinate]) -> Mechanism:
         """The same mechanism with these ``coordinates``, which have other starts only; nothing is checked again."""

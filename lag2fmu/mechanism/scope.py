@@ -1,25 +1,20 @@
-"""Which names an expression of a mechanism may use, and the order of what is defined by other things."""
+"""Which names an expression of a mechanism may use, and what each of them is."""
 
 from __future__ import annotations
 
 from collections.abc import Iterable, Iterator, Mapping
 from copy import copy
-from graphlib import CycleError, TopologicalSorter
-from typing import TypeVar
 
 import sympy as sp
 
 from lag2fmu.description import names
 from lag2fmu.description.keys import CONFIGURATION, CONSTANT, OWN_RATE, STATE
-from lag2fmu.description.parts import Constraint, Definition
+from lag2fmu.description.parts import Constraint
 from lag2fmu.description.record import Description, Entry
-from lag2fmu.description.symbols import Parameter
 from lag2fmu.description.tables import Table
 from lag2fmu.errors import MechanismError
-from lag2fmu.language.expressions import free_names
 from lag2fmu.language.vocabulary import TableCall
-
-Part = TypeVar("Part", Definition, Parameter)
+from lag2fmu.mechanism.order import in_order
 
 
 class Scope:
@@ -129,20 +124,6 @@ def _kind_allows(constraint: Constraint) -> frozenset[str]:
 
 def _article(noun: str) -> str:
     return "an" if noun[0] in "aeiou" else "a"
-
-
-def in_order(parts: Iterable[Part], table: str) -> list[Part]:
-    """``parts`` (definitions, dependent parameters), each after those it uses; raises MechanismError for a circle."""
-    by_name = {part.name: part for part in parts}
-    uses = {name: sorted(free_names([part.expression]) & by_name.keys()) for name, part in by_name.items()}
-    try:
-        return [by_name[name] for name in TopologicalSorter(uses).static_order()]
-    except CycleError as error:
-        chain: list[str] = error.args[1]
-        shown = chain if len(chain) <= 8 else [*chain[:4], "...", *chain[-3:]]
-        raise MechanismError(
-            f"{table}.{chain[0]}: is defined by itself: {' <- '.join(shown)}; break the circle"
-        ) from None
 
 
 def check_constraints(m: Description, scope: Scope) -> None:

@@ -16,7 +16,8 @@ from lag2fmu.errors import UnitError
 from lag2fmu.language.dimensions import ONE, Dimension, DimensionOf, describe, dimension
 from lag2fmu.language.expressions import to_text
 from lag2fmu.language.units import JOULE, METRE, SECOND, WATT, Unit, si_name
-from lag2fmu.mechanism.scope import in_order, unilateral_names
+from lag2fmu.mechanism.order import in_order
+from lag2fmu.mechanism.scope import unilateral_names
 
 
 def _known_dimensions(m: Description) -> dict[str, Dimension | None]:
@@ -69,7 +70,8 @@ def _columns(m: Description) -> dict[str, tuple[Dimension | None, ...]]:
 def mismatches(m: Description) -> Iterator[str]:
     """One sentence for every expression whose known dimension is not the expected one.
 
-    A plain number stands for a value in SI and fits everywhere; beside a quantity in a sum it does not.
+    A plain number stands for a value in SI and fits everywhere; beside a quantity in a sum it does not. Raises
+    MechanismError for definitions in a circle.
     """
     known, tables = _known_dimensions(m), _columns(m)
     infer = DimensionOf(known, tables)
@@ -148,6 +150,11 @@ def _expectations(m: Description, infer: DimensionOf) -> Iterator[tuple[str, sp.
         elif expected == OWN:
             expected = entry.part.unit
         yield entry.where, entry.expression, _dimension_of(expected)
+    yield from _expected_of_springs(m, infer)
+
+
+def _expected_of_springs(m: Description, infer: DimensionOf) -> Iterator[tuple[str, sp.Expr, Dimension | None]]:
+    """The same of springs and dampers: stiffness * elongation^2 is an energy, damping * rate^2 a power."""
     for spring in m.springs:
         where = f"springs.{spring.name}"
         elongation = _measured(spring.elongation, METRE, infer)
@@ -219,6 +226,6 @@ def _measured(measure: sp.Expr | None, length: Unit, infer: DimensionOf) -> Dime
 
 
 def _share(total: Unit, measured: Dimension | None, times: int) -> Dimension | None:
-    """``total`` / ``measured`` ** ``times``: stiffness * elongation^2 is an energy, damping * rate^2 a power."""
+    """``total`` / ``measured`` ** ``times``; None if what is measured has no known dimension."""
     whole = dimension(total.exponents)
     return None if measured is None else tuple(a - times * b for a, b in zip(whole, measured, strict=True))

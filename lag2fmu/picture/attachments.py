@@ -11,8 +11,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from lag2fmu.description.parts import Damper, Spring
 from lag2fmu.graph.batches import Floats
-from lag2fmu.mechanism import Damper, Spring
 from lag2fmu.picture.skeleton import Skeleton
 
 _NEAR = 1e-9

@@ -8,7 +8,7 @@ import numpy as np
 
 from lag2fmu.errors import DerivationError
 from lag2fmu.graph.batches import Floats, Values
-from lag2fmu.mechanism import Mechanism
+from lag2fmu.mechanism.record import Mechanism
 from lag2fmu.picture import glyphs
 from lag2fmu.picture.annotations import annotate
 from lag2fmu.picture.forces import draw_forces

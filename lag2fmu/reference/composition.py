@@ -15,8 +15,11 @@ from functools import lru_cache
 import sympy as sp
 
 from lag2fmu.description.names import acceleration, generalized_force, velocity
-from lag2fmu.language.expressions import NAME_OF, TIME, symbol
-from lag2fmu.mechanism import Body, Damper, Mechanism, Output
+from lag2fmu.description.outputs import Output
+from lag2fmu.description.parts import Damper, Load
+from lag2fmu.description.places import Body
+from lag2fmu.language.vocabulary import NAME_OF, TIME, symbol
+from lag2fmu.mechanism.record import Mechanism
 from lag2fmu.reference.tables import with_data
 
 Vector = tuple[sp.Expr, ...]
@@ -241,16 +244,10 @@ class Composition:
             total[symbol(force.coordinate)] += self.written(force.expression)
         for load in self.mechanism.loads:
             place = load.point if load.point is not None else load.body
-            if self.on_frame(place):
-                continue
-            if load.torque is not None:
-                places: Vector = (self.written(_angle(self.mechanism, str(load.body))),)
-                values: Vector = (self.written(load.torque),)
-            else:
-                places = self.place(str(place))
-                values = tuple(self.written(x) for x in load.force or ())
-            for q in s.q:
-                total[q] += _dot(values, [x.diff(q) for x in places])
+            if not self.on_frame(place):
+                places, values = self._load(load, str(place))
+                for q in s.q:
+                    total[q] += _dot(values, [x.diff(q) for x in places])
         for damper in self._fixed_dampers():
             if damper.force is not None:
                 rate = self._damper_rate(damper)
@@ -258,6 +255,12 @@ class Composition:
                 for q, qd in zip(s.q, s.qd, strict=True):
                     total[q] -= force * rate.diff(qd)
         return tuple(total.values())
+
+    def _load(self, load: Load, place: str) -> tuple[Vector, Vector]:
+        """What a load moves, an angle (1,) or the entries of a position, and the torque or force on that."""
+        if load.torque is not None:
+            return (self.written(_angle(self.mechanism, str(load.body))),), (self.written(load.torque),)
+        return self.place(place), tuple(self.written(x) for x in load.force or ())
 
 
 def _meaning(mechanism: Mechanism) -> dict[sp.Symbol, sp.Expr]:

@@ -19,7 +19,7 @@ from numpy.typing import NDArray
 from sympy.printing.str import StrPrinter
 from sympy.utilities.iterables import numbered_symbols
 
-from lag2fmu.language.expressions import NAME_OF
+from lag2fmu.language.vocabulary import NAME_OF
 from lag2fmu.reference.tables import Tabulated, number_of, tabulated
 
 Array = NDArray[Any]
@@ -54,7 +54,7 @@ def absolute(z: Any) -> Any:
 
 
 def atan2(y: Any, x: Any) -> Any:
-    """The angle of (x, y), in rad within [-pi, pi]."""
+    """The angle of (x, y), in rad within [-pi, pi]; any shape."""
     a, b = np.real(y), np.real(x)
     angle = np.arctan2(a, b)
     if not (np.iscomplexobj(y) or np.iscomplexobj(x)):
@@ -165,9 +165,11 @@ def shared(expressions: Any) -> Any:
     return sp.cse(expressions, symbols=numbered_symbols("c", real=True), list=False, order="none")
 
 
-def compiled(
-    arguments: Sequence[sp.Symbol], expressions: Sequence[sp.Expr]
-) -> Callable[[Array, Sequence[float]], Array]:
+Compiled = Callable[[Array, Sequence[float]], Array]
+"""A function (rows, constants) -> (k, *shape), see ``compiled``."""
+
+
+def compiled(arguments: Sequence[sp.Symbol], expressions: Sequence[sp.Expr]) -> Compiled:
     """A function (rows, constants) -> (k, *shape) that evaluates the k ``expressions``.
 
     The first ``arguments`` are the rows of an array (rows, *shape), real or complex, the others are ``constants``

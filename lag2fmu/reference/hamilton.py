@@ -13,9 +13,9 @@ from numpy.typing import ArrayLike
 
 from lag2fmu.description.names import velocity
 from lag2fmu.errors import SimulationError
-from lag2fmu.mechanism import Mechanism
+from lag2fmu.mechanism.record import Mechanism
 from lag2fmu.reference.equations import Equations
-from lag2fmu.reference.integrate import DAMPING, SCIPY_METHODS
+from lag2fmu.reference.initial_value_problem import DAMPING, SCIPY_METHODS
 from lag2fmu.reference.single import single_state
 from lag2fmu.reference.state import Floats
 from lag2fmu.reference.trajectory import Trajectory

@@ -20,8 +20,8 @@ from typing import Any
 import numpy as np
 import sympy as sp
 
-from lag2fmu.language.expressions import NAME_OF, TIME
-from lag2fmu.mechanism import Mechanism
+from lag2fmu.language.vocabulary import NAME_OF, TIME
+from lag2fmu.mechanism.record import Mechanism
 from lag2fmu.reference.composition import composition_of
 from lag2fmu.reference.constraints import constraint_expressions
 from lag2fmu.reference.functions import NumericPrinter, number, shared
@@ -140,7 +140,7 @@ def _named(value: object) -> str:
 def native_terms(mechanism: Mechanism) -> Function | None:
     """The function ``terms`` of native.c for ``mechanism``, None where there is no compiler, or a table.
 
-    What loads on frames do to Q is left out of it.
+    What loads on frames do to Q is left out of it. Values are in SI units.
     """
     return _compiled(mechanism, mechanism.constraints)
 

@@ -10,7 +10,7 @@ from typing import Any, TypeAlias
 import numpy as np
 
 from lag2fmu.errors import LoadError
-from lag2fmu.reference import Trajectory, read_csv
+from lag2fmu.reference.trajectory import Trajectory, read_csv
 
 Inputs: TypeAlias = (
     "Trajectory | Mapping[str, Any] | Callable[[float], Mapping[str, float]] | str | os.PathLike[str] | Any"

@@ -9,13 +9,16 @@ from collections.abc import Iterator
 import numpy as np
 from numpy.typing import NDArray
 
-from lag2fmu.analysis import Conserved, action, conserved
+from lag2fmu.analysis.canonical import action
+from lag2fmu.analysis.conserved import Conserved, conserved
 from lag2fmu.description import names
-from lag2fmu.dynamics import EquationsOfMotion
+from lag2fmu.dynamics.equations import EquationsOfMotion
 from lag2fmu.errors import SimulationError
 from lag2fmu.graph.autodiff import reverse
 from lag2fmu.graph.batches import evaluate
-from lag2fmu.reference import Reference, Trajectory, integrate_canonically
+from lag2fmu.reference.hamilton import integrate_canonically
+from lag2fmu.reference.record import Reference
+from lag2fmu.reference.trajectory import Trajectory
 from lag2fmu.verify.report import Check
 
 Floats = NDArray[np.float64]

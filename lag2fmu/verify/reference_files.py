@@ -14,8 +14,10 @@ import numpy as np
 from lag2fmu.description.names import velocity
 from lag2fmu.dynamics.lagrange import complete
 from lag2fmu.fmu.xml_text import document
-from lag2fmu.mechanism import Mechanism
-from lag2fmu.reference import Reference, Trajectory, integrate
+from lag2fmu.mechanism.record import Mechanism
+from lag2fmu.reference.integrate import integrate
+from lag2fmu.reference.record import Reference
+from lag2fmu.reference.trajectory import Trajectory
 
 _FOLDER = "extra/org.fmi-standard.fmi-ls-ref"
 _NAMESPACE = "http://fmi-standard.org/fmi-ls-manifest"

@@ -43,6 +43,7 @@ from lag2fmu.formats.loading import load
 from lag2fmu.graph.graph import Graph
 from lag2fmu.graph.operations import OPERATIONS, SYMBOL
 from lag2fmu.language.expressions import TIME
+from lag2fmu.language.vocabulary import Smooth
 from lag2fmu.mechanism import Energy, Mechanism, Output, coordinate, parameter
 from lag2fmu.resources import resource_folder
 
@@ -60,6 +61,8 @@ def every_function() -> Mechanism:
     )
     others = exp(-(x**2)) + log(3 + x**2) + sqrt(2 + y**2) + atan2(x + 3, y + 4) + (2 + sin(x)) ** (1 + y**2 / 5)
     powers = (3 + x) ** p + (4 + y) ** -3 + (5 + x) ** 2.5 + x**7
+    # no force contains these
+    apart = sign(x - 5) + Abs(x - 6) + Heaviside(y - 5) + Min(x, y + 6) * Max(y, x + 7) + Smooth(Abs(x))
     kinks = Abs(x - y) ** 3 + Min(x, y, p) ** 3 + Max(x, p * y) ** 3 + sign(x) * x**2 + Heaviside(y) * y**3
     return Mechanism(
         "every_function",
@@ -70,7 +73,7 @@ def every_function() -> Mechanism:
             potential=smooth + others + powers + kinks * cos(TIME),
             dissipation=(1 + x**2) * (x.dot - y.dot) ** 2 / 2,
         ),
-        outputs=[Output("all", smooth * others - kinks / powers)],
+        outputs=[Output("all", smooth * others - kinks / powers), Output("kinks", apart)],
     )
 
 
@@ -106,10 +109,14 @@ def test_no_mark_of_a_template_survives(model: str, solver: str) -> None:
 
 
 NEVER_LEFT_OUT = {"equations.c", "fmi2_variables.c", "instance.c", "integrator.c", "mass_matrix.c", "state.h"}
-FREE = {"constraints_none.c", "further_none.c", "massless_none.c", "tables_none.c"}
+FREE = {
+    *("constraints_none.c", "contacts_none.c", "events_none.c"),
+    *("further_none.c", "massless_none.c", "tables_none.c"),
+}
 CONSTRAINED = {
     *("further_none.c", "tables_none.c"),
     *("constrained_accelerations.c", "constrained_system.c", "constraint_factorization.c", "constraint_projection.c"),
+    "events_none.c",
     *("constraint_residuals.c", "constraint_start.c", "multiplier_rates.c"),
 }
 STEPS = "step_failure.c"

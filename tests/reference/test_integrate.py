@@ -200,7 +200,7 @@ def test_failures_tell_the_time_that_was_reached() -> None:
 
 
 def test_radau_takes_over_from_stiff_equations(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(sys.modules["lag2fmu.reference.integrate"], "MAX_EVALUATIONS", 20_000)
+    monkeypatch.setattr(sys.modules["lag2fmu.reference.initial_value_problem"], "MAX_EVALUATIONS", 20_000)
     x, c = coordinate("x", start=1.0), parameter("c", 1e6)
     stiff = Mechanism(
         "stiff",

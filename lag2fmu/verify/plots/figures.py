@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 
 from lag2fmu.errors import ExportError
 from lag2fmu.language.units import Unit
-from lag2fmu.reference import Trajectory
+from lag2fmu.reference.trajectory import Trajectory
 
 Floats = NDArray[np.float64]
 LETTERS: Any = {"font.family": "serif"}

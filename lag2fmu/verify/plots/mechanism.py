@@ -11,15 +11,22 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.patches import Circle, Polygon
 
-from lag2fmu.analysis import Mode, equilibria, linearize, normal_modes
+from lag2fmu.analysis.equilibria import equilibria
 from lag2fmu.analysis.evaluation import at, driven_by_time, operating_inputs
-from lag2fmu.dynamics import EquationsOfMotion, derive
+from lag2fmu.analysis.linearization import linearize
+from lag2fmu.analysis.modes import Mode, normal_modes
+from lag2fmu.description.symbols import Coordinate
+from lag2fmu.dynamics.equations import EquationsOfMotion
+from lag2fmu.dynamics.lagrange import derive
 from lag2fmu.errors import DerivationError, LoadError
 from lag2fmu.graph.batches import Floats, evaluate
 from lag2fmu.language.units import DIMENSIONLESS
-from lag2fmu.mechanism import Coordinate, Mechanism
-from lag2fmu.picture import STYLES, Disc, Layout, Scene, Stroke, draw, drawable, layout_of, posture, pretty
-from lag2fmu.reference import integrate
+from lag2fmu.mechanism.record import Mechanism
+from lag2fmu.picture.drawing import draw, drawable, layout_of, posture
+from lag2fmu.picture.labels import pretty
+from lag2fmu.picture.layout import Layout
+from lag2fmu.picture.scene import STYLES, Disc, Scene, Stroke
+from lag2fmu.reference.integrate import integrate
 from lag2fmu.verify.plots.figures import LETTERS, LINE, dressed, labelled, say
 
 _MODES, _ROW, _LISTED = 8, 4, 6

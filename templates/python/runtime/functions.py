@@ -1,4 +1,4 @@
-"""Functions that return the limit where those of the module math raise, and three that math does not have."""
+"""Functions that return the limit where those of the module math raise, and some that math does not have."""
 
 from __future__ import annotations
 
@@ -45,6 +45,16 @@ def power_or_zero(base: float, exponent: float) -> float:
 def sign(x: float) -> float:
     """-1, 0 or 1."""
     return float((x > 0) - (x < 0))
+
+
+def choice(margin: float, a: float, b: float) -> float:
+    """a for a positive margin, else b."""
+    return a if margin > 0 else b
+
+
+def passed(x: float) -> float:
+    """x itself; kinks of it are passed over."""
+    return x
 
 
 def heaviside(x: float) -> float:

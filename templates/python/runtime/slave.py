@@ -16,7 +16,7 @@ from pythonfmu.enums import Fmi2Status
 from pythonfmu.fmi2slave import Fmi2Slave
 
 from .equations import accelerations, further_rates
-from .integrator import LEAST_TOLERANCE, Integrator
+from .integrator import LEAST_TOLERANCE, Derivative, Integrator
 from .legal_calls import CALLS, SETTABLE, legal_modes, verdict
 from .library import hold, release_at_exit
 from .model import ACCELERATION, DEPENDENT, FURTHER_RATE, LOCAL, TIME, Model, Unsolvable, Variable, Vector
@@ -90,9 +90,10 @@ class MechanismSlave(Fmi2Slave):  # type: ignore[misc]  # pythonfmu has no types
         """fmi2DoStep; times in s. What fails is undone: fmi2LastSuccessfulTime is the start of the step."""
         self._enter("DoStep")
         self._check_step(current_time, step_size)
-        before = self.state.copy()
+        before, start = self.state.copy(), self.state.time
         try:
-            Integrator(self.model, self.state, self._derivative).advance(current_time + step_size)
+            Integrator(self.model, self.state, self._derivative_from(start)).advance(current_time + step_size)
+            self.state.inputs = self.model.moved(self.state.inputs, self.state.time - start)
         except Unsolvable as reason:
             self.state = before
             self.state.mode = STEP_FAILED
@@ -213,11 +214,16 @@ class MechanismSlave(Fmi2Slave):  # type: ignore[misc]  # pythonfmu has no types
 
     # ------------------------------------------------------------------------------------------------------ equations
 
-    def _derivative(self, t: float, states: Vector) -> list[float]:
-        """dx/dt = (qd, qdd, dz), (2n + f,), with the present inputs and parameters; raises Unsolvable."""
-        known = (t, states, self.state.inputs, self.state.parameters)
-        qdd, n = accelerations(self.model, *known), len(self.model.nominal)
-        return [*states[n : 2 * n], *qdd, *further_rates(self.model, *known, qdd)]
+    def _derivative_from(self, start: float) -> Derivative:
+        """dx/dt = (qd, qdd, dz) in a communication step that begins at ``start`` (s); raises Unsolvable."""
+        n = len(self.model.nominal)
+
+        def derivative(t: float, states: Vector) -> list[float]:
+            known = (t, states, self.model.moved(self.state.inputs, t - start), self.state.parameters)
+            qdd = accelerations(self.model, *known)
+            return [*states[n : 2 * n], *qdd, *further_rates(self.model, *known, qdd)]
+
+        return derivative
 
     def _forget(self) -> None:
         """What was calculated does not belong to the state any more."""

@@ -5,6 +5,8 @@
 
 #include "accelerations.h"
 #include "constraints.h"
+#include "contacts.h"
+#include "events.h"
 #include "further.h"
 #include "inputs.h"
 #include "massless.h"
@@ -66,10 +68,16 @@ static bool update_system(Instance *instance) {
     return cache->system_valid;
 }
 
+/* Do the modes follow what is assigned at once? Where the importer integrates they wait for an event. */
+static bool modes_follow(const Instance *instance) {
+    return N_EVENTS > 0 && (instance->policy->project || instance->state.phase != PHASE_RUNNING);
+}
+
 bool equations_accelerations(Instance *instance) {
     Cache *cache = &instance->cache;
     const State *state = &instance->state;
-    if (!equations_massless(instance)) {
+    bool jumped = false;
+    if (!equations_massless(instance) || (modes_follow(instance) && !events_refresh(instance, &jumped))) {
         return false;
     }
     if (!cache->accelerations_valid) {
@@ -141,6 +149,8 @@ bool equations_tangent(Instance *instance, const Seed *seed, Tangent *tangent) {
                                seed->time, seed->states, seed->inputs, seed->parameters, change);
     accelerations_stabilise(instance, change);
     system_answer(&cache->system, change, tangent->accelerations);
+    contacts_answer(instance, &cache->system, state->time, state->states, state->inputs, cache->accelerations, seed,
+                    tangent->accelerations);
     multipliers_spread_rates(instance, seed, tangent->accelerations);
     further_tangent(instance, state->time, state->states, state->inputs, cache->reported, seed, tangent->accelerations,
                     tangent->further);

@@ -5,6 +5,7 @@
 #include <stdio.h>
 #include <string.h>
 
+#include "events.h"
 #include "names.h"
 #include "solver.h"
 #include "tables.h"
@@ -73,6 +74,18 @@ static void constraints_sentence(const Failure *failure, const char names[], cha
     }
 }
 
+/* Too many solver steps. */
+static void counts_sentence(const Failure *failure, char text[], size_t size) {
+    if (failure->kind == FAILURE_TRIAL_COUNT) {
+        snprintf(text, size, "a communication step took %.3g solver steps to come to time %.17g; take shorter "
+                 "communication steps, a larger solver_tolerance or solver_max_step, or export with --solver radau5 if "
+                 "the mechanism is stiff", failure->amount, failure->time);
+    } else {
+        snprintf(text, size, "from time %.17g the communication step would take %.3g solver steps; raise solver_step",
+                 failure->time, failure->amount);
+    }
+}
+
 /* The kinds that concern one state. */
 static void state_sentence(const Failure *failure, char text[], size_t size) {
     const char *name = state_name(failure->state);
@@ -115,21 +128,28 @@ void failure_sentence(const Failure *failure, char text[], size_t size) {
         tables_sentence(failure, text, size);
         break;
     case FAILURE_TRIAL_COUNT:
-        snprintf(text, size, "a communication step took %.3g solver steps to come to time %.17g; take shorter "
-                 "communication steps, a larger solver_tolerance or solver_max_step, or export with --solver radau5 if "
-                 "the mechanism is stiff", failure->amount, failure->time);
-        break;
     case FAILURE_STEP_COUNT:
-        snprintf(text, size, "from time %.17g the communication step would take %.3g solver steps; raise solver_step",
-                 failure->time, failure->amount);
+        counts_sentence(failure, text, size);
         break;
     case FAILURE_ITERATION:
         snprintf(text, size, "at time %.17g the equations of an implicit solver step of %.3g s are not solved by "
                  "iteration; %s", failure->time, failure->step, solver_iteration_remedy());
         break;
+    case FAILURE_SLIDING:
+        snprintf(text, size, "at time %.17g no forces of sliding friction are in equilibrium with the forces that they "
+                 "depend on; check the coefficients of friction", failure->time);
+        break;
+    case FAILURE_MODES:
+        snprintf(text, size, "at time %.17g no modes of contacts and dry frictions were found that obey their laws; "
+                 "check the coefficients of friction", failure->time);
+        break;
     case FAILURE_CONSTRAINTS:
     case FAILURE_MASSLESS:
         constraints_sentence(failure, names, text, size);
+        break;
+    case FAILURE_EVENT_VALUE:
+    case FAILURE_CHATTERING:
+        events_sentence(failure, text, size);
         break;
     case FAILURE_NONE:
         snprintf(text, size, "no failure is recorded");

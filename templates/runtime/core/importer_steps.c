@@ -4,7 +4,9 @@
 
 #include "constraints.h"
 #include "equations.h"
+#include "events.h"
 #include "massless.h"
+#include "notices.h"
 #include "settings.h"
 
 /* The stabilised accelerations keep the drift at the tolerance of the importer's solver. Where that was not enough, by
@@ -18,9 +20,13 @@ static bool drifted(const Instance *instance) {
 }
 
 bool importer_completes_step(Instance *instance) {
+    begin_notices(instance);
+    watch_motions(instance);
+    keep_motions(&instance->state);
     if (!equations_massless(instance)) {
         return false;
     }
+    watch_ranges(instance);
     massless_keep(&instance->state);
     equations_remember(instance);
     return drifted(instance);
@@ -52,12 +58,36 @@ static bool pull_back(Instance *instance, bool *changed) {
     return true;
 }
 
-bool importer_updates_states(Instance *instance, bool *changed) {
-    *changed = false;
+static bool meet_constraints(Instance *instance, bool *changed) {
     if (massless_return(instance)) {
         return pull_back(instance, changed);
     }
     return equations_massless(instance) && (!drifted(instance) || pull_back(instance, changed));
+}
+
+bool importer_updates_states(Instance *instance, bool *changed) {
+    bool jumped;
+    *changed = false;
+    if (!meet_constraints(instance, changed)) {
+        return false;
+    }
+    instance->state.modes_settled = 0;
+    if (!events_refresh(instance, &jumped)) {
+        return false;
+    }
+    *changed = *changed || jumped;
+    return true;
+}
+
+bool importer_indicates(Instance *instance, double indicators[]) {
+    bool jumped;
+    const bool starts = instance->state.phase == PHASE_SOLVING_START;
+    return equations_massless(instance) && (!starts || events_refresh(instance, &jumped)) &&
+           events_indicate(instance, indicators);
+}
+
+double importer_next_event(Instance *instance) {
+    return events_next_time(instance);
 }
 
 void importer_leaves_event(Instance *instance) {

@@ -3,8 +3,6 @@
 
 #include <string.h>
 
-#include "solver.h"
-
 /* Sets a derivative; where the equations contain rates of inputs, what followed from it is outdated. */
 static void set_rate(Instance *instance, double *slot, double value) {
     if (N_SIGNALS > N_INPUTS) {
@@ -56,10 +54,8 @@ void inputs_begin(Instance *instance) {
     State *state = &instance->state;
     const bool set = state->input_derivatives_set != 0;
     prepare(instance);
-    if (METHOD.variational) {
-        continue_motions(state);
-    }
-    instance->scratch.inputs_move = (set || (METHOD.variational && N_MOTIONS > 0)) && inputs_move(state);
+    continue_motions(state);
+    instance->scratch.inputs_move = (set || N_MOTIONS > 0) && inputs_move(state);
     instance->scratch.step_start = state->time;
 }
 
@@ -92,6 +88,7 @@ void inputs_end(Instance *instance) {
         return;
     }
     memcpy(state->inputs, inputs_at(instance, state->time), N_INPUTS * sizeof(double));
+    instance->scratch.inputs_move = false; /* from here on they are those of the State */
     for (int i = 0; i < N_INPUTS; i++) {
         first[i] += s * (second[i] + s / 2.0 * third[i]);
         second[i] += s * third[i];

@@ -73,6 +73,7 @@ typedef struct {
     double new_derivatives[N_STATES];
     double trial_length;           /* s; of that step */
     SolverScratch solver;
+    SolverMemory solver_before;    /* what the solver remembered when that step began, if there are events */
     bool inputs_move;              /* some input is not constant in the running communication step */
     double step_start;             /* s; the time at which that step began */
     double inputs[3 * N_INPUTS];   /* at a stage of the solver, with their first and second derivatives */
@@ -91,7 +92,11 @@ typedef enum {
     FAILURE_STEP_COUNT,      /* a fixed-step method would need too many steps */
     FAILURE_ITERATION,       /* the equations of an implicit step were not solved */
     FAILURE_CONSTRAINTS,     /* no states were found that meet the constraints */
-    FAILURE_MASSLESS         /* the flagged coordinates, which have no mass, do not follow from the others */
+    FAILURE_SLIDING,         /* no forces of sliding friction were found */
+    FAILURE_MODES,           /* no modes were found that obey the laws of contact */
+    FAILURE_MASSLESS,        /* the flagged coordinates, which have no mass, do not follow from the others */
+    FAILURE_EVENT_VALUE,     /* an event function has no finite value */
+    FAILURE_CHATTERING       /* the events at one time have no end */
 } FailureKind;
 
 /* Why the last evaluation or solver step failed; failure_sentence (failure.h) puts it in words. */
@@ -107,9 +112,10 @@ typedef struct {
     int count;                       /* of CONSTRAINTS and MASSLESS: the number of constraints that are not met */
     int constraints[SIZE_CONSTRAINTS];  /* their numbers */
     double residuals[SIZE_CONSTRAINTS]; /* what is left of them */
+    int event;                          /* of EVENT_VALUE and CHATTERING: which event function */
 } Failure;
 
-/* What the importer should know about a communication step that was completed. */
+/* What the importer should know about a step that was completed. */
 typedef enum {
     NOTICE_NONE = 0,
     NOTICE_STIFF = 1,   /* the steps of an explicit method are bounded by its stability */
@@ -127,6 +133,8 @@ typedef struct {
     int index;   /* of MOTION: that of the motion; of RANGE: that in BOUNDED */
 } Notice;
 
+enum { MOST_NOTICES = 4 + SIZE_BOUNDED }; /* each kind once, that of ranges once a coordinate */
+
 /* The longest message, with its end; what is longer is cut. */
 enum { SENTENCE_SIZE = 1024 };
 
@@ -141,7 +149,8 @@ typedef struct {
     Cache cache;
     Scratch scratch;
     Failure failure;
-    Notice notice; /* of the last communication step */
+    Notice notices[MOST_NOTICES]; /* of the last step of the importer */
+    int n_notices;
     const Policy *policy;
     Listener listener;
 } Instance;

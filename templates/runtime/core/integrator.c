@@ -5,30 +5,19 @@
 #include <math.h>
 #include <string.h>
 
-#include "constraints.h"
 #include "dense_output.h"
 #include "diagnosis.h"
 #include "equations.h"
+#include "events.h"
 #include "inputs.h"
 #include "notices.h"
+#include "projection.h"
 #include "settings.h"
 #include "step_size.h"
 
 static const double FARTHEST = 1000.0;       /* communication steps that a solver step may pass */
 static const double MOST_STEPS = 1e12;       /* of a fixed-step method in a communication step */
 static const int64_t MOST_TRIALS = 10000000; /* of an adaptive method likewise: so motions that blow up end */
-
-/* Moves states onto the constraints; *moved tells whether that changed them. */
-static bool project(Instance *instance, double time, double states[], bool *moved) {
-    return constraints_project(instance, time, inputs_at(instance, time), states, moved);
-}
-
-/* Moves states onto the constraints, and takes their derivatives anew if that changed them. */
-static bool bring_back(Instance *instance, double time, double states[], double derivatives[]) {
-    bool moved;
-    return project(instance, time, states, &moved) &&
-           (!moved || equations_derivative(instance, time, states, derivatives));
-}
 
 /* Makes state->first_stage the derivative at the present point, on the constraints as the inputs now move them. */
 static bool update_first_stage(Instance *instance) {
@@ -45,10 +34,23 @@ static bool update_first_stage(Instance *instance) {
     return true;
 }
 
-/* Variational methods meet the constraints by themselves, with momenta that belong to these velocities. */
-static bool bring_back_result(Instance *instance, Step step) {
-    Scratch *scratch = &instance->scratch;
-    return METHOD.variational || bring_back(instance, step.end, scratch->new_states, scratch->new_derivatives);
+/* A trial step begins that may have to be repeated. */
+static void begin_trial(Instance *instance, Step step) {
+    instance->scratch.trial_length = step.length;
+    if (N_EVENTS > 0) {
+        instance->scratch.solver_before = instance->state.solver;
+    }
+}
+
+/* If there are events in the good trial step, repeats it so that it ends at the first one. */
+static bool end_at_event(Instance *instance, Step *step) {
+    return N_EVENTS == 0 || events_end_step(instance, step);
+}
+
+/* If the present point is at an event, passes it: the equations of motion change. */
+static bool pass_event(Instance *instance) {
+    return N_EVENTS == 0 || !instance->state.event_pending ||
+           (events_pass(instance) && update_first_stage(instance));
 }
 
 /* Makes the result of a trial step the present point. */
@@ -105,7 +107,7 @@ bool integrator_catch_up(Instance *instance) {
    is to be rejected and instance->failure holds the reason. */
 static double try_step(Instance *instance, Step step) {
     int worst;
-    instance->scratch.trial_length = step.length;
+    begin_trial(instance, step);
     if (!solver_step(instance, step)) {
         return HUGE_VAL;
     }
@@ -140,20 +142,24 @@ static bool step_adaptively(Instance *instance, double end) {
             instance->failure.amount = (double)MOST_TRIALS;
             return false;
         }
-        const Step step = choose_step(state, end, horizon);
+        const Step tried = choose_step(state, end, horizon);
+        Step step = tried;
         const double error = try_step(instance, step);
-        if (error <= 1.0 && bring_back_result(instance, step) &&
+        if (error <= 1.0 && bring_back_result(instance, step) && end_at_event(instance, &step) &&
             (step.end <= end || prepare_interpolation(instance, step))) {
-            propose(state, step, error, rejected);
+            propose(state, tried, error, rejected);
             watch_stiffness(instance, step);
             watch_vibrations(instance, step.length);
-            watch_ranges(instance, step);
             accept(instance, step);
+            watch_ranges(instance);
             state->ahead = step.end > end;
             rejected = false;
+            if (!state->ahead && !pass_event(instance)) {
+                return false;
+            }
         } else {
             rejected = true;
-            propose_shorter(state, step, error);
+            propose_shorter(state, tried, error);
             if (state->next_step < shortest) {
                 return false;
             }
@@ -176,6 +182,9 @@ static bool integrate_adaptively(Instance *instance, double end) {
         state->time = state->dense.end;
         memcpy(state->states, state->dense.end_states, sizeof state->states);
         state->ahead = 0;
+        if (!pass_event(instance)) {
+            return false;
+        }
     }
     instance->cache.states_behind = false;
     if (!state->ahead && !(update_first_stage(instance) && step_adaptively(instance, end))) {
@@ -183,6 +192,19 @@ static bool integrate_adaptively(Instance *instance, double end) {
     }
     instance->cache.states_behind = state->ahead != 0;
     return true;
+}
+
+/* One step, or the part of it that ends with an event. */
+static bool take_step(Instance *instance, Step step) {
+    begin_trial(instance, step);
+    if (!solver_step(instance, step) || leaps_over_singularity(instance, step.length) ||
+        !bring_back_result(instance, step) || !end_at_event(instance, &step)) {
+        return false;
+    }
+    watch_stiffness(instance, step);
+    accept(instance, step);
+    watch_ranges(instance);
+    return pass_event(instance);
 }
 
 /* Equal steps to the end, as many as make them no longer than solver_step. Times are computed from the start of the
@@ -210,27 +232,27 @@ static bool integrate_in_equal_steps(Instance *instance, double end) {
     watch_vibrations(instance, length);
     for (double i = 1.0; i <= count; i++) {
         const double next = i < count ? start + (end - start) * (i / count) : end;
-        const Step step = {length, next, false};
-        instance->scratch.trial_length = length;
-        if (!solver_step(instance, step) || leaps_over_singularity(instance, length) ||
-            !bring_back_result(instance, step)) {
-            return false;
-        }
-        watch_stiffness(instance, step);
-        watch_ranges(instance, step);
-        accept(instance, step);
+        Step step = {length, next, false};
+        do { /* until the step is no more than rounding */
+            if (!take_step(instance, step)) {
+                return false;
+            }
+            step.length = next - state->time;
+        } while (step.length > rounding_of_length(next));
+        instance->state.time = next;
     }
     return true;
 }
 
 bool integrate(Instance *instance, double end) {
     instance->failure.kind = FAILURE_NONE;
-    instance->notice.kind = NOTICE_NONE;
+    begin_notices(instance);
     instance_forget_motion(instance);
     inputs_begin(instance);
     watch_motions(instance);
     const bool completed =
-        METHOD.error_order > 0 ? integrate_adaptively(instance, end) : integrate_in_equal_steps(instance, end);
+        (N_EVENTS == 0 || events_begin(instance)) &&
+        (METHOD.error_order > 0 ? integrate_adaptively(instance, end) : integrate_in_equal_steps(instance, end));
     if (completed) {
         instance->state.time = end;
         instance->state.undisturbed = 1;

@@ -10,6 +10,7 @@
 #include <stdint.h>
 
 #include "constraint_records.h"
+#include "event_sizes.h"
 #include "mechanism.h"
 #include "sizes.h"
 #include "solver_memory.h"
@@ -36,6 +37,16 @@ typedef enum {
     PHASE_SOLVING_START, /* start values are given, and constraints determine the others */
     PHASE_RUNNING
 } Phase;
+
+/* How a contact, a stop or a dry friction holds; the values of the FMU's enumeration. No friction is ever open. Where
+   the slip velocity is one number, forward is where it is positive. */
+typedef enum {
+    MODE_OPEN = 1,
+    MODE_STICKS,
+    MODE_SLIDES, /* in space, or closed without friction */
+    MODE_SLIDES_FORWARD,
+    MODE_SLIDES_BACKWARD
+} ElementMode;
 
 /* Members are double and int64_t only and there are no pointers: the layout is the same in 32 and 64 bits, without
    padding, and a plain copy is a complete copy. */
@@ -64,6 +75,18 @@ typedef struct {
     double parameters[SIZE_PARAMETERS];
     double settings[N_SETTINGS]; /* by Setting */
 
+    int64_t modes[SIZE_ELEMENTS];       /* ElementMode of contacts and stops, then of dry frictions */
+    int64_t impacts[SIZE_UNILATERALS];  /* of each contact so far */
+    double impulses[SIZE_UNILATERALS];  /* of their last impacts, normal; N s, or N m s where the gap is an angle */
+    int64_t cascading[SIZE_UNILATERALS]; /* impacts that accumulate are closed; they last until the rest time */
+    double rest_time[SIZE_UNILATERALS]; /* s */
+    int64_t modes_settled;              /* the modes belong to the present point: nothing was assigned since */
+    int64_t event_pending;              /* the solver has come to an event and has not passed it yet */
+    int64_t due[SIZE_EVENTS];           /* the event functions that came down there */
+    double event_rests[SIZE_EVENTS];    /* how far each of them was from 0 at its last event, by rounding */
+    double event_time;                  /* s; of the last event */
+    int64_t events_there;               /* so many events have come at that time */
+
     double next_step;             /* s; proposal for the next solver step, 0 before the first one */
     double previous_log_error;    /* ln of the error of the last full step in tolerances, for the PI controller */
     int64_t steps;                /* solver steps accepted so far */
@@ -71,6 +94,7 @@ typedef struct {
     int64_t easy_steps;           /* of those in the present series: shorter */
     double equal_step;            /* s; of a variational method: the length of all steps so far, 0 before the first */
     int64_t noticed;              /* NoticeKinds that were given, as bits: each is given once */
+    int64_t left_range[SIZE_BOUNDED]; /* that a coordinate left its range was noticed */
     double positions[SIZE_MOTIONS]; /* of motions at the end of the last communication step */
     int64_t lone_moves;           /* communication steps in which only the position of a motion was moved */
     int64_t first_stage_valid;    /* first_stage belongs to the present time, states, inputs and parameters; if the

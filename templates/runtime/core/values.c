@@ -1,8 +1,20 @@
 #include "values.h"
 
+#include <limits.h>
 #include <stddef.h>
 
 #include "equations.h"
+
+bool value_is_integer(VariableKind kind) {
+    return kind == VARIABLE_MODE || kind == VARIABLE_IMPACTS;
+}
+
+int value_integer(const Instance *instance, const Variable *variable) {
+    const State *state = &instance->state;
+    const int64_t value =
+        variable->kind == VARIABLE_MODE ? state->modes[variable->index] : state->impacts[variable->index];
+    return value < INT_MAX ? (int)value : INT_MAX;
+}
 
 double *value_slot(Instance *instance, const Variable *variable) {
     State *state = &instance->state;
@@ -19,6 +31,9 @@ double *value_slot(Instance *instance, const Variable *variable) {
     case VARIABLE_MULTIPLIER:      return &cache->reported[N_COORDINATES + variable->index];
     case VARIABLE_DEPENDENT:       return &cache->dependent[variable->index];
     case VARIABLE_LOCAL:           return &cache->locals[variable->index];
+    case VARIABLE_IMPULSE:         return &state->impulses[variable->index];
+    case VARIABLE_MODE:
+    case VARIABLE_IMPACTS:
     case VARIABLE_TIME:
     case N_VARIABLE_KINDS:         break;
     }
@@ -56,16 +71,18 @@ bool value_needs_tangent(VariableKind kind) {
 
 bool value_is_unknown(VariableKind kind) {
     return kind == VARIABLE_STATE || kind == VARIABLE_MASSLESS || kind == VARIABLE_DEPENDENT ||
-           value_needs_tangent(kind);
+           kind == VARIABLE_IMPULSE || value_needs_tangent(kind);
 }
 
 const double *value_in_tangent(const Seed *seed, const Tangent *tangent, const Variable *variable) {
+    static const double CONSTANT = 0.0; /* the rate of what changes at impacts only */
     switch (variable->kind) {
     case VARIABLE_ACCELERATION: return &tangent->accelerations[variable->index];
     case VARIABLE_FURTHER_RATE: return &tangent->further[variable->index];
     case VARIABLE_MULTIPLIER:   return &tangent->accelerations[N_COORDINATES + variable->index];
     case VARIABLE_DEPENDENT:    return &tangent->dependent[variable->index];
     case VARIABLE_LOCAL:        return &tangent->locals[variable->index];
+    case VARIABLE_IMPULSE:      return &CONSTANT;
     default:                    return &seed->states[variable->index];
     }
 }
@@ -84,6 +101,9 @@ static int first_row(const Variable *variable) {
 }
 
 int value_motion_order(const Variable *variable, int order) {
+    if (variable->kind == VARIABLE_IMPULSE) {
+        return 0;
+    }
     if (is_further(variable)) {
         return order - 1;
     }
@@ -91,6 +111,9 @@ int value_motion_order(const Variable *variable, int order) {
 }
 
 double value_in_motion(const Motion *motion, const Variable *variable, int order) {
+    if (variable->kind == VARIABLE_IMPULSE) {
+        return 0.0;
+    }
     if (is_further(variable)) {
         return motion->further[order - 1][variable->index - 2 * N_COORDINATES];
     }

@@ -17,6 +17,9 @@ typedef enum {
     VARIABLE_SETTING,      /* fixed parameters of the solver, see Setting */
     VARIABLE_DEPENDENT,    /* c(p), the calculatedParameters of FMI */
     VARIABLE_LOCAL,        /* y(t, x, u, p, qdd): energies, momenta, outputs of the user */
+    VARIABLE_MODE,         /* ElementMode of a contact, stop or dry friction; an enumeration */
+    VARIABLE_IMPACTS,      /* number of impacts of a contact or stop so far; an integer */
+    VARIABLE_IMPULSE,      /* of its last impact */
     N_VARIABLE_KINDS
 } VariableKind;
 

@@ -4,6 +4,7 @@
 #include <string.h>
 
 #include "equations.h"
+#include "events.h"
 #include "gate.h"
 #include "logging.h"
 #include "massless.h"
@@ -155,10 +156,11 @@ fmi2Status fmi2EnterInitializationMode(fmi2Component c) {
 
 fmi2Status fmi2ExitInitializationMode(fmi2Component c) {
     Component *component = enter(c, CALL_ExitInitializationMode);
+    bool jumped;
     if (component == NULL) {
         return fmi2Error;
     }
-    if (!equations_settle(&component->instance)) {
+    if (!equations_settle(&component->instance) || !events_refresh(&component->instance, &jumped)) {
         return report_failure(component, fmi2Error);
     }
     massless_keep(&component->instance.state);

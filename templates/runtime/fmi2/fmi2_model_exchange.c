@@ -1,5 +1,4 @@
-/* Model exchange (FMI 2.0, section 3.2). There are no events of the mechanism: no event indicators,
-   no discrete states. */
+/* Model exchange (FMI 2.0, section 3.2). The modes of the mechanism change in event mode alone. */
 #include <math.h>
 #include <string.h>
 
@@ -10,7 +9,7 @@
 #include "logging.h"
 #include "names.h"
 
-/* fmi2OK if an array over the continuous states is there and has their number. */
+/* fmi2OK if the array is not NULL and has an entry for each continuous state. */
 static fmi2Status check_size(Component *component, const void *array, size_t nx) {
     if (nx != N_CONTINUOUS) {
         return fail(component, "the array has %u elements; expected one for each of the %d continuous states",
@@ -42,6 +41,9 @@ fmi2Status fmi2NewDiscreteStates(fmi2Component c, fmi2EventInfo *eventInfo) {
     if (!importer_updates_states(&component->instance, &changed)) {
         return report_failure(component, fmi2Error);
     }
+    const double next = importer_next_event(&component->instance);
+    eventInfo->nextEventTimeDefined = isfinite(next) ? fmi2True : fmi2False;
+    eventInfo->nextEventTime = isfinite(next) ? next : 0.0;
     eventInfo->valuesOfContinuousStatesChanged = changed ? fmi2True : fmi2False;
     return fmi2OK;
 }
@@ -59,7 +61,7 @@ fmi2Status fmi2EnterContinuousTimeMode(fmi2Component c) {
 fmi2Status fmi2CompletedIntegratorStep(fmi2Component c, fmi2Boolean noSetFMUStatePriorToCurrentPoint,
                                        fmi2Boolean *enterEventMode, fmi2Boolean *terminateSimulation) {
     Component *component = enter(c, CALL_CompletedIntegratorStep);
-    (void)noSetFMUStatePriorToCurrentPoint; /* nothing is kept for going back */
+    (void)noSetFMUStatePriorToCurrentPoint; /* no earlier point is kept, so this allows nothing */
     if (component == NULL) {
         return fmi2Error;
     }
@@ -69,6 +71,7 @@ fmi2Status fmi2CompletedIntegratorStep(fmi2Component c, fmi2Boolean noSetFMUStat
     }
     *enterEventMode = importer_completes_step(&component->instance) ? fmi2True : fmi2False;
     *terminateSimulation = fmi2False;
+    report_notices(component);
     return fmi2OK;
 }
 
@@ -129,19 +132,28 @@ fmi2Status fmi2GetDerivatives(fmi2Component c, fmi2Real derivatives[], size_t nx
     if (!component->noted_singularity &&
         runs_into_singularity(&component->instance, component->instance.cache.accelerations)) {
         component->noted_singularity = true;
-        report_failure(component, fmi2Warning); /* the derivatives are right: some importers end a run at fmi2Warning */
+        report_failure(component, fmi2Warning);  /* and fmi2OK: some importers end a run at fmi2Warning */
     }
     return fmi2OK;
 }
 
 fmi2Status fmi2GetEventIndicators(fmi2Component c, fmi2Real eventIndicators[], size_t ni) {
     Component *component = enter(c, CALL_GetEventIndicators);
-    (void)eventIndicators;
     if (component == NULL) {
         return fmi2Error;
     }
-    return ni == 0 ? fmi2OK : fail(component, "this FMU has no event indicators; expected none, but got %u",
-                                   (unsigned)ni);
+    if (ni != N_EVENTS) {
+        return fail(component, "the array has %u elements; expected one for each of the %d event indicators",
+                    (unsigned)ni, N_EVENTS);
+    }
+    if (ni > 0 && eventIndicators == NULL) {
+        return fail(component, "the array of %d elements is NULL", N_EVENTS);
+    }
+    if (!equations_settle(&component->instance)) {
+        return report_failure(component, fmi2Error);
+    }
+    return importer_indicates(&component->instance, eventIndicators) ? fmi2OK
+                                                                     : report_failure(component, fmi2Discard);
 }
 
 fmi2Status fmi2GetContinuousStates(fmi2Component c, fmi2Real x[], size_t nx) {

@@ -6,6 +6,7 @@
 #include <string.h>
 
 #include "accelerations.h"
+#include "contacts.h"
 #include "further.h"
 #include "inputs.h"
 #include "system.h"
@@ -30,6 +31,7 @@ bool equations_jacobian(Instance *instance, double time, const double states[], 
         mechanism_residual_tangent(time, states, inputs, parameters, unknowns, seed.time, seed.states, seed.inputs,
                                    seed.parameters, change);
         system_answer(system, change, changed);
+        contacts_answer(instance, system, time, states, inputs, unknowns, &seed, changed);
         further_tangent(instance, time, states, inputs, unknowns, &seed, changed, rates);
         for (int i = 0; i < N_RATES; i++) {
             if (column[i] >= 0) {

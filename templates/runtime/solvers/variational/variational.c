@@ -36,8 +36,8 @@
 
 enum { N = N_COORDINATES, S = STAGES, MOST_ITERATIONS = 100 };
 
-static const double CONVERGED = 1e-9; /* relative changes below this may come to rest at rounding */
-static const double RESTING_PART = 16.0 * DBL_EPSILON / 1e-9; /* so may those that move a coordinate by 16 units */
+static const double CONVERGED = 1e-9; /* relative changes below this may stay as they are, by rounding */
+static const double RESTING_PART = 16.0 * DBL_EPSILON / 1e-9; /* so may changes of 16 rounding errors */
 
 static void evaluate(Instance *instance, double time, const double states[], double momenta[], double forces[]) {
     mechanism_canonical(time, states, inputs_at(instance, time), instance->state.parameters, momenta, forces);
@@ -119,9 +119,9 @@ static void complete(Instance *instance, Step step, Stages *stages) {
     }
 }
 
-/* One round: each V_i is corrected by M^-1 times what its momentum misses, with M at the start of the step. Returns the
-   greatest relative change. Constraints determine velocities up to the rounding of coordinates divided by h, which in
-   very short steps is more than the rounding of velocities. */
+/* One round of the iteration: each V_i is corrected by M^-1 times what is missing from its momentum, with M at the
+   start of the step. Returns the greatest relative change. Constraints determine velocities up to the rounding of
+   coordinates divided by h, which in very short steps is more than the rounding of velocities. */
 static double correct(Instance *instance, Step step, const double p[], Stages *stages) {
     static const double RESTING[SIZE_CONSTRAINTS];
     double changes[S][N_UNKNOWNS];
@@ -166,7 +166,7 @@ static bool solve_stages(Instance *instance, Step step, const double p[], Stages
     return report_iteration(instance, step);
 }
 
-/* x + increment with the error of earlier sums in rest, which is brought up to date. */
+/* Returns x + increment. The error that earlier sums left in rest goes in, and that of this sum comes out. */
 static double add_compensated(double x, double increment, double *rest) {
     const double whole = increment + *rest;
     const double sum = x + whole;
@@ -174,9 +174,8 @@ static double add_compensated(double x, double increment, double *rest) {
     return sum;
 }
 
-/* Makes the velocities in states, at a time (s), those whose momenta are next->momenta: M qd + a = p, corrected once for
-   rounding. With constraints p is short of an impulse (of the last multiplier), until that makes the velocities meet
-   them. */
+/* Makes the velocities in states, at a time (s), those whose momenta are next->momenta, M qd + a = p, corrected once for
+   rounding. Under constraints p lacks the impulse of the last multiplier until it makes the velocities meet them. */
 static bool find_velocities(Instance *instance, double time, SolverMemory *next, double states[]) {
     double resting[N_STATES];
     double impulse[N] = {0.0};
@@ -288,7 +287,7 @@ bool solver_dense(Instance *instance, Step step, double terms[DENSE_TERMS][N_STA
     (void)instance;
     (void)step;
     (void)terms;
-    return true; /* there is no dense output */
+    return true; /* Hermite's cubic is all */
 }
 
 const char *solver_iteration_remedy(void) {
@@ -297,7 +296,7 @@ const char *solver_iteration_remedy(void) {
                              : "lower solver_step, or export with --solver radau5 if the mechanism is stiff";
 }
 
-/* That is never noticed. */
+/* This family of methods never gives that notice. */
 void solver_stiffness_sentence(const Notice *notice, char text[], size_t size) {
     (void)notice;
     (void)size;

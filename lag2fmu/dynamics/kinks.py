@@ -1,0 +1,194 @@
+"""Kinks as switches: sign, abs, heaviside, min, max and choices are smooth formulas while their margins keep signs.
+
+A kink whose margin moves with time, motion or inputs is replaced by a formula with a switch, +1 or -1, which the
+runtime turns where the margin crosses 0: between such events the equations are smooth, and derivatives are exact. Kinks
+of one margin, or of margins that are opposite, share a switch. What depends on parameters alone, or is calculated
+from the motion without acting on it, keeps its kinks.
+
+Source: H. Elmqvist, F. E. Cellier, M. Otter, Object-oriented modeling of hybrid systems, ESS 1993 (relations that are
+frozen between events).
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
+
+from lag2fmu.dynamics.functions import EventFunction, Function
+from lag2fmu.dynamics.samples import start_values
+from lag2fmu.dynamics.variables import Variables
+from lag2fmu.graph.autodiff import reverse
+from lag2fmu.graph.fingerprint import PRIME
+from lag2fmu.graph.graph import Graph, Node
+from lag2fmu.graph.operations import KINKS, OPERATIONS
+from lag2fmu.graph.to_sympy import written
+from lag2fmu.mechanism.record import Mechanism
+
+_WITHOUT_EFFECT = ("mechanism_locals", "mechanism_locals_tangent", "mechanism_locals_second", "mechanism_dependent")
+"""Functions that compute from the motion and do not act on it."""
+
+
+@dataclass(frozen=True)
+class Switched:
+    """The functions with switches in their argument p, behind its ``masks`` first entries, and their margins."""
+
+    functions: tuple[Function, ...]
+    margins: tuple[EventFunction, ...]
+
+
+def switched(
+    graph: Graph,
+    variables: Variables,
+    mechanism: Mechanism,
+    functions: Sequence[Function],
+    masks: int = 0,
+    conditions: Sequence[Node] = (),
+) -> Switched:
+    """``functions`` with switches instead of kinks, and ``mechanism_switches``, which computes the margins.
+
+    ``conditions`` are further margins, whose switches stand behind those of kinks; no kink need contain them. The
+    functions stay as they are where there are neither. Nodes are added to ``graph``.
+    """
+    effective = [node for f in functions if f.name not in _WITHOUT_EFFECT for *_, node in f.results]
+    moving = {variables.t, *variables.states, *variables.signals}
+    kinks = _Kinks(graph, moving, {*variables.unknowns})
+    margins = kinks.margins([*effective, *conditions])
+    if not margins and not conditions and not masks:
+        return Switched(tuple(functions), ())
+    every = [*margins, *conditions]
+    switches = tuple(graph.symbol(f"switch {k}") for k in range(len(every)))
+    described = _described(graph, variables, mechanism, every)
+    state = next(f.arguments[:4] for f in functions if f.name == "mechanism_dynamics")
+    results = tuple(("s", k, node) for k, node in enumerate(every))
+    doc = "Margins s, at whose signs the equations of motion change."
+    margin_function = Function("mechanism_switches", doc, state, ("s",), results)
+    with graph.as_written():
+        new = kinks.replaced(dict(zip(margins, switches, strict=False)), [*functions, margin_function])
+    return Switched(tuple(_with_modes(graph, f, switches, masks) for f in new), described)
+
+
+class _Kinks:
+    """The kinks on a graph whose margins contain variables that are ``moving`` and none that is ``unknown``."""
+
+    def __init__(self, graph: Graph, moving: set[Node], unknown: set[Node]) -> None:
+        self.graph, self.moving, self.unknown = graph, moving, unknown
+
+    def margins(self, outputs: Sequence[Node]) -> list[Node]:
+        """The margins of the kinks that ``outputs`` need, one of each pair of opposites, in order of the graph."""
+        found: dict[int, Node] = {}
+        for node in self.graph.cone(outputs):
+            margin = self._margin(node)
+            if margin is not None and self._key(margin)[0] not in found:
+                needed = {*self.graph.cone([margin])}
+                if needed & self.moving and not needed & self.unknown:
+                    found[self._key(margin)[0]] = margin
+        return list(found.values())
+
+    def replaced(self, switches: Mapping[Node, Node], functions: Sequence[Function]) -> list[Function]:
+        """``functions`` with the ``switches`` {margin: switch} for kinks, in what they hand on to one another too."""
+        graph = self.graph
+        known = {self._key(margin): switch for margin, switch in switches.items()}
+        entries = [node for f in functions for a in f.arguments for node in a.entries]
+        new: dict[Node, Node] = {}
+        for node in graph.cone([*entries, *(node for f in functions for *_, node in f.results)]):
+            operands = graph.operands[node]
+            moved = [new[operand] for operand in operands]
+            margin = self._margin(node)
+            switch = None if margin is None else self._switch(known, margin)
+            if switch is not None:
+                new[node] = self._formula(node, switch, moved)
+            else:
+                new[node] = node if list(operands) == moved else graph.rebuild(node, moved)
+        return [
+            replace(
+                f,
+                arguments=tuple(replace(a, entries=tuple(new[node] for node in a.entries)) for a in f.arguments),
+                results=tuple((array, index, new[node]) for array, index, node in f.results),
+            )
+            for f in functions
+        ]
+
+    def _margin(self, node: Node) -> Node | None:
+        """What the kink ``node`` changes at the sign of; None for other operations, and where a kink may be passed."""
+        name, operands = OPERATIONS[self.graph.code[node]].name, self.graph.operands[node]
+        if name not in KINKS or all(self._passed(operand) for operand in operands[: KINKS[name]]):
+            return None
+        return self.graph.subtract(*operands) if KINKS[name] == 2 else operands[0]
+
+    def _passed(self, margin: Node) -> bool:
+        """Whether ``margin`` is a number, or made of what ``smooth`` says that kinks of may be passed."""
+        name = OPERATIONS[self.graph.code[margin]].name
+        if name in ("negate", "subtract"):
+            return all(self._passed(operand) for operand in self.graph.operands[margin])
+        return name in ("passed", "constant")
+
+    def _key(self, margin: Node) -> tuple[int, bool]:
+        """What is the same for margins of equal value, and of opposite ones; whether it is the greater of the two."""
+        mark = self.graph.marks[margin]
+        opposite = -mark % PRIME
+        return min(mark, opposite), mark > opposite
+
+    def _switch(self, known: Mapping[tuple[int, bool], Node], margin: Node) -> Node | None:
+        """The switch of ``margin`` or minus that of its opposite; None if it has none."""
+        mark, greater = self._key(margin)
+        if (mark, greater) in known:
+            return known[mark, greater]
+        opposite = known.get((mark, not greater))
+        return None if opposite is None else self.graph.negate(opposite)
+
+    def _formula(self, node: Node, switch: Node, operands: Sequence[Node]) -> Node:
+        """The kink ``node`` of ``operands`` as long as its ``switch`` stays as it is."""
+        g, name = self.graph, OPERATIONS[self.graph.code[node]].name
+        if name == "sign":
+            return switch
+        if name == "abs":
+            return g.multiply(switch, operands[0])
+        if name == "heaviside":
+            return g.choose(switch, g.one, g.zero)
+        if name == "choice":
+            return g.choose(switch, *operands[1:])
+        a, b = operands if name == "max" else operands[::-1]
+        return g.choose(switch, a, b)
+
+
+def _with_modes(graph: Graph, function: Function, switches: tuple[Node, ...], masks: int) -> Function:
+    """``function`` with ``switches`` behind the ``masks`` first entries of p; along dp they stay as they are."""
+    resting = tuple(graph.symbol(f"d {graph.leaf[switch]}") for switch in switches)
+    inserted = {"p": switches, "dp": resting}
+    return replace(
+        function,
+        arguments=tuple(
+            replace(a, entries=(*a.entries[:masks], *inserted[a.name], *a.entries[masks:])) if a.name in inserted else a
+            for a in function.arguments
+        ),
+    )
+
+
+def _described(graph: Graph, v: Variables, mechanism: Mechanism, margins: Sequence[Node]) -> tuple[EventFunction, ...]:
+    """The name, nominal size and kind of each margin."""
+    texts = [str(expression) for expression in written(graph, margins)]
+    return tuple(
+        EventFunction(text, nominal_size(graph, v, mechanism, margin), _timed(graph, v, margin))
+        for text, margin in zip(texts, margins, strict=True)
+    )
+
+
+def nominal_size(graph: Graph, v: Variables, mechanism: Mechanism, margin: Node) -> float:
+    """What ``margin`` changes by if every variable changes by its nominal value at the start; 1 if that is 0."""
+    sizes = [mechanism.experiment.stop_time]
+    sizes += 2 * [c.nominal for c in mechanism.coordinates]
+    values = start_values(mechanism)
+    inputs = v.signals
+    sizes += [abs(values.get(str(graph.leaf[u]), 0.0)) or 1.0 for u in inputs]
+    gradient = graph.evaluate(reverse(graph, {margin: graph.one}, (v.t, *v.q, *v.qd, *inputs)), values)
+    found = sum(abs(slope) * size for slope, size in zip(gradient, sizes, strict=True))
+    return found if math.isfinite(found) and found > 0.0 else 1.0
+
+
+def _timed(graph: Graph, v: Variables, margin: Node) -> bool:
+    """Whether ``margin`` is linear in the time and contains nothing else but parameters."""
+    (slope,) = reverse(graph, {margin: graph.one}, (v.t,))
+    parameters = {*v.parameters}
+    variables = {node for node in graph.cone([margin, slope]) if node in graph.leaf and not graph.is_constant(node)}
+    return variables <= parameters | {v.t} and v.t not in graph.cone([slope])

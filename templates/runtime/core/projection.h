@@ -1,0 +1,18 @@
+/* Keeping solver steps on the constraints. */
+#ifndef PROJECTION_H
+#define PROJECTION_H
+
+#include "solver.h"
+
+/* Moves states[2n] at a time (s) in the communication step onto the constraints; *moved tells whether that changed
+   them. Returns false, with instance->failure, if that fails; so do the others. */
+bool project(Instance *instance, double time, double states[], bool *moved);
+
+/* Moves states onto the constraints, and takes their derivatives anew if that changed them. */
+bool bring_back(Instance *instance, double time, double states[], double derivatives[]);
+
+/* The same for the result of a trial step. Variational methods meet the constraints by themselves, with momenta that
+   belong to these velocities. */
+bool bring_back_result(Instance *instance, Step step);
+
+#endif

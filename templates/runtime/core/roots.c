@@ -1,0 +1,159 @@
+#include "roots.h"
+
+#include <float.h>
+#include <math.h>
+#include <string.h>
+
+enum { N = ROOT_DEGREE, DEEPEST = 48 };
+
+const double ROOT_PLACES[ROOT_NODES] = {
+    0.0, 0.095491502812526287, 0.34549150281252629, 0.65450849718747371, 0.90450849718747371, 1.0,
+};
+
+/* The last two coefficients of Chebyshev's series are this part of the greatest value at most. */
+static const double RESOLVED = 0.02;
+
+/* Newton's divided differences, expanded to powers of theta and those to Bernstein's basis. */
+void roots_fit(const double values[], double bernstein[]) {
+    double powers[ROOT_NODES] = {0.0}, divided[ROOT_NODES];
+    memcpy(divided, values, sizeof divided);
+    for (int k = 1; k <= N; k++) {
+        for (int i = N; i >= k; i--) {
+            divided[i] = (divided[i] - divided[i - 1]) / (ROOT_PLACES[i] - ROOT_PLACES[i - k]);
+        }
+    }
+    for (int k = N; k >= 0; k--) { /* powers = divided[k] + (theta - place) powers */
+        for (int i = N; i > 0; i--) {
+            powers[i] = powers[i - 1] - ROOT_PLACES[k] * powers[i];
+        }
+        powers[0] = divided[k] - ROOT_PLACES[k] * powers[0];
+    }
+    for (int j = 0; j <= N; j++) {
+        double share = 1.0; /* C(j, i) / C(N, i) */
+        bernstein[j] = 0.0;
+        for (int i = 0; i <= j; i++) {
+            bernstein[j] += share * powers[i];
+            share *= i < N ? (double)(j - i) / (N - i) : 0.0;
+        }
+    }
+    bernstein[0] = values[0];
+    bernstein[N] = values[N];
+}
+
+bool roots_resolved(const double values[]) {
+    const double pi = 3.141592653589793;
+    const double parts = N;
+    double greatest = 0.0;
+    for (int i = 0; i <= N; i++) {
+        greatest = fabs(values[i]) > greatest ? fabs(values[i]) : greatest;
+    }
+    for (int k = N - 1; k <= N; k++) {
+        double coefficient = 0.0;
+        for (int i = 0; i <= N; i++) {
+            const double end = i == 0 || i == N ? 0.5 : 1.0;
+            coefficient += end * values[i] * cos(pi * (double)(i * k) / parts);
+        }
+        if (!(2.0 * fabs(coefficient) / parts <= RESOLVED * greatest)) {
+            return false;
+        }
+    }
+    return true;
+}
+
+/* The value of a polynomial of this degree, by de Casteljau's scheme. */
+static double value_at(const double bernstein[], int degree, double theta) {
+    double work[ROOT_NODES];
+    memcpy(work, bernstein, ((size_t)degree + 1) * sizeof(double));
+    for (int k = degree; k > 0; k--) {
+        for (int i = 0; i < k; i++) {
+            work[i] += theta * (work[i + 1] - work[i]);
+        }
+    }
+    return work[0];
+}
+
+static double slope_at(const double bernstein[], int degree, double theta) {
+    double slopes[ROOT_NODES];
+    for (int k = 0; k < degree; k++) {
+        slopes[k] = degree * (bernstein[k + 1] - bernstein[k]);
+    }
+    return value_at(slopes, degree - 1, theta);
+}
+
+double roots_slope(const double bernstein[ROOT_NODES], double theta) {
+    return slope_at(bernstein, N, theta);
+}
+
+static int sign_changes(const double b[], int degree) {
+    int changes = 0;
+    for (int i = 1; i <= degree; i++) {
+        changes += (b[i - 1] > 0.0) != (b[i] > 0.0);
+    }
+    return changes;
+}
+
+/* The same polynomial on the left and on the right half of its interval, by de Casteljau's scheme. */
+static void halve(const double b[], int degree, double left[], double right[]) {
+    memcpy(right, b, ((size_t)degree + 1) * sizeof(double));
+    for (int k = 0; k <= degree; k++) {
+        left[k] = right[0];
+        for (int i = 0; i < degree - k; i++) {
+            right[i] = 0.5 * (right[i] + right[i + 1]);
+        }
+    }
+}
+
+/* The root of a polynomial that is positive at 0, not at 1, and has one root between: by bisection with Newton's steps
+   where they stay inside. */
+static double single_root(const double b[], int degree) {
+    double low = 0.0, high = 1.0, theta = 0.5;
+    for (int i = 0; i < 100 && low < theta && theta < high; i++) {
+        const double value = value_at(b, degree, theta);
+        const double next = theta - value / slope_at(b, degree, theta);
+        if (fabs(next - theta) <= DBL_EPSILON * theta) {
+            return theta;
+        }
+        if (value > 0.0) {
+            low = theta;
+        } else {
+            high = theta;
+        }
+        theta = next > low && next < high ? next : 0.5 * (low + high);
+    }
+    return high;
+}
+
+/* In the interval [start, start + width] of the whole, left halves first. Where roots lie so near together that halving
+   does not part them, they are one place of descent if the sign changes over them, and none if it does not. */
+static double first_descent(const double b[], int degree, double start, double width, int depth) {
+    double left[ROOT_NODES], right[ROOT_NODES];
+    const int changes = sign_changes(b, degree);
+    if (changes == 0 || (changes == 1 && !(b[0] > 0.0))) {
+        return NO_ROOT;
+    }
+    if (changes == 1) {
+        return start + width * single_root(b, degree);
+    }
+    if (depth == DEEPEST) {
+        return b[0] > 0.0 && !(b[degree] > 0.0) ? start + width : NO_ROOT;
+    }
+    halve(b, degree, left, right);
+    const double first = first_descent(left, degree, start, 0.5 * width, depth + 1);
+    return first <= 1.0 ? first : first_descent(right, degree, start + 0.5 * width, 0.5 * width, depth + 1);
+}
+
+double roots_first_descent(const double bernstein[ROOT_NODES], double noise) {
+    double b[ROOT_NODES];
+    int degree = N;
+    memcpy(b, bernstein, sizeof b);
+    while (fabs(b[0]) <= noise) { /* counts as 0: p = theta times a polynomial of lesser degree */
+        if (degree == 0) {
+            return NO_ROOT;
+        }
+        for (int i = 0; i < degree; i++) {
+            b[i] = fabs(b[i + 1]) <= noise ? 0.0 : b[i + 1] * degree / (i + 1);
+        }
+        degree--;
+    }
+    return b[0] < 0.0 ? 0.0 : first_descent(b, degree, 0.0, 1.0, 0);
+}

@@ -1,0 +1,11 @@
+/* How near 0 an event function is 0. */
+#ifndef EVENT_NOISE_H
+#define EVENT_NOISE_H
+
+#include "instance.h"
+
+/* What counts as 0 of the event function k: rounding beside its nominal value, and what was left of it at its last
+   event. */
+double events_noise(const Instance *instance, int k);
+
+#endif

@@ -1,0 +1,228 @@
+/* Steps that end at events, and what happens there. */
+#include <float.h>
+#include <math.h>
+#include <string.h>
+
+#include "dense_output.h"
+#include "event_noise.h"
+#include "events.h"
+#include "projection.h"
+#include "roots.h"
+#include "step_size.h"
+
+enum { MOST_CORRECTIONS = 8, MOST_EVENTS_AT_ONCE = 20 };
+
+static const double SHORTEST_PART = 1.0 / 64.0; /* of a step, in which event functions are taken for polynomials */
+
+/* Where the event functions come down in a trial step: theta of its length, NO_ROOT for those that do not; the first
+   one, and its slope there by theta. */
+typedef struct {
+    double theta[SIZE_EVENTS];
+    int first;
+    double slope;
+} Descents;
+
+/* values[k][i] of the event functions at the nodes of a part of the step in state->dense. The first node is known. */
+static bool sample(Instance *instance, double from, double width, double values[][ROOT_NODES]) {
+    const Dense *dense = &instance->state.dense;
+    double states[N_STATES], at[SIZE_EVENTS];
+    for (int i = 1; i < ROOT_NODES; i++) {
+        const double time = dense->start + (from + width * ROOT_PLACES[i]) * (dense->end - dense->start);
+        dense_states(dense, time, states);
+        if (!events_evaluate(instance, time, states, at)) {
+            return false;
+        }
+        for (int k = 0; k < N_EVENTS; k++) {
+            values[k][i] = at[k];
+        }
+    }
+    return true;
+}
+
+static bool all_resolved(double values[][ROOT_NODES]) {
+    for (int k = 0; k < N_EVENTS; k++) {
+        if (!roots_resolved(values[k])) {
+            return false;
+        }
+    }
+    return true;
+}
+
+/* Is every function clear of 0? Most steps end with this question. */
+static bool all_clear(const double bernstein[], double noise) {
+    bool clear = true;
+    for (int i = 0; i < ROOT_NODES; i++) {
+        clear = clear && bernstein[i] > noise;
+    }
+    return clear;
+}
+
+/* The descents in a part of the step, into *found. Rounding of the time counts as 0, too. */
+static void search(const Instance *instance, double from, double width, double values[][ROOT_NODES],
+                   Descents *found) {
+    const Dense *dense = &instance->state.dense;
+    const double rounding = 2.0 * DBL_EPSILON * fabs(dense->end) * dense->rate / width; /* of the time, in the part */
+    for (int k = 0; k < N_EVENTS; k++) {
+        double bernstein[ROOT_NODES];
+        roots_fit(values[k], bernstein);
+        const double noise = events_noise(instance, k) + rounding * fabs(roots_slope(bernstein, 0.0));
+        const double root = all_clear(bernstein, noise) ? NO_ROOT : roots_first_descent(bernstein, noise);
+        found->theta[k] = root <= 1.0 ? from + width * root : NO_ROOT;
+        if (root <= 1.0 && (found->first < 0 || found->theta[k] < found->theta[found->first])) {
+            found->first = k;
+            found->slope = roots_slope(bernstein, root) / width;
+        }
+    }
+}
+
+/* Goes through the step from its beginning, in parts in which the event functions are like polynomials, to the first
+   part with a descent. found->first is -1 if there is none. */
+static bool find_descents(Instance *instance, Descents *found) {
+    const State *state = &instance->state;
+    double values[SIZE_EVENTS][ROOT_NODES], start[SIZE_EVENTS];
+    double from = 0.0, width = 1.0;
+    found->first = -1;
+    if (!events_evaluate(instance, state->time, state->states, start)) {
+        return false;
+    }
+    for (int k = 0; k < N_EVENTS; k++) {
+        values[k][0] = start[k];
+    }
+    while (from < 1.0 && found->first < 0) {
+        if (!sample(instance, from, width, values)) {
+            return false;
+        }
+        if (width > SHORTEST_PART && !all_resolved(values)) {
+            width *= 0.5;
+            continue;
+        }
+        search(instance, from, width, values, found);
+        from += width;
+        for (int k = 0; k < N_EVENTS; k++) {
+            values[k][0] = values[k][ROOT_NODES - 1];
+        }
+    }
+    return true;
+}
+
+/* The event functions after the step, which is taken once more with its present length. */
+static bool repeat(Instance *instance, Step *step, double length, double values[]) {
+    State *state = &instance->state;
+    step->end = state->time + length;
+    step->length = step->end - state->time;
+    state->solver = instance->scratch.solver_before;
+    if (step->length > 0.0) {
+        return solver_step(instance, *step) && bring_back_result(instance, *step) &&
+               events_evaluate(instance, step->end, instance->scratch.new_states, values);
+    }
+    memcpy(instance->scratch.new_states, state->states, sizeof state->states);
+    memcpy(instance->scratch.new_derivatives, state->first_stage, sizeof state->first_stage);
+    return events_evaluate(instance, state->time, state->states, values);
+}
+
+/* Repeats the step until the first function is 0 at its end, by secant steps from the root on its interpolant; at the
+   beginning of the step it is where it is.
+   values[N_EVENTS]: at that end. */
+static bool polish(Instance *instance, const Descents *found, Step *step, double values[]) {
+    const double whole = step->length, rounding = DBL_EPSILON * fabs(step->end);
+    const int k = found->first;
+    double length = found->theta[k] * whole, slope = found->slope / whole;
+    double last_length = 0.0, last_value = 0.0;
+    for (int i = 0; i < MOST_CORRECTIONS; i++) {
+        if (!repeat(instance, step, length, values)) {
+            return false;
+        }
+        if (i > 0 && fabs(length - last_length) > rounding && values[k] != last_value) {
+            slope = (values[k] - last_value) / (length - last_length);
+        }
+        last_length = length;
+        last_value = values[k];
+        length = smaller(larger(length - values[k] / slope, 0.0), whole);
+        if (found->theta[k] <= 0.0 || !(fabs(length - last_length) > rounding) ||
+            fabs(last_value) <= DBL_EPSILON * EVENT_NOMINALS[k]) {
+            break;
+        }
+    }
+    return true;
+}
+
+/* Notes which events are due at the end of the step: those of functions that came down there together. */
+static void note_due(Instance *instance, const Descents *found, Step step, const double values[]) {
+    State *state = &instance->state;
+    const double rounding = 4.0 * DBL_EPSILON * fabs(step.end) * fabs(found->slope);
+    for (int k = 0; k < N_EVENTS; k++) {
+        const double noise = events_noise(instance, k);
+        const bool came_down = found->theta[k] <= 1.0 && values[k] <= noise;
+        state->due[k] = came_down || values[k] < -noise || (k == found->first && values[k] <= noise + rounding);
+        state->event_rests[k] = state->due[k] ? 4.0 * fabs(values[k]) : state->event_rests[k];
+        state->event_pending = state->event_pending || state->due[k];
+    }
+}
+
+bool events_end_step(Instance *instance, Step *step) {
+    Descents found;
+    double values[SIZE_EVENTS];
+    instance->state.event_pending = 0;
+    if (!dense_begin(instance, *step) || !find_descents(instance, &found)) {
+        return false;
+    }
+    if (found.first >= 0) {
+        const double whole = step->length;
+        if (!polish(instance, &found, step, values)) {
+            return false;
+        }
+        found.slope /= whole;
+        note_due(instance, &found, *step, values);
+    }
+    return true;
+}
+
+/* Counts events at one time; there are too many if modes do not settle. */
+static bool count_event(Instance *instance) {
+    State *state = &instance->state;
+    const bool same = fabs(state->time - state->event_time) <= 4.0 * DBL_EPSILON * fabs(state->time);
+    state->events_there = same ? state->events_there + 1 : 1;
+    state->event_time = state->time;
+    if (state->events_there <= MOST_EVENTS_AT_ONCE + 2 * N_EVENTS) {
+        return true;
+    }
+    instance->failure.kind = FAILURE_CHATTERING;
+    instance->failure.time = state->time;
+    for (int k = N_EVENTS - 1; k >= 0; k--) {
+        instance->failure.event = state->due[k] ? k : instance->failure.event;
+    }
+    return false;
+}
+
+/* What the solver knows belongs to the equations before the event. */
+static void start_anew(Instance *instance) {
+    instance->state.first_stage_valid = 0;
+    solver_forget(&instance->state.solver, false);
+}
+
+bool events_pass(Instance *instance) {
+    State *state = &instance->state;
+    bool due[SIZE_EVENTS];
+    bool jumped;
+    for (int k = 0; k < N_EVENTS; k++) {
+        due[k] = state->due[k] != 0;
+    }
+    state->event_pending = 0;
+    if (!count_event(instance) || !events_settle(instance, due, &jumped)) {
+        return false;
+    }
+    start_anew(instance);
+    return true;
+}
+
+bool events_begin(Instance *instance) {
+    const bool settled = instance->state.modes_settled != 0;
+    bool jumped;
+    if (!events_refresh(instance, &jumped)) {
+        return false;
+    }
+    if (!settled) {
+        start_anew(instance);
+    }
+    return true;
+}

@@ -1,0 +1,196 @@
+/* Switches: the kinks of the equations of motion. A switch is +1 or -1, the sign of its margin; within a mode it keeps
+   that value, so that the equations are smooth. */
+#include <float.h>
+#include <math.h>
+#include <stdio.h>
+#include <string.h>
+
+#include "contacts.h"
+#include "equations.h"
+#include "event_noise.h"
+#include "events.h"
+#include "inputs.h"
+#include "settings.h"
+
+enum { N = N_COORDINATES, SIZE_SWITCHES = N_SWITCHES > 0 ? N_SWITCHES : 1, MOST_ROUNDS = 100 };
+
+static const double ROUNDING = 64.0 * DBL_EPSILON; /* of an event function, relative to its nominal value */
+static const double HYSTERESIS = 1e-9;             /* of an event indicator, likewise */
+static const double GLANCE = 1e-6;                 /* of the experiment: a look at where the motion goes */
+
+/* The switches stand in the parameters. */
+static double *switches_of(Instance *instance) {
+    return instance->state.parameters + N_MASKS;
+}
+
+static bool evaluate_margins(Instance *instance, double time, const double states[], double margins[]) {
+    mechanism_switches(time, states, inputs_at(instance, time), instance->state.parameters, margins);
+    for (int k = 0; k < N_SWITCHES; k++) {
+        if (!isfinite(margins[k])) {
+            instance->failure.kind = FAILURE_EVENT_VALUE;
+            instance->failure.time = time;
+            instance->failure.event = k;
+            return false;
+        }
+    }
+    return true;
+}
+
+bool events_evaluate(Instance *instance, double time, const double states[], double values[]) {
+    double margins[SIZE_SWITCHES];
+    if (!evaluate_margins(instance, time, states, margins)) {
+        return false;
+    }
+    for (int k = 0; k < N_SWITCHES; k++) {
+        values[k] = switches_of(instance)[k] * margins[k];
+    }
+    return contacts_evaluate(instance, time, states, values + N_SWITCHES);
+}
+
+double events_noise(const Instance *instance, int k) {
+    return ROUNDING * EVENT_NOMINALS[k] + instance->state.event_rests[k];
+}
+
+/* Values that follow from the modes are outdated. */
+static void forget(Instance *instance) {
+    instance->cache.least_pivots_valid = false;
+    instance_forget_motion(instance);
+}
+
+static void turn(Instance *instance, int k) {
+    switches_of(instance)[k] *= -1.0;
+    forget(instance);
+}
+
+/* margins[N_SWITCHES] a little later under the present modes, as the accelerations at the present point say. */
+static bool glance_ahead(Instance *instance, double margins[]) {
+    const State *state = &instance->state;
+    const double h = GLANCE * experiment_duration(state);
+    double derivatives[N_STATES], states[N_STATES];
+    if (!equations_derivative(instance, state->time, state->states, derivatives)) {
+        return false;
+    }
+    for (int i = 0; i < N; i++) {
+        states[i] = state->states[i] + h * (state->states[N + i] + 0.5 * h * derivatives[N + i]);
+        states[N + i] = state->states[N + i] + h * derivatives[N + i];
+    }
+    return evaluate_margins(instance, state->time + h, states, margins);
+}
+
+/* A switch whose margin is 0: takes the side that the motion goes to, if it goes there on that side. */
+static bool choose_side(Instance *instance, int k) {
+    const double noise = events_noise(instance, k);
+    double later[SIZE_SWITCHES];
+    for (int attempt = 0; attempt < 2; attempt++) {
+        if (!glance_ahead(instance, later)) {
+            return false;
+        }
+        if (switches_of(instance)[k] * later[k] > noise) {
+            return true;
+        }
+        turn(instance, k);
+    }
+    return true; /* on neither, or it stays at 0: the side is what it was */
+}
+
+/* Turns the switches that are due, and those whose margins say so; at 0 the motion decides. *turned: any of them. */
+static bool settle_switches(Instance *instance, const bool due[], bool *turned) {
+    const State *state = &instance->state;
+    double margins[SIZE_SWITCHES], before[SIZE_SWITCHES];
+    memcpy(before, switches_of(instance), N_SWITCHES * sizeof(double));
+    for (int k = 0; k < N_SWITCHES; k++) {
+        if (!evaluate_margins(instance, state->time, state->states, margins)) {
+            return false;
+        }
+        const double value = switches_of(instance)[k] * margins[k];
+        const bool at_zero = fabs(value) <= events_noise(instance, k);
+        if (due != NULL && due[k]) {
+            turn(instance, k);
+        } else if (at_zero && !choose_side(instance, k)) {
+            return false;
+        } else if (!at_zero && value < 0.0) {
+            turn(instance, k);
+        }
+    }
+    *turned = memcmp(before, switches_of(instance), N_SWITCHES * sizeof(double)) != 0;
+    return true;
+}
+
+bool events_settle(Instance *instance, const bool due[], bool *jumped) {
+    static const bool NONE[SIZE_EVENTS];
+    bool turned = true;
+    *jumped = false;
+    for (int round = 0; round < MOST_ROUNDS && turned; round++) {
+        const bool *now = round == 0 ? due : NONE;
+        bool moved = false;
+        if (!settle_switches(instance, now, &turned) ||
+            !contacts_settle(instance, now != NULL ? now + N_SWITCHES : NULL, &moved)) {
+            return false;
+        }
+        *jumped = *jumped || moved;
+        turned = turned || moved;
+    }
+    instance->state.modes_settled = 1;
+    return true;
+}
+
+bool events_refresh(Instance *instance, bool *jumped) {
+    State *state = &instance->state;
+    double values[SIZE_EVENTS];
+    bool due[SIZE_EVENTS];
+    *jumped = false;
+    if (state->modes_settled || state->phase == PHASE_SETTING_UP) {
+        return true;
+    }
+    if (state->phase == PHASE_SOLVING_START) {
+        return events_settle(instance, NULL, jumped);
+    }
+    if (!events_evaluate(instance, state->time, state->states, values)) {
+        return false;
+    }
+    for (int k = 0; k < N_EVENTS; k++) {
+        due[k] = values[k] < -events_noise(instance, k);
+    }
+    return events_settle(instance, due, jumped);
+}
+
+bool events_indicate(Instance *instance, double indicators[]) {
+    const State *state = &instance->state;
+    if (!events_evaluate(instance, state->time, state->states, indicators)) {
+        return false;
+    }
+    for (int k = 0; k < N_EVENTS; k++) {
+        indicators[k] += HYSTERESIS * EVENT_NOMINALS[k] + 2.0 * state->event_rests[k];
+    }
+    return true;
+}
+
+/* Of the switches that are linear in the time and contain nothing else that moves. */
+double events_next_time(Instance *instance) {
+    const State *state = &instance->state;
+    const double t = state->time;
+    double margins[SIZE_SWITCHES], later[SIZE_SWITCHES], next = HUGE_VAL;
+    if (!evaluate_margins(instance, t, state->states, margins) ||
+        !evaluate_margins(instance, t + 1.0, state->states, later)) {
+        return HUGE_VAL;
+    }
+    for (int k = 0; k < N_SWITCHES; k++) {
+        const double slope = later[k] - margins[k];
+        const double root = t - margins[k] / slope;
+        const bool falls = switches_of(instance)[k] * slope < 0.0;
+        next = TIMED_SWITCHES[k] && falls && root > t && root < next ? root : next;
+    }
+    return next;
+}
+
+void events_sentence(const Failure *failure, char text[], size_t size) {
+    const char *name = EVENT_NAMES[failure->event];
+    if (failure->kind == FAILURE_EVENT_VALUE) {
+        snprintf(text, size, "at time %.17g the expression %.400s, at whose sign the equations of motion change, has no "
+                 "finite value; the motion has left the range where it is defined", failure->time, name);
+    } else {
+        snprintf(text, size, "at time %.17g the motion is pushed back to where %.400s is 0 from both sides, so that the "
+                 "forces there have no value; describe dry friction in [frictions], or take a function that rises "
+                 "within a small width, as tanh(s/width) for sign(s)", failure->time, name);
+    }
+}

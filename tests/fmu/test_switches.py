@@ -1,0 +1,220 @@
+"""Kinks of forces are switches that turn at located events: exact pulses and steps, at every communication step."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+import pytest
+from stepping import Stepping, bits
+from sympy import Abs, Heaviside, Max, cos, sign, sin
+
+from lag2fmu import simulate
+from lag2fmu.codegen import METHODS
+from lag2fmu.dynamics import derive, lower
+from lag2fmu.errors import ExportError, SimulationError
+from lag2fmu.fmu.exporting import export
+from lag2fmu.language.expressions import TIME, parse
+from lag2fmu.language.vocabulary import Smooth
+from lag2fmu.mechanism import Energy, Experiment, Mechanism, coordinate, parameter, signal
+
+pytestmark = pytest.mark.fmu
+
+G, HEIGHT, OVER = 9.81, 1.0, 1e-6
+PULSES = ((5.0, 5.1), (5.2, 5.203), (5.2035, 7.0), (9.0, 9.0001))
+BARRIER = 0.05
+
+
+def course() -> Mechanism:
+    """Pulses in time on x; a barrier that y passes; z that rises above a height by OVER, and pushes w while it is."""
+    x, y = coordinate("x"), coordinate("y", velocity=3.0)
+    z, w = coordinate("z", velocity=math.sqrt(2 * G * (HEIGHT + OVER))), coordinate("w")
+    within = parse(f"if(y - 1 > 0 and y - {1 + BARRIER} < 0, 1, 0)")
+    return Mechanism(
+        "course",
+        coordinates=[x, y, z, w],
+        energy=Energy(kinetic=(x.dot**2 + y.dot**2 + z.dot**2 + w.dot**2) / 2, potential=G * z),
+        forces={
+            x: sum(Heaviside(TIME - a) - Heaviside(TIME - b) for a, b in PULSES),
+            y: -2 * within.subs(dict.fromkeys(within.free_symbols, y)),
+            w: Heaviside(z - HEIGHT),
+        },
+        experiment=Experiment(stop_time=10.0, step=0.01),
+    )
+
+
+COURSE = course()
+
+
+@pytest.mark.parametrize("step", [10.0, 0.2, 0.02, 0.002])
+def test_no_pulse_barrier_or_graze_is_missed(exported, step: float) -> None:
+    """About 1.5 s for the export, 0.1 s a run. Each closed form holds to rounding of the times of events."""
+    last = simulate(exported(COURSE).path, step=step).values[-1]
+    run = simulate(exported(COURSE).path, step=step)
+    assert run["x_dot"][-1] == pytest.approx(sum(b - a for a, b in PULSES), abs=1e-12)
+    assert run["y_dot"][-1] == pytest.approx(math.sqrt(9.0 - 4 * BARRIER), abs=1e-12)
+    assert run["w_dot"][-1] == pytest.approx(2 * math.sqrt(2 * OVER / G), rel=1e-9)
+    assert last.tolist() == run.values[-1].tolist()
+
+
+def test_model_exchange_meets_them_too(exported) -> None:
+    run = simulate(exported(COURSE).path, step=0.02, tolerance=1e-9, kind="model-exchange")
+    assert run["x_dot"][-1] == pytest.approx(sum(b - a for a, b in PULSES), abs=1e-9)
+    assert run["y_dot"][-1] == pytest.approx(math.sqrt(9.0 - 4 * BARRIER), abs=1e-7)
+
+
+def vee(speed: float = 0.0) -> Mechanism:
+    """Potential |x|: parabolas, joined where the force turns."""
+    x = coordinate("x", start=1.0, velocity=speed)
+    energy = Energy(kinetic=x.dot**2 / 2, potential=Abs(x))
+    return Mechanism("vee", coordinates=[x], energy=energy, experiment=Experiment(stop_time=20.0, step=0.04))
+
+
+VEE = vee()
+
+
+def vee_at(t: float) -> float:
+    quarter = math.sqrt(2)
+    phase = t % (4 * quarter)
+    if phase <= quarter:
+        return 1 - phase**2 / 2
+    return -1 + (phase - 2 * quarter) ** 2 / 2 if phase <= 3 * quarter else 1 - (phase - 4 * quarter) ** 2 / 2
+
+
+@pytest.mark.parametrize("solver", METHODS)
+def test_every_solver_turns_the_force_where_it_turns(exported, solver: str) -> None:
+    """About 1 s a solver, nearly all of it for the export."""
+    for step in (0.4, 0.04, 0.004):
+        run = simulate(exported(VEE, solver=solver).path, step=step)
+        assert max(abs(x - vee_at(t)) for t, x in zip(run.time, run["x"], strict=True)) < 1e-9
+
+
+def test_model_exchange_by_cvode(exported) -> None:
+    run = simulate(exported(VEE).path, step=0.04, tolerance=1e-9, kind="model-exchange")
+    assert max(abs(x - vee_at(t)) for t, x in zip(run.time, run["x"], strict=True)) < 1e-6
+
+
+def test_a_run_rolled_back_over_a_switch_repeats_bit_for_bit(exported) -> None:
+    """Roll-back from before and from within the solver step that ends with the event, and from behind it."""
+    for step in (0.1, 0.0313):
+        with Stepping(exported(VEE).path) as vee:
+            vee.start(stop_time=20.0)
+            for _ in range(40):
+                assert vee.repeats(3, step)
+
+
+def test_events_at_communication_points(exported) -> None:
+    """The force turns at sqrt(2): the point is there, one rounding before and one behind; the motion is the same."""
+    found = []
+    for points in ([math.sqrt(2)], [math.nextafter(math.sqrt(2), 0)], [math.nextafter(math.sqrt(2), 2)], []):
+        with Stepping(exported(VEE).path) as vee:
+            vee.start(stop_time=20.0)
+            for point in (*points, 2.0, 5.0):
+                states = vee.step(point - vee.time)
+            assert states[0] == pytest.approx(vee_at(5.0), abs=1e-13)
+            found.append(bits(states))
+    assert len({*found[:1], *found[3:]}) == 1
+
+
+def test_derivatives_are_those_of_the_present_mode(exported) -> None:
+    x = coordinate("x", start=1.0)
+    k = parameter("k", 2.0)
+    energy = Energy(kinetic=x.dot**2 / 2, potential=k * Max(0, x) ** 2 / 2)
+    mechanism = Mechanism("one_sided", coordinates=[x], parameters=[k], energy=energy)
+    with Stepping(exported(mechanism).path) as fmu:
+        fmu.start()
+        for value, slope, by_k in ((0.5, -2.0, -0.5), (-0.5, 0.0, 0.0), (0.25, -2.0, -0.25)):
+            fmu.set({"x": value})
+            assert fmu.derivative(["x_ddot"], {"x": 1.0}) == [slope]
+            assert fmu.derivative(["x_ddot"], {"k": 1.0}) == [by_k]
+            assert fmu.get(["x_ddot"]) == [slope * value]
+
+
+def bumper() -> Mechanism:
+    """A pendulum that meets a spring, drag that turns with the velocity, and a gate that an input opens."""
+    a, b = coordinate("a", start=1.0), coordinate("b", start=0.2)
+    gate = signal("gate", start=0.0)
+    return Mechanism(
+        "bumper",
+        coordinates=[a, b],
+        inputs=[gate],
+        energy=Energy(
+            kinetic=a.dot**2 / 2 + b.dot**2 / 2 + cos(a - b) * a.dot * b.dot / 4,
+            potential=-9.81 * cos(a) - 4 * cos(b) + 200 * Max(0, a - 0.3) ** 2 / 2,
+        ),
+        forces={a: -0.1 * sign(a.dot) * a.dot**2, b: -0.2 * Abs(b.dot) * b.dot + Heaviside(gate - sin(a))},
+        experiment=Experiment(stop_time=5.0, step=0.01),
+    )
+
+
+BUMPER = bumper()
+
+
+@pytest.mark.parametrize("solver", ["dopri5", "radau5"])
+def test_the_result_does_not_depend_on_the_communication_step(exported, solver: str) -> None:
+    ends = [simulate(exported(BUMPER, solver=solver).path, step=5.0 / n, tolerance=1e-10) for n in (50, 500, 5000)]
+    for end in ends[1:]:
+        assert np.abs(end.values[-1] - ends[0].values[-1]).max() < 3e-8
+
+
+def test_a_switch_follows_an_input_at_once(exported) -> None:
+    """Before the step, so that values that are read at the communication point belong to the new input."""
+    with Stepping(exported(BUMPER).path) as fmu:
+        fmu.start({"a": 0.0, "b": 0.0})
+        before = fmu.get(["b_ddot"])[0]
+        fmu.step(0.01)
+        fmu.set({"gate": 1.0, "a": 0.0, "b": 0.0, "a_dot": 0.0, "b_dot": 0.0})
+        assert fmu.get(["b_ddot"])[0] != before
+        assert fmu.repeats(5, 0.01)
+
+
+def test_friction_by_sign_is_named_with_its_remedy(exported) -> None:
+    x = coordinate("x", velocity=1.0)
+    mechanism = Mechanism("rubbed", coordinates=[x], energy=Energy(kinetic=x.dot**2 / 2), forces={x: -sign(x.dot)})
+    with pytest.raises(SimulationError, match=r"at time 1 .* x_dot is 0 from both sides.*\[frictions\]"):
+        simulate(exported(mechanism).path, step=0.1)
+
+
+def test_event_mode_turns_switches(exported) -> None:
+    """Relations are frozen in continuous-time mode; no indicator is 0 after an event; times of events are told."""
+    with Stepping(exported(COURSE).path, "ModelExchange") as fmu:
+        count = fmu.description.numberOfEventIndicators
+        assert count == 2 * len(PULSES) + 3
+        fmu.start(stop_time=10.0)
+        *_, defined, following = fmu.unit.newDiscreteStates() if False else (None, *_event(fmu))
+        assert (defined, following) == (True, PULSES[0][0])
+        indicators = fmu.unit.getEventIndicators
+        del indicators
+        fmu.unit.setTime(5.05)
+        assert fmu.get(["x_ddot"]) == [0.0]
+        defined, following = _event(fmu)
+        assert fmu.get(["x_ddot"]) == [1.0]
+        assert (defined, following) == (True, pytest.approx(PULSES[0][1], abs=1e-15))
+
+
+def _event(fmu: Stepping) -> tuple[bool, float]:
+    """Go through event mode; whether there is a next event, and when."""
+    fmu.unit.enterEventMode()
+    _, _, _, _, defined, following = fmu.unit.newDiscreteStates()
+    fmu.unit.enterContinuousTimeMode()
+    return bool(defined), following
+
+
+def test_what_is_smooth_or_moves_nothing_is_no_switch() -> None:
+    x, p = coordinate("x", start=1.0), parameter("p", 1.0)
+    energy = Energy(kinetic=x.dot**2 / 2, potential=Smooth(Abs(x)) * Abs(p) + Max(0, p) * x)
+    program = lower(derive(Mechanism("plain", coordinates=[x], parameters=[p], energy=energy)))
+    assert not program.hybrid
+    assert all(f.name != "mechanism_switches" for f in program.functions)
+
+
+def test_opposite_margins_share_a_switch() -> None:
+    x = coordinate("x", start=1.0)
+    potential = Abs(x - 1) + Max(0, 1 - x) ** 3 + Heaviside(1 - x) * (x - 1) ** 4
+    program = lower(derive(Mechanism("shared", coordinates=[x], energy=Energy(x.dot**2 / 2, potential))))
+    assert [event.name for event in program.event_functions] in (["x - 1"], ["1 - x"])
+
+
+def test_the_python_backend_refuses(tmp_path) -> None:
+    with pytest.raises(ExportError, match=r"does not locate events.* signs of x; use --backend c"):
+        export(VEE, tmp_path / "vee.fmu", backend="python")
