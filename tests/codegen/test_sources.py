@@ -116,7 +116,7 @@ FREE = {
 CONSTRAINED = {
     *("further_none.c", "tables_none.c"),
     *("constrained_accelerations.c", "constrained_system.c", "constraint_factorization.c", "constraint_projection.c"),
-    "events_none.c",
+    *("contacts_none.c", "events_none.c"),
     *("constraint_residuals.c", "constraint_start.c", "multiplier_rates.c"),
 }
 STEPS = "step_failure.c"
