@@ -51,7 +51,10 @@ class Conserved:
 
 
 def lagrangian(equations: EquationsOfMotion) -> Node:
-    """L = sum qd p - h (J) as a node; it joins the graph of ``equations``, which stand apart."""
+    """L = sum qd p - h (J) as a node; it joins the graph of ``equations``, which stand apart.
+
+    Source: Goldstein, Classical Mechanics, section 2.7 (h).
+    """
     g = equations.graph
     return g.subtract(g.dot(equations.variables.qd, equations.momenta), equations.energies["generalized_energy"])
 
@@ -59,7 +62,8 @@ def lagrangian(equations: EquationsOfMotion) -> Node:
 def momentum_rates(equations: EquationsOfMotion) -> list[Node]:
     """dL/dq + N + G^T multiplier, (n,) nodes: what the rates of the momenta are along the motion.
 
-    The nodes join the graph of ``equations``, which stand apart.
+    The nodes join the graph of ``equations``, which stand apart. In J by the unit of q. Source: Goldstein,
+    Classical Mechanics, section 2.4 (multipliers).
     """
     g, v = equations.graph, equations.variables
     rates = forward(g, equations.momenta, v.direction(g, accelerating=True))
@@ -69,7 +73,8 @@ def momentum_rates(equations: EquationsOfMotion) -> list[Node]:
 def energy_rate(equations: EquationsOfMotion) -> Node:
     """N.qd - dL/dt - multiplier.b in W: what the rate of h is along the motion.
 
-    The node joins the graph of ``equations``, which stand apart.
+    The node joins the graph of ``equations``, which stand apart. Source: Goldstein, Classical Mechanics, section
+    2.7 (the energy function).
     """
     g, v, c = equations.graph, equations.variables, equations.constraints
     (rate,) = forward(g, [equations.energies["generalized_energy"]], v.direction(g, accelerating=True))

@@ -29,7 +29,7 @@ def linearize(model: Model, **about: Any) -> Linearization:
 def equilibria(model: Model, **options: Any) -> tuple[Equilibrium, ...]:
     """The equilibria of ``model`` that are found from its start and around it, the one found from the start first.
 
-    See ``lag2fmu.analysis.equilibria``.
+    See ``lag2fmu.analysis.equilibria``. Raises LoadError or DerivationError for a ``model`` that has no equations.
     """
     return equilibria_of(_equations(model), **options)
 
@@ -37,7 +37,8 @@ def equilibria(model: Model, **options: Any) -> tuple[Equilibrium, ...]:
 def modes(model: Model, **about: Any) -> tuple[Mode, ...]:
     """The normal modes of ``model`` about the equilibrium found from its start, or about q= (n,) in SI units.
 
-    Where there is no equilibrium, about the start. See ``lag2fmu.analysis.normal_modes``.
+    Where there is no equilibrium, about the start. See ``lag2fmu.analysis.normal_modes``. Raises LoadError or
+    DerivationError for a ``model`` that has no equations.
     """
     equations = _equations(model)
     if not about:

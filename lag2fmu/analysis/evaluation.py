@@ -34,7 +34,7 @@ def attempted(find: Callable[[], Found], otherwise: Otherwise) -> Found | Otherw
 
 
 def at(equations: EquationsOfMotion, values: Values, q: Floats, qd: Floats) -> dict[str, float | Floats]:
-    """``values`` with q and qd, (n,) or (n, *batch), put in."""
+    """``values`` with q and qd, (n,) or (n, *batch), put in. In SI units."""
     coordinates = [c.name for c in equations.mechanism.coordinates]
     moved = dict(zip(coordinates, q, strict=True))
     return {**values, **moved, **dict(zip(map(names.velocity, coordinates), qd, strict=True))}

@@ -57,13 +57,17 @@ class Section:
 
 
 def analysis_report(mechanism: Mechanism, style: str = "text") -> str:
-    """The whole analysis of ``mechanism`` as plain text or as LaTeX (``style`` 'text' or 'latex')."""
+    """The whole analysis of ``mechanism`` as plain text or as LaTeX (``style`` 'text' or 'latex').
+
+    Raises DerivationError where there are no equations.
+    """
     sections = analysis_sections(derive(mechanism))
     if style == "latex":
         return "".join(f"\\paragraph{{{s.title}}}\n" + "".join(f"{x.latex}\n" for x in s.lines) for s in sections)
     return "".join(f"\n{s.title}\n" + "".join(f"      {x}\n" for x in s.lines) for s in sections)
 
 
+@np.errstate(all="ignore")  # what is not finite is looked for, and left out
 def analysis_sections(equations: EquationsOfMotion, closed_forms: bool = True) -> tuple[Section, ...]:
     """Conserved quantities, equilibria with their modes, and with ``closed_forms`` H, the Routhian, A, B, C, D."""
     found = attempted(lambda: equilibria(equations), ())

@@ -23,7 +23,10 @@ from lag2fmu.fmu.pack import DESCRIPTION
 
 
 def main(folder: Path, journal: Path, libraries: dict[str, Path], labels: list[str]) -> None:
-    """Do the trials ``labels``, each 'KIND: name', and write the journal."""
+    """Do the trials ``labels``, each 'KIND: name', and write the journal.
+
+    Raises LoadError where the FMU cannot be read.
+    """
     bounded()
     description = read_description((folder / DESCRIPTION).read_bytes())
     with journal.open("a", encoding="utf-8") as stream:

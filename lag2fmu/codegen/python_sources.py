@@ -72,6 +72,7 @@ def render_mechanism(
         "nominal": [repr(x) for x in tables.nominal_states[:n]],
         "default_step": repr(tables.default_solver_step),
         "default_duration": repr(tables.default_duration),
+        "first_motion": len(tables.start_inputs) - 3 * len(tables.motions),
     }
     return render("python/mechanism.py.jinja", context)
 

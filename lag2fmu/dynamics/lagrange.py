@@ -113,7 +113,7 @@ def _check(equations: EquationsOfMotion, distances: Mapping[str, Node]) -> None:
         at_start = matrix(g, equations.mass_matrix, states[0], len(forcing))
     check_start(mechanism, g, at_start, forcing, distances)
     check_positive(mechanism, at_start)
-    check_rank(mechanism, masses[1:])
+    check_rank(mechanism, masses[1:], equations.solution is not None)
     check_agreement(mechanism, g, masses[1:], states[1:], forcing, equations.solution)
 
 

@@ -39,7 +39,10 @@ class Tangent:
 
 
 def differentiate(equations: EquationsOfMotion, sliding: tuple[Node, ...] = ()) -> Tangent:
-    """Derive the tangent program of ``equations`` on their graph, and of the forces ``sliding``; see the module."""
+    """Derive the tangent program of ``equations`` on their graph, and of the forces ``sliding``; see the module.
+
+    Source: A. Griewank, A. Walther, Evaluating Derivatives, SIAM 2008, section 3.1 (propagation of tangents).
+    """
     g, v = equations.graph, equations.variables
 
     def seeds(nodes: tuple[Node, ...]) -> tuple[Node, ...]:

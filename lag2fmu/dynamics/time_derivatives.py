@@ -35,8 +35,9 @@ class SecondDerivatives:
 def differentiate_twice(equations: EquationsOfMotion, outputs: Collection[str]) -> SecondDerivatives:
     """The second total time derivatives of the residual and of the locals named in ``outputs``.
 
-    Each input moves with a rate of its own, a motion y0 and its y0_dot too, for an importer gives each of them its own
-    polynomial. The result has (n + m,) nodes for the residual and one for each local.
+    Each input moves with a rate of its own, a motion y0 and its y0_dot too, for an importer gives each of them its
+    own polynomial. The result has (n + m,) nodes for the residual and one for each local. Source: A. Griewank, A.
+    Walther, Evaluating Derivatives, SIAM 2008, chapter 13 (Taylor coefficients).
     """
     g, v = equations.graph, equations.variables
 

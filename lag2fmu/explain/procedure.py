@@ -44,7 +44,8 @@ Formula = tuple[str, sp.Expr]
 def procedure(mechanism: Mechanism, style: str = "text", *, full: bool = False) -> str:
     """The twelve steps for ``mechanism`` as plain text or as LaTeX (``style`` 'text' or 'latex').
 
-    Long formulas of text are shortened unless they are asked for in ``full``.
+    Long formulas of text are shortened unless they are asked for in ``full``. Raises DerivationError where the
+    equations cannot be derived.
     """
     notation = TEXT if style == "text" else LATEX
     equations = derive(mechanism)

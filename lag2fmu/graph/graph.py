@@ -45,8 +45,9 @@ _MAX_BITS = 512  # exact constants longer than this are rounded to double precis
 class Graph(Nodes):
     """The nodes, and how new ones are made.
 
-    An operation first asks whether there is a node of its operands, and if it is derived whether there is one of its
-    value, or of the opposite one, that holds no other groups of variables; rewrites are for what is new.
+    An operation first asks whether there is a node of its operands, and if it is derived whether there is one of
+    its value, or of the opposite one, that holds no other groups of variables; rewrites are for what is new. Raises
+    DerivationError where constants, taken together, go beyond the range of doubles.
     """
 
     def __init__(self) -> None:
@@ -134,7 +135,10 @@ class Graph(Nodes):
         return self._new(NEGATE, (a,), -self.marks[a] % PRIME) if node is None else node
 
     def constant(self, value: Number | int) -> Node:
-        """The node of a number; fractions stay exact up to a length of 512 bits."""
+        """The node of a number; fractions stay exact up to a length of 512 bits.
+
+        Raises DerivationError beyond the range of doubles.
+        """
         node = self._leaves.get(value)
         if node is None:
             exact: Number = _rounded(value) if isinstance(value, float) else Fraction(value)

@@ -59,7 +59,10 @@ def written(graph: Graph, nodes: Sequence[Node]) -> list[sp.Expr]:
 
 
 def tidy(expression: sp.Expr) -> sp.Expr:
-    """``expression`` multiplied out, with sin a sin b + cos a cos b and the like taken together."""
+    """``expression`` multiplied out, with sin a sin b + cos a cos b and the like taken together.
+
+    Source: Abramowitz, Stegun, formulas 4.3.16 and 4.3.17.
+    """
     terms = dict(sp.expand(expression).as_coefficients_dict())
     while (pair := _addition_theorem(terms)) is not None:
         one, other, result = pair

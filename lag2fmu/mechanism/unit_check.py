@@ -70,7 +70,8 @@ def _columns(m: Description) -> dict[str, tuple[Dimension | None, ...]]:
 def mismatches(m: Description) -> Iterator[str]:
     """One sentence for every expression whose known dimension is not the expected one.
 
-    A plain number stands for a value in SI and fits everywhere; beside a quantity in a sum it does not.
+    A plain number stands for a value in SI and fits everywhere; beside a quantity in a sum it does not. Raises
+    MechanismError for definitions in a circle.
     """
     known, tables = _known_dimensions(m), _columns(m)
     infer = DimensionOf(known, tables)

@@ -25,6 +25,7 @@ from numpy.typing import ArrayLike
 
 from lag2fmu.errors import DerivationError, SimulationError
 from lag2fmu.mechanism.record import Mechanism
+from lag2fmu.reference.composition import Composition
 from lag2fmu.reference.energies import EnergyFunctions
 from lag2fmu.reference.functions import BLOCK, STEP, Array
 from lag2fmu.reference.state import Floats, InputValues, State, batch_first, batch_last
@@ -41,8 +42,13 @@ class Equations:
     Raises LoadError for unknown or unusable parameters, DerivationError if L is not quadratic in the velocities.
     """
 
-    def __init__(self, mechanism: Mechanism, parameters: Mapping[str, float] | None = None) -> None:
-        self.energies = EnergyFunctions(mechanism, parameters)
+    def __init__(
+        self,
+        mechanism: Mechanism,
+        parameters: Mapping[str, float] | None = None,
+        composition: Composition | None = None,
+    ) -> None:
+        self.energies = EnergyFunctions(mechanism, parameters, composition)
         self.mechanism, self.n = mechanism, self.energies.n
         self._motions = len(mechanism.motions)
         self._parts = self.energies.velocity_part()
@@ -67,7 +73,7 @@ class Equations:
     # -------------------------------------------------------------------------------------------- what users ask for
 
     def accelerations(self, t: ArrayLike, q: ArrayLike, qd: ArrayLike, inputs: InputValues | None = None) -> Floats:
-        """qdd (n,) or (m, n). Raises SimulationError where M is singular or a value is not finite."""
+        """qdd (n,) or (m, n), in SI units. Raises SimulationError where M is singular or a value is not finite."""
         state = self.energies.state(t, q, qd, inputs)
         qdd, _, _ = self.rates(state)
         if not np.isfinite(qdd).all():
@@ -81,7 +87,7 @@ class Equations:
         return batch_first(self.rates(self.energies.state(t, q, qd, inputs))[1], 1)
 
     def residuals(self, t: ArrayLike, q: ArrayLike, qd: ArrayLike, inputs: InputValues | None = None) -> Floats:
-        """What the constraints say is zero: phi, or A qd + b, (m,) or (batch, m)."""
+        """What the constraints say is zero: phi, or A qd + b, (m,) or (batch, m), in SI units."""
         return batch_first(self.energies.constraints(self.energies.state(t, q, qd, inputs))[0], 1)
 
     def kinetic_energy(self, t: ArrayLike, q: ArrayLike, qd: ArrayLike, inputs: InputValues | None = None) -> Floats:

@@ -53,7 +53,7 @@ def absolute(z: Any) -> Any:
 
 
 def atan2(y: Any, x: Any) -> Any:
-    """The angle of (x, y), in rad within [-pi, pi]."""
+    """The angle of (x, y), in rad within [-pi, pi]; any shape."""
     a, b = np.real(y), np.real(x)
     angle = np.arctan2(a, b)
     if not (np.iscomplexobj(y) or np.iscomplexobj(x)):

@@ -44,7 +44,7 @@ class InitialValueProblem:
         self.share = 0.0  # what was done before the run that is going on, which is half of all
 
     def state(self, t: float, z: Floats) -> State:
-        """The state at z (copies, 2 n + 1)."""
+        """The state at the time t (s) and z (copies, 2 n + 1)."""
         return self.equations.energies.state(t, z[:, : self.n], z[:, self.n : 2 * self.n], self._inputs(t))
 
     def _inputs(self, t: float) -> Mapping[str, float]:
@@ -85,8 +85,9 @@ class InitialValueProblem:
     def solve(self, method: str, rtol: float, start: Floats, pieces: int) -> tuple[Floats, int]:
         """z at the times, (m, copies, 2 n + 1), from ``start`` (copies, 2 n + 1), and the evaluations it took.
 
-        No step is longer than 1 / ``pieces`` of the way to the next break of the inputs, or of LONGEST_PART of the
-        whole: what lasts for a short time only is not stepped over.
+        No step is longer than 1 / ``pieces`` of the way to the next break of the inputs, or of LONGEST_PART of
+        the whole: what lasts for a short time only is not stepped over. Raises SimulationError with the time
+        reached.
         """
         weights = np.append(self.nominal, self._energy_scale())
         atol = np.broadcast_to(rtol * weights, start.shape).ravel()
@@ -111,7 +112,8 @@ class InitialValueProblem:
         from scipy.integrate import solve_ivp
 
         try:
-            solution = solve_ivp(self._slope, span, z, method, **options)
+            with np.errstate(all="ignore"):  # steps into what is not finite are made shorter
+                solution = solve_ivp(self._slope, span, z, method, **options)
         except _TooLongError as error:
             reason = f"{method} took {self.evaluations - 1} evaluations"
             raise SimulationError(f"{self._place(error.args[0])}: {reason}") from None

@@ -20,6 +20,8 @@ from lag2fmu.errors import LoadError, SimulationError
 from lag2fmu.mechanism.record import Mechanism
 from lag2fmu.reference.composition import composition_of
 from lag2fmu.reference.equations import Equations
+from lag2fmu.reference.hybrid import is_hybrid
+from lag2fmu.reference.hybrid.integration import integrate_hybrid
 from lag2fmu.reference.initial_value_problem import SCIPY_METHODS, InitialValueProblem
 from lag2fmu.reference.record import Reference
 from lag2fmu.reference.signals import Inputs, Signals, signals_of
@@ -55,8 +57,10 @@ def integrate(
             f"integrate: method '{method}' and rtol {rtol!r}; "
             f"expected one of {', '.join(SCIPY_METHODS)} and 1e-13 to 1e-2"
         )
-    equations = Equations(mechanism, parameters)
     signals = signals_of(mechanism, inputs, float(grid[0]))
+    if is_hybrid(mechanism):
+        return _hybrid(mechanism.with_latches(), grid, signals, (parameters, starts or {}), (method, rtol), progress)
+    equations = Equations(mechanism, parameters)
     problem = InitialValueProblem(equations, signals, grid, _start(equations, starts or {}, float(grid[0]), signals))
     problem.check_start()
     problem.progress = progress
@@ -74,6 +78,49 @@ def integrate(
                 raise SimulationError(f"{error}; {remedy_of_jumps(mechanism)}") from error
             if name == SCIPY_METHODS[-1]:
                 raise
+    raise AssertionError("unreachable")
+
+
+def _hybrid(
+    mechanism: Mechanism,
+    grid: Floats,
+    signals: Signals,
+    values: tuple[Mapping[str, float] | None, Mapping[str, float]],
+    accuracy: tuple[str, float],
+    progress: Callable[[float], None] | None,
+) -> Reference:
+    """The same of a hybrid ``mechanism``; ``values``: parameters and starts, ``accuracy``: method and rtol."""
+    (parameters, starts), (method, rtol) = values, accuracy
+    for name in SCIPY_METHODS[SCIPY_METHODS.index(method) :]:
+        try:
+            found = integrate_hybrid(
+                mechanism,
+                grid,
+                signals,
+                parameters=parameters,
+                starts=starts,
+                rtol=rtol,
+                method=name,
+                progress=progress,
+            )
+        except SimulationError as error:
+            if name == SCIPY_METHODS[-1]:
+                remedy = remedy_of_jumps(mechanism)
+                raise SimulationError(f"{error}; {remedy}" if remedy else str(error)) from error
+            continue
+        states = [c.name for c in mechanism.coordinates]
+        states += [velocity(c) for c in states]
+        return Reference(
+            trajectory=Trajectory.of(grid, found.columns),
+            work=found.work,
+            scales=dict(zip(states, found.scales.tolist(), strict=True)),
+            error=Trajectory(grid, tuple(states), found.errors),
+            amplification=found.amplification,
+            method=name,
+            evaluations=found.evaluations,
+            events=found.events,
+            comparable=found.comparable,
+        )
     raise AssertionError("unreachable")
 
 

@@ -140,7 +140,7 @@ def _named(value: object) -> str:
 def native_terms(mechanism: Mechanism) -> Function | None:
     """The function ``terms`` of native.c for ``mechanism``, None where there is no compiler.
 
-    What loads on frames do to Q is left out of it.
+    What loads on frames do to Q is left out of it. Values are in SI units.
     """
     return _compiled(mechanism, mechanism.constraints)
 

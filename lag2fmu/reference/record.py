@@ -6,8 +6,10 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 
 import numpy as np
+from numpy.typing import NDArray
 
 from lag2fmu.description.names import velocity
+from lag2fmu.reference.hybrid import Event
 from lag2fmu.reference.state import Floats
 from lag2fmu.reference.trajectory import Trajectory
 
@@ -24,6 +26,9 @@ class Reference:
     ``amplification`` (m,): A(t), largest ratio until t of the distance of two runs to the distance of their starts, in
     units of the motion: the norm max |difference| / unit over q and qd, see ``_units``. ``method`` is what was used,
     ``evaluations`` what it took.
+    Of hybrid mechanisms ``trajectory`` has what contacts and frictions show and dissipated_energy, which ``work`` has
+    with a minus sign; ``events`` tells what happened, and ``comparable`` (m,) where runs of other accuracy do the same:
+    not between the times of an impact in both. ``amplification`` is infinite where they do so no more.
     """
 
     trajectory: Trajectory
@@ -33,6 +38,8 @@ class Reference:
     amplification: Floats
     method: str
     evaluations: int
+    events: tuple[Event, ...] = ()
+    comparable: NDArray[np.bool_] | None = None
 
     @property
     def relative_error(self) -> Floats:

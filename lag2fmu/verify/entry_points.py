@@ -93,7 +93,10 @@ def fmu_path(model: Model) -> Path:
 
 
 def mechanism_of(model: Model, values: Mapping[str, float] | None = None) -> Mechanism | None:
-    """The mechanism of ``model`` with ``values`` (SI) of its parameters and starts; None for an FMU of another tool."""
+    """The mechanism of ``model`` with ``values`` (SI) of its parameters and starts; None for an FMU of another tool.
+
+    Raises LoadError for an unknown model or value.
+    """
     if not is_fmu(model):
         return with_values(as_mechanism(model), values or {})  # type: ignore[arg-type]
     try:
@@ -107,7 +110,10 @@ def mechanism_of(model: Model, values: Mapping[str, float] | None = None) -> Mec
 
 @contextmanager
 def as_fmu(model: Model, solver: str | None = None) -> Iterator[Path]:
-    """The path of an FMU of ``model``; a model that is none is exported to a folder that goes away at the end."""
+    """The path of an FMU of ``model``; a model that is none is exported to a folder that goes away at the end.
+
+    Raises Lag2FmuError where there is no such model, or where it cannot be exported.
+    """
     if is_fmu(model):
         yield fmu_path(model)
         return

@@ -164,7 +164,10 @@ def _state_of(path: Path) -> tuple[object, ...]:
 
 
 def offers_model_exchange(path: Path) -> bool:
-    """Whether the FMU ``path`` can be run in model exchange; an FMU of the python backend cannot."""
+    """Whether the FMU ``path`` can be run in model exchange; an FMU of the python backend cannot.
+
+    Raises LoadError for a file that is no FMU.
+    """
     return description_of(path).modelExchange is not None
 
 
@@ -177,7 +180,10 @@ class Evaluation:
         self._has_modes = bool(instance.description.numberOfEventIndicators)
 
     def evaluate(self, values: Mapping[str, float], names: Sequence[str]) -> Floats:
-        """Set ``values`` (states, inputs and parameters, SI) and get ``names``: (len(names),)."""
+        """Set ``values`` (states, inputs and parameters, SI) and get ``names``: (len(names),).
+
+        Raises SimulationError where the FMU refuses.
+        """
         fmu = self._instance.fmu
         try:
             fmu.setReal([self._references[name] for name in values], list(values.values()))

@@ -9,6 +9,7 @@ import numpy as np
 from lag2fmu.description import names
 from lag2fmu.description.parts import Constraint
 from lag2fmu.dynamics.massless import continuous_states
+from lag2fmu.errors import SimulationError
 from lag2fmu.mechanism.norms import norm_constraints
 from lag2fmu.mechanism.record import Mechanism
 from lag2fmu.reference.equations import Equations
@@ -19,6 +20,8 @@ from lag2fmu.verify.report import Check
 from lag2fmu.verify.task import ROUNDING, Floats, Task
 
 _SYMPY_LIMIT = 3
+NEARER = (1.0, 0.1, 0.01, 0.0)
+"""By these parts of a distance of 5 % random states are moved away from the motion, until the equations are defined."""
 
 
 def pointwise_checks(task: Task, reference: Reference) -> list[Check]:
@@ -96,22 +99,43 @@ def _bounds(low: float | None, high: float | None) -> tuple[float, float]:
 def _random_states(
     task: Task, reference: Reference, generator: np.random.Generator, equations: Equations, count: int = 8
 ) -> list[tuple[Floats, Floats, dict[str, float]]]:
-    """(q, qd, inputs) near points of the trajectory, q and qd (n,), on the constraints."""
+    """(q, qd, inputs) near points of the trajectory, q and qd (n,), on the constraints.
+
+    Where the independent equations have no finite value, a state nearer to the trajectory is taken, or none.
+    """
     n, energies = len(task.mechanism.coordinates), equations.energies
     moving = {name for m in task.mechanism.motions for name in (m.name, names.velocity(m.name))}
     held = moving if energies.constraints.m else set()
     ranges = _input_ranges(task, energies.input_names)
     scales = np.array([reference.scales[name] for name in task.states])
     rows = generator.integers(0, len(reference.trajectory), count)
-    points = reference.trajectory.columns(task.states)[rows] + 0.05 * scales * generator.uniform(-1, 1, (count, 2 * n))
-    for i, c in enumerate(task.mechanism.coordinates):
-        points[:, i] = np.clip(points[:, i], *_bounds(c.minimum, c.maximum))
+    points = reference.trajectory.columns(task.states)[rows]
+    low, high = np.transpose([_bounds(c.minimum, c.maximum) for c in task.mechanism.coordinates])
     states = []
-    for x in points:
+    for point, away in zip(points, 0.05 * scales * generator.uniform(-1, 1, (count, 2 * n)), strict=True):
         inputs = {name: float(generator.uniform(*between)) for name, between in ranges.items() if name not in held}
-        q, qd = energies.consistent(x[:n], x[n:], 0.0, inputs) if energies.constraints.m else (x[:n], x[n:])
-        states.append((q, qd, inputs))
+        for part in NEARER:
+            q, qd = np.split(point + part * away, 2)
+            q = np.clip(q, low, high)
+            if energies.constraints.m:
+                q, qd = energies.consistent(q, qd, 0.0, inputs)
+            if _defined(equations, q, qd, inputs):
+                states.append((q, qd, inputs))
+                break
+    if not states:
+        raise SimulationError(
+            f"mechanism '{task.mechanism.name}': the equations have no finite value at random states near the motion, "
+            "nor on it; write what overflows in another way"
+        )
     return states
+
+
+def _defined(equations: Equations, q: Floats, qd: Floats, inputs: Mapping[str, float]) -> bool:
+    """Whether the independent equations have finite values at a state."""
+    try:
+        return bool(np.isfinite(_calculated(equations, q, qd, inputs)).all())
+    except SimulationError:
+        return False
 
 
 def _input_ranges(task: Task, input_names: Sequence[str]) -> dict[str, tuple[float, float]]:

@@ -42,14 +42,18 @@ class Task:
         return self.inputs is not None and self.hold
 
     def driving(self, step: float) -> Signals | None:
-        """The inputs as the FMU meets them with a communication ``step`` (s)."""
+        """The inputs as the FMU meets them with a communication ``step`` (s).
+
+        Raises LoadError where a motion has one of its derivatives only.
+        """
         if self.inputs is None:
             return None
-        pieces = interpolated(self.inputs, [motion.name for motion in self.mechanism.motions], self.stop_time)
+        motions = [motion.name for motion in self.mechanism.motions]
+        pieces = interpolated(self.inputs, motions, self.stop_time)
         if not self.hold:
             return pieces.signals
         grid = self.grid(step)
-        return held(Trajectory(grid, pieces.names, np.array([pieces.derivatives(t)[0] for t in grid])))
+        return held(Trajectory(grid, pieces.names, np.array([pieces.derivatives(t)[0] for t in grid])), motions)
 
     @property
     def steps(self) -> tuple[float, float, float]:

@@ -36,7 +36,7 @@ def course() -> Mechanism:
         energy=Energy(kinetic=(x.dot**2 + y.dot**2 + z.dot**2 + w.dot**2) / 2, potential=G * z),
         forces={
             x: sum(Heaviside(TIME - a) - Heaviside(TIME - b) for a, b in PULSES),
-            y: -2 * within.subs({s: y for s in within.free_symbols}),
+            y: -2 * within.subs(dict.fromkeys(within.free_symbols, y)),
             w: Heaviside(z - HEIGHT),
         },
         experiment=Experiment(stop_time=10.0, step=0.01),
@@ -216,5 +216,5 @@ def test_opposite_margins_share_a_switch() -> None:
 
 
 def test_the_python_backend_refuses(tmp_path) -> None:
-    with pytest.raises(ExportError, match="does not locate events.* signs of x; use --backend c"):
+    with pytest.raises(ExportError, match=r"does not locate events.* signs of x; use --backend c"):
         export(VEE, tmp_path / "vee.fmu", backend="python")

@@ -56,8 +56,9 @@ def motion_figure(
 ) -> Figure:
     """The ``run`` of ``mechanism``, whose columns are q, qd and its outputs; ``signals`` are the inputs it had.
 
-    Left: coordinates, velocities, outputs, energies and modes over time; right: paths of the bodies, configuration path
-    and phase portrait. Without a mechanism, or without q and qd: each column over time.
+    Left: coordinates, velocities, energies, outputs, modes over time; right: paths of the bodies,
+    configuration path and phase portrait. Without a mechanism, or without q and qd: each column over time. Raises
+    DerivationError where the equations of ``mechanism`` cannot be derived.
     """
     if mechanism is None or not set(_states(mechanism)) <= set(run.names):
         return _columns(title, run)

@@ -16,7 +16,7 @@ from pythonfmu.enums import Fmi2Status
 from pythonfmu.fmi2slave import Fmi2Slave
 
 from .equations import accelerations
-from .integrator import LEAST_TOLERANCE, Integrator
+from .integrator import LEAST_TOLERANCE, Derivative, Integrator
 from .legal_calls import CALLS, SETTABLE, legal_modes, verdict
 from .library import hold, release_at_exit
 from .model import ACCELERATION, DEPENDENT, LOCAL, TIME, Model, Unsolvable, Variable, Vector
@@ -90,9 +90,10 @@ class MechanismSlave(Fmi2Slave):  # type: ignore[misc]  # pythonfmu has no types
         """fmi2DoStep; times in s. What fails is undone: fmi2LastSuccessfulTime is the start of the step."""
         self._enter("DoStep")
         self._check_step(current_time, step_size)
-        before = self.state.copy()
+        before, start = self.state.copy(), self.state.time
         try:
-            Integrator(self.model, self.state, self._derivative).advance(current_time + step_size)
+            Integrator(self.model, self.state, self._derivative_from(start)).advance(current_time + step_size)
+            self.state.inputs = self.model.moved(self.state.inputs, self.state.time - start)
         except Unsolvable as reason:
             self.state = before
             self.state.mode = STEP_FAILED
@@ -211,10 +212,14 @@ class MechanismSlave(Fmi2Slave):  # type: ignore[misc]  # pythonfmu has no types
 
     # ------------------------------------------------------------------------------------------------------ equations
 
-    def _derivative(self, t: float, states: Vector) -> list[float]:
-        """dx/dt = (qd, qdd), (2n,), with the present inputs and parameters; raises Unsolvable."""
-        qdd = accelerations(self.model, t, states, self.state.inputs, self.state.parameters)
-        return [*states[len(states) // 2 :], *qdd]
+    def _derivative_from(self, start: float) -> Derivative:
+        """dx/dt = (qd, qdd) in a communication step that begins at ``start`` (s); raises Unsolvable."""
+
+        def derivative(t: float, states: Vector) -> list[float]:
+            inputs = self.model.moved(self.state.inputs, t - start)
+            return [*states[len(states) // 2 :], *accelerations(self.model, t, states, inputs, self.state.parameters)]
+
+        return derivative
 
     def _forget(self) -> None:
         """What was calculated does not belong to the state any more."""

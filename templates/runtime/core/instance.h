@@ -108,7 +108,7 @@ typedef struct {
     int event;                          /* of EVENT_VALUE and CHATTERING: which event function */
 } Failure;
 
-/* What the importer should know about a communication step that was completed. */
+/* What the importer should know about a step that was completed. */
 typedef enum {
     NOTICE_NONE = 0,
     NOTICE_STIFF = 1,   /* the steps of an explicit method are bounded by its stability */
@@ -126,6 +126,8 @@ typedef struct {
     int index;   /* of MOTION: that of the motion; of RANGE: that in BOUNDED */
 } Notice;
 
+enum { MOST_NOTICES = 4 + SIZE_BOUNDED }; /* each kind once, that of ranges once a coordinate */
+
 /* The longest message, with its end; what is longer is cut. */
 enum { SENTENCE_SIZE = 1024 };
 
@@ -140,7 +142,8 @@ typedef struct {
     Cache cache;
     Scratch scratch;
     Failure failure;
-    Notice notice; /* of the last communication step */
+    Notice notices[MOST_NOTICES]; /* of the last step of the importer */
+    int n_notices;
     const Policy *policy;
     Listener listener;
 } Instance;

@@ -93,6 +93,7 @@ typedef struct {
     int64_t easy_steps;           /* of those in the present series: shorter */
     double equal_step;            /* s; of a variational method: the length of all steps so far, 0 before the first */
     int64_t noticed;              /* NoticeKinds that were given, as bits: each is given once */
+    int64_t left_range[SIZE_BOUNDED]; /* that a coordinate left its range was noticed */
     double positions[SIZE_MOTIONS]; /* of motions at the end of the last communication step */
     int64_t lone_moves;           /* communication steps in which only the position of a motion was moved */
     int64_t first_stage_valid;    /* first_stage belongs to the present time, states, inputs and parameters; if the

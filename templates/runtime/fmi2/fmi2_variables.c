@@ -77,7 +77,8 @@ fmi2Status fmi2GetReal(fmi2Component c, const fmi2ValueReference vr[], size_t nv
     return fmi2OK;
 }
 
-/* fmi2OK if a variable of this kind may be set now; notes the first use of a tolerance. */
+/* fmi2OK if a variable of this kind may be set now. Where only importers do it, and the standard does not foresee it,
+   the first time is noted. */
 static fmi2Status check_settable(Component *component, const Variable *variable) {
     const Mode mode = (Mode)component->session.mode;
     const Verdict verdict = legal_set(variable->kind, component->type, mode);
@@ -146,7 +147,7 @@ static bool has_integers(void) {
     return N_UNILATERALS + N_FRICTIONS > 0;
 }
 
-/* The common body of the functions for types that no variable has: only empty lists are right. */
+/* The common body of the functions for types that no variable has: an empty list is the only right one. */
 static fmi2Status refuse_type(fmi2Component c, Call call, const char *type, size_t nvr) {
     Component *component = enter(c, call);
     if (component == NULL) {

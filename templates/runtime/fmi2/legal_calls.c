@@ -15,9 +15,8 @@ typedef struct {
 static const Row CALLS[N_CALLS] = {FMI2_CALLS(CALL_ROW)};
 #undef CALL_ROW
 
-/* What fmi2SetReal may set. The o are importers' habits: fmpy sets inputs
-   before initialization, CasADi sets parameters in continuous-time mode. States are settable in continuous-time mode
-   since FMI 2.0.1. */
+/* What fmi2SetReal may set. An o stands for a habit of importers: fmpy sets inputs before initialization, CasADi sets
+   parameters in continuous-time mode. States are settable in continuous-time mode since FMI 2.0.1. */
 static const Row SETTABLE[N_VARIABLE_KINDS] = {
     /*                                         model exchange   co-simulation
                                                i z e c t x      i z s f t x  */

@@ -28,9 +28,10 @@ enum { N = N_COORDINATES, S = STAGES };
 static const double SQRT6 = 2.449489742783178;
 
 /* The tolerance that steps and iterations are measured with. Where steps resolve the motion, the error of the solution
-   is proportional to h^5 and the first estimate to h^4, hence to the power 5/4 of this one; so it follows the tolerance
-   asked for. (radau5.f takes 0.1 tolerance^(2/3).) Where they pass over fast decays, it is proportional to the estimate
-   itself. There the second one is about as large, and elsewhere proportional to h^5: it is to meet the tolerance. */
+   is proportional to h^5 and the first estimate to h^4, hence the error to the power 5/4 of the estimate; so it follows
+   the tolerance asked for. (radau5.f takes 0.1 tolerance^(2/3).) Where steps pass over fast decays, the error is
+   proportional to the first estimate itself. There the second estimate is about as large as the first one, and
+   elsewhere it is proportional to h^5: it has to meet the tolerance asked for. */
 static double inner_tolerance(double tolerance) {
     return 0.3 * pow(tolerance, 0.8);
 }
@@ -163,7 +164,7 @@ const char *solver_iteration_remedy(void) {
     return "raise solver_tolerance unless the motion is singular here"; /* steps became as short as they can be */
 }
 
-/* That is never noticed. */
+/* This method never gives that notice. */
 void solver_stiffness_sentence(const Notice *notice, char text[], size_t size) {
     (void)notice;
     (void)size;

@@ -14,8 +14,8 @@
 
 enum { N = N_COORDINATES, S = STAGES, SIZE = S * N, MOST_ITERATIONS = 10 };
 
-static const double MOST_GROWTH = 4.0; /* of the second change beyond the first one, to go on with the iterations */
-static const double KEEP = 0.02; /* iterations that contract by less go on with the same K and D in the next step */
+static const double MOST_GROWTH = 4.0; /* the second change may be this many times the first one */
+static const double KEEP = 0.02; /* changes that fall below this part keep K and D for the next step */
 
 /* matrix = I - h b x D - h^2 (b b) x K for a block b of the modes (size x size), factorised. */
 static bool factorize_block(const SolverMemory *memory, double h, const double b[], int size, double matrix[],
@@ -167,9 +167,9 @@ static void expect(const State *state, double now, double accelerations[]) {
     }
 }
 
-/* Where the iterations begin: the polynomial through the accelerations of the last step that was solved, continued, and
-   moved by what was changed since, inputs for instance. Only by that: between steps the accelerations show the error
-   times the stiffness. */
+/* Where the iterations begin: the polynomial through the accelerations of the last solved step, continued, and moved by
+   what was changed since, inputs for instance. It is moved by that alone, because between steps the accelerations show
+   the error times the stiffness. */
 static void predict(const Instance *instance, Step step, double accelerations[]) {
     const State *state = &instance->state;
     const SolverMemory *memory = &state->solver;
@@ -186,8 +186,8 @@ static void predict(const Instance *instance, Step step, double accelerations[])
 }
 
 /* Newton's method with one linearization, until the rest is small against the error of the step. Where a stiff
-   direction turns, the second change may well be as large as the first one and the third one small; so contractions are
-   means of two. */
+   direction turns, the second change may be as large as the first one and the third one small; so contractions are
+   means over two changes. */
 static bool iterate(Instance *instance, Step step, double tolerance, double accelerations[]) {
     const double enough = fmax(10.0 * DBL_EPSILON / tolerance, fmin(0.03, sqrt(tolerance)));
     double residual[SIZE], change[SIZE];
@@ -219,7 +219,7 @@ static bool iterate(Instance *instance, Step step, double tolerance, double acce
     return report_iteration(instance, step);
 }
 
-/* With K and D as they are, or anew where those do not do. */
+/* Tries with K and D as they are, and with new ones if that fails. */
 bool radau_solve(Instance *instance, Step step, double tolerance, double accelerations[]) {
     SolverMemory *memory = &instance->state.solver;
     if (memory->linearized && memory->contraction < KEEP && factorize(instance, step) &&

@@ -7,7 +7,8 @@
 
 #include "mechanism.h"
 
-/* What is carried along from step to step. None of it has to fit: it makes the iterations short. */
+/* What is carried along from step to step. It only makes the iterations short: results stay right if it does not fit.
+   */
 typedef struct {
     int64_t linearized;                              /* stiffness and damping were computed */
     double stiffness[N_COORDINATES * N_COORDINATES]; /* dqdd/dq at a point passed, row-major */

@@ -30,8 +30,8 @@ const Method METHOD = {.name = "ros2", .order = 2, .damps = true};
 enum { N = N_COORDINATES };
 
 static const double GAMMA = 0.2928932188134524755991556; /* 1 - 1/sqrt(2) */
-static const double PART = 0.03;  /* of the velocities' change in a step, which the linearization may miss */
-static const double SMALL = 3e-6; /* of the velocities themselves: such a part that it misses is passed over */
+static const double PART = 0.03;  /* the linearization may miss this part of the velocities' change in a step */
+static const double SMALL = 3e-6; /* it may always miss this part of the velocities themselves */
 
 /* matrix = I - s V - s^2 P, row-major. */
 static void assemble(const double jacobian[], double s, double matrix[]) {
@@ -58,8 +58,8 @@ static void solve_stage(const double jacobian[], const double matrix[], const in
     }
 }
 
-/* The accelerations that the equations have more at the new states than at the second stage, where they are f2, but for
-   what J tells of the difference. Both are at the end of the step, so that what moves with time is no part of it. */
+/* By how much the accelerations at the new states exceed those at the second stage, f2, beyond what J tells of the
+   difference. Both are at the end of the step, so that what moves with time has no part in it. */
 static double beyond_linear(const Scratch *scratch, const double f2[], int i) {
     double rest = scratch->new_derivatives[N + i] - f2[i];
     for (int j = 0; j < N_STATES; j++) {
@@ -68,7 +68,7 @@ static double beyond_linear(const Scratch *scratch, const double f2[], int i) {
     return rest;
 }
 
-/* Compares what these do to the velocities in a step with the change of the velocities; maxima in nominal units. */
+/* Compares what beyond_linear changes the velocities by in a step with their whole change; maxima in nominal units. */
 static void compare_with_linearization(Instance *instance, Step step, const int rows[], const double f2[]) {
     Scratch *scratch = &instance->scratch;
     const double *x = instance->state.states, *x_new = scratch->new_states;
@@ -125,7 +125,7 @@ bool solver_step(Instance *instance, Step step) {
     return true;
 }
 
-/* Steps of fixed length need neither of these. */
+/* Steps of fixed length need neither of the next two functions. */
 double solver_error(const Instance *instance, Step step, double tolerance, int *worst) {
     (void)instance;
     (void)step;

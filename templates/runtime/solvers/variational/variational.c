@@ -33,8 +33,8 @@
 
 enum { N = N_COORDINATES, S = STAGES, MOST_ITERATIONS = 100 };
 
-static const double CONVERGED = 1e-9; /* relative changes below this may come to rest at rounding */
-static const double RESTING_PART = 16.0 * DBL_EPSILON / 1e-9; /* so may those that move a coordinate by 16 units */
+static const double CONVERGED = 1e-9; /* relative changes below this may stay as they are, by rounding */
+static const double RESTING_PART = 16.0 * DBL_EPSILON / 1e-9; /* so may changes of 16 rounding errors */
 
 static void evaluate(Instance *instance, double time, const double q[], const double qd[], double momenta[],
                      double forces[]) {
@@ -75,9 +75,9 @@ static void complete(Instance *instance, Step step, Stages *stages) {
     }
 }
 
-/* One round: each V_i is corrected by M^-1 times what its momentum misses, with M at the start of the step. Returns the
-   greatest relative change. Constraints determine velocities up to the rounding of coordinates divided by h, which in
-   very short steps is more than the rounding of velocities. */
+/* One round of the iteration: each V_i is corrected by M^-1 times what is missing from its momentum, with M at the
+   start of the step. Returns the greatest relative change. Constraints determine velocities up to the rounding of
+   coordinates divided by h, which in very short steps is more than the rounding of velocities. */
 static double correct(Instance *instance, Step step, const double p[], Stages *stages) {
     static const double RESTING[SIZE_CONSTRAINTS];
     double changes[S][N_UNKNOWNS];
@@ -121,7 +121,7 @@ static bool solve_stages(Instance *instance, Step step, const double p[], Stages
     return report_iteration(instance, step);
 }
 
-/* x + increment with the error of earlier sums in rest, which is brought up to date. */
+/* Returns x + increment. The error that earlier sums left in rest goes in, and that of this sum comes out. */
 static double add_compensated(double x, double increment, double *rest) {
     const double whole = increment + *rest;
     const double sum = x + whole;
@@ -129,8 +129,8 @@ static double add_compensated(double x, double increment, double *rest) {
     return sum;
 }
 
-/* The velocities at a time (s) whose momenta are next->momenta: M qd + a = p, corrected once for rounding. With
-   constraints p is short of an impulse (of the last multiplier), until that makes the velocities meet them. */
+/* The velocities at a time (s) whose momenta are next->momenta, M qd + a = p, corrected once for rounding. Under
+   constraints p lacks the impulse of the last multiplier until it makes the velocities meet them. */
 static bool velocities_of(Instance *instance, double time, const double q[], SolverMemory *next, double qd[]) {
     double resting[N_STATES] = {0.0};
     double impulse[N] = {0.0};
@@ -247,7 +247,7 @@ const char *solver_iteration_remedy(void) {
                              : "lower solver_step, or export with --solver radau5 if the mechanism is stiff";
 }
 
-/* That is never noticed. */
+/* This family of methods never gives that notice. */
 void solver_stiffness_sentence(const Notice *notice, char text[], size_t size) {
     (void)notice;
     (void)size;
