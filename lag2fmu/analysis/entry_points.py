@@ -19,7 +19,7 @@ Model = EquationsOfMotion | Mechanism | str | Path
 
 
 def linearize(model: Model, **about: Any) -> Linearization:
-    """The linearization of ``model`` about its start, or ``about`` q=, qd= (n,) in SI units and t= in s.
+    """The linearization of ``model`` about its start, or ``about`` q=, qd= (n,), further= (f,) in SI units and t= in s.
 
     See ``lag2fmu.analysis.linearize``. Raises DerivationError where M is singular or nothing is finite.
     """
@@ -41,8 +41,8 @@ def modes(model: Model, **about: Any) -> tuple[Mode, ...]:
     DerivationError for a ``model`` that has no equations.
     """
     equations = _equations(model)
-    if not about:
-        about = {"q": found[0].q} if (found := equilibria_of(equations, most=1)) else {}
+    if not about and (found := equilibria_of(equations, most=1)):
+        about = {"q": found[0].q, "further": found[0].further}
     return normal_modes(linearization_of(equations, **about))
 
 

@@ -21,9 +21,11 @@ from lag2fmu.analysis.modes import Mode, normal_modes
 from lag2fmu.description import names
 from lag2fmu.dynamics.equations import EquationsOfMotion
 from lag2fmu.dynamics.lagrange import derive
+from lag2fmu.dynamics.variables import further_states
 from lag2fmu.errors import DerivationError
 from lag2fmu.graph.batches import Floats
 from lag2fmu.language.expressions import to_text
+from lag2fmu.language.units import Unit
 from lag2fmu.mechanism.record import Mechanism
 
 _MODES, _MATRIX, _INPUTS = 12, 8, 6
@@ -143,15 +145,17 @@ def _stability(equations: EquationsOfMotion, item: Equilibrium) -> str:
 
 
 def _place(equations: EquationsOfMotion, item: Equilibrium) -> str:
-    nominal = [c.nominal for c in equations.mechanism.coordinates]
-    values = (_number(x, size) for x, size in zip(item.q, nominal, strict=True))
-    units = (c.unit.si_name if c.unit is not None else "" for c in equations.mechanism.coordinates)
-    labels = (c.name for c in equations.mechanism.coordinates)
+    m = equations.mechanism
+    parts = [(c.name, c.nominal, c.unit) for c in m.coordinates]
+    parts += [(z.name, z.nominal, z.unit if isinstance(z.unit, Unit) else None) for z in further_states(m)]
+    values = (_number(x, nominal) for x, (_, nominal, _) in zip(item.place, parts, strict=True))
+    units = (unit.si_name if unit is not None else "" for *_, unit in parts)
+    labels = (name for name, *_ in parts)
     return ", ".join(f"{q} = {x} {u}".rstrip() for q, x, u in zip(labels, values, units, strict=True))
 
 
 def _about(equations: EquationsOfMotion, item: Equilibrium) -> Linearization:
-    return linearize(equations, item.q, np.zeros_like(item.q))
+    return linearize(equations, item.q, np.zeros_like(item.q), further=item.further)
 
 
 def _small_motions(equations: EquationsOfMotion, found: Sequence[Equilibrium]) -> Iterator[Line]:
@@ -179,7 +183,7 @@ def _small_motions(equations: EquationsOfMotion, found: Sequence[Equilibrium]) -
 
 def _exponents(equations: EquationsOfMotion, item: Equilibrium) -> Iterator[Line]:
     yield Line("The equations change with time, so that there are no normal modes.")
-    result = floquet(equations, item.q)
+    result = floquet(equations, item.q, further=item.further)
     size = float(np.abs(result.exponents).max())
     listed = ", ".join(_complex(complex(x), size) for x in result.exponents)
     behaviour = "do not grow" if result.stable else "grow"

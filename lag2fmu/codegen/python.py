@@ -20,7 +20,7 @@ WIDTH = 96
 """The longest expression, in characters."""
 ARGUMENTS = {"t": "t", "x": "states", "u": "inputs", "p": "parameters", "qdd": "accelerations"}
 """How the arrays of a Function are called in Python."""
-RESULTS = {"M": "mass_matrix", "f": "forcing", "c": "dependent", "y": "local_variables"}
+RESULTS = {"M": "mass_matrix", "f": "forcing", "c": "dependent", "y": "local_variables", "dz": "rates"}
 ORDINARY = {"sqrt", "sin", "cos", "tan", "asin", "acos", "atan", "tanh", "atan2"}
 """Functions taken from the module math. It raises for some arguments of the others, so the runtime has those."""
 BUILT_IN = {"abs", "min", "max"}

@@ -24,6 +24,7 @@ from lag2fmu.graph.graph import Graph, Node
 _AT_REST = 1e-12
 """A slip speed (m/s, rad/s) at which the direction of sliding friction is the one that the mode began with."""
 
+
 @dataclass(frozen=True)
 class Modes:
     """The numbers of the modes: ``masks`` (R,), ``directions`` of the frictional rows, ``offsets`` of latches."""

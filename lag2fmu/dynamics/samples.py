@@ -9,6 +9,7 @@ import numpy as np
 
 from lag2fmu.description import names
 from lag2fmu.dynamics.elimination import Entries, Solution
+from lag2fmu.dynamics.variables import further_states
 from lag2fmu.errors import DerivationError
 from lag2fmu.graph.batches import Floats, evaluate, matrix
 from lag2fmu.graph.graph import Graph, Node
@@ -27,6 +28,7 @@ def start_values(mechanism: Mechanism) -> State:
         values |= {c.name: c.start, names.velocity(c.name): c.velocity, names.acceleration(c.name): 0.0}
         values[names.generalized_force(c.name)] = 0.0
     values |= {names.multiplier(c.name): 0.0 for c in mechanism.constraints}
+    values |= {state.name: state.start for state in further_states(mechanism)}
     for u in mechanism.inputs:
         values |= {u.name: u.start, names.velocity(u.name): 0.0, names.acceleration(u.name): 0.0}
     if any(c.massless for c in mechanism.constraints):
@@ -42,6 +44,7 @@ def samples(mechanism: Mechanism, count: int) -> Iterator[State]:
     start = start_values(mechanism)
     parameters = {p.name for p in mechanism.parameters}
     nominal = {c.name: c.nominal for c in mechanism.coordinates}
+    nominal |= {z.name: z.nominal for z in further_states(mechanism)}
     for _ in range(count):
         yield {
             name: value * generator.uniform(0.9, 1.1)

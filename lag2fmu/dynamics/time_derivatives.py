@@ -48,6 +48,7 @@ def differentiate_twice(equations: EquationsOfMotion, outputs: Collection[str]) 
     d3q, d4q = rates("d", v.unknowns), rates("dd", v.unknowns)
     moving = (*v.q, *v.qd, *v.unknowns, *v.signals, *du)
     along = {v.t: g.one} | dict(zip(moving, (*v.qd, *v.qdd, *d3q, *du, *d2u), strict=True))
+    along |= zip(v.further, v.further_rates, strict=True)
     chosen = {i: node for i, (name, node) in enumerate(equations.locals()) if name in outputs}
     further = along | dict(zip(d3q, d4q, strict=True))
     second = forward(g, forward(g, list(chosen.values()), further), further)

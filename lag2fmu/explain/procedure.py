@@ -99,10 +99,10 @@ class _Steps:
         if operations(self._lagrangian) > MAX_OPERATIONS:
             count = f"L has {_rounded(operations(self._lagrangian))} operations: its derivatives are not written out"
             yield "Derivatives of L", [self._say(count)]
-            yield "Equations of motion", self._on_graph()
+            yield "Equations of motion", [*self._on_graph(), *self._further()]
             return
         yield "Derivatives of L", self._formulas(self._derivatives())
-        yield "Equations of motion", self._formulas(self._equations())
+        yield "Equations of motion", [*self._formulas(self._equations()), *self._further()]
 
     def _on_frames(self) -> Iterator[tuple[str, Sequence[str]]]:
         """The steps of a spatial mechanism: its frames as they are given; the rest is composed, not written out."""
@@ -124,7 +124,7 @@ class _Steps:
         yield "Lagrangian L = T - V", [self._say("composed on the graph")]
         yield "Non-potential forces", [self._say(self._acting())]
         yield "Derivatives of L", [self._say("by automatic differentiation")]
-        yield "Equations of motion", self._on_graph()
+        yield "Equations of motion", [*self._on_graph(), *self._further()]
 
     def _acting(self) -> str:
         """The loads with where they act, and the coordinates that forces act on."""
@@ -240,6 +240,12 @@ class _Steps:
             left = tidy(self.composition.rate(self._lagrangian.diff(qd)) - self._lagrangian.diff(q))
             left = sp.collect(sp.expand(left), accelerations)
             yield self.notation.expression(left), force - c.dissipation.diff(qd) + reaction
+
+    def _further(self) -> list[str]:
+        """The derivatives of the further states, definitions written out."""
+        pairs = zip(self.mechanism.states, self.composition.further, strict=True)
+        rates = [(self.notation.name(names.derivative(z.name)), rate) for z, rate in pairs]
+        return self._formulas(rates) if rates else []
 
     # ------------------------------------------------------------------------------------------------- writing
 

@@ -29,6 +29,8 @@ from lag2fmu.graph.operations import (
     CONSTANT,
     COSINE,
     DIVIDE,
+    LOOKUP,
+    LOOKUP_2,
     MULTIPLY,
     NEGATE,
     OPERATIONS,
@@ -339,6 +341,18 @@ class Graph(Nodes):
         if self.is_constant(margin):
             return a if self.value(margin) > 0 else b
         return self.apply("choice", margin, a, b)
+
+    def lookup(self, table: Node, orders: Sequence[Node], arguments: Sequence[Node]) -> Node:
+        """The derivative of ``orders`` of a table at ``arguments``; ``table`` and ``orders`` are constant nodes.
+
+        ``table`` is a number in ``tables``.
+        """
+        highest = max(int(self.value(order)) for order in orders)
+        if highest > self.tables[int(self.value(table))].degree:
+            return self.zero
+        code = LOOKUP if len(arguments) == 1 else LOOKUP_2
+        node = self._by_structure.get((code, (table, *orders, *arguments)))
+        return self._function(code, (table, *orders, *arguments)) if node is None else node
 
     def _function(self, code: int, operands: tuple[Node, ...]) -> Node:
         if code in (SINE, COSINE):

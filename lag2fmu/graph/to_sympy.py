@@ -13,8 +13,8 @@ import sympy as sp
 
 from lag2fmu.graph.from_sympy import FUNCTIONS
 from lag2fmu.graph.graph import Graph, Node
-from lag2fmu.graph.operations import CONSTANT, NEGATE, OPERATIONS, SYMBOL
-from lag2fmu.language.vocabulary import Choice
+from lag2fmu.graph.operations import CONSTANT, LOOKUP, LOOKUP_2, NEGATE, OPERATIONS, SYMBOL
+from lag2fmu.language.vocabulary import Choice, table_function
 
 _SYMPY = {name: function for function, name in FUNCTIONS.items()} | {
     "add": lambda a, b: a + b,
@@ -50,12 +50,23 @@ def written(graph: Graph, nodes: Sequence[Node]) -> list[sp.Expr]:
             found[node] = sp.sympify(graph.value(node))
         elif code == SYMBOL:
             found[node] = sp.Symbol(str(graph.leaf[node]), real=True)
+        elif code in (LOOKUP, LOOKUP_2):
+            found[node] = _call(graph, node, found)
         else:
             operands = [found[o] for o in graph.operands[node]]
             if code > NEGATE:  # what stands below a root or in a function is not reached by tidying the whole
                 operands = [tidy(operand) for operand in operands]
             found[node] = _SYMPY[OPERATIONS[code].name](*operands)
     return [found[node] for node in nodes]
+
+
+def _call(graph: Graph, node: Node, found: Mapping[Node, sp.Expr]) -> sp.Expr:
+    """The lookup ``node`` as a call of its table, ``found`` being its operands."""
+    arity = 1 if graph.code[node] == LOOKUP else 2
+    table, *rest = graph.operands[node]
+    orders = tuple(int(graph.value(order)) for order in rest[:arity])
+    arguments = (tidy(found[argument]) for argument in rest[arity:])
+    return table_function(graph.tables[int(graph.value(table))].name, orders)(*arguments)
 
 
 def tidy(expression: sp.Expr) -> sp.Expr:

@@ -118,7 +118,7 @@ def _remedy(table: str, meaning: str) -> str:
 def _kind_allows(constraint: Constraint) -> frozenset[str]:
     """What a constraint of its kind may use."""
     state = CONFIGURATION if constraint.holonomic else STATE
-    inputs = {"input", "external force", "motion velocity", "motion acceleration"}
+    inputs = {"input", "external force", "motion velocity", "motion acceleration", "further state"}
     return state | inputs if constraint.massless else state
 
 

@@ -31,6 +31,7 @@ class EnergyFunctions:
     finite or out of its bounds. Inputs that are not given have their start value, external forces Q_<coordinate> are 0.
     A ``composition`` other than the mechanism's own may have further parameters, such as the sides of frozen switches:
     they stand behind those of the mechanism in ``constants`` and are 1 until they are set there.
+    Further states are given among the inputs.
     """
 
     def __init__(
@@ -53,16 +54,18 @@ class EnergyFunctions:
         self._forces = compiled(arguments, c.forces)
         unknowns = [symbol(acceleration(item.name)) for item in mechanism.coordinates]
         unknowns += [symbol(multiplier(item.name)) for item in mechanism.constraints]
-        self._outputs = compiled((TIME, *s.q, *s.qd, *s.inputs, *unknowns, *s.parameters), tuple(c.outputs.values()))
+        everything = (TIME, *s.q, *s.qd, *s.inputs, *unknowns, *s.parameters)
+        self._outputs = compiled(everything, tuple(c.outputs.values()))
+        self._further = compiled(everything, c.further)
         self.constraints = ConstraintFunctions(c, self.constants)
         self.spatial = Spatial(c, self.constants)
-        starts = {u.name: u.start for u in mechanism.inputs}
+        starts = {u.name: u.start for u in mechanism.inputs} | {z.name: z.start for z in mechanism.states}
         self._starts = np.array([starts.get(x.name, 0.0) for x in s.inputs])
         self._row = {x.name: i for i, x in enumerate(s.inputs)}
 
     @property
     def input_names(self) -> tuple[str, ...]:
-        """The inputs by name: y, y_dot, y_ddot of motion inputs, plain inputs, Q_<coordinate>."""
+        """The inputs by name: y, y_dot, y_ddot of motions, plain inputs, Q_<coordinate>; and further states."""
         return tuple(self._row)
 
     def start(self, time: float = 0.0, inputs: InputValues | None = None) -> tuple[Floats, Floats]:
@@ -151,6 +154,10 @@ class EnergyFunctions:
             rates = np.concatenate([np.ones_like(state.t)[None], state.qd, qdd, state.inputs[k : 3 * k]])
             values |= self.spatial.outputs(self._rows(state), rates)
         return {name: values[name] for name in self.mechanism.output_names}
+
+    def further(self, state: State, unknowns: Sequence[Floats]) -> Floats:
+        """The derivatives of the further states, (f, *batch), for ``unknowns`` as of ``outputs``."""
+        return self._further(np.concatenate([state.rows, *unknowns]), self.constants)
 
     def position(self, state: State, name: str) -> Floats:
         """The position (m) in the fixed frame of the point or body ``name``: (2 or 3, *batch)."""

@@ -20,6 +20,7 @@ from sympy.printing.str import StrPrinter
 from sympy.utilities.iterables import numbered_symbols
 
 from lag2fmu.language.vocabulary import NAME_OF
+from lag2fmu.reference.tables import Tabulated, number_of, tabulated
 
 Array = NDArray[Any]
 
@@ -102,6 +103,7 @@ NUMERIC: dict[str, Function] = {
     "max": maximum,
     "atan2": atan2,
     "power": power,
+    "tabulated": tabulated,
     "pi": np.pi,  # type: ignore[dict-item]
 }
 """The meaning of every name that ``NumericPrinter`` writes."""
@@ -131,6 +133,9 @@ class NumericPrinter(StrPrinter):  # type: ignore[misc]
         return f"{NAME_OF[expr.func]}({self.stringify(arguments, ', ')})"
 
     _print_Abs = _print_Heaviside = _print_Min = _print_Max = _print_LatticeOp = _print_Function
+
+    def _print_Tabulated(self, expr: Tabulated) -> str:
+        return f"tabulated({number_of(expr)}, {self.stringify(expr.args, ', ')})"
 
     def _print_Pow(self, expr: sp.Expr, rational: bool = False) -> str:
         if expr.exp.is_Integer or abs(expr.exp) == sp.S.Half:

@@ -230,7 +230,7 @@ def _numbers(inputs: Inputs) -> set[str]:
 
 
 def _check_names(mechanism: Mechanism, given: set[str], numbers: set[str]) -> None:
-    known = [s.name for s in symbols_of(mechanism).inputs]
+    known = [s.name for s in symbols_of(mechanism).signals]
     for name in sorted(given - set(known)):
         raise LoadError(f"mechanism '{mechanism.name}' has no input '{name}'; known are {', '.join(known)}")
     for motion in mechanism.motions:

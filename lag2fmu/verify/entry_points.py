@@ -105,6 +105,7 @@ def mechanism_of(model: Model, values: Mapping[str, float] | None = None) -> Mec
         return None
     known = {s for q in mechanism.coordinates for s in (q.name, velocity(q.name))}
     known |= {p.name for p in mechanism.parameters} | {u.name for u in mechanism.inputs}
+    known |= {z.name for z in mechanism.states}
     return with_values(mechanism, {name: value for name, value in (values or {}).items() if name in known})
 
 

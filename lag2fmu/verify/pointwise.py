@@ -99,7 +99,7 @@ def _bounds(low: float | None, high: float | None) -> tuple[float, float]:
 def _random_states(
     task: Task, reference: Reference, generator: np.random.Generator, equations: Equations, count: int = 8
 ) -> list[tuple[Floats, Floats, dict[str, float]]]:
-    """(q, qd, inputs) near points of the trajectory, q and qd (n,), on the constraints.
+    """(q, qd, inputs with further states) near points of the trajectory, q and qd (n,), on the constraints.
 
     Where the independent equations have no finite value, a state nearer to the trajectory is taken, or none.
     """
@@ -112,11 +112,12 @@ def _random_states(
     points = reference.trajectory.columns(task.states)[rows]
     low, high = np.transpose([_bounds(c.minimum, c.maximum) for c in task.mechanism.coordinates])
     states = []
-    for point, away in zip(points, 0.05 * scales * generator.uniform(-1, 1, (count, 2 * n)), strict=True):
+    for point, away in zip(points, 0.05 * scales * generator.uniform(-1, 1, (count, len(scales))), strict=True):
         inputs = {name: float(generator.uniform(*between)) for name, between in ranges.items() if name not in held}
         for part in NEARER:
-            q, qd = np.split(point + part * away, 2)
-            q = np.clip(q, low, high)
+            x = point + part * away
+            q, qd = np.clip(x[:n], low, high), x[n : 2 * n]
+            inputs |= zip(task.states[2 * n :], x[2 * n :].tolist(), strict=True)
             if energies.constraints.m:
                 q, qd = energies.consistent(q, qd, 0.0, inputs)
             if _defined(equations, q, qd, inputs):
@@ -159,17 +160,18 @@ def _input_ranges(task: Task, input_names: Sequence[str]) -> dict[str, tuple[flo
 
 
 def _calculated_by_fmu(task: Task, fmu: Evaluation, q: Floats, qd: Floats, values: Mapping[str, float]) -> Floats:
-    """Accelerations, momenta, generalized energy and outputs of the FMU, (2n + 1 + outputs,)."""
-    x = [*q, *qd]
-    states = {task.states[i]: x[i] for i in continuous_states(task.mechanism)}  # what has no mass follows
+    """What ``_labels`` names, of the FMU; ``values`` are those of inputs, further states and parameters."""
+    x = dict(enumerate([*q, *qd]))
+    states = {task.states[i]: x[i] for i in continuous_states(task.mechanism) if i in x}  # what has no mass follows
     return fmu.evaluate({**states, **values}, _labels(task.mechanism))
 
 
 def _labels(mechanism: Mechanism) -> list[str]:
-    """The names of what is calculated: accelerations (n,), momenta (n,), generalized energy, multipliers, outputs."""
+    """The names of what is calculated: accelerations (n,), momenta (n,), h, multipliers, rates of z, outputs."""
     coordinates = [c.name for c in mechanism.coordinates]
     wanted = [*map(names.acceleration, coordinates), *map(names.momentum, coordinates), "generalized_energy"]
-    return [*wanted, *(names.multiplier(c.name) for c in _bearing(mechanism)), *mechanism.output_names]
+    wanted += [names.multiplier(c.name) for c in _bearing(mechanism)]
+    return [*wanted, *(names.derivative(z.name) for z in mechanism.states), *mechanism.output_names]
 
 
 def _calculated(equations: Equations, q: Floats, qd: Floats, inputs: Mapping[str, float]) -> Floats:
@@ -178,7 +180,8 @@ def _calculated(equations: Equations, q: Floats, qd: Floats, inputs: Mapping[str
     energy, outputs = equations.generalized_energy(*state), equations.outputs(*state)
     constraints, bearing = equations.mechanism.constraints, _bearing(equations.mechanism)
     forces = [value for c, value in zip(constraints, equations.multipliers(*state), strict=True) if c in bearing]
-    return np.array([*equations.accelerations(*state), *equations.momenta(*state), energy, *forces, *outputs.values()])
+    rates = (equations.accelerations(*state), equations.momenta(*state), [energy], forces, equations.further(*state))
+    return np.concatenate([*rates, list(outputs.values())])
 
 
 def _bearing(mechanism: Mechanism) -> list[Constraint]:

@@ -63,9 +63,13 @@ class Task:
 
     @property
     def states(self) -> list[str]:
-        """The names of q and qd, 2n."""
+        """The names of q, qd and the further states, (2 n + f,)."""
         q = [c.name for c in self.mechanism.coordinates]
-        return [*q, *map(names.velocity, q)]
+        return [*q, *map(names.velocity, q), *(z.name for z in self.mechanism.states)]
+
+    def further(self, run: Trajectory) -> dict[str, Floats]:
+        """The further states along a ``run``, by name: (k,) each."""
+        return {z.name: run[z.name] for z in self.mechanism.states}
 
     def grid(self, step: float) -> Floats:
         """The communication points for ``step``, in s: (k,) from 0 to the stop time."""

@@ -1,10 +1,10 @@
 """The FMU against the direct integration of the same mechanism, on paths that share nothing but the record.
 
-Bars: errors are relative to max(range, nominal) of each coordinate and velocity. Two runs whose starts differ by 1e-8
-drift apart by the amplification A(t), in units of the motion; an error of the solver grows alike, and a long vibration
-adds one for every radian: ``Reference.growth``. The bar is 100 growth tolerance. The comparison ends where that exceeds
-1e-2: from there on the motion is chaotic at this tolerance. A comparison that ends before FEWEST of the run is none,
-and fails.
+Bars: errors are relative to max(range, nominal) of each coordinate, velocity and further state. Two runs whose starts
+differ by 1e-8 drift apart by the amplification A(t), in units of the motion; an error of the solver grows alike, and a
+long vibration adds one for every radian: ``Reference.growth``. The bar is 100 growth tolerance. The comparison ends
+where that exceeds 1e-2: from there on the motion is chaotic at this tolerance. A comparison that ends before FEWEST of
+the run is none, and fails.
 """
 
 from __future__ import annotations
@@ -173,7 +173,7 @@ def _on_grid(reference: Reference, time: Floats) -> NDArray[np.intp]:
 
 
 def _compare(task: Task, label: str, run: Trajectory, reference: Reference) -> Check:
-    """The largest error of q and qd, amplification taken out, until the horizon."""
+    """The largest error of q, qd and further states, amplification taken out, until the horizon."""
     rows = _on_grid(reference, run.time)
     scales = np.array([reference.scales[name] for name in task.states])
     errors = np.abs(run.columns(task.states) - reference.trajectory.columns(task.states)[rows]) / scales
@@ -228,10 +228,11 @@ def _constraint_scales(task: Task, equations: Equations, run: Trajectory) -> Flo
     n, energies = len(task.mechanism.coordinates), equations.energies
     x = run.columns(task.states)
     nominal = np.array([c.nominal for c in task.mechanism.coordinates])
-    jacobian = energies.constraints(energies.state(run.time, x[:, :n], x[:, n:]))[3]
+    state = energies.state(run.time, x[:, :n], x[:, n : 2 * n], task.further(run))
+    jacobian = energies.constraints(state)[3]
     found: Floats = np.abs(jacobian * nominal[:, None]).max(axis=1).T
     found = np.where(found > 0, found, 1.0)
-    found[:, energies.constraints.h :] *= np.maximum(1.0, np.abs(x[:, n:] / nominal).max(axis=1))[:, None]
+    found[:, energies.constraints.h :] *= np.maximum(1.0, np.abs(x[:, n : 2 * n] / nominal).max(axis=1))[:, None]
     return found
 
 
@@ -241,7 +242,7 @@ def _energy_checks(task: Task, run: Trajectory, reference: Reference) -> list[Ch
     q, qd = run.columns(coordinates), run.columns([names.velocity(c) for c in coordinates])
     qdd = run.columns([names.acceleration(c) for c in coordinates])
     inputs = _inputs_at(task, run.time)
-    balance = Equations(task.mechanism).balance(run.time, q, qd, qdd, inputs)
+    balance = Equations(task.mechanism).balance(run.time, q, qd, qdd, inputs | task.further(run))
     scale = float(np.max(balance.scale, initial=0.0)) or 1.0
     worst = int(np.argmax(np.abs(balance.residual)))
     off, detail = float(np.abs(balance.residual[worst]) / scale), f"largest at t = {run.time[worst]:.3g} s"

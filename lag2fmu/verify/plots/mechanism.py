@@ -96,9 +96,9 @@ def _modes(equations: EquationsOfMotion) -> tuple[tuple[Mode, ...], dict[str, An
     if not found:
         return nothing, {}, "There are no normal modes: no equilibrium was found."
     q = found[0].q
-    values = at(equations, operating_inputs(equations), q, np.zeros_like(q))
+    values = at(equations, operating_inputs(equations), q, np.zeros_like(q), found[0].further)
     try:
-        modes = normal_modes(linearize(equations, q, np.zeros_like(q)))
+        modes = normal_modes(linearize(equations, q, np.zeros_like(q), further=found[0].further))
     except DerivationError as error:
         return nothing, {}, f"There are no normal modes: {str(error).split(': ', 1)[-1]}."
     moving = tuple(mode for mode in modes if mode.eigenvalue != 0 and np.abs(mode.shape).max(initial=0.0) > 0)

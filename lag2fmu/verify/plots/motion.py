@@ -56,7 +56,7 @@ def motion_figure(
 ) -> Figure:
     """The ``run`` of ``mechanism``, whose columns are q, qd and its outputs; ``signals`` are the inputs it had.
 
-    Left: coordinates, velocities, energies, outputs, modes over time; right: paths of the bodies,
+    Left: coordinates, velocities, further states, energies, outputs, modes over time; right: paths of the bodies,
     configuration path and phase portrait. Without a mechanism, or without q and qd: each column over time. Raises
     DerivationError where the equations of ``mechanism`` cannot be derived.
     """
@@ -125,11 +125,12 @@ def _panels(
     units: Mapping[str, Unit],
     notes: list[str],
 ) -> list[Panel]:
-    """Inputs, coordinates, velocities and outputs, each by unit."""
+    """Inputs, coordinates, velocities, further states and outputs, each by unit."""
     q = [c.name for c in mechanism.coordinates]
     wanted = [
         ("coordinates", smooth, q),
         ("velocities", smooth, list(map(velocity, q))),
+        ("further states", run, [z.name for z in mechanism.states if z.name in run]),
         ("outputs", run, [name for name in mechanism.output_names if name in run]),
     ]
     wanted = [("inputs", signals, list(signals.names)), *wanted] if signals is not None else wanted

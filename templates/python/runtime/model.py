@@ -11,7 +11,8 @@ Matrix = Sequence[Sequence[float]]
 
 TIME, STATE, ACCELERATION, INPUT = "time", "state", "acceleration", "input"
 PARAMETER, SETTING, DEPENDENT, LOCAL = "parameter", "setting", "dependent", "local"
-"""The kinds of variables; states are (q, qd)."""
+FURTHER_RATE = "further_rate"
+"""The kinds of variables; states are (q, qd) with further states behind, whose derivatives are further rates."""
 
 
 class Unsolvable(Exception):  # noqa: N818
@@ -71,6 +72,8 @@ class Model:
     the dependent parameters. ``nominal`` (n,) is the size of each coordinate, ``default_step`` and
     ``default_duration``, that of the experiment, are in s. Inputs from ``first_motion`` on are prescribed motions: each
     a position, its velocity and its acceleration.
+    ``further(..., accelerations)`` gives the derivatives of the further states, (f,), ``nominal_further`` (f,)
+    are their sizes.
     """
 
     name: str
@@ -84,6 +87,8 @@ class Model:
     equations: Callable[[float, Vector, Vector, Vector], tuple[Matrix, Vector]]
     calculate: Callable[[float, Vector, Vector, Vector, Vector], Vector]
     follow: Callable[[Vector], Vector]
+    further: Callable[[float, Vector, Vector, Vector, Vector], Vector] | None = None
+    nominal_further: Vector = ()
 
     def of(self, kind: str) -> list[Variable]:
         """The variables of one kind, by index."""

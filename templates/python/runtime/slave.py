@@ -15,11 +15,11 @@ from typing import Any, ClassVar, NoReturn
 from pythonfmu.enums import Fmi2Status
 from pythonfmu.fmi2slave import Fmi2Slave
 
-from .equations import accelerations
+from .equations import accelerations, further_rates
 from .integrator import LEAST_TOLERANCE, Derivative, Integrator
 from .legal_calls import CALLS, SETTABLE, legal_modes, verdict
 from .library import hold, release_at_exit
-from .model import ACCELERATION, DEPENDENT, LOCAL, TIME, Model, Unsolvable, Variable, Vector
+from .model import ACCELERATION, DEPENDENT, FURTHER_RATE, LOCAL, TIME, Model, Unsolvable, Variable, Vector
 from .state import ERROR, INITIALIZATION, STEP_COMPLETE, STEP_FAILED, TERMINATED, State, restore, save
 
 # Importers compute times in many ways: a difference of this part of the communication step is bridged, and a stop time
@@ -170,7 +170,7 @@ class MechanismSlave(Fmi2Slave):  # type: ignore[misc]  # pythonfmu has no types
         state = self.state
         if variable.kind == TIME:
             return state.time
-        if variable.kind not in (ACCELERATION, DEPENDENT, LOCAL):
+        if variable.kind not in (ACCELERATION, DEPENDENT, FURTHER_RATE, LOCAL):
             stored: list[float] = getattr(state, f"{variable.kind}s")
             return stored[variable.index]
         try:
@@ -192,6 +192,8 @@ class MechanismSlave(Fmi2Slave):  # type: ignore[misc]  # pythonfmu has no types
                 found: Vector = accelerations(self.model, *known)
             elif kind == DEPENDENT:
                 found = self.model.follow(state.parameters)
+            elif kind == FURTHER_RATE:
+                found = further_rates(self.model, *known, self._vector(ACCELERATION))
             else:
                 found = self.model.calculate(*known, self._vector(ACCELERATION))
             self._calculated[kind] = [float(x) for x in found]
@@ -213,11 +215,13 @@ class MechanismSlave(Fmi2Slave):  # type: ignore[misc]  # pythonfmu has no types
     # ------------------------------------------------------------------------------------------------------ equations
 
     def _derivative_from(self, start: float) -> Derivative:
-        """dx/dt = (qd, qdd) in a communication step that begins at ``start`` (s); raises Unsolvable."""
+        """dx/dt = (qd, qdd, dz) in a communication step that begins at ``start`` (s); raises Unsolvable."""
+        n = len(self.model.nominal)
 
         def derivative(t: float, states: Vector) -> list[float]:
-            inputs = self.model.moved(self.state.inputs, t - start)
-            return [*states[len(states) // 2 :], *accelerations(self.model, t, states, inputs, self.state.parameters)]
+            known = (t, states, self.model.moved(self.state.inputs, t - start), self.state.parameters)
+            qdd = accelerations(self.model, *known)
+            return [*states[n : 2 * n], *qdd, *further_rates(self.model, *known, qdd)]
 
         return derivative
 

@@ -106,6 +106,15 @@ fmi2Status fmi2SetContinuousStates(fmi2Component c, const fmi2Real x[], size_t n
     return fmi2OK;
 }
 
+/* The derivative of an entry of the states, with the accelerations up to date. */
+static double derivative_of(const Instance *instance, int state) {
+    if (state < N_COORDINATES) {
+        return instance->state.states[N_COORDINATES + state];
+    }
+    return state < 2 * N_COORDINATES ? instance->cache.accelerations[state - N_COORDINATES]
+                                     : instance->cache.further[state - 2 * N_COORDINATES];
+}
+
 fmi2Status fmi2GetDerivatives(fmi2Component c, fmi2Real derivatives[], size_t nx) {
     Component *component = enter(c, CALL_GetDerivatives);
     if (component == NULL || check_size(component, derivatives, nx) != fmi2OK) {
@@ -118,9 +127,7 @@ fmi2Status fmi2GetDerivatives(fmi2Component c, fmi2Real derivatives[], size_t nx
         return report_failure(component, fmi2Discard);
     }
     for (int i = 0; i < N_CONTINUOUS; i++) {
-        const int state = CONTINUOUS_STATES[i];
-        derivatives[i] = state < N_COORDINATES ? component->instance.state.states[N_COORDINATES + state]
-                                               : component->instance.cache.accelerations[state - N_COORDINATES];
+        derivatives[i] = derivative_of(&component->instance, CONTINUOUS_STATES[i]);
     }
     if (!component->noted_singularity &&
         runs_into_singularity(&component->instance, component->instance.cache.accelerations)) {

@@ -6,6 +6,7 @@
 #include "gate.h"
 #include "logging.h"
 #include "settings.h"
+#include "tables.h"
 #include "values.h"
 
 /* fmi2OK if there is a variable of this type with this value reference. */
@@ -46,6 +47,10 @@ static fmi2Status evaluate(Component *component, const Variable *variable) {
     const double value = *value_slot(&component->instance, variable);
     if (isfinite(value)) {
         return fmi2OK;
+    }
+    const State *state = &component->instance.state;
+    if (tables_explain(&component->instance, state->time, state->states, state->inputs)) {
+        return report_failure(component, model_exchange ? fmi2Discard : fmi2Error);
     }
     return (model_exchange ? discard : fail)(
         component, "variable %s is %g at time %.17g; its expression is not defined for the present states and inputs",

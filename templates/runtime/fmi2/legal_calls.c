@@ -24,6 +24,7 @@ static const Row SETTABLE[N_VARIABLE_KINDS] = {
     [VARIABLE_STATE]        = {"state",        "x x x x . .",   "x x . . . ."},
     [VARIABLE_MASSLESS]     = {"output",       "x x . . . .",   "x x . . . ."},
     [VARIABLE_ACCELERATION] = {"acceleration", ". . . . . .",   ". . . . . ."},
+    [VARIABLE_FURTHER_RATE] = {"derivative",   ". . . . . .",   ". . . . . ."},
     [VARIABLE_MULTIPLIER]   = {"multiplier",   ". . . . . .",   ". . . . . ."},
     [VARIABLE_INPUT]        = {"input",        "o x x x . .",   "o x x . . ."},
     [VARIABLE_PARAMETER]    = {"parameter",    "x x x o . .",   "x x x . . ."},
