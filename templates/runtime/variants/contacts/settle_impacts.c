@@ -31,12 +31,6 @@ static bool something_approaches(const Settling *settling) {
     return found;
 }
 
-/* Is this force more than rounding? It alone would soon give its row a speed that is not as good as 0. */
-static bool is_load(const Settling *settling, int contact, double force) {
-    const int k = ROW_PLACES[contact];
-    return force * settling->delassus[k * K + k] * DEFAULT_SOLVER_STEP > settling_least_speed(settling, contact);
-}
-
 /* What the touching contacts bear before the impact. */
 static bool find_loads(const Settling *settling, bool loaded[]) {
     Instance *instance = settling->instance;
@@ -59,7 +53,7 @@ static bool find_loads(const Settling *settling, bool loaded[]) {
     }
     for (int i = 0; i < N_UNILATERALS; i++) {
         const double force = unknowns[N + ROW_PLACES[i]];
-        loaded[i] = contact_closed(state, i) && force > NO_FORCE * greatest && is_load(settling, i, force);
+        loaded[i] = contact_closed(state, i) && force > NO_FORCE * greatest && settling_bears(settling, i, force);
     }
     return true;
 }
