@@ -56,11 +56,6 @@ def test_impacts_are_located(time: float, impacts: int, motion) -> None:
         assert run["floor_impacts"][-1] == expected
 
 
-def test_the_end_of_all_impacts_is_located(motion) -> None:
-    for moved, mode in ((-1e-8, OPEN), (1e-8, SLIDES)):
-        assert motion("bouncing_ball", 4.063712768871579 + moved, 1, 1e-9, ("floor_mode",))["floor_mode"][-1] == mode
-
-
 # ------------------------------------------------------------------------------------------------- Newton's cradle
 
 
