@@ -271,18 +271,6 @@ def _tangents(
         (p, dp),
         dc=tangent.dependent,
     )
-    yield _function(
-        "mechanism_locals_tangent",
-        "Directional derivative dy of the momenta, energies and outputs.",
-        (*state, qdd, *seed, dqdd),
-        dy=tangent.locals,
-    )
-    yield _function(
-        "mechanism_dependent_tangent",
-        "Directional derivative dc of the dependent parameters.",
-        (p, dp),
-        dc=tangent.dependent,
-    )
     if rows:
         doc = "Directional derivative ds of the forces of the rows that slide."
         yield _function("mechanism_friction_tangent", doc, (*state, qdd, *seed, dqdd), ds=tangent.sliding)

@@ -2,6 +2,8 @@
 #ifndef TABLES_H
 #define TABLES_H
 
+#include <stddef.h>
+
 #include "instance.h"
 
 /* Where the equations have no finite value: is an argument outside its table at this time (s), states and inputs? Then
