@@ -259,6 +259,17 @@ def test_painleve(laws: Laws, angle: float) -> None:
         assert closed[2][0] == (0.0 if above else 1.0)
 
 
+@pytest.mark.parametrize("pull", [1e-15, 1e-12, 1e-9])
+def test_a_contact_does_not_pull(laws: Laws, pull: float) -> None:
+    """One that holds at present opens when its force would be negative, however little."""
+    jacobian = np.array([[1.0, 0], [1, 1]])
+    rows = [normal(0.0, True), normal(0.0, True)]
+    solved, forces, w = laws.solve(jacobian @ jacobian.T, jacobian @ np.array([-G, pull * G]), rows)
+    assert solved
+    assert forces.min() >= 0.0
+    assert w[1] == pytest.approx(pull * G, rel=1e-3, abs=1e-14)
+
+
 def test_a_block_with_dry_friction(laws: Laws) -> None:
     """Mass 2 under a force: it is held up to the greatest holding force, then the sliding force acts."""
     for force, expected in ((4.9, 0.0), (5.1, (5.1 - 3) / 2), (-7.0, -2.0)):
