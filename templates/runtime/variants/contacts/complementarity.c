@@ -24,20 +24,11 @@ static bool in_space(const Laws *laws) {
     return found;
 }
 
-/* A contact that pulls, however little, does not go on. */
-static bool none_pulls(const Laws *laws, const double x[]) {
-    bool none = true;
-    for (int k = 0; k < laws->size; k++) {
-        none = none && (laws->width[k] != 0 || x[k] >= 0.0);
-    }
-    return none;
-}
-
 static bool solve_laws(const Elimination *e, const Laws *laws, double x[]) {
     Choice present;
     memset(x, 0, (size_t)laws->size * sizeof(double));
     choose_present(e, &present);
-    const bool goes_on = laws_try(laws, &present, x) && none_pulls(laws, x);
+    const bool goes_on = laws_try(laws, &present, x) && laws_bounded(laws, &present, x);
     return goes_on || (in_space(laws) ? cones_solve(laws, x) : polyhedral_solve(laws, x));
 }
 
@@ -72,7 +63,7 @@ static void spread(const Laws *laws, double x[]) {
             choice.value[k] = side * laws->base[k];
         }
     }
-    if (laws_try(laws, &choice, other) && none_pulls(laws, other)) {
+    if (laws_try(laws, &choice, other) && laws_bounded(laws, &choice, other)) {
         memcpy(x, other, (size_t)laws->size * sizeof(double));
     }
 }
