@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import ast
+import re
 import subprocess
 import sys
 from pathlib import Path
@@ -34,18 +35,18 @@ ROOMS = {
     "codegen": ({"resources", "graph", "dynamics", "solvers"}, {"jinja2"}),
     "fmu": (
         {"errors", "resources", "version", "language", "description", "mechanism", "formats", "dynamics", "analysis"}
-        | {"picture", "explain", "codegen"},
+        | {"picture", "explain", "solvers", "codegen"},
         set(),
     ),
     "verify": (
         {"errors", "language", "description", "mechanism", "formats", "reference", "graph", "dynamics", "analysis"}
-        | {"picture", "codegen", "fmu"},
+        | {"picture", "solvers", "fmu"},
         {"sympy", "numpy", "fmpy", "rich", "matplotlib"},
     ),
     "checking": ({"errors", "fmu", "verify"}, {"lief", "rich"}),
     "cli": (
         {"errors", "resources", "version", "language", "description", "mechanism", "formats", "reference", "dynamics"}
-        | {"analysis", "explain", "codegen", "fmu", "verify", "checking"},
+        | {"analysis", "explain", "solvers", "fmu", "verify", "checking"},
         {"click", "rich"},
     ),
 }
@@ -61,6 +62,15 @@ USERS = {
 }
 """package -> the modules or rooms that use it: one each, but compilers and strangers' FMUs are different programs, and
 the independent path shares no compiler with what it checks"""
+
+MOST_LAYERS = 38
+"""Modules in the longest chain of imports, from ``errors`` to ``cli.__main__``; it is 27 without hybrid motions."""
+
+MOST_LINES, MOST_LONG_MODULES = 300, 10
+"""Lines that a module should fit in, and how many modules may be longer; none has half as many again."""
+
+MOST_WAYS, MOST_WIDE_FUNCTIONS = 12, 25
+"""Branches that a function should do with, and how many functions may have more: numbers to lower, not to raise."""
 
 
 def _modules() -> list[Path]:
@@ -125,18 +135,40 @@ def test_a_package_has_its_users_only(package: str, expected: set[str]) -> None:
     assert rooms == expected
 
 
-def test_there_are_no_import_cycles() -> None:
-    """Imports for types count; in graph they do not yet."""
-    graph = {}
-    for path in _modules():
-        name = ".".join(("lag2fmu", *path.with_suffix("").parts)).removesuffix(".__init__")
-        graph[name] = _imports(path, typing_too=path.parts[0] not in ("__init__.py", "graph"))
+def _name(path: Path) -> str:
+    return ".".join(("lag2fmu", *path.with_suffix("").parts)).removesuffix(".__init__")
+
+
+def test_there_are_few_import_layers_and_no_cycles() -> None:
+    """Imports for types and those inside functions count; the names that ``lag2fmu`` offers are read when asked for."""
+    graph = {_name(path): _imports(path, typing_too=path.name != "__init__.py") for path in _modules()}
     graph = {name: {n for n in imports if n in graph and n != name} for name, imports in graph.items()}
+    layers = 0
     while graph:
         leaves = [name for name, imports in graph.items() if not imports & graph.keys()]
         assert leaves, f"a cycle among {sorted(graph)}"
         for leaf in leaves:
             del graph[leaf]
+        layers += 1
+    assert layers <= MOST_LAYERS
+
+
+def _homes(path: Path) -> dict[str, str]:
+    """Name that a module has from another one of the package -> that module."""
+    tree = ast.parse((PACKAGE / path).read_text("utf-8"))
+    found = [node for node in tree.body if isinstance(node, ast.ImportFrom)]
+    return {a.name: str(n.module) for n in found for a in n.names if str(n.module).startswith("lag2fmu.")}
+
+
+def test_a_name_comes_from_the_module_that_defines_it() -> None:
+    """What a room's ``__init__`` offers is for those outside: users, models, tests."""
+    doors = {_name(path): _homes(path) for path in _modules() if path.name == "__init__.py"}
+    for path in _modules():
+        tree = ast.parse((PACKAGE / path).read_text("utf-8"))
+        for node in (n for n in ast.walk(tree) if isinstance(n, ast.ImportFrom) and path.name != "__init__.py"):
+            for alias in node.names:
+                home = doors.get(str(node.module), {}).get(alias.name)
+                assert home is None, f"{path}: import {alias.name} from {home}, not from {node.module}"
 
 
 def test_the_public_names_are_these() -> None:
@@ -186,3 +218,28 @@ def test_no_tracked_file_is_binary_but_those_listed() -> None:
     files = [root / name for name in done.stdout.split("\0") if name]
     binary = {p.relative_to(root).as_posix() for p in files if p.is_file() and b"\0" in p.read_bytes()[:8192]}
     assert binary == {"templates/documentation/model.png"}
+
+
+BRANCHES = (ast.If, ast.For, ast.While, ast.IfExp, ast.ExceptHandler, ast.BoolOp, ast.comprehension, ast.Assert)
+
+
+def test_modules_and_functions_are_read_at_a_glance() -> None:
+    """Functions fit a screen with their docstrings; few branch often, and few modules are long."""
+    texts = {path.as_posix(): (PACKAGE / path).read_text("utf-8") for path in _modules()}
+    long = {name: text.count("\n") for name, text in texts.items() if text.count("\n") > MOST_LINES}
+    assert len(long) <= MOST_LONG_MODULES, long
+    assert max(long.values(), default=0) <= 1.5 * MOST_LINES, long
+    wide = {}
+    for name, text in texts.items():
+        for node in (n for n in ast.walk(ast.parse(text)) if isinstance(n, ast.FunctionDef)):
+            ways = 1 + sum(isinstance(inner, BRANCHES) for inner in ast.walk(node))
+            wide |= {f"{name}: {node.name}": ways} if ways > MOST_WAYS else {}
+            assert (node.end_lineno or 0) - node.lineno < 60, f"{name}: {node.name} is longer than a screen"
+    assert len(wide) <= MOST_WIDE_FUNCTIONS, wide
+
+
+def test_no_test_module_is_imported_by_another_one() -> None:
+    """What several tests use stands in tests/support."""
+    for path in sorted(Path(__file__).parent.rglob("*.py")):
+        found = re.search(r"^\s*(?:from|import) (?:(?:\w+\.)*test_|conftest)", path.read_text("utf-8"), re.MULTILINE)
+        assert found is None, f"{path}: {found[0]}"

@@ -17,6 +17,8 @@ from lag2fmu.analysis.canonical import inertia
 from lag2fmu.analysis.equilibria import Equilibrium, equilibria
 from lag2fmu.analysis.evaluation import at, driven_by_time, operating_inputs, unknowns
 from lag2fmu.description import names
+from lag2fmu.description.parts import Constraint, Energy, Force
+from lag2fmu.description.symbols import Coordinate
 from lag2fmu.dynamics.equations import EquationsOfMotion
 from lag2fmu.dynamics.lagrange import derive
 from lag2fmu.errors import DerivationError
@@ -24,8 +26,8 @@ from lag2fmu.graph.autodiff import forward
 from lag2fmu.graph.batches import Floats, evaluate
 from lag2fmu.graph.graph import Node
 from lag2fmu.graph.to_sympy import tidy, written
-from lag2fmu.language.expressions import symbol
-from lag2fmu.mechanism import Constraint, Coordinate, Energy, Force, Mechanism
+from lag2fmu.language.vocabulary import symbol
+from lag2fmu.mechanism.record import Mechanism
 
 _NEGLIGIBLE = 1e-13
 """Entries below this share of the largest one of a matrix, in units of nominal values, are rounding."""
@@ -35,10 +37,16 @@ def linearized(mechanism: Mechanism, about: Sequence[float] | None = None) -> Me
     """The mechanism of small motions of ``mechanism`` about an equilibrium, with coordinates of the same names.
 
     ``about``: q (n,) in SI units, by default the equilibrium found from the start. It starts as far from equilibrium
-    as ``mechanism`` does. Raises DerivationError if there is no equilibrium, if ``about`` is none, or if the time is in
-    the equations (Floquet's exponents belong there). Source: Landau, Lifshitz, Mechanics, section 23.
+    as ``mechanism`` does. Raises DerivationError if there is no equilibrium, if ``about`` is none, if there are further
+    states, or if the time is in the equations (Floquet's exponents belong there). Source: Landau, Lifshitz, Mechanics,
+    section 23.
     """
     equations = derive(mechanism)
+    if equations.variables.further:
+        raise DerivationError(
+            f"mechanism '{mechanism.name}' has further states, which no mechanism of small motions is made of; "
+            "lag2fmu.analysis.linearize gives A, B, C and D with them"
+        )
     return _Form(equations, _equilibrium(equations, about)).mechanism()
 
 
@@ -89,7 +97,7 @@ class _Form:
         self.symbolic = self._stays()
 
     def _real(self) -> bool:
-        """Whether nothing was added to M to make it regular."""
+        """Whether M is the mechanism's own: nothing was added to make it regular."""
         return all(list(a) == b for a, b in zip(self.equations.mass_matrix, inertia(self.equations), strict=True))
 
     def _number(self, value: float) -> Node:

@@ -49,7 +49,7 @@ _MACH_O = (b"\xcf\xfa\xed\xfe", b"\xce\xfa\xed\xfe", b"\xca\xfe\xba\xbe")
 """How files for macOS begin: 64 bit, 32 bit, universal."""
 
 _OLD_GLIBC: Version = (2, 28)
-"""Of 2018; Debian 10 and RHEL 8 have it."""
+"""The glibc of 2018, which Debian 10 and RHEL 8 have."""
 
 _FOLDERS = {
     "linux32": ("ELF", "i386"),
@@ -89,7 +89,7 @@ def read_libraries(data: bytes) -> tuple[Library, ...]:
         return ()
     lief.logging.disable()
     with warnings.catch_warnings():
-        warnings.simplefilter("ignore")  # on numbers that stand for nothing
+        warnings.simplefilter("ignore")  # LIEF warns of numbers that it has no name for
         return _parsed(data)
 
 
@@ -119,26 +119,28 @@ def _word(value: Any) -> str:
 
 
 def _elf(binary: Any) -> Library:
+    versions = {str(v.name) for r in binary.symbols_version_requirement for v in r.get_auxiliary_symbols()}
+    glibc = [tuple(map(int, m[1].split("."))) for v in versions if (m := re.fullmatch(r"GLIBC_([\d.]+)", v))]
+    processor = _word(binary.header.machine_type)
+    exported = _names(s for s in binary.exported_symbols if not str(s.name).startswith("_ZGV"))
+    hazards = tuple(_elf_hazards(binary))
+    return Library("ELF", processor, exported, frozenset(map(str, binary.libraries)), max(glibc, default=()), hazards)
+
+
+def _elf_hazards(binary: Any) -> Iterator[str]:
+    """What makes a hardened system refuse the library, or find others that are not meant."""
     import lief
 
     tags = lief.ELF.DynamicEntry.TAG
-    versions = {str(v.name) for r in binary.symbols_version_requirement for v in r.get_auxiliary_symbols()}
-    glibc = [tuple(map(int, m[1].split("."))) for v in versions if (m := re.fullmatch(r"GLIBC_([\d.]+)", v))]
     stacks = [s for s in binary.segments if s.type == lief.ELF.Segment.TYPE.GNU_STACK]
-    hazards = []
     if not stacks or any(s.has(lief.ELF.Segment.FLAGS.X) for s in stacks):
-        hazards.append("asks for an executable stack, which hardened systems refuse")
+        yield "asks for an executable stack, which hardened systems refuse"
     if binary.has(tags.TEXTREL):
-        hazards.append("has text relocations, which hardened systems refuse")
+        yield "has text relocations, which hardened systems refuse"
     for tag in (tags.RPATH, tags.RUNPATH):
         for path in str(getattr(binary.get(tag), tag.name.lower())).split(":") if binary.has(tag) else ():
             if not path.startswith(("$ORIGIN", "${ORIGIN}")):
-                hazards.append(f"searches libraries in '{path}' of the machine it was built on")
-    processor = _word(binary.header.machine_type)
-    exported = _names(s for s in binary.exported_symbols if not str(s.name).startswith("_ZGV"))
-    return Library(
-        "ELF", processor, exported, frozenset(map(str, binary.libraries)), max(glibc, default=()), tuple(hazards)
-    )
+                yield f"searches libraries in '{path}' of the machine it was built on"
 
 
 def _pe(binary: Any) -> Library:

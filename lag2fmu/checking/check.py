@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from pathlib import Path
 
-from lag2fmu.checking.archive import DESCRIPTION, archive_findings, open_archive
+from lag2fmu.checking.archive import archive_findings, open_archive
 from lag2fmu.checking.binaries import binary_findings, glibc_notes
 from lag2fmu.checking.description import read_description
 from lag2fmu.checking.files import file_findings
@@ -14,6 +14,7 @@ from lag2fmu.checking.isolated_run import run_findings
 from lag2fmu.checking.schema import schema_findings
 from lag2fmu.checking.structure import structure_findings
 from lag2fmu.checking.variables import variable_findings
+from lag2fmu.fmu.pack import DESCRIPTION
 
 
 def check_fmu(path: str | Path, *, run: bool = True, timeout: float = 60.0) -> Findings:
@@ -46,5 +47,5 @@ def check_fmu(path: str | Path, *, run: bool = True, timeout: float = 60.0) -> F
         notes.append(note)
     else:
         notes.append("not run, as asked")
-    findings.sort(key=lambda f: f.severity)  # errors first, else as found
+    findings.sort(key=lambda f: f.severity)  # errors come first, otherwise the order stays
     return Findings(path, tuple(dict.fromkeys(findings)), tuple(notes))

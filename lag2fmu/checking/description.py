@@ -7,8 +7,8 @@ from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 from functools import cached_property
 
-from lag2fmu.checking.archive import DESCRIPTION
 from lag2fmu.errors import LoadError
+from lag2fmu.fmu.pack import DESCRIPTION
 from lag2fmu.fmu.xml_tree import Document, Element, parse
 
 KINDS = ("ModelExchange", "CoSimulation")

@@ -7,9 +7,9 @@ import re
 from collections import Counter
 from collections.abc import Iterator
 
-from lag2fmu.checking.archive import DESCRIPTION
 from lag2fmu.checking.description import Description, number, whole
 from lag2fmu.checking.findings import Finding
+from lag2fmu.fmu.pack import DESCRIPTION
 from lag2fmu.fmu.xml_tree import Element
 
 _TIME = re.compile(r"\d{4}-\d\d-\d\dT\d\d:\d\d:\d\dZ")

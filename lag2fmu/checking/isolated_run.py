@@ -11,13 +11,14 @@ from dataclasses import dataclass, field, fields
 from pathlib import Path, PurePosixPath
 from typing import Any
 
-from lag2fmu.checking.archive import DESCRIPTION, Archive
+from lag2fmu.checking.archive import Archive
 from lag2fmu.checking.catalogue import ESSENTIAL, trials_of
 from lag2fmu.checking.description import Description
 from lag2fmu.checking.files import host_folders, libraries
 from lag2fmu.checking.findings import Finding
 from lag2fmu.checking.process import Run, watched
 from lag2fmu.errors import SimulationError
+from lag2fmu.fmu.pack import DESCRIPTION
 
 _CHILD = "lag2fmu.checking.child"
 
@@ -38,12 +39,7 @@ def run_findings(archive: Archive, description: Description, timeout: float) -> 
     ``timeout`` (s) is what a trial may take. The FMU is unpacked to a temporary folder that goes away at the end.
     Raises LoadError if it cannot be unpacked.
     """
-    names = {
-        kind: name
-        for kind, identifier in description.identifiers.items()
-        for name, platform in libraries(archive, description).items()
-        if platform in host_folders() and PurePosixPath(name).stem == identifier
-    }
+    names = _libraries_of_host(archive, description)
     if not names:
         return [], "not run: there is no library for this machine"
     with tempfile.TemporaryDirectory(prefix="lag2fmu-", ignore_cleanup_errors=True) as temporary:
@@ -60,15 +56,29 @@ def run_findings(archive: Archive, description: Description, timeout: float) -> 
                 (folder / "resources").mkdir(exist_ok=True)
             _one_process(folder, arguments, progress, timeout, once=once)
             progress.deleted |= not (folder / DESCRIPTION).is_file()
+    found = [*progress.findings, *_side_effects(progress)]
+    note = f"run on this machine: {', '.join(names)}; {count} trials"
+    return _for_tools(description, list(dict.fromkeys(found))), note
+
+
+def _libraries_of_host(archive: Archive, description: Description) -> dict[str, str]:
+    """{kind of FMU: name in the archive} of the libraries that this machine can load."""
+    return {
+        kind: name
+        for kind, identifier in description.identifiers.items()
+        for name, platform in libraries(archive, description).items()
+        if platform in host_folders() and PurePosixPath(name).stem == identifier
+    }
+
+
+def _side_effects(progress: _Progress) -> Iterator[Finding]:
+    """What the library did to its surroundings."""
     if progress.deleted:
         problem, remedy = "deletes the folder that it was unpacked to", "leave the folder of the importer as it is"
-        progress.findings.append(Finding("environment", "library", problem, remedy))
+        yield Finding("environment", "library", problem, remedy)
     if progress.printed:
         problem = "prints to standard output or standard error"
-        finding = Finding("prints", "library", problem, "use the logger that the importer gives", "warning")
-        progress.findings.append(finding)
-    note = f"run on this machine: {', '.join(names)}; {count} trials"
-    return _for_tools(description, list(dict.fromkeys(progress.findings))), note
+        yield Finding("prints", "library", problem, "use the logger that the importer gives", "warning")
 
 
 def _for_tools(description: Description, findings: list[Finding]) -> list[Finding]:

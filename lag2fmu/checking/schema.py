@@ -6,8 +6,8 @@ import re
 from collections.abc import Iterator
 from pathlib import Path
 
-from lag2fmu.checking.archive import DESCRIPTION
 from lag2fmu.checking.findings import Finding
+from lag2fmu.fmu.pack import DESCRIPTION
 from lag2fmu.verify.simulate import problems
 
 _RULES = (

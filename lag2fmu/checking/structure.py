@@ -4,9 +4,9 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 
-from lag2fmu.checking.archive import DESCRIPTION
 from lag2fmu.checking.description import STRUCTURE, Description, ScalarVariable, Unknown
 from lag2fmu.checking.findings import Finding, Severity
+from lag2fmu.fmu.pack import DESCRIPTION
 
 
 def structure_findings(description: Description) -> Iterator[Finding]:
@@ -131,14 +131,28 @@ def _knowns(description: Description, unknown: Unknown, variable: ScalarVariable
             problem = f"'{variable.name}' depends on itself"
             yield Finding("self-dependency", unknown.place, problem, "list what it is computed from")
         elif unknown.group == "InitialUnknowns":
-            if known.initial != "exact":
-                problem = f"the dependency '{known.name}' has initial='{known.initial}'"
-                yield Finding("dependency-known", unknown.place, problem, "list inputs, time and exact variables only")
+            yield from _initially_known(unknown, known)
         elif index not in description.states and known.variability != "discrete":
-            problem = f"the dependency '{known.name}' ({known.variability} {known.causality}) is no known"
-            severity: Severity = "warning" if "arameter" in known.causality else "error"
-            yield Finding("dependency-known", unknown.place, problem, "list inputs, time and states only", severity)
-    if own_state and unknown.dependencies is not None:
+            yield _no_known(unknown, known)
+    if own_state:
+        yield from _state_output(unknown, variable)
+
+
+def _no_known(unknown: Unknown, known: ScalarVariable) -> Finding:
+    problem = f"the dependency '{known.name}' ({known.variability} {known.causality}) is no known"
+    severity: Severity = "warning" if "arameter" in known.causality else "error"
+    return Finding("dependency-known", unknown.place, problem, "list inputs, time and states only", severity)
+
+
+def _initially_known(unknown: Unknown, known: ScalarVariable) -> Iterator[Finding]:
+    if known.initial != "exact":
+        problem = f"the dependency '{known.name}' has initial='{known.initial}'"
+        yield Finding("dependency-known", unknown.place, problem, "list inputs, time and exact variables only")
+
+
+def _state_output(unknown: Unknown, variable: ScalarVariable) -> Iterator[Finding]:
+    """A state that is an output lists itself alone, as constant."""
+    if unknown.dependencies is not None:
         kinds = dict(zip(unknown.dependencies, unknown.kinds or (), strict=False))
         if unknown.dependencies != (unknown.index,) or kinds.get(unknown.index, "constant") != "constant":
             problem = f"the state '{variable.name}' does not list just itself, as constant"

@@ -39,6 +39,7 @@ def run(model: Model) -> Iterator[Finding]:
         session.values()
         session.steps(STEPS)
         yield from _not_finite(session, session.model.outputs)
+        yield from _no_items(session)
         session.instance.do("Terminate")
     if (Path.cwd(), locale.setlocale(locale.LC_ALL)) != before:
         problem = "changes the current folder or the locale of the process"
@@ -50,6 +51,17 @@ def _not_finite(session: Session, variables: list[ScalarVariable]) -> Iterator[F
         if not math.isfinite(value):
             problem = f"'{v.name}' is {value} at t = {session.time:g} s"
             yield Finding("value-finite", session.model.kind, problem, "outputs are numbers at the default values")
+
+
+def _no_items(session: Session) -> Iterator[Finding]:
+    """Enumerations whose value is that of no item."""
+    variables = [v for v in session.model.description.variables if v.type == "Enumeration" and v.declared is not None]
+    values = session.instance.get("Enumeration", [v.reference for v in variables]) if variables else []
+    for v, value in zip(variables, values, strict=True):
+        items = {item.get("value") for item in v.declared.all("Item")}  # type: ignore[union-attr]
+        if str(value) not in items:
+            problem = f"'{v.name}' is {value} at t = {session.time:g} s, the value of no item"
+            yield Finding("enumeration-value", session.model.kind, problem, "list an item for each value it takes")
 
 
 def start_values(model: Model) -> Iterator[Finding]:

@@ -47,7 +47,7 @@ def _initial(variable: ScalarVariable) -> Iterator[Finding]:
     if given is not None and variable.causality in ("input", "independent"):
         problem = f"initial='{given}' for causality='{variable.causality}'"
         yield Finding("initial-given", variable.place, problem, "leave 'initial' away there")
-    if variable.initial == "calculated" and variable.start == "":  # fmpy sees other values only
+    if variable.initial == "calculated" and variable.start == "":  # fmpy reports other values itself
         yield Finding("start-forbidden", variable.place, "initial='calculated' with a start value", "remove the start")
 
 
@@ -110,6 +110,11 @@ def _derivative(description: Description, variable: ScalarVariable) -> Iterator[
     if state.causality not in ("local", "output"):
         problem = f"the state '{state.name}' has causality='{state.causality}'"
         yield Finding("derivative", variable.place, problem, "states are local variables or outputs")
+    yield from _derivative_unit(description, state, variable)
+
+
+def _derivative_unit(description: Description, state: ScalarVariable, variable: ScalarVariable) -> Iterator[Finding]:
+    """The unit of a derivative is that of its state per second."""
     units = [description.units.get(v.attribute("unit")) for v in (state, variable)]
     bases = [unit.child("BaseUnit") if unit is not None else None for unit in units]
     if bases[0] is not None and bases[1] is not None and not _is_rate(bases[0], bases[1]):
@@ -148,8 +153,6 @@ def _independent(description: Description) -> Iterator[Finding]:
 def _aliases(group: list[ScalarVariable]) -> Iterator[Finding]:
     """Variables of one base type and one value reference are one variable with several names."""
     first, *others = group
-    constants = [v for v in group if v.variability == "constant"]
-    started = [v for v in group if v.start is not None]
     settable = [v for v in group if v.causality in ("parameter", "input")]
     for other in others:
         units = first.attribute("unit"), other.attribute("unit")
@@ -157,6 +160,16 @@ def _aliases(group: list[ScalarVariable]) -> Iterator[Finding]:
             problem = f"has the unit '{units[1]}', but its alias '{first.name}' '{units[0]}'"
             severity: Severity = "error" if all(units) else "warning"
             yield Finding("alias-unit", other.place, problem, "give aliases the same unit", severity)
+    yield from _alias_values(group)
+    if len(settable) > 1:
+        problem = f"'{settable[0].name}' and its alias '{settable[1].name}' can both be set"
+        yield Finding("alias-settable", settable[1].place, problem, "at most one is a parameter or input")
+
+
+def _alias_values(group: list[ScalarVariable]) -> Iterator[Finding]:
+    """Aliases have one value: all of them are constant with one start, or none is and one of them has a start."""
+    constants = [v for v in group if v.variability == "constant"]
+    started = [v for v in group if v.start is not None]
     if constants and len(constants) < len(group):
         problem = f"'{constants[0].name}' is constant, but not all of its aliases"
         yield Finding("alias-constant", constants[0].place, problem, "give them value references of their own")
@@ -166,6 +179,3 @@ def _aliases(group: list[ScalarVariable]) -> Iterator[Finding]:
     elif not constants and len(started) > 1:
         problem = f"'{started[0].name}' and its alias '{started[1].name}' have start values"
         yield Finding("alias-start", started[1].place, problem, "give one of them a start value")
-    if len(settable) > 1:
-        problem = f"'{settable[0].name}' and its alias '{settable[1].name}' can both be set"
-        yield Finding("alias-settable", settable[1].place, problem, "at most one is a parameter or input")

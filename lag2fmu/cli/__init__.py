@@ -11,9 +11,7 @@ from typing import Any
 
 import click
 
-from lag2fmu.cli.checks import check, demo, validate
-from lag2fmu.cli.fmus import export_command, simulate
-from lag2fmu.cli.mechanisms import models, new, show
+from lag2fmu.cli.commands import check, demo, export_command, models, new, show, simulate, validate
 from lag2fmu.errors import Lag2FmuError
 from lag2fmu.version import VERSION
 
@@ -34,12 +32,14 @@ class _Commands(click.Group):
         _exit_when_terminated()
         try:
             with warnings.catch_warnings():
-                warnings.simplefilter("ignore", RuntimeWarning)  # of NumPy: what is not finite is told by its name
+                warnings.simplefilter(
+                    "ignore", RuntimeWarning
+                )  # from NumPy; what is not finite gets an error that names it
                 return super().invoke(ctx)
         except Lag2FmuError as error:
             raise _BadInputError(str(error)) from error
         except OSError as error:
-            if error.errno == errno.EPIPE:  # the reader of our output is gone, which click answers
+            if error.errno == errno.EPIPE:  # the reader of our output is gone; click deals with that
                 raise
             where = f"'{error.filename}': " if error.filename else ""
             remedy = "is there room, and the right to write, there and in the folder for temporary files (TMPDIR)?"

@@ -1,19 +1,12 @@
-"""Options and arguments that several commands share, and what is made of them."""
+"""Options that several commands share, and checks of the files that are named."""
 
 from __future__ import annotations
 
-from collections.abc import Mapping
 from pathlib import Path
-from typing import TYPE_CHECKING
 
 import click
 
 from lag2fmu.errors import ExportError
-
-if TYPE_CHECKING:
-    from lag2fmu.language.units import Unit
-    from lag2fmu.mechanism import Mechanism
-
 
 SET = click.option(
     "--set",
@@ -33,27 +26,6 @@ INPUT = click.option(
 HOLD = click.option("--hold", is_flag=True, help="Hold the signals during each communication step.")
 PICTURES = (".png", ".svg", ".pdf")
 CSV = (".csv", ".txt", "")
-
-
-def load_mechanism(model: str, settings: tuple[str, ...]) -> Mechanism:
-    """The mechanism ``model`` with what --set gave; that and its warnings go to standard error. Raises Lag2FmuError."""
-    from lag2fmu.formats.loading import load, split_settings, with_settings
-    from lag2fmu.mechanism.display import display_units
-
-    structural, texts = split_settings(model, settings)
-    mechanism = with_settings(load(model, structural), texts)
-    echo_settings(texts, display_units(mechanism))
-    for warning in mechanism.warnings:
-        click.echo(f"warning: {warning}", err=True)
-    return mechanism
-
-
-def echo_settings(texts: Mapping[str, str], units: Mapping[str, Unit]) -> None:
-    """Say on standard error what was set, with the unit in which it was read."""
-    from lag2fmu.mechanism.display import shown, value_in_si
-
-    for name, text in texts.items():
-        click.echo(f"set {name} = {shown(name, value_in_si(name, text, units), units)}", err=True)
 
 
 def check_picture(plot: Path | None) -> None:

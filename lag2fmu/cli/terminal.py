@@ -3,14 +3,12 @@
 from __future__ import annotations
 
 import sys
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
-    from lag2fmu.language.units import Unit
-    from lag2fmu.reference import Trajectory
-    from lag2fmu.verify import Report
+    pass
 
 
 def console() -> Any:
@@ -18,28 +16,6 @@ def console() -> Any:
     from rich.console import Console
 
     return Console(width=None if sys.stdout.isatty() else 110)
-
-
-def print_report(report: Report) -> None:
-    """Print the checks with their values and bars."""
-    console().print(report.table())
-
-
-def print_summary(trajectory: Trajectory, units: Mapping[str, Unit]) -> None:
-    """Print start, extremes and end of every output, in ``units`` where they are known."""
-    from rich.markup import escape
-    from rich.table import Table
-
-    from lag2fmu.mechanism.display import named
-
-    table = Table(title=f"0 to {trajectory.time[-1]:g} s, {len(trajectory)} points", title_justify="left")
-    for heading in ("output", "start", "least", "greatest", "end"):
-        table.add_column(heading, justify="left" if heading == "output" else "right")
-    for name in trajectory.names:
-        column = units[name].from_si(trajectory[name]) if name in units else trajectory[name]
-        numbers = (column[0], column.min(), column.max(), column[-1])
-        table.add_row(escape(named(name, units)), *(f"{x:.9g}" for x in numbers))
-    console().print(table)
 
 
 @contextmanager

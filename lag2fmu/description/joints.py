@@ -15,12 +15,12 @@ import sympy as sp
 from lag2fmu.description.keys import CONFIGURATION, CONSTANT, key
 from lag2fmu.description.names import suggestion
 from lag2fmu.description.outputs import Output
-from lag2fmu.description.parts import Constraint
+from lag2fmu.description.parts import Constraint, Damper, Definition
 from lag2fmu.description.places import AXES, WORLD, End, Expression, Frame, Vector, axes_key, checked_axis, normalise
 from lag2fmu.description.symbols import Coordinate, Declared
 from lag2fmu.errors import MechanismError
-from lag2fmu.language.expressions import symbol, value_of
 from lag2fmu.language.units import DIMENSIONLESS, METRE, RADIAN
+from lag2fmu.language.vocabulary import symbol, value_of
 
 
 class Kind(NamedTuple):
@@ -135,17 +135,22 @@ class Joint:
             if getattr(self, name) is not None:
                 object.__setattr__(self, name, _constant_axis(getattr(self, name), f"{where}.{name}"))
         self._check_form(where)
+        self._check_beside(where)
         self._check_keys(where)
         if self.parent is not None:
             self._check_parent(where)
 
     def _check_form(self, where: str) -> None:
+        """The joint has two ends or a parent, and axes that are known."""
         if (self.between is None) == (self.parent is None):
             raise MechanismError(f"{where}: give either 'between', two ends, or 'parent', the frame it stands on")
         if self.between is not None and len(self.between) != 2:
             raise MechanismError(f"{where}.between: {len(self.between)} ends; name two frames, points or bodies")
         if self.axes not in (WORLD, "frame"):
             raise MechanismError(f"{where}.axes: '{self.axes}' is unknown; give 'world' or 'frame'")
+
+    def _check_beside(self, where: str) -> None:
+        """Keys that go with two ends stand beside them only; likewise those of a joint on a parent."""
         if self.parent is not None and JOINTS[self.kind].coordinates is None:
             raise MechanismError(f"{where}.parent: '{self.kind}' carries no frame; give 'between' instead")
         if self.between is not None and (self.coordinates or any(self.origin)):
@@ -156,7 +161,7 @@ class Joint:
             raise MechanismError(f"{where}.reactions: this joint has none; {instead}")
 
     def _check_keys(self, where: str) -> None:
-        """The keys fit the kind; in the plane some are not needed, which is seen later."""
+        """The keys fit the kind. Some are needed in space only, which is checked when the ends are known."""
         known = JOINTS[self.kind].keys
         for name in _KEYS:
             twin = name == "second_axis" and self.between is not None and "axis" in JOINTS[self.kind].equations
@@ -191,7 +196,9 @@ class Joint:
                 name,
                 _UNITS.get(suffix, RADIAN),
                 start=float(suffix == "e0"),
-                given=False if self.kind == "spherical" else None,  # the norm of the quaternion determines it
+                given=False
+                if self.kind == "spherical"
+                else None,  # the norm of the quaternion determines the first entry
                 doc=f"{suffix.replace('_', ' ')} of the joint {self.name}",
             )
             yield declared.get(name, default)
@@ -249,15 +256,18 @@ def across(axis: str | Sequence[Expression] | None) -> tuple[sp.Matrix, sp.Matri
 
 # ---------------------------------------------------------------------------------------------------------- merging
 
-Named = TypeVar("Named", Frame, Constraint, Output)
+Named = TypeVar("Named", Frame, Definition, Damper, Constraint, Output)
 
 
-def joined(own: Iterable[Named], brought: Iterable[Named], table: str) -> tuple[Named, ...]:
-    """``own`` parts and those that joints bring; raises MechanismError where a name stands for two different ones."""
+def joined(own: Iterable[Named], brought: Iterable[Named], table: str, by: str = "joint") -> tuple[Named, ...]:
+    """``own`` parts and those that joints (or other things, called ``by``) bring.
+
+    Raises MechanismError where a name stands for two different ones.
+    """
     parts = list(own)
     for part in brought:
         same = [other for other in parts if other.name == part.name]
         if any(other != part for other in same):
-            raise MechanismError(f"{table}.{part.name}: a joint brings one of this name too; rename one of them")
+            raise MechanismError(f"{table}.{part.name}: a {by} brings one of this name too; rename one of them")
         parts += [] if same else [part]
     return tuple(parts)

@@ -5,9 +5,8 @@ from __future__ import annotations
 from collections.abc import Iterable
 from difflib import get_close_matches
 
-from lag2fmu.language.expressions import CONSTANTS, FUNCTIONS
 from lag2fmu.language.identifiers import MAX_NAME
-from lag2fmu.language.vocabulary import WORDS
+from lag2fmu.language.vocabulary import CONSTANTS, FUNCTIONS, WORDS
 
 _MASSLESS = "massless_"
 
@@ -90,3 +89,44 @@ def coordinate_of_massless(constraint: str) -> str:
 def residual(name: str) -> str:
     """Name of the residual of the constraint ``name``: what should be zero."""
     return f"residual_{name}"
+
+
+# ---------------------------------------------------------------------------------------- contacts, stops, frictions
+
+DISSIPATED_ENERGY = "dissipated_energy"
+"""The variable that closes the balance of energy where there are contacts, stops or frictions."""
+
+
+def stop_side(stop: str, side: str) -> str:
+    """Name of the ``side`` ("lower" or "upper") of a ``stop``, which is a unilateral by itself."""
+    return f"{stop}_{side}"
+
+
+def gap(contact: str) -> str:
+    """Name of the gap of the ``contact``, or of the side of a stop."""
+    return f"{contact}_gap"
+
+
+def force(element: str) -> str:
+    """Name of the normal force of a contact or of the side of a stop, and of the force of a friction element."""
+    return f"{element}_force"
+
+
+def frictions(contact: str, slips: int) -> tuple[str, ...]:
+    """Names of the friction forces of the ``contact`` along its ``slips``: NAME_friction, or NAME_friction_1, _2."""
+    return (f"{contact}_friction",) if slips == 1 else tuple(f"{contact}_friction_{k + 1}" for k in range(slips))
+
+
+def impulse(contact: str) -> str:
+    """Name of the normal impulse of the last impact at the ``contact``, or at the side of a stop."""
+    return f"{contact}_impulse"
+
+
+def mode(element: str) -> str:
+    """Name of the mode of a contact, of the side of a stop, or of a friction element."""
+    return f"{element}_mode"
+
+
+def impacts(contact: str) -> str:
+    """Name of the count of impacts at the ``contact``, or at the side of a stop."""
+    return f"{contact}_impacts"

@@ -16,8 +16,8 @@ from lag2fmu.description import names
 from lag2fmu.description.keys import ANY, CONFIGURATION, GIVEN, OWN, OWN_RATE, STATE, key, unit_key
 from lag2fmu.description.places import End, Expression, Vector, axes_key, normalise
 from lag2fmu.errors import MechanismError
-from lag2fmu.language.expressions import symbol
 from lag2fmu.language.units import DIMENSIONLESS, JOULE, METRE, NEWTON, SECOND, TORQUE, WATT, Unit
+from lag2fmu.language.vocabulary import symbol
 
 
 @dataclass(frozen=True)

@@ -9,6 +9,7 @@ topology. If every inner node is replaced first, H is the mass matrix: the compo
 
 from __future__ import annotations
 
+from collections import Counter
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
@@ -128,21 +129,7 @@ def solve(
     """
     work = _Elimination(graph, entries, velocities)
     work.load = dict(zip(velocities, rhs, strict=True))
-    waiting = dict.fromkeys(velocities, 0)
-    for terms in work.nodes.combinations.values():
-        for below, _ in terms:
-            if below in waiting:
-                waiting[below] += 1
-    put_off = list(velocities) if not early else []
-    if early:
-        put_off += [v for v in velocities if waiting[v] == 0 and not work.eliminate(v)]
-    for node in sorted(work.nodes.combinations, reverse=True):
-        work.substitute(node)
-        for below, _ in work.nodes.combinations[node]:
-            if below in waiting:
-                waiting[below] -= 1
-                if early and waiting[below] == 0 and not work.eliminate(below):
-                    put_off.append(below)
+    put_off = _eliminated_early(work, velocities) if early else _written_out(work, velocities)
     put_off.reverse()
     while put_off:
         done = next((v for v in put_off if work.eliminate(v)), None)
@@ -153,15 +140,35 @@ def solve(
     return Solution(tuple(value[v] for v in velocities), tuple(work.pivot_of[v] for v in velocities))
 
 
+def _written_out(work: _Elimination, velocities: Sequence[Node]) -> list[Node]:
+    """Write everything out in the ``velocities``; all of them are still to be eliminated."""
+    for node in sorted(work.nodes.combinations, reverse=True):
+        work.substitute(node)
+    return list(velocities)
+
+
+def _eliminated_early(work: _Elimination, velocities: Sequence[Node]) -> list[Node]:
+    """Eliminate each velocity once no node waits for it any more; those whose pivot is zero then are put off."""
+    combinations = work.nodes.combinations
+    waiting = Counter(below for terms in combinations.values() for below, _ in terms)
+    put_off = [v for v in velocities if waiting[v] == 0 and not work.eliminate(v)]
+    known = set(velocities)
+    for node in sorted(combinations, reverse=True):
+        work.substitute(node)
+        for below, _ in combinations[node]:
+            waiting[below] -= 1
+            if below in known and waiting[below] == 0 and not work.eliminate(below):
+                put_off.append(below)
+    return put_off
+
+
 def null_vectors(graph: Graph, entries: Entries, velocities: Sequence[Node]) -> dict[Node, tuple[Node, ...]]:
     """{velocity: null vector (n,)} of M, the Hessian of ``entries``: as many as its rank misses identically.
 
     Each velocity is the one whose entry is 1; the last ones of ``velocities`` are taken where there is a choice.
     """
     work = _Elimination(graph, entries, velocities)
-    for node in sorted(work.nodes.combinations, reverse=True):
-        work.substitute(node)
-    left = list(velocities)
+    left = _written_out(work, velocities)
     while (done := next((v for v in left if work.eliminate(v)), None)) is not None:
         left.remove(done)
     if any(entry != graph.zero for v in left for entry in work.form.rows.get(v, {}).values()):

@@ -14,15 +14,17 @@ from dataclasses import dataclass, field
 import sympy as sp
 
 from lag2fmu.description import names
-from lag2fmu.description.places import WORLD
+from lag2fmu.description.outputs import Output
+from lag2fmu.description.parts import Damper, Load, Spring
+from lag2fmu.description.places import WORLD, Body
 from lag2fmu.dynamics.frames import Frames, Rate, Velocity
 from lag2fmu.dynamics.variables import Variables
 from lag2fmu.graph.autodiff import Forward
 from lag2fmu.graph.from_sympy import Translator
 from lag2fmu.graph.graph import Graph, Node
 from lag2fmu.graph.vectors import Vector, apply, times
-from lag2fmu.language.expressions import symbol
-from lag2fmu.mechanism import Body, Damper, Load, Mechanism, Output, Spring
+from lag2fmu.language.vocabulary import symbol
+from lag2fmu.mechanism.record import Mechanism
 
 
 @dataclass(frozen=True)
@@ -265,7 +267,7 @@ class Composer:
             total[node] = self.g.add(total.get(node, self.g.zero), component)
 
     def output(self, output: Output) -> Vector:
-        """The nodes of an output, one for each of its names"""
+        """The nodes of an output, one for each of its names, in SI units."""
         if output.quantity is None:
             return (self.put(output.expression),)
         name = str(output.point if output.point is not None else output.frame)

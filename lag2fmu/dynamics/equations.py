@@ -7,12 +7,14 @@ from dataclasses import dataclass, replace
 from typing import TypeVar
 
 from lag2fmu.description import names
+from lag2fmu.dynamics.blocks import united
 from lag2fmu.dynamics.constraints import Constraints
 from lag2fmu.dynamics.elimination import Entries, Solution
 from lag2fmu.dynamics.energies import Energies
+from lag2fmu.dynamics.rows import Rows
 from lag2fmu.dynamics.variables import Variables
 from lag2fmu.graph.graph import Graph, Node
-from lag2fmu.mechanism import Mechanism
+from lag2fmu.mechanism.record import Mechanism
 
 _Equations = TypeVar("_Equations", bound="EquationsOfMotion")
 
@@ -26,7 +28,8 @@ class EquationsOfMotion:
 
     ``entries``: the quadratic form 2 T2 over the velocity graph; ``forcing``: (n,); ``solution``: M^-1 forcing (n,)
     with its pivots, by ``method``, None if every order meets a pivot that is identically zero; ``constraints``: of m
-    equations; ``outputs`` and ``dependent`` (parameters) by name; ``parts``: the energies and forces as composed.
+    equations; ``permanent``: those that hold in all modes, in derived equations all; ``rows``: what modes switch on and
+    off, see ``modes``; ``outputs`` and ``dependent`` (parameters) by name; ``parts``: energies and forces as composed.
 
     ``mass_matrix``: M (n, n), d2L/dqd2 and what ``parts.carried`` adds to make it regular; ``residual``: M qdd -
     forcing - G^T multiplier and behind it the constraints' accelerations, (n + m,), with qdd as variables; ``momenta``:
@@ -44,6 +47,8 @@ class EquationsOfMotion:
     forcing: tuple[Node, ...]
     solution: Solution | None
     constraints: Constraints
+    permanent: Constraints
+    rows: Rows
     outputs: Mapping[str, Node]
     dependent: Mapping[str, Node]
     parts: Energies
@@ -57,18 +62,28 @@ class EquationsOfMotion:
         return replace(self, graph=self.graph.copy())
 
     @property
+    def forces(self) -> tuple[str, ...]:
+        """The names of what rows bear that modes switch."""
+        return tuple(str(self.graph.leaf[node]) for node in self.variables.forces)
+
+    @property
     def operations(self) -> int:
         """The number of operations of the accelerations."""
         return self.graph.operations(self.solution.x if self.solution else self.forcing)
 
     def locals(self) -> Iterator[tuple[str, Node]]:
-        """(name, node) of everything that is calculated beside the accelerations: momenta, energies, power, outputs."""
+        """(name, node) of everything that is calculated beside the accelerations: momenta, energies, power, outputs.
+
+        Values are in SI units.
+        """
         for coordinate, momentum in zip(self.mechanism.coordinates, self.momenta, strict=True):
             yield names.momentum(coordinate.name), momentum
         yield from self.energies.items()
         yield from self.outputs.items()
-        for constraint, residual in zip(self.mechanism.constraints, self.constraints.residuals, strict=True):
+        for constraint, residual in zip(self.mechanism.constraints, self.permanent.residuals, strict=True):
             yield names.residual(constraint.name), residual
+        for contact, gap in zip(self.mechanism.unilaterals, self.rows.gaps, strict=True):
+            yield names.gap(contact.name), gap
 
     def unknown_dependencies(self) -> tuple[frozenset[str], ...]:
         """The names of the variables each acceleration and multiplier depends on, (n + m,): those of its block."""
@@ -76,11 +91,7 @@ class EquationsOfMotion:
         matrix = [*([*row] for row in self.mass_matrix), *([*row] for row in c.jacobian)]
         rows = [g.symbols([self.forcing[i], *self.mass_matrix[i]]) for i in range(n)]
         rows += [g.symbols([*c.equation(k), *c.jacobian[k]]) for k in range(len(c))]
-        blocks = [{i, *(j for j in range(n) if row[j] != g.zero)} for i, row in enumerate(matrix)]
-        merged: list[set[int]] = []
-        for block in blocks:
-            apart = [other for other in merged if not other & block]
-            merged = [*apart, block.union(*(other for other in merged if other & block))]
+        blocks = united({i, *(j for j in range(n) if row[j] != g.zero)} for i, row in enumerate(matrix))
         rates = {str(g.leaf[node]) for node in self.variables.rates}
-        names_of = {i: frozenset().union(*(rows[j] for j in block)) - rates for block in merged for i in block}
+        names_of = {i: frozenset().union(*(rows[j] for j in block)) - rates for block in blocks for i in block}
         return tuple(names_of[i] for i in range(len(rows)))

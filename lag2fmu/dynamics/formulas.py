@@ -5,6 +5,7 @@ How expressions are written out is in ``graph.to_sympy``.
 
 from __future__ import annotations
 
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from typing import Any
 
@@ -12,6 +13,9 @@ import sympy as sp
 
 from lag2fmu.description import names
 from lag2fmu.dynamics.equations import EquationsOfMotion
+from lag2fmu.dynamics.variables import further_states
+from lag2fmu.graph.graph import Graph
+from lag2fmu.graph.nodes import Node
 from lag2fmu.graph.to_sympy import tidy, written, written_operations
 from lag2fmu.language.expressions import with_decimals
 
@@ -29,11 +33,12 @@ class Formula:
 
 @dataclass(frozen=True)
 class Formulas:
-    """T and V if they are told apart, M(q), (n, n), the equations of motion, (n,), and the constraints, (m,)."""
+    """T and V if they are told apart, M(q), the equations of motion (n,), of further states (f,), constraints (m,)."""
 
     energies: tuple[Formula, ...]
     mass_matrix: Formula
     motion: tuple[Formula, ...]
+    further: tuple[Formula, ...]
     constraints: tuple[Formula, ...]
 
 
@@ -44,6 +49,7 @@ class Expressions:
     energies: tuple[tuple[str, sp.Expr], ...]
     mass_matrix: sp.ImmutableMatrix
     motion: tuple[tuple[sp.Expr, sp.Expr], ...]
+    further: tuple[tuple[sp.Expr, sp.Expr], ...]
     constraints: tuple[sp.Expr, ...]
 
 
@@ -57,6 +63,7 @@ def formulas(equations: EquationsOfMotion) -> Formulas | None:
         tuple(paper.equation(sp.Symbol(letter), energy) for letter, energy in found.energies),
         paper.equation(sp.Symbol("M"), found.mass_matrix),
         tuple(paper.equation(left, right) for left, right in found.motion),
+        tuple(paper.equation(left, right) for left, right in found.further),
         tuple(paper.equation(residual, sp.S.Zero) for residual in found.constraints),
     )
 
@@ -69,25 +76,44 @@ def expressions(equations: EquationsOfMotion, most: int) -> Expressions | None:
     equations = equations.apart()
     g, v = equations.graph, equations.variables
     n = len(v.q)
-    energies = [(letter, equations.energies.get(name)) for letter, name in _ENERGIES.items()]
-    known = [(letter, node) for letter, node in energies if node is not None]
-    reactions = [g.dot(v.multipliers, [row[i] for row in equations.constraints.jacobian]) for i in range(n)]
-    rest = [g.subtract(g.subtract(Q, f), R) for Q, f, R in zip(v.Q, equations.forcing, reactions, strict=True)]
-    residuals = equations.constraints.residuals
-    mass = [equations.mass_matrix[i][j] for i in range(n) for j in range(i + 1)]
-    nodes = [*(node for _, node in known), *mass, *rest, *residuals]
+    letters = [letter for letter, name in _ENERGIES.items() if name in equations.energies]
+    triangle = [(i, j) for i in range(n) for j in range(i + 1)]
+    nodes = [
+        *(equations.energies[_ENERGIES[letter]] for letter in letters),
+        *(equations.mass_matrix[i][j] for i, j in triangle),
+        *_without_inertia(equations),
+        *equations.variables.further_rates,
+        *equations.constraints.residuals,
+    ]
     operations = written_operations(g, nodes)
     if operations > most:
         return None
-    texts = iter(written(g, nodes) if operations > MAX_OPERATIONS else [tidy(e) for e in written(g, nodes)])
-    printed = tuple((letter, next(texts)) for letter, _ in known)
-    lower = {(i, j): next(texts) for i in range(n) for j in range(i + 1)}
+    texts = _read(g, nodes, operations)
+    printed = tuple((letter, next(texts)) for letter in letters)
+    lower = {place: next(texts) for place in triangle}
     matrix = sp.ImmutableMatrix(n, n, lambda i, j: lower[max(i, j), min(i, j)])
-    accelerations, forces = ([sp.Symbol(str(g.leaf[node]), real=True) for node in nodes] for nodes in (v.qdd, v.Q))
+    symbols = [sp.Symbol(str(g.leaf[node]), real=True) for node in (*v.qdd, *v.Q)]
+    accelerations, forces = symbols[:n], symbols[n:]
     motion = tuple(
         (sp.Add(*(matrix[i, j] * accelerations[j] for j in range(n)), next(texts)), forces[i]) for i in range(n)
     )
-    return Expressions(printed, matrix, motion, tuple(texts))
+    rates = [sp.Symbol(names.derivative(str(g.leaf[node])), real=True) for node in v.further]
+    further = tuple((rate, next(texts)) for rate in rates)
+    return Expressions(printed, matrix, motion, further, tuple(texts))
+
+
+def _read(graph: Graph, nodes: Sequence[Node], operations: int) -> Iterator[sp.Expr]:
+    """The ``nodes`` as expressions, tidied if they have no more than MAX_OPERATIONS operations together."""
+    found = written(graph, nodes)
+    return iter(found) if operations > MAX_OPERATIONS else map(tidy, found)
+
+
+def _without_inertia(equations: EquationsOfMotion) -> list[Node]:
+    """Q - forcing - G^T multiplier, (n,): what stands beside M qdd where the external forces Q are on the right."""
+    g, v = equations.graph, equations.variables
+    columns = zip(*equations.constraints.jacobian, strict=True) if len(equations.constraints) else [()] * len(v.q)
+    reactions = [g.dot(v.multipliers, column) for column in columns]
+    return [g.subtract(g.subtract(Q, f), R) for Q, f, R in zip(v.Q, equations.forcing, reactions, strict=True)]
 
 
 _ENERGIES = {"T": "kinetic_energy", "V": "potential_energy"}
@@ -104,6 +130,8 @@ class _Paper:
         moving = [*coordinates, *(motion.name for motion in equations.mechanism.motions)]
         dotted = {names.velocity(name): (name, 1) for name in moving}
         dotted |= {names.acceleration(name): (name, 2) for name in moving}
+        further = [z.name for z in further_states(equations.mechanism)]
+        dotted |= {names.derivative(name): (name, 1) for name in further}
         forces = {names.generalized_force(name): name for name in coordinates}
 
         class Latex(LatexPrinter):  # type: ignore[misc]

@@ -13,7 +13,7 @@ from __future__ import annotations
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
-from lag2fmu.description.places import WORLD
+from lag2fmu.description.places import WORLD, Frame
 from lag2fmu.graph.from_sympy import Translator
 from lag2fmu.graph.graph import Graph, Node
 from lag2fmu.graph.vectors import (
@@ -27,7 +27,7 @@ from lag2fmu.graph.vectors import (
     times,
     turn_by_quaternion,
 )
-from lag2fmu.mechanism import Frame, Mechanism
+from lag2fmu.mechanism.record import Mechanism
 
 Rate = Callable[[Sequence[Node]], Sequence[Node]]
 """Takes nodes, (k,), and returns their derivatives along a motion, (k,)."""
@@ -149,7 +149,7 @@ class Frames:
         return a if name == WORLD else apply(self.g, self.axes(name), a)
 
     def position(self, name: str, place: Vector) -> Vector:
-        """The position (3,) in world axes, in m, of the point ``place`` of the frame ``name``."""
+        """The position (3,) in world axes, in m, of the point ``place`` (3,) in m of the frame ``name``."""
         return plus(self.g, self.origin(name), self.to_world(name, place))
 
     def origin(self, name: str) -> Vector:

@@ -1,8 +1,9 @@
-"""Functions of arrays on a graph: what the code generators print."""
+"""The record ``Program``: the functions of arrays that the code generators print."""
 
 from __future__ import annotations
 
 from dataclasses import dataclass
+from itertools import accumulate
 
 from lag2fmu.errors import DerivationError
 from lag2fmu.graph.graph import Graph, Node
@@ -46,3 +47,107 @@ class Function:
                 "this is a fault of lag2fmu, please report it with the model"
             )
         return self
+
+
+@dataclass(frozen=True)
+class TableArgument:
+    """An argument, at ``position`` from 1 on, of a table that has no value outside ``least`` to ``greatest`` (SI)."""
+
+    table: str
+    position: int
+    least: float
+    greatest: float
+
+
+@dataclass(frozen=True)
+class EventFunction:
+    """What an event is the zero of: ``name`` for messages, ``nominal`` size in SI units.
+
+    ``timed``: linear in the time, and beside it dependent on parameters alone.
+    """
+
+    name: str
+    nominal: float
+    timed: bool = False
+
+
+@dataclass(frozen=True)
+class Program:
+    """The functions of one mechanism on one graph, and the names of the entries of the FMU's vectors.
+
+    ``locals`` are the names of the entries of ``mechanism_locals``, ``dependent`` those of ``mechanism_dependent``.
+    ``method`` says how M is solved, one of ACCELERATION_METHODS. ``factor_size`` is the length of the array that
+    ``mechanism_factor`` hands to ``mechanism_solve``, ``signals`` that of u, the inputs with their rates. ``outputs``
+    names the outputs beside q and qd; each of them has a second time derivative. ``arguments`` are those that
+    ``mechanism_arguments`` evaluates.
+
+    Of p, the first ``masks`` entries are the numbers of the modes of contacts, dry frictions and latches, see
+    ``modes.Modes``, and the next ``switches`` ones are +1 or -1 for each kink. ``places`` are those of the rows that
+    modes switch among all ``constraints``, ``slips`` says how many of them each contact has to slip along. There are as
+    many ``unilaterals``, contacts and stops; ``frictions`` and ``latches`` are the numbers of the other elements.
+    ``event_functions`` are those of switches, and behind them those of contacts and dry frictions. ``offsets`` is the
+    number of latches that hold positions; the switches of the latches are the last ones. ``simultaneous`` says how
+    impacts are resolved.
+    """
+
+    graph: Graph
+    functions: tuple[Function, ...]
+    method: str
+    factor_size: int
+    inputs: tuple[str, ...]
+    locals: tuple[str, ...]
+    dependent: tuple[str, ...]
+    outputs: frozenset[str] = frozenset()
+    signals: int = 0
+    arguments: tuple[TableArgument, ...] = ()
+    constraints: int = 0
+    places: tuple[int, ...] = ()
+    slips: tuple[int, ...] = ()
+    masks: int = 0
+    switches: int = 0
+    event_functions: tuple[EventFunction, ...] = ()
+    frictions: int = 0
+    latches: int = 0
+    offsets: int = 0
+    simultaneous: bool = False
+
+    @property
+    def unilaterals(self) -> int:
+        """The number of contacts and stops."""
+        return len(self.slips)
+
+    @property
+    def slip_rows(self) -> tuple[int, ...]:
+        """The first slip of each contact among the rows, and behind them the end of all slips."""
+        return tuple(accumulate(self.slips, initial=len(self.slips)))
+
+    @property
+    def latch_switches(self) -> tuple[int, ...]:
+        """The index of the switch that each latch obeys."""
+        return tuple(range(self.switches - self.latches, self.switches))
+
+    @property
+    def permanent(self) -> tuple[int, ...]:
+        """The places of the permanent constraints among all constraints, in order; ``places`` are those of the rows."""
+        return tuple(k for k in range(self.constraints) if k not in self.places)
+
+    @property
+    def contact_events(self) -> int:
+        """The number of the event functions of contacts and dry frictions: two of a contact, one of a dry friction."""
+        return len(self.event_functions) - self.switches
+
+    @property
+    def hybrid(self) -> bool:
+        """Whether the equations of motion change at events."""
+        return bool(self.event_functions)
+
+    def contains(self, variable: str) -> bool:
+        """Whether the equations of motion or constraints contain the ``variable``; the time is 't'."""
+        functions = {f"mechanism_{name}" for name in ("dynamics", "constrained", "switches", "rows", "further")}
+        equations = [f for f in self.functions if f.name in functions]
+        return variable in self.graph.symbols([node for f in equations for *_, node in f.results])
+
+    def operations(self, name: str) -> int:
+        """The number of arithmetic operations and function calls of the function ``name``."""
+        function = next(f for f in self.functions if f.name == name)
+        return self.graph.operations((node for *_, node in function.results), function.given)

@@ -15,7 +15,7 @@ import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 
-from lag2fmu.dynamics.functions import Function
+from lag2fmu.dynamics.functions import EventFunction, Function
 from lag2fmu.dynamics.samples import start_values
 from lag2fmu.dynamics.variables import Variables
 from lag2fmu.graph.autodiff import reverse
@@ -23,25 +23,13 @@ from lag2fmu.graph.fingerprint import PRIME
 from lag2fmu.graph.graph import Graph, Node
 from lag2fmu.graph.operations import KINKS, OPERATIONS
 from lag2fmu.graph.to_sympy import written
-from lag2fmu.mechanism import Mechanism
+from lag2fmu.mechanism.record import Mechanism
 
 _WITHOUT_EFFECT = ("mechanism_locals", "mechanism_locals_tangent", "mechanism_locals_second", "mechanism_dependent")
 """Functions that compute from the motion and do not act on it."""
 
 _LIMITED = ("sqrt", "log", "asin", "acos", "power", "power_or_zero")
 """Operations that have values for some operands only."""
-
-
-@dataclass(frozen=True)
-class EventFunction:
-    """What an event is the zero of: ``name`` for messages, ``nominal`` size in SI units.
-
-    ``timed``: linear in the time, and beside it dependent on parameters alone.
-    """
-
-    name: str
-    nominal: float
-    timed: bool = False
 
 
 @dataclass(frozen=True)
@@ -66,10 +54,10 @@ def switched(
     functions stay as they are where there are neither. Nodes are added to ``graph``.
     """
     effective = [node for f in functions if f.name not in _WITHOUT_EFFECT for *_, node in f.results]
-    moving = {variables.t, *variables.q, *variables.qd, *variables.signals}
+    moving = {variables.t, *variables.states, *variables.signals}
     kinks = _Kinks(graph, moving, {*variables.unknowns})
     margins = kinks.margins([*effective, *conditions])
-    if not margins and not conditions:
+    if not margins and not conditions and not masks:
         return Switched(tuple(functions), ())
     every = [*margins, *conditions]
     switches = tuple(graph.symbol(f"switch {k}") for k in range(len(every)))
@@ -197,12 +185,12 @@ def _described(graph: Graph, v: Variables, mechanism: Mechanism, margins: Sequen
     """The name, nominal size and kind of each margin."""
     texts = [str(expression) for expression in written(graph, margins)]
     return tuple(
-        EventFunction(text, _nominal(graph, v, mechanism, margin), _timed(graph, v, margin))
+        EventFunction(text, nominal_size(graph, v, mechanism, margin), _timed(graph, v, margin))
         for text, margin in zip(texts, margins, strict=True)
     )
 
 
-def _nominal(graph: Graph, v: Variables, mechanism: Mechanism, margin: Node) -> float:
+def nominal_size(graph: Graph, v: Variables, mechanism: Mechanism, margin: Node) -> float:
     """What ``margin`` changes by if every variable changes by its nominal value at the start; 1 if that is 0."""
     sizes = [mechanism.experiment.stop_time]
     sizes += 2 * [c.nominal for c in mechanism.coordinates]

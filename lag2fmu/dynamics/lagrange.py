@@ -30,6 +30,7 @@ from lag2fmu.dynamics.equations import EquationsOfMotion
 from lag2fmu.dynamics.formulas import formulas
 from lag2fmu.dynamics.massless import with_equilibria
 from lag2fmu.dynamics.nominals import with_nominals
+from lag2fmu.dynamics.rows import Rows, compose_rows
 from lag2fmu.dynamics.samples import (
     check_agreement,
     check_positive,
@@ -42,14 +43,14 @@ from lag2fmu.dynamics.samples import (
 )
 from lag2fmu.dynamics.symbolic import Symbolic
 from lag2fmu.dynamics.terms import named_energies, quadratic_form, unconstrained_residual, with_constraints
-from lag2fmu.dynamics.variables import Variables, declare, translator
+from lag2fmu.dynamics.variables import Variables, declare, further_states, translator
 from lag2fmu.formats.loading import as_mechanism
 from lag2fmu.graph.autodiff import Forward, reverse
 from lag2fmu.graph.batches import matrix
 from lag2fmu.graph.cost import cycles
 from lag2fmu.graph.graph import Graph, Node
-from lag2fmu.mechanism import Mechanism
 from lag2fmu.mechanism.check import check_starts
+from lag2fmu.mechanism.record import Mechanism
 
 ACCELERATION_METHODS = ("elimination", "factorisation")
 """How M qdd = forcing is solved: by elimination over the velocity graph, or by an LDL^T of M; both on the graph."""
@@ -71,7 +72,7 @@ class DerivedEquations(EquationsOfMotion):
         found = formulas(self)
         if found is None:
             return None
-        lines = [*found.motion, *found.constraints]
+        lines = [*found.motion, *found.further, *found.constraints]
         return "$$\\begin{gathered}" + " \\\\ ".join(line.latex for line in lines) + "\\end{gathered}$$"
 
     @property
@@ -108,11 +109,11 @@ def _check(equations: EquationsOfMotion, distances: Mapping[str, Node]) -> None:
     states = [start_values(mechanism), *samples(mechanism, 5)]
     masses = mass_matrices(g, equations.entries, equations.variables.qd, states)
     at_start = masses[0]
-    if not np.all(np.isfinite(at_start)):  # M may be finite where the coefficients of its form are not
+    if not np.all(np.isfinite(at_start)):  # M may be finite although the coefficients of its form are not
         at_start = matrix(g, equations.mass_matrix, states[0], len(forcing))
     check_start(mechanism, g, at_start, forcing, distances)
     check_positive(mechanism, at_start)
-    check_rank(mechanism, masses[1:])
+    check_rank(mechanism, masses[1:], equations.solution is not None)
     check_agreement(mechanism, g, masses[1:], states[1:], forcing, equations.solution)
 
 
@@ -150,6 +151,7 @@ class _Composed:
     entries: Entries
     forcing: tuple[Node, ...]
     constraints: Constraints
+    rows: Rows
 
 
 @dataclass(frozen=True)
@@ -164,14 +166,17 @@ def _composed(mechanism: Mechanism, carried: Mapping[int, float]) -> _Composed:
     """Compose both sides; ``carried`` {index of a constraint: weight} names constraints that act as inertias."""
     graph = Graph()
     variables = declare(graph, mechanism)
-    composer = Composer(graph, mechanism, translator(graph, mechanism, variables), variables)
+    put = translator(graph, mechanism, variables)
+    variables = replace(variables, further_rates=tuple(put(state.derivative) for state in further_states(mechanism)))
+    composer = Composer(graph, mechanism, put, variables)
     constraints = compose(graph, mechanism, composer.put, variables)
     inertias = {constraints.velocities[k]: graph.constant(Fraction(weight)) for k, weight in sorted(carried.items())}
     energies = replace(composer.energies(), carried=inertias)
     entries = quadratic_form(graph, mechanism, variables, energies)
     residual = unconstrained_residual(graph, variables, energies, composer.rate, composer.rate)
     forcing = tuple(graph.negate(r) for r in residual)
-    return _Composed(mechanism, graph, variables, composer, energies, entries, forcing, constraints)
+    rows = compose_rows(graph, mechanism, composer.put, variables)
+    return _Composed(mechanism, graph, variables, composer, energies, entries, forcing, constraints, rows)
 
 
 def _solved(given: _Composed, methods: Sequence[str]) -> _Solved:
@@ -231,6 +236,8 @@ def _equations(solved: _Solved) -> DerivedEquations:
         forcing=solved.forcing,
         solution=solved.solution,
         constraints=solved.constraints,
+        permanent=solved.constraints,
+        rows=solved.rows,
         outputs=outputs,
         dependent=dependent,
         parts=parts,

@@ -19,12 +19,13 @@ below which a solution is of no interest; L. Meirovitch, Fundamentals of Vibrati
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
 
 from lag2fmu.description import names
+from lag2fmu.description.symbols import Coordinate
 from lag2fmu.dynamics.constraints import Constraints
 from lag2fmu.dynamics.elimination import Entries
 from lag2fmu.dynamics.samples import mass_matrices, start_values
@@ -33,13 +34,13 @@ from lag2fmu.graph.autodiff import Forward
 from lag2fmu.graph.batches import Floats, matrix
 from lag2fmu.graph.graph import Graph, Node
 from lag2fmu.language.units import parse_unit
-from lag2fmu.mechanism import Coordinate, Mechanism
+from lag2fmu.mechanism.record import Mechanism
 
 SMALL_ANGLE, SMALL_PART = 1e-4, 1e-6
 """The least nominal value of an angle (rad), and that of a length as a part of the greatest one."""
 
 _LARGE = 0.1
-"""Starts beyond this part of the unit need no estimate: rounded up, their size is 1 in the unit."""
+"""A start beyond this part of the unit needs no estimate: its size, rounded up, is 1 in the unit."""
 
 _TIMES, _STABLE = 9, 1e-9
 _LENGTH, _ANGLE = parse_unit("m").exponents, parse_unit("rad").exponents
@@ -65,12 +66,9 @@ def with_nominals(
 
     ``entries`` and ``forcing`` (n,) are both sides of the equations on ``graph``, which stays as it is.
     """
-    groups: dict[object, list[int]] = {}
-    for i, q in enumerate(mechanism.coordinates):
-        groups.setdefault(None if q.unit is None else q.unit.exponents, []).append(i)
     reach: Floats | None = None
     coordinates = list(mechanism.coordinates)
-    for kind, members in groups.items():
+    for kind, members in _by_unit(coordinates).items():
         group = [mechanism.coordinates[i] for i in members]
         if all(q.nominal_from == "given" for q in group) or any(_large(q) for q in group):
             continue
@@ -83,6 +81,14 @@ def with_nominals(
     if coordinates == list(mechanism.coordinates):
         return mechanism
     return mechanism.starting_at(coordinates)
+
+
+def _by_unit(coordinates: Iterable[Coordinate]) -> dict[object, list[int]]:
+    """{exponents of the unit, None without one: the indices of the coordinates that have it}."""
+    groups: dict[object, list[int]] = {}
+    for i, q in enumerate(coordinates):
+        groups.setdefault(None if q.unit is None else q.unit.exponents, []).append(i)
+    return groups
 
 
 def _large(q: Coordinate) -> bool:
@@ -102,9 +108,9 @@ def _size(mechanism: Mechanism, kind: object, group: Sequence[Coordinate], reach
 
     ``reach`` (k,) is how far the linear motion takes them in SI units, nan if it is not stable.
     """
-    ranges = [(q.maximum - q.minimum) / 2 for q in group if q.minimum is not None and q.maximum is not None]
-    if ranges and max(ranges) > 0:
-        return _Size(max(ranges), "half of its range")
+    widest = max(map(_half_range, group))
+    if widest > 0:
+        return _Size(widest, "half of its range")
     length = max(_lengths(mechanism), default=0.0) if kind == _LENGTH else 0.0
     given = [q.nominal for q in group if q.nominal_from == "given"]
     start = max(abs(q.start) for q in group)
@@ -116,6 +122,11 @@ def _size(mechanism: Mechanism, kind: object, group: Sequence[Coordinate], reach
     drift = max(abs(q.velocity) for q in group) * mechanism.experiment.stop_time
     found = max([start, drift, length, *given])
     return _Size(found, "the lengths among the parameters" if found == length else "its start") if found else None
+
+
+def _half_range(q: Coordinate) -> float:
+    """Half of the range of ``q``, in SI units; 0 if it has none."""
+    return 0.0 if q.minimum is None or q.maximum is None else (q.maximum - q.minimum) / 2
 
 
 def _lengths(mechanism: Mechanism) -> Iterator[float]:

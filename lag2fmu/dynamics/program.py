@@ -1,70 +1,23 @@
-"""From equations to functions of arrays: what the code generators print."""
+"""From equations to the functions of arrays that the code generators print."""
 
 from __future__ import annotations
 
 from collections.abc import Collection, Iterable, Iterator
-from dataclasses import dataclass
 
 from lag2fmu.dynamics.elimination import solve
 from lag2fmu.dynamics.equations import EquationsOfMotion
-from lag2fmu.dynamics.functions import Array, Function
-from lag2fmu.dynamics.kinks import EventFunction, switched
+from lag2fmu.dynamics.functions import Array, EventFunction, Function, Program, TableArgument
+from lag2fmu.dynamics.kinks import nominal_size, switched
+from lag2fmu.dynamics.modes import Modes, sliding_forces, with_rows
 from lag2fmu.dynamics.schur_complement import solve_constrained
+from lag2fmu.dynamics.tables import lookups
 from lag2fmu.dynamics.tangent import Tangent, differentiate
 from lag2fmu.dynamics.terms import canonical
 from lag2fmu.dynamics.time_derivatives import SecondDerivatives, differentiate_twice
 from lag2fmu.graph.graph import Graph, Node
+from lag2fmu.graph.operations import SYMBOL
 
-
-@dataclass(frozen=True)
-class Program:
-    """The functions of one mechanism on one graph, and the names of the entries of the FMU's vectors.
-
-    ``locals`` are the names of the entries of ``mechanism_locals``, ``dependent`` those of ``mechanism_dependent``.
-    ``method`` says how M is solved, one of ACCELERATION_METHODS. ``factor_size`` is the length of the array that
-    ``mechanism_factor`` hands to ``mechanism_solve``, ``signals`` that of u, the inputs with their rates. ``outputs``
-    names the outputs beside q and qd; each of them has a second time derivative.
-
-    Of p, the first ``masks`` entries are 1 or 0 for each row of the constraints that may be switched off, and the next
-    ``switches`` ones are +1 or -1 for each kink. ``unilaterals`` and ``frictions`` are the numbers of contacts and of
-    dry frictions. ``event_functions`` are those of switches, and behind them those of contacts and frictions.
-    """
-
-    graph: Graph
-    functions: tuple[Function, ...]
-    method: str
-    factor_size: int
-    inputs: tuple[str, ...]
-    locals: tuple[str, ...]
-    dependent: tuple[str, ...]
-    outputs: frozenset[str] = frozenset()
-    signals: int = 0
-    masks: int = 0
-    switches: int = 0
-    unilaterals: int = 0
-    frictions: int = 0
-    event_functions: tuple[EventFunction, ...] = ()
-
-    @property
-    def hybrid(self) -> bool:
-        """Whether the equations of motion change at events."""
-        return bool(self.event_functions)
-
-    @property
-    def contact_events(self) -> int:
-        """The number of event functions of contacts and frictions."""
-        return len(self.event_functions) - self.switches
-
-    def contains(self, variable: str) -> bool:
-        """Whether the equations of motion or constraints contain the ``variable``; the time is 't'."""
-        functions = ("mechanism_dynamics", "mechanism_constrained", "mechanism_switches")
-        equations = [f for f in self.functions if f.name in functions]
-        return variable in self.graph.symbols([node for f in equations for *_, node in f.results])
-
-    def operations(self, name: str) -> int:
-        """The number of arithmetic operations and function calls of the function ``name``."""
-        function = next(f for f in self.functions if f.name == name)
-        return self.graph.operations((node for *_, node in function.results), function.given)
+__all__ = ["Array", "Function", "Program", "lower"]
 
 
 def lower(equations: EquationsOfMotion, promoted: Collection[str] = (), variational: bool = False) -> Program:
@@ -73,16 +26,22 @@ def lower(equations: EquationsOfMotion, promoted: Collection[str] = (), variatio
     ``promoted`` names the accelerations and locals that are outputs beside those of the mechanism. ``variational``
     adds the momenta and forces that variational solvers work on.
 
-    The arguments of the functions are t; x = (q, qd), (2n,); u, the inputs: Q, then the user's, then y0, y0_dot,
-    y0_ddot of each motion; p, the switches of kinks and behind them the independent parameters; qdd, (n,), with the m
+    The arguments of the functions are t; x = (q, qd) with the f further states behind, (2n + f,); u, the inputs: Q,
+    then the user's, then y0, y0_dot, y0_ddot of each motion; p, numbers of modes, the switches of kinks and behind them
+    the independent parameters; qdd, (n,), with the m
     multipliers behind it. Where coordinates without mass follow from forces, the rates of the inputs stand behind the
     inputs in u. Of M, which is row-major, only the lower triangle is written. All values are in SI units. Raises
     DerivationError if a function would need a variable that is none of its arguments.
     """
     equations = equations.apart()
+    modes = Modes((), (), ())
+    places: tuple[int, ...] = ()
+    if len(equations.rows):
+        equations, modes, places = with_rows(equations)
     g, v = equations.graph, equations.variables
+    sliding = sliding_forces(g, equations.rows, modes)
     p = Array("p", v.parameters)
-    state = (Array("t", (v.t,), True), Array("x", (*v.q, *v.qd)), Array("u", v.signals), p)
+    state = (Array("t", (v.t,), True), Array("x", v.states), Array("u", v.signals), p)
     factor, solution = _factor_and_solve(equations, state)
     outputs = frozenset((*equations.mechanism.output_names, *promoted))
     qdd = Array("qdd", v.unknowns)
@@ -93,6 +52,7 @@ def lower(equations: EquationsOfMotion, promoted: Collection[str] = (), variatio
         factor,
         solution,
         *_constraints(equations, state, factor),
+        *_further(equations, state, qdd),
         *(_canonical(equations, state) if variational else ()),
         _function(
             "mechanism_locals",
@@ -100,13 +60,23 @@ def lower(equations: EquationsOfMotion, promoted: Collection[str] = (), variatio
             (*state, qdd),
             y=(node for _, node in equations.locals()),
         ),
-        *_tangents(differentiate(equations), state, qdd, len(equations.constraints) > 0),
+        *_rows(equations, sliding, state, qdd),
+        *_tangents(
+            differentiate(equations, sliding), state, qdd, len(equations.constraints) > 0, len(equations.rows) > 0
+        ),
         *_second_derivatives(differentiate_twice(equations, outputs), state, qdd),
     )
-    found = switched(g, v, equations.mechanism, functions)
+    arguments = _arguments(g, functions, state)
+    if arguments:
+        doc = "Arguments a of tables that have no value outside their data."
+        functions = (*functions, _function("mechanism_arguments", doc, state, a=(node for node, _ in arguments)))
+    found = switched(
+        g, v, equations.mechanism, functions, masks=len(modes.numbers), conditions=equations.rows.conditions
+    )
     return Program(
         graph=g,
         functions=tuple(function.check(g) for function in found.functions),
+        arguments=tuple(argument for _, argument in arguments),
         method=equations.method,
         factor_size=len(factor.results) - len(v.q),
         inputs=tuple(str(g.leaf[node]) for node in v.inputs),
@@ -114,9 +84,33 @@ def lower(equations: EquationsOfMotion, promoted: Collection[str] = (), variatio
         locals=tuple(name for name, _ in equations.locals()),
         dependent=tuple(equations.dependent),
         outputs=outputs,
+        places=places,
+        slips=equations.rows.slips,
+        masks=len(modes.numbers),
+        frictions=len(equations.rows.sliding),
+        latches=len(equations.rows.latches),
+        offsets=len(modes.offsets),
+        constraints=len(equations.constraints),
+        simultaneous=equations.mechanism.impacts == "simultaneous",
         switches=len(found.margins),
-        event_functions=found.margins,
+        event_functions=(*found.margins, *_contact_events(equations)),
     )
+
+
+def _arguments(
+    graph: Graph, functions: Iterable[Function], state: tuple[Array, ...]
+) -> list[tuple[Node, TableArgument]]:
+    """The arguments, functions of the ``state``, of tables that have no value outside their data."""
+    given = {entry for array in state for entry in array.entries}
+    nodes = graph.cone(node for f in functions for *_, node in f.results)
+    found: dict[tuple[Node, str], TableArgument] = {}
+    for table, _, arguments in lookups(graph, nodes):
+        for axis, argument in enumerate(arguments):
+            symbols = {node for node in graph.cone([argument]) if graph.code[node] == SYMBOL}
+            if table.outside == "error" and symbols <= given:
+                knots = table.knots[axis]
+                found[argument, table.name] = TableArgument(table.name, axis + 1, float(knots[0]), float(knots[-1]))
+    return [(argument, range_of) for (argument, _), range_of in found.items()]
 
 
 def _function(name: str, doc: str, arguments: tuple[Array, ...], **arrays: Iterable[Node]) -> Function:
@@ -145,7 +139,7 @@ def _constrained_accelerations(equations: EquationsOfMotion, state: tuple[Array,
     """
     g, n, m = equations.graph, len(equations.forcing), len(equations.constraints)
     drift = tuple(g.symbol(f"drift {k}") for k in range(m))
-    found = solve_constrained(equations, drift)
+    found = None if len(equations.rows) else solve_constrained(equations, drift)  # modes change what is independent
     doc = (
         "Accelerations and behind them the multipliers, with G qdd + gamma + drift = 0. Usable if the pivots of M and "
         "the margins of the constraints are positive, and the squares of their distances have not shrunk."
@@ -181,6 +175,13 @@ def _factor_and_solve(equations: EquationsOfMotion, state: tuple[Array, ...]) ->
     return factor, _function("mechanism_solve", "The solution a of M a = b.", (Array("w", w), Array("b", rhs)), a=x)
 
 
+def _further(equations: EquationsOfMotion, state: tuple[Array, ...], qdd: Array) -> Iterator[Function]:
+    """The derivatives of the further states, if there are any."""
+    if equations.variables.further:
+        doc = "Derivatives dz of the further states; qdd holds the accelerations and behind them the multipliers."
+        yield _function("mechanism_further", doc, (*state, qdd), dz=equations.variables.further_rates)
+
+
 def _canonical(equations: EquationsOfMotion, state: tuple[Array, ...]) -> Iterator[Function]:
     """Momenta and forces of Lagrange's equations, for variational methods."""
     momenta, forces = canonical(equations.graph, equations.variables, equations.parts)
@@ -209,31 +210,70 @@ def _constraints(equations: EquationsOfMotion, state: tuple[Array, ...], factor:
     )
 
 
-def _tangents(tangent: Tangent, state: tuple[Array, ...], qdd: Array, constrained: bool) -> tuple[Function, ...]:
+def _rows(
+    equations: EquationsOfMotion, sliding: tuple[Node, ...], state: tuple[Array, ...], qdd: Array
+) -> Iterator[Function]:
+    """What is to be known about the rows that modes switch, and the forces of those that slide."""
+    rows = equations.rows
+    if not len(rows):
+        return
+    jacobian = [entry for row in rows.jacobian for entry in row]
+    doc = "Of all rows in any mode: positions phi, velocities v, their Jacobian G (row-major), gamma of G qdd + gamma."
+    of_rows = {"phi": rows.positions, "v": rows.velocities, "G": jacobian, "gamma": rows.accelerations}
+    yield _function("mechanism_rows", doc, state, **of_rows)
+    doc = "Coefficients of contacts: restitution e, sliding friction mu, static friction mu_s."
+    of_contacts = {"e": rows.restitution, "mu": rows.friction, "mu_s": rows.static_friction}
+    yield _function("mechanism_contacts", doc, state, **of_contacts)
+    doc = "Forces s of the rows that slide, and of dry frictions the forces F that slide and the largest H that hold."
+    yield _function("mechanism_friction", doc, (*state, qdd), s=sliding, F=rows.sliding, H=rows.holding)
+
+
+def _contact_events(equations: EquationsOfMotion) -> Iterator[EventFunction]:
+    """Two event functions of each contact, of its gap or force and of its slip; one of each dry friction."""
+    g, v, mechanism, rows = equations.graph, equations.variables, equations.mechanism, equations.rows
+    for contact, gap in zip(mechanism.unilaterals, rows.gaps, strict=True):
+        size = nominal_size(g, v, mechanism, gap)
+        yield EventFunction(f"{contact.name}: gap or force", size)
+        yield EventFunction(f"{contact.name}: slip or friction", size)
+    for friction in mechanism.frictions:
+        yield EventFunction(f"{friction.name}: slip or friction", 1.0)
+
+
+def _tangents(
+    tangent: Tangent, state: tuple[Array, ...], qdd: Array, constrained: bool, rows: bool
+) -> Iterator[Function]:
     """Directional derivatives along (dt, dx, du, dp)."""
     p, dp, dqdd = state[-1], Array("dp", tangent.dp), Array("dqdd", tangent.dqdd)
     seed = (Array("dt", (tangent.dt,), True), Array("dx", tangent.dx), Array("du", (*tangent.du, *tangent.drates)), dp)
-    return (
-        _function(
-            "mechanism_residual_tangent",
-            "Directional derivative dr of r = M qdd - f at fixed qdd."
-            + (" Behind M qdd - f - G^T multiplier: G qdd + gamma, v, phi." if constrained else ""),
-            (*state, qdd, *seed),
-            dr=tangent.residual,
-        ),
-        _function(
-            "mechanism_locals_tangent",
-            "Directional derivative dy of the momenta, energies and outputs.",
-            (*state, qdd, *seed, dqdd),
-            dy=tangent.locals,
-        ),
-        _function(
-            "mechanism_dependent_tangent",
-            "Directional derivative dc of the dependent parameters.",
-            (p, dp),
-            dc=tangent.dependent,
-        ),
+    yield _function(
+        "mechanism_residual_tangent",
+        "Directional derivative dr of r = M qdd - f at fixed qdd."
+        + (" Behind M qdd - f - G^T multiplier: G qdd + gamma, v, phi." if constrained else ""),
+        (*state, qdd, *seed),
+        dr=tangent.residual,
     )
+    if tangent.further:
+        yield _function(
+            "mechanism_further_tangent",
+            "Directional derivative d2z of the derivatives dz of the further states.",
+            (*state, qdd, *seed, dqdd),
+            d2z=tangent.further,
+        )
+    yield _function(
+        "mechanism_locals_tangent",
+        "Directional derivative dy of the momenta, energies and outputs.",
+        (*state, qdd, *seed, dqdd),
+        dy=tangent.locals,
+    )
+    yield _function(
+        "mechanism_dependent_tangent",
+        "Directional derivative dc of the dependent parameters.",
+        (p, dp),
+        dc=tangent.dependent,
+    )
+    if rows:
+        doc = "Directional derivative ds of the forces of the rows that slide."
+        yield _function("mechanism_friction_tangent", doc, (*state, qdd, *seed, dqdd), ds=tangent.sliding)
 
 
 def _second_derivatives(second: SecondDerivatives, state: tuple[Array, ...], qdd: Array) -> tuple[Function, Function]:

@@ -142,16 +142,21 @@ def _split(
         sign = g.one if code == ADD else g.minus_one
         lower = (g.add(a[0], g.multiply(sign, b[0])), g.add(a[1], g.multiply(sign, b[1])))
         return _recorded(g, products, lower, _times(g, products, a[2], g.one) + _times(g, products, b[2], sign))
-    if code == DIVIDE and b[1] == b[2] == z:
+    if code == DIVIDE and _degree(g, b) == 0:
         inverse = g.divide(g.one, b[0])
         return _recorded(g, products, _scaled(g, a, inverse), _times(g, products, a[2], inverse))
-    if code != MULTIPLY or (a[1] != z and b[2] != z) or (a[2] != z and b[1] != z) or (a[2] != z and b[2] != z):
+    if code != MULTIPLY or _degree(g, a) + _degree(g, b) > 2:
         return None
     lower = (g.multiply(a[0], b[0]), g.add(g.multiply(a[0], b[1]), g.multiply(a[1], b[0])))
     second = _times(g, products, a[2], b[0]) + _times(g, products, b[2], a[0])
-    if a[1] != z and b[1] != z:
+    if z not in (a[1], b[1]):
         second.append((a[1], b[1], g.one))
     return _recorded(g, products, lower, second)
+
+
+def _degree(g: Graph, parts: Parts) -> int:
+    """The highest degree of which ``parts`` has one that is not identically zero."""
+    return max((degree for degree, part in enumerate(parts) if part != g.zero), default=0)
 
 
 def _scaled(g: Graph, parts: Parts, factor: Node) -> tuple[Node, Node]:

@@ -2,21 +2,26 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterable
 from dataclasses import dataclass, replace
 from graphlib import TopologicalSorter
 
 from lag2fmu.description import names
+from lag2fmu.description.events import State
+from lag2fmu.dynamics.tables import interpolant
 from lag2fmu.graph.from_sympy import Translator
 from lag2fmu.graph.graph import Graph, Node
-from lag2fmu.mechanism import Mechanism
+from lag2fmu.mechanism.record import Mechanism
 
 
 @dataclass(frozen=True)
 class Variables:
     """The variables as nodes: t; q, qd, qdd, Q of n entries each; plain inputs, motions and independent parameters.
 
-    ``multipliers``: one for each constraint, (m,). ``motions`` holds (y0, y0_dot, y0_ddot) for each motion input.
+    ``further``: the further states z, (f,), and ``further_rates``: their derivatives as nodes, once they are composed.
+
+    ``multipliers``: one for each constraint, (m,). ``forces``: those of the rows that modes switch, see ``Rows``; of
+    latches they are multipliers too. ``motions`` holds (y0, y0_dot, y0_ddot) for each motion input.
     ``rates`` holds the first, then the second time derivatives of all inputs; it is empty unless an equilibrium of a
     coordinate without mass is a constraint. Forces move such a constraint, so its derivatives contain their rates.
     """
@@ -26,11 +31,19 @@ class Variables:
     qd: tuple[Node, ...]
     qdd: tuple[Node, ...]
     multipliers: tuple[Node, ...]
+    forces: tuple[Node, ...]
     Q: tuple[Node, ...]
     plain: tuple[Node, ...]
     motions: tuple[tuple[Node, Node, Node], ...]
     parameters: tuple[Node, ...]
     rates: tuple[Node, ...] = ()
+    further: tuple[Node, ...] = ()
+    further_rates: tuple[Node, ...] = ()
+
+    @property
+    def states(self) -> tuple[Node, ...]:
+        """The vector x of the generated functions: q, qd and the further states, (2 n + f,)."""
+        return (*self.q, *self.qd, *self.further)
 
     @property
     def unknowns(self) -> tuple[Node, ...]:
@@ -48,8 +61,12 @@ class Variables:
         return (*self.inputs, *self.rates)
 
     def direction(self, graph: Graph, accelerating: bool) -> dict[Node, Node]:
-        """The direction of time {variable: its rate}: t -> 1, q -> qd, motions alike, qd -> qdd if ``accelerating``."""
+        """The direction of time {variable: its rate}: t -> 1, q -> qd, motions alike, qd -> qdd if ``accelerating``.
+
+        Further states have the rates that are composed so far.
+        """
         rates = {self.t: graph.one} | dict(zip(self.q, self.qd, strict=True))
+        rates |= zip(self.further, self.further_rates, strict=False)
         if self.rates:
             rates |= dict(zip(self.signals, self.rates, strict=False))
         for y, y_dot, y_ddot in self.motions:
@@ -61,26 +78,34 @@ class Variables:
         return bool(set(self.qd) & set(graph.cone([node])))
 
 
+def further_states(mechanism: Mechanism) -> tuple[State, ...]:
+    """The further states in the order of the vector z: those of the user."""
+    return mechanism.states
+
+
 def declare(graph: Graph, mechanism: Mechanism) -> Variables:
     """All variables of ``mechanism`` as symbols on ``graph``; names that are not the user's are those of ``names``."""
+    graph.tables = [interpolant(table) for table in mechanism.tables]
     q = [c.name for c in mechanism.coordinates]
 
-    def nodes(labels: Sequence[str], group: str | None = "state") -> tuple[Node, ...]:
+    def nodes(labels: Iterable[str], group: str | None = "state") -> tuple[Node, ...]:
         return tuple(graph.symbol(label, group) for label in labels)
 
     v = Variables(
         t=graph.symbol("t", "state"),
         q=nodes(q),
-        qd=nodes([names.velocity(c) for c in q]),
-        qdd=nodes([names.acceleration(c) for c in q], None),
+        qd=nodes(map(names.velocity, q)),
+        qdd=nodes(map(names.acceleration, q), None),
         multipliers=nodes([names.multiplier(c.name) for c in mechanism.constraints], None),
-        Q=nodes([names.generalized_force(c) for c in q]),
+        forces=nodes(_forces(mechanism), None),
+        Q=nodes(map(names.generalized_force, q)),
         plain=nodes([u.name for u in mechanism.plain_inputs]),
         motions=tuple(
             nodes([u.name, names.velocity(u.name), names.acceleration(u.name)])  # type: ignore[misc]
             for u in mechanism.motions
         ),
         parameters=nodes([p.name for p in mechanism.parameters if p.value is not None]),
+        further=nodes([state.name for state in further_states(mechanism)]),
     )
     if not any(c.massless for c in mechanism.constraints):
         return v
@@ -88,10 +113,21 @@ def declare(graph: Graph, mechanism: Mechanism) -> Variables:
     return replace(v, rates=nodes([*first, *map(names.rate, first)]))
 
 
+def _forces(mechanism: Mechanism) -> list[str]:
+    """The names of what rows bear, in the order of ``Rows``."""
+    contacts = mechanism.unilaterals
+    return [
+        *(names.force(contact.name) for contact in contacts),
+        *(name for contact in contacts for name in names.frictions(contact.name, len(contact.slips))),
+        *(names.force(friction.name) for friction in mechanism.frictions),
+        *(names.multiplier(latch.name) for latch in mechanism.latches),
+    ]
+
+
 def translator(graph: Graph, mechanism: Mechanism, variables: Variables) -> Translator:
     """A translator that knows the variables, the dependent parameters and the definitions of ``mechanism``."""
     v = variables
-    known = [v.t, *v.q, *v.qd, *v.unknowns, *v.inputs, *v.parameters]
+    known = [v.t, *v.states, *v.unknowns, *v.forces, *v.inputs, *v.parameters]
     translate = Translator(
         graph, {str(graph.leaf[node]): node for node in known}, (e for _, e in mechanism.expressions())
     )

@@ -7,56 +7,47 @@ derivatives are counted instead of written out.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass
-from functools import cache, cached_property
+from functools import cached_property
 
 import numpy as np
 import sympy as sp
 
 from lag2fmu.description import names
-from lag2fmu.dynamics import EquationsOfMotion, derive
+from lag2fmu.description.symbols import Coordinate
+from lag2fmu.dynamics.equations import EquationsOfMotion
 from lag2fmu.dynamics.formulas import Expressions, expressions
-from lag2fmu.dynamics.lagrange import complete
-from lag2fmu.language.expressions import TIME, symbol, to_text, with_decimals
-from lag2fmu.language.units import Unit
-from lag2fmu.mechanism import Coordinate, Frame, Mechanism
-from lag2fmu.reference import EnergyFunctions
+from lag2fmu.dynamics.lagrange import complete, derive
+from lag2fmu.explain.hybrid import Hybrid, Law
+from lag2fmu.explain.length import MAX_ON_PAPER, MAX_OPERATIONS, operations, tidy
+from lag2fmu.explain.notation import LATEX, TEXT, Notation
+from lag2fmu.explain.words import amount, pose, unit_text, vector
+from lag2fmu.language.expressions import to_text
+from lag2fmu.language.vocabulary import symbol
+from lag2fmu.mechanism.record import Mechanism
 from lag2fmu.reference.composition import Composition
+from lag2fmu.reference.energies import EnergyFunctions
 
-MAX_OPERATIONS, MOST_WRITTEN = 400, 50_000
-"""Lagrangians with more operations than this are not differentiated on paper; equations with more are not written."""
+MOST_WRITTEN = 50_000
+"""Equations with more operations than this are not written."""
 MAX_WRITTEN = (5_000, 500)
 """The same where they are not asked for in full, as text and as LaTeX."""
 LONGEST = 600
 """Characters of a formula that is not asked for in full."""
 
-MAX_ON_PAPER = 20_000
-"""Formulas with more symbols, numbers and operations than this are not written at all."""
 
 Formula = tuple[str, sp.Expr]
 """A left side, in the notation of the text or of LaTeX, and the expression it equals."""
 
 
-@dataclass(frozen=True)
-class _Notation:
-    """How one format writes things: names, expressions, derivatives, headings and lines."""
-
-    name: Callable[[str], str]
-    expression: Callable[[sp.Expr], str]
-    partial: Callable[[str, str], str]
-    total: Callable[[str], str]
-    heading: Callable[[int, str], str]
-    formula: Callable[[str, str], str]
-    remark: Callable[[str], str]
-
-
 def procedure(mechanism: Mechanism, style: str = "text", *, full: bool = False) -> str:
     """The twelve steps for ``mechanism`` as plain text or as LaTeX (``style`` 'text' or 'latex').
 
-    Long formulas of text are shortened unless they are asked for in ``full``.
+    Long formulas of text are shortened unless they are asked for in ``full``. Raises DerivationError where the
+    equations cannot be derived.
     """
-    notation = _TEXT if style == "text" else _LATEX
+    notation = TEXT if style == "text" else LATEX
     equations = derive(mechanism)
     mechanism = complete(mechanism, equations)
     steps = _Steps(mechanism, Composition(mechanism), notation, equations, full)
@@ -70,7 +61,7 @@ def procedure(mechanism: Mechanism, style: str = "text", *, full: bool = False) 
 class _Steps:
     mechanism: Mechanism
     composition: Composition
-    notation: _Notation
+    notation: Notation
     equations: EquationsOfMotion
     full: bool
 
@@ -99,52 +90,57 @@ class _Steps:
         if m.frames:
             yield from self._on_frames()
             return
-        yield "Transformation equations", [*self._formulas(self._positions()), *self._constraints()]
+        positions = self._formulas(self._positions())
+        yield "Transformation equations", [*positions, *self._constraints(), *self._laws(self._hybrid.contacts())]
         yield "Velocities", self._formulas(self._velocities())
-        yield "Kinetic energy", self._formulas([("T", _tidy(self.composition.kinetic))])
-        yield "Potential energy", self._formulas([("V", _tidy(self.composition.potential))])
+        yield "Kinetic energy", self._formulas([("T", tidy(self.composition.kinetic))])
+        yield "Potential energy", self._formulas([("V", tidy(self.composition.potential))])
         yield "Lagrangian L = T - V", self._formulas([("L", self._lagrangian)])
-        yield "Non-potential forces", self._formulas(self._forces())
-        if _operations(self._lagrangian) > MAX_OPERATIONS:
-            count = f"L has {_rounded(_operations(self._lagrangian))} operations: its derivatives are not written out"
+        yield "Non-potential forces", [*self._formulas(self._forces()), *self._laws(self._hybrid.forces())]
+        if operations(self._lagrangian) > MAX_OPERATIONS:
+            count = f"L has {_rounded(operations(self._lagrangian))} operations: its derivatives are not written out"
             yield "Derivatives of L", [self._say(count)]
             yield "Equations of motion", self._on_graph()
             return
         yield "Derivatives of L", self._formulas(self._derivatives())
-        yield "Equations of motion", self._formulas(self._equations())
+        yield "Equations of motion", self._formulas([*self._equations(), *self._of_states()])
 
     def _on_frames(self) -> Iterator[tuple[str, Sequence[str]]]:
         """The steps of a spatial mechanism: its frames as they are given; the rest is composed, not written out."""
         m = self.mechanism
-        frames = [f"frame {f.name} on {f.parent}: {_pose(f)}" for f in m.frames]
+        frames = [f"frame {f.name} on {f.parent}: {pose(f)}" for f in m.frames]
         places = [
-            f"{part.name} at {_vector(m.location(part.name)[1])} in {m.location(part.name)[0]}" for part in m.places
+            f"{part.name} at {vector(m.location(part.name)[1])} in {m.location(part.name)[0]}" for part in m.places
         ]
-        yield "Transformation equations", [*(self._say(line) for line in (*frames, *places)), *self._constraints()]
+        placed = [self._say(line) for line in (*frames, *places)]
+        yield "Transformation equations", [*placed, *self._constraints(), *self._laws(self._hybrid.contacts())]
         yield (
             "Velocities",
             [self._say("from frame to frame: v = R^T (v_P + omega_P x d + d_dot), omega = R^T omega_P + rates")],
         )
         general = {"T": "1/2 sum (m v.v + omega.I.omega)", "V": f"- sum m a.r{' + springs' if m.springs else ''}"}
-        energies = dict(self._written.energies) if self._written is not None else {}
+        written = self._written.energies if self._written is not None else ()
         for title, letter in (("Kinetic energy", "T"), ("Potential energy", "V")):
-            written = [(letter, energies[letter])] if letter in energies else []
-            yield title, [self._say(f"{letter} = {general[letter]}"), *(self._formulas(written) if written else [])]
+            formulas = [(sign, energy) for sign, energy in written if sign == letter]
+            yield title, [self._say(f"{letter} = {general[letter]}"), *(self._formulas(formulas) if formulas else [])]
         yield "Lagrangian L = T - V", [self._say("composed on the graph")]
-        loads = [f"{load.name} at {load.point or load.body}" for load in m.loads]
-        yield (
-            "Non-potential forces",
-            [self._say(", ".join([*loads, *(f"on {f.coordinate}" for f in m.forces)]) or "none")],
-        )
+        yield "Non-potential forces", [self._say(self._acting()), *self._laws(self._hybrid.forces())]
         yield "Derivatives of L", [self._say("by automatic differentiation")]
         yield "Equations of motion", self._on_graph()
+
+    def _acting(self) -> str:
+        """The loads with where they act, and the coordinates that forces act on."""
+        loads = [f"{load.name} at {load.point or load.body}" for load in self.mechanism.loads]
+        return ", ".join([*loads, *(f"on {f.coordinate}" for f in self.mechanism.forces)]) or "none"
 
     # ------------------------------------------------------------------------------------------------- the steps
 
     def _on_graph(self) -> list[str]:
-        """The equations of motion as the FMU's page has them, of large mechanisms a word on where they stand."""
+        """The equations of motion as on the FMU's page; of large mechanisms, a sentence on where they stand."""
         form = "M(q, t) qdd = forcing" + " + G^T multiplier" * bool(self.mechanism.constraints)
+        form += " + forces of contacts, stops, dry friction and latches" * self.mechanism.hybrid
         lines = [self._say(f"{len(self.mechanism.coordinates)} equations {form}, derived on the graph")]
+        lines += self._formulas(self._of_states()) if self.mechanism.states else []
         if self._written is None:
             remedy = "" if self.full else " ('show --full' writes up to " + f"{MOST_WRITTEN} operations)"
             where = "the C code in sources/ of the FMU computes them, with shared parts named"
@@ -154,22 +150,22 @@ class _Steps:
 
     @cached_property
     def _written(self) -> Expressions | None:
-        most = MOST_WRITTEN if self.full else MAX_WRITTEN[self.notation is _LATEX]
+        most = MOST_WRITTEN if self.full else MAX_WRITTEN[self.notation is LATEX]
         return expressions(self.equations, most)
 
     @cached_property
     def _lagrangian(self) -> sp.Expr:
-        return _tidy(self.composition.kinetic) - _tidy(self.composition.potential)
+        return tidy(self.composition.kinetic) - tidy(self.composition.potential)
 
     def _coordinate(self, q: Coordinate, starting: Coordinate) -> str:
-        """What it is, and what was not written or may be misread."""
-        remarks = [] if starting.start == q.start else [f"starts at {_amount(starting.start, q)}, by the constraints"]
+        """What the coordinate is, with values that were not written or may be misread."""
+        remarks = [] if starting.start == q.start else [f"starts at {amount(starting.start, q)}, by the constraints"]
         if q.nominal_from not in ("", "given"):
-            remarks.append(f"nominal {_amount(q.nominal, q)}, from {q.nominal_from}")
-        bounds = [f"{key} {_amount(x, q)}" for key, x in (("min", q.minimum), ("max", q.maximum)) if x is not None]
+            remarks.append(f"nominal {amount(q.nominal, q)}, from {q.nominal_from}")
+        bounds = [f"{key} {amount(x, q)}" for key, x in (("min", q.minimum), ("max", q.maximum)) if x is not None]
         if bounds:
             remarks.append(f"{' and '.join(bounds)} {'is no stop' if len(bounds) == 1 else 'are no stops'}")
-        head = f"{self.notation.name(q.name)}: {q.doc or 'generalized coordinate'}{_unit(q.unit)}"
+        head = f"{self.notation.name(q.name)}: {q.doc or 'generalized coordinate'}{unit_text(q.unit)}"
         return "; ".join([head, *remarks])
 
     def _freedom(self) -> str:
@@ -193,13 +189,36 @@ class _Steps:
             lines.append(self.notation.formula(written, "0"))
         return lines
 
+    @cached_property
+    def _hybrid(self) -> Hybrid:
+        return Hybrid(self.equations.mechanism)
+
+    def _laws(self, laws: Iterable[Law]) -> list[str]:
+        """Sentences, each with its formulas."""
+        write, lines = self.notation, []
+        for law in laws:
+            lines.append(self._say(law.sentence))
+            for left, right in law.formulas:
+                lines += self._formulas(
+                    [(write.name(left) if isinstance(left, str) else write.expression(left), right)]
+                )
+        return lines
+
+    def _of_states(self) -> list[Formula]:
+        """The equations of the further states."""
+        return [(self.notation.name(rate), expression) for rate, expression in self._hybrid.state_equations()]
+
     def _reactions(self) -> list[sp.Expr]:
-        """G^T multiplier, (n,)"""
+        """G^T multiplier, (n,), with the forces of contacts, stops, dry frictions and latches."""
         c, s, m = self.composition, self.composition.symbols, self.mechanism
         values = [c.written(item.expression) for item in m.constraints]
         rates = [c.rate(x) if item.holonomic else x for x, item in zip(values, m.constraints, strict=True)]
         multipliers = [symbol(names.multiplier(item.name)) for item in m.constraints]
-        return [sp.Add(*(x * rate.diff(v) for x, rate in zip(multipliers, rates, strict=True))) for v in s.qd]
+        borne = self._hybrid.generalized_forces()
+        return [
+            sp.Add(force, *(x * rate.diff(v) for x, rate in zip(multipliers, rates, strict=True)))
+            for v, force in zip(s.qd, borne, strict=True)
+        ]
 
     def _axes(self) -> str:
         m = self.mechanism
@@ -237,24 +256,22 @@ class _Steps:
         s, write = self.composition.symbols, self.notation
         for q, qd in zip(s.q, s.qd, strict=True):
             momentum = self._lagrangian.diff(qd)
-            yield write.partial("L", write.name(qd.name)), _tidy(momentum)
-            yield write.total(write.partial("L", write.name(qd.name))), _tidy(self.composition.rate(momentum))
-            yield write.partial("L", write.name(q.name)), _tidy(self._lagrangian.diff(q))
+            yield write.partial("L", write.name(qd.name)), tidy(momentum)
+            yield write.total(write.partial("L", write.name(qd.name))), tidy(self.composition.rate(momentum))
+            yield write.partial("L", write.name(q.name)), tidy(self._lagrangian.diff(q))
 
     def _equations(self) -> Iterator[Formula]:
         c, s = self.composition, self.composition.symbols
         accelerations = [symbol(names.acceleration(q.name)) for q in s.q]
         for qd, q, force, reaction in zip(s.qd, s.q, c.forces, self._reactions(), strict=True):
-            left = _tidy(self.composition.rate(self._lagrangian.diff(qd)) - self._lagrangian.diff(q))
+            left = tidy(self.composition.rate(self._lagrangian.diff(qd)) - self._lagrangian.diff(q))
             left = sp.collect(sp.expand(left), accelerations)
             yield self.notation.expression(left), force - c.dissipation.diff(qd) + reaction
-
-    # ------------------------------------------------------------------------------------------------- writing
 
     def _formulas(self, formulas: Iterator[Formula] | Sequence[Formula]) -> list[str]:
         lines = []
         for left, right in formulas:
-            count = _operations(right)
+            count = operations(right)
             if count > MAX_ON_PAPER:
                 text = f"{left} has {_rounded(count)} operations when it is written out, and is not shown"
                 lines.append(self._say(text))
@@ -263,7 +280,7 @@ class _Steps:
         return lines or [self._say("none")]
 
     def _shortened(self, line: str) -> str:
-        if self.full or self.notation is _LATEX or len(line) <= LONGEST:
+        if self.full or self.notation is LATEX or len(line) <= LONGEST:
             return line
         return f"{line[:LONGEST]} ... ({len(line) - LONGEST} more characters; --full writes them)"
 
@@ -271,109 +288,10 @@ class _Steps:
         return self.notation.remark(sentence)
 
 
-def _tidy(expression: sp.Expr) -> sp.Expr:
-    """The shorter one of ``expression`` and its trigonometric simplification; large ones as they stand.
-
-    Terms with the same factors outside of trigonometric functions are simplified together, which is much faster than
-    to treat all symbols alike.
-    """
-    if _operations(expression) > MAX_OPERATIONS:
-        return expression
-    groups: dict[sp.Expr, sp.Expr] = {}
-    for term in sp.Add.make_args(sp.expand(expression)):
-        rest, angular = term.as_independent(sp.sin, sp.cos, sp.tan, as_Add=False)
-        number, factors = rest.as_coeff_Mul()
-        groups[factors] = groups.get(factors, sp.S.Zero) + number * angular
-    simpler = sp.factor_terms(sp.Add(*(factors * _shorter(angular) for factors, angular in groups.items())))
-    return simpler if _operations(simpler) < _operations(expression) else expression
-
-
-@cache
-def _shorter(angular: sp.Expr) -> sp.Expr:
-    return sp.trigsimp(angular)
-
-
-@cache
-def _operations(expression: sp.Expr) -> int:
-    """The operations of ``expression`` written out; what definitions share may make that a number of many digits."""
-    size: dict[sp.Basic, int] = {}
-    stack: list[sp.Basic] = [expression]
-    while stack:
-        top = stack[-1]
-        missing = [below for below in top.args if below not in size]
-        if missing:
-            stack += missing
-        else:
-            size[stack.pop()] = 1 + sum(size[below] for below in top.args)
-    return size[expression] if size[expression] > MAX_ON_PAPER else int(sp.count_ops(expression))
-
-
 def _rounded(count: int) -> str:
-    """``count``, of long numbers three digits."""
+    """``count`` as text; three digits of a long one."""
     return str(count) if count <= MAX_ON_PAPER else f"{count:.3g}"
 
 
 def _listed(items: Sequence[str]) -> str:
     return f" ({', '.join(items)})" if items else ""
-
-
-def _amount(value: float, q: Coordinate) -> str:
-    """``value``, in SI units, with the name of the unit."""
-    return f"{value:.6g} {getattr(q.unit, 'si_name', '')}".strip()
-
-
-def _unit(unit: Unit | None) -> str:
-    """The unit of the equations, and that in which values are given where it is another one."""
-    if unit is None or not unit.si_name:
-        return ""
-    return f" [{unit.si_name}]" if unit.name == unit.si_name else f" [{unit.si_name}; given in {unit.name}]"
-
-
-def _vector(entries: Sequence[sp.Expr]) -> str:
-    return f"({', '.join(to_text(sp.sympify(x)) for x in entries)})"
-
-
-def _pose(frame: Frame) -> str:
-    """Origin and rotation of a frame in words."""
-    if frame.quaternion is not None:
-        return f"origin {_vector(frame.origin)}, quaternion {_vector(frame.quaternion)}"
-    turns = [
-        f"{axis if isinstance(axis, str) else _vector(axis)} by {to_text(angle)}" for axis, angle in frame.rotations
-    ]
-    return f"origin {_vector(frame.origin)}" + (f", turned about {', then '.join(turns)}" if turns else "")
-
-
-def _latex_name(name: str) -> str:
-    r"""``theta1_dot`` -> ``\dot{\theta}_{1}``; names that are several words keep their underscores as indices."""
-    for suffix, accent in (("_ddot", "ddot"), ("_dot", "dot")):
-        if name.endswith(suffix):
-            return f"\\{accent}{{{_latex_name(name.removesuffix(suffix))}}}"
-    head, hat, rest = name.partition("^np_")
-    if hat:
-        return f"{head}^{{np}}_{{{_latex_name(rest)}}}"
-    return str(sp.latex(sp.Symbol(name)))
-
-
-def _latex(expression: sp.Expr) -> str:
-    symbols = {s: _latex_name(s.name) for s in expression.free_symbols if s != TIME}
-    return str(sp.latex(with_decimals(expression), symbol_names=symbols))
-
-
-_TEXT = _Notation(
-    name=lambda name: name,
-    expression=to_text,
-    partial=lambda f, x: f"d{f}/d({x})",
-    total=lambda f: f"d/dt {f}",
-    heading=lambda number, title: f"\n{number:2d}. {title}" if number > 1 else f"{number:2d}. {title}",
-    formula=lambda left, right: f"      {left} = {right}",
-    remark=lambda sentence: f"      {sentence}",
-)
-_LATEX = _Notation(
-    name=_latex_name,
-    expression=_latex,
-    partial=lambda f, x: f"\\frac{{\\partial {f}}}{{\\partial {x}}}",
-    total=lambda f: f"\\frac{{d}}{{dt}} {f}",
-    heading=lambda number, title: f"\\paragraph{{{number}. {title}}}",
-    formula=lambda left, right: f"\\[ {left} = {right} \\]",
-    remark=lambda sentence: sentence.replace("_", "\\_") + "\\\\",
-)

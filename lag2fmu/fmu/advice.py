@@ -3,15 +3,12 @@
 from __future__ import annotations
 
 from collections.abc import Collection
-from typing import TYPE_CHECKING
 
-from lag2fmu.codegen import DEFAULT_SOLVER, METHODS, STIFF_SOLVER, Method, takes
-from lag2fmu.dynamics import EquationsOfMotion
+from lag2fmu.analysis.stiffness import Vibration, stiffness, undamped_vibrations
+from lag2fmu.dynamics.equations import EquationsOfMotion
 from lag2fmu.errors import ExportError
-from lag2fmu.mechanism import Mechanism
-
-if TYPE_CHECKING:
-    from lag2fmu.analysis import Vibration
+from lag2fmu.mechanism.record import Mechanism
+from lag2fmu.solvers.methods import DEFAULT_SOLVER, METHODS, STIFF_SOLVER, Method, takes
 
 _SEEN, _MOST = 1e-9, 6
 """A start that moves by less than _SEEN of its size is not mentioned; of the others at most _MOST are named."""
@@ -34,8 +31,6 @@ def suited_solver(equations: EquationsOfMotion, among: Collection[str]) -> tuple
 
     The phrase is "" where the motion about the start gives no reason.
     """
-    from lag2fmu.analysis import stiffness
-
     found = stiffness(equations)
     if found is None:
         return DEFAULT_SOLVER, ""
@@ -67,8 +62,6 @@ def missed_vibrations(equations: EquationsOfMotion, method: Method) -> tuple[Vib
 
     Implicit methods damp them, and methods of fixed step without error control may be unstable.
     """
-    from lag2fmu.analysis import undamped_vibrations
-
     return undamped_vibrations(equations) if method.implicit or method.error_order == 0 else ()
 
 

@@ -85,7 +85,9 @@ def choose_platforms(choice: str, compiler: str = "zig") -> tuple[Platform, ...]
     host = host_platform()
     if choice != "host" and PLATFORMS.get(choice) != host:
         raise BuildError(f"the host compiler builds for this machine only, not for '{choice}'; use --compiler zig")
-    if platform.machine() == "x86_64" and len(host.folders) > 1:  # a library of an Intel Mac is not for Apple silicon
+    if (
+        platform.machine() == "x86_64" and len(host.folders) > 1
+    ):  # what an Intel Mac builds does not run on Apple silicon
         host = replace(host, folders=host.folders[1:])
     return (host,)
 
@@ -218,3 +220,13 @@ def _has_cache() -> bool:
     except OSError:
         return False
     return os.access(folder, os.W_OK)
+
+
+def binaries_text(platforms: Iterable[Platform], compiler: str) -> str:
+    """Which libraries there are and what they need, as a phrase."""
+    folders = ", ".join(sorted(folder for target in platforms for folder in target.folders))
+    if compiler == "host":
+        name, version = platform.libc_ver()
+        needed = f"{name} {version}" if name else "the C library"
+        return f"{folders}; built by the compiler of one machine, it needs {needed} as there or newer"
+    return f"{folders}; they need the C library of the system only (on Linux glibc 2.17 or newer, on macOS 11 or newer)"

@@ -5,8 +5,10 @@ from __future__ import annotations
 from collections.abc import Iterable, Mapping
 
 from lag2fmu.description import names
-from lag2fmu.dynamics import EquationsOfMotion
+from lag2fmu.dynamics.blocks import united
+from lag2fmu.dynamics.equations import EquationsOfMotion
 from lag2fmu.dynamics.massless import continuous_states
+from lag2fmu.dynamics.variables import further_states
 
 
 def dependencies(equations: EquationsOfMotion) -> dict[str, frozenset[str]]:
@@ -17,21 +19,27 @@ def dependencies(equations: EquationsOfMotion) -> dict[str, frozenset[str]]:
     Source: FMI 2.0.5, section 2.2.8 (ModelStructure).
     """
     graph, m = equations.graph, equations.mechanism
-    unknowns = (
-        *(names.acceleration(q.name) for q in m.coordinates),
-        *(names.multiplier(c.name) for c in m.constraints),
-    )
-    x = [q.name for q in m.coordinates] + [names.velocity(q.name) for q in m.coordinates]
+    coordinates = [q.name for q in m.coordinates]
+    unknowns = (*map(names.acceleration, coordinates), *(names.multiplier(c.name) for c in m.constraints))
+    x = [*coordinates, *map(names.velocity, coordinates)]
+    further = [state.name for state in further_states(m)]
+    x += further
     states = [x[i] for i in continuous_states(m)]
     following = _following(equations, {*x} - {*states})
     blocks = dict(zip(unknowns, equations.unknown_dependencies(), strict=True))
+    if len(equations.rows):  # an impact or a mode ties everything
+        everything = frozenset().union(*blocks.values(), equations.rows.symbols(graph))
+        blocks = dict.fromkeys((*unknowns, *equations.forces), everything)
     blocks = {name: _without(found, following) for name, found in blocks.items()}
     known = blocks | following
     found = {name: _without(graph.symbols([node]), known) for name, node in equations.locals()}
     found |= {name: frozenset(graph.symbols([node])) for name, node in equations.dependent.items()}
     found |= known
-    found |= {names.derivative(q.name): _without([names.velocity(q.name)], known) for q in m.coordinates}
-    found |= {names.derivative(names.velocity(q.name)): blocks[names.acceleration(q.name)] for q in m.coordinates}
+    for q in coordinates:
+        found[names.derivative(q)] = _without([names.velocity(q)], known)
+        found[names.derivative(names.velocity(q))] = blocks[names.acceleration(q)]
+    rates = zip(further, equations.variables.further_rates, strict=True)
+    found |= {names.derivative(name): _without(graph.symbols([node]), known) for name, node in rates}
     found |= {state: frozenset([state]) for state in states}
     return {name: frozenset("time" if used == "t" else used for used in uses) for name, uses in found.items()}
 
@@ -48,18 +56,18 @@ def _following(equations: EquationsOfMotion, massless: Iterable[str]) -> dict[st
     positions = [q.name for q in m.coordinates if q.name in wanted]
     velocities = [v for q in m.coordinates if (v := names.velocity(q.name)) in wanted]
     rows = [k for k, constraint in enumerate(m.constraints) if constraint.massless]
+    rates = {str(graph.leaf[rate]) for rate in equations.variables.rates}
     for unknowns, nodes in (
         (positions, [c.positions[k] for k in rows if k < len(c.positions)]),
         (velocities, [c.velocities[k] for k in rows]),
     ):
-        groups: list[tuple[set[str], frozenset[str]]] = []
-        for node in nodes:
-            used = graph.symbols([node]) - {str(graph.leaf[rate]) for rate in equations.variables.rates}
-            tied, rest = used & {*unknowns}, _without(used - {*unknowns}, found)
-            joined = [group for group in groups if group[0] & tied]
-            groups = [group for group in groups if not group[0] & tied]
-            groups.append((tied.union(*(g[0] for g in joined)), rest.union(*(g[1] for g in joined))))
-        found |= {name: rest for tied, rest in groups for name in sorted(tied)}
+        uses = [graph.symbols([node]) - rates for node in nodes]
+        determined: dict[str, frozenset[str]] = {}
+        for tied in united(map(set(unknowns).intersection, uses)):
+            others = [used.difference(unknowns) for used in uses if used & tied]
+            solved = frozenset().union(*(_without(rest, found) for rest in others))
+            determined |= dict.fromkeys(sorted(tied), solved)
+        found |= determined
     return found
 
 

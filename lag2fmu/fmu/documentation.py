@@ -2,21 +2,22 @@
 
 from __future__ import annotations
 
-import platform as host
 from collections.abc import Iterable, Sequence
 
-from lag2fmu.analysis import analysis_sections
 from lag2fmu.analysis.evaluation import attempted
-from lag2fmu.codegen import METHODS
+from lag2fmu.analysis.report import analysis_sections
 from lag2fmu.codegen.templates import render
-from lag2fmu.dynamics import EquationsOfMotion, Program
+from lag2fmu.dynamics.blocks import united
+from lag2fmu.dynamics.equations import EquationsOfMotion
 from lag2fmu.dynamics.formulas import Formula, formulas
-from lag2fmu.fmu.compilers import Platform
+from lag2fmu.dynamics.functions import Program
+from lag2fmu.fmu.elements import ENUMERATIONS
 from lag2fmu.fmu.model_description import ModelDescription
+from lag2fmu.fmu.scalar_variable import ScalarVariable
 from lag2fmu.fmu.sketch import sketch
-from lag2fmu.fmu.variables import Variable
-from lag2fmu.picture import draw, drawable, layout_of
+from lag2fmu.picture.drawing import draw, drawable, layout_of
 from lag2fmu.resources import resource_folder
+from lag2fmu.solvers.methods import METHODS
 
 Row = dict[str, str]
 
@@ -68,7 +69,7 @@ def _sketch(equations: EquationsOfMotion) -> tuple[str, tuple[str, ...]] | None:
     return sketch(scene), scene.notes
 
 
-def _nomenclature(variables: Iterable[Variable]) -> list[tuple[str, list[Row]]]:
+def _nomenclature(variables: Iterable[ScalarVariable]) -> list[tuple[str, list[Row]]]:
     """(heading, rows) for each kind of variable; variables with the attribute 'derivative' are left out."""
     variables = list(variables)
     massless = [v for v in variables if _is_massless(v)]
@@ -88,17 +89,21 @@ def _nomenclature(variables: Iterable[Variable]) -> list[tuple[str, list[Row]]]:
     ]
 
 
-def _is_massless(variable: Variable) -> bool:
+def _is_massless(variable: ScalarVariable) -> bool:
     """Whether it is a coordinate or velocity that follows from the states because it has no mass."""
     return variable.causality == "output" and variable.initial == "approx" and not variable.state
 
 
-def _row(variable: Variable) -> Row:
+def _row(variable: ScalarVariable) -> Row:
     start = "" if variable.start is None else f"{variable.start:.12g}"
     unit = variable.unit.si_name if variable.unit is not None else ""
     if variable.unit is not None and variable.unit.name != unit and variable.start is not None:
         start += f" = {variable.unit.from_si(variable.start):.12g} {variable.unit.name}"
-    return {"name": variable.name, "unit": unit, "start": start, "doc": variable.doc}
+    doc = variable.doc
+    if variable.type in ENUMERATIONS:
+        items = ENUMERATIONS[variable.type].items
+        doc += f" ({', '.join(f'{value}: {name}' for name, (value, _) in items.items())})"
+    return {"name": variable.name, "unit": unit, "start": start, "doc": doc}
 
 
 def _formulas(equations: EquationsOfMotion) -> list[tuple[str, tuple[Formula, ...]]]:
@@ -110,6 +115,7 @@ def _formulas(equations: EquationsOfMotion) -> list[tuple[str, tuple[Formula, ..
         ("Energies", found.energies),
         ("Mass matrix", (found.mass_matrix,)),
         ("Equations of motion", found.motion),
+        ("Further states", found.further),
         ("Constraints", found.constraints),
     ]
     return [(heading, group) for heading, group in groups if group]
@@ -138,19 +144,4 @@ def _structure(equations: EquationsOfMotion, program: Program) -> list[tuple[str
 def _blocks(equations: EquationsOfMotion) -> int:
     """The number of groups of coordinates that M does not couple with each other."""
     n, zero = len(equations.forcing), equations.graph.zero
-    group = list(range(n))
-    for i in range(n):
-        for j in range(i):
-            if equations.mass_matrix[i][j] != zero:
-                group = [group[j] if number == group[i] else number for number in group]
-    return len(set(group))
-
-
-def binaries_text(platforms: Iterable[Platform], compiler: str) -> str:
-    """Which libraries there are and what they need, as a phrase."""
-    folders = ", ".join(sorted(folder for platform in platforms for folder in platform.folders))
-    if compiler == "host":
-        name, version = host.libc_ver()
-        needed = f"{name} {version}" if name else "the C library"
-        return f"{folders}; built by the compiler of one machine, it needs {needed} as there or newer"
-    return f"{folders}; they need the C library of the system only (on Linux glibc 2.17 or newer, on macOS 11 or newer)"
+    return len(united({i, *(j for j in range(n) if row[j] != zero)} for i, row in enumerate(equations.mass_matrix)))

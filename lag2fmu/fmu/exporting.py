@@ -6,11 +6,9 @@ import re
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING
 
-from lag2fmu.codegen import DEFAULT_SOLVER, METHODS
-from lag2fmu.dynamics import derive, lower
-from lag2fmu.dynamics.lagrange import complete
+from lag2fmu.dynamics.lagrange import complete, derive
+from lag2fmu.dynamics.program import lower
 from lag2fmu.errors import ExportError
 from lag2fmu.fmu.advice import check_solver, damping, moved_starts, suited_solver
 from lag2fmu.fmu.backends import BACKENDS
@@ -24,10 +22,8 @@ from lag2fmu.fmu.variables import promotable
 from lag2fmu.formats.loading import as_mechanism
 from lag2fmu.formats.text import read
 from lag2fmu.formats.write import write
-from lag2fmu.mechanism import Mechanism
-
-if TYPE_CHECKING:
-    pass
+from lag2fmu.mechanism.record import Mechanism
+from lag2fmu.solvers.methods import DEFAULT_SOLVER, METHODS
 
 MECHANISM_ENTRY = "extra/org.lag2fmu/mechanism.toml"
 _NOT_IN_XML = re.compile("[^\t\n\r -\ud7ff\ue000-\ufffd\U00010000-\U0010ffff]")
@@ -140,7 +136,7 @@ def _check_target(path: Path) -> None:
 def _check_texts(mechanism: Mechanism) -> None:
     """Refuse titles and descriptions that modelDescription.xml cannot hold."""
     texts = {"title": mechanism.title, "source": mechanism.source}
-    for table in ("coordinates", "parameters", "inputs", "outputs"):
+    for table in ("coordinates", "states", "parameters", "inputs", "outputs"):
         texts |= {f"{table}.{part.name}.doc": part.doc for part in getattr(mechanism, table)}
     for place, text in texts.items():
         found = _NOT_IN_XML.search(text)

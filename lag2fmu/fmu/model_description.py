@@ -4,14 +4,16 @@ from __future__ import annotations
 
 import os
 import xml.etree.ElementTree as ET
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from datetime import datetime, timezone
 
-from lag2fmu.fmu.variables import Variable
+from lag2fmu.fmu.elements import ENUMERATIONS
+from lag2fmu.fmu.scalar_variable import ScalarVariable
 from lag2fmu.fmu.xml_text import document
-from lag2fmu.language.units import BASE_UNITS, RADIAN, SECOND, Exponents, Unit, parse_unit
-from lag2fmu.mechanism import Mechanism
+from lag2fmu.language.unit_table import BASE_UNITS, Exponents
+from lag2fmu.language.units import RADIAN, SECOND, Unit, parse_unit
+from lag2fmu.mechanism.record import Mechanism
 
 
 @dataclass(frozen=True)
@@ -34,7 +36,7 @@ class ModelDescription:
     """
 
     mechanism: Mechanism
-    variables: tuple[Variable, ...]
+    variables: tuple[ScalarVariable, ...]
     model_identifier: str
     guid: str
     solver: str
@@ -61,6 +63,7 @@ def to_xml(description: ModelDescription) -> bytes:
     )
     _capabilities(root, description)
     _units(root, description.variables)
+    _types(root, description.variables)
     categories = ET.SubElement(root, "LogCategories")
     for name, text in description.interface.log_categories.items():
         ET.SubElement(categories, "Category", {"name": name, "description": text})
@@ -95,6 +98,16 @@ def _generation_time() -> dict[str, str]:
     return {"generationDateAndTime": datetime.fromtimestamp(int(epoch), timezone.utc).strftime("%Y-%m-%dT%H:%M:%SZ")}
 
 
+def heeds_steps(mechanism: Mechanism) -> bool:
+    """Whether an FMU in model exchange has to hear of the importer's steps.
+
+    What drifts off the constraints beyond the importer's tolerance is brought back by an event, and singular positions
+    are passed with what was known at the last step. Ranges that are left and motions without velocities are noticed.
+    """
+    bounded = any(c.minimum is not None or c.maximum is not None for c in mechanism.coordinates)
+    return bool(mechanism.constraints or mechanism.motions) or bounded
+
+
 def _capabilities(root: ET.Element, description: ModelDescription) -> None:
     common = {
         "modelIdentifier": description.model_identifier,
@@ -104,9 +117,7 @@ def _capabilities(root: ET.Element, description: ModelDescription) -> None:
     }
     for kind, offered in description.interface.capabilities.items():
         capabilities = dict(offered)
-        if kind == "ModelExchange" and description.mechanism.constraints:
-            # what drifts off the constraints beyond the importer's tolerance is brought back by an event, and singular
-            # positions are passed with what was known at the last step
+        if kind == "ModelExchange" and heeds_steps(description.mechanism):
             capabilities["completedIntegratorStepNotNeeded"] = "false"
         parent = ET.SubElement(root, kind, common | capabilities)
         if description.source_files:
@@ -118,7 +129,7 @@ def _capabilities(root: ET.Element, description: ModelDescription) -> None:
 # ------------------------------------------------------------------------------------------------------------- units
 
 
-def _units(root: ET.Element, variables: Iterable[Variable]) -> None:
+def _units(root: ET.Element, variables: Iterable[ScalarVariable]) -> None:
     """One Unit per SI unit in use, each with the display units that the variables ask for."""
     units: dict[str, Unit] = {}
     displays: dict[str, dict[str, Unit]] = {}
@@ -159,10 +170,23 @@ def _display_unit(unit: Unit) -> Unit | None:
     return None
 
 
+def _types(root: ET.Element, variables: Iterable[ScalarVariable]) -> None:
+    """TypeDefinitions of the enumerations in use, if any (section 2.2.3)."""
+    used = sorted({v.type for v in variables} & {*ENUMERATIONS})
+    if not used:
+        return
+    definitions = ET.SubElement(root, "TypeDefinitions")
+    for name in used:
+        simple = ET.SubElement(definitions, "SimpleType", {"name": name, "description": ENUMERATIONS[name].doc})
+        parent = ET.SubElement(simple, "Enumeration")
+        for item, (value, doc) in ENUMERATIONS[name].items.items():
+            ET.SubElement(parent, "Item", {"name": item, "value": str(value), "description": doc})
+
+
 # --------------------------------------------------------------------------------------------------------- variables
 
 
-def _scalar_variable(parent: ET.Element, variable: Variable, index: dict[str, int]) -> None:
+def _scalar_variable(parent: ET.Element, variable: ScalarVariable, index: dict[str, int]) -> None:
     attributes = {"name": variable.name, "valueReference": str(variable.value_reference)}
     if variable.doc:
         attributes["description"] = variable.doc
@@ -170,6 +194,16 @@ def _scalar_variable(parent: ET.Element, variable: Variable, index: dict[str, in
     if variable.initial is not None:
         attributes["initial"] = variable.initial
     element = ET.SubElement(parent, "ScalarVariable", attributes)
+    if variable.type in ENUMERATIONS:
+        ET.SubElement(element, "Enumeration", {"declaredType": variable.type})
+    elif variable.type == "Integer":
+        ET.SubElement(element, "Integer", {} if variable.minimum is None else {"min": str(int(variable.minimum))})
+    else:
+        ET.SubElement(element, "Real", _real(variable, index))
+
+
+def _real(variable: ScalarVariable, index: dict[str, int]) -> dict[str, str]:
+    """The attributes of <Real>."""
     real: dict[str, str] = {}
     if variable.unit is not None and variable.unit.si_name:
         name = variable.unit.si_name
@@ -187,10 +221,10 @@ def _scalar_variable(parent: ET.Element, variable: Variable, index: dict[str, in
             real[key] = repr(float(number))
     if variable.derivative_of is not None:
         real["derivative"] = str(index[variable.derivative_of])
-    ET.SubElement(element, "Real", real)
+    return real
 
 
-def _structure(root: ET.Element, variables: tuple[Variable, ...], index: dict[str, int]) -> None:
+def _structure(root: ET.Element, variables: tuple[ScalarVariable, ...], index: dict[str, int]) -> None:
     """ModelStructure: Outputs, Derivatives and InitialUnknowns, each in ascending order (section 2.2.8)."""
     structure = ET.SubElement(root, "ModelStructure")
     continuous = {v.name for v in variables if v.causality in ("input", "independent") or v.state}
@@ -199,27 +233,42 @@ def _structure(root: ET.Element, variables: tuple[Variable, ...], index: dict[st
     solved = {v.name for v in variables if v.initial == "approx" and v.state}
     outputs = [v for v in variables if v.causality == "output"]
     derivatives = [v for v in variables if v.derivative_of is not None]
-    initial = [
-        v
-        for v in variables
-        if v.initial in ("calculated", "approx")
-        and (v.causality in ("output", "calculatedParameter") or v.derivative_of is not None)
-    ]
-    for tag, unknowns, knowns in (
-        ("Outputs", outputs, continuous),
-        ("Derivatives", derivatives, continuous),
-        ("InitialUnknowns", initial, exact),
-    ):
-        if unknowns:
-            parent = ET.SubElement(structure, tag)
-            for unknown in unknowns:
-                if tag == "InitialUnknowns" and solved & {unknown.name, *(unknown.dependencies or ())}:
-                    ET.SubElement(parent, "Unknown", {"index": str(index[unknown.name])})
-                else:
-                    _unknown(parent, unknown, knowns, index)
+    initial = [v for v in variables if _is_initial_unknown(v)]
+    _unknowns(structure, "Outputs", outputs, continuous, set(), index)
+    _unknowns(structure, "Derivatives", derivatives, continuous, set(), index)
+    _unknowns(structure, "InitialUnknowns", initial, exact, solved, index)
 
 
-def _unknown(parent: ET.Element, unknown: Variable, knowns: set[str], index: dict[str, int]) -> None:
+def _unknowns(
+    structure: ET.Element,
+    tag: str,
+    unknowns: Sequence[ScalarVariable],
+    knowns: set[str],
+    solved: set[str],
+    index: dict[str, int],
+) -> None:
+    """The element ``tag`` with its unknowns; the dependencies of those that need what is ``solved`` are not listed."""
+    if not unknowns:
+        return
+    parent = ET.SubElement(structure, tag)
+    for unknown in unknowns:
+        if solved & {unknown.name, *(unknown.dependencies or ())}:
+            ET.SubElement(parent, "Unknown", {"index": str(index[unknown.name])})
+        else:
+            _unknown(parent, unknown, knowns, index)
+
+
+def _is_initial_unknown(v: ScalarVariable) -> bool:
+    """Whether ``v`` is computed at initialization and listed: an output, a dependent parameter or a derivative."""
+    listed = v.causality in ("output", "calculatedParameter") or v.derivative_of is not None
+    return listed and v.initial in ("calculated", "approx")
+
+
+def _unknown(parent: ET.Element, unknown: ScalarVariable, knowns: set[str], index: dict[str, int]) -> None:
+    """An entry of ModelStructure. What changes at events may depend on everything then, which no list says."""
+    if unknown.variability == "discrete":
+        ET.SubElement(parent, "Unknown", {"index": str(index[unknown.name])})
+        return
     dependencies = sorted(index[name] for name in unknown.dependencies or () if name in knowns)
     attributes = {"index": str(index[unknown.name]), "dependencies": " ".join(map(str, dependencies))}
     if unknown.state or (unknown.derivative_of is not None and len(dependencies) == 1 and _is_velocity(unknown)):
@@ -227,6 +276,6 @@ def _unknown(parent: ET.Element, unknown: Variable, knowns: set[str], index: dic
     ET.SubElement(parent, "Unknown", attributes)
 
 
-def _is_velocity(unknown: Variable) -> bool:
+def _is_velocity(unknown: ScalarVariable) -> bool:
     """Whether the derivative is a state itself (der_theta = theta_dot): its dependency has the constant factor 1."""
     return unknown.dependencies is not None and unknown.dependencies == (f"{unknown.derivative_of}_dot",)

@@ -6,7 +6,7 @@ from collections.abc import Iterable, Iterator
 from itertools import groupby
 
 from lag2fmu.codegen.templates import render
-from lag2fmu.picture import STYLES, Disc, Scene, Stroke
+from lag2fmu.picture.scene import STYLES, Disc, Scene, Stroke
 
 Mark = Stroke | Disc
 

@@ -10,7 +10,7 @@ import xml.etree.ElementTree as ET
 
 from lag2fmu.description import names
 from lag2fmu.fmu.xml_text import document
-from lag2fmu.mechanism import Mechanism
+from lag2fmu.mechanism.record import Mechanism
 
 
 def terminals(mechanism: Mechanism) -> bytes:

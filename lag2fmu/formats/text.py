@@ -21,7 +21,7 @@ from lag2fmu.errors import MechanismError, TextError
 from lag2fmu.formats.keys import CONSTRAINT, NAMED, SINGLE, TABLES
 from lag2fmu.formats.toml_table import Surroundings, TomlTable
 from lag2fmu.language.units import DIMENSIONLESS
-from lag2fmu.mechanism import Mechanism, complete
+from lag2fmu.mechanism.record import Mechanism, complete
 
 if sys.version_info >= (3, 11):
     import tomllib
@@ -159,17 +159,19 @@ def _part(part: type, table: TomlTable, *label: str, **more: str) -> object:
 
 
 def _values(part: type, table: TomlTable) -> dict[str, Any]:
-    """Field -> value of the keys in ``table``, and of numbers whose default is meant in the unit of the part."""
+    """Field -> value of the keys in ``table``, and of those numbers whose default counts in the unit of the part."""
     keys = keys_of(part)
-    for name in (name for name, known in keys.items() if known.required):
-        table.require(name)
+    for name, known in keys.items():
+        if known.required:
+            table.require(name)
     unit = (table.unit() if "unit" in keys else None) or DIMENSIONLESS
     convert = {"number": unit.to_si, "difference": unit.difference_to_si}
     values: dict[str, Any] = {}
-    for name, known in keys.items():
-        if name in table.content and known.kind in convert:
+    for name in filter(table.content.__contains__, keys):
+        known = keys[name]
+        if known.kind in convert:
             values[known.field] = table.number(name, convert[str(known.kind)])
-        elif name in table.content:
+        else:
             values[known.field] = _READ["string" if isinstance(known.kind, tuple) else known.kind](table, name)
     if part is Coordinate:
         values |= _starts(values, table.where)
@@ -180,7 +182,7 @@ def _values(part: type, table: TomlTable) -> dict[str, Any]:
 
 
 def _starts(values: dict[str, Any], where: str) -> dict[str, Any]:
-    """The starts of a coordinate, and what of it is given; the fields for that still hold the guesses."""
+    """The starts of a coordinate, and which of them are given; before, the fields for that hold the guesses."""
     found: dict[str, Any] = {"nominal_from": "given" if "nominal" in values else ""}
     for start, given, guess in (("start", "given", "guess"), ("velocity", "velocity_given", "guess_velocity")):
         value, found[given] = start_or_guess(values.get(start), values.get(given), where, start, guess)

@@ -7,6 +7,7 @@ from __future__ import annotations
 
 from collections.abc import Collection, Iterable, Mapping, Sequence
 
+from lag2fmu.graph.derivatives import DERIVATIVES
 from lag2fmu.graph.graph import Graph, Node
 from lag2fmu.graph.operations import ADD, CHOICE, MULTIPLY, NEGATE, OPERATIONS, SUBTRACT
 
@@ -106,9 +107,7 @@ def _partials(graph: Graph, node: Node, varying: Collection[Node]) -> Iterable[t
             ((below, partial),) = _partials(graph, other, varying)
             return ((below, graph.multiply(factor, partial)),)
         return ((a, graph.add(a, a)),) if a == b else ((a, b), (b, a))
-    derivative = OPERATIONS[code].derivative
-    assert derivative is not None  # constants and symbols have no operands and never come here
-    partials = derivative(graph, operands, node)
+    partials = DERIVATIVES[OPERATIONS[code].name](graph, operands, node)
     if len(operands) == 2 and operands[0] == operands[1]:
         return ((operands[0], graph.add(*partials)),)
     return zip(operands, partials, strict=True)

@@ -14,12 +14,9 @@ import math
 from collections.abc import Sequence
 from fractions import Fraction
 from hashlib import blake2b
-from typing import TYPE_CHECKING
 
+from lag2fmu.graph.nodes import Node, Nodes
 from lag2fmu.graph.operations import ADD, NEGATE, SUBTRACT
-
-if TYPE_CHECKING:
-    from lag2fmu.graph.graph import Graph, Node
 
 PRIME = (1 << 240) - 26837
 _SHORT = 119
@@ -60,14 +57,14 @@ class Circle:
         other.known = self.known.copy()
         return other
 
-    def point(self, graph: Graph, angle: Node) -> Point:
+    def point(self, graph: Nodes, angle: Node) -> Point:
         """The point of the node ``angle``."""
         known = self.known.get(angle)
         if known is None:
             known = self.known[angle] = self._new(graph, angle)
         return known
 
-    def _new(self, graph: Graph, angle: Node) -> Point:
+    def _new(self, graph: Nodes, angle: Node) -> Point:
         code, operands = graph.code[angle], graph.operands[angle]
         if code in (ADD, SUBTRACT):
             (c, s), (d, t) = (self.point(graph, operand) for operand in operands)
@@ -76,7 +73,7 @@ class Circle:
         if code == NEGATE:
             c, s = self.point(graph, operands[0])
             return c, -s % PRIME
-        if angle == graph.zero:
+        if graph.leaf.get(angle) == 0:
             return 1, 0
         tangent = random_mark("angle", [graph.marks[angle]])  # of half the angle
         inverse = pow(1 + tangent * tangent, -1, PRIME)

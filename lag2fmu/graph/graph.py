@@ -15,20 +15,22 @@ Evaluating Derivatives, SIAM 2008, chapter 2, for the evaluation graph.
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Collection, Iterable, Iterator, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from fractions import Fraction
 from types import MappingProxyType
-from typing import NewType
 
 from lag2fmu.errors import DerivationError
 from lag2fmu.graph.fingerprint import PRIME, Circle, constant_mark, inverse_mark, random_mark
+from lag2fmu.graph.nodes import Node, Nodes, Number, value_of
 from lag2fmu.graph.operations import (
     ADD,
     CODE,
     CONSTANT,
     COSINE,
     DIVIDE,
+    LOOKUP,
+    LOOKUP_2,
     MULTIPLY,
     NEGATE,
     OPERATIONS,
@@ -37,26 +39,21 @@ from lag2fmu.graph.operations import (
     SYMBOL,
 )
 
-Node = NewType("Node", int)
-"""The number of a node of a graph; it says nothing by itself and nothing in another graph."""
+__all__ = ["Graph", "Node", "Number"]
 
-Number = Fraction | float
 _MAX_BITS = 512  # exact constants longer than this are rounded to double precision
 
 
-class Graph:
-    """The nodes: ``code`` of the operation, ``operands``, ``marks`` (fingerprints), each a list by node number.
+class Graph(Nodes):
+    """The nodes, and how new ones are made.
 
-    ``leaf``: {node: value of a constant, name of a symbol}. An operation first asks whether there is a node of its
-    operands, and if it is derived whether there is one of its value, or of the opposite one, that holds no other
-    groups of variables; rewrites are for what is new.
+    An operation first asks whether there is a node of its operands, and if it is derived whether there is one of
+    its value, or of the opposite one, that holds no other groups of variables; rewrites are for what is new. Raises
+    DerivationError where constants, taken together, go beyond the range of doubles.
     """
 
     def __init__(self) -> None:
-        self.code: list[int] = []
-        self.operands: list[tuple[Node, ...]] = []
-        self.leaf: dict[Node, Number | str] = {}
-        self.marks: list[int] = []
+        super().__init__()
         self._by_mark: dict[int, Node] = {}
         self._by_structure: dict[tuple[int, tuple[Node, ...]], Node] = {}
         self._supports: list[int] = []
@@ -69,9 +66,6 @@ class Graph:
         self.one: Node = self.constant(1)
         self.minus_one: Node = self.constant(-1)
         self.constant_half: Node = self.constant(Fraction(1, 2))
-
-    def __len__(self) -> int:
-        return len(self.code)
 
     def copy(self) -> Graph:
         """The same nodes, to go on from in another way; it can grow, also where the original is sealed."""
@@ -143,7 +137,10 @@ class Graph:
         return self._new(NEGATE, (a,), -self.marks[a] % PRIME) if node is None else node
 
     def constant(self, value: Number | int) -> Node:
-        """The node of a number; fractions stay exact up to a length of 512 bits."""
+        """The node of a number; fractions stay exact up to a length of 512 bits.
+
+        Raises DerivationError beyond the range of doubles.
+        """
         node = self._leaves.get(value)
         if node is None:
             exact: Number = _rounded(value) if isinstance(value, float) else Fraction(value)
@@ -166,16 +163,6 @@ class Graph:
             self.leaf[node] = name
             self._supports[node] = 1 << self._groups.setdefault(group or name, len(self._groups))
         return node
-
-    def is_constant(self, node: Node) -> bool:
-        """Whether ``node`` is a number."""
-        return self.code[node] == CONSTANT
-
-    def value(self, node: Node) -> Number:
-        """The number of a constant node."""
-        value = self.leaf[node]
-        assert isinstance(value, (Fraction, float))
-        return value
 
     # --------------------------------------------------------------------------------------------------- arithmetic
 
@@ -342,7 +329,7 @@ class Graph:
         if operands == (self.zero,) and name in ("cos", "exp", "cosh"):
             return self.one
         if all(self.is_constant(operand) for operand in operands):
-            value = _value(OPERATIONS[code].value, [float(self.value(o)) for o in operands])
+            value = value_of(OPERATIONS[code].value, [float(self.value(o)) for o in operands])
             if math.isfinite(value):  # else it is left to the checks of numbers, which name the expression
                 return self.constant(value)
         return self._function(code, operands)
@@ -354,6 +341,18 @@ class Graph:
         if self.is_constant(margin):
             return a if self.value(margin) > 0 else b
         return self.apply("choice", margin, a, b)
+
+    def lookup(self, table: Node, orders: Sequence[Node], arguments: Sequence[Node]) -> Node:
+        """The derivative of ``orders`` of a table at ``arguments``; ``table`` and ``orders`` are constant nodes.
+
+        ``table`` is a number in ``tables``.
+        """
+        highest = max(int(self.value(order)) for order in orders)
+        if highest > self.tables[int(self.value(table))].degree:
+            return self.zero
+        code = LOOKUP if len(arguments) == 1 else LOOKUP_2
+        node = self._by_structure.get((code, (table, *orders, *arguments)))
+        return self._function(code, (table, *orders, *arguments)) if node is None else node
 
     def _function(self, code: int, operands: tuple[Node, ...]) -> Node:
         if code in (SINE, COSINE):
@@ -376,61 +375,7 @@ class Graph:
         """The inner product of two vectors of nodes of equal length"""
         return self.total(self.multiply(x, y) for x, y in zip(a, b, strict=True))
 
-    # --------------------------------------------------------------------------------------------------- traversals
-
-    def cone(self, outputs: Iterable[Node], given: Collection[Node] = ()) -> list[Node]:
-        """All nodes that ``outputs`` need, ascending; what is below ``given`` nodes is not needed"""
-        return sorted(self._reached(outputs, given))
-
-    def _reached(self, outputs: Iterable[Node], given: Collection[Node]) -> set[Node]:
-        operands = self.operands
-        seen = set(outputs)
-        stack = list(seen)
-        while stack:
-            node = stack.pop()
-            if node in given:
-                continue
-            for operand in operands[node]:
-                if operand not in seen:
-                    seen.add(operand)
-                    stack.append(operand)
-        return seen
-
-    def symbols(self, outputs: Iterable[Node]) -> set[str]:
-        """The names of all variables that ``outputs``, (k,) nodes, depend on"""
-        return {str(self.leaf[node]) for node in self.cone(outputs) if self.code[node] == SYMBOL}
-
-    def schedule(self, outputs: Iterable[Node], given: Collection[Node] = ()) -> list[Node]:
-        """The nodes that ``outputs`` need beside ``given`` ones, in depth-first order: operands shortly before use"""
-        done: set[int] = set(given)
-        order: list[Node] = []
-        for output in outputs:
-            stack: list[int] = [output]
-            while stack:
-                node = stack.pop()
-                if node < 0:  # the complement of a node whose operands are there
-                    order.append(Node(~node))
-                elif node not in done:
-                    done.add(node)
-                    stack.append(~node)
-                    stack += reversed(self.operands[node])
-        return order
-
-    def operations(self, outputs: Iterable[Node], given: Collection[Node] = ()) -> int:
-        """The number of arithmetic operations and function calls that ``outputs`` take beside ``given`` nodes"""
-        code, reached = self.code, self._reached(outputs, given)
-        return sum(code[node] > SYMBOL for node in reached.difference(given))
-
-    def frontier(self, outputs: Sequence[Node], variables: Collection[Node]) -> list[Node]:
-        """What ``outputs`` need of nodes that do not depend on ``variables``: the operands between both, ascending"""
-        moving = set(variables)
-        border: set[Node] = {output for output in outputs if output not in moving}
-        for node in self.cone(outputs):
-            operands = self.operands[node]
-            if any(operand in moving for operand in operands):
-                moving.add(node)
-                border |= set(operands)
-        return sorted(node for node in border if node not in moving and not self.is_constant(node))
+    # --------------------------------------------------------------------------------------------------- rebuilding
 
     def substitute(self, outputs: Sequence[Node], replacement: Mapping[Node, Node]) -> list[Node]:
         """``outputs``, (k,) nodes, with nodes replaced {old: new}, rebuilt through the rewrites: (k,) nodes"""
@@ -454,36 +399,6 @@ class Graph:
         if name == "choice":
             return self.choose(*operands)
         return self.power(*operands) if name == "power" else self.apply(name, *operands)
-
-    def evaluate(self, outputs: Sequence[Node], values: Mapping[str, float]) -> list[float]:
-        """The values of ``outputs``, (k,) nodes, in double precision; nan where a function has none.
-
-        ``values`` {variable: SI value} has all that they depend on. For many states at once see ``batches.evaluate``.
-        """
-        result: dict[Node, float] = {}
-        for node in self.cone(outputs):
-            code, operands = self.code[node], self.operands[node]
-            if code == MULTIPLY:
-                result[node] = result[operands[0]] * result[operands[1]]
-            elif code == ADD:
-                result[node] = result[operands[0]] + result[operands[1]]
-            elif code == SUBTRACT:
-                result[node] = result[operands[0]] - result[operands[1]]
-            elif code == SYMBOL:
-                result[node] = values[str(self.leaf[node])]
-            elif code == CONSTANT:
-                result[node] = float(self.value(node))
-            else:
-                result[node] = _value(OPERATIONS[code].value, [result[operand] for operand in operands])
-        return [result[output] for output in outputs]
-
-
-def _value(function: Callable[..., float], arguments: Sequence[float]) -> float:
-    """``function`` of ``arguments``; nan where it has no value, or none within the range of doubles"""
-    try:
-        return function(*arguments)
-    except (ValueError, OverflowError, ZeroDivisionError):
-        return math.nan
 
 
 def _rounded(value: Number) -> float:

@@ -16,96 +16,11 @@ from functools import cache
 from typing import Any, TypeVar
 
 from lag2fmu.errors import UnitError
-
-BASE_UNITS = ("kg", "m", "s", "A", "K", "mol", "cd", "rad")
-"""The base units of FMI 2.0 section 2.2.2, in the order of ``Unit.exponents``."""
+from lag2fmu.language.unit_table import BASE_UNITS, CUSTOMARY, NAMED, NONE, PREFIXED, PREFIXES, QUANTITIES, Exponents
 
 MAX_UNIT = 100
 
-Exponents = tuple[int, ...]
 Number = TypeVar("Number", float, Any)
-_NONE: Exponents = (0,) * len(BASE_UNITS)
-
-
-def _exponents(**powers: int) -> Exponents:
-    return tuple(powers.get(base, 0) for base in BASE_UNITS)
-
-
-_KG, _M, _S = _exponents(kg=1), _exponents(m=1), _exponents(s=1)
-_ENERGY, _FORCE = _exponents(kg=1, m=2, s=-2), _exponents(kg=1, m=1, s=-2)
-
-# name -> (exponents, factor to SI, offset in SI)
-_NAMED: dict[str, tuple[Exponents, float, float]] = {
-    "m": (_M, 1.0, 0.0),
-    "s": (_S, 1.0, 0.0),
-    "g": (_KG, 1e-3, 0.0),
-    "A": (_exponents(A=1), 1.0, 0.0),
-    "K": (_exponents(K=1), 1.0, 0.0),
-    "mol": (_exponents(mol=1), 1.0, 0.0),
-    "cd": (_exponents(cd=1), 1.0, 0.0),
-    "rad": (_exponents(rad=1), 1.0, 0.0),
-    "N": (_FORCE, 1.0, 0.0),
-    "J": (_ENERGY, 1.0, 0.0),
-    "W": (_exponents(kg=1, m=2, s=-3), 1.0, 0.0),
-    "Pa": (_exponents(kg=1, m=-1, s=-2), 1.0, 0.0),
-    "Hz": (_exponents(s=-1), 1.0, 0.0),
-    "V": (_exponents(kg=1, m=2, s=-3, A=-1), 1.0, 0.0),
-    "C": (_exponents(A=1, s=1), 1.0, 0.0),
-    "T": (_exponents(kg=1, s=-2, A=-1), 1.0, 0.0),
-    "Wb": (_exponents(kg=1, m=2, s=-2, A=-1), 1.0, 0.0),
-    "H": (_exponents(kg=1, m=2, s=-2, A=-2), 1.0, 0.0),
-    "F": (_exponents(kg=-1, m=-2, s=4, A=2), 1.0, 0.0),
-    "Ohm": (_exponents(kg=1, m=2, s=-3, A=-2), 1.0, 0.0),
-}
-_PREFIXED = frozenset(_NAMED) - {"rad"}
-_PREFIXES = {"G": 1e9, "M": 1e6, "k": 1e3, "d": 1e-1, "c": 1e-2, "m": 1e-3, "u": 1e-6, "n": 1e-9}
-_PI = 3.141592653589793
-_NAMED |= {
-    "deg": (_exponents(rad=1), _PI / 180.0, 0.0),
-    "rev": (_exponents(rad=1), 2.0 * _PI, 0.0),
-    "rpm": (_exponents(rad=1, s=-1), 2.0 * _PI / 60.0, 0.0),
-    "mrad": (_exponents(rad=1), 1e-3, 0.0),
-    "min": (_S, 60.0, 0.0),
-    "h": (_S, 3600.0, 0.0),
-    "d": (_S, 86400.0, 0.0),
-    "t": (_KG, 1e3, 0.0),
-    "l": (_exponents(m=3), 1e-3, 0.0),
-    "bar": (_exponents(kg=1, m=-1, s=-2), 1e5, 0.0),
-    "eV": (_ENERGY, 1.602176634e-19, 0.0),
-    "in": (_M, 0.0254, 0.0),
-    "ft": (_M, 0.3048, 0.0),
-    "lb": (_KG, 0.45359237, 0.0),
-    "lbf": (_FORCE, 4.4482216152605, 0.0),
-    "degC": (_exponents(K=1), 1.0, 273.15),
-    "%": (_NONE, 1e-2, 0.0),
-}
-
-# SI names of exponents that have a customary one; the rest is written out from the base units
-_CUSTOMARY = {
-    _exponents(kg=1, m=1, s=-2): "N",
-    _exponents(kg=1, m=2, s=-2): "J",
-    _exponents(kg=1, m=2, s=-3): "W",
-    _exponents(kg=1, s=-2): "N/m",
-    _exponents(kg=1, s=-1): "N.s/m",
-    _exponents(kg=1, m=2, s=-2, rad=-1): "N.m",
-    _exponents(kg=1, m=2, s=-1, rad=-1): "N.m.s",
-    _exponents(kg=1, m=2, s=-2, rad=-2): "N.m/rad",
-    _exponents(kg=1, m=2, s=-1, rad=-2): "N.m.s/rad",
-    _exponents(kg=1, m=-1, s=-2): "Pa",
-    **{_NAMED[name][0]: name for name in ("V", "C", "T", "Wb", "H", "F", "Ohm")},
-}
-
-_QUANTITIES = {
-    **{"m": "Length", "s": "Time", "kg": "Mass", "rad": "Angle", "m/s": "Velocity", "m/s2": "Acceleration"},
-    **{"rad/s": "AngularVelocity", "rad/s2": "AngularAcceleration", "kg.m2": "MomentOfInertia", "m2": "Area"},
-    **{"N": "Force", "N.m": "Torque", "J": "Energy", "W": "Power", "Pa": "Pressure", "kg/m3": "Density"},
-    **{"N/m": "TranslationalSpringConstant", "N.s/m": "TranslationalDampingConstant", "m3": "Volume"},
-    **{"N.m/rad": "RotationalSpringConstant", "N.m.s/rad": "RotationalDampingConstant", "Hz": "Frequency"},
-    **{"V": "ElectricPotential", "A": "ElectricCurrent", "C": "ElectricCharge", "Ohm": "Resistance"},
-    **{"H": "Inductance", "F": "Capacitance", "T": "MagneticFluxDensity", "Wb": "MagneticFlux"},
-    "K": "ThermodynamicTemperature",
-}
-"""SI unit -> the name that Modelica.Units.SI (Modelica Standard Library 4.0) gives the quantity."""
 
 
 @dataclass(frozen=True)
@@ -130,7 +45,7 @@ class Unit:
     @property
     def quantity(self) -> str:
         """What is measured, e.g. ``Torque`` in N.m, by the SI unit's name; '' where there is no common word."""
-        return _QUANTITIES.get(self.si_name) or _QUANTITIES.get(si_name(self.exponents), "")
+        return QUANTITIES.get(self.si_name) or QUANTITIES.get(si_name(self.exponents), "")
 
     @property
     def dimension(self) -> Exponents:
@@ -175,7 +90,7 @@ def _linear(factor: float, value: float | Fraction, offset: float) -> float:
     """factor * value + offset, rounded once; a float value means its shortest decimal."""
     if isinstance(value, (float, int)):
         if not math.isfinite(value) or (factor == 1.0 and offset == 0.0):
-            return float(value) + 0.0  # -0.0 would not survive its way through text
+            return float(value) + 0.0  # turns -0.0 into 0.0, because text does not keep -0.0
         value = Fraction(repr(value))
     try:
         return float(exact(factor) * value + exact(offset))
@@ -185,8 +100,8 @@ def _linear(factor: float, value: float | Fraction, offset: float) -> float:
 
 def si_name(exponents: Exponents) -> str:
     """The name of the SI unit with ``exponents``: a customary one (``N``) or written out (``kg.m/s3``)."""
-    if exponents in _CUSTOMARY:
-        return _CUSTOMARY[exponents]
+    if exponents in CUSTOMARY:
+        return CUSTOMARY[exponents]
     above = [_power(base, e) for base, e in zip(BASE_UNITS, exponents, strict=True) if e > 0]
     below = [_power(base, -e) for base, e in zip(BASE_UNITS, exponents, strict=True) if e < 0]
     if not above and not below:
@@ -211,7 +126,7 @@ _PLAINER = {
     **{"·": ".", "⋅": ".", "²": "2", "³": "3", "⁻": "-", "¹": "1"},
 }
 _PLAIN = re.compile("|".join(_PLAINER))
-"""Letters of units that no keyboard and no importer is sure to have, and what is written instead."""
+"""Letters that are missing on keyboards or in importers, and what is written instead."""
 _BEGINS_OPERAND = {"operator": False, "open": True, "close": False, "factor": True}
 _MISPLACED = {
     "operator": "'{}' stands where a unit is expected",
@@ -230,7 +145,7 @@ def parse_unit(text: str) -> Unit:
     """
     if len(text) > MAX_UNIT:
         raise UnitError(f"unit '{text[:20]}...': has {len(text)} characters; at most {MAX_UNIT} are read")
-    exponents, factor, offset, powers = _NONE, 1.0, 0.0, []
+    exponents, factor, offset, powers = NONE, 1.0, 0.0, []
     for name, power in _factors(text):
         base, base_factor, base_offset = _look_up(name, text)
         exponents = tuple(e + power * b for e, b in zip(exponents, base, strict=True))
@@ -240,7 +155,7 @@ def parse_unit(text: str) -> Unit:
     if offset and powers != [1]:
         raise UnitError(f"unit '{text}': a unit with an offset can only stand alone; use K")
     name = re.sub(r"\*\*|\^", "", re.sub(r"\s", "", text)).replace("*", ".")
-    return Unit("" if exponents == _NONE and factor == 1.0 and name == "1" else name, exponents, factor, offset)
+    return Unit("" if exponents == NONE and factor == 1.0 and name == "1" else name, exponents, factor, offset)
 
 
 def _factors(text: str) -> Iterator[tuple[str, int]]:
@@ -248,12 +163,11 @@ def _factors(text: str) -> Iterator[tuple[str, int]]:
 
     The grammar: unit = operand {("*" | "." | "/") operand}; operand = name [power] | "(" unit ")". Raises UnitError.
     """
-    sign, around = 1, [1]  # of the next operand's powers; of what stands in each of the open brackets
+    sign, around = 1, [1]  # the sign of the next operand's powers; the signs of the open brackets
     operand_expected = True
     for token in _tokens(text):
         kind = str(token.lastgroup)
-        if _BEGINS_OPERAND[kind] != operand_expected or (kind == "close" and len(around) == 1):
-            raise UnitError(f"unit '{text}': {_MISPLACED[kind].format(token['name'] or token[kind])}")
+        _check_place(text, token, operand_expected, len(around))
         if kind == "open":
             around.append(sign)
         elif kind == "close":
@@ -270,6 +184,13 @@ def _factors(text: str) -> Iterator[tuple[str, int]]:
         raise UnitError(f"unit '{text}': incomplete; write '1' for a dimensionless quantity, or leave the unit out")
 
 
+def _check_place(text: str, token: re.Match[str], operand_expected: bool, depth: int) -> None:
+    """Raise UnitError for a ``token`` that cannot stand where it does, in ``depth`` - 1 open brackets."""
+    kind = str(token.lastgroup)
+    if _BEGINS_OPERAND[kind] != operand_expected or (kind == "close" and depth == 1):
+        raise UnitError(f"unit '{text}': {_MISPLACED[kind].format(token['name'] or token[kind])}")
+
+
 def _tokens(text: str) -> Iterator[re.Match[str]]:
     """Operators, brackets and factors in turn; raises UnitError at anything else."""
     position = 0
@@ -284,7 +205,7 @@ def _tokens(text: str) -> Iterator[re.Match[str]]:
 
 
 def _product_in(name: str) -> str:
-    """``name`` as the product that it may be meant as, N.s for Ns; '' if it is none."""
+    """The product that ``name`` may mean, N.s for Ns; '' if there is none."""
     for i in range(1, len(name)):
         first, second = name[:i], name[i:]
         if _known(first) and _known(second) and _look_up(first, first)[0] != _look_up(second, second)[0]:
@@ -294,20 +215,20 @@ def _product_in(name: str) -> str:
 
 def _known(name: str) -> bool:
     """Whether ``name`` is a unit, with or without an SI prefix."""
-    return name in _NAMED or (name[0] in _PREFIXES and name[1:] in _PREFIXED)
+    return name in NAMED or (name[0] in PREFIXES and name[1:] in PREFIXED)
 
 
 def _look_up(name: str, text: str) -> tuple[Exponents, float, float]:
     """Exponents, factor and offset of one unit name, with or without an SI prefix."""
     if name == "1":
-        return _NONE, 1.0, 0.0
-    if name in _NAMED:
-        return _NAMED[name]
+        return NONE, 1.0, 0.0
+    if name in NAMED:
+        return NAMED[name]
     if _known(name):
-        exponents, factor, _ = _NAMED[name[1:]]
-        return exponents, _PREFIXES[name[0]] * factor if name != "kg" else 1.0, 0.0
+        exponents, factor, _ = NAMED[name[1:]]
+        return exponents, PREFIXES[name[0]] * factor if name != "kg" else 1.0, 0.0
     product = _product_in(name)
-    near = get_close_matches(name, [*_NAMED, "kg", "kN", "mm", "cm", "ms"], n=3)
+    near = get_close_matches(name, [*NAMED, "kg", "kN", "mm", "cm", "ms"], n=3)
     if product:
         raise UnitError(f"unit '{text}': unknown unit '{name}'; did you mean '{text.replace(name, product, 1)}'?")
     hint = f"did you mean {', '.join(near)}?" if near else "known are m, kg, s, rad, deg, N, J, W, Pa, Hz and others"

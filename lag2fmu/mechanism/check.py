@@ -3,15 +3,16 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 
 from lag2fmu.description import names
 from lag2fmu.description.outputs import QUANTITIES, Output
 from lag2fmu.description.parts import Damper, Load, Spring
-from lag2fmu.description.places import WORLD, Vector
+from lag2fmu.description.places import WORLD, Body, Expression, Vector
 from lag2fmu.description.record import Description
 from lag2fmu.description.symbols import Coordinate, Input, Parameter
 from lag2fmu.errors import MechanismError, UnitError
-from lag2fmu.language.expressions import free_names
+from lag2fmu.language.vocabulary import free_names
 from lag2fmu.mechanism.geometry import check_values
 from lag2fmu.mechanism.name_check import check_names
 from lag2fmu.mechanism.scope import Scope, check_constraints, check_presence, check_symbols
@@ -32,7 +33,7 @@ def check(m: Description) -> tuple[Scope, tuple[str, ...]]:
     check_symbols(m, scope)
     check_presence(m, scope)
     check_constraints(m, scope)
-    warnings = check_values(m, scope)
+    warnings = check_values(m, scope.names_in)
     unfit = tuple(mismatches(m))
     if unfit and m.strict_units:
         raise UnitError(unfit[0])
@@ -159,34 +160,44 @@ def _location(m: Description, name: str, where: str) -> tuple[str, Vector]:
 def _check_load(m: Description, where: str, load: Load) -> None:
     if (load.force is None) == (load.torque is None):
         raise MechanismError(f"{where}: give either a force (at a point) or a torque (on a body), or input = true")
-    key = "body" if load.point is None else "point"
-    name = load.body if load.point is None else load.point
-    if load.force is not None and (name is None or (load.point is not None and load.body is not None)):
-        raise MechanismError(f"{where}: a force acts at a 'point'; name one")
-    if load.torque is not None and (load.body is None or load.point is not None):
-        raise MechanismError(f"{where}: a torque acts on a 'body'; name one")
-    rotor = load.torque is not None and any(body.name == name and not body.placed for body in m.bodies)
-    frame, position = (WORLD, ()) if rotor else _location(m, str(name), f"{where}.{key}")
-    _check_axes(where, load, frame != WORLD)
     if load.force is not None:
-        if len(load.force) != len(position):
-            raise MechanismError(
-                f"{where}.force: has {len(load.force)} entries, the position of '{name}' has {len(position)}"
-            )
-        return
-    _check_torque(m, where, load)
+        _check_force(m, where, load, load.force)
+    else:
+        _check_torque(m, where, load)
+
+
+def _check_force(m: Description, where: str, load: Load, force: Sequence[Expression]) -> None:
+    """A force acts at a point or at the centre of a body, with as many entries as that has."""
+    if (load.point is None) == (load.body is None):
+        raise MechanismError(f"{where}: a force acts at a 'point'; name one")
+    key, name = ("body", load.body) if load.point is None else ("point", load.point)
+    frame, position = _location(m, str(name), f"{where}.{key}")
+    _check_axes(where, load, frame != WORLD)
+    if len(force) != len(position):
+        raise MechanismError(f"{where}.force: has {len(force)} entries, the position of '{name}' has {len(position)}")
 
 
 def _check_torque(m: Description, where: str, load: Load) -> None:
     """A planar torque is one expression on a body with an angle, a spatial one has 3 entries on a body of a frame."""
-    body = next((part for part in m.bodies if part.name == load.body), None)
-    if body is None or (body.angle is None and body.frame is None):
-        raise MechanismError(f"{where}.body: '{load.body}' is not a rigid body with an angle or a frame")
-    entries = len(load.torque) if isinstance(load.torque, tuple) else 1
-    wanted = 1 if body.frame is None else 3
-    if entries != wanted or (wanted == 1 and isinstance(load.torque, tuple)):
-        asked = "one expression" if wanted == 1 else "3 entries"
+    if load.body is None or load.point is not None:
+        raise MechanismError(f"{where}: a torque acts on a 'body'; name one")
+    body = _rigid_body(m, str(load.body), f"{where}.body")
+    _check_axes(where, load, body.frame not in (None, WORLD))
+    entries = len(load.torque) if isinstance(load.torque, tuple) else None
+    wanted = None if body.frame is None else 3
+    if entries != wanted:
+        asked = "one expression" if wanted is None else "3 entries"
         raise MechanismError(f"{where}.torque: the torque on '{load.body}' has {asked}, got {load.torque}")
+
+
+def _rigid_body(m: Description, name: str, where: str) -> Body:
+    """The body ``name``, which has an angle or a frame; raises MechanismError with ``where`` if there is none."""
+    body = next((part for part in m.bodies if part.name == name), None)
+    if body is None:
+        _location(m, name, where)  # of an unknown name it tells which there are
+    if body is None or (body.angle is None and body.frame is None):
+        raise MechanismError(f"{where}: '{name}' is not a rigid body with an angle or a frame")
+    return body
 
 
 def _check_axes(where: str, part: Load | Output, framed: bool) -> None:
@@ -196,13 +207,18 @@ def _check_axes(where: str, part: Load | Output, framed: bool) -> None:
         raise MechanismError(f"{where}.axes: there is no frame to take the axes of; give 'world'")
 
 
-def _check_output(m: Description, where: str, output: Output) -> None:
-    """An output has an expression, or the quantity of a frame or point."""
+def _measured_by(output: Output, where: str) -> str:
+    """The one key that says what ``output`` is; raises MechanismError if there is none, or more than one."""
     given = [key for key in ("expression", "frame", "point") if getattr(output, key) is not None]
     if len(given) != 1:
         found = " and ".join(f"'{key}'" for key in given) or "none of them"
         raise MechanismError(f"{where}: give one of 'expression', 'frame' or 'point', got {found}")
-    key = given[0]
+    return given[0]
+
+
+def _check_output(m: Description, where: str, output: Output) -> None:
+    """An output has an expression, or the quantity of a frame or point."""
+    key = _measured_by(output, where)
     known = [name for name, (of, _, _) in QUANTITIES.items() if of == key]
     if (output.quantity is None) == (key != "expression") or (known and output.quantity not in known):
         wanted = f"give one of {', '.join(known)}" if known else "it goes with 'frame' or 'point'"

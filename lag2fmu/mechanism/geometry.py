@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator
+from collections.abc import Callable, Collection, Iterator
 from contextlib import suppress
 
 import sympy as sp
@@ -12,10 +12,12 @@ from lag2fmu.description.names import suggestion
 from lag2fmu.description.places import WORLD, Body, Frame, Rotation
 from lag2fmu.description.record import Description
 from lag2fmu.errors import MechanismError
-from lag2fmu.language.expressions import value_of
-from lag2fmu.mechanism.scope import Scope, in_order
+from lag2fmu.language.vocabulary import value_of
+from lag2fmu.mechanism.order import in_order
 
 Values = dict[str, float]
+NamesIn = Callable[[str, sp.Expr], Collection[str]]
+"""The names that an expression uses, definitions written out; the first argument is its place, for a message."""
 Matrix = list[list[float]]
 
 ROUNDING = 1e-12
@@ -86,17 +88,8 @@ def _check_known(name: str, frames: dict[str, Frame], where: str) -> None:
 def _check_body(body: Body) -> None:
     """A body has the keys of a particle, a planar body or a spatial body, and no others."""
     where = f"bodies.{body.name}"
-    tensor = isinstance(body.inertia, tuple)
     if body.frame is not None:
-        for key in ("position", "angle"):
-            if getattr(body, key) is not None:
-                raise MechanismError(f"{where}: '{key}' and 'frame' exclude each other; leave one out")
-        if len(body.center) != 3:
-            raise MechanismError(f"{where}.center: has {len(body.center)} entries; give 3")
-        if body.inertia is not None and not (tensor and len(body.inertia) == 6):  # type: ignore[arg-type]
-            raise MechanismError(
-                f"{where}.inertia: a body of a frame has the 6 entries Ixx, Iyy, Izz, Ixy, Ixz, Iyz, got {body.inertia}"
-            )
+        _check_framed_body(body, where)
         return
     if body.position is None and (body.mass != 0 or body.inertia is None or body.angle is None):
         raise MechanismError(
@@ -105,7 +98,7 @@ def _check_body(body: Body) -> None:
         )
     if any(body.center):
         raise MechanismError(f"{where}.center: goes with 'frame'; add it to the position instead")
-    if tensor:
+    if isinstance(body.inertia, tuple):
         raise MechanismError(f"{where}.inertia: an inertia tensor goes with 'frame'; a planar body has one inertia")
     if (body.inertia is None) != (body.angle is None):
         missing = "inertia" if body.inertia is None else "angle"
@@ -116,15 +109,33 @@ def _check_body(body: Body) -> None:
         )
 
 
+def _check_framed_body(body: Body, where: str) -> None:
+    """A body of a frame has its centre and its tensor in the frame's axes."""
+    for key in ("position", "angle"):
+        if getattr(body, key) is not None:
+            raise MechanismError(f"{where}: '{key}' and 'frame' exclude each other; leave one out")
+    if len(body.center) != 3:
+        raise MechanismError(f"{where}.center: has {len(body.center)} entries; give 3")
+    if body.inertia is not None and not (isinstance(body.inertia, tuple) and len(body.inertia) == 6):
+        raise MechanismError(
+            f"{where}.inertia: a body of a frame has the 6 entries Ixx, Iyy, Izz, Ixy, Ixz, Iyz, got {body.inertia}"
+        )
+
+
 def _check_entries(m: Description) -> None:
     """All positions have 2 entries, or all 3; the direction of gravity has as many."""
+    framed = m.frames or {part.frame for part in m.places} != {None}
     fixed = {len(part.position) for part in m.places if part.frame is None and part.position is not None}
     if fixed - {2, 3} or len(fixed) > 1:
         raise MechanismError(
             f"bodies and points: positions have {sorted(fixed)} entries; give all of them 2, or all of them 3"
         )
-    if fixed == {2} and (m.frames or any(part.frame is not None for part in m.places)):
+    if fixed == {2} and framed:
         raise MechanismError("bodies and points: positions have 2 entries; beside frames they need 3")
+    _check_gravity(m)
+
+
+def _check_gravity(m: Description) -> None:
     direction = None if m.gravity is None else m.gravity.direction
     if direction is not None and (m.frames or m.places) and len(direction) != m.dimension:
         raise MechanismError(f"gravity.direction: has {len(direction)} entries, positions have {m.dimension}")
@@ -133,18 +144,18 @@ def _check_entries(m: Description) -> None:
 # ----------------------------------------------------------------------------- what depends on the parameters' values
 
 
-def check_values(m: Description, scope: Scope) -> tuple[str, ...]:
+def check_values(m: Description, names_in: NamesIn) -> tuple[str, ...]:
     """Raise MechanismError for axes, quaternions, masses and inertias that are impossible at the parameters' values.
 
-    Returns warnings of tensors that no distribution of mass has, of springs that push away from rest, and of dampers
-    that drive. Time is 0, and motion inputs have their start values. Expressions that depend on coordinates, or have no
-    value there, are not checked.
+    ``names_in`` tells what an expression uses, see ``Scope.names_in``. Returns warnings of tensors that no distribution
+    of mass has, of springs that push away from rest, and of dampers that drive. Time is 0, and motion inputs have their
+    start values. Expressions that depend on coordinates, or have no value there, are not checked.
     """
     values = values_of(m)
     for frame in m.frames:
         _check_rotations(frame, values)
         if frame.quaternion is not None:
-            _check_quaternion(m, frame, scope, values)
+            _check_quaternion(m, frame, names_in, values)
     for body in m.bodies:
         _check_mass(body, values)
     return (*(warning for body in m.bodies for warning in _check_inertia(body, values)), *_driving(m, values))
@@ -174,7 +185,10 @@ def _driving(m: Description, values: Values) -> Iterator[str]:
 
 
 def values_of(m: Description) -> Values:
-    """{name: SI value} of parameters, motion inputs, time, and of the definitions that follow from them."""
+    """{name: SI value} of parameters, motion inputs, time, and of the definitions that follow from them.
+
+    Raises MechanismError for definitions in a circle.
+    """
     values = {"t": 0.0} | {u.name: u.start for u in m.motions}
     values |= {p.name: p.value for p in m.parameters if p.value is not None}
     dependent = in_order([p for p in m.parameters if p.expression is not None], "parameters")
@@ -205,9 +219,9 @@ def _check_rotations(frame: Frame, values: Values) -> None:
             )
 
 
-def _check_quaternion(m: Description, frame: Frame, scope: Scope, values: Values) -> None:
+def _check_quaternion(m: Description, frame: Frame, names_in: NamesIn, values: Values) -> None:
     where, entries = f"frames.{frame.name}.quaternion", tuple(frame.quaternion or ())
-    used = {name for i, entry in enumerate(entries) for name in scope.names_in(f"{where}[{i}]", entry)}
+    used = {name for i, entry in enumerate(entries) for name in names_in(f"{where}[{i}]", entry)}
     if any(q.name in used for q in m.coordinates):
         return  # a constraint keeps its norm, see ``norms``
     numbers = _numbers(entries, values)

@@ -10,8 +10,8 @@ from lag2fmu.description.places import AXES, Place
 from lag2fmu.description.record import Description
 from lag2fmu.description.symbols import Input
 from lag2fmu.errors import MechanismError
-from lag2fmu.language.expressions import symbol
 from lag2fmu.language.units import NEWTON, TORQUE
+from lag2fmu.language.vocabulary import symbol
 
 
 def with_inputs(m: Description) -> tuple[list[Load], list[tuple[str, Input]]]:

@@ -4,14 +4,14 @@ from __future__ import annotations
 
 import math
 import random
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 
 import sympy as sp
 
-from lag2fmu.description.parts import Constraint
+from lag2fmu.description.parts import Constraint, Definition
 from lag2fmu.description.record import Description
-from lag2fmu.language.expressions import free_names, symbol, value_of
-from lag2fmu.mechanism.scope import in_order
+from lag2fmu.language.vocabulary import free_names, symbol, value_of
+from lag2fmu.mechanism.order import in_order
 
 _TRIALS, _ROUNDING = 5, 1e-9
 
@@ -35,24 +35,22 @@ def norm_constraints(m: Description) -> frozenset[str]:
 def _norms(m: Description) -> Iterator[tuple[str, sp.Expr, list[str]]]:
     """(frame, norm^2 - 1, constraints that keep it zero) of every quaternion whose norm is not 1 for all q."""
     coordinates = {q.name for q in m.coordinates}
-    written = in_order(m.definitions, "definitions") if any(f.quaternion is not None for f in m.frames) else []
+    turned = [frame for frame in m.frames if frame.quaternion is not None]
+    written = in_order(m.definitions, "definitions") if turned else []
 
-    def resolved(expression: sp.Expr) -> sp.Expr:
-        for definition in reversed(written):
-            expression = expression.subs(symbol(definition.name), definition.expression)
-        return expression
+    for frame in turned:
+        entries = [_resolved(entry, written) for entry in frame.quaternion or ()]
+        norm = sp.Add(*(entry**2 for entry in entries)) - 1
+        if free_names(entries) & coordinates and not vanishes(norm):
+            others = {c.name: _resolved(sp.sympify(c.expression), written) for c in m.holonomic if not c.massless}
+            yield frame.name, norm, [name for name, other in others.items() if _says(other, norm, coordinates)]
 
-    for frame in m.frames:
-        entries = [resolved(entry) for entry in frame.quaternion or ()]
-        if free_names(entries) & coordinates:
-            norm = sum((entry**2 for entry in entries), sp.S.Zero) - 1
-            if not vanishes(norm):
-                said = [
-                    c.name
-                    for c in m.holonomic
-                    if not c.massless and _says(resolved(sp.sympify(c.expression)), norm, coordinates)
-                ]
-                yield frame.name, norm, said
+
+def _resolved(expression: sp.Expr, definitions: Sequence[Definition]) -> sp.Expr:
+    """``expression`` without the ``definitions``, each of which may use those before it."""
+    for definition in reversed(definitions):
+        expression = expression.subs(symbol(definition.name), definition.expression)
+    return expression
 
 
 def _points(names: set[str]) -> Iterator[dict[str, float]]:
@@ -65,12 +63,12 @@ def vanishes(expression: sp.Expr) -> bool:
     """Whether the expression is zero for all values of its symbols; decided by values at random points."""
     try:
         return all(abs(value_of(expression, point)) < _ROUNDING for point in _points(free_names([expression])))
-    except (ValueError, ArithmeticError):  # a point where it has no value
+    except (ValueError, ArithmeticError):  # the expression has no value at some point
         return False
 
 
 def _says(other: sp.Expr, norm: sp.Expr, coordinates: set[str]) -> bool:
-    """Whether ``other`` contains the coordinates of ``norm`` alone and vanishes where it does."""
+    """Whether ``other`` keeps the same norm: it has the coordinates of ``norm`` alone and vanishes where that does."""
     names = free_names([norm])
     if not free_names([other]) & coordinates <= names or not free_names([other]) & names:
         return False

@@ -11,7 +11,6 @@ from lag2fmu.description.joints import JOINTS, Joint, direction
 from lag2fmu.description.places import WORLD
 from lag2fmu.description.record import Description
 from lag2fmu.errors import MechanismError
-from lag2fmu.mechanism.poses import Pose, Poses
 
 
 def groups_of(m: Description, joint: Joint) -> tuple[str, ...]:
@@ -21,6 +20,21 @@ def groups_of(m: Description, joint: Joint) -> tuple[str, ...]:
     does not turn, so it needs no angle to be guided or fixed.
     """
     where = f"joints.{joint.name}"
+    _check_planar(joint, where)
+    if joint.kind == "revolute":
+        return JOINTS[joint.kind].planar
+    first, second = map(str, joint.between or ())
+    particles = {part.name for part in m.bodies if part.angle is None}
+    may_lack = {"prismatic": {second}, "fixed": {first, second}}.get(joint.kind, set()) & particles
+    for name in (first, second):
+        if angle_of(m, name) is None and name not in may_lack:
+            remedy = "a body has it with an inertia" if name in particles else "give it, 0 if it does not turn"
+            raise MechanismError(f"{where}.between: '{name}' has no 'angle', which '{joint.kind}' needs; {remedy}")
+    return tuple(group for group in JOINTS[joint.kind].planar if group != "turn" or not may_lack)
+
+
+def _check_planar(joint: Joint, where: str) -> None:
+    """Raise MechanismError for a kind or an axis that there is in space only."""
     if not JOINTS[joint.kind].planar:
         known = ", ".join([*(name for name, kind in JOINTS.items() if kind.planar), "gear"])
         raise MechanismError(
@@ -28,24 +42,16 @@ def groups_of(m: Description, joint: Joint) -> tuple[str, ...]:
             f"there are {known}"
         )
     if joint.kind == "revolute":
-        return JOINTS[joint.kind].planar
+        return
     if joint.axis is not None and direction(joint.axis)[2] != 0:
         raise MechanismError(
             f"{where}.axis: '{joint.axis}' is out of the plane; give 'x', 'y' or a vector of 3 entries, the last one 0"
         )
     if joint.second_axis is not None:
         raise MechanismError(f"{where}.second_axis: in the plane a disc turns about z; leave it out")
-    first, second = map(str, joint.between or ())
-    particles = {part.name for part in m.bodies if part.angle is None}
-    may_lack = {"prismatic": {second}, "fixed": {first, second}}.get(joint.kind, set()) & particles
-    for name in (first, second):
-        if _angle(m, name) is None and name not in may_lack:
-            remedy = "a body has it with an inertia" if name in particles else "give it, 0 if it does not turn"
-            raise MechanismError(f"{where}.between: '{name}' has no 'angle', which '{joint.kind}' needs; {remedy}")
-    return tuple(group for group in JOINTS[joint.kind].planar if group != "turn" or not may_lack)
 
 
-def _angle(m: Description, name: str) -> sp.Expr | None:
+def angle_of(m: Description, name: str) -> sp.Expr | None:
     """The angle (rad) of the body or point ``name``; None if it has none."""
     if name == WORLD:
         return sp.S.Zero
@@ -54,12 +60,5 @@ def _angle(m: Description, name: str) -> sp.Expr | None:
 
 def turn_alike(m: Description, joint: Joint) -> bool:
     """Whether the ends of ``joint`` have the same angle, or one that makes no difference."""
-    first, second = (_angle(m, str(name)) for name in joint.between or ())
+    first, second = (angle_of(m, str(name)) for name in joint.between or ())
     return joint.kind == "revolute" or first == second
-
-
-def planar_pose(m: Description, poses: Poses, name: str, place: sp.Matrix) -> Pose:
-    """The pose in the world of the end ``name`` at ``place`` (3, 1)."""
-    angle = poses.resolved(_angle(m, name) or sp.S.Zero)
-    c, s = sp.cos(angle), sp.sin(angle)
-    return Pose(place, sp.Matrix([[c, -s, 0], [s, c, 0], [0, 0, 1]]), sp.Matrix([0, 0, poses.rate(angle)]))

@@ -18,8 +18,9 @@ from lag2fmu.description import names
 from lag2fmu.description.joints import direction
 from lag2fmu.description.places import WORLD, Expression, Frame
 from lag2fmu.description.record import Description
-from lag2fmu.language.expressions import TIME, symbol
-from lag2fmu.mechanism.scope import in_order
+from lag2fmu.errors import MechanismError
+from lag2fmu.language.vocabulary import TIME, symbol
+from lag2fmu.mechanism.order import in_order
 
 
 class Pose(NamedTuple):
@@ -50,9 +51,15 @@ class Poses:
             expression = sp.sympify(expression).xreplace({name: meaning})
         return sp.sympify(expression)
 
+    def column(self, place: Iterable[Expression]) -> sp.Matrix:
+        """A ``place`` of 2 or 3 entries as (3, 1), definitions written out."""
+        entries = [self.resolved(x) for x in place]
+        return sp.Matrix([*entries, *[sp.S.Zero] * (3 - len(entries))])
+
     def rate(self, expression: sp.Expr) -> sp.Expr:
         """The time derivative of an expression in t, q and motions, by the chain rule."""
-        return sp.Add(*(expression.diff(x) * rate for x, rate in self._rates.items() if expression.has(x)))
+        used = expression.free_symbols
+        return sp.Add(*(expression.diff(x) * rate for x, rate in self._rates.items() if x in used))
 
     def common(self, a: str, b: str) -> str:
         """The frame next to ``a`` and ``b`` that carries both."""
@@ -88,6 +95,30 @@ class Poses:
                 last = _Turn(axis, last.angle + turned)
                 angular += before * direction(axis) * self.rate(turned)
         return Pose(origin, before * last.matrix(), angular)
+
+    def planar(self, place: sp.Matrix, angle: Expression) -> Pose:
+        """The pose in the world of what stands in the plane at ``place`` (3, 1), in m, turned by ``angle`` (rad)."""
+        turned = self.resolved(angle)
+        c, s = sp.cos(turned), sp.sin(turned)
+        return Pose(place, sp.Matrix([[c, -s, 0], [s, c, 0], [0, 0, 1]]), sp.Matrix([0, 0, self.rate(turned)]))
+
+
+def location_of(m: Description, name: str, where: str) -> tuple[str, tuple[sp.Expr, ...]]:
+    """Frame and position of the end ``name``: a point, a body, or the origin of a frame.
+
+    Raises MechanismError with ``where`` if there is none.
+    """
+    frames = [WORLD, *(frame.name for frame in m.frames)]
+    places = {part.name: part for part in m.places}
+    if name in places:
+        frame, position = m.location(name)
+        if name in frames and (frame, any(position)) != (name, False):
+            raise MechanismError(f"{where}: '{name}' is a frame, and a point or body elsewhere; rename one of them")
+        return frame, position
+    if name not in frames:
+        known = [*frames, *places]
+        raise MechanismError(f"{where}: there is no frame, point or body '{name}'; {names.suggestion(name, known)}")
+    return name, (sp.S.Zero,) * m.dimension
 
 
 class _Turn(NamedTuple):

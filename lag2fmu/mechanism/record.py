@@ -30,22 +30,25 @@ class Mechanism(Description):
     without mass, starts that meet the constraints. ``origins`` names for each such part the part that brings it, both
     by their places: {'constraints.hinge_x': 'joints.hinge'}. There are n coordinates and m constraints, the holonomic
     ones first; expressions compute in SI units. ``warnings`` lists what is odd but allowed: mismatching dimensions,
-    inertia tensors that no body has. ``unilaterals`` are the ideal contacts, then the stops, in normal form. Two
+    inertia tensors that no body has. ``unilaterals`` are the ideal contacts, then the stops, in normal form;
+    ``latches`` are the constraints that hold only while an expression is positive, which are not among the m. Two
     mechanisms are equal if the same is written, whatever has been derived since.
     Source of the procedure: Hand, Finch, Analytical Mechanics, section 1.9.
     """
 
-    __signature__: ClassVar[Signature] = signature(Description)  # for help()
+    __signature__: ClassVar[Signature] = signature(Description)  # what help() shows as the arguments
 
     description: Description = field(init=False, repr=False)
     origins: Mapping[str, str] = field(init=False, repr=False)
     scope: Scope = field(init=False, repr=False)
     warnings: tuple[str, ...] = field(init=False, repr=False)
     unilaterals: tuple[Unilateral, ...] = field(init=False, repr=False)
+    latches: tuple[Constraint, ...] = field(init=False, repr=False)
 
     def __repr__(self) -> str:
         """One line: name, title, how many of what; the text format says everything."""
-        kinds = ("coordinates", "parameters", "inputs", "bodies", "constraints")
+        kinds = ["coordinates", "parameters", "inputs", "states", "bodies", "constraints"]
+        kinds += ["contacts", "stops", "frictions"]
         counted = ", ".join(f"{len(getattr(self, kind))} {kind}" for kind in kinds if getattr(self, kind))
         return f"<Mechanism {self.name}: {self.title}; {counted}>"
 
@@ -78,6 +81,7 @@ class Mechanism(Description):
             scope=found.scope,
             warnings=found.warnings,
             unilaterals=found.unilaterals,
+            latches=found.latches,
         )
 
     def __eq__(self, other: object) -> bool:
@@ -87,9 +91,18 @@ class Mechanism(Description):
         return hash(self.description)
 
     @property
+    def hybrid(self) -> bool:
+        """Whether it has contacts, stops, dry friction or latches."""
+        return bool(self.unilaterals or self.frictions or self.latches)
+
+    @property
     def fixed_parameters(self) -> frozenset[str]:
-        """The names of the parameters in holonomic constraints, which cannot change in a run, see ``scope``."""
-        return fixed_parameters(self, self.scope)
+        """The names of the parameters in holonomic constraints and gaps, see ``scope``: they cannot change in a run."""
+        return fixed_parameters(self, self.scope, (unilateral.gap for unilateral in self.unilaterals))
+
+    def with_latches(self) -> Mechanism:
+        """The same mechanism with its latches among the constraints, for those who know when they hold."""
+        return self._extended(constraints=in_order_of_kinds((*self.constraints, *self.latches)))
 
     def starting_at(self, coordinates: Iterable[Coordinate]) -> Mechanism:
         """The same mechanism with these ``coordinates``, which have other starts only; nothing is checked again."""

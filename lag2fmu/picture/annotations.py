@@ -33,18 +33,16 @@ def _coordinates(canvas: Canvas, layout: Layout) -> None:
     s, m = layout.skeleton, layout.mechanism
     names = {c.name for c in m.coordinates} | {u.name for u in m.motions}
     turning: dict[int, list[str]] = {}
-    for name, spot in s.hinges.items():
-        if name in names:
-            turning.setdefault(spot, []).append(name)
+    for name in filter(names.__contains__, s.hinges):
+        turning.setdefault(s.hinges[name], []).append(name)
     for spot, group in turning.items():
         _turning(canvas, layout, spot, group, arrow=layout.planar and len(turning) <= _ARCS)
     for name, spot in s.sliders.items():
         if name in names and name not in s.hinges:
             _sliding(canvas, layout, spot, name)
-    for name, ends in s.stretches.items():
-        if name in names:
-            middle = layout.at_start[list(ends)].mean(axis=0)
-            canvas.name(f"coordinates.{name}", "coordinate", pretty(name), middle, 2.5)
+    for name in filter(names.__contains__, s.stretches):
+        middle = layout.at_start[list(s.stretches[name])].mean(axis=0)
+        canvas.name(f"coordinates.{name}", "coordinate", pretty(name), middle, 2.5)
     for together, spot in s.floating.items():
         canvas.name(f"coordinates.{together}", "coordinate", pretty(together), layout.at_start[spot], 3.0)
 

@@ -4,9 +4,9 @@ from __future__ import annotations
 
 import numpy as np
 
+from lag2fmu.description.parts import Damper, Load, Spring
 from lag2fmu.graph.batches import Floats
 from lag2fmu.language.expressions import to_text
-from lag2fmu.mechanism import Damper, Load, Spring
 from lag2fmu.picture import glyphs
 from lag2fmu.picture.attachments import Attachment
 from lag2fmu.picture.labels import pretty
@@ -31,7 +31,8 @@ def draw_forces(canvas: Canvas, layout: Layout) -> None:
 
 def _attached(canvas: Canvas, layout: Layout, part: Spring | Damper, attachment: Attachment | None) -> None:
     kind = "spring" if isinstance(part, Spring) else "damper"
-    label, letter = f"{kind}s.{part.name}", to_text(part.stiffness if isinstance(part, Spring) else part.damping)
+    label, measure = f"{kind}s.{part.name}", part.stiffness if isinstance(part, Spring) else part.damping
+    letter = part.name if measure is None else to_text(measure)
     text = pretty(letter if len(letter) <= _LETTERS else part.name)
     if attachment is None:
         written = part.elongation if isinstance(part, Spring) else part.rate

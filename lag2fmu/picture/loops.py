@@ -12,8 +12,8 @@ from collections.abc import Collection, Sequence
 import numpy as np
 import sympy as sp
 
+from lag2fmu.description.parts import Constraint
 from lag2fmu.graph.graph import Node
-from lag2fmu.mechanism import Constraint
 from lag2fmu.picture.arms import ARM, Step, steps
 from lag2fmu.picture.skeleton import Link, Skeleton
 
@@ -36,7 +36,11 @@ def _add_loop(skeleton: Skeleton, pair: Sequence[Constraint]) -> None:
     if len(turning) < 2 or not all(map(s.keeps_length, vectors)):
         return
     alike = {link.angles: link for link in reversed(s.links)}
-    arms = [(alike[x.angles], v) for x, v in zip(turning, vectors, strict=True) if x.angles in alike]
+    _add_arms(s, pair, [(alike[x.angles], v) for x, v in zip(turning, vectors, strict=True) if x.angles in alike])
+
+
+def _add_arms(s: Skeleton, pair: Sequence[Constraint], arms: Sequence[tuple[Link, Sequence[Node]]]) -> None:
+    """Join the start of each arm with its tip; an arm turns as its link of a body does and has a vector."""
     both = [[_tip(s, link.ends[0], sign, vector) for sign in (1, -1)] for link, vector in arms]
     joints = {i for link in s.links for i in link.ends}
     for number, (link, _) in enumerate(arms):

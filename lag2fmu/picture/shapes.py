@@ -10,8 +10,8 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
+from lag2fmu.description.places import Body
 from lag2fmu.graph.batches import Floats, Values
-from lag2fmu.mechanism import Body
 from lag2fmu.picture.skeleton import Skeleton
 
 PARTICLE, ROD, DISC, BALL, CUBOID = "particle", "rod", "disc", "ball", "cuboid"

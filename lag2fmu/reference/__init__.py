@@ -4,11 +4,13 @@ T comes from Koenig's theorem, the equations from polarisation and the complex s
 """
 
 from lag2fmu.reference.energies import EnergyFunctions
-from lag2fmu.reference.equations import Balance, Equations
+from lag2fmu.reference.equations import Equations
 from lag2fmu.reference.hamilton import integrate_canonically
-from lag2fmu.reference.integrate import Reference, integrate, remedy_of_jumps
+from lag2fmu.reference.integrate import integrate, remedy_of_jumps
+from lag2fmu.reference.record import Reference
 from lag2fmu.reference.signals import Pieces, Signals, held, interpolated
 from lag2fmu.reference.symbolic import sympy_accelerations
+from lag2fmu.reference.terms import Balance
 from lag2fmu.reference.trajectory import Trajectory, parse_csv, read_csv
 
 __all__ = [

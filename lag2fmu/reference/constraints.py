@@ -18,9 +18,10 @@ from functools import lru_cache
 import numpy as np
 import sympy as sp
 
+from lag2fmu.description.parts import Constraint
 from lag2fmu.errors import SimulationError
-from lag2fmu.language.expressions import TIME
-from lag2fmu.mechanism import Constraint, Mechanism
+from lag2fmu.language.vocabulary import TIME
+from lag2fmu.mechanism.record import Mechanism
 from lag2fmu.reference.composition import Composition, composition_of
 from lag2fmu.reference.functions import compiled
 from lag2fmu.reference.state import Floats, State, batch_first, batch_last
@@ -36,15 +37,20 @@ _ITERATIONS, _HALVINGS = 60, 12
 
 
 class ConstraintFunctions:
-    """The constraints of a mechanism: h holonomic ones first, m in all, at states of n coordinates."""
+    """The constraints of a mechanism: h holonomic ones first, m in all, at states of n coordinates.
+
+    Values are in SI units.
+    """
 
     def __init__(self, composition: Composition, constants: Sequence[float]) -> None:
         mechanism, s = composition.mechanism, composition.symbols
         self.names = [c.name for c in mechanism.constraints]
         self.h, self.m, self.n = len(mechanism.holonomic), len(mechanism.constraints), len(s.q)
-        self._constants = tuple(constants)
+        self._constants = constants
         self._full_rank: bool | None = None  # of G, where it is asked for the first time
-        self._function = compiled((TIME, *s.q, *s.qd, *s.inputs, *s.parameters), constraint_expressions(mechanism))
+        own = composition is composition_of(mechanism)
+        expressions = constraint_expressions(mechanism) if own else written_constraints(composition)
+        self._function = compiled((TIME, *s.q, *s.qd, *s.inputs, *s.parameters), expressions)
 
     def __call__(self, state: State) -> tuple[Floats, Floats, Floats, Floats]:
         """phi or A qd + b (m, *batch), velocities (m, *batch), gamma (m, *batch), G (m, n, *batch)."""
@@ -70,7 +76,7 @@ class ConstraintFunctions:
             return np.full_like(forcing, np.nan), np.full_like(phi, np.nan)
         if self._full_rank is None:
             self._full_rank = self.has_full_rank(G)
-        scale = _scales(M, G, self._full_rank)
+        scale = scales(M, G, self._full_rank)
         matrix = np.zeros((*M.shape[:-2], self.n + self.m, self.n + self.m))
         matrix[..., : self.n, : self.n] = M
         matrix[..., : self.n, self.n :] = np.swapaxes(G, -1, -2)
@@ -119,7 +125,7 @@ class ConstraintFunctions:
             return phi[: self.h], jacobian[: self.h] * nominal
 
         for chosen, bar in q_passes:
-            q = _newton(positions, q, chosen, nominal)
+            q = newton(positions, q, chosen, nominal)
             self._refuse(*positions(q), bar)
 
         def velocities(x: Floats) -> tuple[Floats, Floats]:
@@ -127,7 +133,7 @@ class ConstraintFunctions:
             return velocity, jacobian * nominal
 
         for chosen, bar in qd_passes:
-            qd = _newton(velocities, qd, chosen, nominal)
+            qd = newton(velocities, qd, chosen, nominal)
             pace = max(1.0, float(np.abs(qd / nominal).max()))
             residual, jacobian = velocities(qd)
             self._refuse(residual, jacobian * pace, bar)
@@ -140,7 +146,7 @@ class ConstraintFunctions:
 
 
 def constraint_expressions(mechanism: Mechanism) -> tuple[sp.Expr, ...]:
-    """Values, velocities, gamma and G of the constraints of ``mechanism``, one after the other."""
+    """Values (m,), velocities (m,), gamma (m,) and G (m n,) of the constraints, one after the other."""
     return _expressions(mechanism, mechanism.constraints)
 
 
@@ -150,20 +156,33 @@ def _expressions(mechanism: Mechanism, constraints: tuple[Constraint, ...]) -> t
 
     They are named because a mechanism is equal to itself without the equilibria of what has no mass.
     """
-    composition, h = composition_of(mechanism), sum(c.holonomic for c in constraints)
-    s = composition.symbols
+    return written_constraints(composition_of(mechanism))
+
+
+def written_constraints(composition: Composition) -> tuple[sp.Expr, ...]:
+    """Values, velocities, gamma and G of the constraints of a ``composition``, one after the other."""
+    constraints, s = composition.mechanism.constraints, composition.symbols
+    h = sum(c.holonomic for c in constraints)
     values = [composition.written(c.expression) for c in constraints]
     velocities = [*(composition.rate(x) for x in values[:h]), *values[h:]]
-    jacobian = [velocity.diff(v) for velocity in velocities for v in s.qd]
+    return (*values, *velocities, *accelerations_without_qdd(composition, velocities), *gradients(s.qd, velocities))
+
+
+def gradients(symbols: Sequence[sp.Symbol], expressions: Sequence[sp.Expr]) -> list[sp.Expr]:
+    """The derivatives of k ``expressions`` to n ``symbols``, (k n,), row by row."""
+    return [expression.diff(x) for expression in expressions for x in symbols]
+
+
+def accelerations_without_qdd(composition: Composition, velocities: Sequence[sp.Expr]) -> list[sp.Expr]:
+    """gamma: what the time derivatives of ``velocities``, affine in qd, are where qdd is 0."""
+    s = composition.symbols
     moving = dict(zip(s.q, s.qd, strict=True)) | {TIME: sp.S.One}
     moving |= dict(zip(s.motion, s.motion_dot, strict=True)) | dict(zip(s.motion_dot, s.motion_ddot, strict=True))
-    gamma = [sp.Add(*(w.diff(x) * rate for x, rate in moving.items())) for w in velocities]
-    return (*values, *velocities, *gamma, *jacobian)
+    moving |= dict(zip(s.further, composition.further, strict=True))
+    return [sp.Add(*(w.diff(x) * rate for x, rate in moving.items())) for w in velocities]
 
 
-def _newton(
-    function: Callable[[Floats], tuple[Floats, Floats]], x: Floats, free: np.ndarray, nominal: Floats
-) -> Floats:
+def newton(function: Callable[[Floats], tuple[Floats, Floats]], x: Floats, free: np.ndarray, nominal: Floats) -> Floats:
     """x (n,) moved in its ``free`` entries until the residuals vanish or do not fall any more."""
     residual, jacobian = function(x)
     for _ in range(_ITERATIONS):
@@ -206,7 +225,7 @@ def _least(matrix: Floats, right: Floats) -> Floats:
     return solution
 
 
-def _scales(M: Floats, G: Floats, plain: bool) -> Floats:
+def scales(M: Floats, G: Floats, plain: bool) -> Floats:
     """Factors of rows and columns of the KKT matrix (*batch, n + m): all of one size, rows of G of unit length in M^-1.
 
     Where M is singular, M + G^T W G takes its place, W making both of one size. ``plain``: G has full rank, so that the

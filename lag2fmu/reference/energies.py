@@ -13,10 +13,11 @@ import sympy as sp
 from numpy.typing import ArrayLike
 
 from lag2fmu.description.names import acceleration, multiplier
+from lag2fmu.description.symbols import Parameter
 from lag2fmu.errors import LoadError, SimulationError
-from lag2fmu.language.expressions import TIME, symbol
-from lag2fmu.mechanism import Mechanism, Parameter
-from lag2fmu.reference.composition import composition_of
+from lag2fmu.language.vocabulary import TIME, symbol
+from lag2fmu.mechanism.record import Mechanism
+from lag2fmu.reference.composition import Composition, composition_of
 from lag2fmu.reference.constraints import ConstraintFunctions
 from lag2fmu.reference.functions import Array, compiled
 from lag2fmu.reference.spatial import Spatial
@@ -28,15 +29,24 @@ class EnergyFunctions:
 
     Everything is composed and compiled when built. Raises LoadError for a parameter that is unknown, dependent, not
     finite or out of its bounds. Inputs that are not given have their start value, external forces Q_<coordinate> are 0.
+    A ``composition`` other than the mechanism's own may have further parameters, such as the sides of frozen switches:
+    they stand behind those of the mechanism in ``constants`` and are 1 until they are set there.
+    Further states are given among the inputs.
     """
 
-    def __init__(self, mechanism: Mechanism, parameters: Mapping[str, float] | None = None) -> None:
+    def __init__(
+        self,
+        mechanism: Mechanism,
+        parameters: Mapping[str, float] | None = None,
+        composition: Composition | None = None,
+    ) -> None:
         self.mechanism = mechanism
-        self.composition = composition_of(mechanism)
+        self.composition = composition or composition_of(mechanism)
         self.n = len(mechanism.coordinates)
         self.parameters = parameter_values(mechanism, parameters or {})
         s = self.composition.symbols
-        self._constants = tuple(np.float64(value) for value in self.parameters.values())
+        self.constants = [np.float64(value) for value in self.parameters.values()]
+        self.constants += [np.float64(1.0)] * (len(s.parameters) - len(self.constants))
         self._configuration = (TIME, *s.q, *s.qd, *s.motion, *s.motion_dot)
         c = self.composition
         self._energies = compiled((*self._configuration, *s.parameters), (c.kinetic, c.potential, c.dissipation))
@@ -44,20 +54,25 @@ class EnergyFunctions:
         self._forces = compiled(arguments, c.forces)
         unknowns = [symbol(acceleration(item.name)) for item in mechanism.coordinates]
         unknowns += [symbol(multiplier(item.name)) for item in mechanism.constraints]
-        self._outputs = compiled((TIME, *s.q, *s.qd, *s.inputs, *unknowns, *s.parameters), tuple(c.outputs.values()))
-        self.constraints = ConstraintFunctions(c, self._constants)
-        self.spatial = Spatial(c, self._constants)
-        starts = {u.name: u.start for u in mechanism.inputs}
+        everything = (TIME, *s.q, *s.qd, *s.inputs, *unknowns, *s.parameters)
+        self._outputs = compiled(everything, tuple(c.outputs.values()))
+        self._further = compiled(everything, c.further)
+        self.constraints = ConstraintFunctions(c, self.constants)
+        self.spatial = Spatial(c, self.constants)
+        starts = {u.name: u.start for u in mechanism.inputs} | {z.name: z.start for z in mechanism.states}
         self._starts = np.array([starts.get(x.name, 0.0) for x in s.inputs])
         self._row = {x.name: i for i, x in enumerate(s.inputs)}
 
     @property
     def input_names(self) -> tuple[str, ...]:
-        """The inputs by name: y, y_dot, y_ddot of motion inputs, plain inputs, Q_<coordinate>."""
+        """The inputs by name: y, y_dot, y_ddot of motions, plain inputs, Q_<coordinate>; and further states."""
         return tuple(self._row)
 
     def start(self, time: float = 0.0, inputs: InputValues | None = None) -> tuple[Floats, Floats]:
-        """The start values of q and qd, (n,) each, in SI units: as declared, guesses solved for the constraints."""
+        """The start values of q and qd, (n,) each, in SI units: as declared, guesses solved for the constraints.
+
+        Raises SimulationError if the constraints cannot be met.
+        """
         coordinates = self.mechanism.coordinates
         q, qd = np.array([c.start for c in coordinates]), np.array([c.velocity for c in coordinates])
         if not self.constraints.m:
@@ -73,7 +88,10 @@ class EnergyFunctions:
         inputs: InputValues | None = None,
         free: tuple[list[bool], list[bool]] | None = None,
     ) -> tuple[Floats, Floats]:
-        """q and qd, (n,) each, moved onto the constraints, see ``ConstraintFunctions.consistent``."""
+        """q and qd, (n,) each, moved onto the constraints, see ``ConstraintFunctions.consistent``.
+
+        Raises SimulationError as that does.
+        """
         nominal = np.array([c.nominal for c in self.mechanism.coordinates])
         return self.constraints.consistent(lambda a, b: self.state(time, a, b, inputs), q, qd, nominal, free)
 
@@ -101,7 +119,10 @@ class EnergyFunctions:
         return State(time, batch_last(positions), batch_last(velocities), signals)
 
     def input_values(self, inputs: Mapping[str, float]) -> Floats:
-        """All inputs in the order of ``input_names``, (3 k + m + n,): those not among ``inputs`` at their starts."""
+        """All inputs in the order of ``input_names``, (3 k + m + n,): those not among ``inputs`` at their starts.
+
+        In SI units.
+        """
         values: Floats = self._starts.copy()
         for name, value in inputs.items():
             values[self._row[name]] = value
@@ -110,12 +131,15 @@ class EnergyFunctions:
     def energies(self, state: State) -> Floats:
         """T, V (J) and R (W) at ``state``: (3, *batch)."""
         rows = self._rows(state)
-        values = self._energies(rows, self._constants)
+        values = self._energies(rows, self.constants)
         return values if self.spatial.empty else values + self.spatial.energies(rows)
 
     def forces(self, state: State) -> Floats:
-        """The non-potential forces Q without dissipation, external ones included: (n, *batch)."""
-        values = self._forces(state.rows, self._constants)
+        """The non-potential forces Q without dissipation, external ones included: (n, *batch).
+
+        Each in J by the unit of its coordinate.
+        """
+        values = self._forces(state.rows, self.constants)
         return values if self.spatial.empty else values + self.spatial.forces(self._rows(state), state.inputs)
 
     def outputs(self, state: State, unknowns: Sequence[Floats]) -> dict[str, Floats]:
@@ -124,28 +148,35 @@ class EnergyFunctions:
         ``unknowns`` are the accelerations (n, *batch) and multipliers (m, *batch).
         """
         rows = np.concatenate([state.rows, *unknowns])
-        values = dict(zip(self.composition.outputs, self._outputs(rows, self._constants), strict=True))
+        values = dict(zip(self.composition.outputs, self._outputs(rows, self.constants), strict=True))
         if not self.spatial.empty:
             k, qdd = len(self.composition.symbols.motion), np.broadcast_to(unknowns[0], state.qd.shape)
             rates = np.concatenate([np.ones_like(state.t)[None], state.qd, qdd, state.inputs[k : 3 * k]])
             values |= self.spatial.outputs(self._rows(state), rates)
         return {name: values[name] for name in self.mechanism.output_names}
 
+    def further(self, state: State, unknowns: Sequence[Floats]) -> Floats:
+        """The derivatives of the further states, (f, *batch), for ``unknowns`` as of ``outputs``."""
+        return self._further(np.concatenate([state.rows, *unknowns]), self.constants)
+
     def position(self, state: State, name: str) -> Floats:
         """The position (m) in the fixed frame of the point or body ``name``: (2 or 3, *batch)."""
         if self.composition.on_frame(name):
             return self.spatial.position(self._rows(state), name)
         arguments = (*self._configuration, *self.composition.symbols.parameters)
-        return compiled(arguments, self.composition.place(name))(self._rows(state), self._constants)
+        return compiled(arguments, self.composition.place(name))(self._rows(state), self.constants)
 
     def velocity_part(self) -> Callable[[Array], Array]:
-        """rows (t, q, qd, y, y_dot), real or complex -> K, U, R: L = K - U, with all that velocities change in K."""
+        """rows (t, q, qd, y, y_dot), real or complex -> K, U, R: L = K - U, with all that velocities change in K.
+
+        K, U in J, R in W; the result has the shape (3, *batch).
+        """
         moving, resting = self.composition.velocity_part()
         expressions: tuple[sp.Expr, ...] = (moving, resting, self.composition.dissipation)
         function = compiled((*self._configuration, *self.composition.symbols.parameters), expressions)
         if self.spatial.empty:
-            return lambda rows: function(rows, self._constants)
-        return lambda rows: function(rows, self._constants) + self.spatial.energies(rows)
+            return lambda rows: function(rows, self.constants)
+        return lambda rows: function(rows, self.constants) + self.spatial.energies(rows)
 
     def _rows(self, state: State) -> Floats:
         """t, q, qd, y, y_dot of ``state``, (1 + 2 n + 2 k, *batch)."""
@@ -157,13 +188,7 @@ def parameter_values(mechanism: Mechanism, overrides: Mapping[str, float]) -> di
 
     Raises LoadError for ``overrides`` that are unknown, dependent, not finite or out of bounds.
     """
-    known = {p.name: p for p in mechanism.parameters}
-    for name, value in overrides.items():
-        if name not in known:
-            names = ", ".join(known) or "none"
-            raise LoadError(f"mechanism '{mechanism.name}' has no parameter '{name}'; known are {names}")
-        _check_value(known[name], value)
-    values = {p.name: float(overrides.get(p.name, p.value)) for p in mechanism.parameters if p.value is not None}
+    values = _independent_values(mechanism, overrides)
     pending = {p.name: p.expression for p in mechanism.parameters if p.expression is not None}
     while pending:  # the record refuses circles: every pass finds one
         for name, expression in list(pending.items()):
@@ -174,7 +199,18 @@ def parameter_values(mechanism: Mechanism, overrides: Mapping[str, float]) -> di
                 if not np.isfinite(values[name]):
                     raise LoadError(f"parameter '{name}' = {expression} is {values[name]} for the values given")
                 del pending[name]
-    return {name: values[name] for name in known}
+    return {p.name: values[p.name] for p in mechanism.parameters}
+
+
+def _independent_values(mechanism: Mechanism, overrides: Mapping[str, float]) -> dict[str, float]:
+    """The values of the parameters that follow from no others; raises LoadError for impossible ``overrides``."""
+    known = {p.name: p for p in mechanism.parameters}
+    for name, value in overrides.items():
+        if name not in known:
+            names = ", ".join(known) or "none"
+            raise LoadError(f"mechanism '{mechanism.name}' has no parameter '{name}'; known are {names}")
+        _check_value(known[name], value)
+    return {p.name: float(overrides.get(p.name, p.value)) for p in mechanism.parameters if p.value is not None}
 
 
 def _check_value(parameter: Parameter, value: float) -> None:

@@ -18,66 +18,38 @@ Sources: H. Goldstein, Classical Mechanics, sections 1.5 and 2.7; for the comple
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass, fields
+from dataclasses import fields
 
 import numpy as np
 from numpy.typing import ArrayLike
 
 from lag2fmu.errors import DerivationError, SimulationError
-from lag2fmu.mechanism import Mechanism
+from lag2fmu.mechanism.record import Mechanism
+from lag2fmu.reference.composition import Composition
 from lag2fmu.reference.energies import EnergyFunctions
 from lag2fmu.reference.functions import BLOCK, STEP, Array
 from lag2fmu.reference.state import Floats, InputValues, State, batch_first, batch_last
+from lag2fmu.reference.terms import Balance, Terms
 
 SMALL = 3
 """Coordinates of a mechanism for which compiled equations save no time at a thousand states."""
 
 
-@dataclass(frozen=True)
-class Terms:
-    """The parts of the equations at a state or batch of states, batch last, in SI units.
-
-    mass_matrix (n, n), momenta p = dL/dqd (n,), inertial = dM/dt qd + db/dt (n,), lagrangian_slope dL/dq (n,),
-    dissipation_slope dR/dqd (n,), explicit_rate dL/dt at fixed q, qd, motion inputs moving (), forces Q (n,).
-    """
-
-    mass_matrix: Floats
-    momenta: Floats
-    inertial: Floats
-    lagrangian_slope: Floats
-    dissipation_slope: Floats
-    explicit_rate: Floats
-    forces: Floats
-
-
-@dataclass(frozen=True)
-class Balance:
-    """The balance of the generalized energy h = qd . p - L: ``rate`` dh/dt and ``power`` of what changes it, in W.
-
-    power = Q . qd - qd . dR/dqd - dL/dt - multiplier . b, constraints being G qd + b = 0. ``scale`` is the sum of the
-    magnitudes of all powers that flow at that instant; over a run divide by its largest value. All have the shape of
-    the batch.
-    """
-
-    rate: Floats
-    power: Floats
-    scale: Floats
-
-    @property
-    def residual(self) -> Floats:
-        """rate - power, in W: zero to rounding for exact accelerations."""
-        return self.rate - self.power
-
-
 class Equations:
     """The equations of motion of ``mechanism`` for ``parameters`` (name -> SI value; declared values otherwise).
 
-    States are t in s, q and qd (n,), inputs name -> value; or batches of m: t (m,), q and qd (m, n), values (m,).
-    Raises LoadError for unknown or unusable parameters, DerivationError if L is not quadratic in the velocities.
+    States are t in s, q and qd (n,), inputs and further states name -> value; or batches of m: t (m,), q and qd (m, n),
+    values (m,). Raises LoadError for unknown or unusable parameters, DerivationError if L is not quadratic in the
+    velocities.
     """
 
-    def __init__(self, mechanism: Mechanism, parameters: Mapping[str, float] | None = None) -> None:
-        self.energies = EnergyFunctions(mechanism, parameters)
+    def __init__(
+        self,
+        mechanism: Mechanism,
+        parameters: Mapping[str, float] | None = None,
+        composition: Composition | None = None,
+    ) -> None:
+        self.energies = EnergyFunctions(mechanism, parameters, composition)
         self.mechanism, self.n = mechanism, self.energies.n
         self._motions = len(mechanism.motions)
         self._parts = self.energies.velocity_part()
@@ -102,7 +74,7 @@ class Equations:
     # -------------------------------------------------------------------------------------------- what users ask for
 
     def accelerations(self, t: ArrayLike, q: ArrayLike, qd: ArrayLike, inputs: InputValues | None = None) -> Floats:
-        """qdd (n,) or (m, n). Raises SimulationError where M is singular or a value is not finite."""
+        """qdd (n,) or (m, n), in SI units. Raises SimulationError where M is singular or a value is not finite."""
         state = self.energies.state(t, q, qd, inputs)
         qdd, _, _ = self.rates(state)
         if not np.isfinite(qdd).all():
@@ -116,7 +88,7 @@ class Equations:
         return batch_first(self.rates(self.energies.state(t, q, qd, inputs))[1], 1)
 
     def residuals(self, t: ArrayLike, q: ArrayLike, qd: ArrayLike, inputs: InputValues | None = None) -> Floats:
-        """What the constraints say is zero: phi, or A qd + b, (m,) or (batch, m)."""
+        """What the constraints say is zero: phi, or A qd + b, (m,) or (batch, m), in SI units."""
         return batch_first(self.energies.constraints(self.energies.state(t, q, qd, inputs))[0], 1)
 
     def kinetic_energy(self, t: ArrayLike, q: ArrayLike, qd: ArrayLike, inputs: InputValues | None = None) -> Floats:
@@ -150,6 +122,11 @@ class Equations:
         """The mechanism's outputs, one for each entry: name -> () or (m,), in SI units."""
         state = self.energies.state(t, q, qd, inputs)
         return self.energies.outputs(state, self.rates(state)[:2])
+
+    def further(self, t: ArrayLike, q: ArrayLike, qd: ArrayLike, inputs: InputValues | None = None) -> Floats:
+        """The derivatives of the further states, (f,) or (m, f), in SI units; ``inputs`` have their values."""
+        state = self.energies.state(t, q, qd, inputs)
+        return batch_first(self.energies.further(state, self.rates(state)[:2]), 1)
 
     def balance(
         self, t: ArrayLike, q: ArrayLike, qd: ArrayLike, qdd: ArrayLike, inputs: InputValues | None = None

@@ -12,14 +12,17 @@ import numpy as np
 import sympy as sp
 
 from lag2fmu.description.places import AXES, WORLD
-from lag2fmu.language.expressions import TIME
+from lag2fmu.language.vocabulary import TIME
 from lag2fmu.reference.composition import Composition
 from lag2fmu.reference.frames import Slots, unit_vector
 from lag2fmu.reference.functions import Array, compiled
 
 
 class Quaternions:
-    """The quaternions of the frames ``wanted`` as a function of rows t, q, qd, y, y_dot."""
+    """The quaternions of the frames ``wanted`` as a function of rows t, q, qd, y, y_dot.
+
+    The values are (4, *shape) each, scalar first.
+    """
 
     def __init__(self, composition: Composition, wanted: Sequence[str], constants: Sequence[np.float64]) -> None:
         slots, s = Slots(), composition.symbols

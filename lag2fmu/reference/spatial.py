@@ -15,17 +15,18 @@ from typing import Any
 import numpy as np
 import sympy as sp
 
-from lag2fmu.description.places import WORLD
-from lag2fmu.language.expressions import TIME
-from lag2fmu.mechanism import Body, Damper, Load, Output, Spring
+from lag2fmu.description.outputs import Output
+from lag2fmu.description.parts import Damper, Load, Spring
+from lag2fmu.description.places import WORLD, Body
+from lag2fmu.language.vocabulary import TIME
 from lag2fmu.reference.composition import Composition
 from lag2fmu.reference.frames import Pose, Slots, Spot, apply, apply_transposed, dot, links_of, poses_of, spot_of
-from lag2fmu.reference.functions import BLOCK, STEP, Array, atan2, compiled
+from lag2fmu.reference.functions import BLOCK, STEP, Array, Compiled, atan2, compiled
 from lag2fmu.reference.quaternions import Quaternions
 
 _RATE = sp.Dummy("rate", real=True)
 
-Terms = tuple[Any, Any, Any]
+Energies = tuple[Any, Any, Any]
 """T, V (J) and R (W): arrays, or expressions."""
 
 
@@ -66,24 +67,30 @@ class Spatial:
         self.expressions = slots.expressions
         self._local = compiled((*self._configuration, *s.parameters), self.expressions)
         arguments = (TIME, *s.q, *s.qd, *s.inputs)
-        self._forceful = [
-            (element, compiled((*arguments, _RATE, *s.parameters), [composition.written(damper.force_at(_RATE))]))
-            for damper, element in zip(filter(self._framed, m.dampers), self._dampers, strict=True)
-            if damper.force is not None
-        ]
+        self._forceful = self._forces_of_dampers((*arguments, _RATE, *s.parameters))
         entries = [x for load in self._loads for x in _entries(composition, load)]
         self._entries = compiled((*arguments, *s.parameters), entries)
         wanted = [str(x.frame) for x in self._outputs if x.quantity == "quaternion"]
         self._quaternions = Quaternions(composition, wanted, constants)
 
+    def _forces_of_dampers(self, arguments: Sequence[sp.Symbol]) -> list[tuple[_Element, Compiled]]:
+        """(element, its force as a function of ``arguments``) of each damper on frames that has a force."""
+        composition = self._composition
+        dampers = zip(filter(self._framed, composition.mechanism.dampers), self._dampers, strict=True)
+        return [
+            (element, compiled(arguments, [composition.written(damper.force_at(_RATE))]))
+            for damper, element in dampers
+            if damper.force is not None
+        ]
+
     @property
     def loaded(self) -> bool:
-        """Do loads, or dampers with a force, act on frames?"""
+        """Whether loads, or dampers with a force, act on frames."""
         return bool(self._loads or self._forceful)
 
     @property
     def empty(self) -> bool:
-        """Is nothing on a frame?"""
+        """Whether nothing is on a frame."""
         return not self._links and not self._spots
 
     # ------------------------------------------------------------------------------------------------- what users ask
@@ -97,7 +104,7 @@ class Spatial:
 
         return _in_blocks(evaluate, rows, 3)
 
-    def symbolic(self) -> Terms:
+    def symbolic(self) -> Energies:
         """The same as expressions, which grow with every frame: for small mechanisms only."""
         return self.terms(np.array(self.expressions, dtype=object), sp.sqrt, sp.S.Zero)
 
@@ -199,7 +206,7 @@ class Spatial:
             return [sp.S.Zero] * 3
         return [written(gravity.acceleration) * written(x) for x in gravity.direction or (0, 0, -1)]
 
-    def terms(self, values: Array, root: Callable[[Any], Any], zero: Any) -> Terms:
+    def terms(self, values: Array, root: Callable[[Any], Any], zero: Any) -> Energies:
         """T, V (J) and R (W) for ``values`` of the ``expressions``, numbers of any kind with ``root`` and ``zero``."""
         poses = poses_of(self._links, values)
         T, V, R = zero, zero, zero

@@ -9,8 +9,8 @@ import sympy as sp
 from numpy.typing import ArrayLike
 
 from lag2fmu.errors import DerivationError, SimulationError
-from lag2fmu.language.expressions import TIME
-from lag2fmu.mechanism import Mechanism
+from lag2fmu.language.vocabulary import TIME
+from lag2fmu.mechanism.record import Mechanism
 from lag2fmu.reference.energies import EnergyFunctions
 from lag2fmu.reference.functions import compiled
 from lag2fmu.reference.state import Floats, InputValues

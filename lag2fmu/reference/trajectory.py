@@ -60,7 +60,7 @@ class Trajectory:
 
     @classmethod
     def of(cls, time: ArrayLike, columns: Mapping[str, ArrayLike]) -> Trajectory:
-        """The trajectory with ``columns`` name -> (m,), in their order."""
+        """The trajectory with ``columns`` name -> (m,) in SI units, in their order, at the times ``time`` (m,) in s."""
         times = np.asarray(time, dtype=float)
         stacked = [np.broadcast_to(np.asarray(column, dtype=float), times.shape) for column in columns.values()]
         return cls(times, tuple(columns), np.stack(stacked, axis=1) if stacked else np.empty((len(times), 0)))
@@ -214,14 +214,13 @@ def parse_csv(text: str, where: str = "CSV", units: Mapping[str, Unit] | None = 
             found, commas = header[:1] or "missing", "; separate columns by commas" if ";" in text[:1000] else ""
             raise LoadError(f"{where}, line 1: the first column is {found}, expected 'time' (time,name,...){commas}")
         _check_names(header[1:], f"{where}, line 1", LoadError)
-        for row in reader:
-            if row:
-                rows.append(_numbers(row, header, f"{where}, line {reader.line_num}"))
-                if len(rows) > 1 and rows[-1][0] <= rows[-2][0]:
-                    raise LoadError(
-                        f"{where}, line {reader.line_num}, column 'time': {rows[-1][0]!r} s does not come after "
-                        f"{rows[-2][0]!r} s; times must increase"
-                    )
+        for row in filter(None, reader):
+            rows.append(_numbers(row, header, f"{where}, line {reader.line_num}"))
+            if len(rows) > 1 and rows[-1][0] <= rows[-2][0]:
+                raise LoadError(
+                    f"{where}, line {reader.line_num}, column 'time': {rows[-1][0]!r} s does not come after "
+                    f"{rows[-2][0]!r} s; times must increase"
+                )
     except csv.Error as error:
         raise LoadError(f"{where}, line {reader.line_num}: {error}") from error
     if not rows:

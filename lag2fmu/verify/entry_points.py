@@ -9,13 +9,14 @@ from pathlib import Path
 
 from lag2fmu.description.names import velocity
 from lag2fmu.errors import ExportError, TextError
-from lag2fmu.fmu import Fmu, export, read_mechanism
+from lag2fmu.fmu.exporting import Fmu, export, read_mechanism
 from lag2fmu.formats.loading import as_mechanism, with_values
-from lag2fmu.mechanism import Mechanism
-from lag2fmu.reference import Trajectory
+from lag2fmu.mechanism.record import Mechanism
+from lag2fmu.reference.trajectory import Trajectory
 from lag2fmu.verify.inputs import Inputs, trajectory_of
+from lag2fmu.verify.plan import Kind, Run, times_of
 from lag2fmu.verify.report import Report
-from lag2fmu.verify.simulate import Kind, Run, simulate_fmu, times_of
+from lag2fmu.verify.simulate import simulate_fmu
 from lag2fmu.verify.validate import validate_fmu
 
 Model = Mechanism | Fmu | str | Path
@@ -92,7 +93,10 @@ def fmu_path(model: Model) -> Path:
 
 
 def mechanism_of(model: Model, values: Mapping[str, float] | None = None) -> Mechanism | None:
-    """The mechanism of ``model`` with ``values`` (SI) of its parameters and starts; None for an FMU of another tool."""
+    """The mechanism of ``model`` with ``values`` (SI) of its parameters and starts; None for an FMU of another tool.
+
+    Raises LoadError for an unknown model or value.
+    """
     if not is_fmu(model):
         return with_values(as_mechanism(model), values or {})  # type: ignore[arg-type]
     try:
@@ -101,12 +105,16 @@ def mechanism_of(model: Model, values: Mapping[str, float] | None = None) -> Mec
         return None
     known = {s for q in mechanism.coordinates for s in (q.name, velocity(q.name))}
     known |= {p.name for p in mechanism.parameters} | {u.name for u in mechanism.inputs}
+    known |= {z.name for z in mechanism.states}
     return with_values(mechanism, {name: value for name, value in (values or {}).items() if name in known})
 
 
 @contextmanager
 def as_fmu(model: Model, solver: str | None = None) -> Iterator[Path]:
-    """The path of an FMU of ``model``; a model that is none is exported to a folder that goes away at the end."""
+    """The path of an FMU of ``model``; a model that is none is exported to a folder that goes away at the end.
+
+    Raises Lag2FmuError where there is no such model, or where it cannot be exported.
+    """
     if is_fmu(model):
         yield fmu_path(model)
         return

@@ -10,7 +10,7 @@ from typing import Any, TypeAlias
 import numpy as np
 
 from lag2fmu.errors import LoadError
-from lag2fmu.reference import Trajectory, read_csv
+from lag2fmu.reference.trajectory import Trajectory, read_csv
 
 Inputs: TypeAlias = (
     "Trajectory | Mapping[str, Any] | Callable[[float], Mapping[str, float]] | str | os.PathLike[str] | Any"
@@ -19,7 +19,7 @@ Inputs: TypeAlias = (
 ``time`` (a DataFrame may have it as index); or a function of time that gives a mapping from names to values."""
 
 SAMPLES = 4
-"""A function of time is taken at so many points a communication step."""
+"""A function of time is sampled at this many points in a communication step."""
 
 
 def trajectory_of(inputs: Inputs | None, stop_time: float, step: float) -> Trajectory | None:

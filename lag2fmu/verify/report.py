@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING
 
 from lag2fmu.errors import ExportError
 from lag2fmu.language.units import Unit
-from lag2fmu.reference import Trajectory
+from lag2fmu.reference.trajectory import Trajectory
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -127,6 +127,6 @@ class Report:
 
     def plot(self) -> Figure:
         """Coordinates over time, the direct integration against the FMU, and below it their difference."""
-        from lag2fmu.verify.plots import comparison
+        from lag2fmu.verify.plots.comparison import comparison
 
         return comparison(self.title, self.coordinates, self.trajectories, self.units)

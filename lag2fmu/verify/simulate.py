@@ -3,50 +3,26 @@
 from __future__ import annotations
 
 import logging
-import math
 from collections.abc import Callable, Mapping, Sequence
 from ctypes import c_double, c_int, c_uint
-from dataclasses import dataclass
 from functools import partial
 from pathlib import Path
-from typing import Any, Literal
+from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
-from lag2fmu.description.names import acceleration, velocity
-from lag2fmu.errors import LoadError, SimulationError
-from lag2fmu.reference import Pieces, Trajectory, interpolated
+from lag2fmu.errors import SimulationError
+from lag2fmu.reference.signals import Pieces
+from lag2fmu.reference.trajectory import Trajectory
 from lag2fmu.verify.instances import Instance, description_of, instance_of
+from lag2fmu.verify.plan import Floats, Kind, Plan, Run, planned
 
-Floats = NDArray[np.float64]
-Kind = Literal["co-simulation", "model-exchange"]
 _FMI_TYPES = {"co-simulation": "CoSimulation", "model-exchange": "ModelExchange"}
+_INTEGERS = ("Integer", "Enumeration")
 _LOGGER = logging.getLogger("lag2fmu")
+MOST_STEPS = 100_000
+"""The steps that CVode may take from one communication point to the next; its own bound, 500, is for slow motions."""
 """Gets what an FMU warns of; without a handler of the user's it goes to standard error."""
-
-
-@dataclass(frozen=True)
-class Run:
-    """What a run is told; what is not given is taken from the FMU's DefaultExperiment.
-
-    ``stop_time``, the communication ``step`` (s), the relative ``tolerance`` of the solver; ``values`` are start values
-    of parameters, states and inputs in SI; ``inputs`` are linear between their times, and a motion given by position
-    alone is a spline; with ``hold`` they keep their value during a communication step. ``outputs`` are recorded
-    (default: all). ``progress`` is called with the time reached, ``warned`` with each warning of the FMU (default: they
-    are logged).
-    """
-
-    stop_time: float | None = None
-    step: float | None = None
-    tolerance: float | None = None
-    values: Mapping[str, float] | None = None
-    inputs: Trajectory | None = None
-    hold: bool = False
-    outputs: Sequence[str] | None = None
-    kind: Kind = "co-simulation"
-    progress: Callable[[float], None] | None = None
-    warned: Callable[[str], None] | None = None
 
 
 def simulate_fmu(path: Path, run: Run) -> Trajectory:
@@ -57,7 +33,7 @@ def simulate_fmu(path: Path, run: Run) -> Trajectory:
     own words if the run fails.
     """
     description = description_of(path)
-    plan = _planned(description, run)
+    plan = planned(description, run)
     warned = run.warned or partial(_LOGGER.warning, "warning: '%s': %s", path.name)
     if plan.held is not None and not run.hold:
         warned("the FMU takes no derivatives of inputs: they are held during each communication step")
@@ -77,92 +53,27 @@ def simulate_fmu(path: Path, run: Run) -> Trajectory:
     return Trajectory(time, tuple(plan.names), values)
 
 
-@dataclass(frozen=True)
-class _Plan:
-    """A run that was checked: ``grid`` of communication points (k,) in s, the ``names`` recorded, the inputs.
-
-    ``pieces`` are the inputs between communication points, None where there are none or they are held.
-    """
-
-    grid: Floats
-    names: Sequence[str]
-    pieces: Pieces | None
-    held: Trajectory | None
-
-    @property
-    def points(self) -> Floats:
-        """The communication points with those between them where inputs have kinks, (m,)."""
-        if self.pieces is None:
-            return self.grid
-        grid, breaks = self.grid, self.pieces.breaks
-        nearest = grid[np.searchsorted((grid[1:] + grid[:-1]) / 2, breaks)]
-        return np.union1d(grid, breaks[np.abs(breaks - nearest) > 1e-9 * grid[-1]])
-
-
-def _planned(description: Any, run: Run) -> _Plan:
-    """What ``run`` means for an FMU; raises LoadError."""
-    stop_time, step = _times(description, run.stop_time, run.step)
-    _check_times(stop_time, step)
-    all_outputs = [v.name for v in description.modelVariables if v.causality == "output"]
-    names = all_outputs if run.outputs is None else list(run.outputs)
-    _check_known(names, [v.name for v in description.modelVariables], "variable")
-    _check_values(run.values or {}, description)
-    grid: Floats = np.minimum(step * np.arange(math.ceil(stop_time / step * (1 - 1e-9)) + 1), stop_time)
-    if run.inputs is None:
-        return _Plan(grid, names, None, None)
-    known = [v.name for v in description.modelVariables if v.causality == "input"]
-    _check_known(run.inputs.names, known, "input")
-    motions = [name for name in known if {velocity(name), acceleration(name)} <= set(known)]
-    pieces = interpolated(run.inputs, motions, stop_time)
-    if run.hold or not takes_derivatives(description, run.kind):
-        values = np.array([pieces.derivatives(t)[0] for t in grid])
-        return _Plan(grid, names, None, Trajectory(grid, pieces.names, values))
-    return _Plan(grid, names, pieces, None)
-
-
-def times_of(path: Path, stop_time: float | None, step: float | None) -> tuple[float, float]:
-    """Stop time and communication step (s) of a run of the FMU ``path``, from its DefaultExperiment if not given."""
-    return _times(description_of(path), stop_time, step)
-
-
-def _times(description: Any, stop_time: float | None, step: float | None) -> tuple[float, float]:
-    experiment = description.defaultExperiment
-    stop = float(getattr(experiment, "stopTime", None) or 1.0) if stop_time is None else stop_time
-    return stop, float(getattr(experiment, "stepSize", None) or stop / 500) if step is None else step
-
-
-def takes_derivatives(description: Any, kind: Kind = "co-simulation") -> bool:
-    """Whether inputs can change between communication points: always in model exchange of FMI 2.0."""
-    if description.fmiVersion != "2.0":
-        return False
-    return kind == "model-exchange" or bool(description.coSimulation.canInterpolateInputs)
-
-
 def _is_plain(description: Any, names: Sequence[str]) -> bool:
     """Whether the steps can be made here: FMI 2.0, and numbers only."""
     kinds = {v.name: v.type for v in description.modelVariables}
-    return description.fmiVersion == "2.0" and all(kinds[name] == "Real" for name in names)
+    return description.fmiVersion == "2.0" and all(kinds[name] in ("Real", *_INTEGERS) for name in names)
 
 
 # ------------------------------------------------------------------------------------------------------ co-simulation
 
 
-def _steps(instance: Instance, run: Run, plan: _Plan) -> tuple[Floats, Floats]:
+def _steps(instance: Instance, run: Run, plan: Plan) -> tuple[Floats, Floats]:
     """Communication step after communication step: the grid (k,) and what is recorded there, (k, outputs)."""
     fmu, component = instance.fmu, instance.fmu.component
     _initialize(instance, run, plan)
     references = {v.name: v.valueReference for v in instance.description.modelVariables}
     set_inputs = _setter(instance, plan, references)
-    wanted = (c_uint * len(plan.names))(*(references[name] for name in plan.names))
-    buffer = (c_double * len(plan.names))()
-    view, points = np.ctypeslib.as_array(buffer), plan.points
+    recorded, points = _recorder(instance, plan, references), plan.points
     values = np.empty((len(plan.grid), len(plan.names)))
     row = 0
     for i, t in enumerate(points):
         if t == plan.grid[row]:
-            if len(plan.names):
-                fmu.fmi2GetReal(component, wanted, len(wanted), buffer)
-            values[row] = view
+            recorded(values[row])
             row += 1
             if run.progress is not None:
                 run.progress(float(t))
@@ -172,7 +83,26 @@ def _steps(instance: Instance, run: Run, plan: _Plan) -> tuple[Floats, Floats]:
     return plan.grid, values
 
 
-def _initialize(instance: Instance, run: Run, plan: _Plan) -> None:
+def _recorder(instance: Instance, plan: Plan, references: Mapping[str, int]) -> Callable[[Floats], None]:
+    """What writes the present values of what is recorded, enumerations as numbers, into a row (outputs,)."""
+    fmu, component = instance.fmu, instance.fmu.component
+    kinds = {v.name: v.type for v in instance.description.modelVariables}
+    reals = [i for i, name in enumerate(plan.names) if kinds[name] == "Real"]
+    others = [i for i in range(len(plan.names)) if i not in reals]
+    parts: list[tuple[Callable[..., int], Any, Any, list[int]]] = []
+    for get, number, columns in ((fmu.fmi2GetReal, c_double, reals), (fmu.fmi2GetInteger, c_int, others)):
+        wanted = (c_uint * len(columns))(*(references[plan.names[i]] for i in columns))
+        parts += [(get, wanted, (number * len(columns))(), columns)] if columns else []
+
+    def record(row: Floats) -> None:
+        for get, wanted, buffer, columns in parts:
+            get(component, wanted, len(wanted), buffer)
+            row[columns] = buffer
+
+    return record
+
+
+def _initialize(instance: Instance, run: Run, plan: Plan) -> None:
     """Start values, first what comes before the initialization mode."""
     from fmpy.simulation import apply_start_values, settable_in_initialization_mode, settable_in_instantiated
 
@@ -188,14 +118,14 @@ def _initialize(instance: Instance, run: Run, plan: _Plan) -> None:
     fmu.exitInitializationMode()
 
 
-def _first(plan: _Plan) -> dict[str, float]:
+def _first(plan: Plan) -> dict[str, float]:
     """The inputs at the start."""
     if plan.pieces is not None:
         return dict(zip(plan.pieces.names, plan.pieces.derivatives(0.0)[0].tolist(), strict=True))
     return {} if plan.held is None else dict(zip(plan.held.names, plan.held.values[0].tolist(), strict=True))
 
 
-def _setter(instance: Instance, plan: _Plan, references: Mapping[str, int]) -> Callable[[float], None]:
+def _setter(instance: Instance, plan: Plan, references: Mapping[str, int]) -> Callable[[float], None]:
     """What sets the inputs, and their derivatives if they are not held, at the beginning of a step."""
     fmu, component, held = instance.fmu, instance.fmu.component, plan.held
     names = plan.pieces.names if plan.pieces is not None else held.names if held is not None else ()
@@ -222,11 +152,14 @@ def _setter(instance: Instance, plan: _Plan, references: Mapping[str, int]) -> C
 # ------------------------------------------------------------------------------------------------------------ by fmpy
 
 
-def _by_fmpy(instance: Instance, run: Run, plan: _Plan) -> tuple[Floats, Floats]:
+def _by_fmpy(instance: Instance, run: Run, plan: Plan) -> tuple[Floats, Floats]:
     """The same by fmpy's own loop: model exchange, other versions of FMI, outputs that are no numbers."""
     import fmpy
+    from fmpy import sundials
 
     description, fmu = instance.description, instance.fmu
+    cvode = sundials.CVodeSolver
+    sundials.CVodeSolver = partial(cvode, maxNumSteps=MOST_STEPS)  # simulate_fmu has no argument for it
     if plan.pieces is not None:
         fmu.setTime = _driven(instance, plan.pieces)
     constants = _constant_inputs(description, run, plan)
@@ -248,6 +181,7 @@ def _by_fmpy(instance: Instance, run: Run, plan: _Plan) -> tuple[Floats, Floats]
             fmu_instance=fmu,
         )
     finally:
+        sundials.CVodeSolver = cvode
         fmu.__dict__.pop("setTime", None)
     return result["time"], np.stack([result[name] for name in plan.names], axis=1)
 
@@ -265,7 +199,7 @@ def _driven(instance: Instance, pieces: Pieces) -> Callable[[float], None]:
     return driven
 
 
-def _constant_inputs(description: Any, run: Run, plan: _Plan) -> dict[str, float]:
+def _constant_inputs(description: Any, run: Run, plan: Plan) -> dict[str, float]:
     """The inputs without a signal, with their values: fmpy prints a warning for each that it is not given."""
     given, values = plan.held or (), run.values or {}
     variables = [v for v in description.modelVariables if v.causality == "input" and v.name not in given]
@@ -306,27 +240,3 @@ def problems(path: Path) -> list[str]:
     from fmpy.validation import validate_fmu
 
     return [str(problem) for problem in validate_fmu(str(path))]
-
-
-def _check_times(stop_time: float, step: float) -> None:
-    for label, value in (("stop time", stop_time), ("step", step)):
-        if not (math.isfinite(value) and value > 0):
-            raise LoadError(f"the {label} {value!r} s is not positive and finite")
-    if step > stop_time:
-        raise LoadError(f"the step {step!r} s is longer than the stop time {stop_time!r} s")
-
-
-def _check_known(names: Sequence[str], known: Sequence[str], what: str) -> None:
-    unknown = [name for name in names if name not in known]
-    if unknown:
-        raise LoadError(f"the FMU has no {what} '{unknown[0]}'; there are {', '.join(known)}")
-
-
-def _check_values(values: Mapping[str, float], description: Any) -> None:
-    settable = {v.name: v for v in description.modelVariables if v.start is not None}
-    _check_known(list(values), list(settable), "settable variable")
-    for name, value in values.items():
-        low, high = (float(x) if x is not None else None for x in (settable[name].min, settable[name].max))
-        if not math.isfinite(value) or (low is not None and value < low) or (high is not None and value > high):
-            bounds = [f"{'below' if x is low else 'above'} {x:g}" for x in (low, high) if x is not None]
-            raise LoadError(f"{name} = {value!r} is {' or '.join(['not finite', *bounds])}")

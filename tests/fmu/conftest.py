@@ -1,4 +1,4 @@
-"""Direct integrations that several tests of FMUs compare with, one a session and model."""
+"""What several tests of FMUs share: direct integrations to compare with, one a session and model, and the FMUs."""
 
 from __future__ import annotations
 
@@ -9,8 +9,10 @@ from collections.abc import Callable
 
 import numpy as np
 import pytest
+from chosen import models
 
 from lag2fmu.dynamics.lagrange import complete
+from lag2fmu.fmu import Fmu
 from lag2fmu.formats.loading import load
 from lag2fmu.reference import Reference, integrate
 
@@ -49,3 +51,9 @@ def host_compiler(monkeypatch: pytest.MonkeyPatch) -> None:
     """A compiler for ``--compiler host``: that of the machine or, where there is none, zig by way of $CC."""
     if not any(shutil.which(name) for name in ("cc", "gcc", "clang")):
         monkeypatch.setenv("CC", shlex.join([sys.executable, "-m", "ziglang", "cc"]))
+
+
+@pytest.fixture(params=models())
+def fmu(request: pytest.FixtureRequest, exported: Callable[..., Fmu]) -> Fmu:
+    """The FMU of every model that stands for others."""
+    return exported(request.param)

@@ -488,7 +488,7 @@ def test_constraints_are_refused() -> None:
     mechanism = load("pendulum")
     constrained = replace_constraints(mechanism)
     equations = replace(derive(mechanism), mechanism=constrained)
-    with pytest.raises(ExportError, match="without constraints, with energies and outputs; use --backend c"):
+    with pytest.raises(ExportError, match="without constraints and events, with energies and outputs; use --backend c"):
         python_fmu(equations, lower(derive(mechanism)), ["linux64"], BLANK)
 
 

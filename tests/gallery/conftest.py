@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 
 import pytest
 
@@ -14,9 +14,21 @@ Motion = Callable[..., Trajectory]
 
 @pytest.fixture
 def motion(exported) -> Motion:
-    """``motion(model, stop, steps, tolerance=1e-10, **values)``: the FMU's run with these parameters and starts."""
+    """``motion(model, stop, steps, tolerance=1e-10, outputs=None, **values)``: the FMU's run with these values.
 
-    def run(model: str, stop: float, steps: int = 20, tolerance: float = 1e-10, **values: float) -> Trajectory:
-        return lag2fmu.simulate(exported(model), stop_time=stop, step=stop / steps, tolerance=tolerance, values=values)
+    ``outputs`` are the variables that are recorded, by default the outputs.
+    """
+
+    def run(
+        model: str,
+        stop: float,
+        steps: int = 20,
+        tolerance: float = 1e-10,
+        outputs: Sequence[str] | None = None,
+        **values: float,
+    ) -> Trajectory:
+        return lag2fmu.simulate(
+            exported(model), stop_time=stop, step=stop / steps, tolerance=tolerance, values=values, outputs=outputs
+        )
 
     return run

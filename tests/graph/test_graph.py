@@ -11,6 +11,7 @@ import pytest
 import sympy as sp
 
 from lag2fmu.graph.autodiff import forward, reverse
+from lag2fmu.graph.derivatives import DERIVATIVES
 from lag2fmu.graph.fingerprint import PRIME
 from lag2fmu.graph.from_sympy import Translator
 from lag2fmu.graph.graph import Graph
@@ -233,7 +234,7 @@ def test_other_derivatives(name: str, point: tuple[float, ...], expected: tuple[
 
 def test_every_operation_has_a_derivative() -> None:
     for code, operation in enumerate(OPERATIONS):
-        assert (operation.derivative is not None) == (ARITY[code] > 0)
+        assert (operation.name in DERIVATIVES) == (ARITY[code] > 0)
         assert CODE[operation.name] == code
 
 

@@ -9,7 +9,8 @@ from fractions import Fraction
 import pytest
 
 from lag2fmu.errors import UnitError
-from lag2fmu.language.units import BASE_UNITS, Unit, exact, parse_unit, si_name
+from lag2fmu.language.unit_table import BASE_UNITS
+from lag2fmu.language.units import Unit, exact, parse_unit, si_name
 
 
 def exponents(**powers: int) -> tuple[int, ...]:

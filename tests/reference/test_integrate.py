@@ -5,6 +5,7 @@ import sys
 import numpy as np
 import pytest
 import sympy as sp
+from mechanisms import charged_particle, driven_pendulum, falling, loaded, oscillator, pendulum
 from scipy.special import ellipj, ellipk
 
 from lag2fmu.errors import LoadError, SimulationError
@@ -12,7 +13,6 @@ from lag2fmu.language.expressions import TIME
 from lag2fmu.mechanism import Energy, Mechanism, coordinate, parameter, signal
 from lag2fmu.reference import Trajectory, held, integrate
 from models.double_pendulum import double_pendulum
-from tests.reference.mechanisms import charged_particle, driven_pendulum, falling, loaded, oscillator, pendulum
 
 t = TIME
 TIMES = np.linspace(0, 5, 101)
@@ -200,7 +200,7 @@ def test_failures_tell_the_time_that_was_reached() -> None:
 
 
 def test_radau_takes_over_from_stiff_equations(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(sys.modules["lag2fmu.reference.integrate"], "MAX_EVALUATIONS", 20_000)
+    monkeypatch.setattr(sys.modules["lag2fmu.reference.initial_value_problem"], "MAX_EVALUATIONS", 20_000)
     x, c = coordinate("x", start=1.0), parameter("c", 1e6)
     stiff = Mechanism(
         "stiff",

@@ -47,3 +47,10 @@ def awkward_names() -> Mechanism:
         energy=Energy(kinetic=int_.dot**2 / 2),
         outputs=[Output("instance", int_ * Symbol("lambda"), doc="\u00b5 & <b> */")],
     )
+
+
+def library(fmu: Fmu) -> bytes:
+    """The first library in the archive."""
+    with zipfile.ZipFile(fmu.path) as archive:
+        name, *_ = (name for name in archive.namelist() if name.startswith("binaries/"))
+        return archive.read(name)

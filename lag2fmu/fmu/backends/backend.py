@@ -7,10 +7,11 @@ from collections.abc import Callable, Collection, Mapping
 from dataclasses import dataclass
 from typing import Protocol
 
-from lag2fmu.dynamics import EquationsOfMotion, Program
+from lag2fmu.dynamics.equations import EquationsOfMotion
+from lag2fmu.dynamics.functions import Program
 from lag2fmu.fmu.compilers import Progress
 from lag2fmu.fmu.model_description import ModelDescription
-from lag2fmu.mechanism import Mechanism
+from lag2fmu.mechanism.record import Mechanism
 
 
 @dataclass(frozen=True)

@@ -9,17 +9,18 @@ from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from pathlib import Path
 
-from lag2fmu.codegen import METHODS, render_sources
-from lag2fmu.dynamics import EquationsOfMotion, Program
+from lag2fmu.codegen.sources import render_sources
+from lag2fmu.dynamics.equations import EquationsOfMotion
+from lag2fmu.dynamics.functions import Program
 from lag2fmu.errors import BuildError
 from lag2fmu.fmu.advice import missed_vibrations
 from lag2fmu.fmu.backends.backend import Build, Choices, Content, identifier_of
-from lag2fmu.fmu.compilers import choose_platforms, compile_libraries
-from lag2fmu.fmu.documentation import binaries_text
+from lag2fmu.fmu.compilers import binaries_text, choose_platforms, compile_libraries
 from lag2fmu.fmu.model_description import Interface, ModelDescription
 from lag2fmu.fmu.sources import compiled_files, source_files
 from lag2fmu.fmu.variables import build_table
-from lag2fmu.mechanism import Mechanism
+from lag2fmu.mechanism.record import Mechanism
+from lag2fmu.solvers.methods import METHODS
 from lag2fmu.version import VERSION
 
 INTERFACE = Interface(

@@ -14,15 +14,18 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 
-from lag2fmu.codegen import TABLEAUS, RuntimeTables
 from lag2fmu.codegen.python_sources import printable, render_mechanism, runtime_files
-from lag2fmu.dynamics import EquationsOfMotion, Program
+from lag2fmu.codegen.sources import RuntimeTables
+from lag2fmu.dynamics.equations import EquationsOfMotion
+from lag2fmu.dynamics.functions import Program
 from lag2fmu.errors import BuildError, ExportError
 from lag2fmu.fmu.backends.backend import Build, Choices, Content, identifier_of
 from lag2fmu.fmu.compilers import PLATFORMS, host_platform
 from lag2fmu.fmu.model_description import Interface, ModelDescription
-from lag2fmu.fmu.variables import Variable, build_table
-from lag2fmu.mechanism import Mechanism
+from lag2fmu.fmu.scalar_variable import ScalarVariable
+from lag2fmu.fmu.variables import build_table
+from lag2fmu.mechanism.record import Mechanism
+from lag2fmu.solvers.tableaus import TABLEAUS
 from lag2fmu.version import VERSION
 
 LIBRARIES = {
@@ -105,10 +108,10 @@ def python_fmu(
 
     Raises ExportError for equations that this backend cannot print, BuildError if PythonFMU is not installed.
     """
-    if equations.mechanism.constraints or not printable(program):
+    if equations.mechanism.constraints or program.hybrid or not printable(program):
         raise ExportError(
             f"the python backend cannot write the equations of '{equations.mechanism.name}': "
-            "it knows M qdd = f without constraints, with energies and outputs; use --backend c"
+            "it knows M qdd = f without constraints and events, with energies and outputs; use --backend c"
         )
     if program.hybrid:
         found = ", ".join(event.name for event in program.event_functions)
@@ -154,7 +157,7 @@ def _module(program: Program, tables: RuntimeTables, description: ModelDescripti
     ).encode()
 
 
-def _unit(variable: Variable) -> str:
+def _unit(variable: ScalarVariable) -> str:
     return variable.unit.si_name if variable.unit is not None else ""
 
 

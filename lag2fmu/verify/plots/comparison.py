@@ -9,7 +9,7 @@ import numpy as np
 from matplotlib.figure import Figure
 
 from lag2fmu.language.units import Unit
-from lag2fmu.reference import Trajectory
+from lag2fmu.reference.trajectory import Trajectory
 from lag2fmu.verify.plots.figures import LETTERS, LINE, by_unit, in_units
 
 _MAX_CURVES, _DOTS = 6, 80

@@ -11,15 +11,22 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.patches import Circle, Polygon
 
-from lag2fmu.analysis import Mode, equilibria, linearize, normal_modes
+from lag2fmu.analysis.equilibria import equilibria
 from lag2fmu.analysis.evaluation import at, driven_by_time, operating_inputs
-from lag2fmu.dynamics import EquationsOfMotion, derive
+from lag2fmu.analysis.linearization import linearize
+from lag2fmu.analysis.modes import Mode, normal_modes
+from lag2fmu.description.symbols import Coordinate
+from lag2fmu.dynamics.equations import EquationsOfMotion
+from lag2fmu.dynamics.lagrange import derive
 from lag2fmu.errors import DerivationError, LoadError
 from lag2fmu.graph.batches import Floats, evaluate
 from lag2fmu.language.units import DIMENSIONLESS
-from lag2fmu.mechanism import Coordinate, Mechanism
-from lag2fmu.picture import STYLES, Disc, Layout, Scene, Stroke, draw, drawable, layout_of, posture, pretty
-from lag2fmu.reference import integrate
+from lag2fmu.mechanism.record import Mechanism
+from lag2fmu.picture.drawing import draw, drawable, layout_of, posture
+from lag2fmu.picture.labels import pretty
+from lag2fmu.picture.layout import Layout
+from lag2fmu.picture.scene import STYLES, Disc, Scene, Stroke
+from lag2fmu.reference.integrate import integrate
 from lag2fmu.verify.plots.figures import LETTERS, LINE, dressed, labelled, say
 
 _MODES, _ROW, _LISTED = 8, 4, 6
@@ -89,9 +96,9 @@ def _modes(equations: EquationsOfMotion) -> tuple[tuple[Mode, ...], dict[str, An
     if not found:
         return nothing, {}, "There are no normal modes: no equilibrium was found."
     q = found[0].q
-    values = at(equations, operating_inputs(equations), q, np.zeros_like(q))
+    values = at(equations, operating_inputs(equations), q, np.zeros_like(q), found[0].further)
     try:
-        modes = normal_modes(linearize(equations, q, np.zeros_like(q)))
+        modes = normal_modes(linearize(equations, q, np.zeros_like(q), further=found[0].further))
     except DerivationError as error:
         return nothing, {}, f"There are no normal modes: {str(error).split(': ', 1)[-1]}."
     moving = tuple(mode for mode in modes if mode.eigenvalue != 0 and np.abs(mode.shape).max(initial=0.0) > 0)
@@ -104,7 +111,7 @@ def _modes(equations: EquationsOfMotion) -> tuple[tuple[Mode, ...], dict[str, An
 
 
 def _place(mechanism: Mechanism, q: Floats) -> str:
-    """Where an equilibrium is; of many coordinates those that are not zero."""
+    """A sentence on where an equilibrium is; of many coordinates it names those that are not zero."""
     units = [c.unit or DIMENSIONLESS for c in mechanism.coordinates]
     values = [
         (f"{pretty(c.name)} = {unit.from_si(x):.4g} {unit.name}".strip(), x)
@@ -128,7 +135,7 @@ def _rate(mode: Mode) -> str:
 
 
 def _draw_mode(axes: Axes, equations: EquationsOfMotion, layout: Layout, values: dict[str, Any], mode: Mode) -> None:
-    """The mechanism at both ends of a swing, that to the other side fainter."""
+    """The mechanism at both ends of a swing; the far end is fainter."""
     shape = np.real(mode.shape)
     q = np.array([values[c.name] for c in equations.mechanism.coordinates])
     swing = _amplitude(layout, equations, values, q, shape) * shape

@@ -11,18 +11,21 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from numpy.typing import NDArray
 
-from lag2fmu.analysis import conserved
+from lag2fmu.analysis.conserved import conserved
 from lag2fmu.description.names import velocity
-from lag2fmu.dynamics import EquationsOfMotion, derive
+from lag2fmu.dynamics.equations import EquationsOfMotion
+from lag2fmu.dynamics.lagrange import derive
 from lag2fmu.dynamics.samples import start_values
 from lag2fmu.graph.batches import evaluate
 from lag2fmu.language.units import Unit
-from lag2fmu.mechanism import Mechanism
 from lag2fmu.mechanism.display import display_units
-from lag2fmu.picture import drawable, layout_of, posture, pretty
-from lag2fmu.reference import Trajectory
+from lag2fmu.mechanism.record import Mechanism
+from lag2fmu.picture.drawing import drawable, layout_of, posture
+from lag2fmu.picture.labels import pretty
+from lag2fmu.reference.trajectory import Trajectory
 from lag2fmu.verify.plots.figures import LETTERS, LINE, MOST_CURVES, by_unit, dressed, in_units, labelled, say
 from lag2fmu.verify.plots.mechanism import draw_marks
+from lag2fmu.verify.plots.modes import draw_modes, modes_in
 
 Floats = NDArray[np.float64]
 
@@ -53,8 +56,9 @@ def motion_figure(
 ) -> Figure:
     """The ``run`` of ``mechanism``, whose columns are q, qd and its outputs; ``signals`` are the inputs it had.
 
-    Left: coordinates, velocities, energies and outputs over time; right: paths of the bodies, configuration path and
-    phase portrait. Without a mechanism, or without q and qd: each column over time.
+    Left: coordinates, velocities, further states, energies, outputs, modes over time; right: paths of the bodies,
+    configuration path and phase portrait. Without a mechanism, or without q and qd: each column over time. Raises
+    DerivationError where the equations of ``mechanism`` cannot be derived.
     """
     if mechanism is None or not set(_states(mechanism)) <= set(run.names):
         return _columns(title, run)
@@ -65,7 +69,8 @@ def motion_figure(
     smooth = _smooth(mechanism, run)
     panels = _panels(mechanism, run, smooth, signals, units, notes)
     spaces = _spaces(equations.mechanism, smooth, signals, units, notes)
-    histories = len(panels) + 2
+    modes = modes_in(run, mechanism)
+    histories = len(panels) + 2 + bool(modes)
     height = max(1.75 * histories, 3.9 * len(spaces), 4.0)
     figure = Figure(figsize=(12, height + 0.7 + 0.2 * len(notes)), layout="constrained")
     figure.suptitle(title, fontsize=14)
@@ -79,6 +84,9 @@ def motion_figure(
     _draw_energies(figure.add_subplot(left[len(panels)], sharex=first), run.time, energies)
     axes = figure.add_subplot(left[len(panels) + 1], sharex=first)
     _draw_drift(axes, run.time, energies[H], equations)
+    if modes:
+        axes = figure.add_subplot(left[-1], sharex=first)
+        draw_modes(axes, run, modes)
     axes.set_xlabel("time in s", fontsize=9)
     right = grid[1].subgridspec(max(len(spaces), 1), 1)
     for row, space in enumerate(spaces):
@@ -117,11 +125,12 @@ def _panels(
     units: Mapping[str, Unit],
     notes: list[str],
 ) -> list[Panel]:
-    """Inputs, coordinates, velocities and outputs, each by unit."""
+    """Inputs, coordinates, velocities, further states and outputs, each by unit."""
     q = [c.name for c in mechanism.coordinates]
     wanted = [
         ("coordinates", smooth, q),
         ("velocities", smooth, list(map(velocity, q))),
+        ("further states", run, [z.name for z in mechanism.states if z.name in run]),
         ("outputs", run, [name for name in mechanism.output_names if name in run]),
     ]
     wanted = [("inputs", signals, list(signals.names)), *wanted] if signals is not None else wanted
@@ -138,7 +147,7 @@ def _panels(
 
 
 def _smooth(mechanism: Mechanism, run: Trajectory) -> Trajectory:
-    """q and qd of ``run`` with so many times between its own that curves look smooth.
+    """q and qd of ``run`` with more times between its own, so that curves look smooth.
 
     Between two times q is the cubic with the right values and velocities at both (Hermite), qd its derivative.
     """
@@ -170,7 +179,7 @@ def _draw_panel(axes: Axes, panel: Panel) -> None:
 
 
 def _written(name: str) -> str:
-    """A velocity as a derivative."""
+    """The name of a velocity, written as a derivative."""
     return f"d{pretty(name.removesuffix('_dot'))}/dt" if name.endswith("_dot") else pretty(name)
 
 
@@ -237,7 +246,7 @@ def _spaces(
 
 
 def _draw_paths(axes: Axes, mechanism: Mechanism, values: dict[str, Floats | float]) -> None:
-    """The bodies' ways, over the mechanism as it stands at the start of the run."""
+    """The paths of the bodies, over the mechanism as it stands at the start of the run."""
     layout = layout_of(mechanism)
     flat = layout.at(np.moveaxis(layout.skeleton.positions(values), 1, -1))
     start = {name: float(x if isinstance(x, float) else x[0]) for name, x in values.items()}

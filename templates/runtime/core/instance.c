@@ -4,6 +4,13 @@
 #include <math.h>
 #include <string.h>
 
+/* Before anything is decided contacts and stops are open, and dry frictions stick. */
+static void start_modes(State *state) {
+    for (int i = 0; i < N_UNILATERALS + N_FRICTIONS; i++) {
+        state->modes[i] = i < N_UNILATERALS ? MODE_OPEN : MODE_STICKS;
+    }
+}
+
 void instance_start(Instance *instance) {
     State *state = &instance->state;
     memset(state, 0, sizeof *state);
@@ -11,6 +18,7 @@ void instance_start(Instance *instance) {
     memcpy(state->states, START_STATES, sizeof state->states);
     memcpy(state->inputs, START_INPUTS, N_INPUTS * sizeof(double));
     memcpy(state->parameters, START_PARAMETERS, sizeof state->parameters);
+    start_modes(state);
     state->previous_log_error = log(1e-4); /* the value dopri5.f starts from */
     memset(&instance->failure, 0, sizeof instance->failure);
     instance_forget_cache(instance);

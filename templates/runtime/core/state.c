@@ -17,7 +17,24 @@ static bool is_order(const int64_t order[]) {
     return true;
 }
 
+/* Are all modes those that the elements may have, and their impacts counts? */
+static bool modes_in_range(const State *state) {
+    for (int i = 0; i < N_UNILATERALS + N_FRICTIONS; i++) {
+        const int64_t least = i < N_UNILATERALS ? MODE_OPEN : MODE_STICKS;
+        if (state->modes[i] < least || state->modes[i] > MODE_SLIDES_BACKWARD) {
+            return false;
+        }
+    }
+    for (int i = 0; i < N_UNILATERALS; i++) {
+        if (!counts(state->impacts[i])) {
+            return false;
+        }
+    }
+    return true;
+}
+
 bool state_in_range(const State *state) {
     return counts(state->steps) && counts(state->stiff_steps) && counts(state->easy_steps) && state->rows.rank >= 0 &&
-           state->rows.rank <= N_CONSTRAINTS && (!state->rows_known || is_order(state->rows.order));
+           state->rows.rank <= N_CONSTRAINTS && (!state->rows_known || is_order(state->rows.order)) &&
+           modes_in_range(state);
 }

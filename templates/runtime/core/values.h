@@ -4,7 +4,13 @@
 
 #include "instance.h"
 
-/* Where the value of a variable lives in the instance. */
+/* Is this kind of variable an integer or an enumeration, and no real number? */
+bool value_is_integer(VariableKind kind);
+
+/* The value of such a variable; a count stops at the greatest int. */
+int value_integer(const Instance *instance, const Variable *variable);
+
+/* Where the value of a variable that is a real number lives in the instance. */
 double *value_slot(Instance *instance, const Variable *variable);
 
 /* Brings the vector that holds variables of this kind up to date. Returns false, with instance->failure, if the

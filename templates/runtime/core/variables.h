@@ -6,9 +6,10 @@
 
 typedef enum {
     VARIABLE_TIME,         /* the independent variable, s */
-    VARIABLE_STATE,        /* x = [q_1..q_n, qd_1..qd_n] */
+    VARIABLE_STATE,        /* x = [q_1..q_n, qd_1..qd_n, z_1..] */
     VARIABLE_MASSLESS,     /* an entry of x that follows from the others, because it has no mass */
     VARIABLE_ACCELERATION, /* qdd[n], the derivatives of the states n..2n-1 */
+    VARIABLE_FURTHER_RATE, /* dz/dt of the further states */
     VARIABLE_MULTIPLIER,   /* of a constraint */
     VARIABLE_INPUT,        /* u, external forces and prescribed motions */
     VARIABLE_PARAMETER,    /* p, independent and tunable */
@@ -16,6 +17,9 @@ typedef enum {
     VARIABLE_SETTING,      /* fixed parameters of the solver, see Setting */
     VARIABLE_DEPENDENT,    /* c(p), the calculatedParameters of FMI */
     VARIABLE_LOCAL,        /* y(t, x, u, p, qdd): energies, momenta, outputs of the user */
+    VARIABLE_MODE,         /* ElementMode of a contact, stop or dry friction; an enumeration */
+    VARIABLE_IMPACTS,      /* number of impacts of a contact or stop so far; an integer */
+    VARIABLE_IMPULSE,      /* of its last impact */
     N_VARIABLE_KINDS
 } VariableKind;
 

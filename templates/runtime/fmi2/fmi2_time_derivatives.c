@@ -15,7 +15,7 @@ static fmi2Status check_arguments(Component *component, const fmi2ValueReference
                     (unsigned)nvr);
     }
     for (size_t i = 0; i < nvr; i++) {
-        if (vr[i] >= N_VARIABLES) {
+        if (vr[i] >= N_VARIABLES || value_is_integer(VARIABLES[vr[i]].kind)) {
             return fail(component, "there is no Real variable with value reference %u; expected 0 to %d", vr[i],
                         N_VARIABLES - 1);
         }

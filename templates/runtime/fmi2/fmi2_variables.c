@@ -1,19 +1,31 @@
-/* Reading and setting variables (FMI 2.0, section 2.1.7). All variables are of type Real. */
+/* Reading and setting variables (FMI 2.0, section 2.1.7). Variables are of type Real; modes and counts of
+   contacts are Integers, which can be read only. */
 #include <math.h>
 
 #include "equations.h"
 #include "gate.h"
 #include "logging.h"
 #include "settings.h"
+#include "tables.h"
 #include "values.h"
 
-/* fmi2OK if there is a variable with this value reference. */
-static fmi2Status check_reference(Component *component, fmi2ValueReference reference) {
-    if (reference < N_VARIABLES) {
-        return fmi2OK;
+/* fmi2OK if there is a variable of this type with this value reference. */
+static fmi2Status check_type(Component *component, fmi2ValueReference reference, bool integer) {
+    const char *type = integer ? "Integer" : "Real";
+    if (reference >= N_VARIABLES) {
+        return fail(component, "there is no %s variable with value reference %u; expected 0 to %d", type, reference,
+                    N_VARIABLES - 1);
     }
-    return fail(component, "there is no Real variable with value reference %u; expected 0 to %d", reference,
-                N_VARIABLES - 1);
+    if (value_is_integer(VARIABLES[reference].kind) != integer) {
+        return fail(component, "variable %s is not of type %s; read it by fmi2Get%s", VARIABLES[reference].name, type,
+                    integer ? "Real" : "Integer");
+    }
+    return fmi2OK;
+}
+
+/* fmi2OK if there is a Real variable with this value reference. */
+static fmi2Status check_reference(Component *component, fmi2ValueReference reference) {
+    return check_type(component, reference, false);
 }
 
 /* fmi2OK if neither array is NULL where it has elements. */
@@ -35,6 +47,10 @@ static fmi2Status evaluate(Component *component, const Variable *variable) {
     const double value = *value_slot(&component->instance, variable);
     if (isfinite(value)) {
         return fmi2OK;
+    }
+    const State *state = &component->instance.state;
+    if (tables_explain(&component->instance, state->time, state->states, state->inputs)) {
+        return report_failure(component, model_exchange ? fmi2Discard : fmi2Error);
     }
     return (model_exchange ? discard : fail)(
         component, "variable %s is %g at time %.17g; its expression is not defined for the present states and inputs",
@@ -66,7 +82,8 @@ fmi2Status fmi2GetReal(fmi2Component c, const fmi2ValueReference vr[], size_t nv
     return fmi2OK;
 }
 
-/* fmi2OK if a variable of this kind may be set now; notes the first use of a tolerance. */
+/* fmi2OK if a variable of this kind may be set now. Where only importers do it, and the standard does not foresee it,
+   the first time is noted. */
 static fmi2Status check_settable(Component *component, const Variable *variable) {
     const Mode mode = (Mode)component->session.mode;
     const Verdict verdict = legal_set(variable->kind, component->type, mode);
@@ -130,7 +147,12 @@ fmi2Status fmi2SetReal(fmi2Component c, const fmi2ValueReference vr[], size_t nv
     return fmi2OK;
 }
 
-/* The common body of the functions for types that no variable has: only empty lists are right. */
+/* Has the FMU variables of type Integer? */
+static bool has_integers(void) {
+    return N_UNILATERALS + N_FRICTIONS > 0;
+}
+
+/* The common body of the functions for types that no variable has: an empty list is the only right one. */
 static fmi2Status refuse_type(fmi2Component c, Call call, const char *type, size_t nvr) {
     Component *component = enter(c, call);
     if (component == NULL) {
@@ -140,10 +162,34 @@ static fmi2Status refuse_type(fmi2Component c, Call call, const char *type, size
                                     (unsigned)nvr);
 }
 
+/* No Integer can be set; says so of the variable with this value reference. */
+static fmi2Status refuse_integer(Component *component, fmi2ValueReference reference) {
+    if (check_type(component, reference, true) != fmi2OK) {
+        return fmi2Error;
+    }
+    return fail(component, "variable %s is calculated from the others and cannot be set", VARIABLES[reference].name);
+}
+
 fmi2Status fmi2GetInteger(fmi2Component c, const fmi2ValueReference vr[], size_t nvr, fmi2Integer value[]) {
-    (void)vr;
-    (void)value;
-    return refuse_type(c, CALL_GetInteger, "Integer", nvr);
+    if (!has_integers()) {
+        return refuse_type(c, CALL_GetInteger, "Integer", nvr);
+    }
+    Component *component = enter_present(c, CALL_GetInteger);
+    if (component == NULL || check_arrays(component, vr, nvr, value) != fmi2OK) {
+        return fmi2Error;
+    }
+    for (size_t i = 0; i < nvr; i++) {
+        if (check_type(component, vr[i], true) != fmi2OK) {
+            return fmi2Error;
+        }
+    }
+    if (!equations_settle(&component->instance)) {
+        return report_failure(component, fmi2Error);
+    }
+    for (size_t i = 0; i < nvr; i++) {
+        value[i] = value_integer(&component->instance, &VARIABLES[vr[i]]);
+    }
+    return fmi2OK;
 }
 
 fmi2Status fmi2GetBoolean(fmi2Component c, const fmi2ValueReference vr[], size_t nvr, fmi2Boolean value[]) {
@@ -159,9 +205,14 @@ fmi2Status fmi2GetString(fmi2Component c, const fmi2ValueReference vr[], size_t 
 }
 
 fmi2Status fmi2SetInteger(fmi2Component c, const fmi2ValueReference vr[], size_t nvr, const fmi2Integer value[]) {
-    (void)vr;
-    (void)value;
-    return refuse_type(c, CALL_SetInteger, "Integer", nvr);
+    if (!has_integers()) {
+        return refuse_type(c, CALL_SetInteger, "Integer", nvr);
+    }
+    Component *component = enter(c, CALL_SetInteger);
+    if (component == NULL || check_arrays(component, vr, nvr, value) != fmi2OK) {
+        return fmi2Error;
+    }
+    return nvr == 0 ? fmi2OK : refuse_integer(component, vr[0]);
 }
 
 fmi2Status fmi2SetBoolean(fmi2Component c, const fmi2ValueReference vr[], size_t nvr, const fmi2Boolean value[]) {

@@ -18,6 +18,10 @@ bool constraints_project(Instance *instance, double time, const double inputs[],
    for Nonlinear Problems, section 4.4. Returns false, with instance->failure, if there is no solution. */
 bool constraints_settle(Instance *instance);
 
+/* Finds anew which rows are independent of each other at the present point, after modes switched some of them. Returns
+   false, with instance->failure, where the system determines no accelerations. */
+bool constraints_regroup(Instance *instance);
+
 /* Adds to a seed of given states, inputs, time and parameters how the solved states answer; the accelerations in the
    cache are up to date. */
 void constraints_settle_seed(Instance *instance, Seed *seed);

@@ -1,5 +1,5 @@
-/* The part that contacts, stops and dry friction have in the events of a mechanism, see events.h; contacts_none.c is
-   for mechanisms whose events are those of switches alone. */
+/* Contacts, stops, dry friction and latches: their part in the events of a mechanism, see events.h, and in its
+   accelerations. contacts_none.c is for mechanisms without them. */
 #ifndef CONTACTS_H
 #define CONTACTS_H
 
@@ -10,5 +10,18 @@ bool contacts_evaluate(Instance *instance, double time, const double states[], d
 
 /* As events_settle; due[N_EVENTS - N_SWITCHES] or NULL. *jumped is set if states changed, and is left alone if not. */
 bool contacts_settle(Instance *instance, const bool due[], bool *jumped);
+
+/* Do forces of friction depend on what other rows bear, so that contacts_slide has something to do? */
+bool contacts_sliding(const Instance *instance);
+
+/* Adds to unknowns[n + m], which hold without forces of sliding, these forces and what follows from them; the system is
+   factorised at the point. Returns false, with instance->failure, if no such forces are found. */
+bool contacts_slide(Instance *instance, const System *system, double time, const double states[],
+                    const double inputs[], double unknowns[]);
+
+/* Adds to the answer[n + m] of the unknowns to a seed at the point, which holds for constant forces of sliding, how
+   these forces answer; unknowns[n + m] are those at the point, where the system is factorised. */
+void contacts_answer(Instance *instance, const System *system, double time, const double states[],
+                     const double inputs[], const double unknowns[], const Seed *seed, double answer[]);
 
 #endif

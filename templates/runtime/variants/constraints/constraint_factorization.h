@@ -19,7 +19,7 @@ void constraints_solve(const ConstraintFactorization *factorization, const doubl
                        double multipliers[]);
 
 /* From any multipliers to those of the same forces G^T multipliers that are of least norm in units of the scaled rows:
-   scale^2 G w for some w. */
+   scale^2 G w for some w. Those of rows that restrict nothing stay as they are. */
 void constraints_spread(const ConstraintFactorization *factorization, double multipliers[]);
 
 /* a[n] += M^-1 G^T multipliers. */

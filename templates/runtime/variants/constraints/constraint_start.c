@@ -175,6 +175,13 @@ static bool find_independent_rows(Instance *instance) {
     return true;
 }
 
+bool constraints_regroup(Instance *instance) {
+    State *state = &instance->state;
+    state->rows_known = 0;
+    state->rows_known = independent_rows(instance, state->states, &state->rows);
+    return state->rows_known;
+}
+
 bool constraints_settle(Instance *instance) {
     State *state = &instance->state;
     double states[N_STATES];

@@ -15,3 +15,31 @@ bool contacts_settle(Instance *instance, const bool due[], bool *jumped) {
     (void)jumped;
     return true;
 }
+
+bool contacts_sliding(const Instance *instance) {
+    (void)instance;
+    return false;
+}
+
+bool contacts_slide(Instance *instance, const System *system, double time, const double states[],
+                    const double inputs[], double unknowns[]) {
+    (void)instance;
+    (void)system;
+    (void)time;
+    (void)states;
+    (void)inputs;
+    (void)unknowns;
+    return true;
+}
+
+void contacts_answer(Instance *instance, const System *system, double time, const double states[],
+                     const double inputs[], const double unknowns[], const Seed *seed, double answer[]) {
+    (void)instance;
+    (void)system;
+    (void)time;
+    (void)states;
+    (void)inputs;
+    (void)unknowns;
+    (void)seed;
+    (void)answer;
+}

@@ -1,0 +1,152 @@
+"""The verbs of the command line with their options; what a verb does stands in a module of its own.
+
+That module is loaded when the verb runs: what it needs takes a second to import, and ``--help`` is to be there at once.
+"""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Any
+
+import click
+
+from lag2fmu.cli.options import HOLD, INPUT, SET, STOP_TIME
+from lag2fmu.cli.terminal import console
+from lag2fmu.formats.starting import write_start
+from lag2fmu.resources import bundled, summary
+
+
+@click.command()
+@click.option(
+    "--plot", "plot", type=click.Path(path_type=Path), help="Write the comparison as a picture (.png, .svg, .pdf)."
+)
+def demo(**choices: Any) -> None:
+    """Export, simulate and validate a double pendulum; print what was compared."""
+    from lag2fmu.cli.validating import validate_demo
+
+    validate_demo(**choices)
+
+
+@click.command()
+def models() -> None:
+    """List the mechanisms that come with lag2fmu."""
+    from rich.table import Table
+
+    table = Table(box=None, pad_edge=False)
+    for heading in ("model", "what it is"):
+        table.add_column(heading)
+    for name, path in bundled().items():
+        table.add_row(name, summary(path))
+    console().print(table)
+
+
+@click.command()
+@click.argument("name")
+def new(name: str) -> None:
+    """Write NAME.toml, a commented mechanism to start from, and the schema with which editors check it."""
+    path, schema = write_start(name, Path())
+    click.echo(f"wrote {path}, a cart with a pole to start from: try 'lag2fmu validate {path}'")
+    click.echo(f"{schema} beside it lets editors complete and check the file (Even Better TOML, Taplo)")
+
+
+@click.command()
+@click.argument("model")
+@click.option("--format", "style", type=click.Choice(["text", "latex", "toml"]), default="text", show_default=True)
+@click.option(
+    "--plot", type=click.Path(path_type=Path), help="Draw the mechanism and its normal modes (.png, .svg, .pdf)."
+)
+@click.option("--analysis", is_flag=True, help="Conserved quantities, equilibria, modes and more, after the steps.")
+@click.option("--full", is_flag=True, help="Write long formulas to their end.")
+@SET
+def show(**choices: Any) -> None:
+    """Walk the twelve steps of the textbook procedure, or write the mechanism as text (toml)."""
+    from lag2fmu.cli.showing import show_mechanism
+
+    show_mechanism(**choices)
+
+
+@click.command("export")
+@click.argument("model")
+@click.option(
+    "-o", "--out", "path", type=click.Path(path_type=Path), metavar="FILE", help="The FMU; default MODEL.fmu."
+)
+@click.option(
+    "--platform",
+    type=click.Choice(["host", "linux64", "win64", "darwin", "aarch64-linux", "all"]),
+    default="host",
+    show_default=True,
+    help="Platform of the binary, or all of them.",
+)
+@click.option("--solver", metavar="NAME", help="Integrator of co-simulation; by default one that suits the start.")
+@click.option("--compiler", type=click.Choice(["zig", "host"]), default="zig", show_default=True)
+@click.option(
+    "--output",
+    "outputs",
+    multiple=True,
+    metavar="NAME",
+    help="Make a local variable an output ('all': each); repeatable.",
+)
+@click.option(
+    "--backend",
+    type=click.Choice(["c", "python"]),
+    default="c",
+    show_default=True,
+    help="Native library, or readable Python (needs Python on the importing side).",
+)
+@click.option("--reference", is_flag=True, help="Put a reference trajectory in, to check the FMU with.")
+@click.option("--force", is_flag=True, help="Overwrite FILE also where it holds another mechanism.")
+@SET
+def export_command(**choices: Any) -> None:
+    """Write the FMU of MODEL, by default to a file of the same name here."""
+    from lag2fmu.cli.exporting import export_model
+
+    export_model(**choices)
+
+
+@click.command()
+@click.argument("model", metavar="MODEL|FMU")
+@STOP_TIME
+@click.option("--step", type=float, metavar="S", help="Communication step in seconds.")
+@click.option("--tolerance", type=float, help="Relative tolerance of the solver.")
+@INPUT
+@HOLD
+@click.option("-o", "--out", metavar="CSV", help="Write the trajectory; '-' is standard output.")
+@click.option("--plot", type=click.Path(path_type=Path), help="Draw the motion (.png, .svg, .pdf).")
+@SET
+def simulate(**choices: Any) -> None:
+    """Run MODEL or an FMU by fmpy."""
+    from lag2fmu.cli.simulating import simulate_model
+
+    simulate_model(**choices)
+
+
+@click.command()
+@click.argument("model", metavar="MODEL|FMU")
+@STOP_TIME
+@click.option("--tolerance", type=float, help="Relative tolerance of the FMU's solver.")
+@INPUT
+@HOLD
+@click.option("--solver", metavar="NAME", help="Integrator of co-simulation, as in export.")
+@click.option(
+    "--report",
+    "reports",
+    multiple=True,
+    type=click.Path(path_type=Path),
+    help="Write .json, .txt, .png, .svg; repeatable.",
+)
+@SET
+def validate(**choices: Any) -> None:
+    """Compare the FMU with a direct integration of the mechanism on an independent path."""
+    from lag2fmu.cli.validating import validate_model
+
+    validate_model(**choices)
+
+
+@click.command()
+@click.argument("fmu", type=click.Path(path_type=Path))
+@click.option("--run/--no-run", default=True, show_default=True, help="Run its library, in a process of its own.")
+def check(**choices: Any) -> None:
+    """Check FMU, of any tool, by the rules of FMI 2.0; running it executes code that is in it."""
+    from lag2fmu.cli.checking import check_archive
+
+    check_archive(**choices)

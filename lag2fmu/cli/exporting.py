@@ -1,0 +1,66 @@
+"""What ``export`` does."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import click
+
+from lag2fmu.cli.settings import load_mechanism
+from lag2fmu.cli.terminal import build_progress
+from lag2fmu.errors import ExportError, Lag2FmuError
+from lag2fmu.fmu.exporting import export, read_mechanism
+from lag2fmu.mechanism.record import Mechanism
+from lag2fmu.verify.reference_files import reference_files
+
+
+def export_model(  # noqa: PLR0913, PLR0917 (an option each)
+    model: str,
+    path: Path | None,
+    platform: str,
+    solver: str | None,
+    compiler: str,
+    backend: str,
+    outputs: tuple[str, ...],
+    reference: bool,
+    force: bool,
+    settings: tuple[str, ...],
+) -> None:
+    """Write the FMU of ``model`` and say which solver it has; raises Lag2FmuError."""
+    mechanism, extra = load_mechanism(model, settings), {}
+    path = Path(f"{Path(model).stem}.fmu") if path is None else path
+    if not force:
+        _refuse_to_overwrite(path, mechanism)
+    if reference:
+        extra = reference_files(mechanism)
+    with build_progress() as progress:
+        fmu = export(
+            mechanism,
+            path,
+            solver=solver,
+            compiler=compiler,
+            platform=platform,
+            backend=backend,
+            outputs=outputs,
+            extra=extra,
+            progress=progress,
+        )
+    click.echo(f"wrote {fmu.path}, solver {fmu.description.solver}{fmu.solver_choice and f': {fmu.solver_choice}'}")
+    if fmu.moved_starts:
+        click.echo(fmu.moved_starts)
+
+
+def _refuse_to_overwrite(path: Path, mechanism: Mechanism) -> None:
+    """Raise ExportError where ``path`` is a file that holds anything but an older FMU of ``mechanism``."""
+    try:
+        if not path.is_file():
+            return
+        name = read_mechanism(path).name
+    except OSError:  # the path cannot be a file; the export tells why
+        return
+    except Lag2FmuError:
+        name, found = "", "is no FMU of lag2fmu"
+    else:
+        found = f"holds the mechanism '{name}'"
+    if name != mechanism.name:
+        raise ExportError(f"'{path}' exists and {found}; overwrite it with --force, or choose another name with -o")

@@ -1,0 +1,100 @@
+"""What ``simulate`` does."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from pathlib import Path
+
+import click
+from rich.markup import escape
+from rich.table import Table
+
+from lag2fmu.cli.options import CSV, check_ending, check_picture
+from lag2fmu.cli.settings import echo_settings, load_mechanism
+from lag2fmu.cli.terminal import console, progress_bar
+from lag2fmu.description.names import SETTINGS
+from lag2fmu.formats.loading import pairs_of, values_of
+from lag2fmu.language.units import Unit
+from lag2fmu.mechanism.display import display_units, named
+from lag2fmu.reference.trajectory import Trajectory, read_csv
+from lag2fmu.verify import entry_points
+from lag2fmu.verify.entry_points import Model
+
+
+def simulate_model(
+    model: str,
+    stop_time: float | None,
+    step: float | None,
+    tolerance: float | None,
+    inputs: Path | None,
+    hold: bool,
+    out: str | None,
+    plot: Path | None,
+    settings: tuple[str, ...],
+) -> None:
+    """Run ``model`` and write, draw or sum up its motion; raises Lag2FmuError."""
+    check_picture(plot)
+    if out not in (None, "-"):
+        check_ending(Path(out), CSV)
+    source, values, units = _source_and_values(model, settings)
+    signals = None if inputs is None else read_csv(inputs, units)
+    with progress_bar("simulating", stop_time) as progress:
+        trajectory = entry_points.simulate(
+            source,
+            stop_time=stop_time,
+            step=step,
+            tolerance=tolerance,
+            values=values,
+            inputs=signals,
+            hold=hold,
+            progress=progress,
+        )
+    _write(trajectory, out, units)
+    if plot is not None:
+        from lag2fmu.verify.plots.figures import save
+        from lag2fmu.verify.plots.motion import motion_figure
+
+        of_mechanism = {name: value for name, value in values.items() if name not in SETTINGS}
+        mechanism = entry_points.mechanism_of(source, of_mechanism)
+        title = Path(model).stem if mechanism is None else mechanism.title
+        save(motion_figure(title, trajectory, mechanism, signals), plot)
+
+
+def _source_and_values(model: str, settings: tuple[str, ...]) -> tuple[Model, dict[str, float], dict[str, Unit]]:
+    """What to run, the values to set in the FMU (SI), and the units in which its mechanism, if known, is shown.
+
+    The values are all that --set gave, or those of the solver for a MODEL.
+    """
+    if entry_points.is_fmu(Path(model)):
+        texts, inside = pairs_of(settings), entry_points.mechanism_of(Path(model))
+        units = {} if inside is None else display_units(inside)
+        echo_settings(texts, units)
+        return Path(model), values_of(texts, units), units
+    of_solver = [item for item in settings if item.partition("=")[0].strip() in SETTINGS]
+    mechanism = load_mechanism(model, tuple(item for item in settings if item not in of_solver))
+    texts, units = pairs_of(of_solver), display_units(mechanism)
+    echo_settings(texts, units)
+    return mechanism, values_of(texts, units), units
+
+
+def _write(trajectory: Trajectory, out: str | None, units: Mapping[str, Unit]) -> None:
+    """The trajectory in ``units`` as CSV to a file or ("-") standard output, or a summary of it."""
+    if out == "-":
+        click.echo(trajectory.to_csv(units), nl=False)
+    elif out is not None:
+        trajectory.write_csv(out, units)
+        click.echo(f"wrote {out}", err=True)
+    else:
+        _print_summary(trajectory, units)
+
+
+def _print_summary(trajectory: Trajectory, units: Mapping[str, Unit]) -> None:
+    """Print start, extremes and end of every output, in ``units`` where they are known."""
+    table = Table(title=f"0 to {trajectory.time[-1]:g} s, {len(trajectory)} points", title_justify="left")
+    for heading in ("output", "start", "least", "greatest", "end"):
+        table.add_column(heading, justify="left" if heading == "output" else "right")
+    for name in trajectory.names:
+        column = units[name].from_si(trajectory[name]) if name in units else trajectory[name]
+        numbers = (column[0], column.min(), column.max(), column[-1])
+        table.add_row(escape(named(name, units)), *(f"{x:.9g}" for x in numbers))
+    console().print(table)

@@ -1,0 +1,128 @@
+"""The equations with rows that modes switch: contacts, stops, dry friction, latches.
+
+A mode is a set of numbers before the parameters: a mask (0 or 1) for each row, a direction for each row that slides, an
+offset for each latch that holds positions. So derivatives are exact within a mode. With the multipliers of all rows
+
+    M qdd = forcing + G^T multiplier,
+
+where G has the rows as they are; below, each row stands times its mask: mask (G qdd + gamma) = 0. A masked row that is
+0 is redundant, and its multiplier is 0 or the force that slides.
+Source: F. Pfeiffer, Ch. Glocker, Multibody Dynamics with Unilateral Contacts, Wiley 1996, chapter 5.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+
+from lag2fmu.dynamics.constraints import Constraints
+from lag2fmu.dynamics.equations import EquationsOfMotion
+from lag2fmu.dynamics.rows import Rows
+from lag2fmu.graph.autodiff import Forward, reverse
+from lag2fmu.graph.graph import Graph, Node
+
+_AT_REST = 1e-12
+"""A slip speed (m/s, rad/s) at which the direction of sliding friction is the one that the mode began with."""
+
+
+@dataclass(frozen=True)
+class Modes:
+    """The numbers of the modes: ``masks`` (R,), ``directions`` of the frictional rows, ``offsets`` of latches."""
+
+    masks: tuple[Node, ...]
+    directions: tuple[Node, ...]
+    offsets: tuple[Node, ...]
+
+    @property
+    def numbers(self) -> tuple[Node, ...]:
+        """All of them in their order."""
+        return (*self.masks, *self.directions, *self.offsets)
+
+
+def with_rows(equations: EquationsOfMotion) -> tuple[EquationsOfMotion, Modes, tuple[int, ...]]:
+    """The equations with all rows among the constraints, times their masks; works on the graph of ``equations``.
+
+    Constraints stand in the order: permanent holonomic, gaps, holonomic latches, permanent nonholonomic, slips, dry
+    frictions, nonholonomic latches. Also the numbers of the modes, and the place of each row among the constraints.
+    """
+    g, v, rows, c = equations.graph, equations.variables, equations.rows, equations.permanent
+    modes = _modes(g, rows)
+    n, held = len(v.q), len(c.positions)
+    contacts, positions = len(rows.slips), len(rows.positions)
+    latches = list(rows.latches)[: positions - contacts]
+    order = [*range(contacts), *latches]
+    rest = [k for k in range(len(rows)) if k not in order]
+    place = {row: held + i for i, row in enumerate(order)}
+    place |= {row: len(c) + len(order) + i for i, row in enumerate(rest)}
+
+    def gathered(of_constraints: Sequence[Node], of_rows: Sequence[Node]) -> tuple[Node, ...]:
+        masked = [g.multiply(mask, node) for mask, node in zip(modes.masks, of_rows, strict=True)]
+        return (
+            *of_constraints[:held],
+            *(masked[row] for row in order),
+            *of_constraints[held:],
+            *(masked[row] for row in rest),
+        )
+
+    offsets = [*(g.zero,) * contacts, *modes.offsets]
+    gaps = [
+        g.multiply(modes.masks[row], g.subtract(position, offset))
+        for row, position, offset in zip(order, rows.positions, offsets, strict=True)
+    ]
+    columns = [gathered([row[i] for row in c.jacobian], [row[i] for row in rows.jacobian]) for i in range(n)]
+    constraints = Constraints(
+        positions=(*c.positions, *gaps),
+        velocities=gathered(c.velocities, rows.velocities),
+        accelerations=gathered(c.accelerations, rows.accelerations),
+        jacobian=tuple(zip(*columns, strict=True)),
+    )
+    multipliers = [*v.multipliers, *(g.zero,) * len(rows)]
+    multipliers[held:] = [
+        *(rows.forces[row] for row in order),
+        *v.multipliers[held:],
+        *(rows.forces[row] for row in rest),
+    ]
+    variables = replace(v, multipliers=tuple(multipliers), parameters=(*modes.numbers, *v.parameters))
+    forces = reverse(g, dict(zip(rows.velocities, rows.forces, strict=True)), v.qd)
+    accelerating = Forward(g, v.direction(g, True))
+    residual = (
+        *(g.subtract(r, force) for r, force in zip(equations.residual[:n], forces, strict=True)),
+        *accelerating(constraints.velocities),
+    )
+    found = replace(equations, constraints=constraints, variables=variables, residual=residual, solution=None)
+    return found, modes, tuple(place[row] for row in range(len(rows)))
+
+
+def _modes(graph: Graph, rows: Rows) -> Modes:
+    def symbols(what: str, count: int) -> tuple[Node, ...]:
+        return tuple(graph.symbol(f"{what} {i}", "state") for i in range(count))
+
+    return Modes(
+        masks=symbols("mask", len(rows)),
+        directions=symbols("direction", len(rows.frictional)),
+        offsets=symbols("offset", len(rows.positions) - len(rows.slips)),
+    )
+
+
+def sliding_forces(graph: Graph, rows: Rows, modes: Modes) -> tuple[Node, ...]:
+    """The forces of the frictional rows that slide, along their directions.
+
+    Of one slip -direction mu N. Of two slips w -mu N w/|w|, where the direction that the mode began with is added to w:
+    it tells the way as long as the speed is about 0. Of a dry friction -direction times its force.
+    """
+    found: list[Node] = []
+    first = len(rows.slips)
+    for contact, count in enumerate(rows.slips):
+        largest = graph.multiply(rows.friction[contact], rows.forces[contact])
+        begun = modes.directions[len(found) : len(found) + count]
+        if count == 2:
+            small = graph.constant(_AT_REST)
+            at = first + len(found)
+            slips = zip(rows.velocities[at : at + 2], begun, strict=True)
+            w = [graph.add(slip, graph.multiply(small, way)) for slip, way in slips]
+            speed = graph.apply("sqrt", graph.dot(w, w))
+            begun = tuple(graph.divide(entry, speed) for entry in w)
+        found += [graph.negate(graph.multiply(way, largest)) for way in begun]
+    for force in rows.sliding:
+        found.append(graph.negate(graph.multiply(modes.directions[len(found)], force)))
+    return tuple(found)

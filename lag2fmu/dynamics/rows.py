@@ -1,0 +1,114 @@
+"""Contacts, stops, dry friction and latches on the graph: rows of constraints that modes switch on and off.
+
+An element with a closed gap is a holonomic constraint, one that sticks a constraint on velocities, and one that slides
+a force along its row that depends on what other rows bear; ``modes`` puts them into the equations.
+Source: Ch. Glocker, Set-Valued Force Laws, Springer 2001, chapters 5 and 6.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+from lag2fmu.dynamics.variables import Variables
+from lag2fmu.errors import DerivationError
+from lag2fmu.graph.autodiff import forward, reverse
+from lag2fmu.graph.from_sympy import Translator
+from lag2fmu.graph.graph import Graph, Node
+from lag2fmu.mechanism import Mechanism
+
+
+@dataclass(frozen=True)
+class Rows:
+    """The R rows: gaps of the U contacts and stops, their S slips, F dry frictions, then L latches.
+
+    ``positions`` are gaps (U,) and behind them the positions of the holonomic latches, which come first among latches;
+    ``velocities``, ``accelerations`` (gamma) and ``forces`` (the multipliers) are (R,), ``jacobian`` is (R, n).
+    ``slips`` says how many slips each contact has. ``restitution``, ``friction`` and ``static_friction`` are (U,),
+    ``sliding`` and ``holding`` the forces of the F dry frictions, without a sign; ``conditions`` (L,) are positive
+    while latches hold.
+    """
+
+    positions: tuple[Node, ...]
+    velocities: tuple[Node, ...]
+    accelerations: tuple[Node, ...]
+    jacobian: tuple[tuple[Node, ...], ...]
+    forces: tuple[Node, ...]
+    slips: tuple[int, ...]
+    restitution: tuple[Node, ...]
+    friction: tuple[Node, ...]
+    static_friction: tuple[Node, ...]
+    sliding: tuple[Node, ...]
+    holding: tuple[Node, ...]
+    conditions: tuple[Node, ...]
+
+    def __len__(self) -> int:
+        return len(self.velocities)
+
+    @property
+    def gaps(self) -> tuple[Node, ...]:
+        """The gaps, (U,)."""
+        return self.positions[: len(self.slips)]
+
+    def symbols(self, graph: Graph) -> set[str]:
+        """The names of all variables that the rows depend on, but for what rows bear."""
+        of_rows = (*self.positions, *self.velocities, *self.accelerations, *(x for row in self.jacobian for x in row))
+        of_laws = (*self.restitution, *self.friction, *self.static_friction, *self.sliding, *self.holding)
+        return graph.symbols([*of_rows, *of_laws]) - {str(graph.leaf[node]) for node in self.forces}
+
+    @property
+    def frictional(self) -> range:
+        """The rows that may slide with friction: slips and dry frictions."""
+        return range(len(self.slips), len(self.slips) + sum(self.slips) + len(self.sliding))
+
+    @property
+    def latches(self) -> range:
+        """The rows of latches."""
+        return range(self.frictional.stop, len(self))
+
+
+def compose_rows(graph: Graph, mechanism: Mechanism, put: Translator, v: Variables) -> Rows:
+    """The rows of ``mechanism`` as nodes; ``put`` translates expressions, ``v`` are the variables.
+
+    Raises DerivationError for a slip, a dry friction or a latch that is not affine in the velocities.
+    """
+    direction = v.direction(graph, accelerating=False)
+    contacts, frictions, latches = mechanism.unilaterals, mechanism.frictions, mechanism.latches
+    gaps = [put(contact.gap) for contact in contacts]
+    slips = [put(slip) for contact in contacts for slip in contact.slips]
+    rubbing = [put(friction.on) for friction in frictions]
+    held = [put(latch.expression) for latch in latches]
+    holonomic = sum(latch.holonomic for latch in latches)
+    velocities = [
+        *forward(graph, gaps, direction),
+        *slips,
+        *rubbing,
+        *forward(graph, held[:holonomic], direction),
+        *held[holonomic:],
+    ]
+    jacobian = [tuple(reverse(graph, {velocity: graph.one}, v.qd)) for velocity in velocities]
+    labels = [
+        *(contact.where for contact in contacts),
+        *(f"{contact.where}, slip" for contact in contacts for _ in contact.slips),
+        *(f"frictions.{friction.name}, on" for friction in frictions),
+        *(f"constraints.{latch.kind}.{latch.name}" for latch in latches),
+    ]
+    for label, row in zip(labels, jacobian, strict=True):
+        if any(v.moves(graph, entry) for entry in row):
+            raise DerivationError(
+                f"{label}: it is not affine in the velocities; write it as a sum of velocities with factors that "
+                "contain none"
+            )
+    return Rows(
+        positions=(*gaps, *held[:holonomic]),
+        velocities=tuple(velocities),
+        accelerations=tuple(forward(graph, velocities, direction)),
+        jacobian=tuple(jacobian),
+        forces=v.forces,
+        slips=tuple(len(contact.slips) for contact in contacts),
+        restitution=tuple(put(contact.restitution) for contact in contacts),
+        friction=tuple(put(contact.friction) for contact in contacts),
+        static_friction=tuple(put(contact.static_friction) for contact in contacts),
+        sliding=tuple(put(friction.force) for friction in frictions),
+        holding=tuple(put(friction.force if friction.static is None else friction.static) for friction in frictions),
+        conditions=tuple(put(latch.while_) for latch in latches),
+    )

@@ -1,0 +1,27 @@
+"""What collects the variables of an FMU with their value references."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+from lag2fmu.codegen.sources import Slot
+from lag2fmu.fmu.scalar_variable import ScalarVariable
+
+
+class Builder:
+    """Collects slots (value references) and variables (names for them)."""
+
+    def __init__(self) -> None:
+        """Start without any."""
+        self.slots: list[Slot] = []
+        self.variables: list[ScalarVariable] = []
+
+    def add(self, variable: ScalarVariable, kind: str, index: int) -> None:
+        """A variable with a value reference of its own."""
+        self.variables.append(replace(variable, value_reference=len(self.slots)))
+        output = variable.causality == "output"
+        self.slots.append(Slot(variable.name, kind, index, variable.minimum, variable.maximum, output))
+
+    def reference(self, name: str) -> int:
+        """The value reference of the variable called ``name``; raises StopIteration."""
+        return next(i for i, slot in enumerate(self.slots) if slot.name == name)

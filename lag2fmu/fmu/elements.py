@@ -1,0 +1,74 @@
+"""The variables of contacts, stops and dry frictions that change at events only: modes, counts and impulses."""
+
+from __future__ import annotations
+
+from collections.abc import Collection, Iterator
+from dataclasses import dataclass, replace
+
+from lag2fmu.description import names
+from lag2fmu.fmu.builder import Builder
+from lag2fmu.fmu.scalar_variable import ScalarVariable
+from lag2fmu.language.units import JOULE, SECOND
+from lag2fmu.mechanism.record import Mechanism
+
+
+@dataclass(frozen=True)
+class Enumeration:
+    """An enumeration: ``items`` {name: (value, meaning)}."""
+
+    doc: str
+    items: dict[str, tuple[int, str]]
+
+
+MODE = "ContactMode"
+ENUMERATIONS = {
+    MODE: Enumeration(
+        "how a contact, a stop or a dry friction holds at present",
+        {
+            "open": (1, "no force acts"),
+            "sticks": (2, "the friction holds: the slip velocity is zero"),
+            "slides": (3, "closed: without friction, or sliding in a direction of the plane of contact"),
+            "slides_forward": (4, "the slip velocity is positive"),
+            "slides_backward": (5, "the slip velocity is negative"),
+        },
+    )
+}
+"""The types that variables may have beside Real and Integer; the values are those of ElementMode in the runtime."""
+
+
+def element_names(mechanism: Mechanism) -> tuple[tuple[str, ...], tuple[str, ...]]:
+    """The names of contacts and stops, and those of dry frictions."""
+    return tuple(u.name for u in mechanism.unilaterals), tuple(f.name for f in mechanism.frictions)
+
+
+def element_modes(mechanism: Mechanism) -> dict[str, str]:
+    """{element: its mode} of contacts, stops and dry frictions."""
+    return {name: names.mode(name) for kind in element_names(mechanism) for name in kind}
+
+
+def element_variables(mechanism: Mechanism) -> Iterator[tuple[ScalarVariable, str, int]]:
+    """(variable, its VariableKind in C, its index there) of what the elements of ``mechanism`` remember.
+
+    Modes are enumerations, the counts of impacts integers, impulses discrete Reals; all of them local.
+    """
+
+    def discrete(name: str, doc: str) -> ScalarVariable:
+        return ScalarVariable(name, 0, "local", "discrete", "calculated", doc=doc)
+
+    unilaterals, frictions = element_names(mechanism)
+    for i, name in enumerate((*unilaterals, *frictions)):
+        of = f"the dry friction {name}" if i >= len(unilaterals) else name
+        yield replace(discrete(names.mode(name), f"how {of} holds"), type=MODE), "VARIABLE_MODE", i
+    for i, u in enumerate(mechanism.unilaterals):
+        doc = f"number of impacts of {u.name} since the start"
+        yield replace(discrete(names.impacts(u.name), doc), type="Integer", minimum=0.0), "VARIABLE_IMPACTS", i
+        unit = None if u.unit is None else JOULE * SECOND / u.unit
+        doc = f"normal impulse of the last impact of {u.name}, 0 before the first"
+        yield replace(discrete(names.impulse(u.name), doc), unit=unit), "VARIABLE_IMPULSE", i
+
+
+def add_elements(builder: Builder, mechanism: Mechanism, outputs: Collection[str]) -> None:
+    """Add these variables; those named in ``outputs`` are outputs."""
+    for variable, kind, index in element_variables(mechanism):
+        causality = "output" if variable.name in outputs else "local"
+        builder.add(replace(variable, causality=causality), kind, index)

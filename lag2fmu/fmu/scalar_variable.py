@@ -1,0 +1,32 @@
+"""The record ``ScalarVariable``: one variable of an FMU, as modelDescription.xml has it."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+from lag2fmu.language.units import Unit
+
+
+@dataclass(frozen=True)
+class ScalarVariable:
+    """One ScalarVariable; ``start`` and bounds in SI units; ``dependencies`` by name, None if unlisted.
+
+    ``derivative_of`` names the state a variable is the derivative of; ``state`` marks the continuous states. ``type``
+    is Real, Integer or the name of an enumeration, see ``elements``.
+    """
+
+    name: str
+    value_reference: int
+    causality: str
+    variability: str
+    initial: str | None = None
+    start: float | None = None
+    unit: Unit | None = None
+    doc: str = ""
+    minimum: float | None = None
+    maximum: float | None = None
+    nominal: float | None = None
+    derivative_of: str | None = None
+    state: bool = False
+    dependencies: tuple[str, ...] | None = None
+    type: str = "Real"

@@ -1,0 +1,110 @@
+"""The derivatives of the operations: one entry an operation that has operands.
+
+A derivative is a function of the graph, the operands and the result, and returns the partial derivatives with respect
+to the operands as nodes. Sources: Abramowitz and Stegun, sections 4.2-4.6; for min and max the mean of both one-sided
+derivatives where the operands are equal.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+
+from lag2fmu.graph.graph import Graph
+from lag2fmu.graph.nodes import Node
+
+Partials = tuple[Node, ...]
+Derivative = Callable[[Graph, tuple[Node, ...], Node], Partials]
+
+
+def _negative(g: Graph, x: Node) -> Node:
+    return g.negate(x)
+
+
+def _one_minus_square(g: Graph, x: Node) -> Node:
+    return g.subtract(g.one, g.multiply(x, x))
+
+
+def _one_plus_square(g: Graph, x: Node) -> Node:
+    return g.add(g.one, g.multiply(x, x))
+
+
+def _inverse_root(g: Graph, x: Node) -> Node:
+    return g.divide(g.one, g.apply("sqrt", _one_minus_square(g, x)))
+
+
+def _d_atan2(g: Graph, operands: tuple[Node, ...], _: Node) -> Partials:
+    y, x = operands
+    square = g.add(g.multiply(x, x), g.multiply(y, y))
+    return g.divide(x, square), g.negate(g.divide(y, square))
+
+
+def _d_power(g: Graph, operands: tuple[Node, ...], result: Node) -> Partials:
+    base, exponent = operands
+    by_base = g.multiply(exponent, g.power(base, g.subtract(exponent, g.one)))
+    return by_base, g.zero if g.is_constant(exponent) else g.multiply(result, g.apply("log", base))
+
+
+def _d_power_or_zero(g: Graph, operands: tuple[Node, ...], _: Node) -> Partials:
+    base, exponent = operands
+    return g.multiply(exponent, g.apply("power_or_zero", base, g.subtract(exponent, g.one))), g.zero
+
+
+def _d_min(g: Graph, operands: tuple[Node, ...], _: Node) -> Partials:
+    a, b = operands
+    return g.apply("heaviside", g.subtract(b, a)), g.apply("heaviside", g.subtract(a, b))
+
+
+def _d_max(g: Graph, operands: tuple[Node, ...], _: Node) -> Partials:
+    a, b = operands
+    return g.apply("heaviside", g.subtract(a, b)), g.apply("heaviside", g.subtract(b, a))
+
+
+def _d_choice(g: Graph, operands: tuple[Node, ...], _: Node) -> Partials:
+    margin = operands[0]
+    return g.zero, g.choose(margin, g.one, g.zero), g.choose(margin, g.zero, g.one)
+
+
+def _d_lookup(g: Graph, operands: tuple[Node, ...], _: Node) -> Partials:
+    table, order, x = operands
+    return g.zero, g.zero, g.lookup(table, (g.add(order, g.one),), (x,))
+
+
+def _d_lookup_2(g: Graph, operands: tuple[Node, ...], _: Node) -> Partials:
+    table, first, second, x, y = operands
+    by_x = g.lookup(table, (g.add(first, g.one), second), (x, y))
+    by_y = g.lookup(table, (first, g.add(second, g.one)), (x, y))
+    return g.zero, g.zero, g.zero, by_x, by_y
+
+
+DERIVATIVES: Mapping[str, Derivative] = {
+    "add": lambda g, o, y: (g.one, g.one),
+    "subtract": lambda g, o, y: (g.one, g.minus_one),
+    "multiply": lambda g, o, y: (o[1], o[0]),
+    "divide": lambda g, o, y: (g.divide(g.one, o[1]), g.negate(g.divide(y, o[1]))),
+    "negate": lambda g, o, y: (g.minus_one,),
+    "sqrt": lambda g, o, y: (g.divide(g.constant_half, y),),
+    "exp": lambda g, o, y: (y,),
+    "log": lambda g, o, y: (g.divide(g.one, o[0]),),
+    "sin": lambda g, o, y: (g.apply("cos", o[0]),),
+    "cos": lambda g, o, y: (_negative(g, g.apply("sin", o[0])),),
+    "tan": lambda g, o, y: (_one_plus_square(g, y),),
+    "asin": lambda g, o, y: (_inverse_root(g, o[0]),),
+    "acos": lambda g, o, y: (_negative(g, _inverse_root(g, o[0])),),
+    "atan": lambda g, o, y: (g.divide(g.one, _one_plus_square(g, o[0])),),
+    "sinh": lambda g, o, y: (g.apply("cosh", o[0]),),
+    "cosh": lambda g, o, y: (g.apply("sinh", o[0]),),
+    "tanh": lambda g, o, y: (_one_minus_square(g, y),),
+    "abs": lambda g, o, y: (g.apply("sign", o[0]),),
+    "sign": lambda g, o, y: (g.zero,),
+    "heaviside": lambda g, o, y: (g.zero,),
+    "atan2": _d_atan2,
+    "power": _d_power,
+    "power_or_zero": _d_power_or_zero,
+    "min": _d_min,
+    "max": _d_max,
+    "passed": lambda g, o, y: (g.one,),
+    "choice": _d_choice,
+    "lookup": _d_lookup,
+    "lookup_2": _d_lookup_2,
+}
+"""Name of an operation -> its derivative."""

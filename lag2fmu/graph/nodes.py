@@ -1,0 +1,139 @@
+"""The nodes of an expression graph, for reading: what they need, in which order, and their values."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Collection, Iterable, Mapping, Sequence
+from fractions import Fraction
+from typing import NewType
+
+from numpy.typing import ArrayLike
+
+from lag2fmu.graph.interpolants import Floats, Interpolant
+from lag2fmu.graph.operations import ADD, CONSTANT, LOOKUP, LOOKUP_2, MULTIPLY, OPERATIONS, SUBTRACT, SYMBOL
+
+Node = NewType("Node", int)
+"""The number of a node of a graph; it says nothing by itself and nothing in another graph."""
+
+Number = Fraction | float
+
+
+class Nodes:
+    """Four tables by node number: ``code`` of the operation, ``operands``, ``marks`` (fingerprints), and ``leaf``.
+
+    ``leaf`` has the constants and variables only: {node: value of a constant, name of a symbol}. A node's operands have
+    smaller numbers than the node itself. ``tables`` are those of measured data, to which lookups refer by number.
+    """
+
+    def __init__(self) -> None:
+        self.code: list[int] = []
+        self.operands: list[tuple[Node, ...]] = []
+        self.leaf: dict[Node, Number | str] = {}
+        self.marks: list[int] = []
+        self.tables: list[Interpolant] = []
+
+    def __len__(self) -> int:
+        return len(self.code)
+
+    def is_constant(self, node: Node) -> bool:
+        """Whether ``node`` is a number."""
+        return self.code[node] == CONSTANT
+
+    def value(self, node: Node) -> Number:
+        """The number of a constant node."""
+        value = self.leaf[node]
+        assert isinstance(value, (Fraction, float))
+        return value
+
+    def cone(self, outputs: Iterable[Node], given: Collection[Node] = ()) -> list[Node]:
+        """All nodes that ``outputs`` need, ascending; what is below ``given`` nodes is not needed"""
+        return sorted(self._reached(outputs, given))
+
+    def _reached(self, outputs: Iterable[Node], given: Collection[Node]) -> set[Node]:
+        operands = self.operands
+        seen = set(outputs)
+        stack = list(seen)
+        while stack:
+            node = stack.pop()
+            if node in given:
+                continue
+            for operand in operands[node]:
+                if operand not in seen:
+                    seen.add(operand)
+                    stack.append(operand)
+        return seen
+
+    def symbols(self, outputs: Iterable[Node]) -> set[str]:
+        """The names of all variables that ``outputs``, (k,) nodes, depend on"""
+        return {str(self.leaf[node]) for node in self.cone(outputs) if self.code[node] == SYMBOL}
+
+    def schedule(self, outputs: Iterable[Node], given: Collection[Node] = ()) -> list[Node]:
+        """The nodes that ``outputs`` need beside ``given`` ones, in depth-first order: operands shortly before use"""
+        done: set[int] = set(given)
+        order: list[Node] = []
+        for output in outputs:
+            stack: list[int] = [output]
+            while stack:
+                node = stack.pop()
+                if node < 0:  # the complement of a node whose operands are there
+                    order.append(Node(~node))
+                elif node not in done:
+                    done.add(node)
+                    stack.append(~node)
+                    stack += reversed(self.operands[node])
+        return order
+
+    def operations(self, outputs: Iterable[Node], given: Collection[Node] = ()) -> int:
+        """The number of arithmetic operations and function calls that ``outputs`` take beside ``given`` nodes"""
+        code, reached = self.code, self._reached(outputs, given)
+        return sum(code[node] > SYMBOL for node in reached.difference(given))
+
+    def frontier(self, outputs: Sequence[Node], variables: Collection[Node]) -> list[Node]:
+        """What ``outputs`` need of nodes that do not depend on ``variables``: the operands between both, ascending"""
+        moving = set(variables)
+        border: set[Node] = {output for output in outputs if output not in moving}
+        for node in self.cone(outputs):
+            operands = self.operands[node]
+            if any(operand in moving for operand in operands):
+                moving.add(node)
+                border |= set(operands)
+        return sorted(node for node in border if node not in moving and not self.is_constant(node))
+
+    def looked_up(self, node: Node, arguments: Sequence[ArrayLike]) -> Floats:
+        """The values of the lookup ``node`` at ``arguments``."""
+        table, *rest = self.operands[node]
+        orders = [int(self.value(order)) for order in rest[: len(arguments)]]
+        return self.tables[int(self.value(table))](orders, *arguments)
+
+    def evaluate(self, outputs: Sequence[Node], values: Mapping[str, float]) -> list[float]:
+        """The values of ``outputs``, (k,) nodes, in double precision; nan where a function has none.
+
+        ``values`` {variable: SI value} has all that they depend on. For many states at once see ``batches.evaluate``.
+        """
+        result: dict[Node, float] = {}
+        for node in self.cone(outputs):
+            code, operands = self.code[node], self.operands[node]
+            if code == MULTIPLY:
+                result[node] = result[operands[0]] * result[operands[1]]
+            elif code == ADD:
+                result[node] = result[operands[0]] + result[operands[1]]
+            elif code == SUBTRACT:
+                result[node] = result[operands[0]] - result[operands[1]]
+            elif code == SYMBOL:
+                result[node] = values[str(self.leaf[node])]
+            elif code == CONSTANT:
+                result[node] = float(self.value(node))
+            elif code in (LOOKUP, LOOKUP_2):
+                arguments = operands[2:] if code == LOOKUP else operands[3:]
+                result[node] = float(self.looked_up(node, [result[operand] for operand in arguments]))
+            else:
+                result[node] = value_of(OPERATIONS[code].value, [result[operand] for operand in operands])
+        return [result[output] for output in outputs]
+
+
+def value_of(function: Callable[..., float], arguments: Sequence[float]) -> float:
+    """``function`` of ``arguments``; nan where it has no value, or none within the range of doubles"""
+    try:
+        return function(*arguments)
+    except (ValueError, OverflowError, ZeroDivisionError):
+        return math.nan

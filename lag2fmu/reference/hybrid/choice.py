@@ -1,0 +1,154 @@
+"""The choice of modes: which contacts open, close, stick or slide, so that accelerations and forces obey the laws."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import replace
+
+import numpy as np
+
+from lag2fmu.errors import SimulationError
+from lag2fmu.reference.hybrid.impacts import Impacts
+from lag2fmu.reference.hybrid.laws import CLOSED, PLANES, Item, Outcome, apart, decided
+from lag2fmu.reference.hybrid.measures import STILL, is_free, pace, slips_of, touches, velocity_sizes
+from lag2fmu.reference.hybrid.modes import Due, Memory, Mode, Modes
+from lag2fmu.reference.hybrid.system import Point, System
+from lag2fmu.reference.state import Floats, State
+
+
+class Choice:
+    """Chooses the modes of a ``system`` during a run; where none obey the laws ``impacts`` help first."""
+
+    def __init__(self, system: System, memory: Memory, impacts: Impacts) -> None:
+        self.system, self.memory, self.impacts = system, memory, impacts
+
+    def chosen(self, state: State, modes: Modes, due: Due) -> tuple[State, Modes, Floats]:
+        """The modes of contacts and frictions that accelerations ask for; where there are none, an impact first."""
+        system, energies = self.system, np.zeros(2)
+        if not system.elements.k:
+            return state, modes, energies
+        for _ in range(3):
+            point = system.point(state)
+            found, candidates = self._problem(point, modes, due)
+            if found is not None:
+                return state, self._named(modes, candidates, found, point), energies
+            state, lost = self.impacts.without_collision(point, modes, candidates)
+            energies[1] += lost
+        raise SimulationError(
+            f"mechanism '{system.mechanism.name}' at time {float(state.t)!r} s: no modes of the contacts meet the laws"
+        )
+
+    def _problem(self, point: Point, modes: Modes, due: Due) -> tuple[Outcome | None, list[int]]:
+        """The choice among the contacts that touch and all frictions: outcome, and the contacts meant."""
+        system, e = self.system, self.system.elements
+        a, X = system.responses(point, modes)
+        D, c = point.rows.jacobian @ X, point.rows.jacobian @ a + point.rows.gamma
+        sizes = velocity_sizes(system, point)
+        v = point.rows.velocities
+        contacts = [
+            i
+            for i in range(e.u)
+            if (touches(system, point, i) or modes.contacts[i] is not Mode.OPEN or ("gap", i) in due)
+            and v[i] < STILL * sizes[i]
+            and is_free(point, D, i)
+        ]
+        borne = np.zeros(system.constraints.m), np.zeros(e.k)
+        present = self._lasting(modes, contacts, due)
+        before: tuple[Mode, ...] | None = None
+        for _ in range(100):  # the capacities of frictions may depend on the forces that follow
+            items = [self._touching_item(point, i, modes, due, sizes) for i in contacts]
+            if e.f:
+                items += self._friction_items(point, modes, due, sizes, *e.capacities(point.state, *borne))
+            rows, moved = apart(items)
+            found = decided(
+                D[np.ix_(rows, rows)], c[rows], moved, pace(point), lambda chosen: _changes(chosen, present)
+            )
+            if found is None or not e.load_dependent:
+                return found, contacts
+            forces = np.zeros(e.k)
+            forces[rows] = found.forces
+            new = system.borne(point, modes, forces)
+            change = np.abs(np.concatenate(new) - np.concatenate(borne)).max(initial=0.0)
+            borne = new
+            if found.modes == before and change <= 1e-12 * max(1e-300, np.abs(np.concatenate(borne)).max(initial=0.0)):
+                return found, contacts
+            before = found.modes
+        return found, contacts
+
+    @staticmethod
+    def _lasting(modes: Modes, contacts: Sequence[int], due: Due) -> list[Mode | None]:
+        """The modes that go on if they can: those of contacts and frictions of which no event function came to zero."""
+        found: list[Mode | None] = []
+        for i in contacts:
+            ends = {kind for kind, j in due if i == j and kind in ("gap", "cone", "slip")}
+            found.append(Mode.OPEN if ("force", i) in due else None if ends else modes.contacts[i])
+        return found + [
+            None if {("friction", j), ("hold", j)} & due else mode for j, mode in enumerate(modes.frictions)
+        ]
+
+    def _touching_item(self, point: Point, i: int, modes: Modes, due: Due, sizes: Floats) -> Item:
+        """The contact ``i``, which touches: its present mode first, but not one that has come to its end."""
+        rows, slips = point.rows, slips_of(self.system, point, i)
+        direction = self._going_on(point, i, modes, slips, sizes)
+        closed: tuple[Mode, ...] = PLANES[len(slips)]
+        if direction is not None:
+            closed = (Mode.SLIDES,) if len(slips) == 2 else (Mode.FORWARD if direction[0] > 0 else Mode.BACKWARD,)
+        elif ("cone", i) in due:
+            closed = tuple(mode for mode in closed if mode is not Mode.STICKS)
+        options = (Mode.OPEN, *closed) if ("force", i) in due else (*closed, Mode.OPEN)
+        return Item(options, i, slips, float(rows.friction[i]), float(rows.static[i]), 0.0, direction)
+
+    def _going_on(
+        self, point: Point, i: int, modes: Modes, slips: tuple[int, ...], sizes: Floats
+    ) -> tuple[float, ...] | None:
+        """The direction of the slip of contact ``i``; None where it is at rest."""
+        slip = point.rows.velocities[list(slips)]
+        if not slips or (np.abs(slip) <= STILL * sizes[list(slips)]).all():
+            return None
+        return tuple(slip / np.hypot.reduce(slip))
+
+    def _friction_items(
+        self, point: Point, modes: Modes, due: Due, sizes: Floats, force: Floats, static: Floats
+    ) -> list[Item]:
+        items = []
+        for j, row in enumerate(self.system.elements.friction_rows):
+            v, r = point.rows.velocities[row], int(row)
+            moving = abs(v) > STILL * sizes[row]
+            direction = (float(np.sign(v)),) if moving else None
+            options: tuple[Mode, ...] = CLOSED
+            if moving:
+                options = (Mode.FORWARD if v > 0 else Mode.BACKWARD,)
+            elif ("hold", j) in due:
+                options = CLOSED[1:]
+            items.append(Item(options, None, (r,), float(force[j]), float(static[j]), 0.0, direction))
+        return items
+
+    def _named(self, modes: Modes, contacts: Sequence[int], found: Outcome, point: Point) -> Modes:
+        """The ``modes`` with what was ``found`` for the ``contacts`` that touch, and for all frictions."""
+        e, t = self.system.elements, float(point.state.t)
+        chosen = [Mode.OPEN] * e.u
+        directions = {}
+        for i, mode, direction in zip(contacts, found.modes, found.directions, strict=False):
+            chosen[i] = mode
+            if direction is not None and mode is Mode.SLIDES:
+                directions[i] = direction
+        frictions = found.modes[len(contacts) :]
+        for names, old, new in ((e.contacts, modes.contacts, chosen), (e.frictions, modes.frictions, frictions)):
+            for name, a, b in zip(names, old, new, strict=True):
+                if a is not b:
+                    self.memory.log(t, name, _change(a, b))
+        return replace(modes, contacts=tuple(chosen), frictions=tuple(frictions), directions=directions)
+
+
+def _changes(chosen: Sequence[Mode], present: Sequence[Mode | None]) -> float:
+    """How many modes differ from the ``present`` ones."""
+    return float(sum(a is not b for a, b in zip(chosen, present, strict=True)))
+
+
+def _change(old: Mode, new: Mode) -> str:
+    """The kind of the event that leads from one mode to another."""
+    if new is Mode.OPEN:
+        return "opens"
+    if old is Mode.OPEN:
+        return "closes"
+    return "sticks" if new is Mode.STICKS else "slides"

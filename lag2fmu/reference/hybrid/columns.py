@@ -1,0 +1,96 @@
+"""What a run of a hybrid mechanism looks like at the times that were asked for: named columns."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+
+import numpy as np
+from numpy.typing import NDArray
+
+from lag2fmu.description import names
+from lag2fmu.reference.hybrid.modes import Mode, Modes
+from lag2fmu.reference.hybrid.run import Run, Track
+from lag2fmu.reference.hybrid.system import Answer
+from lag2fmu.reference.state import Floats, State
+
+
+def columns_of(run: Run, track: Track) -> dict[str, Floats]:
+    """q, qd, qdd, outputs, multipliers, residuals, energies and what elements show, (m,) each, in SI units."""
+    system, n, times = run.system, run.n, run.times
+    q = [c.name for c in system.mechanism.coordinates]
+    states, answers, missed = _answers(run, track)
+    columns = dict(zip((*q, *map(names.velocity, q)), track.values.T, strict=False))
+    columns |= dict(zip(map(names.acceleration, q), np.array([a.qdd for a in answers]).T, strict=True))
+    columns |= _by_sides(run, track, states, answers)
+    multipliers = np.array([a.multipliers for a in answers]).reshape(len(times), -1)
+    constraints = system.constraints.names
+    columns |= dict(zip(map(names.multiplier, constraints), multipliers.T, strict=True))
+    columns |= dict(zip(map(names.residual, constraints), np.array(missed).reshape(len(times), -1).T, strict=True))
+    columns |= _elements(run, track, states, answers)
+    if system.elements.k:
+        columns[names.DISSIPATED] = track.values[:, 2 * n + 1]
+    return columns
+
+
+def _answers(run: Run, track: Track) -> tuple[list[State], list[Answer], list[Floats]]:
+    """States, accelerations and forces, and residuals of constraints that hold, at every time."""
+    system, states, answers, missed = run.system, [], [], []
+    for t, y, modes in zip(run.times, track.values, track.modes, strict=True):
+        system.elements.set_sides(modes.sides)
+        run.end = np.inf
+        point = system.point(run.state(float(t), y))
+        states.append(point.state)
+        answers.append(system.answer(point, modes))
+        missed.append(point.constraints[0])
+    return states, answers, missed
+
+
+def _by_sides(run: Run, track: Track, states: list[State], answers: list[Answer]) -> dict[str, Floats]:
+    """Outputs and energies, evaluated together for all times at which kinks are on the same sides."""
+    system, m = run.system, len(states)
+    found: dict[str, Floats] = {}
+    for sides, rows in _groups([modes.sides for modes in track.modes]):
+        system.elements.set_sides(sides)
+        batch = State(*(np.stack([getattr(states[r], x) for r in rows], axis=-1) for x in ("t", "q", "qd", "inputs")))
+        unknowns = [np.stack([getattr(answers[r], x) for r in rows], axis=-1) for x in ("qdd", "multipliers")]
+        values = system.energies.outputs(batch, unknowns)
+        inputs = dict(zip(system.energies.input_names, batch.inputs, strict=True))
+        for energy in ("kinetic_energy", "potential_energy", "generalized_energy"):
+            values[energy] = getattr(system.equations, energy)(batch.t, batch.q.T, batch.qd.T, inputs)
+        for name, value in values.items():
+            found.setdefault(name, np.empty(m))[rows] = value
+    return found
+
+
+def _groups(keys: list[tuple[int, ...]]) -> Iterator[tuple[tuple[int, ...], list[int]]]:
+    """The rows of each key."""
+    for key in dict.fromkeys(keys):
+        yield key, [i for i, other in enumerate(keys) if other == key]
+
+
+def _elements(run: Run, track: Track, states: list[State], answers: list[Answer]) -> dict[str, Floats]:
+    """What contacts and frictions show: gaps, forces, modes, impulses and counts of impacts."""
+    e, columns = run.system.elements, dict[str, Floats]()
+    forces = np.array([a.forces for a in answers]).reshape(len(answers), -1)
+    gaps = np.array([e.rows(state).gaps for state in states]).reshape(len(answers), -1)
+    columns |= dict(zip(e.force_names, forces.T, strict=True))
+    for i, name in enumerate(e.contacts):
+        columns[names.gap(name)], columns[names.impulse(name)] = gaps[:, i], track.impulses[:, i]
+        columns[names.mode(name)] = np.array([float(modes.contacts[i]) for modes in track.modes])
+        columns[names.impacts(name)] = track.impacts[:, i]
+    for j, name in enumerate(e.frictions):
+        columns[names.mode(name)] = np.array([float(modes.frictions[j]) for modes in track.modes])
+    return columns
+
+
+def alike(a: Track, b: Track) -> NDArray[np.bool_]:
+    """At which times two runs do the same, (m,): equal modes, and as many impacts since contacts were closed."""
+    found = [_same(x, y) for x, y in zip(a.modes, b.modes, strict=True)]
+    closed = np.array([[mode is not Mode.OPEN for mode in modes.contacts] for modes in a.modes], dtype=bool)
+    counts = (a.since == b.since) | closed.reshape(a.since.shape)
+    same: NDArray[np.bool_] = np.array(found) & counts.all(axis=1)
+    return same
+
+
+def _same(a: Modes, b: Modes) -> bool:
+    return (a.contacts, a.frictions, a.held, a.sides) == (b.contacts, b.frictions, b.held, b.sides)

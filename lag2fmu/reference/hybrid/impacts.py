@@ -1,0 +1,194 @@
+"""Impacts: M (qd+ - qd-) = J^T P with Newton's law along normals and Coulomb's between impulses.
+
+Sequential impacts come in rounds: those contacts take part that approach, and at rest those that bear a force or took
+an impulse before; what they make approach is the next round. Simultaneous ones are one problem over all that touch.
+What would gain energy is done again by Poisson's law: the normal impulse of expansion is restitution times that of
+compression. Source: F. Pfeiffer, Ch. Glocker, Multibody Dynamics with Unilateral Contacts, Wiley 1996, chapter 8.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import replace
+
+import numpy as np
+
+from lag2fmu.errors import SimulationError
+from lag2fmu.reference.hybrid.laws import PLANES, Item, all_outcomes, apart, decided, expanded
+from lag2fmu.reference.hybrid.measures import STILL, force_sizes, is_free, slips_of, touches, velocity_sizes
+from lag2fmu.reference.hybrid.modes import Due, Memory, Mode, Modes
+from lag2fmu.reference.hybrid.system import Point, System
+from lag2fmu.reference.state import Floats, State
+
+LOADED = 1e-9
+"""A contact is under load with a force above this part of what acts."""
+ROUNDS = 200
+
+
+class Impacts:
+    """The impacts of a ``system`` during a run; ``memory`` counts them."""
+
+    def __init__(self, system: System, memory: Memory) -> None:
+        self.system, self.memory = system, memory
+        self.simultaneous = system.mechanism.impacts == "simultaneous"
+
+    def resolved(self, state: State, modes: Modes, due: Due, catching: bool) -> tuple[State, Floats, bool]:
+        """The state behind all rounds of impacts, work and dissipated energy, and whether there was one.
+
+        ``catching``: a latch that begins to hold takes part in a first round, without rebound.
+        """
+        system, e = self.system, self.system.elements
+        if not e.u and not catching:
+            return state, np.zeros(2), False
+        point = system.point(state)
+        touching = [
+            i
+            for i in range(e.u)
+            if ("gap", i) in due or touches(system, point, i) or modes.contacts[i] is not Mode.OPEN
+        ]
+        X = system.responses(point, modes)[1]
+        D, v = point.rows.jacobian @ X, point.rows.velocities.copy()
+        touching = [i for i in touching if is_free(point, D, i)]
+        loaded = [i for i in self._loaded(point, modes) if is_free(point, D, i)]
+        lost, total, qd = 0.0, np.zeros(e.k), state.qd
+        if catching:
+            jump, _ = system.caught(point, modes, total)
+            total = self._round(D, v + point.rows.jacobian @ jump, loaded, dict.fromkeys(loaded, 0.0), point)[0]
+            jump, impulses = system.caught(point, modes, total)
+            lost, qd = -0.5 * float(impulses @ (2 * v + point.rows.jacobian @ jump)), qd + jump
+            v = v + point.rows.jacobian @ jump
+        caught = total.copy()
+        total, dissipated, struck = self._rounds(D, v, total, touching, loaded, point)
+        qd = qd + X @ (total - caught)
+        if not struck and not catching:
+            return state, np.zeros(2), False
+        for i in np.flatnonzero(total[: e.u] > LOADED * np.abs(total).max()).tolist():
+            self.memory.impacts[i] += 1
+            self.memory.impulses[i] = total[i]
+        gained = 0.5 * float((qd + state.qd) @ point.terms.mass_matrix @ (qd - state.qd))
+        lost += dissipated
+        return State(state.t, state.q, qd, state.inputs), np.array([gained + lost, lost]), True
+
+    def _rounds(
+        self, D: Floats, v: Floats, total: Floats, touching: Sequence[int], loaded: list[int], point: Point
+    ) -> tuple[Floats, float, bool]:
+        """All impulses (k,) with rounds until nothing approaches, what these dissipate, and whether there were any.
+
+        ``total``: the impulses before.
+        """
+        e, lost, time = self.system.elements, 0.0, float(point.state.t)
+        sizes = velocity_sizes(self.system, point)
+        for turn in range(ROUNDS):
+            approaching = [i for i in touching if v[i] < -STILL * sizes[i]]
+            if not approaching:
+                return total, lost, turn > 0
+            plastic = turn == ROUNDS - 1
+            resting = [i for i in touching if i in loaded and v[i] <= STILL * sizes[i]]
+            took_part = touching if self.simultaneous or plastic else sorted({*approaching, *resting})
+            shifts = {
+                i: point.rows.restitution[i] * v[i] if i in approaching and not plastic else 0.0 for i in took_part
+            }
+            P, kind = self._round(D, v, took_part, shifts, point)
+            for i in approaching:
+                self.memory.log(time, e.contacts[i], "impact", float(P[i]))
+            if kind or plastic:
+                self.memory.log(time, e.contacts[approaching[0]], kind or "plastic")
+            loaded = [*loaded, *(i for i in took_part if P[i] > 0)]
+            lost -= 0.5 * float(P @ (2 * v + D @ P))
+            v, total = v + D @ P, total + P
+        return total, lost, True
+
+    def _round(
+        self, D: Floats, v: Floats, part: Sequence[int], shifts: dict[int, float], point: Point
+    ) -> tuple[Floats, str]:
+        """The impulses (k,) of one round by Newton's law; by Poisson's, with its name, if that would gain energy."""
+        items = [impact_item(self.system, point, i, shifts[i]) for i in part]
+        P = self._impulses(D, v, items)
+        if P is not None and not self._gains(D, v, P):
+            return P, ""
+        found = self._by_poisson(D, v, items, part, point, 1.0)
+        if self._gains(D, v, found):
+            low, high = 0.0, 1.0
+            for _ in range(60):  # the greatest part of the restitution with which no energy is gained
+                middle = 0.5 * (low + high)
+                low, high = (
+                    (low, middle)
+                    if self._gains(D, v, self._by_poisson(D, v, items, part, point, middle))
+                    else (middle, high)
+                )
+            found = self._by_poisson(D, v, items, part, point, low)
+        return found, "poisson"
+
+    @staticmethod
+    def _gains(D: Floats, v: Floats, P: Floats) -> bool:
+        """Whether the impulses P (k,) make the kinetic energy grow."""
+        after = v + D @ P
+        return float(P @ (v + after)) > 1e-12 * float(np.abs(P) @ (np.abs(v) + np.abs(after)))
+
+    def _by_poisson(
+        self, D: Floats, v: Floats, items: Sequence[Item], part: Sequence[int], point: Point, share: float
+    ) -> Floats:
+        """The impulses (k,) of compression and expansion; this ``share`` of restitution times the first returns."""
+        pressed = self._impulses(D, v, [replace(item, shift=0.0) for item in items])
+        if pressed is not None:
+            least = [
+                share * point.rows.restitution[i] * pressed[i] if item.shift else 0.0
+                for i, item in zip(part, items, strict=True)
+            ]
+            rows, moved = apart([replace(item, shift=0.0) for item in items])
+            after = v + D @ pressed
+            found = expanded(D[np.ix_(rows, rows)], after[rows], moved, least)
+            if found is not None:
+                pressed[rows] += found
+                return pressed
+        raise SimulationError(
+            f"mechanism '{self.system.mechanism.name}' at time {float(point.state.t)!r} s: no impulses meet the laws "
+            f"of impact at {', '.join(self.system.elements.contacts[i] for i in part)}"
+        )
+
+    def _impulses(self, D: Floats, v: Floats, items: Sequence[Item]) -> Floats | None:
+        """The impulses (k,) of ``items``; rows that take no part have none."""
+        rows, moved = apart(items)
+        found = decided(D[np.ix_(rows, rows)], v[rows], moved, 0.0)
+        if found is None:
+            return None
+        P = np.zeros(len(v))
+        P[rows] = found.forces
+        return P
+
+    def _loaded(self, point: Point, modes: Modes) -> list[int]:
+        """The contacts that bear a force in the present ``modes``."""
+        closed = [i for i, mode in enumerate(modes.contacts) if mode is not Mode.OPEN]
+        if not closed:
+            return []
+        forces = self.system.answer(point, modes).forces
+        sizes = force_sizes(point)
+        return [i for i in closed if forces[i] > LOADED * sizes[i]]
+
+    def without_collision(self, point: Point, modes: Modes, contacts: Sequence[int]) -> tuple[State, float]:
+        """The state behind an impact without collision, where no accelerations meet the laws, and the energy lost."""
+        system, e = self.system, self.system.elements
+        _, X = system.responses(point, modes)
+        D, v = point.rows.jacobian @ X, point.rows.velocities
+        rows, moved = apart([impact_item(self.system, point, i, 0.0) for i in contacts])
+        momentum = point.terms.mass_matrix @ point.state.qd
+        pace = float(np.sqrt(max(0.0, float(momentum @ point.state.qd))))
+        outcomes = all_outcomes(D[np.ix_(rows, rows)], v[rows], moved, pace)
+        P = np.zeros(e.k)
+        if outcomes:
+            P[rows] = max(outcomes, key=lambda o: float(np.abs(o.forces).sum())).forces
+        if not P.any():
+            raise SimulationError(
+                f"mechanism '{system.mechanism.name}' at time {float(point.state.t)!r} s: neither accelerations nor an "
+                f"impact meet the laws of contact at {', '.join(e.contacts[i] for i in contacts)}"
+            )
+        for i in contacts:
+            self.memory.log(float(point.state.t), e.contacts[i], "painleve", float(P[i]))
+        s = point.state
+        return State(s.t, s.q, s.qd + X @ P, s.inputs), -0.5 * float(P @ (2 * v + D @ P))
+
+
+def impact_item(system: System, point: Point, i: int, shift: float) -> Item:
+    """The contact ``i`` in an impact; ``shift`` is restitution times its approach."""
+    slips, friction = slips_of(system, point, i), float(point.rows.friction[i])
+    return Item((*PLANES[len(slips)], Mode.OPEN), i, slips, friction, friction, shift)

@@ -1,0 +1,138 @@
+"""Kinks frozen on one side: what an integration meets between two switches is smooth.
+
+Each kink whose margin moves gets a side s, +1 or -1, and a formula that is smooth while the side lasts:
+
+    sign(m) = s,  |m| = s m,  heaviside(m) = (1 + s)/2,  max(a, b) = (a + b + s (a - b))/2 with m = a - b.
+
+Where the margin comes to zero the side changes. Kinks of constants, and those within ``smooth``, stay what they are.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field, replace
+from typing import cast
+
+import sympy as sp
+
+from lag2fmu.language.vocabulary import TIME, Choice, Smooth
+from lag2fmu.mechanism.record import Mechanism
+from lag2fmu.reference.composition import Composition, Symbols, composition_of
+
+KINKS = (sp.sign, sp.Abs, sp.Heaviside, Choice)
+
+
+class Kinks:
+    """The kinks that were met: ``margins``, and for each the symbol of its side.
+
+    ``moving`` are the symbols that change during a run; without them, and once it is ``closed``, nothing is frozen any
+    more. Margins m and -m share one side.
+    """
+
+    def __init__(self) -> None:
+        self.moving: frozenset[sp.Symbol] = frozenset()
+        self.margins: list[sp.Expr] = []
+        self.sides: list[sp.Symbol] = []
+        self.closed = False
+        self._known: dict[sp.Expr, sp.Expr] = {}
+
+    def frozen(self, expression: sp.Expr) -> sp.Expr:
+        """``expression`` with the sides in place of its kinks."""
+        if isinstance(expression, Smooth):
+            return expression.args[0]
+        if not expression.args or not expression.free_symbols & self.moving:
+            return expression
+        arguments = tuple(self.frozen(a) for a in expression.args)
+        if isinstance(expression, (sp.Min, sp.Max)):
+            return self._extreme(arguments, 1 if isinstance(expression, sp.Max) else -1) or expression
+        if isinstance(expression, KINKS):
+            side = self._side(arguments[0])
+            return expression.func(*arguments) if side is None else self._formula(expression.func, side, arguments)
+        return expression if arguments == expression.args else expression.func(*arguments)
+
+    def _formula(self, function: type[sp.Expr], side: sp.Expr, arguments: tuple[sp.Expr, ...]) -> sp.Expr:
+        if function is sp.sign:
+            return side
+        if function is sp.Abs:
+            return side * arguments[0]
+        if function is sp.Heaviside:
+            return (1 + side) / 2
+        return function(side, *arguments[1:])  # a choice by the side itself: what is not chosen may be undefined
+
+    def _extreme(self, arguments: tuple[sp.Expr, ...], sense: int) -> sp.Expr | None:
+        found, *others = arguments
+        for other in others:
+            side = self._side(found - other)
+            if side is None:
+                return None
+            found = (found + other + sense * side * (found - other)) / 2
+        return found
+
+    def _side(self, margin: sp.Expr) -> sp.Expr | None:
+        """The side of ``margin``: a symbol, or its negative; None for one that does not move."""
+        free = margin.free_symbols - set(self.sides)
+        if margin in self._known:
+            return self._known[margin]
+        if self.closed or not free & self.moving or not free <= self.moving | self._parameters:
+            return None
+        side = sp.Symbol(f"side_{len(self.sides)}", real=True)
+        self.margins.append(margin)
+        self.sides.append(side)
+        self._known[margin], self._known[-margin] = side, -side
+        return side
+
+    def open_for(self, symbols: Symbols) -> None:
+        """Take ``symbols`` as those of the mechanism: coordinates, velocities, inputs and time move."""
+        self.moving = frozenset((TIME, *symbols.q, *symbols.qd, *symbols.inputs))
+        self._parameters = frozenset(symbols.parameters)
+
+    _parameters: frozenset[sp.Symbol] = frozenset()
+
+
+@dataclass(frozen=True)
+class FrozenComposition(Composition):
+    """The composition of a mechanism with all kinks that move frozen; their sides are its last parameters."""
+
+    kinks: Kinks = field(default_factory=Kinks)
+
+    def __post_init__(self) -> None:
+        """Meet every kink, then close the list."""
+        super().__post_init__()
+        for entry in self.mechanism.entries():
+            self.written(entry.expression)
+        for unilateral in self.mechanism.unilaterals:
+            for expression in (unilateral.gap, *unilateral.slips):
+                self.written(expression)
+        for latch in self.mechanism.latches:
+            self.written(latch.expression)
+            self.written(latch.while_)
+        self.kinks.closed = True
+        s = self.symbols
+        self._set(symbols=replace(s, parameters=(*s.parameters, *self.kinks.sides)))
+
+    def damper_power(self) -> sp.Expr:
+        """What dampers with a law of force dissipate (W), of those that are on no frame."""
+        rates = ((damper, self._damper_rate(damper)) for damper in self._fixed_dampers() if damper.force is not None)
+        return sp.Add(*(self.written(damper.force_at(rate)) * rate for damper, rate in rates))
+
+    def written(self, expression: sp.Expr | int | float | None) -> sp.Expr:
+        """``expression`` with definitions written out and kinks frozen; 0 for one that is not given."""
+        if not self.kinks.moving:
+            self.kinks.open_for(self.symbols)
+        return self.kinks.frozen(cast(sp.Expr, super().written(expression)))
+
+    __hash__ = object.__hash__
+
+    def __eq__(self, other: object) -> bool:
+        return self is other
+
+
+def is_hybrid(mechanism: Mechanism) -> bool:
+    """Whether ``mechanism`` has contacts, stops, dry friction, conditions on constraints, or kinks that it meets."""
+    if mechanism.hybrid:
+        return True
+    composition, kinks = composition_of(mechanism), Kinks()
+    kinks.open_for(composition.symbols)
+    for entry in mechanism.entries():
+        if entry.table not in ("outputs", "definitions"):  # no motion depends on an output
+            kinks.frozen(composition.written(entry.expression))
+    return bool(kinks.sides)

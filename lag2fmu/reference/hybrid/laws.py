@@ -1,0 +1,251 @@
+"""The laws of contact, impact and dry friction, met by trying every combination of modes, or by a prox iteration.
+
+Rows answer w = D r + c: at an impact w are velocities behind it and r impulses, between impacts w are accelerations
+and r forces. A normal row obeys 0 <= r, 0 <= w + shift, one of them 0. A tangential one is held at w = 0 within the
+cone, or gives way with w against r, |r| at its limit: Coulomb's law with ``friction`` times the normal r, or a given
+capacity.
+
+Sources: Ch. Glocker, Set-Valued Force Laws, Springer 2001, chapters 4 to 7; P. Alart, A. Curnier, A mixed formulation
+for frictional contact problems, Comp. Meth. Appl. Mech. Eng. 92 (1991), pp. 353-375, for the prox iteration.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, replace
+from itertools import product
+
+import numpy as np
+
+from lag2fmu.reference.hybrid.modes import SENSE, Mode
+from lag2fmu.reference.state import Floats
+
+CLOSED = (Mode.STICKS, Mode.FORWARD, Mode.BACKWARD)
+PLANES = {0: (Mode.SLIDES,), 1: CLOSED, 2: (Mode.STICKS, Mode.SLIDES)}
+"""Number of slips -> the modes of a closed contact."""
+
+MOST = 3000
+"""So many combinations are tried at most; beyond them, and for slips in space, the prox iteration decides."""
+EXACT = 1e-9
+"""Relative violation of a law that counts as rounding."""
+SWEEPS, STILL = 50_000, 1e-15
+
+
+@dataclass(frozen=True)
+class Item:
+    """An element among the rows: a contact with a ``normal`` row, or dry friction without one.
+
+    ``options``: the modes to be tried, in order of preference. ``slips``: its tangential rows. ``friction`` and
+    ``static`` are coefficients of a contact, forces of dry friction. ``direction`` of a slip that goes on: with it a
+    sliding mode has its force given and its w free. ``shift``: restitution times the approach of a normal row.
+    """
+
+    options: tuple[Mode, ...]
+    normal: int | None
+    slips: tuple[int, ...] = ()
+    friction: float = 0.0
+    static: float = 0.0
+    shift: float = 0.0
+    direction: tuple[float, ...] | None = None
+
+
+@dataclass(frozen=True)
+class Outcome:
+    """The ``modes`` of the items, with ``forces`` r and ``answers`` w of all rows, and directions of slips in space."""
+
+    modes: tuple[Mode, ...]
+    forces: Floats
+    answers: Floats
+    directions: tuple[tuple[float, ...] | None, ...]
+
+
+def decided(
+    D: Floats,
+    c: Floats,
+    items: Sequence[Item],
+    pace: float,
+    cost: Callable[[tuple[Mode, ...]], float] | None = None,
+) -> Outcome | None:
+    """The modes that meet the laws, for D (k, k) and c (k,); of several those of least ``cost``, then the first.
+
+    ``pace``: the size of w in units of sqrt(D) of its row below which differences are measured by it. None if no
+    combination meets the laws (Painleve).
+    """
+    in_space = any(len(item.slips) == 2 and item.direction is None and len(item.options) > 1 for item in items)
+    count = np.prod([float(len(item.options)) for item in items])
+    if in_space or count > MOST:
+        return _iterated(D, c, items, pace)
+    sizes = _sizes(D, c, pace)
+    found, least = None, np.inf
+    for modes in product(*(item.options for item in items)):
+        price = cost(modes) if cost else 0.0
+        if price >= least:
+            continue
+        r = _forces(D, c, items, modes)
+        if r is not None and _violation(D @ r + c, r, items, modes, sizes) <= EXACT:
+            found, least = Outcome(modes, r, D @ r + c, tuple(item.direction for item in items)), price
+            if not cost:
+                break
+    return found
+
+
+def all_outcomes(D: Floats, c: Floats, items: Sequence[Item], pace: float) -> list[Outcome]:
+    """Every combination of modes that meets the laws, in order."""
+    sizes, found = _sizes(D, c, pace), []
+    for modes in product(*(item.options for item in items)):
+        r = _forces(D, c, items, modes)
+        if r is not None and _violation(D @ r + c, r, items, modes, sizes) <= EXACT:
+            found.append(Outcome(modes, r, D @ r + c, tuple(item.direction for item in items)))
+    return found
+
+
+def _sizes(D: Floats, c: Floats, pace: float) -> tuple[Floats, Floats]:
+    """What w and r of the rows are measured in, (k,) each: the same motion along any row, by its own inertia."""
+    diagonal = np.maximum(np.diagonal(D), 1e-300)
+    pace = max(float(np.max(np.abs(c) / np.sqrt(diagonal), initial=0.0)), pace, 1e-300)
+    return pace * np.sqrt(diagonal), pace / np.sqrt(diagonal)
+
+
+def _forces(D: Floats, c: Floats, items: Sequence[Item], modes: Sequence[Mode]) -> Floats | None:
+    """r (k,) of least norm in these ``modes``; None where they contradict each other."""
+    k = len(c)
+    if not k:
+        return np.zeros(0)
+    A, b = np.eye(k), np.zeros(k)
+    for item, mode in zip(items, modes, strict=True):
+        if item.normal is not None and mode is not Mode.OPEN:
+            A[item.normal], b[item.normal] = D[item.normal], -c[item.normal] - item.shift
+        for i, row in enumerate(item.slips):
+            if mode is Mode.STICKS:
+                A[row], b[row] = D[row], -c[row]
+            elif mode is not Mode.OPEN:
+                along = item.direction[i] if item.direction is not None else SENSE[mode]
+                if item.normal is None:
+                    b[row] = -item.friction * along
+                else:
+                    A[row, item.normal] = item.friction * along
+    scale = 1.0 / np.sqrt(np.maximum(np.diagonal(D), 1e-300))
+    weighed = A * scale
+    length = np.maximum(np.abs(weighed).max(axis=1, initial=0.0), 1e-300)
+    r: Floats = scale * np.linalg.lstsq(weighed / length[:, None], b / length, rcond=1e-11)[0]
+    rest = np.abs(A @ r - b) / length
+    return r if (rest <= EXACT * max(1e-300, float(np.abs(b / length).max(initial=0.0)))).all() else None
+
+
+def _violation(
+    w: Floats, r: Floats, items: Sequence[Item], modes: Sequence[Mode], sizes: tuple[Floats, Floats]
+) -> float:
+    """The greatest violation of an inequality, relative."""
+    answers, forces = w / sizes[0], r / sizes[1]
+    worst = 0.0
+    for item, mode in zip(items, modes, strict=True):
+        n = item.normal
+        if n is not None:
+            worst = max(worst, -(answers[n] + item.shift / sizes[0][n]) if mode is Mode.OPEN else -forces[n])
+        for row in item.slips:
+            if mode is Mode.STICKS:
+                limit = item.static * (1.0 if n is None else r[n])
+                worst = max(worst, (float(np.hypot.reduce(r[list(item.slips)])) - limit) / sizes[1][row])
+            elif mode in SENSE and item.direction is None:
+                worst = max(worst, -SENSE[mode] * answers[row])
+    return worst
+
+
+def expanded(D: Floats, c: Floats, items: Sequence[Item], least: Sequence[float]) -> Floats | None:
+    """r (k,) where normal rows have at ``least`` such forces, and more only where w would be negative otherwise."""
+    found = _projected(D, c, items, [item.friction for item in items], 0.0, least)
+    return None if found is None else found.forces
+
+
+# ------------------------------------------------------------------------------------------------------------- in space
+
+
+def _iterated(D: Floats, c: Floats, items: Sequence[Item], pace: float) -> Outcome | None:
+    """The same by projections; what slides, starting from rest with more static friction, then has its sliding one."""
+    found = _projected(D, c, items, [item.static for item in items], pace)
+    if found is None:
+        return None
+    slides = [mode not in (Mode.OPEN, Mode.STICKS) for mode in found.modes]
+    if not any(s and item.static > item.friction for s, item in zip(slides, items, strict=True)):
+        return found
+    limits = [item.friction if s else item.static for s, item in zip(slides, items, strict=True)]
+    bound = [
+        replace(item, options=tuple(o for o in item.options if o is not Mode.STICKS)) if s else item
+        for s, item in zip(slides, items, strict=True)
+    ]
+    return _projected(D, c, bound, limits, pace)
+
+
+def _projected(
+    D: Floats,
+    c: Floats,
+    items: Sequence[Item],
+    limits: Sequence[float],
+    pace: float,
+    least: Sequence[float] | None = None,
+) -> Outcome | None:
+    """Projected Gauss-Seidel on the laws until nothing changes; None if it does not come to rest."""
+    least = least or [0.0] * len(items)
+    k, diagonal = len(c), np.maximum(np.diagonal(D), 1e-300)
+    r = np.zeros(k)
+    size = _sizes(D, c, pace)[1]
+    for _ in range(SWEEPS):
+        change = 0.0
+        for item, limit, lowest in zip(items, limits, least, strict=True):
+            rows = [*item.slips] if item.normal is None else [item.normal, *item.slips]
+            before, n = r[rows].copy(), item.normal
+            if n is not None:
+                r[n] = max(lowest, r[n] - (D[n] @ r + c[n] + item.shift) / diagonal[n])
+            _slip_forces(D, c, item, limit if n is None else limit * r[n], r, diagonal)
+            change = max(change, float(np.max(np.abs(r[rows] - before) / size[rows], initial=0.0)))
+        if change <= STILL * max(1.0, float(np.max(np.abs(r) / size, initial=0.0))):
+            return _read(D, c, items, limits, r, size)
+    return None
+
+
+def _slip_forces(D: Floats, c: Floats, item: Item, limit: float, r: Floats, diagonal: Floats) -> None:
+    """One projection of the tangential forces of ``item`` within r, at most of size ``limit``."""
+    slips = list(item.slips)
+    if not slips:
+        return
+    if item.direction is not None:
+        normal = 1.0 if item.normal is None else r[item.normal]
+        r[slips] = -item.friction * normal * np.array(item.direction)
+        return
+    trial = r[slips] - (D[slips] @ r + c[slips]) / diagonal[slips].max()
+    length = float(np.hypot.reduce(trial))
+    r[slips] = trial if length <= limit else trial * (limit / length)
+
+
+def _read(D: Floats, c: Floats, items: Sequence[Item], limits: Sequence[float], r: Floats, size: Floats) -> Outcome:
+    """The modes that the forces r (k,) belong to."""
+    w = D @ r + c
+    modes, directions = [], []
+    for item, coefficient in zip(items, limits, strict=True):
+        slips, direction = list(item.slips), item.direction
+        limit = coefficient * (1.0 if item.normal is None else r[item.normal])
+        force = float(np.hypot.reduce(r[slips])) if slips else 0.0
+        if item.normal is not None and r[item.normal] <= EXACT * size[item.normal] and Mode.OPEN in item.options:
+            modes.append(Mode.OPEN)
+        elif not slips or direction is not None or (len(slips) == 2 and force >= limit * (1 - EXACT)):
+            if slips and direction is None:
+                direction = tuple(-r[slips] / force) if force > 0 else tuple(w[slips] / np.hypot.reduce(w[slips]))
+            ahead = direction is not None and len(direction) == 1
+            along = (Mode.FORWARD if direction[0] > 0 else Mode.BACKWARD) if ahead and direction else Mode.SLIDES
+            modes.append(along)
+        elif force < limit * (1 - EXACT) or (Mode.STICKS in item.options and abs(w[slips[0]]) <= EXACT):
+            modes.append(Mode.STICKS)
+        else:
+            modes.append(Mode.FORWARD if r[slips[0]] < 0 else Mode.BACKWARD)
+        directions.append(direction)
+    return Outcome(tuple(modes), r, w, tuple(directions))
+
+
+def apart(items: Sequence[Item]) -> tuple[list[int], list[Item]]:
+    """The rows of ``items``, one after the other, and the items among these rows alone."""
+    rows = [row for item in items for row in (item.normal, *item.slips) if row is not None]
+    at = {row: j for j, row in enumerate(rows)}
+    return rows, [
+        replace(x, normal=None if x.normal is None else at[x.normal], slips=tuple(at[s] for s in x.slips))
+        for x in items
+    ]

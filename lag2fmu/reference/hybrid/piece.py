@@ -1,0 +1,123 @@
+"""The motion between two events: slopes for an integration, and the functions that say where the modes end."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+
+import numpy as np
+
+from lag2fmu.reference.hybrid.measures import force_sizes
+from lag2fmu.reference.hybrid.modes import SENSE, Mode, Modes
+from lag2fmu.reference.hybrid.system import System
+from lag2fmu.reference.state import Floats, State
+
+ROUNDING = 4e-15
+
+
+class Piece:
+    """The motion under fixed ``modes``: slopes and event functions; ``inputs`` gives those at a time."""
+
+    def __init__(self, system: System, modes: Modes, inputs: Callable[[float], Floats], damping: float) -> None:
+        self.system, self.modes, self.inputs, self.damping = system, modes, inputs, damping
+        self.n = system.n
+        e = system.elements
+        labels = [("side", i) for i in range(e.sides)] + [("condition", j) for j in range(len(e.latches))]
+        labels += [("gap", i) for i, mode in enumerate(modes.contacts) if mode is Mode.OPEN]
+        labels += [("slip", i) for i in range(e.u) if self._has_direction(i)]
+        labels += [("friction", j) for j, mode in enumerate(modes.frictions) if mode in SENSE]
+        self.plain = len(labels)
+        closed = [i for i, mode in enumerate(modes.contacts) if mode is not Mode.OPEN]
+        labels += [("force", i) for i in closed]
+        labels += [("cone", i) for i in closed if modes.contacts[i] is Mode.STICKS]
+        labels += [("hold", j) for j, mode in enumerate(modes.frictions) if mode is Mode.STICKS]
+        self.labels = tuple(labels)
+        e.set_sides(modes.sides)
+
+    def _has_direction(self, i: int) -> bool:
+        return self.modes.contacts[i] in SENSE or i in self.modes.directions
+
+    def state(self, t: float, y: Floats) -> State:
+        """The state at ``y`` (2 n + 2,)."""
+        return State(np.float64(t), y[: self.n], y[self.n : 2 * self.n], self.inputs(t))
+
+    def slope(self, t: float, y: Floats) -> Floats:
+        """dy/dt, (2 n + 2,): velocities, accelerations, power of work, power that is dissipated."""
+        system, n = self.system, self.n
+        point = system.point(self.state(t, y))
+        answer = system.answer(point, self.modes, self.damping)
+        qd, terms, e = y[n : 2 * n], point.terms, system.elements
+        lost = float(qd @ terms.dissipation_slope) + e.damper_power(point.state)
+        power = float(qd @ (terms.forces - terms.dissipation_slope)) - float(terms.explicit_rate) + lost
+        if system.constraints.m:
+            power -= float(answer.multipliers @ (point.constraints[1] - point.constraints[3] @ qd))
+        if e.k:
+            velocities = point.rows.velocities
+            power -= float(answer.forces @ (velocities - point.rows.jacobian @ qd))
+            rubbing = slice(e.u, e.k - len(e.latches))
+            lost -= float(answer.forces[rubbing] @ velocities[rubbing])
+        found = np.empty_like(y)
+        found[:n], found[n : 2 * n], found[2 * n], found[2 * n + 1] = qd, answer.qdd, power, lost
+        return found
+
+    def events(self, times: Floats, y: Floats) -> Floats:
+        """The event functions at ``times`` (b,) and y (b, 2 n + 2): (count, b)."""
+        n, e, modes = self.n, self.system.elements, self.modes
+        inputs = np.stack([self.inputs(float(t)) for t in times], axis=-1)
+        batch = State(times, y[:, :n].T, y[:, n : 2 * n].T, inputs)
+        margins, conditions, gaps, velocities = e.events(batch)
+        out = np.empty((len(self.labels), len(times)))
+        for row, (kind, i) in zip(out, self.labels[: self.plain], strict=False):
+            if kind == "side":
+                row[:] = modes.sides[i] * margins[i]
+            elif kind == "condition":
+                row[:] = conditions[i] if modes.held[i] else -conditions[i]
+            elif kind == "gap":
+                row[:] = gaps[i]
+            elif kind == "friction":
+                row[:] = SENSE[modes.frictions[i]] * velocities[e.friction_rows[i]]
+            elif modes.contacts[i] in SENSE:
+                row[:] = SENSE[modes.contacts[i]] * velocities[e.slip_rows[i][0]]
+            else:
+                row[:] = np.array(modes.directions[i]) @ velocities[e.slip_rows[i]]
+        if len(self.labels) > self.plain:
+            for j, t in enumerate(times):
+                out[self.plain :, j] = self._forceful(float(t), y[j])
+        return out
+
+    def _forceful(self, t: float, y: Floats) -> Floats:
+        """The event functions that need forces at y (2 n + 2,): normal forces, margins of cones and of holding."""
+        e = self.system.elements
+        point = self.system.point(self.state(t, y))
+        answer = self.system.answer(point, self.modes)
+        found = []
+        for kind, i in self.labels[self.plain :]:
+            if kind == "force":
+                found.append(answer.forces[i])
+            elif kind == "cone":
+                tangential = float(np.hypot.reduce(answer.forces[e.slip_rows[i]], initial=0.0))
+                found.append(point.rows.static[i] * answer.forces[i] - tangential)
+            else:
+                found.append(answer.holding[i] - abs(answer.forces[e.friction_rows[i]]))
+        return np.array(found)
+
+    def floors(self, t: float, y: Floats) -> Floats:
+        """Below these values an event function is zero but for rounding: (count,)."""
+        system, e = self.system, self.system.elements
+        point = system.point(self.state(t, y))
+        rows = point.rows
+        gap = np.maximum(np.abs(rows.jacobian[: e.u]) @ np.maximum(system.nominal, np.abs(y[: self.n])), 1e-300)
+        velocity = np.abs(rows.jacobian) @ np.maximum(system.nominal, np.abs(y[self.n : 2 * self.n]))
+        force, found = force_sizes(point), []
+        largest = max(1.0, abs(t), float(np.abs(y).max()), float(np.abs(point.state.inputs).max(initial=0.0)))
+        for kind, i in self.labels:
+            if kind in ("side", "condition"):
+                found.append(ROUNDING * largest)
+            elif kind == "gap":
+                found.append(ROUNDING * gap[i])
+            elif kind == "slip":
+                found.append(ROUNDING * velocity[e.slip_rows[i]].max())
+            elif kind == "friction":
+                found.append(ROUNDING * velocity[e.friction_rows[i]])
+            else:
+                found.append(1e3 * ROUNDING * force[i if kind != "hold" else e.friction_rows[i]])
+        return np.array(found)

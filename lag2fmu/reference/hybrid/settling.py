@@ -1,0 +1,116 @@
+"""What happens at an event: switches, conditions, impacts, and the modes that the laws ask for, until all is still."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+
+from lag2fmu.errors import SimulationError
+from lag2fmu.reference.hybrid.choice import Choice
+from lag2fmu.reference.hybrid.impacts import Impacts
+from lag2fmu.reference.hybrid.measures import STILL, gap_sizes, touches, velocity_sizes
+from lag2fmu.reference.hybrid.modes import Due, Memory, Mode, Modes
+from lag2fmu.reference.hybrid.system import System
+from lag2fmu.reference.state import Floats, State
+
+PASSES = 50
+ZERO = 1e-12
+"""Margins of kinks and conditions up to this value do not tell their side."""
+
+
+class Settling:
+    """Events of a ``system`` during a run; heights of rebound below ``low`` (of nominal gaps) end a cascade."""
+
+    def __init__(self, system: System, memory: Memory, low: float) -> None:
+        self.system, self.memory, self.low = system, memory, low
+        self.impacts = Impacts(system, memory)
+        self.choice = Choice(system, memory, self.impacts)
+
+    def settled(self, state: State, modes: Modes, due: Due) -> tuple[State, Modes, Floats]:
+        """The state and modes behind an event at a single ``state``, and work and dissipated energy (J, J) of impacts.
+
+        ``due`` are the event functions that came to zero: (kind, index), kinds: side, condition, gap, force, cone,
+        slip, friction. Raises SimulationError where modes do not come to rest.
+        """
+        energies = np.zeros(2)
+        for _ in range(PASSES):
+            before = modes
+            modes, bilateral = self._switched(state, modes, due)
+            state, gained, struck = self.impacts.resolved(state, modes, due, bilateral)
+            energies = energies + gained
+            for step in (self.choice.chosen, self._rested):
+                state, modes, gained = step(state, modes, due)
+                energies = energies + gained
+            due = frozenset()
+            if before == modes and not struck:
+                return self.system.projected(state, modes), modes, energies
+        raise SimulationError(
+            f"mechanism '{self.system.mechanism.name}' at time {float(state.t)!r} s: the modes of contacts and "
+            f"switches do not come to rest"
+        )
+
+    def _switched(self, state: State, modes: Modes, due: Due) -> tuple[Modes, bool]:
+        """The sides of kinks and what conditional constraints hold at ``state``; whether a constraint closes now."""
+        e = self.system.elements
+        sides, held, offsets = list(modes.sides), list(modes.held), list(modes.offsets)
+        for kind, i in sorted(due):
+            if kind == "side":
+                sides[i] = -sides[i]
+        e.set_sides(tuple(sides))
+        for _ in range(len(sides) + 1):  # margins may contain other sides
+            margins, conditions, *_ = e.events(state)
+            new = [
+                side if ("side", i) in due or abs(margin) <= ZERO else (1 if margin > 0 else -1)
+                for i, (side, margin) in enumerate(zip(sides, margins, strict=True))
+            ]
+            if new == sides:
+                break
+            sides = new
+            e.set_sides(tuple(sides))
+        closes, rows = False, e.rows(state)
+        for j, value in enumerate(conditions):
+            now = not held[j] if ("condition", j) in due else held[j] if abs(value) <= ZERO else bool(value > 0)
+            if now != held[j]:
+                self.memory.log(float(state.t), e.latches[j], "holds" if now else "releases")
+                closes |= now
+                offsets[j] = float(rows.latched[j])
+            held[j] = now
+        return replace(modes, sides=tuple(sides), held=tuple(held), offsets=tuple(offsets)), closes
+
+    def _rested(self, state: State, modes: Modes, due: Due) -> tuple[State, Modes, Floats]:
+        """Contacts that rebound lower than ``low`` are closed: the rest of the cascade lasts 2 v/(a (1 - e))."""
+        system, e = self.system, self.system.elements
+        if not e.u:
+            return state, modes, np.zeros(2)
+        point = system.point(state)
+        sizes, gaps = velocity_sizes(system, point), gap_sizes(system, point)
+        rising = [
+            i
+            for i in range(e.u)
+            if modes.contacts[i] is Mode.OPEN
+            and touches(system, point, i)
+            and point.rows.velocities[i] >= STILL * sizes[i]
+        ]
+        if not rising:
+            return state, modes, np.zeros(2)
+        accelerations = point.rows.jacobian @ system.answer(point, modes).qdd + point.rows.gamma
+        low = []
+        for i in rising:
+            v, a, restitution = point.rows.velocities[i], -accelerations[i], float(point.rows.restitution[i])
+            if a > 0 and restitution < 1 and v * v < 2 * a * self.low * gaps[i]:
+                low.append(i)
+                rest = float(state.t) + 2 * v / (a * (1 - restitution))
+                self.memory.log(rest, e.contacts[i], "closes")
+        if not low:
+            return state, modes, np.zeros(2)
+        _, X = system.responses(point, modes)
+        D = point.rows.jacobian @ X
+        v = point.rows.velocities
+        P = np.zeros(e.k)
+        P[low] = np.linalg.lstsq(D[np.ix_(low, low)], -v[low], rcond=1e-11)[0]
+        new = State(state.t, state.q, state.qd + X @ P, state.inputs)
+        logged = len(self.memory.events)
+        new, modes, _ = self.choice.chosen(new, modes, frozenset(("gap", i) for i in low))
+        del self.memory.events[logged:]
+        return new, modes, np.array([0.0, -0.5 * float(P @ (2 * v + D @ P))])

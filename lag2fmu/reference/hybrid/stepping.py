@@ -1,0 +1,204 @@
+"""Smooth pieces between events: SciPy's steps, and the first root of the event functions on their dense output.
+
+The functions are positive while the modes last. Every step is looked at in POINTS places, so that two roots in a step
+are not missed; a function that starts at rounding level counts once it was positive, or when it is clearly negative.
+The piece then ends exactly at the root, found by Brent's method, by a step of just that length.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from lag2fmu.errors import SimulationError
+from lag2fmu.reference.hybrid.modes import Due
+from lag2fmu.reference.hybrid.piece import Piece
+from lag2fmu.reference.state import Floats
+
+Dense = Callable[[float], Floats]
+Solver = Any
+"""One of SciPy's solvers, which have no types."""
+
+POINTS = 8
+SAME = 1e-12
+"""Roots that are so near to the first one (s, relative to the time) are one event."""
+
+
+@dataclass
+class Stepper:
+    """Integrates pieces by SciPy's ``method``, steps at most ``longest`` (s)."""
+
+    method: str
+    rtol: float
+    atol: Floats
+    longest: float
+    evaluations: int = 0
+    most: int = 500_000
+
+    def run(
+        self,
+        piece: Piece,
+        t: float,
+        y: Floats,
+        end: float,
+        first: float | None,
+        wanted: Callable[[Dense, float, float], None],
+    ) -> tuple[float, Floats, Due]:
+        """From (t, y) to the first event or to ``end``: time, y and what is due there.
+
+        ``wanted`` is told each step's dense output with its two ends. Raises SimulationError with the time reached.
+        """
+        watch = Watch(piece, t, y)
+        solver = self._solver(piece, t, y, end, first)
+        while True:
+            before, at = solver.t, solver.y.copy()
+            failed = solver.step()
+            self._count(solver, piece)
+            if failed is not None or solver.status == "failed":
+                due = watch.nearly(before, at)
+                if due:
+                    return before, at, due
+                raise SimulationError(f"{self.method} cannot go on; {failed}")
+            dense = solver.dense_output()
+            found = watch.first(dense, before, solver.t, at, solver.y)
+            if found is None:
+                wanted(dense, before, solver.t)
+                piece_over = solver.status == "finished"
+                if piece_over:
+                    return end, solver.y.copy(), frozenset()
+                piece = self._turned(piece, solver.t, solver.y)
+                watch.piece = piece
+                continue
+            time, due = found
+            wanted(dense, before, time)
+            return time, self._landed(piece, before, at, time), due
+
+    def _turned(self, piece: Piece, t: float, y: Floats) -> Piece:
+        """The same piece; the directions of slips in space are those of the new step."""
+        modes = piece.modes
+        if not modes.directions:
+            return piece
+        e = piece.system.elements
+        velocities = e.events(piece.state(t, y))[3]
+        for i in modes.directions:
+            slip = velocities[e.slip_rows[i]]
+            modes.directions[i] = tuple(slip / np.hypot.reduce(slip))  # type: ignore[index]
+        return piece
+
+    def _solver(self, piece: Piece, t: float, y: Floats, end: float, first: float | None) -> Solver:
+        from scipy.integrate import DOP853, Radau
+
+        longest = max(min(self.longest, end - t), 16 * np.spacing(abs(end)))
+        start = None if first is None or not 0 < first < longest else max(first, 1e-14 * max(1.0, abs(t)))
+        if start is not None and start > end - t:
+            start = None
+        kind = {"DOP853": DOP853, "Radau": Radau}[self.method]
+        return kind(piece.slope, t, y, end, rtol=self.rtol, atol=self.atol, max_step=longest, first_step=start)
+
+    def _count(self, solver: Solver, piece: Piece) -> None:
+        self.evaluations += solver.nfev - getattr(solver, "counted", 0)
+        solver.counted = solver.nfev
+        if self.evaluations > self.most:
+            raise SimulationError(f"{self.method} took {self.evaluations} evaluations")
+
+    def _landed(self, piece: Piece, t: float, y: Floats, end: float) -> Floats:
+        """y at ``end``, by steps that end exactly there."""
+        if end <= t:
+            return y
+        solver = self._solver(piece, t, y, end, end - t)
+        while solver.status == "running":
+            solver.step()
+        self.evaluations += solver.nfev
+        if solver.status == "failed":
+            raise SimulationError(f"{self.method} cannot reach the event at {end!r} s")
+        return np.array(solver.y)
+
+
+class Watch:
+    """Looks for the first down-crossing of the event functions of a ``piece`` that starts at (t, y)."""
+
+    def __init__(self, piece: Piece, t: float, y: Floats) -> None:
+        self.piece, self.floors = piece, piece.floors(t, y)
+        self.armed = piece.events(np.array([t]), y[None])[:, 0] > self.floors
+
+    def first(self, dense: Dense, a: float, b: float, ya: Floats, yb: Floats) -> tuple[float, Due] | None:
+        """The time of the first event in (a, b] and what is due there; None if there is none."""
+        if not len(self.floors):
+            return None
+        times = a + (b - a) * np.arange(0, POINTS + 1) / POINTS
+        times[-1] = b
+        y = np.stack([ya, *(dense(t) for t in times[1:-1]), yb])
+        values = self.piece.events(times, y)
+        for j in range(1, len(times)):
+            roots = {}
+            for i in range(len(values)):
+                root = self._root(i, dense, times, values[i], j)
+                if root is not None:
+                    roots[self.piece.labels[i]] = root
+            if roots:
+                at = min(roots.values())
+                return at, frozenset(label for label, root in roots.items() if root <= at + SAME * max(1.0, abs(at)))
+            self.armed |= values[:, j] > self.floors
+        return None
+
+    def _root(self, i: int, dense: Dense, times: Floats, values: Floats, j: int) -> float | None:
+        """The root of function ``i`` between the places j - 1 and j of a step, if it comes down to zero there."""
+        left, right = float(times[j - 1]), float(times[j])
+        if self.armed[i]:
+            if values[j] <= 0:
+                return self._brent(i, dense, left, right) if values[j - 1] > 0 else left
+            low = self._dip(i, dense, times, values, j)
+            return None if low is None else self._brent(i, dense, left, low)
+        if values[j] >= -10 * self.floors[i]:
+            return None
+        for k in range(1, 40):  # it may have been positive for a short while: a rebound
+            peak = left + (right - left) * 0.5**k
+            if self._value(i, dense, peak) > self.floors[i]:
+                return self._brent(i, dense, peak, right)
+        return left
+
+    def _dip(self, i: int, dense: Dense, times: Floats, values: Floats, j: int) -> float | None:
+        """A time between two positive values where function ``i`` is not positive, if it dips so far."""
+        if j + 1 >= len(times) or not (values[j] < values[j - 1] and values[j] < values[j + 1]):
+            return None
+        bend = values[j - 1] - 2 * values[j] + values[j + 1]
+        lowest = values[j] - (values[j + 1] - values[j - 1]) ** 2 / (8 * bend)
+        if lowest > 0.3 * values[j]:
+            return None
+        from scipy.optimize import minimize_scalar
+
+        found = minimize_scalar(
+            lambda t: self._value(i, dense, t),
+            bounds=(times[j - 1], times[j + 1]),
+            method="bounded",
+            options={"xatol": 1e-12},
+        )
+        return float(found.x) if found.fun <= 0 else None
+
+    def _brent(self, i: int, dense: Dense, left: float, right: float) -> float:
+        from scipy.optimize import brentq
+
+        def value(t: float) -> float:
+            return self._value(i, dense, t)
+
+        if value(left) <= 0:
+            return left
+        if value(right) > 0:
+            return right
+        root = float(brentq(value, left, right, xtol=1e-300, rtol=4 * np.finfo(float).eps))
+        return root
+
+    def _value(self, i: int, dense: Dense, t: float) -> float:
+        return float(self.piece.events(np.array([t]), dense(t)[None])[i, 0])
+
+    def nearly(self, t: float, y: Floats) -> Due:
+        """The sides of kinks that are almost zero at (t, y), where a formula may end with them."""
+        values = self.piece.events(np.array([t]), y[None])[:, 0]
+        return frozenset(
+            label
+            for label, value in zip(self.piece.labels, values, strict=True)
+            if label[0] == "side" and abs(value) <= 1e-9
+        )

@@ -1,0 +1,271 @@
+"""A hybrid mechanism as numbers: its equations of motion under given modes, and the problem of finding these modes.
+
+Between events
+
+    M qdd = f + G^T multiplier + sum of J^T r,  with G qdd = -gamma for constraints, closed contacts and what sticks,
+
+and the forces r of what slides follow from Coulomb's law. The system is solved at once; it is not symmetric where
+friction slides. Source: F. Pfeiffer, Ch. Glocker, Multibody Dynamics with Unilateral Contacts, Wiley 1996, chapter 5.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+
+import numpy as np
+
+from lag2fmu.errors import SimulationError
+from lag2fmu.mechanism.record import Mechanism
+from lag2fmu.reference.constraints import newton, scales
+from lag2fmu.reference.equations import Equations
+from lag2fmu.reference.hybrid.elements import Elements, Rows
+from lag2fmu.reference.hybrid.kinks import FrozenComposition
+from lag2fmu.reference.hybrid.modes import SENSE, Mode, Modes, closed_contacts
+from lag2fmu.reference.state import Floats, State
+from lag2fmu.reference.terms import Terms
+
+RANK = 1e-11
+TIGHT = 1e-13
+
+
+@dataclass(frozen=True)
+class Point:
+    """A single ``state`` with everything that does not depend on what is unknown there.
+
+    ``forcing`` (n,) without constraints and contacts; ``constraints``: values, velocities, gamma (m,), G (m, n).
+    """
+
+    state: State
+    terms: Terms
+    forcing: Floats
+    constraints: tuple[Floats, Floats, Floats, Floats]
+    rows: Rows
+
+
+@dataclass(frozen=True)
+class Answer:
+    """Accelerations (n,), multipliers (m,), forces along all rows (k,), and the largest holding forces (f,)."""
+
+    qdd: Floats
+    multipliers: Floats
+    forces: Floats
+    holding: Floats
+
+
+class System:
+    """The equations of a hybrid ``mechanism`` for ``parameters`` (name -> SI value)."""
+
+    def __init__(self, mechanism: Mechanism, parameters: Mapping[str, float] | None = None) -> None:
+        self.mechanism = mechanism
+        self.equations = Equations(mechanism, parameters, FrozenComposition(mechanism))
+        self.energies, self.n = self.equations.energies, self.equations.n
+        self.elements = Elements(self.energies)
+        self.constraints = self.energies.constraints
+        self.nominal = np.array([c.nominal for c in mechanism.coordinates])
+
+    def latched(self, modes: Modes, position: bool) -> list[int]:
+        """The latches that hold, those of positions or those of velocities, by their index."""
+        e = self.elements
+        return [i for i, (held, h) in enumerate(zip(modes.held, e.holonomic, strict=True)) if held and h is position]
+
+    def point(self, state: State) -> Point:
+        """Everything at a single ``state``."""
+        terms = self.equations.terms(state)
+        forcing = terms.forces + terms.lagrangian_slope - terms.dissipation_slope - terms.inertial
+        empty = np.zeros(0)
+        values = self.constraints(state) if self.constraints.m else (empty, empty, empty, np.zeros((0, self.n)))
+        return Point(state, terms, forcing, values, self.elements.rows(state))
+
+    # ------------------------------------------------------------------------------------------------- under modes
+
+    def bound_rows(self, modes: Modes) -> tuple[list[int], list[int]]:
+        """Rows whose position is kept, closed contacts first, and rows whose velocity is."""
+        e = self.elements
+        closed = closed_contacts(modes)
+        stuck = [int(row) for i in closed if modes.contacts[i] is Mode.STICKS for row in e.slip_rows[i]]
+        stuck += [int(row) for row, mode in zip(e.friction_rows, modes.frictions, strict=True) if mode is Mode.STICKS]
+        stuck += [e.latch_rows[i] for i in self.latched(modes, False)]
+        return closed + [e.latch_rows[i] for i in self.latched(modes, True)], stuck
+
+    def missed(self, rows: Rows, modes: Modes) -> Floats:
+        """How far the rows whose position is kept are from where they are to be."""
+        latched = self.latched(modes, True)
+        offsets = np.array([modes.offsets[i] for i in latched])
+        return np.concatenate([rows.gaps[closed_contacts(modes)], rows.latched[latched] - offsets])
+
+    def slip_direction(self, modes: Modes, i: int, rows: Rows) -> Floats | None:
+        """The direction in which the contact ``i`` slides, (1,) or (2,); None where there is no friction."""
+        slips = self.elements.slip_rows[i]
+        if not len(slips) or rows.friction[i] == 0:
+            return None
+        if modes.contacts[i] in SENSE:
+            return np.array([SENSE[modes.contacts[i]]])
+        slip, before = rows.velocities[slips], np.array(modes.directions[i])
+        # behind the end of a slip the equations go on as before it, so that the end is located exactly
+        return slip / np.hypot.reduce(slip) if slip @ before > 0 else before
+
+    def answer(self, point: Point, modes: Modes, damping: float = 0.0) -> Answer:
+        """The solution at ``point``; ``damping`` (1/s) pulls back onto what is bound. NaN without a solution."""
+        e, n, m, rows = self.elements, self.n, self.constraints.m, point.rows
+        kept, stuck = self.bound_rows(modes)
+        closed = closed_contacts(modes)
+        G = np.concatenate([point.constraints[3], rows.jacobian[kept + stuck]])
+        own = self.constraints.aim(point.constraints, damping) if m else np.zeros(0)
+        aim = np.concatenate([own, rows.gamma[kept + stuck] + 2 * damping * rows.velocities[kept + stuck]])
+        aim[m : m + len(kept)] += damping**2 * self.missed(rows, modes)
+        directions = G.copy()
+        spread = np.zeros((e.k, len(closed)))  # forces along all rows that come with a unit of normal force
+        for j, i in enumerate(closed):
+            spread[i, j] = 1.0
+            d = self.slip_direction(modes, i, rows) if modes.contacts[i] is not Mode.STICKS else None
+            if d is not None:
+                spread[e.slip_rows[i], j] = -rows.friction[i] * d
+                directions[m + j] = rows.jacobian.T @ spread[:, j]
+        sliding = [j for j, mode in enumerate(modes.frictions) if mode is not Mode.STICKS]
+        senses = np.array([SENSE[modes.frictions[j]] for j in sliding])
+        along = -senses[:, None] * rows.jacobian[e.friction_rows[sliding]] if sliding else np.zeros((0, n))
+        right = np.zeros((n + len(G), 1 + len(sliding)))
+        right[:n, 0], right[n:, 0], right[:n, 1:] = point.forcing, -aim, along.T
+        found = _solved(point.terms.mass_matrix, G, directions, right)
+
+        def unpacked(x: Floats) -> Answer:
+            forces = spread @ x[n + m : n + m + len(closed)]
+            forces[kept[len(closed) :] + stuck] += x[n + m + len(closed) :]
+            return Answer(x[:n], x[n : n + m], forces, np.zeros(e.f))
+
+        limit = np.zeros(len(sliding))
+        if e.f:
+            limit = self._sliding_forces(point, found, unpacked, sliding)
+        whole = unpacked(found[:, 0] + found[:, 1:] @ limit)
+        whole.forces[e.friction_rows[sliding]] = -senses * limit
+        holding = e.capacities(point.state, whole.multipliers, whole.forces)[1] if e.f else whole.holding
+        return Answer(whole.qdd, whole.multipliers, whole.forces, holding)
+
+    def _sliding_forces(self, point: Point, found: Floats, unpacked: object, sliding: list[int]) -> Floats:
+        """The forces of the frictions that slide, where they depend on what these make others bear: Newton's method.
+
+        ``found`` (n + r, 1 + s): the solution without them, and what a unit of each adds.
+        """
+        e, of = self.elements, unpacked
+        whole = [of(column) for column in found.T]  # type: ignore[operator]
+        borne = np.array([np.concatenate([a.multipliers, a.forces]) for a in whole])
+        limit, m = np.zeros(len(sliding)), self.constraints.m
+        if not e.load_dependent:
+            return np.asarray(e.capacities(point.state, borne[0, :m], borne[0, m:])[0][sliding])
+        for _ in range(50):
+            at = borne[0] + limit @ borne[1:]
+            value, slopes = e.capacity_slopes(point.state, at[:m], at[m:])
+            matrix = np.eye(len(sliding)) - slopes[sliding] @ borne[1:].T
+            step = np.linalg.lstsq(matrix, value[sliding] - limit, rcond=None)[0]
+            limit = limit + step
+            if np.abs(step).max(initial=0.0) <= 1e-15 * np.abs(limit).max(initial=0.0):
+                break
+        return limit
+
+    # ----------------------------------------------------------------------------------------- onto what is bound
+
+    def projected(self, state: State, modes: Modes) -> State:
+        """The single ``state`` moved until constraints, closed contacts and latches hold, in position and velocity.
+
+        Raises SimulationError if they cannot be met.
+        """
+        h, (kept, stuck) = self.constraints.h, self.bound_rows(modes)
+        everything = np.ones(self.n, dtype=bool)
+
+        def at(q: Floats, qd: Floats) -> State:
+            return State(state.t, q, qd, state.inputs)
+
+        def positions(q: Floats) -> tuple[Floats, Floats]:
+            values, rows = self._bound_values(at(q, state.qd))
+            jacobian = np.concatenate([values[3][:h], rows.jacobian[kept]])
+            return np.concatenate([values[0][:h], self.missed(rows, modes)]), jacobian * self.nominal
+
+        q = newton(positions, state.q, everything, self.nominal) if h or kept else state.q
+
+        def velocities(qd: Floats) -> tuple[Floats, Floats]:
+            values, rows = self._bound_values(at(q, qd))
+            jacobian = np.concatenate([values[3], rows.jacobian[kept + stuck]])
+            return np.concatenate([values[1], rows.velocities[kept + stuck]]), jacobian * self.nominal
+
+        qd = newton(velocities, state.qd, everything, self.nominal) if self.constraints.m or kept or stuck else state.qd
+        for residual, jacobian in (positions(q), velocities(qd)):
+            size = np.maximum(np.abs(jacobian).max(axis=1, initial=0.0), 1e-300)
+            if np.max(np.abs(residual) / size, initial=0.0) > 1e-6:
+                raise SimulationError(
+                    f"mechanism '{self.mechanism.name}' at time {float(state.t)!r} s: constraints and closed contacts "
+                    f"cannot hold together; residuals up to {np.abs(residual).max():.3g}"
+                )
+        return at(q, qd)
+
+    def _bound_values(self, state: State) -> tuple[tuple[Floats, ...], Rows]:
+        empty = np.zeros(0)
+        values = self.constraints(state) if self.constraints.m else (empty, empty, empty, np.zeros((0, self.n)))
+        return values, self.elements.rows(state)
+
+    def _fixed(self, point: Point, modes: Modes) -> tuple[Floats, Floats, Floats]:
+        """Constraints and latches that hold: G (r, n), velocities and gamma (r,)."""
+        latches = [self.elements.latch_rows[i] for i, held in enumerate(modes.held) if held]
+        (_, velocities, gamma, G), rows = point.constraints, point.rows
+        parts = (G, rows.jacobian), (velocities, rows.velocities), (gamma, rows.gamma)
+        G, velocities, gamma = (np.concatenate([a, b[latches]]) for a, b in parts)
+        return G, velocities, gamma
+
+    def responses(self, point: Point, modes: Modes) -> tuple[Floats, Floats]:
+        """qdd (n,) without forces along rows, and what a unit of force (or impulse) along each adds, (n, k).
+
+        Constraints and latches that hold stay met; their impulses are not asked for.
+        """
+        n, (G, _, gamma) = self.n, self._fixed(point, modes)
+        right = np.zeros((n + len(G), 1 + self.elements.k))
+        right[:n, 0], right[n:, 0] = point.forcing, -gamma
+        right[:n, 1:] = point.rows.jacobian.T
+        found = _solved(point.terms.mass_matrix, G, G, right)
+        return found[:n, 0], found[:n, 1:]
+
+    def borne(self, point: Point, modes: Modes, forces: Floats) -> tuple[Floats, Floats]:
+        """Multipliers (m,), and forces along all rows (k,) with those of latches, under ``forces`` of the others."""
+        n, m, (G, _, gamma) = self.n, self.constraints.m, self._fixed(point, modes)
+        right = np.concatenate([point.forcing + point.rows.jacobian.T @ forces, -gamma])
+        found = _solved(point.terms.mass_matrix, G, G, right[:, None])[n:, 0]
+        whole = forces.copy()
+        whole[[self.elements.latch_rows[i] for i, held in enumerate(modes.held) if held]] = found[m:]
+        return found[:m], whole
+
+    def caught(self, point: Point, modes: Modes, impulses: Floats) -> tuple[Floats, Floats]:
+        """The change of qd (n,) by which all that holds is met, and the impulses of all rows (k,) with the latches'.
+
+        ``impulses`` (k,) are those of the other rows: an impact of latches without rebound.
+        """
+        n, m, (G, velocities, _) = self.n, self.constraints.m, self._fixed(point, modes)
+        right = np.concatenate([point.rows.jacobian.T @ impulses, -velocities])[:, None]
+        found = _solved(point.terms.mass_matrix, G, G, right)[:, 0]
+        whole = impulses.copy()
+        whole[[self.elements.latch_rows[i] for i, held in enumerate(modes.held) if held]] = found[n + m :]
+        return found[:n], whole
+
+
+def _solved(M: Floats, G: Floats, directions: Floats, right: Floats) -> Floats:
+    """[M -B^T; G 0]^-1 right with B = ``directions`` (r, n): unknowns (n + r, columns), of least norm."""
+    n, r = len(M), len(G)
+    if not (np.isfinite(M).all() and np.isfinite(G).all() and np.isfinite(right).all()):
+        return np.full_like(right, np.nan)
+    if not r:
+        try:
+            return np.asarray(np.linalg.solve(M, right))
+        except np.linalg.LinAlgError:
+            return np.full_like(right, np.nan)
+    for independent in (True, False):  # redundant rows bear forces of least norm, each row in units of its own inertia
+        scale = scales(M, G, independent)
+        matrix = np.zeros((n + r, n + r))
+        matrix[:n, :n], matrix[:n, n:], matrix[n:, :n] = M, -directions.T, G
+        matrix *= scale[:, None] * scale
+        u, s, vt = np.linalg.svd(matrix)
+        if s[-1] > 1e-8 * s[0]:
+            break
+    inverse = (vt.T / np.where(s > RANK * s[0], s, np.inf)) @ u.T
+    found = scale[:, None] * (inverse @ (scale[:, None] * right))
+    # what is bound is met to the last bit: a motion at rest stays where it is
+    missed = scale[n:, None] * (right[n:] - G @ found[:n])
+    found[:n] += scale[:n, None] * (inverse[:n, n:] @ missed)
+    return np.asarray(found)

@@ -1,0 +1,183 @@
+"""One initial value problem of a direct integration, solved by SciPy from break to break of the inputs."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from typing import Any
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from lag2fmu.errors import SimulationError
+from lag2fmu.reference.equations import Equations
+from lag2fmu.reference.signals import Signals
+from lag2fmu.reference.single import SingleState, single_state
+from lag2fmu.reference.state import Floats, State
+
+PERTURBATION = 1e-8
+DAMPING = 0.1
+SCIPY_METHODS = ("DOP853", "Radau")
+COMPILED_AFTER = 1000
+"""Evaluations of a small mechanism's equations that NumPy does in less time than a compiler takes."""
+LONGEST_PART = 0.02
+"""The longest step as a part of the run."""
+MAX_EVALUATIONS, MAX_WITH_JUMPS = 500_000, 50_000
+"""Evaluations of the equations in one run before a method counts as failed: stiff equations stall DOP853, and jumps of
+the forces stall every method where they hold the motion, as dry friction does."""
+
+
+class InitialValueProblem:
+    """One problem: z = (q, qd, further states, work), (s + 1,), from ``start`` over ``times`` (m,)."""
+
+    def __init__(self, equations: Equations, signals: Signals, times: Floats, start: Floats) -> None:
+        self.equations, self.signals, self.times, self.n = equations, signals, times, equations.n
+        self.start = start
+        self.further = [state.name for state in equations.mechanism.states]
+        self.size = 2 * self.n + len(self.further)  # s
+        # what pulls back onto the constraints, in units of the resolution that the experiment asks for
+        self.damping = DAMPING / equations.mechanism.experiment.step if equations.energies.constraints.m else 0.0
+        nominal = np.array([c.nominal for c in equations.mechanism.coordinates])
+        self.nominal = np.concatenate([nominal, nominal, [z.nominal for z in equations.mechanism.states]])
+        self.evaluations, self.end = 0, np.inf
+        self.last = float(times[0]), start
+        self._before_compiling = COMPILED_AFTER if equations.small else 0
+        self._single: SingleState | None = None
+        self.progress: Callable[[float], None] | None = None
+        self.jumps = equations.energies.composition.jumps()
+        self.share = 0.0  # what was done before the run that is going on, which is half of all
+
+    def state(self, t: float, z: Floats) -> State:
+        """The state at the time t (s) and z (copies, s + 1)."""
+        inputs: dict[str, ArrayLike] = {**self._inputs(t), **self.further_of(z)}
+        return self.equations.energies.state(t, z[:, : self.n], z[:, self.n : 2 * self.n], inputs)
+
+    def further_of(self, z: Floats) -> dict[str, Floats]:
+        """The further states by name, (m,) each, of z (m, s + 1)."""
+        return dict(zip(self.further, z[:, 2 * self.n : self.size].T, strict=True))
+
+    def _inputs(self, t: float) -> Mapping[str, float]:
+        """The inputs at t; those that jump keep their value until the end of the segment."""
+        return self.signals.at(min(t, float(np.nextafter(self.end, -np.inf))))
+
+    def check_start(self) -> None:
+        """Raise SimulationError where the mechanism cannot start: M singular, something not finite."""
+        state = self.state(float(self.times[0]), self.start[None])
+        qdd, _, power = self.equations.rates(state)
+        if not (np.isfinite(qdd).all() and np.isfinite(power).all()):
+            raise SimulationError(
+                f"{self._place(self.times[0])}: no accelerations at the start, {self.equations.weakness(state)}"
+            )
+        reason = self.equations.weakness(state)
+        if "singular" in reason:
+            raise SimulationError(f"{self._place(self.times[0])}: {reason}")
+
+    def perturbed(self, units: Floats) -> Floats:
+        """The start moved by 1e-8 in the norm of the ``units`` (s,), along a direction without symmetry."""
+        direction = np.cos(np.arange(1, self.size + 1))
+        moved: Floats = self.start.copy()
+        moved[: self.size] += PERTURBATION * units * direction / np.abs(direction).max()
+        back: Floats = self.projected(self.times[:1], moved[None])[0]
+        return back
+
+    def projected(self, times: Floats, z: Floats) -> Floats:
+        """z (m, s + 1) at ``times`` moved onto the constraints; nothing without constraints."""
+        if not self.equations.energies.constraints.m:
+            return z
+        found: Floats = z.copy()
+        for row, t in zip(found, times, strict=True):
+            inputs = {**self.signals.at(float(t)), **{k: x[0] for k, x in self.further_of(row[None]).items()}}
+            q, qd = self.equations.energies.consistent(row[: self.n], row[self.n : 2 * self.n], float(t), inputs)
+            row[: 2 * self.n] = [*q, *qd]
+        return found
+
+    def solve(self, method: str, rtol: float, start: Floats, pieces: int) -> tuple[Floats, int]:
+        """z at the times, (m, copies, s + 1), from ``start`` (copies, s + 1), and the evaluations it took.
+
+        No step is longer than 1 / ``pieces`` of the way to the next break of the inputs, or of LONGEST_PART of
+        the whole: what lasts for a short time only is not stepped over. Raises SimulationError with the time
+        reached.
+        """
+        weights = np.append(self.nominal, self._energy_scale())
+        atol = np.broadcast_to(rtol * weights, start.shape).ravel()
+        first, last = self.times[0], self.times[-1]
+        breaks = self.signals.breaks
+        ends = [*np.unique(breaks[(breaks > first) & (breaks < last)]), last]
+        z, t, self.evaluations = start.ravel(), first, 0
+        found = [z[None]]
+        for self.end in ends if last > first else ():
+            inside = self.times[(self.times > t) & (self.times <= self.end)]
+            asked = inside if len(inside) and inside[-1] == self.end else np.append(inside, self.end)
+            # SciPy refuses steps below 10 units of rounding: a break may be that close to an output time
+            longest = min(self.end - t, LONGEST_PART * (last - first)) / pieces
+            longest = max(longest, 16 * np.spacing(abs(self.end)))
+            values = self._segment(method, (t, self.end), z, t_eval=asked, rtol=rtol, atol=atol, max_step=longest)
+            found.append(values[: len(inside)])
+            z, t = values[-1], self.end
+        return np.concatenate(found).reshape(len(self.times), *start.shape), self.evaluations
+
+    def _segment(self, method: str, span: tuple[float, float], z: Floats, **options: Any) -> Floats:
+        """z at the times asked, (times, size), without a break of the inputs in between."""
+        from scipy.integrate import solve_ivp
+
+        try:
+            with np.errstate(all="ignore"):  # steps into what is not finite are made shorter
+                solution = solve_ivp(self._slope, span, z, method, **options)
+        except _TooLongError as error:
+            reason = f"{method} took {self.evaluations - 1} evaluations"
+            raise SimulationError(f"{self._place(error.args[0])}: {reason}") from None
+        if solution.status != 0:
+            # steps have become tiny: the time of the last one tried is the time reached
+            reason = self._reason(solution.message)
+            raise SimulationError(f"{self._place(self.last[0])}: {method} cannot go on; {reason}")
+        values: Floats = solution.y.T
+        return values
+
+    def _slope(self, t: float, z: Floats) -> Floats:
+        """dz/dt, flat; NaN where there are no accelerations, which makes the method take a shorter step."""
+        self.evaluations += 1
+        if self.evaluations > (MAX_WITH_JUMPS if self.jumps else MAX_EVALUATIONS):
+            raise _TooLongError(t)
+        self.last = (t, z)
+        if self.progress is not None and self.evaluations % 100 == 0:
+            self.progress(self.share + 0.5 * (t - self.times[0]) / (self.times[-1] - self.times[0]))
+        copies, n = z.reshape(-1, self.size + 1), self.n
+        if self._before_compiling == 0:
+            self._single = single_state(self.equations)
+        self._before_compiling -= 1
+        if self._single is None:
+            state = self.state(t, copies)
+            qdd, multipliers, power = self.equations.rates(state, self.damping)
+            further = self.equations.energies.further(state, (qdd, multipliers))
+            return np.concatenate([copies[:, n : 2 * n], qdd.T, further.T, power[:, None]], axis=1).ravel()
+        inputs = self.equations.energies.input_values(self._inputs(t))
+        slopes = np.empty_like(copies)
+        slopes[:, :n] = copies[:, n : 2 * n]
+        for copy, slope in zip(copies, slopes, strict=True):
+            inputs[len(inputs) - len(self.further) :] = copy[2 * n : self.size]
+            qdd, multipliers, slope[self.size] = self._single.rates(t, copy, inputs, self.damping)
+            slope[n : 2 * n] = qdd
+            if self.further:
+                state = State(np.asarray(t), copy[:n], copy[n : 2 * n], inputs)
+                slope[2 * n : self.size] = self.equations.energies.further(state, (qdd, multipliers))
+        return slopes.ravel()
+
+    def _energy_scale(self) -> float:
+        """An energy (J) to weigh the error of the work with: T at nominal velocities."""
+        terms = self.equations.terms(self.state(float(self.times[0]), self.start[None]))
+        scale = float(0.5 * np.abs(np.diagonal(terms.mass_matrix)[0] * self.nominal[: self.n] ** 2).sum())
+        return scale if scale > 0 else 1.0
+
+    def _reason(self, message: str) -> str:
+        """Why it stopped: what is wrong with the last state tried, else what SciPy says."""
+        t, z = self.last
+        state = self.state(t, z.reshape(-1, self.size + 1))
+        if np.isfinite(self.equations.rates(state)[0]).all():
+            return message
+        return self.equations.weakness(state)
+
+    def _place(self, t: float) -> str:
+        return f"mechanism '{self.equations.mechanism.name}' at time {float(t)!r} s"
+
+
+class _TooLongError(Exception):
+    """A method took more than MAX_EVALUATIONS evaluations; carries the time reached."""

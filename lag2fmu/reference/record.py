@@ -1,0 +1,68 @@
+"""The record of a direct integration: its trajectory, and what is known about its error."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from lag2fmu.description.names import velocity
+from lag2fmu.reference.hybrid.modes import Event
+from lag2fmu.reference.state import Floats
+from lag2fmu.reference.trajectory import Trajectory
+
+
+@dataclass(frozen=True, eq=False)
+class Reference:
+    """A direct integration at m times; SI units.
+
+    ``trajectory``: q, qd, further states, qdd, outputs, multipliers and residuals of constraints, kinetic_energy,
+    potential_energy, generalized_energy.
+    ``work`` (m,): integral of Q.qd - qd.dR/dqd - dL/dt in J, so that generalized_energy - work is constant.
+    ``scales``: max(range, nominal) of every q, qd (nominal: the same by 1 s) and further state.
+    ``error``: |difference| of the runs at rtol and 10 rtol, for q, qd, z; an estimate from above for the trajectory.
+    ``amplification`` (m,): A(t), largest ratio until t of the distance of two runs to the distance of their starts, in
+    units of the motion: the norm max |difference| / unit over q, qd and z, see ``_units``. ``method`` is what was used,
+    ``evaluations`` what it took.
+    Of hybrid mechanisms ``trajectory`` has what contacts and frictions show and dissipated_energy, which ``work`` has
+    with a minus sign; ``events`` tells what happened, and ``comparable`` (m,) where runs of other accuracy do the same:
+    not between the times of an impact in both. ``amplification`` is infinite where they do so no more.
+    """
+
+    trajectory: Trajectory
+    work: Floats
+    scales: Mapping[str, float]
+    error: Trajectory
+    amplification: Floats
+    method: str
+    evaluations: int
+    events: tuple[Event, ...] = ()
+    comparable: NDArray[np.bool_] | None = None
+
+    @property
+    def relative_error(self) -> Floats:
+        """The estimated error relative to ``scales``, the worst of q, qd and z: (m,)."""
+        worst: Floats = (self.error.values / [self.scales[name] for name in self.error.names]).max(axis=1)
+        return worst
+
+    @property
+    def growth(self) -> Floats:
+        """How much larger than one error of a solver's step the sum of all may be, relative to a hundred of them: (m,).
+
+        The amplification; and at least 1 for every hundred radians that the motion has swung through, for each of them
+        adds an error of its own.
+        """
+        columns = [velocity(c) for c in self.scales if velocity(c) in self.scales]
+        turns = np.abs(np.diff(self.trajectory.columns(columns), axis=0)) / [self.scales[name] for name in columns]
+        radians = np.pi * np.concatenate([[0.0], np.cumsum(turns, axis=0).max(axis=1)])
+        larger: Floats = np.maximum(np.maximum(1.0, self.amplification), radians / 100)
+        return larger
+
+    @property
+    def balance(self) -> Floats:
+        """generalized_energy - its start - work, in J: (m,); zero but for the integration's error."""
+        h = self.trajectory["generalized_energy"]
+        drift: Floats = h - h[0] - self.work
+        return drift

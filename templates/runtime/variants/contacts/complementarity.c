@@ -1,0 +1,86 @@
+/* Eliminates what is linear, solves the laws that are left, spreads forces over redundant rows. */
+#include "complementarity.h"
+
+#include <string.h>
+
+#include "cones.h"
+#include "elimination.h"
+#include "polyhedral.h"
+
+/* The equations of the rows that hold at present. */
+static void choose_present(const Elimination *e, Choice *choice) {
+    memset(choice, 0, sizeof *choice);
+    for (int i = 0; i < e->active; i++) {
+        choice->held[i] = e->problem->row[e->row[i]].holds;
+    }
+}
+
+static bool in_space(const Laws *laws) {
+    bool found = false;
+    for (int k = 0; k < laws->size; k++) {
+        found = found || laws->width[k] == 2;
+    }
+    return found;
+}
+
+static bool solve_laws(const Elimination *e, const Laws *laws, double x[]) {
+    Choice present;
+    memset(x, 0, (size_t)laws->size * sizeof(double));
+    choose_present(e, &present);
+    return laws_try(laws, &present, x) || (in_space(laws) ? cones_solve(laws, x) : polyhedral_solve(laws, x));
+}
+
+/* Rows of friction that slip fall from the greatest holding force to that of sliding; returns whether any did. */
+static bool let_slip(const Elimination *e, const double x[], Laws *laws) {
+    bool any = false;
+    for (int i = 0; i < laws->size; i++) {
+        const int pair = laws->width[i] == 2 ? 1 : 0;
+        if (laws->width[i] <= 0 || (laws_at_rest(laws, x, i) && laws_at_rest(laws, x, i + pair))) {
+            continue;
+        }
+        for (int k = i; k <= i + pair; k++) {
+            const int row = e->row[k];
+            const double base = laws->base[k], slope = laws->slope[k];
+            set_limit(e, k, e->problem->row[row].friction, laws);
+            any = any || laws->base[k] < base || laws->slope[k] < slope;
+        }
+    }
+    return any;
+}
+
+/* Rows that stay at rest may bear a load as well: of all x with this motion the one of least norm, if it obeys. */
+static void spread(const Laws *laws, double x[]) {
+    Choice choice;
+    double other[MOST_ACTIVE] = {0.0};
+    memset(&choice, 0, sizeof choice);
+    for (int k = 0; k < laws->size; k++) {
+        const double limit = laws_limit(laws, x, k), side = limit > 0.0 ? x[k] / limit : 0.0;
+        choice.held[k] = laws_at_rest(laws, x, k);
+        if (laws->width[k] != 0 && !choice.held[k]) {
+            choice.slope[k] = laws->normal[k] >= 0 ? side * laws->slope[k] : 0.0;
+            choice.value[k] = side * laws->base[k];
+        }
+    }
+    if (laws_try(laws, &choice, other)) {
+        memcpy(x, other, (size_t)laws->size * sizeof(double));
+    }
+}
+
+bool complementarity_solve(const Problem *problem, double lambda[], double w[]) {
+    Elimination elimination;
+    Laws laws;
+    double x[MOST_ACTIVE];
+    eliminate_rows(problem, &elimination, &laws);
+    for (int i = 0; i < laws.size; i++) {
+        const int row = elimination.row[i];
+        set_limit(&elimination, i, problem->row[row].holding, &laws);
+    }
+    do {
+        if (!solve_laws(&elimination, &laws, x)) {
+            return false;
+        }
+    } while (let_slip(&elimination, x, &laws));
+    spread(&laws, x);
+    recover_rows(&elimination, x, lambda, w);
+    return true;
+}

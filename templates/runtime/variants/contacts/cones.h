@@ -1,0 +1,10 @@
+/* Laws with round friction cones. */
+#ifndef CONES_H
+#define CONES_H
+
+#include "laws.h"
+
+/* Solves any laws; x[size]. False: no solution was found. */
+bool cones_solve(const Laws *laws, double x[]);
+
+#endif

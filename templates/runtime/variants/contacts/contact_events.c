@@ -1,0 +1,94 @@
+/* The event functions. Of a contact there are two: while it is open, the gap, and 1; while it is closed, the force that
+   keeps it closed, and what keeps it sliding (the slip velocity along the direction in which it slides) or sticking
+   (what friction could bear beyond what it does). Of a dry friction likewise the last one. */
+#include <math.h>
+#include <string.h>
+
+#include "accelerations.h"
+#include "contact_modes.h"
+#include "contacts.h"
+#include "inputs.h"
+
+/* What the event functions are made of. */
+typedef struct {
+    ElementRows rows;
+    double unknowns[N_UNKNOWNS];
+    double restitution[SIZE_UNILATERALS], friction[SIZE_UNILATERALS], holding[SIZE_UNILATERALS];
+    double sliding[SIZE_FRICTIONAL], force[SIZE_FRICTIONS], capacity[SIZE_FRICTIONS];
+} Point;
+
+/* Does some event function depend on forces? */
+static bool loaded(const State *state) {
+    bool found = false;
+    for (int i = 0; i < N_UNILATERALS; i++) {
+        found = found || contact_closed(state, i);
+    }
+    for (int i = 0; i < N_FRICTIONS; i++) {
+        found = found || friction_sticks(state, i);
+    }
+    return found;
+}
+
+static double force_of(const Point *point, int row) {
+    return point->unknowns[N_COORDINATES + ROW_PLACES[row]];
+}
+
+/* The length of the force, or of the slip velocity along the directions, of a contact. */
+static double friction_of(const Point *point, int contact) {
+    double square = 0.0;
+    for (int row = SLIP_ROWS[contact]; row < SLIP_ROWS[contact + 1]; row++) {
+        square += force_of(point, row) * force_of(point, row);
+    }
+    return sqrt(square);
+}
+
+static double speed_along(const State *state, const Point *point, int contact) {
+    double speed = 0.0;
+    for (int row = SLIP_ROWS[contact]; row < SLIP_ROWS[contact + 1]; row++) {
+        speed += row_direction(state, row) * point->rows.velocities[row];
+    }
+    return speed;
+}
+
+static void evaluate_contact(const State *state, const Point *point, double time, int contact, double values[]) {
+    values[1] = 1.0;
+    if (!contact_closed(state, contact)) {
+        values[0] = point->rows.positions[contact];
+        return;
+    }
+    values[0] = state->cascading[contact] ? state->rest_time[contact] - time : force_of(point, contact);
+    if (contact_sticks(state, contact)) {
+        values[1] = point->holding[contact] * force_of(point, contact) - friction_of(point, contact);
+    } else if (SLIP_ROWS[contact + 1] > SLIP_ROWS[contact]) {
+        values[1] = speed_along(state, point, contact);
+    }
+}
+
+static double evaluate_friction(const State *state, const Point *point, int friction) {
+    const int row = FIRST_FRICTION + friction;
+    return friction_sticks(state, friction) ? point->capacity[friction] - fabs(force_of(point, row))
+                                            : row_direction(state, row) * point->rows.velocities[row];
+}
+
+bool contacts_evaluate(Instance *instance, double time, const double states[], double values[]) {
+    const State *state = &instance->state;
+    const double *inputs = inputs_at(instance, time), *parameters = state->parameters;
+    Point point;
+    memset(point.unknowns, 0, sizeof point.unknowns);
+    if (loaded(state)) {
+        if (!accelerations_at(instance, time, states, inputs, point.unknowns)) {
+            return false;
+        }
+        mechanism_contacts(time, states, inputs, parameters, point.restitution, point.friction, point.holding);
+        mechanism_friction(time, states, inputs, parameters, point.unknowns, point.sliding, point.force,
+                           point.capacity);
+    }
+    rows_evaluate(instance, time, states, inputs, &point.rows);
+    for (int i = 0; i < N_UNILATERALS; i++) {
+        evaluate_contact(state, &point, time, i, values + 2 * i);
+    }
+    for (int i = 0; i < N_FRICTIONS; i++) {
+        values[2 * N_UNILATERALS + i] = evaluate_friction(state, &point, i);
+    }
+    return true;
+}

@@ -1,0 +1,197 @@
+/* Modes at an event. Latches first, then impacts, then the modes that forces and accelerations allow; the states are
+   moved onto what holds then. Pfeiffer, Glocker, Multibody Dynamics with Unilateral Contacts, 1996, chapters 5 and 8. */
+#include <math.h>
+#include <string.h>
+
+#include "constraints.h"
+#include "contacts.h"
+#include "inputs.h"
+#include "mass_matrix.h"
+#include "settling.h"
+#include "system.h"
+
+enum { N = N_COORDINATES, K = N_CONSTRAINTS };
+
+/* A gap is closed, and a velocity 0, to this part of nominal values. */
+static const double TOUCHING = 1e-10, AT_REST = 1e-10;
+
+bool settling_due(const Settling *settling, int function) {
+    return settling->due[function];
+}
+
+/* The greatest velocity in nominal values, at least 1/s. */
+static double pace(const State *state) {
+    double greatest = 1.0;
+    for (int i = 0; i < N; i++) {
+        greatest = fmax(greatest, fabs(state->states[N + i]) / NOMINAL_STATES[i]);
+    }
+    return greatest;
+}
+
+double settling_least_speed(const Settling *settling, int row) {
+    return AT_REST * pace(&settling->instance->state) * row_size(&settling->rows, row);
+}
+
+/* The rows of all constraints: those that modes switch without their masks. */
+static void gather_rows(Settling *settling, const System *system, double gamma[]) {
+    memcpy(settling->jacobian, system->constraints.jacobian, sizeof settling->jacobian);
+    memcpy(gamma, system->gamma, K * sizeof(double));
+    memset(settling->velocity, 0, sizeof settling->velocity);
+    for (int k = 0; k < K; k++) {
+        settling->permanent[k] = true;
+    }
+    for (int row = 0; row < N_ROWS; row++) {
+        const int k = ROW_PLACES[row];
+        memcpy(settling->jacobian + k * N, settling->rows.jacobian + row * N, N * sizeof(double));
+        gamma[k] = settling->rows.gamma[row];
+        settling->velocity[k] = settling->rows.velocities[row];
+        settling->permanent[k] = false;
+    }
+}
+
+static double dot(const double a[], const double b[]) {
+    double sum = 0.0;
+    for (int i = 0; i < N; i++) {
+        sum += a[i] * b[i];
+    }
+    return sum;
+}
+
+bool settling_measure(Settling *settling) {
+    Instance *instance = settling->instance;
+    const State *state = &instance->state;
+    System *system = &instance->scratch.system;
+    const double *inputs = inputs_at(instance, state->time);
+    double gamma[K], acceleration[N];
+    if (!system_factorize(instance, state->time, state->states, inputs, 0, 0.0, system)) {
+        return false;
+    }
+    rows_evaluate(instance, state->time, state->states, inputs, &settling->rows);
+    mechanism_contacts(state->time, state->states, inputs, state->parameters, settling->restitution,
+                       settling->friction, settling->holding);
+    gather_rows(settling, system, gamma);
+    mass_divide(system, system->forcing, acceleration);
+    for (int k = 0; k < K; k++) {
+        mass_divide(system, settling->jacobian + k * N, settling->response + k * N);
+        settling->free[k] = gamma[k] + dot(settling->jacobian + k * N, acceleration);
+    }
+    for (int k = 0; k < K; k++) {
+        for (int j = 0; j <= k; j++) {
+            const double entry = dot(settling->jacobian + k * N, settling->response + j * N);
+            settling->delassus[k * K + j] = entry;
+            settling->delassus[j * K + k] = entry;
+        }
+    }
+    return true;
+}
+
+/* Latches obey their switches. A latch that begins to hold a position holds it where it is. Returns whether one begins
+   to hold or lets go. */
+static bool update_latches(Settling *settling) {
+    State *state = &settling->instance->state;
+    bool changed = false;
+    for (int i = 0; i < N_LATCHES; i++) {
+        const int row = FIRST_LATCH + i;
+        const bool holds = state->parameters[N_MASKS + LATCH_SWITCHES[i]] > 0.0;
+        changed = changed || holds != row_active(state, row);
+        if (holds && !row_active(state, row) && i < N_OFFSETS) {
+            state->parameters[FIRST_OFFSET + i] = settling->rows.positions[FIRST_OFFSET_ROW + i];
+        }
+        row_activate(state, row, holds);
+    }
+    return changed;
+}
+
+/* Contacts that are closed, that come to be closed here, and those that touch by chance. */
+static void find_touching(Settling *settling) {
+    const State *state = &settling->instance->state;
+    for (int i = 0; i < N_UNILATERALS; i++) {
+        const bool near = fabs(settling->rows.positions[i]) <= TOUCHING * row_size(&settling->rows, i);
+        settling->touching[i] = contact_closed(state, i) || near || settling_due(settling, 2 * i);
+    }
+}
+
+static void forget_modes(State *state) {
+    for (int i = 0; i < N_UNILATERALS; i++) {
+        contact_open(state, i);
+        state->cascading[i] = 0;
+    }
+    for (int i = 0; i < N_FRICTIONS; i++) {
+        friction_stick(state, i);
+    }
+    for (int i = 0; i < N_LATCHES; i++) {
+        row_activate(state, FIRST_LATCH + i, false);
+    }
+}
+
+/* Accumulating impacts that are over. */
+static void end_cascades(Settling *settling) {
+    State *state = &settling->instance->state;
+    for (int i = 0; i < N_UNILATERALS; i++) {
+        if (state->cascading[i] && (settling_due(settling, 2 * i) || state->time >= state->rest_time[i])) {
+            state->cascading[i] = 0;
+        }
+    }
+}
+
+/* Puts the states onto what the modes hold. Velocities that rounding leaves are 0: what rests does not creep. */
+static bool move_onto_modes(Settling *settling, bool *jumped) {
+    Instance *instance = settling->instance;
+    State *state = &instance->state;
+    double states[N_STATES];
+    bool moved;
+    state->usual_known = 0;
+    memcpy(states, state->states, sizeof states);
+    if (!constraints_regroup(instance) ||
+        !constraints_project(instance, state->time, inputs_at(instance, state->time), states, &moved)) {
+        return false;
+    }
+    const double dust = 1e-13 * pace(state);
+    for (int i = 0; i < N; i++) {
+        if (fabs(states[N + i]) <= dust * NOMINAL_STATES[i]) {
+            states[N + i] = 0.0;
+        }
+    }
+    *jumped = *jumped || memcmp(states, state->states, sizeof states) != 0;
+    memcpy(state->states, states, sizeof states);
+    return true;
+}
+
+/* Slips along a line that are due are at rest: what is left of them is the error of the location. */
+static bool stop_slips(Settling *settling, bool *jumped) {
+    State *state = &settling->instance->state;
+    bool found = false;
+    for (int i = 0; i < N_UNILATERALS; i++) {
+        bool *due = &settling->due[2 * i + 1];
+        if (*due && contact_closed(state, i) && !contact_sticks(state, i) && SLIP_ROWS[i + 1] - SLIP_ROWS[i] == 1) {
+            contact_stick(state, i);
+            found = true;
+            *due = false;
+        }
+    }
+    for (int i = 0; i < N_FRICTIONS; i++) {
+        bool *due = &settling->due[2 * N_UNILATERALS + i];
+        if (*due && !friction_sticks(state, i)) {
+            friction_stick(state, i);
+            found = true;
+            *due = false;
+        }
+    }
+    return !found || move_onto_modes(settling, jumped);
+}
+
+bool contacts_settle(Instance *instance, const bool due[], bool *jumped) {
+    Settling settling = {.instance = instance};
+    if (due == NULL) {
+        forget_modes(&instance->state);
+    } else {
+        memcpy(settling.due, due, (2 * N_UNILATERALS + N_FRICTIONS) * sizeof(bool));
+    }
+    end_cascades(&settling);
+    if (!stop_slips(&settling, jumped) || !settling_measure(&settling)) {
+        return false;
+    }
+    update_latches(&settling);
+    find_touching(&settling);
+    return settling_impacts(&settling, jumped) && settling_modes(&settling) && move_onto_modes(&settling, jumped);
+}

@@ -1,0 +1,13 @@
+/* Laws whose solutions are piecewise linear. */
+#ifndef POLYHEDRAL_H
+#define POLYHEDRAL_H
+
+#include "laws.h"
+
+/* Solves laws without contacts in space; x[size]. False: no solution was found. */
+bool polyhedral_solve(const Laws *laws, double x[]);
+
+/* Solves a problem in which pyramids with four sides stand for round cones; x[size]. */
+void polyhedral_approximate(const Laws *laws, double x[]);
+
+#endif

@@ -1,0 +1,132 @@
+/* Impacts at one point: contacts that touch and approach, and latches that begin to hold what still moves. */
+#include "impacts.h"
+
+#include <math.h>
+#include <string.h>
+
+#include "accelerations.h"
+#include "inputs.h"
+#include "settling.h"
+
+enum { N = N_COORDINATES, K = N_CONSTRAINTS };
+
+/* A force that is as good as 0, relative to the greatest one. */
+static const double NO_FORCE = 1e-9;
+
+static bool approaches(const Settling *settling, int contact) {
+    return settling->touching[contact] &&
+           settling->velocity[ROW_PLACES[contact]] < -settling_least_speed(settling, contact);
+}
+
+static bool something_approaches(const Settling *settling) {
+    const State *state = &settling->instance->state;
+    bool found = false;
+    for (int i = 0; i < N_UNILATERALS; i++) {
+        found = found || approaches(settling, i);
+    }
+    for (int row = FIRST_LATCH; row < N_ROWS; row++) {
+        found = found || (row_active(state, row) &&
+                          fabs(settling->velocity[ROW_PLACES[row]]) > settling_least_speed(settling, row));
+    }
+    return found;
+}
+
+/* What the touching contacts bear before the impact. */
+static bool find_loads(const Settling *settling, bool loaded[]) {
+    Instance *instance = settling->instance;
+    const State *state = &instance->state;
+    double unknowns[N_UNKNOWNS];
+    double greatest = 0.0;
+    bool closed = false;
+    memset(loaded, 0, SIZE_UNILATERALS * sizeof(bool));
+    for (int i = 0; i < N_UNILATERALS; i++) {
+        closed = closed || contact_closed(state, i);
+    }
+    if (!closed) {
+        return true;
+    }
+    if (!accelerations_at(instance, state->time, state->states, inputs_at(instance, state->time), unknowns)) {
+        return false;
+    }
+    for (int k = N; k < N_UNKNOWNS; k++) {
+        greatest = fmax(greatest, fabs(unknowns[k]));
+    }
+    for (int i = 0; i < N_UNILATERALS; i++) {
+        loaded[i] = contact_closed(state, i) && unknowns[N + ROW_PLACES[i]] > NO_FORCE * greatest;
+    }
+    return true;
+}
+
+/* Fills contact[] with the contacts that touch, and which[] with their numbers; returns how many there are. */
+static int gather_contacts(const Settling *settling, const bool loaded[], ImpactContact contact[], int which[]) {
+    int count = 0;
+    for (int i = 0; i < N_UNILATERALS; i++) {
+        if (settling->touching[i]) {
+            const int slips = SLIP_ROWS[i + 1] - SLIP_ROWS[i];
+            which[count] = i;
+            contact[count++] = (ImpactContact){.normal = ROW_PLACES[i],
+                                               .slip = slips > 0 ? ROW_PLACES[SLIP_ROWS[i]] : 0,
+                                               .slips = slips,
+                                               .restitution = settling->restitution[i],
+                                               .friction = settling->friction[i],
+                                               .loaded = loaded[i],
+                                               .slow = settling_least_speed(settling, i)};
+        }
+    }
+    return count;
+}
+
+/* Velocities += M^-1 G^T impulses. What is left of a velocity by rounding only is 0. */
+static void move(Settling *settling, const double impulses[]) {
+    double *qd = settling->instance->state.states + N;
+    for (int i = 0; i < N; i++) {
+        double change = 0.0, size = fabs(qd[i]);
+        for (int k = 0; k < K; k++) {
+            change += settling->response[k * N + i] * impulses[k];
+            size = fmax(size, fabs(settling->response[k * N + i] * impulses[k]));
+        }
+        qd[i] = fabs(qd[i] + change) <= 4e-15 * size ? 0.0 : qd[i] + change;
+    }
+}
+
+static void keep_result(Settling *settling, const ImpactResult *result, const int which[], int count) {
+    State *state = &settling->instance->state;
+    for (int i = 0; i < count; i++) {
+        const double impulse = result->impulses[ROW_PLACES[which[i]]];
+        settling->rebounds[which[i]] = impulse > 0.0;
+        if (impulse > 0.0) {
+            state->impacts[which[i]]++;
+            state->impulses[which[i]] = impulse;
+        }
+    }
+}
+
+bool settling_impacts(Settling *settling, bool *jumped) {
+    Instance *instance = settling->instance;
+    const State *state = &instance->state;
+    bool loaded[SIZE_UNILATERALS], bilateral[K];
+    ImpactContact contact[SIZE_CONTACTS];
+    ImpactResult result;
+    int which[SIZE_CONTACTS];
+    if (!something_approaches(settling)) {
+        return true;
+    }
+    if (!find_loads(settling, loaded)) {
+        return false;
+    }
+    memcpy(bilateral, settling->permanent, sizeof bilateral);
+    for (int row = FIRST_LATCH; row < N_ROWS; row++) {
+        bilateral[ROW_PLACES[row]] = row_active(state, row);
+    }
+    const int count = gather_contacts(settling, loaded, contact, which);
+    const ImpactProblem problem = {K, settling->delassus, settling->velocity, bilateral, count, contact};
+    if (!impacts_solve(&problem, SIMULTANEOUS_IMPACTS ? IMPACTS_SIMULTANEOUS : IMPACTS_SEQUENTIAL, &result)) {
+        instance->failure.kind = FAILURE_MODES;
+        instance->failure.time = state->time;
+        return false;
+    }
+    move(settling, result.impulses);
+    keep_result(settling, &result, which, count);
+    *jumped = true;
+    return settling_measure(settling);
+}

@@ -1,0 +1,201 @@
+/* Which touching contacts stay closed, and what sticks: complementarity of forces and accelerations. Forces of dry
+   friction may depend on what other rows bear; they are found by repetition. */
+#include <math.h>
+#include <string.h>
+
+#include "complementarity.h"
+#include "inputs.h"
+#include "settings.h"
+#include "settling.h"
+
+enum { N = N_COORDINATES, K = N_CONSTRAINTS, MOST_REPETITIONS = 200 };
+
+/* A contact or dry friction that is due to slide holds less than the least that makes it slide, by this part. */
+static const double GIVES_WAY = 1e-10;
+
+/* A force that is as good as 0, relative to the greatest one. */
+static const double NO_FORCE = 1e-9;
+
+static double slip_speed(const Settling *settling, int contact) {
+    double speed = 0.0;
+    for (int row = SLIP_ROWS[contact]; row < SLIP_ROWS[contact + 1]; row++) {
+        speed = hypot(speed, settling->velocity[ROW_PLACES[row]]);
+    }
+    return speed;
+}
+
+/* In space a slip whose event is due has turned away from the direction that it began with. It may be at rest or not,
+   and is located less sharply than one along a line. */
+static bool slips_at_rest(const Settling *settling, int contact) {
+    const State *state = &settling->instance->state;
+    const int first = SLIP_ROWS[contact], count = SLIP_ROWS[contact + 1] - first;
+    const double least = settling_least_speed(settling, first);
+    const double loose = least + 10.0 * solver_tolerance(state) * row_size(&settling->rows, first);
+    const bool comes = settling_due(settling, 2 * contact + 1) && !contact_sticks(state, contact);
+    return slip_speed(settling, contact) <= (comes && count == 2 ? loose : least);
+}
+
+static void set_slips(Settling *settling, int contact) {
+    const State *state = &settling->instance->state;
+    const int first = SLIP_ROWS[contact], end = SLIP_ROWS[contact + 1];
+    const bool rests = end > first && slips_at_rest(settling, contact);
+    const bool yields = contact_sticks(state, contact) && settling_due(settling, 2 * contact + 1);
+    const double speed = slip_speed(settling, contact), mu = settling->friction[contact];
+    for (int row = first; row < end; row++) {
+        const double along = rests ? 0.0 : settling->velocity[ROW_PLACES[row]] / speed;
+        settling->row[ROW_PLACES[row]] = (Row){.law = rests ? ROW_TANGENTIAL : ROW_SLIDING,
+                                               .normal = ROW_PLACES[contact],
+                                               .friction = yields ? mu * (1.0 - GIVES_WAY) : mu,
+                                               .holding = yields ? mu * (1.0 - GIVES_WAY) : settling->holding[contact],
+                                               .value = along,
+                                               .holds = contact_sticks(state, contact) && !yields};
+    }
+}
+
+static void set_contact(Settling *settling, int contact) {
+    const State *state = &settling->instance->state;
+    const int k = ROW_PLACES[contact];
+    const bool rests = settling->touching[contact] &&
+                       (state->cascading[contact] || settling->velocity[k] <= settling_least_speed(settling, contact));
+    settling->row[k] = (Row){.law = rests ? ROW_UNILATERAL : ROW_FREE, .holds = contact_closed(state, contact)};
+    for (int row = SLIP_ROWS[contact]; row < SLIP_ROWS[contact + 1]; row++) {
+        settling->row[ROW_PLACES[row]] = (Row){.law = ROW_FREE};
+    }
+    if (rests) {
+        set_slips(settling, contact);
+    }
+}
+
+static void set_friction(Settling *settling, int friction, double force, double capacity) {
+    const State *state = &settling->instance->state;
+    const int row = FIRST_FRICTION + friction, k = ROW_PLACES[row];
+    const double w = settling->velocity[k];
+    const bool yields = friction_sticks(state, friction) && settling_due(settling, 2 * N_UNILATERALS + friction);
+    if (fabs(w) <= settling_least_speed(settling, row)) {
+        const double least = force * (1.0 - GIVES_WAY);
+        settling->row[k] = (Row){.law = ROW_BOUNDED,
+                                 .friction = yields ? least : force,
+                                 .holding = yields ? least : fmax(force, capacity),
+                                 .holds = friction_sticks(state, friction) && !yields};
+    } else {
+        settling->row[k] = (Row){.law = ROW_GIVEN, .value = w > 0.0 ? -force : force};
+    }
+}
+
+static void set_rows(Settling *settling, const double force[], const double capacity[]) {
+    const State *state = &settling->instance->state;
+    for (int k = 0; k < K; k++) {
+        settling->row[k] = (Row){.law = ROW_BILATERAL};
+    }
+    for (int i = 0; i < N_UNILATERALS; i++) {
+        set_contact(settling, i);
+    }
+    for (int i = 0; i < N_FRICTIONS; i++) {
+        set_friction(settling, i, force[i], capacity[i]);
+    }
+    for (int row = FIRST_LATCH; row < N_ROWS; row++) {
+        settling->row[ROW_PLACES[row]].law = row_active(state, row) ? ROW_BILATERAL : ROW_FREE;
+    }
+}
+
+/* lambda and w of all rows. Returns false if there are none. */
+static bool solve_laws(Settling *settling) {
+    const State *state = &settling->instance->state;
+    const Problem problem = {K, settling->delassus, settling->free, settling->row};
+    double unknowns[N_UNKNOWNS] = {0.0};
+    double sliding[SIZE_FRICTIONAL], force[SIZE_FRICTIONS] = {0.0}, capacity[SIZE_FRICTIONS] = {0.0};
+    for (int i = 0; i < MOST_REPETITIONS; i++) {
+        double change = 0.0, greatest = 0.0;
+        mechanism_friction(state->time, state->states, inputs_at(settling->instance, state->time), state->parameters,
+                           unknowns, sliding, force, capacity);
+        set_rows(settling, force, capacity);
+        if (!complementarity_solve(&problem, settling->lambda, settling->w)) {
+            return false;
+        }
+        for (int k = 0; k < K; k++) {
+            change = fmax(change, fabs(settling->lambda[k] - unknowns[N + k]));
+            greatest = fmax(greatest, fabs(settling->lambda[k]));
+        }
+        memcpy(unknowns + N, settling->lambda, sizeof settling->lambda);
+        if (change <= 1e-13 * greatest || N_FRICTIONS == 0) {
+            return true;
+        }
+    }
+    return false;
+}
+
+/* Impacts of these contacts, which have just rebounded, accumulate: what is left of them is lower than the tolerance.
+   They close, and stay in this state as long as the rest of the impacts lasts. Returns whether there are any. */
+static bool begin_cascades(Settling *settling) {
+    State *state = &settling->instance->state;
+    bool found = false;
+    for (int i = 0; i < N_UNILATERALS; i++) {
+        const int k = ROW_PLACES[i];
+        const double v = settling->velocity[k], a = settling->w[k], e = settling->restitution[i];
+        const double lowest = solver_tolerance(state) * row_size(&settling->rows, i);
+        if (settling->rebounds[i] && settling->row[k].law == ROW_FREE && a < 0.0 && e < 1.0 &&
+            v * v <= -2.0 * a * lowest) {
+            state->cascading[i] = 1;
+            state->rest_time[i] = state->time + 2.0 * v / (-a * (1.0 - e));
+            found = true;
+        }
+    }
+    return found;
+}
+
+static void carry_out_contact(Settling *settling, int contact, double greatest) {
+    State *state = &settling->instance->state;
+    const int k = ROW_PLACES[contact], first = SLIP_ROWS[contact];
+    const double lambda = settling->lambda[k];
+    const bool gives_way = settling_due(settling, 2 * contact) && contact_closed(state, contact) &&
+                           !state->cascading[contact] && lambda <= NO_FORCE * greatest;
+    double w[2] = {0.0};
+    if (settling->row[k].law != ROW_UNILATERAL || settling->w[k] > 0.0 || gives_way) {
+        contact_open(state, contact);
+        return;
+    }
+    for (int i = 0; i < SLIP_ROWS[contact + 1] - first; i++) {
+        const int place = ROW_PLACES[first + i];
+        w[i] = settling->row[place].law == ROW_SLIDING ? settling->velocity[place] : settling->w[place];
+    }
+    if (w[0] != 0.0 || w[1] != 0.0) {
+        contact_slide(state, contact, w);
+    } else {
+        contact_stick(state, contact);
+    }
+}
+
+static void carry_out_friction(Settling *settling, int friction) {
+    State *state = &settling->instance->state;
+    const int k = ROW_PLACES[FIRST_FRICTION + friction];
+    const double w = settling->row[k].law == ROW_GIVEN ? settling->velocity[k] : settling->w[k];
+    if (w != 0.0) {
+        friction_slide(state, friction, w);
+    } else {
+        friction_stick(state, friction);
+    }
+}
+
+bool settling_modes(Settling *settling) {
+    Instance *instance = settling->instance;
+    double greatest = 0.0;
+    bool solved = solve_laws(settling);
+    if (solved && begin_cascades(settling)) {
+        solved = solve_laws(settling);
+    }
+    if (!solved) {
+        instance->failure.kind = FAILURE_MODES;
+        instance->failure.time = instance->state.time;
+        return false;
+    }
+    for (int k = 0; k < K; k++) {
+        greatest = fmax(greatest, fabs(settling->lambda[k]));
+    }
+    for (int i = 0; i < N_UNILATERALS; i++) {
+        carry_out_contact(settling, i, greatest);
+    }
+    for (int i = 0; i < N_FRICTIONS; i++) {
+        carry_out_friction(settling, i);
+    }
+    return true;
+}

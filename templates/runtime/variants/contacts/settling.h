@@ -1,0 +1,44 @@
+/* Choosing modes at one point: what is known there, row by row of all constraints. */
+#ifndef SETTLING_H
+#define SETTLING_H
+
+#include "complementarity.h"
+#include "contact_modes.h"
+#include "linear_solve.h"
+
+/* All K = N_CONSTRAINTS constraints, rows that modes switch included, whatever their modes. A touching contact has a gap
+   of 0. The contacts that leave have a gap that opens. */
+typedef struct {
+    Instance *instance;
+    bool due[2 * N_UNILATERALS + N_FRICTIONS + 1];    /* as contacts_settle says; one more: there may be none */
+    ElementRows rows;
+    double jacobian[N_CONSTRAINTS * N_COORDINATES];
+    double response[N_CONSTRAINTS * N_COORDINATES];   /* row k: M^-1 g_k */
+    double delassus[N_CONSTRAINTS * N_CONSTRAINTS];   /* G M^-1 G^T */
+    double velocity[N_CONSTRAINTS];
+    double free[N_CONSTRAINTS];                       /* accelerations without forces of constraints */
+    double restitution[SIZE_UNILATERALS], friction[SIZE_UNILATERALS], holding[SIZE_UNILATERALS];
+    bool permanent[N_CONSTRAINTS];
+    bool touching[SIZE_UNILATERALS];
+    bool rebounds[SIZE_UNILATERALS];                  /* an impact has just taken place there */
+    Row row[N_CONSTRAINTS];
+    double lambda[N_CONSTRAINTS], w[N_CONSTRAINTS];
+} Settling;
+
+/* Brings everything up to date with the present point. Returns false, with instance->failure, where M is singular. */
+bool settling_measure(Settling *settling);
+
+/* A velocity along a row that is as good as 0. */
+double settling_least_speed(const Settling *settling, int row);
+
+/* Is something due with this event function: 2 i and 2 i + 1 of contact i, 2 N_UNILATERALS + i of dry friction i? */
+bool settling_due(const Settling *settling, int function);
+
+/* Impacts: changes velocities until nothing approaches, and latches hold. *jumped is set if velocities changed. */
+bool settling_impacts(Settling *settling, bool *jumped);
+
+/* Chooses which touching contacts stay closed and what sticks, by forces and accelerations. Returns false, with
+   instance->failure, if no modes obey the laws. */
+bool settling_modes(Settling *settling);
+
+#endif

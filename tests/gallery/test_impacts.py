@@ -1,0 +1,253 @@
+"""Impacts: balls, pendulums, a block and an oscillator against closed forms (g = 9.81)."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import replace
+from itertools import pairwise
+
+import numpy as np
+import pytest
+from scipy.integrate import quad
+from scipy.optimize import brentq
+from scipy.special import ellipj, ellipk
+
+import lag2fmu
+from lag2fmu.formats.loading import load
+
+pytestmark = pytest.mark.fmu
+
+G = 9.81
+OPEN, STICKS, SLIDES = 1, 2, 3
+
+
+# ------------------------------------------------------------------------------------------------- bouncing ball
+
+
+def ball(t: float, h: float = 1.0, e: float = 0.8) -> float:
+    """The height: arcs between the impacts, at rest from t1 (1 + e)/(1 - e) on."""
+    t1 = np.sqrt(2 * h / G)
+    if t < t1:
+        return h - G * t**2 / 2
+    if t >= t1 * (1 + e) / (1 - e):
+        return 0.0
+    start, part = t1, e
+    while t >= start + 2 * part * t1:
+        start, part = start + 2 * part * t1, part * e
+    return part * G * t1 * (t - start) - G * (t - start) ** 2 / 2
+
+
+@pytest.mark.parametrize("steps", [50, 500, 5000])
+def test_a_ball_bounces_and_rests(steps: int, motion) -> None:
+    """Whatever the communication step; at rest the floor bears the weight, and nothing creeps."""
+    run = motion("bouncing_ball", 5.0, steps, 1e-9, ("y", "y_dot", "floor_force", "floor_mode", "floor_impulse"))
+    assert run["y"] == pytest.approx([ball(t) for t in run.time], abs=1e-8)
+    rest = run.time > 4.063712768871579
+    assert (run["floor_mode"] == np.where(rest, SLIDES, OPEN)).all()
+    assert run["floor_force"] == pytest.approx(np.where(rest, 0.5 * G, 0.0), abs=1e-9)
+    assert (run["y_dot"][rest] == 0.0).all()
+    assert np.ptp(run["y"][rest]) == 0.0
+
+
+@pytest.mark.parametrize(("time", "impacts"), [(0.451523640985731, 1), (3.578892951020439, 10)], ids=["first", "tenth"])
+def test_impacts_are_located(time: float, impacts: int, motion) -> None:
+    for moved, expected in ((-1e-9, impacts - 1), (1e-9, impacts)):
+        run = motion("bouncing_ball", time + moved, 1, 1e-9, ("floor_impacts",))
+        assert run["floor_impacts"][-1] == expected
+
+
+def test_the_end_of_all_impacts_is_located(motion) -> None:
+    for moved, mode in ((-1e-8, OPEN), (1e-8, SLIDES)):
+        assert motion("bouncing_ball", 4.063712768871579 + moved, 1, 1e-9, ("floor_mode",))["floor_mode"][-1] == mode
+
+
+# ------------------------------------------------------------------------------------------------- Newton's cradle
+
+
+def swing(t: np.ndarray, start: float, frequency: float) -> np.ndarray:
+    """A pendulum let go at the angle ``start`` > 0, by Jacobi's elliptic functions (Landau, Lifshitz, section 11)."""
+    k = np.sin(start / 2)
+    return 2 * np.arcsin(k * ellipj(ellipk(k**2) - frequency * t, k**2)[0])
+
+
+def test_a_cradle_passes_the_motion_on(motion) -> None:
+    """One ball swings out on the left, then one on the right, as if there were a single pendulum."""
+    run = motion("newtons_cradle", 3.0, 100)
+    alone = -swing(run.time, 0.6, np.sqrt(G / 0.3))
+    assert run["a"] == pytest.approx(np.minimum(alone, 0.0), abs=1e-7)
+    assert run["b"] == pytest.approx(np.zeros(101), abs=1e-7)
+    assert run["c"] == pytest.approx(np.maximum(alone, 0.0), abs=1e-7)
+
+
+def test_a_cradle_whose_impacts_are_simultaneous(exported) -> None:
+    """Moreau's law for all that touch at once: the velocities after it are -1/3, 2/3, 2/3 of that of the first ball."""
+    cradle = exported(replace(load("newtons_cradle"), impacts="simultaneous"))
+    frequency = np.sqrt(G / 0.3)
+    strike = ellipk(np.sin(0.3) ** 2) / frequency
+    run = lag2fmu.simulate(cradle, stop_time=strike + 1e-6, step=strike + 1e-6, tolerance=1e-10)
+    speed = 2 * frequency * np.sin(0.3)
+    after = [run[f"{name}_dot"][-1] / speed for name in "abc"]
+    assert after == pytest.approx([-1 / 3, 2 / 3, 2 / 3], abs=1e-7)
+
+
+# ------------------------------------------------------------------------------------------------- rocking block
+
+
+def test_a_block_rocks_and_loses_energy_as_housner_says(motion) -> None:
+    """The angle is greatest a quarter of a swing after each impact; cos(alpha - theta) tells the energy there."""
+    b, h = 0.1, 0.4
+    alpha, p2 = np.arctan(b / h), 3 * G / (4 * np.hypot(b, h))
+    kept = (1 - 1.5 * np.sin(alpha) ** 2) ** 2
+
+    def quarter(top: float) -> float:
+        """From theta = top to 0: theta = top (1 - u^2) takes the root at the top away."""
+
+        def rate(u: float) -> float:
+            theta = top * (1 - u**2)
+            return 2 * top * u / np.sqrt(2 * p2 * (np.cos(alpha - top) - np.cos(alpha - theta)))
+
+        return quad(rate, 0.0, 1.0, epsabs=1e-13, epsrel=1e-13)[0]
+
+    tops = [0.15]
+    for _ in range(3):
+        tops.append(alpha - np.arccos(np.cos(alpha) + kept * (np.cos(alpha - tops[-1]) - np.cos(alpha))))
+    time = 0.0
+    for number, (before, top) in enumerate(pairwise(tops), start=1):
+        time += quarter(before) + quarter(top)
+        run = motion("rocking_block", time, 1, 1e-10, ("theta", "theta_dot"))
+        assert run["theta"][-1] == pytest.approx((-1) ** number * top, abs=1e-7)
+        assert run["theta_dot"][-1] == pytest.approx(0.0, abs=1e-6)
+
+
+# ------------------------------------------------------------------------------------------------- impact oscillator
+
+
+def test_an_oscillator_strikes_once_a_period(motion) -> None:
+    """Phase and speed of the impacts follow from x and its velocity being periodic up to the factor -e."""
+    Omega, e, w = 2.8, 0.8, 1.0
+    period, a = 2 * np.pi / Omega, 1 / (1 - Omega**2)
+    S, C = np.sin(w * period), np.cos(w * period)
+    speed = abs(a) / np.hypot((1 - e) / (2 * Omega), (1 + e) * S / (2 * w * (1 - C)))
+    b, c = -speed * (1 + e) * S / (2 * w * (1 - C)), -speed * (1 + e) / (2 * w)
+    phase = np.arctan2(-speed * (1 - e) / (2 * a * Omega), -b / a)
+    strike = phase % (2 * np.pi) / Omega
+
+    def position(t: np.ndarray) -> np.ndarray:
+        since = (t - strike) % period
+        return a * np.cos(Omega * t) + b * np.cos(w * since) + c * np.sin(w * since)
+
+    since = -strike % period
+    velocity = -b * w * np.sin(w * since) + c * w * np.cos(w * since)
+    run = motion("impact_oscillator", 10 * period, 101, 1e-10, x=float(position(np.array(0.0))), x_dot=float(velocity))
+    assert run["x"] == pytest.approx(position(run.time), abs=1e-7)
+
+
+# ------------------------------------------------------------------------------------------------- pendulum and stop
+
+
+def test_a_pendulum_strikes_a_wall(motion) -> None:
+    """sin(theta_max/2) falls by e at each impact; at the turning points the run meets the angle, at rest."""
+    time, top, quarter = 0.0, 2.0, lambda top: ellipk(np.sin(top / 2) ** 2) / np.sqrt(G)
+    for _ in range(3):
+        after = 2 * np.arcsin(0.7 * np.sin(top / 2))
+        time += quarter(top) + quarter(after)
+        run = motion("pendulum_with_stop", time, 3)
+        assert (run["theta"][-1], run["theta_dot"][-1]) == pytest.approx((after, 0.0), abs=1e-7)
+        top = after
+
+
+# ------------------------------------------------------------------------------------------------- backlash
+
+
+def next_zero(function: Callable[[np.ndarray], np.ndarray], stop: float) -> float:
+    """Where ``function`` of the time comes down to 0 after it was positive; ``stop`` if it does not before."""
+    fine = np.linspace(0.0, stop, 2 + int(stop / 1e-5))
+    values = function(fine)
+    first = np.argmax(values > 1e-12)
+    down = first + np.argmax(values[first:] <= 0.0)
+    if values[down] > 0.0:
+        return stop
+    return brentq(function, fine[down - 1], fine[down], xtol=1e-15)
+
+
+PLAY = 0.002
+
+
+def joint(t: np.ndarray) -> np.ndarray:
+    """Position, velocity and acceleration of the rod's end, (3, times)."""
+    l1, l2, w = 0.05, 0.12, 10.0
+    c, s = np.cos(w * t), np.sin(w * t)
+    rod = np.sqrt(l2**2 - (l1 * s) ** 2)
+    rate = -(l1**2) * w * s * c / rod
+    second = -((l1 * w) ** 2 * (c**2 - s**2) + rate**2) / rod
+    return np.array([l1 * c + rod, -l1 * w * s + rate, -l1 * w**2 * c + second])
+
+
+def slider(times: np.ndarray) -> np.ndarray:
+    """A mass between the sides of a joint, which push it as long as they accelerate it, and else let it fly on."""
+    found, start, x, v, side = np.empty(len(times)), 0.0, joint(0.0)[0], 0.0, 0.0
+    while start < times[-1]:
+        gap = lambda t, start=start, x=x, v=v: PLAY - abs(x + v * t - joint(start + t)[0])  # noqa: E731
+        push = lambda t, start=start, side=side: -side * joint(start + t)[2]  # noqa: E731
+        length = next_zero(push if side else gap, times[-1] - start + 1e-3)
+        later = times[times >= start]
+        found[times >= start] = joint(later)[0] + side * PLAY if side else x + v * (later - start)
+        at, moved = start + length, x + v * length
+        end, speed, acceleration = joint(at)
+        touched = side or np.sign(moved - end)
+        start, x, v = at, end + touched * PLAY, speed
+        side = 0.0 if side or touched * acceleration >= 0 else touched
+    return found
+
+
+def test_a_slider_with_backlash_is_pushed_and_flies(motion) -> None:
+    """Without rebound: each side takes the slider along as long as it accelerates it."""
+    run = motion("backlash_slider_crank", 1.0, 500, outputs=("x", "play_lower_impacts", "play_upper_impacts"), e=0.0)
+    assert run["play_lower_impacts"][-1] + run["play_upper_impacts"][-1] >= 3
+    assert run["x"] == pytest.approx(slider(run.time), abs=1e-7)
+
+
+# ------------------------------------------------------------------------------------------------- hopping leg
+
+
+BODY, FOOT, STIFFNESS, LENGTH = 8.0, 0.5, 4000.0, 0.5
+
+
+def standing(y: float, v: float, t: np.ndarray) -> np.ndarray:
+    """The heights and velocities of body and foot, (y, v, z, v_z), over the foot on the ground."""
+    w, middle = np.sqrt(STIFFNESS / BODY), LENGTH - BODY * G / STIFFNESS
+    c, s = np.cos(w * t), np.sin(w * t)
+    return np.array([middle + (y - middle) * c + v / w * s, v * c - (y - middle) * w * s, 0 * t, 0 * t])
+
+
+def flying(y: float, v: float, t: np.ndarray) -> np.ndarray:
+    """The same in the air, where they swing about their centre of mass; the foot starts at rest on the ground."""
+    w, share = np.sqrt(STIFFNESS * (1 / BODY + 1 / FOOT)), FOOT / (BODY + FOOT)
+    c, s, u = np.cos(w * t), np.sin(w * t), y - LENGTH
+    length, rate = LENGTH + u * c + v / w * s, v * c - u * w * s
+    height, rise = (1 - share) * y + (1 - share) * v * t - G * t**2 / 2, (1 - share) * v - G * t
+    high, up = height + share * length, rise + share * rate
+    return np.array([high, up, high - length, up - rate])
+
+
+def hopping(times: np.ndarray) -> np.ndarray:
+    """The body's height, phase after phase: the foot is lifted when the spring pulls more than it weighs."""
+    found, start, y, v = np.empty(len(times)), 0.0, 0.4, 0.0
+    lifted = LENGTH + FOOT * G / STIFFNESS
+    stands = True
+    while start < times[-1]:
+        phase = standing if stands else flying
+        end = (
+            (lambda t, y=y, v=v: lifted - standing(y, v, t)[0]) if stands else (lambda t, y=y, v=v: flying(y, v, t)[2])
+        )
+        length = next_zero(end, times[-1] - start + 1e-3)
+        found[times >= start] = phase(y, v, times[times >= start] - start)[0]
+        start, (y, v, *_) = start + length, phase(y, v, length)
+        stands = not stands and y < lifted
+    return found
+
+
+def test_a_leg_hops(motion) -> None:
+    run = motion("hopper_leg", 1.0, 50, outputs=("y", "ground_impacts"))
+    assert run["ground_impacts"][-1] >= 2
+    assert run["y"] == pytest.approx(hopping(run.time), abs=1e-6)

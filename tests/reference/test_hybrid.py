@@ -1,0 +1,183 @@
+"""Contacts, impacts, dry friction, conditions and switches on the independent path, against closed forms; g = 9.81."""
+
+import numpy as np
+import pytest
+import sympy as sp
+
+from lag2fmu.mechanism import Body, Force, Mechanism, coordinate, signal
+from lag2fmu.reference import integrate
+from lag2fmu.reference.hybrid.integration import started
+from lag2fmu.reference.hybrid.modes import Mode
+from lag2fmu.reference.hybrid.run import Run, Track
+from lag2fmu.reference.hybrid.system import System
+from lag2fmu.reference.signals import signals_of
+from tests.reference import hybrid_mechanisms as known
+
+G = 9.81
+
+
+def run(mechanism: Mechanism, end: float, inputs: object = None) -> Track:
+    """One run to ``end`` (s), without the further ones that ``integrate`` makes to know its errors."""
+    times = np.array([0.0, end])
+    problem = Run(System(mechanism), signals_of(mechanism, inputs, 0.0), times)
+    return problem.follow(started(problem, {}), "DOP853", 1e-12)
+
+
+def times_of(track: Track, kind: str) -> list[float]:
+    return [event.time for event in track.events if event.kind == kind]
+
+
+def test_bouncing_ball_comes_to_rest() -> None:
+    """Impacts every 2 v e^k / g; at rest at t1 (1 + e)/(1 - e)."""
+    reference = integrate(known.ball(), np.linspace(0, 5, 51))
+    impacts = [event.time for event in reference.events if event.kind == "impact"]
+    assert impacts[0] == pytest.approx(0.451523640985731, abs=1e-12)
+    assert impacts[9] == pytest.approx(3.578892951020439, abs=1e-11)
+    assert reference.events[-1].kind == "closes"
+    assert reference.events[-1].time == pytest.approx(4.063712768871579, abs=1e-10)
+    columns = reference.trajectory
+    assert columns["y"][-1] == pytest.approx(0, abs=1e-15)
+    assert columns["floor_force"][-1] == pytest.approx(G, rel=1e-13)
+    assert columns["floor_impulse"][10] == pytest.approx(1.8 * np.sqrt(2 * G), rel=1e-12)
+    assert columns["floor_mode"][[0, -1]].tolist() == [Mode.OPEN, Mode.SLIDES]
+    assert columns["dissipated_energy"][-1] == pytest.approx(G, rel=1e-10)
+    assert columns["floor_gap"].min() > -1e-12
+    assert np.abs(reference.balance).max() < 1e-9
+    assert reference.relative_error.max() < 1e-9
+
+
+@pytest.mark.parametrize(
+    ("impacts", "velocities"), [("sequential", [0, 0, 1]), ("simultaneous", [-1 / 3, 2 / 3, 2 / 3])]
+)
+def test_newtons_cradle(impacts: str, velocities: list[float]) -> None:
+    track = run(known.cradle(impacts), 2.0)
+    assert track.values[-1, 3:6] == pytest.approx(velocities, abs=1e-14)
+    assert track.values[-1, 7] == pytest.approx(0, abs=1e-14)  # nothing is dissipated
+
+
+def test_upper_one_of_two_balls_leaves_faster() -> None:
+    """2.6 v at a ratio of masses of 9; the floor first, then the balls."""
+    track, v = run(known.two_balls(), 0.5), np.sqrt(2 * G)
+    assert track.values[-1, 3] + G * (0.5 - v / G) == pytest.approx(2.6 * v, rel=1e-13)
+    assert [event.element for event in track.events] == ["floor", "balls"]
+
+
+def test_number_of_impacts_gives_digits_of_pi() -> None:
+    """G. Galperin, Playing pool with pi, Regular and Chaotic Dynamics 8 (2003): 31 at a ratio of masses of 100."""
+    track = run(known.blocks_and_wall(100), 20.0)
+    assert len(times_of(track, "impact")) == 31
+    assert track.values[-1, 5] == pytest.approx(0, abs=1e-11)
+
+
+def test_coulomb_oscillator() -> None:
+    """Amplitudes fall by 2 F/k every half turn; at rest at x = 0.2 after four turns."""
+    track = run(known.coulomb_oscillator(), 30.0)
+    assert track.values[-1, 0] == pytest.approx(0.2, abs=1e-11)
+    assert track.events[-1].time == pytest.approx(8 * np.pi, abs=1e-9)
+    assert track.values[-1, 3] == pytest.approx((25 - 0.04) / 2, rel=1e-11)
+
+
+def test_stick_slip_on_a_belt() -> None:
+    """2D/v + (2 pi - 2 atan(D w/v))/w with D = (Fs - Fk)/k."""
+    assert np.diff(times_of(run(known.belt(), 30.0), "sticks"))[1:] == pytest.approx(8.902605407814523, abs=1e-10)
+
+
+def test_clutch_locks() -> None:
+    track = run(known.clutch(), 10.0)
+    assert times_of(track, "sticks") == pytest.approx([20 / 3], abs=1e-11)
+    assert track.values[-1, 2:4] == pytest.approx([100 / 3, 100 / 3], abs=1e-11)
+    assert track.values[-1, 5] == pytest.approx(10000 / 3, rel=1e-12)
+
+
+@pytest.mark.parametrize("direction", [0.0, 0.9])
+def test_sphere_rolls_after_sliding(direction: float) -> None:
+    """From 2 v0/(7 mu g) on at 5/7 v0; the cone of friction is round."""
+    track = run(known.sliding_sphere(direction), 2.0)
+    assert times_of(track, "sticks") == pytest.approx([10 / (7 * 0.2 * G)], abs=1e-12)
+    speeds = 25 / 7 * np.array([np.cos(direction), np.sin(direction)])
+    assert track.values[-1, 5:7] == pytest.approx(speeds, abs=1e-10)
+
+
+def test_block_at_rest_on_an_incline_does_not_creep() -> None:
+    """tan 30 degrees is 0.577; 1e5 s."""
+    track = run(known.incline(sp.Rational(6, 10)), 1e5)
+    assert np.abs(track.values[-1]).max() < 1e-18
+    assert track.modes[-1].contacts == (Mode.STICKS,)
+
+
+def test_block_slides_down_or_comes_to_rest_on_an_incline() -> None:
+    """Up it is slowed down by g (sin a + mu cos a), where it rests or, with less friction, slides back."""
+    slope, hold = np.radians(30), 0.6
+    up = run(known.incline(sp.Rational(6, 10), start=-1.0), 1.0)
+    assert times_of(up, "sticks") == pytest.approx([1 / (G * (np.sin(slope) + hold * np.cos(slope)))], abs=1e-12)
+    back = run(known.incline(sp.Rational(1, 2), start=-1.0), 1.0)
+    first = 1 / (G * (np.sin(slope) + 0.5 * np.cos(slope)))
+    down = G * (np.sin(slope) - 0.5 * np.cos(slope)) * (1 - first)
+    assert back.values[-1, 2] == pytest.approx(down, rel=1e-11)
+
+
+def test_stop_of_a_pendulum() -> None:
+    """Each impact halves the velocity w with w^2 = 2 g (cos 0.5 - cos 1); energies between impacts are kept."""
+    track = run(known.stopped_pendulum(), 6.0)
+    impacts = [event.impulse for event in track.events if event.kind == "impact"]
+    w = np.sqrt(2 * G * (np.cos(0.5) - np.cos(1.0)))
+    assert impacts[:3] == pytest.approx([1.5 * w, 0.75 * w, 0.375 * w], rel=1e-10)
+
+
+@pytest.mark.parametrize(("friction", "paradox"), [(1.32, False), (1.35, True)])
+def test_painleve_begins_at_four_thirds(friction: float, paradox: bool) -> None:
+    """At tan phi = 2 the limit (4 + tan^2 phi)/(3 tan phi) has its least value 4/3; then the rod is stopped at once."""
+    track = run(known.falling_rod(friction, float(np.arctan(2))), 1e-3)
+    assert bool(times_of(track, "painleve")) == paradox
+    slip = track.values[0, 3] - np.sin(np.arctan(2)) * track.values[0, 5]
+    assert slip == pytest.approx(0.0 if paradox else 1.0, abs=1e-14)
+
+
+@pytest.mark.parametrize(("friction", "poisson"), [(0.0, False), (0.1, False), (0.5, True)])
+def test_impact_with_friction_never_gains_energy(friction: float, poisson: bool) -> None:
+    """Newton's law would gain some at the double pendulum of T. Kane, D. Levinson, Dynamics (1985), section 5.8."""
+    track = run(known.double_pendulum_on_floor(friction), 1e-6)
+    assert bool(times_of(track, "poisson")) == poisson
+    assert track.values[0, 5] > 0
+
+
+def test_friction_under_the_force_of_its_own_guide() -> None:
+    """The guide bears g/(1 + k^2 + k mu) while the bead slides, which slows it down by (k + mu) times that."""
+    k, mu = 0.25, 0.5
+    track = run(known.loaded_slider(sp.Rational(1, 4), sp.Rational(1, 2)), 1.0)
+    slowed = (k + mu) * G / (1 + k**2 + k * mu)
+    assert times_of(track, "sticks") == pytest.approx([2 / slowed], abs=1e-12)
+    assert track.values[-1, 0] == pytest.approx(2 / slowed, abs=1e-11)
+
+
+def test_gripper_takes_and_releases() -> None:
+    """Taken, both move on at 1/4 m/s, three quarters of the energy lost."""
+    track = run(known.gripper(), 3.0)
+    assert [event.kind for event in track.events] == ["holds", "releases"]
+    assert [event.time for event in track.events] == pytest.approx([1.0, 2.0], abs=1e-14)
+    assert track.values[-1, :2] == pytest.approx([1.5, 0.5], abs=1e-12)
+    assert track.values[-1, 5] == pytest.approx(0.375, abs=1e-13)
+
+
+def test_switches_are_located() -> None:
+    """A mass under sign(x) as a restoring force: parabolas of the period 4 sqrt(2 x0), met to rounding."""
+    x = coordinate("x", "m", start=1.0)
+    mechanism = Mechanism(
+        "parabolas", coordinates=[x], bodies=[Body("mass", 1, (x, 0))], forces=[Force(x, -sp.sign(x))]
+    )
+    period = 4 * np.sqrt(2)
+    reference = integrate(mechanism, [0, period, 10 * period])
+    assert reference.trajectory["x"] == pytest.approx([1, 1, 1], abs=1e-11)
+    assert reference.relative_error.max() < 1e-10
+
+
+def test_switches_of_inputs_and_time_are_located() -> None:
+    """A force max(0, u - 1/2) heaviside(t - 1) with u = t/2 pushes from 1 s on: v = (t - 1)^2/4."""
+    x, u = coordinate("x", "m"), signal("u")
+    t = sp.Symbol("t", real=True)
+    force = sp.Max(0, u - sp.Rational(1, 2)) * sp.Heaviside(t - sp.Rational(6, 5))
+    mechanism = Mechanism(
+        "ramp", coordinates=[x], inputs=[u], bodies=[Body("mass", 1, (x, 0))], forces=[Force(x, force)]
+    )
+    track = run(mechanism, 3.0, {"u": t / 2})
+    assert track.values[-1, 1] == pytest.approx((4 - 0.04) / 4, abs=1e-12)

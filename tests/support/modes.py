@@ -1,0 +1,80 @@
+"""All combinations of modes of contacts tried one by one: slow, simple, and nothing of the C runtime."""
+
+from __future__ import annotations
+
+import itertools
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+Array = NDArray[np.float64]
+
+
+@dataclass(frozen=True)
+class Mode:
+    """Of some rows: lambda[row] = factor * lambda[other] + constant where ``ties`` has the row, else w[row] = 0.
+
+    ``bounds``: (factors of lambda, factors of w, constant) of sums that are not negative.
+    """
+
+    rows: tuple[int, ...]
+    ties: dict[int, tuple[float, int, float]]
+    bounds: tuple[tuple[dict[int, float], dict[int, float], float], ...]
+
+
+def bilateral(k: int) -> list[Mode]:
+    return [Mode((k,), {}, ())]
+
+
+def normal(k: int) -> list[Mode]:
+    return [Mode((k,), {k: (0.0, k, 0.0)}, (({}, {k: 1.0}, 0.0),)), Mode((k,), {}, (({k: 1.0}, {}, 0.0),))]
+
+
+def planar(n: int, t: int, friction: float, holding: float) -> list[Mode]:
+    """A contact in the plane at rest."""
+    stays = tuple(({n: holding, t: sign}, {}, 0.0) for sign in (1.0, -1.0))
+    modes = [Mode((n, t), {n: (0.0, n, 0.0), t: (0.0, n, 0.0)}, (({}, {n: 1.0}, 0.0),)), Mode((n, t), {}, stays)]
+    for way in (1.0, -1.0):
+        modes.append(Mode((n, t), {t: (-way * friction, n, 0.0)}, (({n: 1.0}, {}, 0.0), ({}, {t: way}, 0.0))))
+    return modes
+
+
+def sliding(n: int, t: int, friction: float, way: float) -> list[Mode]:
+    """A contact in the plane that slides."""
+    tie = {t: (-way * friction, n, 0.0)}
+    opened = {n: (0.0, n, 0.0), t: (0.0, n, 0.0)}
+    return [Mode((n, t), opened, (({}, {n: 1.0}, 0.0),)), Mode((n, t), tie, (({n: 1.0}, {}, 0.0),))]
+
+
+def bounded(k: int, force: float, holding: float) -> list[Mode]:
+    stays = tuple(({k: sign}, {}, holding) for sign in (1.0, -1.0))
+    slips = [Mode((k,), {k: (0.0, k, -way * force)}, (({}, {k: way}, 0.0),)) for way in (1.0, -1.0)]
+    return [Mode((k,), {}, stays), *slips]
+
+
+def _equations(modes: Sequence[Mode], delassus: Array, free: Array) -> tuple[Array, Array]:
+    matrix, right = np.array(delassus), -np.array(free)
+    for mode in modes:
+        for row, (factor, other, constant) in mode.ties.items():
+            matrix[:, row, :] = 0.0
+            matrix[:, row, row] = 1.0
+            matrix[:, row, other] -= factor
+            right[:, row] = constant
+    return matrix, right
+
+
+def solutions(elements: Sequence[Sequence[Mode]], delassus: Array, free: Array) -> Iterator[tuple[Array, Array]]:
+    """lambda[count, rows] of each combination and the least of what must not be negative [count]."""
+    for modes in itertools.product(*elements):
+        matrix, right = _equations(modes, delassus, free)
+        forces = np.linalg.solve(matrix, right[..., None])[..., 0]
+        motions = free + np.einsum("bij,bj->bi", delassus, forces)
+        least = np.full(len(free), np.inf)
+        for bound in itertools.chain.from_iterable(mode.bounds for mode in modes):
+            value = np.full(len(free), bound[2])
+            value += sum(factor * forces[:, row] for row, factor in bound[0].items())
+            value += sum(factor * motions[:, row] for row, factor in bound[1].items())
+            least = np.minimum(least, value)
+        yield forces, least
