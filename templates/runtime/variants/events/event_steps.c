@@ -211,6 +211,24 @@ bool events_end_step(Instance *instance, Step *step) {
     return true;
 }
 
+bool events_at_hand(Instance *instance, double span) {
+    State *state = &instance->state;
+    double states[N_STATES], values[SIZE_EVENTS];
+    for (int i = 0; i < N_STATES; i++) {
+        states[i] = state->states[i] + span * state->first_stage[i];
+    }
+    if (!events_evaluate(instance, state->time + span, states, values)) {
+        return false;
+    }
+    state->event_pending = 0;
+    for (int k = 0; k < N_EVENTS; k++) {
+        state->due[k] = values[k] <= 0.0;
+        state->event_rests[k] = state->due[k] ? 4.0 * fabs(values[k]) : state->event_rests[k];
+        state->event_pending = state->event_pending || state->due[k];
+    }
+    return state->event_pending != 0;
+}
+
 /* Counts events at one time; there are too many if modes do not settle. */
 static bool count_event(Instance *instance) {
     State *state = &instance->state;
