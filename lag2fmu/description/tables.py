@@ -52,7 +52,9 @@ class Table:
     units: Sequence[Unit | str] = key("units", "The units of the columns; by default those of SI.", default=())
     interpolation: str = key(INTERPOLATIONS, "Between the points; by default linear.", default="linear")
     outside: str = key(
-        OUTSIDE, "Beyond the points: their last value, the last slope, or an error; by default hold.", default="hold"
+        OUTSIDE,
+        "Beyond the points: the last value, the last piece continued, or an error; by default hold.",
+        default="hold",
     )
 
     grid: Grid = field(init=False, repr=False, compare=False)
@@ -76,6 +78,8 @@ class Table:
             raise MechanismError(f"{where}.units: {len(units)} units of {len(columns)} columns; give one each")
         vars(self).update(columns=columns, units=units)
         vars(self)["grid"] = _grid(columns, units, where)
+        if self.interpolation == "pchip" and self.arity == 2:
+            raise MechanismError(f"{where}.interpolation: pchip is for one argument; give linear or cubic")
 
     @property
     def arity(self) -> int:

@@ -44,7 +44,7 @@ def geometry_of(m: Description, contact: Contact, poses: Poses) -> Geometry:
     else:
         distance = sp.sqrt(apart.dot(apart))
         normal = apart / distance
-        tangents = [_along_line(normal)] if m.dimension == 2 else list(_tangents(normal))
+        tangents = [_along_line(normal)] if m.dimension == 2 else _tangents(normal)
         gap = distance - first - second
         on_second = second * normal
     if contact.frictionless:
@@ -109,8 +109,8 @@ def _fixed(contact: Contact, second: Pose, planar: bool) -> tuple[sp.Matrix, lis
     axis = contact.normal
     vector = direction(axis) if isinstance(axis, str) else sp.Matrix(axis)
     normal = vector / sp.sqrt(sp.trigsimp(vector.dot(vector)))
-    in_space = _tangents(normal) if vector.free_symbols else across(axis)
-    tangents = [_along_line(normal)] if planar else list(in_space)
+    in_space = _tangents if vector.free_symbols else lambda _: across(axis)
+    tangents = [_along_line(normal)] if planar else list(in_space(normal))
     return second.rotation * normal, [second.rotation * tangent for tangent in tangents]
 
 
@@ -119,12 +119,12 @@ def _along_line(normal: sp.Matrix) -> sp.Matrix:
     return sp.Matrix([normal[1], -normal[0], 0])
 
 
-def _tangents(normal: sp.Matrix) -> tuple[sp.Matrix, sp.Matrix]:
+def _tangents(normal: sp.Matrix) -> list[sp.Matrix]:
     """Two unit vectors that make a right-handed triple with ``normal`` behind them, without singular direction."""
     x, y, z = normal
     side = Choice(z, sp.S.One, sp.S.NegativeOne)
     a = -1 / (side + z)
-    return (
+    return [
         sp.Matrix([1 + side * x**2 * a, side * x * y * a, -side * x]),
         sp.Matrix([x * y * a, side + y**2 * a, -y]),
-    )
+    ]

@@ -100,10 +100,6 @@ class Mechanism(Description):
         """The names of the parameters in holonomic constraints and gaps, see ``scope``: they cannot change in a run."""
         return fixed_parameters(self, self.scope, (unilateral.gap for unilateral in self.unilaterals))
 
-    def with_latches(self) -> Mechanism:
-        """The same mechanism with its latches among the constraints, for those who know when they hold."""
-        return self._extended(constraints=in_order_of_kinds((*self.constraints, *self.latches)))
-
     def starting_at(self, coordinates: Iterable[Coordinate]) -> Mechanism:
         """The same mechanism with these ``coordinates``, which have other starts only; nothing is checked again."""
         return self._extended(coordinates=tuple(coordinates))

@@ -129,13 +129,12 @@ class NumericPrinter(StrPrinter):  # type: ignore[misc]
     """
 
     def _print_Function(self, expr: sp.Expr) -> str:
+        if isinstance(expr, Tabulated):
+            return f"tabulated({number_of(expr)}, {self.stringify(expr.args, ', ')})"
         arguments = expr.args[:1] if isinstance(expr, sp.Heaviside) else expr.args
         return f"{NAME_OF[expr.func]}({self.stringify(arguments, ', ')})"
 
     _print_Abs = _print_Heaviside = _print_Min = _print_Max = _print_LatticeOp = _print_Function
-
-    def _print_Tabulated(self, expr: Tabulated) -> str:
-        return f"tabulated({number_of(expr)}, {self.stringify(expr.args, ', ')})"
 
     def _print_Pow(self, expr: sp.Expr, rational: bool = False) -> str:
         if expr.exp.is_Integer or abs(expr.exp) == sp.S.Half:

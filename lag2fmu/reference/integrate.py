@@ -59,7 +59,7 @@ def integrate(
         )
     signals = signals_of(mechanism, inputs, float(grid[0]))
     if is_hybrid(mechanism):
-        return _hybrid(mechanism.with_latches(), grid, signals, (parameters, starts or {}), (method, rtol), progress)
+        return _hybrid(mechanism, grid, signals, (parameters, starts or {}), (method, rtol), progress)
     equations = Equations(mechanism, parameters)
     problem = InitialValueProblem(equations, signals, grid, _start(equations, starts or {}, float(grid[0]), signals))
     problem.check_start()

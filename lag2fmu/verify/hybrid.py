@@ -38,11 +38,11 @@ def row_outputs(mechanism: Mechanism) -> list[str]:
     """The names of what contacts, stops and frictions show."""
     found: list[str] = []
     for c in mechanism.unilaterals:
-        of = (names.gap, names.row_force, names.impulse, names.mode, names.impacts)
+        of = (names.gap, names.force, names.impulse, names.mode, names.impacts)
         found += [name(c.name) for name in of]
-        found += names.contact_frictions(c.name, len(c.slips))
+        found += names.frictions(c.name, len(c.slips))
     for f in mechanism.frictions:
-        found += [names.row_force(f.name), names.mode(f.name)]
+        found += [names.force(f.name), names.mode(f.name)]
     return found
 
 
@@ -145,12 +145,12 @@ def _laws_of_contact(task: Task, points: Points, label: str, run: Trajectory) ->
     q, qd = _states(task, run)
     friction, static = points.coefficients(0.0, q[0], qd[0])
     contacts = task.mechanism.unilaterals
-    normal = run.columns([names.row_force(c.name) for c in contacts])
+    normal = run.columns([names.force(c.name) for c in contacts])
     size = max(float(np.abs(normal).max()), 1e-300)
     worst, where = 0.0, "no force at all" if size == 1e-300 else "forces push, friction stays in its cone"
     for i, c in enumerate(contacts):
         open_ = run[names.mode(c.name)] == Mode.OPEN
-        slip = [run[name] for name in names.contact_frictions(c.name, len(c.slips))]
+        slip = [run[name] for name in names.frictions(c.name, len(c.slips))]
         tangential = np.hypot.reduce(slip) if slip else np.zeros(len(run))
         sticks = run[names.mode(c.name)] == Mode.STICKS
         limit = np.where(sticks, static[i], friction[i]) * normal[:, i]
@@ -165,7 +165,7 @@ def _energy(
     task: Task, label: str, run: Trajectory, reference: Reference, rows: NDArray[np.intp], seen: NDArray[np.bool_]
 ) -> Check:
     """How much energy minus external work ever grows; impacts and friction may only take some."""
-    external = (reference.work + reference.trajectory[names.DISSIPATED])[rows]
+    external = (reference.work + reference.trajectory[names.DISSIPATED_ENERGY])[rows]
     held = (run["generalized_energy"] - external)[seen & np.isfinite(reference.growth[rows])]
     times = run.time[seen & np.isfinite(reference.growth[rows])]
     sizes = np.abs(reference.trajectory["kinetic_energy"]), np.abs(external), np.abs(run["generalized_energy"])

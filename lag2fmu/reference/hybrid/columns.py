@@ -28,7 +28,7 @@ def columns_of(run: Run, track: Track) -> dict[str, Floats]:
     columns |= dict(zip(map(names.residual, constraints), np.array(missed).reshape(len(times), -1).T, strict=True))
     columns |= _elements(run, track, states, answers)
     if system.elements.k:
-        columns[names.DISSIPATED] = track.values[:, 2 * n + 1]
+        columns[names.DISSIPATED_ENERGY] = track.values[:, 2 * n + 1]
     return columns
 
 

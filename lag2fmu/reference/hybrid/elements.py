@@ -85,9 +85,9 @@ class Elements:
     @property
     def force_names(self) -> list[str]:
         """What the forces along the rows are called, (k,)."""
-        slips = (names.contact_frictions(c, len(rows)) for c, rows in zip(self.contacts, self.slip_rows, strict=True))
-        found = [*map(names.row_force, self.contacts), *(name for pair in slips for name in pair)]
-        return [*found, *map(names.row_force, self.frictions), *map(names.multiplier, self.latches)]
+        slips = (names.frictions(c, len(rows)) for c, rows in zip(self.contacts, self.slip_rows, strict=True))
+        found = [*map(names.force, self.contacts), *(name for pair in slips for name in pair)]
+        return [*found, *map(names.force, self.frictions), *map(names.multiplier, self.latches)]
 
     def set_sides(self, sides: tuple[int, ...]) -> None:
         """Freeze the kinks on these ``sides``, +1 or -1 each."""
