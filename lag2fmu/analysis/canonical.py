@@ -26,11 +26,14 @@ from lag2fmu.graph.graph import Node
 from lag2fmu.graph.to_sympy import tidy, written, written_operations
 
 MAX_COORDINATES, MAX_OPERATIONS = 3, 200
-"""Closed forms are made for at most so many coordinates, and so many operations in M, a and L0."""
+"""Closed forms are made for at most this many coordinates, and this many operations in M, a and L0."""
 
 
 def velocities(equations: EquationsOfMotion, values: Values, momenta: Floats) -> Floats:
-    """qd (n,) of the ``momenta`` p (n,) at t, q and inputs in ``values``; raises DerivationError if M is singular."""
+    """qd (n,) of the ``momenta`` p (n,) at t, q and inputs in ``values``; raises DerivationError if M is singular.
+
+    In SI units. Source: Goldstein, Classical Mechanics, section 8.1.
+    """
     equations, n = equations.apart(), len(equations.forcing)
     M = matrix(equations.graph, inertia(equations), values, n)
     resting = dict.fromkeys((names.velocity(c.name) for c in equations.mechanism.coordinates), 0.0)
@@ -47,7 +50,10 @@ def velocities(equations: EquationsOfMotion, values: Values, momenta: Floats) ->
 
 
 def hamiltonian(equations: EquationsOfMotion, values: Values, momenta: Floats) -> float:
-    """H in J at t, q and inputs in ``values`` and at ``momenta`` p (n,); raises DerivationError if M is singular."""
+    """H in J at t, q and inputs in ``values`` and at ``momenta`` p (n,); raises DerivationError if M is singular.
+
+    Source: Goldstein, Classical Mechanics, section 8.1.
+    """
     coordinates = equations.mechanism.coordinates
     qd = velocities(equations, values, momenta)
     moving = {**values, **dict(zip((names.velocity(c.name) for c in coordinates), qd, strict=True))}
@@ -143,7 +149,7 @@ def routhian_form(equations: EquationsOfMotion) -> tuple[tuple[str, ...], sp.Exp
 
 
 def cyclic_coordinates(equations: EquationsOfMotion) -> list[str]:
-    """The names of the coordinates that L does not contain."""
+    """The names of the coordinates that L does not contain. Source: Goldstein, Classical Mechanics, section 2.6."""
     equations = equations.apart()
     g, v = equations.graph, equations.variables
     slopes = reverse(g, {lagrangian(equations): g.one}, v.q)

@@ -19,7 +19,7 @@ Model = EquationsOfMotion | Mechanism | str | Path
 
 
 def linearize(model: Model, **about: Any) -> Linearization:
-    """The linearization of ``model`` about its start, or ``about`` q=, qd= (n,) in SI units and t= in s.
+    """The linearization of ``model`` about its start, or ``about`` q=, qd= (n,), further= (f,) in SI units and t= in s.
 
     See ``lag2fmu.analysis.linearize``. Raises DerivationError where M is singular or nothing is finite.
     """
@@ -29,7 +29,7 @@ def linearize(model: Model, **about: Any) -> Linearization:
 def equilibria(model: Model, **options: Any) -> tuple[Equilibrium, ...]:
     """The equilibria of ``model`` that are found from its start and around it, the one found from the start first.
 
-    See ``lag2fmu.analysis.equilibria``.
+    See ``lag2fmu.analysis.equilibria``. Raises LoadError or DerivationError for a ``model`` that has no equations.
     """
     return equilibria_of(_equations(model), **options)
 
@@ -37,11 +37,12 @@ def equilibria(model: Model, **options: Any) -> tuple[Equilibrium, ...]:
 def modes(model: Model, **about: Any) -> tuple[Mode, ...]:
     """The normal modes of ``model`` about the equilibrium found from its start, or about q= (n,) in SI units.
 
-    Where there is no equilibrium, about the start. See ``lag2fmu.analysis.normal_modes``.
+    Where there is no equilibrium, about the start. See ``lag2fmu.analysis.normal_modes``. Raises LoadError or
+    DerivationError for a ``model`` that has no equations.
     """
     equations = _equations(model)
-    if not about:
-        about = {"q": found[0].q} if (found := equilibria_of(equations, most=1)) else {}
+    if not about and (found := equilibria_of(equations, most=1)):
+        about = {"q": found[0].q, "further": found[0].further}
     return normal_modes(linearization_of(equations, **about))
 
 

@@ -8,12 +8,13 @@ Source: Hand, Finch, Analytical Mechanics, section 3.1; Goldstein, Classical Mec
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
 import numpy as np
 
 from lag2fmu.analysis.evaluation import at, operating_inputs
 from lag2fmu.dynamics.equations import EquationsOfMotion
+from lag2fmu.dynamics.variables import further_states
 from lag2fmu.graph.autodiff import forward
 from lag2fmu.graph.batches import Floats, Values, evaluate
 
@@ -25,10 +26,16 @@ TURN = 2 * np.pi
 
 @dataclass(frozen=True, eq=False)
 class Equilibrium:
-    """The configuration ``q`` (n,) in SI units, where the ``multipliers`` (m,) hold it."""
+    """The configuration ``q`` (n,) in SI units, held by the ``multipliers`` (m,), and the ``further`` states (f,)."""
 
     q: Floats
     multipliers: Floats
+    further: Floats = field(default_factory=lambda: np.zeros(0))
+
+    @property
+    def place(self) -> Floats:
+        """q and behind it the further states, (n + f,)."""
+        return np.concatenate([self.q, self.further])
 
 
 def equilibria(
@@ -45,7 +52,7 @@ def equilibria(
     found: list[Equilibrium] = []
     for seed in search.seeds():
         solution = search.nearest(seed)
-        if solution is not None and not any(search.same(solution.q, other.q) for other in found):
+        if solution is not None and not any(search.same(solution.place, other.place) for other in found):
             found.append(solution)
         if len(found) == most:
             break
@@ -53,21 +60,27 @@ def equilibria(
 
 
 class _Search:
-    """The equations at rest, r(q, multipliers) = 0 with n + h + m rows, and their derivatives."""
+    """The equations at rest, r(q, z, multipliers) = 0 with n + h + m + f rows, and their derivatives.
+
+    The f further states z rest too; configurations are (q, z), (n + f,).
+    """
 
     def __init__(self, equations: EquationsOfMotion, values: Values) -> None:
         self.equations = equations = equations.apart()
         g, v = equations.graph, equations.variables
         c, n = equations.constraints, len(equations.forcing)
         resting = dict.fromkeys((*v.qd, *v.qdd), g.zero)
-        self.rows = g.substitute([*equations.residual[:n], *c.positions, *c.velocities[len(c.positions) :]], resting)
-        self.variables = (*v.q, *v.multipliers)
+        rows = [*equations.residual[:n], *c.positions, *c.velocities[len(c.positions) :], *v.further_rates]
+        self.rows = g.substitute(rows, resting)
+        self.variables = (*v.q, *v.further, *v.multipliers)
         self.seeds_of = {x: g.symbol(f"d {g.leaf[x]}") for x in self.variables}
         self.slopes = forward(g, self.rows, self.seeds_of)
         self.values = values
-        self.nominal = np.array([q.nominal for q in equations.mechanism.coordinates])
-        self.start = np.array([q.start for q in equations.mechanism.coordinates])
-        self.angle = np.array([q.unit is not None and q.unit.si_name == "rad" for q in equations.mechanism.coordinates])
+        coordinates, further = equations.mechanism.coordinates, further_states(equations.mechanism)
+        self.nominal = np.array([*(q.nominal for q in coordinates), *(z.nominal for z in further)])
+        self.start = np.array([*(q.start for q in coordinates), *(z.start for z in further)])
+        turning = [q.unit is not None and q.unit.si_name == "rad" for q in coordinates]
+        self.angle = np.array([*turning, *(False for _ in further)])
 
     def seeds(self) -> Iterator[Floats]:
         """The start, everything zero, and places around the start: angles anywhere, the rest by 3 nominal values."""
@@ -84,16 +97,16 @@ class _Search:
         if found is None or seed is self.start:
             return found
         for _ in range(_RETURNS):
-            neutral = self._neutral(found.q)
-            away = self.nominal * (neutral @ (neutral.T @ ((found.q - self.start) / self.nominal)))
-            closer = self.solve(found.q - away) if np.abs(away / self.nominal).max() > _CONVERGED else None
-            if closer is None or not self.same(closer.q, found.q):
+            neutral = self._neutral(found.place)
+            away = self.nominal * (neutral @ (neutral.T @ ((found.place - self.start) / self.nominal)))
+            closer = self.solve(found.place - away) if np.abs(away / self.nominal).max() > _CONVERGED else None
+            if closer is None or not self.same(closer.place, found.place):
                 break
             found = closer
         return found
 
     def solve(self, q: Floats) -> Equilibrium | None:
-        """The equilibrium reached from ``q`` (n,), None if there is none or if it is one at an instant only."""
+        """The equilibrium reached from (q, z), None if there is none or if it is one at an instant only."""
         n, m = len(q), len(self.equations.constraints)
         x = np.concatenate([q, np.zeros(m)])
         r, slopes = self._measure(x)
@@ -110,7 +123,7 @@ class _Search:
                     break
             else:
                 if np.abs(r).max() > _BALANCED * size:
-                    return None  # nowhere better along Newton's direction
+                    return None  # the residual falls nowhere along Newton's direction
             moved = float(np.abs((trial - x)[:n] / self.nominal).max())
             x, r, slopes = trial, found, new
             if moved < _CONVERGED * max(1.0, float(np.abs(x[:n] / self.nominal).max())):
@@ -123,10 +136,11 @@ class _Search:
             return None
         place = np.where(self.angle, x[:n] - TURN * np.round((x[:n] - 1e-9) / TURN), x[:n])
         place = np.where(np.abs(place) < _ROUNDING * self.nominal, 0.0, place)
-        return Equilibrium(self._nice(place), x[n:])
+        place, own = self._nice(place), len(self.equations.forcing)
+        return Equilibrium(place[:own], x[n:], place[own:])
 
     def _nice(self, q: Floats) -> Floats:
-        """Angles that are multiples of a quarter turn but for rounding, made exact."""
+        """``q`` with angles that are multiples of a quarter turn but for rounding made exact."""
         quarter = np.round(q / (np.pi / 2)) * (np.pi / 2)
         return np.where(self.angle & (np.abs(q - quarter) < _ROUNDING), quarter, q)
 
@@ -144,9 +158,10 @@ class _Search:
         return family and len(self.equations.constraints) > 0 and bool(abs(one - other) <= 1e-9 * (abs(one) or 1.0))
 
     def _energies(self, *places: Floats) -> list[float]:
-        """h of the mechanism at rest at ``places``, each (n,)."""
+        """h of the mechanism at rest at ``places``, each (n + f,)."""
         node = [self.equations.energies["generalized_energy"]]
-        states = (at(self.equations, self.values, q, np.zeros_like(q)) for q in places)
+        n = len(self.equations.forcing)
+        states = (at(self.equations, self.values, x[:n], np.zeros(n), x[n:]) for x in places)
         return [float(evaluate(self.equations.graph, node, values)[0]) for values in states]
 
     def _neutral(self, q: Floats) -> Floats:
@@ -158,7 +173,8 @@ class _Search:
 
     def _measure(self, x: Floats, t: float = 0.0) -> tuple[Floats, Floats]:
         n = len(self.start)
-        values = at(self.equations, {**self.values, "t": t}, x[:n], np.zeros(n))
+        own = len(self.equations.forcing)
+        values = at(self.equations, {**self.values, "t": t}, x[:own], np.zeros(own), x[own:n])
         g, units = self.equations.graph, np.eye(len(x))
         values |= {str(g.leaf[node]): value for node, value in zip(self.variables[n:], x[n:], strict=True)}
         values |= {str(g.leaf[s]): unit for s, unit in zip(self.seeds_of.values(), units, strict=True)}
@@ -175,7 +191,7 @@ class _Search:
         return step
 
     def _lasts(self, x: Floats, size: float) -> bool:
-        """Whether the forces balance at other times too."""
+        """Whether the forces balance at other times too, not only at the start."""
         if self.equations.variables.t not in self.equations.graph.cone(self.rows):
             return True
         later = [np.abs(self._measure(x, t)[0]).max(initial=0.0) for t in (0.37, 1.93, 11.1)]

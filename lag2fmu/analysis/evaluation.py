@@ -13,6 +13,7 @@ from lag2fmu.description.symbols import Coordinate
 from lag2fmu.dynamics.constraints import starting_consistently
 from lag2fmu.dynamics.equations import EquationsOfMotion
 from lag2fmu.dynamics.samples import start_values
+from lag2fmu.dynamics.variables import further_states
 from lag2fmu.errors import DerivationError
 from lag2fmu.graph.autodiff import forward
 from lag2fmu.graph.batches import Floats, Values, evaluate, matrix
@@ -33,11 +34,20 @@ def attempted(find: Callable[[], Found], otherwise: Otherwise) -> Found | Otherw
         return otherwise
 
 
-def at(equations: EquationsOfMotion, values: Values, q: Floats, qd: Floats) -> dict[str, float | Floats]:
-    """``values`` with q and qd, (n,) or (n, *batch), put in."""
+def at(
+    equations: EquationsOfMotion, values: Values, q: Floats, qd: Floats, further: Floats | None = None
+) -> dict[str, float | Floats]:
+    """``values`` with q and qd, (n,) or (n, *batch), and the ``further`` states, (f,), put in. In SI units."""
     coordinates = [c.name for c in equations.mechanism.coordinates]
     moved = dict(zip(coordinates, q, strict=True))
+    if further is not None:
+        moved |= zip(further_names(equations), further, strict=True)
     return {**values, **moved, **dict(zip(map(names.velocity, coordinates), qd, strict=True))}
+
+
+def further_names(equations: EquationsOfMotion) -> list[str]:
+    """The names of the further states, (f,)."""
+    return [str(equations.graph.leaf[node]) for node in equations.variables.further]
 
 
 def resting_inputs(equations: EquationsOfMotion) -> dict[str, float | Floats]:
@@ -134,4 +144,5 @@ def random_states(equations: EquationsOfMotion, count: int) -> Iterator[dict[str
         if not len(c):
             free = [p.name for p in mechanism.parameters if p.value is not None]
             values |= {name: values[name] * generator.uniform(0.9, 1.1) for name in free}
+        values |= {z.name: z.start + z.nominal * generator.uniform(-1, 1) for z in further_states(mechanism)}
         yield values

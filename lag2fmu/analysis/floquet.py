@@ -62,14 +62,23 @@ class Floquet:
         return bool(np.abs(self.multipliers).max() <= 1 + 1e-7)
 
 
-def floquet(equations: EquationsOfMotion, q: Floats, period: float | None = None, steps: int = STEPS) -> Floquet:
-    """Floquet's exponents about the equilibrium q (n,); the ``period`` in s is read from the model if it is not given.
+def floquet(
+    equations: EquationsOfMotion,
+    q: Floats,
+    period: float | None = None,
+    steps: int = STEPS,
+    further: Floats | None = None,
+) -> Floquet:
+    """Floquet's exponents about the equilibrium q (n,) and the ``further`` states (f,), which rest there.
+
+    The ``period`` in s is read from the model if it is not given.
 
     ``steps`` are taken in a period. Raises DerivationError if the drive does not repeat itself after the period, or if
     none can be read. Source: Landau, Lifshitz, Mechanics, section 27; for the steps Hairer, Lubich, Wanner, II.1.3.
     """
     T = drive_period(equations) if period is None else period
-    linearizer, base = Linearizer(equations), at(equations, operating_inputs(equations), q, np.zeros_like(q))
+    base = at(equations, operating_inputs(equations), q, np.zeros_like(q), further)
+    linearizer = Linearizer(equations)
     first = linearizer(base | {"t": 0.0})
 
     def matrix(t: float) -> Floats:

@@ -2,7 +2,7 @@
 
 The tangent program gives dqdd by the seeds (dq, dqd, du). Small motions keep to the constraints' positions and
 velocities, linearized as well: they are a linear function of as many independent coordinates and velocities as the
-manifold has dimensions, z, and of the inputs. With them
+manifold has dimensions, of the further states and of the inputs. With z, the independent ones and the further states,
 
     dz/dt = A z + B u,    y = C z + D u.
 
@@ -19,7 +19,7 @@ from functools import cached_property
 
 import numpy as np
 
-from lag2fmu.analysis.evaluation import at, operating_inputs, saddle, unknowns
+from lag2fmu.analysis.evaluation import at, further_names, operating_inputs, saddle, unknowns
 from lag2fmu.description import names
 from lag2fmu.dynamics.equations import EquationsOfMotion
 from lag2fmu.dynamics.tangent import Tangent, differentiate
@@ -34,10 +34,11 @@ RANK = 1e-9
 class Linearization:
     """dz/dt = A z + B u and y = C z + D u about the state ``values`` {variable: SI value}.
 
-    ``states``: the k independent coordinates and velocities z; ``inputs``: names of u (r,); ``outputs``: names of y
-    (o,), the mechanism's. A (k, k), B (k, r), C (o, k), D (o, r). ``shape`` (2 n, k): all of q and qd for each z.
-    ``mass``, ``damping``, ``stiffness`` (n, n) and ``action`` (n, r) are those of M d2q + damping dq' + stiffness dq =
-    action u + G^T dmultiplier, before constraints are used; ``tangent`` (n, f) spans the motions that these let free.
+    ``states``: the k states z, independent coordinates and velocities, then further states; ``inputs``: names of u
+    (r,); ``outputs``: names of y (o,), the mechanism's. A (k, k), B (k, r), C (o, k), D (o, r). ``shape`` (2 n + f, k):
+    all of q, qd and the f further states for each z. ``mass``, ``damping``, ``stiffness`` (n, n) and ``action`` (n, r)
+    are those of M d2q + damping dq' + stiffness dq = action u + G^T dmultiplier, before constraints are used;
+    ``tangent`` (n, f) spans the motions that these let free.
     """
 
     values: Values
@@ -70,6 +71,7 @@ class Linearizer:
         self.tangent: Tangent = differentiate(equations)
         v, g = equations.variables, equations.graph
         self.inputs = tuple(str(g.leaf[node]) for node in v.inputs)
+        self.size = len(v.states)
 
     def __call__(self, values: Values) -> Linearization:
         """The linearization about the state ``values``; raises DerivationError where M is singular or not finite.
@@ -89,14 +91,17 @@ class Linearizer:
                 f"mechanism '{e.mechanism.name}': the equations have no finite derivatives at the state"
             )
         self._check_mass(M, G)
-        moved = -inverse @ rows[: n + m]  # (n + m, 2 n + r), dqdd and dmultipliers by every seed
+        moved = -inverse @ rows[: n + m]  # (n + m, s + r), dqdd and dmultipliers by every seed
         bound = rows[n + m :]
-        chosen, shape, push = self._independent(bound[:, : 2 * n], bound[:, 2 * n :], len(e.constraints.positions))
-        rate = np.concatenate([np.eye(2 * n, 2 * n + len(self.inputs))[n:], moved[:n]])
-        by_state, by_input = rate[:, : 2 * n], rate[:, 2 * n :]
-        C, D = self._outputs(values, moved)
+        chosen, shape, push = self._free_states(bound)
+        further = self._moved(self.tangent.further, values, moved)
+        rate = np.concatenate([np.eye(n, self.size + len(self.inputs), n), moved[:n], further])
+        by_state, by_input = rate[:, : self.size], rate[:, self.size :]
+        by_name = dict(zip((name for name, _ in e.locals()), self.tangent.locals, strict=True))
+        y = self._moved([by_name[name] for name in e.outputs], values, moved)
+        C, D = y[:, : self.size], y[:, self.size :]
         coordinates = [c.name for c in e.mechanism.coordinates]
-        everything = [*coordinates, *map(names.velocity, coordinates)]
+        everything = [*coordinates, *map(names.velocity, coordinates), *further_names(e)]
         return Linearization(
             values=values,
             states=tuple(everything[i] for i in chosen),
@@ -110,7 +115,7 @@ class Linearizer:
             mass=M,
             damping=rows[:n, n : 2 * n],
             stiffness=rows[:n, :n],
-            action=-rows[:n, 2 * n :],
+            action=-rows[:n, self.size :],
             tangent=shape[:n, : sum(i < n for i in chosen)],
         )
 
@@ -131,20 +136,30 @@ class Linearizer:
             )
 
     def _residual(self, values: Values) -> Floats:
-        """Derivatives of the equations, and of the constraints' velocities and positions, by q, qd and u."""
+        """Derivatives of the equations, and of the constraints' velocities and positions, by q, qd, z and u."""
         seeds = [*self.tangent.dx, *self.tangent.du]
         return self._seeded(self.tangent.residual, values, np.eye(len(seeds)))
 
-    def _outputs(self, values: Values, moved: Floats) -> tuple[Floats, Floats]:
-        """The outputs' derivatives by (q, qd), (o, 2 n), and by u, (o, r)."""
-        e, n = self.equations, len(self.equations.forcing)
-        by_name = dict(zip((name for name, _ in e.locals()), self.tangent.locals, strict=True))
-        nodes = [by_name[name] for name in e.outputs]
-        found = self._seeded(nodes, values, np.eye(2 * n + len(self.inputs)), moved)
-        return found[:, : 2 * n], found[:, 2 * n :]
+    def _moved(self, nodes: Sequence[Node], values: Values, moved: Floats) -> Floats:
+        """Tangents ``nodes`` (k,) by q, qd, z and u, accelerations and multipliers moving along: (k, s + r)."""
+        return self._seeded(nodes, values, np.eye(self.size + len(self.inputs)), moved)
+
+    def _free_states(self, bound: Floats) -> tuple[list[int], Floats, Floats]:
+        """What ``_independent`` gives, with the further states, which nothing binds, among the independent ones.
+
+        ``bound`` (m + h, s + r): the constraints' derivatives. Returns indices among the s states, all of these by
+        the independent ones (s, k) and by u (s, r).
+        """
+        n, f = len(self.equations.forcing), self.size - 2 * len(self.equations.forcing)
+        h = len(self.equations.constraints.positions)
+        chosen, shape, push = self._independent(bound[:, : 2 * n], bound[:, 2 * n :], h)
+        own = np.concatenate([np.zeros((f, len(chosen))), np.eye(f)], axis=1)
+        whole = np.concatenate([np.concatenate([shape, push[:, :f]], axis=1), own])
+        pushed = np.concatenate([push[:, f:], np.zeros((f, len(self.inputs)))])
+        return [*chosen, *range(2 * n, self.size)], whole, pushed
 
     def _seeded(self, nodes: Sequence[Node], values: Values, seeds: Floats, moved: Floats | None = None) -> Floats:
-        """``nodes`` for every row of ``seeds`` (s, 2 n + r), accelerations and multipliers along as ``moved`` says."""
+        """``nodes`` for every row of ``seeds`` (k, s + r), accelerations and multipliers along as ``moved`` says."""
         g, t = self.equations.graph, self.tangent
         given = {**values, str(g.leaf[t.dt]): 0.0, **dict.fromkeys((str(g.leaf[x]) for x in (*t.dp, *t.drates)), 0.0)}
         given |= {str(g.leaf[x]): seed for x, seed in zip((*t.dx, *t.du), seeds.T, strict=True)}
@@ -153,7 +168,7 @@ class Linearizer:
         return evaluate(g, nodes, given)
 
     def _independent(self, by_state: Floats, by_input: Floats, h: int) -> tuple[list[int], Floats, Floats]:
-        """Indices of the independent z among (q, qd), all of (q, qd) by z (2 n, k) and by u at z = 0 (2 n, r).
+        """Indices of the independent ones of (q, qd), all of (q, qd) by these (2 n, k), and by u beside (2 n, r).
 
         ``by_state`` (m + h, 2 n) and ``by_input`` (m + h, r) are the derivatives of the constraints' velocities and, in
         the last h rows, of their positions.
@@ -183,8 +198,9 @@ def linearize(
     qd: Floats | None = None,
     t: float = 0.0,
     inputs: Mapping[str, float] | None = None,
+    further: Floats | None = None,
 ) -> Linearization:
-    """The linearization about q, qd (n,) in SI units, by default the start, at the time ``t`` in s.
+    """The linearization about q, qd (n,) and ``further`` states (f,) in SI units, by default the start, at ``t`` (s).
 
     Inputs have their start values, or those of ``inputs`` {name: SI value}; u is what they differ by. Raises
     DerivationError where M is singular or nothing is finite, and for a name that is no input. Source: J. G. de
@@ -193,7 +209,7 @@ def linearize(
     coordinates = equations.mechanism.coordinates
     place = np.array([c.start for c in coordinates]) if q is None else np.asarray(q, dtype=np.float64)
     rate = np.array([c.velocity for c in coordinates]) if qd is None else np.asarray(qd, dtype=np.float64)
-    return Linearizer(equations)(at(equations, operating_inputs(equations, inputs) | {"t": t}, place, rate))
+    return Linearizer(equations)(at(equations, operating_inputs(equations, inputs) | {"t": t}, place, rate, further))
 
 
 def null_space(rows: Floats) -> Floats:

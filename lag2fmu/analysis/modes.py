@@ -88,7 +88,7 @@ def _settled(squares: Floats, shapes: Floats, near: float) -> Floats:
 def _damped(about: Linearization) -> list[Mode]:
     """The eigenvectors of A; of conjugate pairs the one with the positive imaginary part."""
     values, vectors = np.linalg.eig(about.A)
-    n = len(about.shape) // 2
+    n = len(about.mass)
     greatest = np.abs(values).max(initial=0.0)
     modes = []
     for value, vector in zip(values, vectors.T, strict=True):

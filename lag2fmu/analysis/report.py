@@ -21,13 +21,15 @@ from lag2fmu.analysis.modes import Mode, normal_modes
 from lag2fmu.description import names
 from lag2fmu.dynamics.equations import EquationsOfMotion
 from lag2fmu.dynamics.lagrange import derive
+from lag2fmu.dynamics.variables import further_states
 from lag2fmu.errors import DerivationError
 from lag2fmu.graph.batches import Floats
 from lag2fmu.language.expressions import to_text
+from lag2fmu.language.units import Unit
 from lag2fmu.mechanism.record import Mechanism
 
 _MODES, _MATRIX, _INPUTS = 12, 8, 6
-"""The most modes that are listed, states of a linearization whose matrices are printed, and inputs that are named."""
+"""At most this many modes are listed, states of a linearization have their matrices printed, and inputs are named."""
 
 
 @dataclass(frozen=True)
@@ -57,13 +59,17 @@ class Section:
 
 
 def analysis_report(mechanism: Mechanism, style: str = "text") -> str:
-    """The whole analysis of ``mechanism`` as plain text or as LaTeX (``style`` 'text' or 'latex')."""
+    """The whole analysis of ``mechanism`` as plain text or as LaTeX (``style`` 'text' or 'latex').
+
+    Raises DerivationError where there are no equations.
+    """
     sections = analysis_sections(derive(mechanism))
     if style == "latex":
         return "".join(f"\\paragraph{{{s.title}}}\n" + "".join(f"{x.latex}\n" for x in s.lines) for s in sections)
     return "".join(f"\n{s.title}\n" + "".join(f"      {x}\n" for x in s.lines) for s in sections)
 
 
+@np.errstate(all="ignore")  # what is not finite is looked for, and left out
 def analysis_sections(equations: EquationsOfMotion, closed_forms: bool = True) -> tuple[Section, ...]:
     """Conserved quantities, equilibria with their modes, and with ``closed_forms`` H, the Routhian, A, B, C, D."""
     found = attempted(lambda: equilibria(equations), ())
@@ -82,13 +88,13 @@ def analysis_sections(equations: EquationsOfMotion, closed_forms: bool = True) -
 
 
 def _guarded(content: Callable[[], Iterator[Line]]) -> Iterator[Line]:
-    """The lines, or what kept them from being made."""
+    """The lines, or a sentence on what kept them from being made."""
     try:
         yield from content()
     except DerivationError as error:
         sentence = str(error).split("': ", 1)[-1]
         yield Line(sentence[0].upper() + sentence[1:] + ".")
-    except Exception as error:  # whatever an algorithm says of numbers that nobody has thought of
+    except Exception as error:  # algorithms raise errors of many kinds at numbers that they were not made for
         yield Line(f"This could not be found: {type(error).__name__}, {error}")
 
 
@@ -139,15 +145,17 @@ def _stability(equations: EquationsOfMotion, item: Equilibrium) -> str:
 
 
 def _place(equations: EquationsOfMotion, item: Equilibrium) -> str:
-    nominal = [c.nominal for c in equations.mechanism.coordinates]
-    values = (_number(x, size) for x, size in zip(item.q, nominal, strict=True))
-    units = (c.unit.si_name if c.unit is not None else "" for c in equations.mechanism.coordinates)
-    labels = (c.name for c in equations.mechanism.coordinates)
+    m = equations.mechanism
+    parts = [(c.name, c.nominal, c.unit) for c in m.coordinates]
+    parts += [(z.name, z.nominal, z.unit if isinstance(z.unit, Unit) else None) for z in further_states(m)]
+    values = (_number(x, nominal) for x, (_, nominal, _) in zip(item.place, parts, strict=True))
+    units = (unit.si_name if unit is not None else "" for *_, unit in parts)
+    labels = (name for name, *_ in parts)
     return ", ".join(f"{q} = {x} {u}".rstrip() for q, x, u in zip(labels, values, units, strict=True))
 
 
 def _about(equations: EquationsOfMotion, item: Equilibrium) -> Linearization:
-    return linearize(equations, item.q, np.zeros_like(item.q))
+    return linearize(equations, item.q, np.zeros_like(item.q), further=item.further)
 
 
 def _small_motions(equations: EquationsOfMotion, found: Sequence[Equilibrium]) -> Iterator[Line]:
@@ -175,7 +183,7 @@ def _small_motions(equations: EquationsOfMotion, found: Sequence[Equilibrium]) -
 
 def _exponents(equations: EquationsOfMotion, item: Equilibrium) -> Iterator[Line]:
     yield Line("The equations change with time, so that there are no normal modes.")
-    result = floquet(equations, item.q)
+    result = floquet(equations, item.q, further=item.further)
     size = float(np.abs(result.exponents).max())
     listed = ", ".join(_complex(complex(x), size) for x in result.exponents)
     behaviour = "do not grow" if result.stable else "grow"
@@ -197,7 +205,7 @@ def _rate(mode: Mode) -> str:
 
 
 def _shape(equations: EquationsOfMotion, mode: Mode) -> str:
-    """The coordinates that take part."""
+    """The coordinates that take part in a mode, with their shares."""
     entries = []
     for c, x in zip(equations.mechanism.coordinates, mode.shape, strict=True):
         if abs(x) >= 5e-4:

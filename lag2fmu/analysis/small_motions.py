@@ -37,10 +37,16 @@ def linearized(mechanism: Mechanism, about: Sequence[float] | None = None) -> Me
     """The mechanism of small motions of ``mechanism`` about an equilibrium, with coordinates of the same names.
 
     ``about``: q (n,) in SI units, by default the equilibrium found from the start. It starts as far from equilibrium
-    as ``mechanism`` does. Raises DerivationError if there is no equilibrium, if ``about`` is none, or if the time is in
-    the equations (Floquet's exponents belong there). Source: Landau, Lifshitz, Mechanics, section 23.
+    as ``mechanism`` does. Raises DerivationError if there is no equilibrium, if ``about`` is none, if there are further
+    states, or if the time is in the equations (Floquet's exponents belong there). Source: Landau, Lifshitz, Mechanics,
+    section 23.
     """
     equations = derive(mechanism)
+    if equations.variables.further:
+        raise DerivationError(
+            f"mechanism '{mechanism.name}' has further states, which no mechanism of small motions is made of; "
+            "lag2fmu.analysis.linearize gives A, B, C and D with them"
+        )
     return _Form(equations, _equilibrium(equations, about)).mechanism()
 
 
@@ -91,7 +97,7 @@ class _Form:
         self.symbolic = self._stays()
 
     def _real(self) -> bool:
-        """Whether nothing was added to M to make it regular."""
+        """Whether M is the mechanism's own: nothing was added to make it regular."""
         return all(list(a) == b for a, b in zip(self.equations.mass_matrix, inertia(self.equations), strict=True))
 
     def _number(self, value: float) -> Node:

@@ -172,7 +172,10 @@ class Instance:
             raise RefusedError(name, status, self._log.last())
 
     def get(self, type_: str, which: Sequence[int]) -> list[Any]:
-        """The values of the variables ``which`` (value references) of one type; strings as bytes."""
+        """The values of the variables ``which`` (value references) of one type; strings as bytes.
+
+        Raises RefusedError as ``do`` does.
+        """
         kind = "Integer" if type_ == "Enumeration" else type_
         element: Any = {"Real": c_double, "String": c_char_p}.get(kind, c_int)
         values = (element * max(len(which), 1))()
@@ -180,11 +183,14 @@ class Instance:
         return list(values)[: len(which)]
 
     def set_reals(self, which: Sequence[int], values: Sequence[float]) -> None:
-        """Set variables of the type Real."""
+        """Set variables of the type Real. Raises RefusedError as ``do`` does."""
         self.do("SetReal", references(which), len(which), doubles(values))
 
     def vector(self, name: str, size: int) -> list[float]:
-        """What a function of model exchange such as GetDerivatives writes: (size,)."""
+        """What a function of model exchange such as GetDerivatives writes: (size,).
+
+        Raises RefusedError as ``do`` does.
+        """
         values = doubles([0.0] * size)
         self.do(name, values, size)
         return list(values)[:size]

@@ -10,6 +10,7 @@ import signal
 import subprocess
 import sys
 import time
+import uuid
 from collections.abc import Mapping, Sequence
 from contextlib import suppress
 from dataclasses import dataclass
@@ -18,8 +19,12 @@ from typing import BinaryIO
 
 MOST_WRITTEN = 10 << 20
 """Bytes in the journal or on standard output after which a process is ended."""
+_MARK = "LAG2FMU_CHECK"
+"""The variable of the environment by which what a process has started is found."""
 _START = 60.0
 """Time (s) for the process to start."""
+_END = 5.0
+"""Time (s) for all that it started to end."""
 
 
 @dataclass(frozen=True)
@@ -43,6 +48,7 @@ def watched(
     It writes to the file ``journal``. It is killed when the journal stands still for ``timeout`` (s), when it takes
     longer than ``total`` (s), and when it writes too much. Python itself may take longer to start on a busy machine.
     """
+    mark = f"{_MARK}={uuid.uuid4().hex}"
     with journal.open("w+b") as told, journal.with_name("printed").open("w+b") as printed:
         process = subprocess.Popen(
             command,
@@ -50,13 +56,14 @@ def watched(
             stdout=printed,
             stderr=printed,
             cwd=folder,
-            env=dict(environment),
+            env=dict(environment) | dict([mark.split("=")]),
             start_new_session=True,  # a group of its own, where there are such
         )
         try:
             reason = _watch(process, told, printed, timeout, total)
         finally:
             _kill(process)
+            _kill_marked(mark.encode())
         return Run(reason or _end_of(process.returncode), bool(reason), _text(told), _text(printed))
 
 
@@ -89,6 +96,29 @@ def _kill(process: subprocess.Popen[bytes]) -> None:
         with suppress(ProcessLookupError, PermissionError):  # nobody is left; macOS says so of zombies
             os.killpg(process.pid, signal.SIGKILL)
     process.wait()
+
+
+def _kill_marked(mark: bytes) -> None:
+    """End what left the group by a session of its own: on Linux, all processes that were born with ``mark``.
+
+    One that is ended may have started another in the meantime, so this goes on until none is found, for some time.
+    """
+    ends = time.monotonic() + _END
+    while time.monotonic() < ends:
+        found = [place for place in Path("/proc").glob("[0-9]*") if mark in _environment(place).split(b"\0")]
+        if not found:
+            return
+        for place in found:
+            with suppress(ProcessLookupError):
+                os.kill(int(place.name), signal.SIGKILL)
+
+
+def _environment(place: Path) -> bytes:
+    """The environment that the process at /proc/NUMBER was born with; empty of others' processes and of the dead."""
+    try:
+        return (place / "environ").read_bytes()
+    except OSError:
+        return b""
 
 
 def _end_of(code: int) -> str:

@@ -86,14 +86,17 @@ class Session:
         self.instance.free()
 
     def enter(self, stop_time: float | None = None) -> Session:
-        """Go to Initialization Mode."""
+        """Go to Initialization Mode. Raises RefusedError if the FMU does not go there."""
         self.time = self.model.start_time
         self.instance.do("SetupExperiment", 0, 0.0, self.time, int(stop_time is not None), stop_time or 0.0)
         self.instance.do("EnterInitializationMode")
         return self
 
     def start(self, stop_time: float | None = None) -> Session:
-        """Go to where steps are taken: Continuous-Time Mode, or the first communication point."""
+        """Go to where steps are taken: Continuous-Time Mode, or the first communication point.
+
+        Raises RefusedError, and RecursionError as ``rest`` does.
+        """
         self.enter(stop_time).instance.do("ExitInitializationMode")
         if self.model.kind == "ModelExchange":
             self.rest()
@@ -110,7 +113,10 @@ class Session:
         raise RecursionError(f"{_MOST_EVENTS} event iterations at t = {self.time:g} s and no end")
 
     def steps(self, count: int) -> list[list[Any]]:
-        """All values after each of ``count`` steps; fewer if the FMU ends the run by fmi2Discard."""
+        """All values after each of ``count`` steps; fewer if the FMU ends the run by fmi2Discard.
+
+        Raises RefusedError, and RecursionError as ``rest`` does.
+        """
         found = []
         for _ in range(count):
             if not self.step():
@@ -119,7 +125,10 @@ class Session:
         return found
 
     def step(self) -> bool:
-        """Take a step of the model's length; False if a co-simulation says fmi2Discard."""
+        """Take a step of the model's length; False if a co-simulation says fmi2Discard.
+
+        Raises RefusedError, and RecursionError as ``rest`` does.
+        """
         if self.model.kind == "ModelExchange":
             self._euler(self.model.step / 10)
             return True

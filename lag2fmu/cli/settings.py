@@ -23,6 +23,6 @@ def load_mechanism(model: str, settings: tuple[str, ...]) -> Mechanism:
 
 
 def echo_settings(texts: Mapping[str, str], units: Mapping[str, Unit]) -> None:
-    """Say on standard error what was set, with the unit in which it was read."""
+    """Say on standard error what was set, with the unit in which it was read. Raises LoadError for what is no value."""
     for name, text in texts.items():
         click.echo(f"set {name} = {shown(name, value_in_si(name, text, units), units)}", err=True)

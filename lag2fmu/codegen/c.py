@@ -9,9 +9,12 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from fractions import Fraction
+from textwrap import fill
 
 from lag2fmu.dynamics.functions import Function, Program
+from lag2fmu.dynamics.tables import LOOKUPS
 from lag2fmu.graph.graph import Node
+from lag2fmu.graph.interpolants import Interpolant
 from lag2fmu.graph.operations import CONSTANT, OPERATIONS
 
 MAX_STATEMENTS = 1500
@@ -35,6 +38,22 @@ def c_string(text: str) -> str:
     """``text`` as a C string literal of ASCII characters; others become octal escapes of their UTF-8 bytes."""
     plain = {ord('"'): '\\"', ord("\\"): "\\\\", ord("?"): "\\?"}
     return '"' + "".join(plain.get(b, chr(b) if 32 <= b < 127 else f"\\{b:03o}") for b in text.encode()) + '"'
+
+
+def c_table(table: Interpolant, number: int) -> str:
+    """The definition of the constant TABLE_``number``, see lookup.h."""
+    names = [f"KNOTS_{number}_{axis}" for axis in range(table.arity)]
+    lines = [_array(name, knots.tolist()) for name, knots in zip(names, table.knots, strict=True)]
+    lines.append(_array(f"COEFFICIENTS_{number}", table.coefficients.ravel().tolist()))
+    sizes = ", ".join(str(len(knots)) for knots in table.knots)
+    fields = f"{table.degree}, OUTSIDE_{table.outside.upper()}, {{{sizes}}}, {{{', '.join(names)}}}"
+    lines.append(f"static const Table TABLE_{number} = {{{fields}, COEFFICIENTS_{number}}};")
+    return "\n".join(lines)
+
+
+def _array(name: str, values: Sequence[float]) -> str:
+    text = fill(", ".join(map(c_number, values)), 116, initial_indent="    ", subsequent_indent="    ")
+    return f"static const double {name}[] = {{\n{text}\n}};"
 
 
 def c_prototype(function: Function) -> str:
@@ -110,9 +129,9 @@ class _Printer:
 
     def _statements(self, number: int) -> list[str]:
         """The statements of a part; a result is stored right after the statement that computes it."""
-        graph, names, lines = self.graph, self.names, []
+        names, lines = self.names, []
         for node in self.parts[number]:
-            expression = _PATTERNS[graph.code[node]].format(*[names[operand] for operand in graph.operands[node]])
+            expression = self._expression(node)
             lines.append(f"    const double {names[node]} = {expression};")
             if node in self.kept:
                 lines.append(f"    s[{self.kept[node]}] = {names[node]};")
@@ -120,6 +139,14 @@ class _Printer:
                 lines += [f"    {place} = {names[node]};" for place in self.stores[node]]
         names |= {node: f"s[{self.kept[node]}]" for node in self.parts[number] if node in self.kept}
         return lines
+
+    def _expression(self, node: Node) -> str:
+        code, operands = self.graph.code[node], self.graph.operands[node]
+        if code not in LOOKUPS:
+            return _PATTERNS[code].format(*[self.names[operand] for operand in operands])
+        table, *orders = (str(int(self.graph.value(x))) for x in operands[: 1 + LOOKUPS[code]])
+        arguments = [self.names[x] for x in operands[1 + LOOKUPS[code] :]]
+        return f"{OPERATIONS[code].name}(&TABLE_{table}, {', '.join([*orders, *arguments])})"
 
     def _assignments(self) -> list[str]:
         """The results that are constants or arguments."""

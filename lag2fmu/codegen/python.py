@@ -20,7 +20,7 @@ WIDTH = 96
 """The longest expression, in characters."""
 ARGUMENTS = {"t": "t", "x": "states", "u": "inputs", "p": "parameters", "qdd": "accelerations"}
 """How the arrays of a Function are called in Python."""
-RESULTS = {"M": "mass_matrix", "f": "forcing", "c": "dependent", "y": "local_variables"}
+RESULTS = {"M": "mass_matrix", "f": "forcing", "c": "dependent", "y": "local_variables", "dz": "rates"}
 ORDINARY = {"sqrt", "sin", "cos", "tan", "asin", "acos", "atan", "tanh", "atan2"}
 """Functions taken from the module math. It raises for some arguments of the others, so the runtime has those."""
 BUILT_IN = {"abs", "min", "max"}
@@ -132,7 +132,7 @@ class _Printer:
             self.text[node] = (text, strength)
 
     def _name(self, node: Node) -> str:
-        """The name of the quantity it is, sin_theta for sin(theta), else v1, v2, ..."""
+        """The name that says what the quantity is, sin_theta for sin(theta); else v1, v2, ..."""
         operands = [self.text[operand][0] for operand in self.graph.operands[node]]
         name = f"v{1 + sum(map(_is_temporary, self.taken))}"
         if node in self.quantities:

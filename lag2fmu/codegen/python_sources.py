@@ -16,15 +16,21 @@ from lag2fmu.solvers.tableaus import Tableau
 PRINTED = {
     "mechanism_dynamics": (("t", "x", "u", "p"), ("M", "f")),
     "mechanism_locals": (("t", "x", "u", "p", "qdd"), ("y",)),
+    "mechanism_further": (("t", "x", "u", "p", "qdd"), ("dz",)),
     "mechanism_dependent": (("p",), ("c",)),
 }
-"""The functions of a Program that this backend prints, with their arguments and results; others it does not need."""
+"""The functions of a Program that this backend prints, with their arguments and results; others it does not need.
+
+A mechanism without further states has no ``mechanism_further``.
+"""
 
 
 def printable(program: Program) -> bool:
     """Whether ``program`` has all functions of PRINTED with the arguments and results given there."""
     found = {f.name: (tuple(a.name for a in f.arguments), f.arrays) for f in program.functions}
-    return all(found.get(name) == signature for name, signature in PRINTED.items())
+    return all(found.get(name, signature) == signature for name, signature in PRINTED.items()) and (
+        PRINTED.keys() - found.keys() <= {"mechanism_further"}
+    )
 
 
 def runtime_files() -> tuple[str, dict[str, str]]:
@@ -43,13 +49,14 @@ def render_mechanism(
     meanings: Mapping[str, tuple[str, str]],
 ) -> str:
     """The module with the equations; ``texts`` are title and source, ``meanings`` {variable: (unit, doc)}."""
-    functions = [next(f for f in program.functions if f.name == name) for name in PRINTED]
+    functions = [f for name in PRINTED for f in program.functions if f.name == name]
     used = used_functions(program, functions)
     labels = {
         "M": tables.coordinate_names,
         "f": tables.coordinate_names,
         "y": program.locals,
         "c": program.dependent,
+        "dz": tables.further_names,
     }
     n = len(tables.coordinate_names)
     context = {
@@ -70,8 +77,10 @@ def render_mechanism(
         },
         "model_name": repr(tables.model_name),
         "nominal": [repr(x) for x in tables.nominal_states[:n]],
+        "nominal_further": [repr(x) for x in tables.nominal_states[2 * n :]],
         "default_step": repr(tables.default_solver_step),
         "default_duration": repr(tables.default_duration),
+        "first_motion": len(tables.start_inputs) - 3 * len(tables.motions),
     }
     return render("python/mechanism.py.jinja", context)
 

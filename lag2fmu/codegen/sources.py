@@ -9,6 +9,8 @@ from dataclasses import dataclass
 from lag2fmu.codegen.colours import Colouring
 from lag2fmu.codegen.templates import render
 from lag2fmu.dynamics.functions import Program
+from lag2fmu.dynamics.tables import lookups
+from lag2fmu.graph.interpolants import Interpolant
 from lag2fmu.graph.operations import CODE
 from lag2fmu.resources import resource_folder
 from lag2fmu.solvers.methods import Method
@@ -51,6 +53,7 @@ class RuntimeTables:
     last inputs. ``default_solver_step`` (s) is the step of methods of fixed step, ``default_duration`` (s) the stop
     time of the experiment. ``stabilisation`` (1/s) is the rate at which the drift of constraints decays.
     ``unilateral_names`` are those of contacts and stops, ``friction_names`` those of dry frictions.
+    ``further_names`` are the further states, which stand behind (q, qd).
     """
 
     model_name: str
@@ -73,11 +76,17 @@ class RuntimeTables:
     vibrations: tuple[tuple[float, int], ...] = ()
     unilateral_names: tuple[str, ...] = ()
     friction_names: tuple[str, ...] = ()
+    further_names: tuple[str, ...] = ()
 
     @property
     def element_names(self) -> tuple[str, ...]:
         """What has a mode: contacts and stops, then dry frictions."""
         return self.unilateral_names + self.friction_names
+
+    @property
+    def further(self) -> int:
+        """The number of further states."""
+        return len(self.further_names)
 
     @property
     def massless_positions(self) -> int:
@@ -110,6 +119,14 @@ class RuntimeTables:
         return list({**names, "x": [states[i] for i in sorted(states)]}.items())
 
 
+def _lookups(program: Program) -> list[tuple[int, Interpolant]]:
+    """The tables that ``program`` looks something up in, with their numbers."""
+    graph = program.graph
+    nodes = graph.cone(node for f in program.functions for *_, node in f.results)
+    used = {table.name for table, *_ in lookups(graph, nodes)}
+    return [(number, table) for number, table in enumerate(graph.tables) if table.name in used]
+
+
 _INCLUDED = re.compile(r'^#include "(\w+)\.h"', re.MULTILINE)
 
 
@@ -126,6 +143,7 @@ def render_sources(program: Program, tables: RuntimeTables, method: Method, guid
         "tables": tables,
         "method": method,
         "guid": guid,
+        "lookups": _lookups(program),
         "helpers": [text for name, text in _HELPERS.items() if CODE[name] in used],
     }
     kind = {
@@ -133,16 +151,18 @@ def render_sources(program: Program, tables: RuntimeTables, method: Method, guid
         "massless": bool(tables.massless),
         "events": program.hybrid,
         "contacts": bool(program.places),
+        "further": bool(tables.further),
+        "tables": bool(program.arguments),
     }
-    files = runtime_files(method, kind)
+    files = runtime_files(method, kind, ("lookup.c", "lookup.h") if context["lookups"] else ())
     files |= {name: render(f"mechanism/{name}.jinja", context) for name in (*GENERATED, *method.generated_files)}
     return dict(sorted(files.items()))
 
 
-def runtime_files(method: Method, kind: Mapping[str, bool]) -> dict[str, str]:
+def runtime_files(method: Method, kind: Mapping[str, bool], further: Sequence[str] = ()) -> dict[str, str]:
     """{file name: text} of the runtime, as far as a solver and a kind of mechanism need it; folders are left out.
 
-    ``kind`` says of each variant whether the mechanism has it.
+    ``kind`` says of each variant whether the mechanism has it; ``further`` names files that generated code needs.
 
     The gate of FMI, the folders of the chosen variants and the folder of the solver's family are taken as a whole, the
     latter with its own folders for these variants. Any other file is taken if an #include asks for it; NAME.h brings
@@ -153,6 +173,7 @@ def runtime_files(method: Method, kind: Mapping[str, bool]) -> dict[str, str]:
     whole = ("fmi2", *(f"variants/{name}" for name in variants), family, *(f"{family}/{name}" for name in variants))
     wanted = set(texts := _texts(*whole))
     texts |= _texts("core", "variants", "solvers", "solvers/common")
+    wanted |= set(further)
     needed: dict[str, str] = {}
     while wanted:
         name = wanted.pop()

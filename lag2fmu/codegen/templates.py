@@ -6,7 +6,7 @@ from functools import lru_cache
 
 from jinja2 import Environment, FileSystemLoader, StrictUndefined
 
-from lag2fmu.codegen.c import c_combination, c_function, c_number, c_prototype, c_string
+from lag2fmu.codegen.c import c_combination, c_function, c_number, c_prototype, c_string, c_table
 from lag2fmu.codegen.python import python_text
 from lag2fmu.resources import resource_folder
 
@@ -26,6 +26,7 @@ def _environment() -> Environment:
         "c_number": c_number,
         "c_string": c_string,
         "c_prototype": c_prototype,
+        "c_table": c_table,
         "c_bound": _c_bound,
         "c_comment": _c_comment,
         "python_text": python_text,

@@ -10,6 +10,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from typing import NamedTuple
 
 from lag2fmu.description.keys import BORNE, CONFIGURATION, CONSTANT, STATE, doc_key, key, unit_key
 from lag2fmu.description.places import End, Expression, checked_axis, normalise
@@ -25,17 +26,26 @@ IMPACTS = ("sequential", "simultaneous")
 LAWS = ("ideal", "compliant")
 """What a contact is: rigid, or a spring with a damper."""
 
+
+class ContactKind(NamedTuple):
+    """A kind of contact: the entries of its positions, the number of ``radii``, whether there is a ``normal``."""
+
+    entries: int
+    radii: int
+    normal: bool
+
+
 CONTACTS = {
-    "point_line": (2, 0, True),
-    "disc_line": (2, 1, True),
-    "disc_disc": (2, 2, False),
-    "point_disc": (2, 1, False),
-    "point_plane": (3, 0, True),
-    "sphere_plane": (3, 1, True),
-    "sphere_sphere": (3, 2, False),
-    "point_sphere": (3, 1, False),
+    "point_line": ContactKind(2, 0, normal=True),
+    "disc_line": ContactKind(2, 1, normal=True),
+    "disc_disc": ContactKind(2, 2, normal=False),
+    "point_disc": ContactKind(2, 1, normal=False),
+    "point_plane": ContactKind(3, 0, normal=True),
+    "sphere_plane": ContactKind(3, 1, normal=True),
+    "sphere_sphere": ContactKind(3, 2, normal=False),
+    "point_sphere": ContactKind(3, 1, normal=False),
 }
-"""Kind of a contact between two places -> (entries of positions, number of radii, whether it has a normal)."""
+"""The contacts between two places by name."""
 
 
 @dataclass(frozen=True)

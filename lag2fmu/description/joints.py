@@ -15,7 +15,7 @@ import sympy as sp
 from lag2fmu.description.keys import CONFIGURATION, CONSTANT, key
 from lag2fmu.description.names import suggestion
 from lag2fmu.description.outputs import Output
-from lag2fmu.description.parts import Constraint
+from lag2fmu.description.parts import Constraint, Damper, Definition
 from lag2fmu.description.places import AXES, WORLD, End, Expression, Frame, Vector, axes_key, checked_axis, normalise
 from lag2fmu.description.symbols import Coordinate, Declared
 from lag2fmu.errors import MechanismError
@@ -150,7 +150,7 @@ class Joint:
             raise MechanismError(f"{where}.axes: '{self.axes}' is unknown; give 'world' or 'frame'")
 
     def _check_beside(self, where: str) -> None:
-        """What goes with two ends stands beside them only, likewise with a parent."""
+        """Keys that go with two ends stand beside them only; likewise those of a joint on a parent."""
         if self.parent is not None and JOINTS[self.kind].coordinates is None:
             raise MechanismError(f"{where}.parent: '{self.kind}' carries no frame; give 'between' instead")
         if self.between is not None and (self.coordinates or any(self.origin)):
@@ -161,7 +161,7 @@ class Joint:
             raise MechanismError(f"{where}.reactions: this joint has none; {instead}")
 
     def _check_keys(self, where: str) -> None:
-        """The keys fit the kind; in the plane some are not needed, which is seen later."""
+        """The keys fit the kind. Some are needed in space only, which is checked when the ends are known."""
         known = JOINTS[self.kind].keys
         for name in _KEYS:
             twin = name == "second_axis" and self.between is not None and "axis" in JOINTS[self.kind].equations
@@ -196,7 +196,9 @@ class Joint:
                 name,
                 _UNITS.get(suffix, RADIAN),
                 start=float(suffix == "e0"),
-                given=False if self.kind == "spherical" else None,  # the norm of the quaternion determines it
+                given=False
+                if self.kind == "spherical"
+                else None,  # the norm of the quaternion determines the first entry
                 doc=f"{suffix.replace('_', ' ')} of the joint {self.name}",
             )
             yield declared.get(name, default)
@@ -254,15 +256,20 @@ def across(axis: str | Sequence[Expression] | None) -> tuple[sp.Matrix, sp.Matri
 
 # ---------------------------------------------------------------------------------------------------------- merging
 
-Named = TypeVar("Named", Frame, Constraint, Output)
+Named = TypeVar("Named", Frame, Definition, Damper, Constraint, Output)
 
 
 def joined(own: Iterable[Named], brought: Iterable[Named], table: str) -> tuple[Named, ...]:
-    """``own`` parts and those that joints bring; raises MechanismError where a name stands for two different ones."""
+    """``own`` parts and those that joints and contacts bring.
+
+    Raises MechanismError where a name stands for two different ones.
+    """
     parts = list(own)
     for part in brought:
         same = [other for other in parts if other.name == part.name]
         if any(other != part for other in same):
-            raise MechanismError(f"{table}.{part.name}: a joint brings one of this name too; rename one of them")
+            raise MechanismError(
+                f"{table}.{part.name}: a joint or contact brings one of this name too; rename one of them"
+            )
         parts += [] if same else [part]
     return tuple(parts)

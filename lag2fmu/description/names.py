@@ -91,36 +91,42 @@ def residual(name: str) -> str:
     return f"residual_{name}"
 
 
+# ---------------------------------------------------------------------------------------- contacts, stops, frictions
+
+DISSIPATED_ENERGY = "dissipated_energy"
+"""The variable that closes the balance of energy where there are contacts, stops or frictions."""
+
+
+def stop_side(stop: str, side: str) -> str:
+    """Name of the ``side`` ("lower" or "upper") of a ``stop``, which is a unilateral by itself."""
+    return f"{stop}_{side}"
+
+
 def gap(contact: str) -> str:
-    """Name of the gap of a contact or stop."""
+    """Name of the gap of the ``contact``, or of the side of a stop."""
     return f"{contact}_gap"
 
 
-def row_force(element: str) -> str:
-    """Name of the force in the normal direction of a contact or stop, or along a dry friction."""
+def force(element: str) -> str:
+    """Name of the normal force of a contact or of the side of a stop, and of the force of a friction element."""
     return f"{element}_force"
 
 
-def contact_frictions(contact: str, count: int) -> tuple[str, ...]:
-    """Names of the friction forces of a contact that slips in ``count`` directions, 0 to 2."""
-    endings = ("",) if count == 1 else ("_1", "_2")[:count]
-    return tuple(f"{contact}_friction{ending}" for ending in endings)
-
-
-def mode(element: str) -> str:
-    """Name of the mode of a contact, stop or dry friction."""
-    return f"{element}_mode"
+def frictions(contact: str, slips: int) -> tuple[str, ...]:
+    """Names of the friction forces of the ``contact`` along its ``slips``: NAME_friction, or NAME_friction_1, _2."""
+    return (f"{contact}_friction",) if slips == 1 else tuple(f"{contact}_friction_{k + 1}" for k in range(slips))
 
 
 def impulse(contact: str) -> str:
-    """Name of the impulse of the last impact of a contact or stop."""
+    """Name of the normal impulse of the last impact at the ``contact``, or at the side of a stop."""
     return f"{contact}_impulse"
 
 
+def mode(element: str) -> str:
+    """Name of the mode of a contact, of the side of a stop, or of a friction element."""
+    return f"{element}_mode"
+
+
 def impacts(contact: str) -> str:
-    """Name of the number of impacts of a contact or stop so far."""
+    """Name of the count of impacts at the ``contact``, or at the side of a stop."""
     return f"{contact}_impacts"
-
-
-DISSIPATED = "dissipated_energy"
-"""The energy that friction, dampers and impacts have taken so far."""

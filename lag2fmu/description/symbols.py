@@ -169,7 +169,10 @@ def parameter(
     minimum: float | None = None,
     maximum: float | None = None,
 ) -> Declared:
-    """A parameter: independent if ``value`` is a number (in ``unit``), dependent if it is an expression (in SI)."""
+    """A parameter: independent if ``value`` is a number (in ``unit``), dependent if it is an expression (in SI).
+
+    Raises UnitError for an unknown unit, MechanismError for a ``value`` that is no real number.
+    """
     u = _unit(unit)
     low, high = _si(u, minimum), _si(u, maximum)
     if isinstance(value, sp.Expr) and value.free_symbols:
@@ -188,7 +191,10 @@ def signal(
     maximum: float | None = None,
     doc: str = "",
 ) -> Declared:
-    """An FMU input for expressions of forces; with ``motion=True`` a prescribed motion with ``.dot`` and ``.ddot``."""
+    """An FMU input for expressions of forces; with ``motion=True`` a prescribed motion with ``.dot`` and ``.ddot``.
+
+    Raises UnitError for an unknown unit.
+    """
     u = _unit(unit)
     return Declared(Input(name, u, _si(u, start), motion, doc, _si(u, minimum), _si(u, maximum)))
 

@@ -267,7 +267,7 @@ class Composer:
             total[node] = self.g.add(total.get(node, self.g.zero), component)
 
     def output(self, output: Output) -> Vector:
-        """The nodes of an output, one for each of its names"""
+        """The nodes of an output, one for each of its names, in SI units."""
         if output.quantity is None:
             return (self.put(output.expression),)
         name = str(output.point if output.point is not None else output.frame)

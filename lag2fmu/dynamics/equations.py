@@ -72,7 +72,10 @@ class EquationsOfMotion:
         return self.graph.operations(self.solution.x if self.solution else self.forcing)
 
     def locals(self) -> Iterator[tuple[str, Node]]:
-        """(name, node) of everything that is calculated beside the accelerations: momenta, energies, power, outputs."""
+        """(name, node) of everything that is calculated beside the accelerations: momenta, energies, power, outputs.
+
+        Values are in SI units.
+        """
         for coordinate, momentum in zip(self.mechanism.coordinates, self.momenta, strict=True):
             yield names.momentum(coordinate.name), momentum
         yield from self.energies.items()

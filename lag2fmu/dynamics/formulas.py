@@ -13,6 +13,7 @@ import sympy as sp
 
 from lag2fmu.description import names
 from lag2fmu.dynamics.equations import EquationsOfMotion
+from lag2fmu.dynamics.variables import further_states
 from lag2fmu.graph.graph import Graph
 from lag2fmu.graph.nodes import Node
 from lag2fmu.graph.to_sympy import tidy, written, written_operations
@@ -32,11 +33,12 @@ class Formula:
 
 @dataclass(frozen=True)
 class Formulas:
-    """T and V if they are told apart, M(q), (n, n), the equations of motion, (n,), and the constraints, (m,)."""
+    """T and V if they are told apart, M(q), the equations of motion (n,), of further states (f,), constraints (m,)."""
 
     energies: tuple[Formula, ...]
     mass_matrix: Formula
     motion: tuple[Formula, ...]
+    further: tuple[Formula, ...]
     constraints: tuple[Formula, ...]
 
 
@@ -47,6 +49,7 @@ class Expressions:
     energies: tuple[tuple[str, sp.Expr], ...]
     mass_matrix: sp.ImmutableMatrix
     motion: tuple[tuple[sp.Expr, sp.Expr], ...]
+    further: tuple[tuple[sp.Expr, sp.Expr], ...]
     constraints: tuple[sp.Expr, ...]
 
 
@@ -60,6 +63,7 @@ def formulas(equations: EquationsOfMotion) -> Formulas | None:
         tuple(paper.equation(sp.Symbol(letter), energy) for letter, energy in found.energies),
         paper.equation(sp.Symbol("M"), found.mass_matrix),
         tuple(paper.equation(left, right) for left, right in found.motion),
+        tuple(paper.equation(left, right) for left, right in found.further),
         tuple(paper.equation(residual, sp.S.Zero) for residual in found.constraints),
     )
 
@@ -78,6 +82,7 @@ def expressions(equations: EquationsOfMotion, most: int) -> Expressions | None:
         *(equations.energies[_ENERGIES[letter]] for letter in letters),
         *(equations.mass_matrix[i][j] for i, j in triangle),
         *_without_inertia(equations),
+        *equations.variables.further_rates,
         *equations.constraints.residuals,
     ]
     operations = written_operations(g, nodes)
@@ -92,7 +97,9 @@ def expressions(equations: EquationsOfMotion, most: int) -> Expressions | None:
     motion = tuple(
         (sp.Add(*(matrix[i, j] * accelerations[j] for j in range(n)), next(texts)), forces[i]) for i in range(n)
     )
-    return Expressions(printed, matrix, motion, tuple(texts))
+    rates = [sp.Symbol(names.derivative(str(g.leaf[node])), real=True) for node in v.further]
+    further = tuple((rate, next(texts)) for rate in rates)
+    return Expressions(printed, matrix, motion, further, tuple(texts))
 
 
 def _read(graph: Graph, nodes: Sequence[Node], operations: int) -> Iterator[sp.Expr]:
@@ -123,6 +130,8 @@ class _Paper:
         moving = [*coordinates, *(motion.name for motion in equations.mechanism.motions)]
         dotted = {names.velocity(name): (name, 1) for name in moving}
         dotted |= {names.acceleration(name): (name, 2) for name in moving}
+        further = [z.name for z in further_states(equations.mechanism)]
+        dotted |= {names.derivative(name): (name, 1) for name in further}
         forces = {names.generalized_force(name): name for name in coordinates}
 
         class Latex(LatexPrinter):  # type: ignore[misc]

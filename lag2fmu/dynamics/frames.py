@@ -149,7 +149,7 @@ class Frames:
         return a if name == WORLD else apply(self.g, self.axes(name), a)
 
     def position(self, name: str, place: Vector) -> Vector:
-        """The position (3,) in world axes, in m, of the point ``place`` of the frame ``name``."""
+        """The position (3,) in world axes, in m, of the point ``place`` (3,) in m of the frame ``name``."""
         return plus(self.g, self.origin(name), self.to_world(name, place))
 
     def origin(self, name: str) -> Vector:

@@ -50,6 +50,16 @@ class Function:
 
 
 @dataclass(frozen=True)
+class TableArgument:
+    """An argument, at ``position`` from 1 on, of a table that has no value outside ``least`` to ``greatest`` (SI)."""
+
+    table: str
+    position: int
+    least: float
+    greatest: float
+
+
+@dataclass(frozen=True)
 class EventFunction:
     """What an event is the zero of: ``name`` for messages, ``nominal`` size in SI units.
 
@@ -68,14 +78,16 @@ class Program:
     ``locals`` are the names of the entries of ``mechanism_locals``, ``dependent`` those of ``mechanism_dependent``.
     ``method`` says how M is solved, one of ACCELERATION_METHODS. ``factor_size`` is the length of the array that
     ``mechanism_factor`` hands to ``mechanism_solve``, ``signals`` that of u, the inputs with their rates. ``outputs``
-    names the outputs beside q and qd; each of them has a second time derivative.
+    names the outputs beside q and qd; each of them has a second time derivative. ``arguments`` are those that
+    ``mechanism_arguments`` evaluates.
 
     Of p, the first ``masks`` entries are the numbers of the modes of contacts, dry frictions and latches, see
     ``modes.Modes``, and the next ``switches`` ones are +1 or -1 for each kink. ``places`` are those of the rows that
     modes switch among all ``constraints``, ``slips`` says how many of them each contact has to slip along. There are as
     many ``unilaterals``, contacts and stops; ``frictions`` and ``latches`` are the numbers of the other elements.
     ``event_functions`` are those of switches, and behind them those of contacts and dry frictions. ``offsets`` is the
-    number of latches that hold positions; the switches of the latches are the last ones. ``simultaneous`` says how impacts are resolved.
+    number of latches that hold positions; the switches of the latches are the last ones. ``simultaneous`` says how
+    impacts are resolved.
     """
 
     graph: Graph
@@ -87,6 +99,7 @@ class Program:
     dependent: tuple[str, ...]
     outputs: frozenset[str] = frozenset()
     signals: int = 0
+    arguments: tuple[TableArgument, ...] = ()
     constraints: int = 0
     places: tuple[int, ...] = ()
     slips: tuple[int, ...] = ()
@@ -130,7 +143,7 @@ class Program:
 
     def contains(self, variable: str) -> bool:
         """Whether the equations of motion or constraints contain the ``variable``; the time is 't'."""
-        functions = ("mechanism_dynamics", "mechanism_constrained", "mechanism_switches", "mechanism_rows")
+        functions = {f"mechanism_{name}" for name in ("dynamics", "constrained", "switches", "rows", "further")}
         equations = [f for f in self.functions if f.name in functions]
         return variable in self.graph.symbols([node for f in equations for *_, node in f.results])
 

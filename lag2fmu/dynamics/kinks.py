@@ -51,7 +51,7 @@ def switched(
     functions stay as they are where there are neither. Nodes are added to ``graph``.
     """
     effective = [node for f in functions if f.name not in _WITHOUT_EFFECT for *_, node in f.results]
-    moving = {variables.t, *variables.q, *variables.qd, *variables.signals}
+    moving = {variables.t, *variables.states, *variables.signals}
     kinks = _Kinks(graph, moving, {*variables.unknowns})
     margins = kinks.margins([*effective, *conditions])
     if not margins and not conditions and not masks:

@@ -43,7 +43,7 @@ from lag2fmu.dynamics.samples import (
 )
 from lag2fmu.dynamics.symbolic import Symbolic
 from lag2fmu.dynamics.terms import named_energies, quadratic_form, unconstrained_residual, with_constraints
-from lag2fmu.dynamics.variables import Variables, declare, translator
+from lag2fmu.dynamics.variables import Variables, declare, further_states, translator
 from lag2fmu.formats.loading import as_mechanism
 from lag2fmu.graph.autodiff import Forward, reverse
 from lag2fmu.graph.batches import matrix
@@ -72,7 +72,7 @@ class DerivedEquations(EquationsOfMotion):
         found = formulas(self)
         if found is None:
             return None
-        lines = [*found.motion, *found.constraints]
+        lines = [*found.motion, *found.further, *found.constraints]
         return "$$\\begin{gathered}" + " \\\\ ".join(line.latex for line in lines) + "\\end{gathered}$$"
 
     @property
@@ -109,11 +109,11 @@ def _check(equations: EquationsOfMotion, distances: Mapping[str, Node]) -> None:
     states = [start_values(mechanism), *samples(mechanism, 5)]
     masses = mass_matrices(g, equations.entries, equations.variables.qd, states)
     at_start = masses[0]
-    if not np.all(np.isfinite(at_start)):  # M may be finite where the coefficients of its form are not
+    if not np.all(np.isfinite(at_start)):  # M may be finite although the coefficients of its form are not
         at_start = matrix(g, equations.mass_matrix, states[0], len(forcing))
     check_start(mechanism, g, at_start, forcing, distances)
     check_positive(mechanism, at_start)
-    check_rank(mechanism, masses[1:])
+    check_rank(mechanism, masses[1:], equations.solution is not None)
     check_agreement(mechanism, g, masses[1:], states[1:], forcing, equations.solution)
 
 
@@ -166,7 +166,9 @@ def _composed(mechanism: Mechanism, carried: Mapping[int, float]) -> _Composed:
     """Compose both sides; ``carried`` {index of a constraint: weight} names constraints that act as inertias."""
     graph = Graph()
     variables = declare(graph, mechanism)
-    composer = Composer(graph, mechanism, translator(graph, mechanism, variables), variables)
+    put = translator(graph, mechanism, variables)
+    variables = replace(variables, further_rates=tuple(put(state.derivative) for state in further_states(mechanism)))
+    composer = Composer(graph, mechanism, put, variables)
     constraints = compose(graph, mechanism, composer.put, variables)
     inertias = {constraints.velocities[k]: graph.constant(Fraction(weight)) for k, weight in sorted(carried.items())}
     energies = replace(composer.energies(), carried=inertias)

@@ -18,7 +18,7 @@ import sympy as sp
 from lag2fmu.description import names
 from lag2fmu.description.parts import Constraint
 from lag2fmu.dynamics.elimination import Entries, null_vectors
-from lag2fmu.dynamics.variables import Variables
+from lag2fmu.dynamics.variables import Variables, further_states
 from lag2fmu.errors import DerivationError
 from lag2fmu.graph.autodiff import forward
 from lag2fmu.graph.graph import Graph, Node
@@ -69,11 +69,14 @@ def determined(mechanism: Mechanism) -> tuple[int | None, ...]:
 
 
 def continuous_states(mechanism: Mechanism) -> tuple[int, ...]:
-    """The indices in x = (q, qd) of the continuous states: all entries but those that equilibria determine."""
+    """The indices in x of the continuous states: all entries but those that equilibria determine.
+
+    x is (q, qd), and behind them stand the further states.
+    """
     n = len(mechanism.coordinates)
     pairs = list(zip(mechanism.constraints, determined(mechanism), strict=True))
     following = {i for c, i in pairs if c.holonomic} | {n + i for _, i in pairs if i is not None}
-    return tuple(i for i in range(2 * n) if i not in following)
+    return tuple(i for i in range(2 * n + len(further_states(mechanism))) if i not in following)
 
 
 def _shortest(expression: sp.Expr) -> sp.Expr:
@@ -81,6 +84,21 @@ def _shortest(expression: sp.Expr) -> sp.Expr:
     if expression.count_ops() > _LONG:
         return expression
     return min(expression, tidy(expression), key=lambda e: e.count_ops())
+
+
+def _waits_for_accelerations(graph: Graph, v: Variables, force: Node) -> bool:
+    """Whether the rate of ``force`` contains unknowns, by the further states in it or by those in their rates."""
+    rates = dict(zip(v.further, v.further_rates, strict=True))
+    met: set[Node] = set()
+    left = [force]
+    while left:
+        cone = set(graph.cone([left.pop()]))
+        if met and cone & set(v.unknowns):
+            return True
+        new = (cone & rates.keys()) - met
+        met |= new
+        left += [rates[z] for z in new]
+    return False
 
 
 def _equilibrium(
@@ -102,6 +120,11 @@ def _equilibrium(
     moving = v.moves(graph, force)
     along = direction if moving else {q: direction[qd] for q, qd in zip(v.q, v.qd, strict=True)}
     (slope,) = forward(graph, [force], along)
+    if _waits_for_accelerations(graph, v, force):
+        raise DerivationError(
+            f"{where} depends on a further state whose derivative contains what constraints bear, which is not "
+            f"supported; {remedy}"
+        )
     kind, unknowns = ("damped_equilibrium", v.qd) if moving else ("equilibrium", v.q)
     solvable = [i for i in moved if forward(graph, [force], {unknowns[i]: graph.one}) != [graph.zero]]
     expression = _shortest(written(graph, [force])[0])

@@ -6,14 +6,16 @@ from collections.abc import Collection, Iterable, Iterator
 
 from lag2fmu.dynamics.elimination import solve
 from lag2fmu.dynamics.equations import EquationsOfMotion
-from lag2fmu.dynamics.functions import Array, EventFunction, Function, Program
+from lag2fmu.dynamics.functions import Array, EventFunction, Function, Program, TableArgument
 from lag2fmu.dynamics.kinks import nominal_size, switched
 from lag2fmu.dynamics.modes import Modes, sliding_forces, with_rows
 from lag2fmu.dynamics.schur_complement import solve_constrained
+from lag2fmu.dynamics.tables import lookups
 from lag2fmu.dynamics.tangent import Tangent, differentiate
 from lag2fmu.dynamics.terms import canonical
 from lag2fmu.dynamics.time_derivatives import SecondDerivatives, differentiate_twice
-from lag2fmu.graph.graph import Node
+from lag2fmu.graph.graph import Graph, Node
+from lag2fmu.graph.operations import SYMBOL
 
 __all__ = ["Array", "Function", "Program", "lower"]
 
@@ -24,8 +26,9 @@ def lower(equations: EquationsOfMotion, promoted: Collection[str] = (), variatio
     ``promoted`` names the accelerations and locals that are outputs beside those of the mechanism. ``variational``
     adds the momenta and forces that variational solvers work on.
 
-    The arguments of the functions are t; x = (q, qd), (2n,); u, the inputs: Q, then the user's, then y0, y0_dot,
-    y0_ddot of each motion; p, the switches of kinks and behind them the independent parameters; qdd, (n,), with the m
+    The arguments of the functions are t; x = (q, qd) with the f further states behind, (2n + f,); u, the inputs: Q,
+    then the user's, then y0, y0_dot, y0_ddot of each motion; p, numbers of modes, the switches of kinks and behind them
+    the independent parameters; qdd, (n,), with the m
     multipliers behind it. Where coordinates without mass follow from forces, the rates of the inputs stand behind the
     inputs in u. Of M, which is row-major, only the lower triangle is written. All values are in SI units. Raises
     DerivationError if a function would need a variable that is none of its arguments.
@@ -38,7 +41,7 @@ def lower(equations: EquationsOfMotion, promoted: Collection[str] = (), variatio
     g, v = equations.graph, equations.variables
     sliding = sliding_forces(g, equations.rows, modes)
     p = Array("p", v.parameters)
-    state = (Array("t", (v.t,), True), Array("x", (*v.q, *v.qd)), Array("u", v.signals), p)
+    state = (Array("t", (v.t,), True), Array("x", v.states), Array("u", v.signals), p)
     factor, solution = _factor_and_solve(equations, state)
     outputs = frozenset((*equations.mechanism.output_names, *promoted))
     qdd = Array("qdd", v.unknowns)
@@ -49,6 +52,7 @@ def lower(equations: EquationsOfMotion, promoted: Collection[str] = (), variatio
         factor,
         solution,
         *_constraints(equations, state, factor),
+        *_further(equations, state, qdd),
         *(_canonical(equations, state) if variational else ()),
         _function(
             "mechanism_locals",
@@ -62,12 +66,17 @@ def lower(equations: EquationsOfMotion, promoted: Collection[str] = (), variatio
         ),
         *_second_derivatives(differentiate_twice(equations, outputs), state, qdd),
     )
+    arguments = _arguments(g, functions, state)
+    if arguments:
+        doc = "Arguments a of tables that have no value outside their data."
+        functions = (*functions, _function("mechanism_arguments", doc, state, a=(node for node, _ in arguments)))
     found = switched(
         g, v, equations.mechanism, functions, masks=len(modes.numbers), conditions=equations.rows.conditions
     )
     return Program(
         graph=g,
         functions=tuple(function.check(g) for function in found.functions),
+        arguments=tuple(argument for _, argument in arguments),
         method=equations.method,
         factor_size=len(factor.results) - len(v.q),
         inputs=tuple(str(g.leaf[node]) for node in v.inputs),
@@ -86,6 +95,22 @@ def lower(equations: EquationsOfMotion, promoted: Collection[str] = (), variatio
         switches=len(found.margins),
         event_functions=(*found.margins, *_contact_events(equations)),
     )
+
+
+def _arguments(
+    graph: Graph, functions: Iterable[Function], state: tuple[Array, ...]
+) -> list[tuple[Node, TableArgument]]:
+    """The arguments, functions of the ``state``, of tables that have no value outside their data."""
+    given = {entry for array in state for entry in array.entries}
+    nodes = graph.cone(node for f in functions for *_, node in f.results)
+    found: dict[tuple[Node, str], TableArgument] = {}
+    for table, _, arguments in lookups(graph, nodes):
+        for axis, argument in enumerate(arguments):
+            symbols = {node for node in graph.cone([argument]) if graph.code[node] == SYMBOL}
+            if table.outside == "error" and symbols <= given:
+                knots = table.knots[axis]
+                found[argument, table.name] = TableArgument(table.name, axis + 1, float(knots[0]), float(knots[-1]))
+    return [(argument, range_of) for (argument, _), range_of in found.items()]
 
 
 def _function(name: str, doc: str, arguments: tuple[Array, ...], **arrays: Iterable[Node]) -> Function:
@@ -148,6 +173,13 @@ def _factor_and_solve(equations: EquationsOfMotion, state: tuple[Array, ...]) ->
     doc = "What the solution a of M a = b takes beside b, w, and the pivots."
     factor = _function("mechanism_factor", doc, state, w=w, pivots=pivots)
     return factor, _function("mechanism_solve", "The solution a of M a = b.", (Array("w", w), Array("b", rhs)), a=x)
+
+
+def _further(equations: EquationsOfMotion, state: tuple[Array, ...], qdd: Array) -> Iterator[Function]:
+    """The derivatives of the further states, if there are any."""
+    if equations.variables.further:
+        doc = "Derivatives dz of the further states; qdd holds the accelerations and behind them the multipliers."
+        yield _function("mechanism_further", doc, (*state, qdd), dz=equations.variables.further_rates)
 
 
 def _canonical(equations: EquationsOfMotion, state: tuple[Array, ...]) -> Iterator[Function]:
@@ -220,6 +252,13 @@ def _tangents(
         (*state, qdd, *seed),
         dr=tangent.residual,
     )
+    if tangent.further:
+        yield _function(
+            "mechanism_further_tangent",
+            "Directional derivative d2z of the derivatives dz of the further states.",
+            (*state, qdd, *seed, dqdd),
+            d2z=tangent.further,
+        )
     yield _function(
         "mechanism_locals_tangent",
         "Directional derivative dy of the momenta, energies and outputs.",

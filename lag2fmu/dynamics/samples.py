@@ -9,6 +9,7 @@ import numpy as np
 
 from lag2fmu.description import names
 from lag2fmu.dynamics.elimination import Entries, Solution
+from lag2fmu.dynamics.variables import further_states
 from lag2fmu.errors import DerivationError
 from lag2fmu.graph.batches import Floats, evaluate, matrix
 from lag2fmu.graph.graph import Graph, Node
@@ -16,6 +17,8 @@ from lag2fmu.mechanism.record import Mechanism
 
 State = dict[str, float]
 """The values of all variables, by name, in SI units."""
+RESOLVED = 1e-12
+"""Parts of an inertia that are smaller than this, by which a motion differs from others, are lost in rounding."""
 
 
 def start_values(mechanism: Mechanism) -> State:
@@ -25,6 +28,7 @@ def start_values(mechanism: Mechanism) -> State:
         values |= {c.name: c.start, names.velocity(c.name): c.velocity, names.acceleration(c.name): 0.0}
         values[names.generalized_force(c.name)] = 0.0
     values |= {names.multiplier(c.name): 0.0 for c in mechanism.constraints}
+    values |= {state.name: state.start for state in further_states(mechanism)}
     for u in mechanism.inputs:
         values |= {u.name: u.start, names.velocity(u.name): 0.0, names.acceleration(u.name): 0.0}
     if any(c.massless for c in mechanism.constraints):
@@ -40,6 +44,7 @@ def samples(mechanism: Mechanism, count: int) -> Iterator[State]:
     start = start_values(mechanism)
     parameters = {p.name for p in mechanism.parameters}
     nominal = {c.name: c.nominal for c in mechanism.coordinates}
+    nominal |= {z.name: z.nominal for z in further_states(mechanism)}
     for _ in range(count):
         yield {
             name: value * generator.uniform(0.9, 1.1)
@@ -85,7 +90,7 @@ def massless_directions(
         scale = np.sqrt(np.abs(np.diag(mass)))
         scale[scale == 0] = 1.0
         _, singular, vectors = np.linalg.svd(mass / np.outer(scale, scale))
-        null = vectors[singular <= 1e-12 * max(singular[0], 1e-300)]
+        null = vectors[singular <= RESOLVED * max(singular[0], 1e-300)]
         if len(null) == 0:
             return {}
         for k, row in enumerate(rows):
@@ -154,8 +159,11 @@ def check_quadratic(mechanism: Mechanism, graph: Graph, entries: Sequence[Node])
             )
 
 
-def check_rank(mechanism: Mechanism, masses: Floats) -> None:
-    """Raise DerivationError naming the coordinates if M is singular in every sampled state, ``masses`` (k, n, n)."""
+def check_rank(mechanism: Mechanism, masses: Floats, regular: bool) -> None:
+    """Raise DerivationError naming the coordinates if M is singular in every sampled state, ``masses`` (k, n, n).
+
+    ``regular``: as algebra it is not, but in double precision.
+    """
     directions = []
     for mass in masses:
         if not np.all(np.isfinite(mass)):
@@ -163,15 +171,20 @@ def check_rank(mechanism: Mechanism, masses: Floats) -> None:
         scale = np.sqrt(np.abs(np.diag(mass)))
         scale[scale == 0] = 1.0
         singular, vectors = np.linalg.svd(mass / np.outer(scale, scale))[1:]
-        if singular[-1] > 1e-12 * max(singular[0], 1e-300):
+        if singular[-1] > RESOLVED * max(singular[0], 1e-300):
             return
         directions.append(np.abs(vectors[-1]))
     if directions:
         worst = np.max(directions, axis=0)
         culprits = [c.name for c, w in zip(mechanism.coordinates, worst, strict=True) if w > 1e-6]
+        along = f"motion along {', '.join(culprits)}"
         raise DerivationError(
-            f"mechanism '{mechanism.name}': the mass matrix is singular for every q; the motion along "
-            f"{', '.join(culprits)} has no mass. Give what moves there a mass or inertia, or leave out coordinates"
+            f"mechanism '{mechanism.name}': the mass matrix is singular to double precision for every q; a {along} has "
+            f"less than {RESOLVED:g} of the inertia that each of these coordinates has alone. Let coordinates begin at "
+            "mass centres, give greater masses or inertias, or leave out this motion"
+            if regular
+            else f"mechanism '{mechanism.name}': the mass matrix is singular for every q; the {along} has no mass. "
+            "Give what moves there a mass or inertia, or leave out coordinates"
         )
 
 
@@ -185,8 +198,8 @@ def check_agreement(
 ) -> None:
     """Raise DerivationError if the accelerations do not solve M qdd = forcing in double precision.
 
-    A guard against two different expressions with one fingerprint, at the first of the k ``states`` without a bad
-    pivot; ``masses`` (k, n, n) are M there.
+    This guards against two different expressions with one fingerprint. It looks at the first of the k ``states`` in
+    which no pivot is bad; ``masses`` (k, n, n) are M there.
     """
     if solution is None:
         return

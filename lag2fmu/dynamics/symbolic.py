@@ -40,7 +40,7 @@ class Symbolic:
 
     @cached_property
     def equations(self) -> tuple[sp.Eq, ...]:
-        """M qdd = forcing + G^T multiplier, row by row, (n,)."""
+        """M qdd = forcing + G^T multiplier, row by row, (n,). Source: Goldstein, Classical Mechanics, section 1.4."""
         g, v = self.of.graph, self.of.variables
         qdd = sp.Matrix(self._written(v.qdd))
         reactions = [g.dot(v.multipliers, [row[i] for row in self.of.constraints.jacobian]) for i in range(len(v.q))]

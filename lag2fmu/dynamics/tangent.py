@@ -17,13 +17,13 @@ from lag2fmu.graph.graph import Node
 
 @dataclass(frozen=True)
 class Tangent:
-    """Seeds and derivatives as nodes: seeds dt, dx (q then qd, 2n), du (inputs), dp (parameters), dqdd (n + m).
+    """Seeds and derivatives as nodes: seeds dt, dx (q, qd, further states), du (inputs), dp (parameters), dqdd (n + m).
 
     ``drates`` are the seeds of the inputs' rates; it is empty where the equations contain none.
 
     ``residual``: dr, (n + m,), and behind it the derivatives of the constraints' velocities (m,) and positions (h,);
-    ``locals``: derivatives of ``EquationsOfMotion.locals()`` in order; ``dependent``: those of dependent parameters;
-    ``sliding``: those of the forces of rows that slide.
+    ``further``: derivatives of the further states' rates; ``locals``: derivatives of ``EquationsOfMotion.locals()`` in
+    order; ``dependent``: those of dependent parameters; ``sliding``: those of the forces of rows that slide.
     """
 
     dt: Node
@@ -36,16 +36,20 @@ class Tangent:
     dependent: tuple[Node, ...]
     drates: tuple[Node, ...] = ()
     sliding: tuple[Node, ...] = ()
+    further: tuple[Node, ...] = ()
 
 
 def differentiate(equations: EquationsOfMotion, sliding: tuple[Node, ...] = ()) -> Tangent:
-    """Derive the tangent program of ``equations`` on their graph, and of the forces ``sliding``; see the module."""
+    """Derive the tangent program of ``equations`` on their graph, and of the forces ``sliding``; see the module.
+
+    Source: A. Griewank, A. Walther, Evaluating Derivatives, SIAM 2008, section 3.1 (propagation of tangents).
+    """
     g, v = equations.graph, equations.variables
 
     def seeds(nodes: tuple[Node, ...]) -> tuple[Node, ...]:
         return tuple(g.symbol(f"d {g.leaf[node]}") for node in nodes)
 
-    states, inputs, c = (*v.q, *v.qd), v.inputs, equations.constraints
+    states, inputs, c = v.states, v.inputs, equations.constraints
     (dt,) = seeds((v.t,))
     dx, du, dp, dqdd = seeds(states), seeds(inputs), seeds(v.parameters), seeds(v.unknowns)
     drates = seeds(v.rates)
@@ -65,4 +69,5 @@ def differentiate(equations: EquationsOfMotion, sliding: tuple[Node, ...] = ()) 
         dependent=tuple(dependent),
         drates=drates,
         sliding=tuple(forward(g, sliding, moving)),
+        further=tuple(forward(g, v.further_rates, moving)),
     )

@@ -23,7 +23,11 @@ from lag2fmu.mechanism.record import Mechanism
 
 
 def unconstrained_residual(graph: Graph, v: Variables, energies: Energies, rate: Rate, second: Rate) -> list[Node]:
-    """d/dt dL/dqd - dL/dq + dR/dqd - Q, (n,); ``rate`` is d/dt of places, ``second`` of velocities, with qdd or not."""
+    """d/dt dL/dqd - dL/dq + dR/dqd - Q, (n,); ``rate`` is d/dt of places, ``second`` of velocities, with qdd or not.
+
+    Source: Goldstein, Classical Mechanics, section 1.5 (velocity-dependent potentials and the dissipation
+    function).
+    """
     accelerations = second(rate([inertia.place for inertia in energies.inertias]))
     effort = {place: graph.negate(force) for place, force in energies.effort.items()}
     for inertia, acceleration in zip(energies.inertias, accelerations, strict=True):
@@ -44,7 +48,10 @@ def unconstrained_residual(graph: Graph, v: Variables, energies: Energies, rate:
 def with_constraints(
     graph: Graph, v: Variables, residual: Sequence[Node], c: Constraints, rate: Rate
 ) -> tuple[Node, ...]:
-    """The equations with the constraints' forces G^T multiplier, and G qdd + gamma below, (n + m,)."""
+    """The equations with the constraints' forces G^T multiplier, and G qdd + gamma below, (n + m,).
+
+    Source: Goldstein, Classical Mechanics, section 2.4 (multipliers).
+    """
     forces = reverse(graph, dict(zip(c.velocities, v.multipliers, strict=True)), v.qd)
     return (*(graph.subtract(r, force) for r, force in zip(residual, forces, strict=True)), *rate(c.velocities))
 
@@ -141,7 +148,8 @@ def _generalized_forces(graph: Graph, v: Variables, energies: Energies) -> list[
 def canonical(graph: Graph, v: Variables, energies: Energies) -> tuple[list[Node], list[Node]]:
     """p = dL/dqd and F = dL/dq - dR/dqd + Q, (n,) each, F anywhere, on the constraints or beside them.
 
-    L holds the energies of constraints that make M regular, so that p determines qd.
+    L holds the energies of constraints that make M regular, so that p determines qd. Source: J. E. Marsden, M.
+    West, Acta Numerica 10 (2001), pp. 357-514, for what discrete actions need of L.
     """
     half = graph.constant(Fraction(1, 2))
     carried = [
@@ -157,7 +165,8 @@ def canonical(graph: Graph, v: Variables, energies: Energies) -> tuple[list[Node
 def named_energies(graph: Graph, v: Variables, energies: Energies, momenta: Sequence[Node]) -> dict[str, Node]:
     """T, V, T + V (unless V has velocities), h = sum qd p - L, all in J, and the power of the external inputs, in W.
 
-    ``momenta`` are p, (n,). Without T and V apart, of a whole Lagrangian, only the last two.
+    ``momenta`` are p, (n,). Without T and V apart, of a whole Lagrangian, only the last two. Source: Goldstein,
+    Classical Mechanics, section 2.7 (the energy function h).
     """
     named: dict[str, Node] = {}
     if energies.split:

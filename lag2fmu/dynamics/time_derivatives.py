@@ -35,8 +35,9 @@ class SecondDerivatives:
 def differentiate_twice(equations: EquationsOfMotion, outputs: Collection[str]) -> SecondDerivatives:
     """The second total time derivatives of the residual and of the locals named in ``outputs``.
 
-    Each input moves with a rate of its own, a motion y0 and its y0_dot too, for an importer gives each of them its own
-    polynomial. The result has (n + m,) nodes for the residual and one for each local.
+    Each input moves with a rate of its own, a motion y0 and its y0_dot too, for an importer gives each of them its
+    own polynomial. The result has (n + m,) nodes for the residual and one for each local. Source: A. Griewank, A.
+    Walther, Evaluating Derivatives, SIAM 2008, chapter 13 (Taylor coefficients).
     """
     g, v = equations.graph, equations.variables
 
@@ -47,6 +48,7 @@ def differentiate_twice(equations: EquationsOfMotion, outputs: Collection[str]) 
     d3q, d4q = rates("d", v.unknowns), rates("dd", v.unknowns)
     moving = (*v.q, *v.qd, *v.unknowns, *v.signals, *du)
     along = {v.t: g.one} | dict(zip(moving, (*v.qd, *v.qdd, *d3q, *du, *d2u), strict=True))
+    along |= zip(v.further, v.further_rates, strict=True)
     chosen = {i: node for i, (name, node) in enumerate(equations.locals()) if name in outputs}
     further = along | dict(zip(d3q, d4q, strict=True))
     second = forward(g, forward(g, list(chosen.values()), further), further)

@@ -7,6 +7,8 @@ from dataclasses import dataclass, replace
 from graphlib import TopologicalSorter
 
 from lag2fmu.description import names
+from lag2fmu.description.events import State
+from lag2fmu.dynamics.tables import interpolant
 from lag2fmu.graph.from_sympy import Translator
 from lag2fmu.graph.graph import Graph, Node
 from lag2fmu.mechanism.record import Mechanism
@@ -15,6 +17,8 @@ from lag2fmu.mechanism.record import Mechanism
 @dataclass(frozen=True)
 class Variables:
     """The variables as nodes: t; q, qd, qdd, Q of n entries each; plain inputs, motions and independent parameters.
+
+    ``further``: the further states z, (f,), and ``further_rates``: their derivatives as nodes, once they are composed.
 
     ``multipliers``: one for each constraint, (m,). ``forces``: those of the rows that modes switch, see ``Rows``; of
     latches they are multipliers too. ``motions`` holds (y0, y0_dot, y0_ddot) for each motion input.
@@ -33,6 +37,13 @@ class Variables:
     motions: tuple[tuple[Node, Node, Node], ...]
     parameters: tuple[Node, ...]
     rates: tuple[Node, ...] = ()
+    further: tuple[Node, ...] = ()
+    further_rates: tuple[Node, ...] = ()
+
+    @property
+    def states(self) -> tuple[Node, ...]:
+        """The vector x of the generated functions: q, qd and the further states, (2 n + f,)."""
+        return (*self.q, *self.qd, *self.further)
 
     @property
     def unknowns(self) -> tuple[Node, ...]:
@@ -50,8 +61,12 @@ class Variables:
         return (*self.inputs, *self.rates)
 
     def direction(self, graph: Graph, accelerating: bool) -> dict[Node, Node]:
-        """The direction of time {variable: its rate}: t -> 1, q -> qd, motions alike, qd -> qdd if ``accelerating``."""
+        """The direction of time {variable: its rate}: t -> 1, q -> qd, motions alike, qd -> qdd if ``accelerating``.
+
+        Further states have the rates that are composed so far.
+        """
         rates = {self.t: graph.one} | dict(zip(self.q, self.qd, strict=True))
+        rates |= zip(self.further, self.further_rates, strict=False)
         if self.rates:
             rates |= dict(zip(self.signals, self.rates, strict=False))
         for y, y_dot, y_ddot in self.motions:
@@ -63,8 +78,14 @@ class Variables:
         return bool(set(self.qd) & set(graph.cone([node])))
 
 
+def further_states(mechanism: Mechanism) -> tuple[State, ...]:
+    """The further states in the order of the vector z: those of the user."""
+    return mechanism.states
+
+
 def declare(graph: Graph, mechanism: Mechanism) -> Variables:
     """All variables of ``mechanism`` as symbols on ``graph``; names that are not the user's are those of ``names``."""
+    graph.tables = [interpolant(table) for table in mechanism.tables]
     q = [c.name for c in mechanism.coordinates]
 
     def nodes(labels: Iterable[str], group: str | None = "state") -> tuple[Node, ...]:
@@ -84,6 +105,7 @@ def declare(graph: Graph, mechanism: Mechanism) -> Variables:
             for u in mechanism.motions
         ),
         parameters=nodes([p.name for p in mechanism.parameters if p.value is not None]),
+        further=nodes([state.name for state in further_states(mechanism)]),
     )
     if not any(c.massless for c in mechanism.constraints):
         return v
@@ -95,9 +117,9 @@ def _forces(mechanism: Mechanism) -> list[str]:
     """The names of what rows bear, in the order of ``Rows``."""
     contacts = mechanism.unilaterals
     return [
-        *(names.row_force(contact.name) for contact in contacts),
-        *(name for contact in contacts for name in names.contact_frictions(contact.name, len(contact.slips))),
-        *(names.row_force(friction.name) for friction in mechanism.frictions),
+        *(names.force(contact.name) for contact in contacts),
+        *(name for contact in contacts for name in names.frictions(contact.name, len(contact.slips))),
+        *(names.force(friction.name) for friction in mechanism.frictions),
         *(names.multiplier(latch.name) for latch in mechanism.latches),
     ]
 
@@ -105,7 +127,7 @@ def _forces(mechanism: Mechanism) -> list[str]:
 def translator(graph: Graph, mechanism: Mechanism, variables: Variables) -> Translator:
     """A translator that knows the variables, the dependent parameters and the definitions of ``mechanism``."""
     v = variables
-    known = [v.t, *v.q, *v.qd, *v.unknowns, *v.forces, *v.inputs, *v.parameters]
+    known = [v.t, *v.states, *v.unknowns, *v.forces, *v.inputs, *v.parameters]
     translate = Translator(
         graph, {str(graph.leaf[node]): node for node in known}, (e for _, e in mechanism.expressions())
     )

@@ -44,7 +44,8 @@ Formula = tuple[str, sp.Expr]
 def procedure(mechanism: Mechanism, style: str = "text", *, full: bool = False) -> str:
     """The twelve steps for ``mechanism`` as plain text or as LaTeX (``style`` 'text' or 'latex').
 
-    Long formulas of text are shortened unless they are asked for in ``full``.
+    Long formulas of text are shortened unless they are asked for in ``full``. Raises DerivationError where the
+    equations cannot be derived.
     """
     notation = TEXT if style == "text" else LATEX
     equations = derive(mechanism)
@@ -98,10 +99,10 @@ class _Steps:
         if operations(self._lagrangian) > MAX_OPERATIONS:
             count = f"L has {_rounded(operations(self._lagrangian))} operations: its derivatives are not written out"
             yield "Derivatives of L", [self._say(count)]
-            yield "Equations of motion", self._on_graph()
+            yield "Equations of motion", [*self._on_graph(), *self._further()]
             return
         yield "Derivatives of L", self._formulas(self._derivatives())
-        yield "Equations of motion", self._formulas(self._equations())
+        yield "Equations of motion", [*self._formulas(self._equations()), *self._further()]
 
     def _on_frames(self) -> Iterator[tuple[str, Sequence[str]]]:
         """The steps of a spatial mechanism: its frames as they are given; the rest is composed, not written out."""
@@ -123,7 +124,7 @@ class _Steps:
         yield "Lagrangian L = T - V", [self._say("composed on the graph")]
         yield "Non-potential forces", [self._say(self._acting())]
         yield "Derivatives of L", [self._say("by automatic differentiation")]
-        yield "Equations of motion", self._on_graph()
+        yield "Equations of motion", [*self._on_graph(), *self._further()]
 
     def _acting(self) -> str:
         """The loads with where they act, and the coordinates that forces act on."""
@@ -133,7 +134,7 @@ class _Steps:
     # ------------------------------------------------------------------------------------------------- the steps
 
     def _on_graph(self) -> list[str]:
-        """The equations of motion as the FMU's page has them, of large mechanisms a word on where they stand."""
+        """The equations of motion as on the FMU's page; of large mechanisms, a sentence on where they stand."""
         form = "M(q, t) qdd = forcing" + " + G^T multiplier" * bool(self.mechanism.constraints)
         lines = [self._say(f"{len(self.mechanism.coordinates)} equations {form}, derived on the graph")]
         if self._written is None:
@@ -153,7 +154,7 @@ class _Steps:
         return tidy(self.composition.kinetic) - tidy(self.composition.potential)
 
     def _coordinate(self, q: Coordinate, starting: Coordinate) -> str:
-        """What it is, and what was not written or may be misread."""
+        """What the coordinate is, with values that were not written or may be misread."""
         remarks = [] if starting.start == q.start else [f"starts at {_amount(starting.start, q)}, by the constraints"]
         if q.nominal_from not in ("", "given"):
             remarks.append(f"nominal {_amount(q.nominal, q)}, from {q.nominal_from}")
@@ -240,6 +241,12 @@ class _Steps:
             left = sp.collect(sp.expand(left), accelerations)
             yield self.notation.expression(left), force - c.dissipation.diff(qd) + reaction
 
+    def _further(self) -> list[str]:
+        """The derivatives of the further states, definitions written out."""
+        pairs = zip(self.mechanism.states, self.composition.further, strict=True)
+        rates = [(self.notation.name(names.derivative(z.name)), rate) for z, rate in pairs]
+        return self._formulas(rates) if rates else []
+
     # ------------------------------------------------------------------------------------------------- writing
 
     def _formulas(self, formulas: Iterator[Formula] | Sequence[Formula]) -> list[str]:
@@ -263,7 +270,7 @@ class _Steps:
 
 
 def _rounded(count: int) -> str:
-    """``count``, of long numbers three digits."""
+    """``count`` as text; three digits of a long one."""
     return str(count) if count <= MAX_ON_PAPER else f"{count:.3g}"
 
 
@@ -277,7 +284,7 @@ def _amount(value: float, q: Coordinate) -> str:
 
 
 def _unit(unit: Unit | None) -> str:
-    """The unit of the equations, and that in which values are given where it is another one."""
+    """The unit that the equations compute in and, if it differs, the unit that values are given in."""
     if unit is None or not unit.si_name:
         return ""
     return f" [{unit.si_name}]" if unit.name == unit.si_name else f" [{unit.si_name}; given in {unit.name}]"

@@ -8,6 +8,7 @@ from lag2fmu.description import names
 from lag2fmu.dynamics.blocks import united
 from lag2fmu.dynamics.equations import EquationsOfMotion
 from lag2fmu.dynamics.massless import continuous_states
+from lag2fmu.dynamics.variables import further_states
 
 
 def dependencies(equations: EquationsOfMotion) -> dict[str, frozenset[str]]:
@@ -21,6 +22,8 @@ def dependencies(equations: EquationsOfMotion) -> dict[str, frozenset[str]]:
     coordinates = [q.name for q in m.coordinates]
     unknowns = (*map(names.acceleration, coordinates), *(names.multiplier(c.name) for c in m.constraints))
     x = [*coordinates, *map(names.velocity, coordinates)]
+    further = [state.name for state in further_states(m)]
+    x += further
     states = [x[i] for i in continuous_states(m)]
     following = _following(equations, {*x} - {*states})
     blocks = dict(zip(unknowns, equations.unknown_dependencies(), strict=True))
@@ -35,6 +38,8 @@ def dependencies(equations: EquationsOfMotion) -> dict[str, frozenset[str]]:
     for q in coordinates:
         found[names.derivative(q)] = _without([names.velocity(q)], known)
         found[names.derivative(names.velocity(q))] = blocks[names.acceleration(q)]
+    rates = zip(further, equations.variables.further_rates, strict=True)
+    found |= {names.derivative(name): _without(graph.symbols([node]), known) for name, node in rates}
     found |= {state: frozenset([state]) for state in states}
     return {name: frozenset("time" if used == "t" else used for used in uses) for name, uses in found.items()}
 

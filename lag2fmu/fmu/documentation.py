@@ -115,6 +115,7 @@ def _formulas(equations: EquationsOfMotion) -> list[tuple[str, tuple[Formula, ..
         ("Energies", found.energies),
         ("Mass matrix", (found.mass_matrix,)),
         ("Equations of motion", found.motion),
+        ("Further states", found.further),
         ("Constraints", found.constraints),
     ]
     return [(heading, group) for heading, group in groups if group]

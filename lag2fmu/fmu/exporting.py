@@ -136,7 +136,7 @@ def _check_target(path: Path) -> None:
 def _check_texts(mechanism: Mechanism) -> None:
     """Refuse titles and descriptions that modelDescription.xml cannot hold."""
     texts = {"title": mechanism.title, "source": mechanism.source}
-    for table in ("coordinates", "parameters", "inputs", "outputs"):
+    for table in ("coordinates", "states", "parameters", "inputs", "outputs"):
         texts |= {f"{table}.{part.name}.doc": part.doc for part in getattr(mechanism, table)}
     for place, text in texts.items():
         found = _NOT_IN_XML.search(text)

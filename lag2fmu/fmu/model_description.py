@@ -98,6 +98,16 @@ def _generation_time() -> dict[str, str]:
     return {"generationDateAndTime": datetime.fromtimestamp(int(epoch), timezone.utc).strftime("%Y-%m-%dT%H:%M:%SZ")}
 
 
+def heeds_steps(mechanism: Mechanism) -> bool:
+    """Whether an FMU in model exchange has to hear of the importer's steps.
+
+    What drifts off the constraints beyond the importer's tolerance is brought back by an event, and singular positions
+    are passed with what was known at the last step. Ranges that are left and motions without velocities are noticed.
+    """
+    bounded = any(c.minimum is not None or c.maximum is not None for c in mechanism.coordinates)
+    return bool(mechanism.constraints or mechanism.motions) or bounded
+
+
 def _capabilities(root: ET.Element, description: ModelDescription) -> None:
     common = {
         "modelIdentifier": description.model_identifier,
@@ -107,9 +117,7 @@ def _capabilities(root: ET.Element, description: ModelDescription) -> None:
     }
     for kind, offered in description.interface.capabilities.items():
         capabilities = dict(offered)
-        if kind == "ModelExchange" and description.mechanism.constraints:
-            # what drifts off the constraints beyond the importer's tolerance is brought back by an event, and singular
-            # positions are passed with what was known at the last step
+        if kind == "ModelExchange" and heeds_steps(description.mechanism):
             capabilities["completedIntegratorStepNotNeeded"] = "false"
         parent = ET.SubElement(root, kind, common | capabilities)
         if description.source_files:

@@ -18,13 +18,13 @@ def row_forces(mechanism: Mechanism) -> Iterator[tuple[str, Unit | None, str]]:
     contacts, unit_of = mechanism.unilaterals, units_in(mechanism)
     for contact in contacts:
         doc = f"force in the normal direction of {contact.name}"
-        yield names.row_force(contact.name), _per(JOULE, contact.unit), doc
+        yield names.force(contact.name), _per(JOULE, contact.unit), doc
     slips = [
         (name, slip, f"friction of {contact.name} along its slip")
         for contact in contacts
-        for name, slip in zip(names.contact_frictions(contact.name, len(contact.slips)), contact.slips, strict=True)
+        for name, slip in zip(names.frictions(contact.name, len(contact.slips)), contact.slips, strict=True)
     ]
-    rubbing = [(names.row_force(f.name), f.on, f"dry friction of {f.name}") for f in mechanism.frictions]
+    rubbing = [(names.force(f.name), f.on, f"dry friction of {f.name}") for f in mechanism.frictions]
     for name, on, doc in [*slips, *rubbing]:
         yield name, _per(WATT, unit_of(on)), doc
     for latch in mechanism.latches:

@@ -9,6 +9,7 @@ from lag2fmu.codegen.sources import RuntimeTables, Slot
 from lag2fmu.description import names
 from lag2fmu.dynamics.functions import Program
 from lag2fmu.dynamics.massless import continuous_states, determined
+from lag2fmu.dynamics.variables import further_states
 from lag2fmu.fmu.elements import element_names
 from lag2fmu.fmu.scalar_variable import ScalarVariable
 from lag2fmu.mechanism.record import Mechanism
@@ -21,7 +22,7 @@ def runtime_tables(
 
     ``variables`` are those of the FMU with their dependencies, of which the colours of the Jacobian follow.
     """
-    q = mechanism.coordinates
+    q, z = mechanism.coordinates, further_states(mechanism)
     unilaterals, frictions = element_names(mechanism)
     starts: Mapping[str, float] = {v.name: v.start for v in variables if v.start is not None}
     nominal = tuple(c.nominal for c in q)
@@ -29,9 +30,14 @@ def runtime_tables(
         model_name=mechanism.name,
         slots=tuple(slots),
         coordinate_names=tuple(c.name for c in q),
-        start_states=(*(c.start for c in q), *(c.velocity for c in q)),
-        nominal_states=(*nominal, *nominal),
-        given_states=(*(c.given is not False for c in q), *(c.velocity_given is not False for c in q)),
+        start_states=(*(c.start for c in q), *(c.velocity for c in q), *(s.start for s in z)),
+        nominal_states=(*nominal, *nominal, *(s.nominal for s in z)),
+        given_states=(
+            *(c.given is not False for c in q),
+            *(c.velocity_given is not False for c in q),
+            *(True for _ in z),
+        ),
+        further_names=tuple(s.name for s in z),
         constraint_names=_constraint_names(mechanism, program),
         unilateral_names=unilaterals,
         friction_names=frictions,
@@ -80,10 +86,15 @@ def _needs_rates(program: Program, motion: str) -> bool:
 
 
 def _columns(mechanism: Mechanism, variables: Sequence[ScalarVariable]) -> list[Collection[int]]:
-    """The states (q, qd) that each acceleration depends on, by structure; all of them where there are constraints."""
+    """The states that each acceleration and each derivative of a further state depends on, by structure.
+
+    Where there are constraints these are all states.
+    """
     q = [c.name for c in mechanism.coordinates]
+    z = [state.name for state in further_states(mechanism)]
     if mechanism.constraints or mechanism.hybrid:
-        return [range(2 * len(q))] * len(q)
-    column = {name: i for i, name in enumerate([*q, *map(names.velocity, q)])}
+        return [range(2 * len(q) + len(z))] * (len(q) + len(z))
+    column = {name: i for i, name in enumerate([*q, *map(names.velocity, q), *z])}
     known = {v.name: v.dependencies or () for v in variables}
-    return [[column[name] for name in known[names.acceleration(c)] if name in column] for c in q]
+    rates = [*map(names.acceleration, q), *map(names.derivative, z)]
+    return [[column[name] for name in known[rate] if name in column] for rate in rates]

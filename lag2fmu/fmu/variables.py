@@ -20,6 +20,7 @@ from lag2fmu.dynamics.constraints import ambiguous
 from lag2fmu.dynamics.equations import EquationsOfMotion
 from lag2fmu.dynamics.functions import Program
 from lag2fmu.dynamics.massless import continuous_states
+from lag2fmu.dynamics.variables import further_states
 from lag2fmu.errors import ExportError
 from lag2fmu.fmu.builder import Builder
 from lag2fmu.fmu.dependencies import dependencies
@@ -91,6 +92,7 @@ def promotable(equations: EquationsOfMotion, wanted: Sequence[str]) -> frozenset
     """
     mechanism = equations.mechanism
     states = {name for q in mechanism.coordinates for name in (q.name, names.velocity(q.name))}
+    states |= {z.name for z in further_states(mechanism)}
     known = [names.acceleration(q.name) for q in mechanism.coordinates]
     known += [names.multiplier(c.name) for c in mechanism.constraints]
     known += [name for name, *_ in row_forces(mechanism)]
@@ -118,7 +120,10 @@ def _velocity(q: Coordinate, state: bool) -> ScalarVariable:
 
 
 def _add_states(builder: Builder, mechanism: Mechanism) -> None:
-    """Add q and qd, all of them outputs. Those that an equilibrium of a coordinate without mass gives are no states."""
+    """Add q, qd and the further states, all of them outputs.
+
+    Those that an equilibrium of a coordinate without mass gives are no states.
+    """
     states = set(continuous_states(mechanism))
     for i, q in enumerate(mechanism.coordinates):
         state = ScalarVariable(
@@ -138,6 +143,12 @@ def _add_states(builder: Builder, mechanism: Mechanism) -> None:
         builder.add(state, _STATE[i in states], i)
     for i, q in enumerate(mechanism.coordinates, len(mechanism.coordinates)):
         builder.add(_velocity(q, i in states), _STATE[i in states], i)
+    for i, z in enumerate(further_states(mechanism), 2 * len(mechanism.coordinates)):
+        doc = z.doc or f"further state {z.name}"
+        state = ScalarVariable(
+            z.name, 0, "output", "continuous", "exact", z.start, _resolved(z.unit), doc, nominal=z.nominal, state=True
+        )
+        builder.add(state, "VARIABLE_STATE", i)
 
 
 def _inputs(mechanism: Mechanism) -> Iterable[ScalarVariable]:
@@ -251,10 +262,10 @@ def _resolved(unit: Unit | str | None) -> Unit | None:
 
 
 def _add_derivatives(builder: Builder, mechanism: Mechanism) -> None:
-    """The variables with the attribute 'derivative': aliases of qd and qdd without start."""
+    """The variables with the attribute 'derivative': aliases of qd and qdd without start, and dz/dt."""
     pairs = [(q.name, names.velocity(q.name)) for q in mechanism.coordinates]
     pairs += [(names.velocity(q.name), names.acceleration(q.name)) for q in mechanism.coordinates]
-    pairs = [pairs[i] for i in continuous_states(mechanism)]
+    pairs = [pairs[i] for i in continuous_states(mechanism) if i < len(pairs)]
     units = {v.name: v.unit for v in builder.variables}
     for state, rate in pairs:
         builder.variables.append(
@@ -269,3 +280,8 @@ def _add_derivatives(builder: Builder, mechanism: Mechanism) -> None:
                 derivative_of=state,
             )
         )
+    for i, z in enumerate(further_states(mechanism)):
+        unit, doc = _per(_resolved(z.unit), SECOND), f"time derivative of {z.name}"
+        label = names.derivative(z.name)
+        slope = ScalarVariable(label, 0, "local", "continuous", "calculated", None, unit, doc, derivative_of=z.name)
+        builder.add(slope, "VARIABLE_FURTHER_RATE", i)

@@ -127,7 +127,7 @@ def _module(path: Path, source: bytes) -> ModuleType:
     if spec is None:
         raise LoadError(f"{path}: Python cannot import it")
     module = importlib.util.module_from_spec(spec)
-    sys.modules[name] = module  # while it runs: dataclasses look themselves up there
+    sys.modules[name] = module  # dataclasses look themselves up there while the module runs
     try:
         _guarded(path, lambda: exec(compile(source, str(path), "exec"), vars(module)))  # noqa: S102 (the user's program)
     finally:
@@ -218,8 +218,9 @@ def values_of(texts: Mapping[str, str], units: Mapping[str, Unit]) -> dict[str, 
 def with_values(mechanism: Mechanism, settings: Mapping[str, float]) -> Mechanism:
     """``mechanism`` with other values of parameters and start values, all in SI.
 
-    A coordinate's start is set by its name, that of its velocity by ``NAME_dot``, that of an input by its name. Raises
-    LoadError for an unknown name or dependent parameter and MechanismError for a value out of its bounds.
+    A coordinate's start is set by its name, that of its velocity by ``NAME_dot``, that of an input or further state by
+    its name. Raises LoadError for an unknown name or dependent parameter and MechanismError for a value out of its
+    bounds.
     """
     left = {name: _check_finite(name, value) for name, value in settings.items()}
     _check_settable(mechanism, left)
@@ -228,11 +229,12 @@ def with_values(mechanism: Mechanism, settings: Mapping[str, float]) -> Mechanis
     coordinates = tuple(_started(q, found[q.name], left) for q in d.coordinates)
     parameters = tuple(replace(p, value=left.get(p.name, p.value)) for p in d.parameters)
     inputs = tuple(replace(u, start=left.get(u.name, u.start)) for u in d.inputs)
-    return complete(replace(d, coordinates=coordinates, parameters=parameters, inputs=inputs))
+    states = tuple(replace(z, start=left.get(z.name, z.start)) for z in d.states)
+    return complete(replace(d, coordinates=coordinates, parameters=parameters, inputs=inputs, states=states))
 
 
 def _writing_out(mechanism: Mechanism, settings: Iterable[str]) -> Description:
-    """The description of ``mechanism``, with what joints and loads bring written in it if ``settings`` name some."""
+    """The description of ``mechanism``; parts of joints and loads that ``settings`` name are written out in it."""
     d, origins = mechanism.description, mechanism.origins
     if any(f"coordinates.{name}" in origins for item in settings for name in (item, item.removesuffix("_dot"))):
         d = replace(d, coordinates=(*d.coordinates, *mechanism.coordinates[len(d.coordinates) :]))
@@ -254,7 +256,7 @@ def _started(q: Coordinate, found: Coordinate, settings: Mapping[str, float]) ->
 
 
 def _given(written: bool | None, found: bool | None) -> bool:
-    """Whether a start that is set is exact: as it is ``written``, else unless it was ``found`` to be a guess."""
+    """Whether a start that is set is exact: as ``written``; without that, unless ``found`` has it as a guess."""
     return found is not False if written is None else written
 
 
@@ -263,6 +265,7 @@ def _check_settable(m: Mechanism, wanted: Iterable[str]) -> None:
     dependent = {p.name: p.expression for p in m.parameters if p.expression is not None}
     known = [p.name for p in m.parameters if p.name not in dependent]
     known += [name for q in m.coordinates for name in (q.name, names.velocity(q.name))] + [u.name for u in m.inputs]
+    known += [z.name for z in m.states]
     for name in wanted:
         if name in dependent:
             raise LoadError(
@@ -271,7 +274,9 @@ def _check_settable(m: Mechanism, wanted: Iterable[str]) -> None:
         if name not in known:
             near = suggestion(name, known)
             listed = "" if near.startswith("known") else f" known are {', '.join(known)}"
-            raise LoadError(f"'{name}' is no parameter, coordinate, velocity or input of '{m.name}'; {near}{listed}")
+            raise LoadError(
+                f"'{name}' is no parameter, coordinate, velocity, input or further state of '{m.name}'; {near}{listed}"
+            )
 
 
 def _check_finite(name: str, value: object) -> float:

@@ -69,7 +69,10 @@ class TomlTable:
         return value
 
     def number(self, key: str, convert: Callable[[Fraction], float] = float) -> float | None:
-        """The number ``key`` passed through ``convert`` (to SI); None if it is not there."""
+        """The number ``key`` passed through ``convert`` (to SI); None if it is not there.
+
+        Raises TextError for what is no number.
+        """
         return convert(fraction(self.content[key], self.place(key))) if key in self.content else None
 
     def unit(self, key: str = "unit") -> Unit | None:
@@ -86,7 +89,10 @@ class TomlTable:
             raise TextError(f"{self.where or 'the file'}: '{key}' is missing")
 
     def expression(self, key: str, required: bool = False) -> sp.Expr | None:
-        """The expression ``key``, a string or a number; None if it is not there and not required."""
+        """The expression ``key``, a string or a number; None if it is not there and not required.
+
+        Raises TextError for anything else.
+        """
         if required:
             self.require(key)
         return self._expression(self.content[key], self.place(key)) if key in self.content else None
@@ -97,7 +103,10 @@ class TomlTable:
         return value and tuple(self._expression(item, f"{self.place(key)}[{i}]") for i, item in enumerate(value))
 
     def scalar_or_vector(self, key: str) -> sp.Expr | tuple[sp.Expr, ...] | None:
-        """The expression ``key``, or the expressions of the array ``key``; None if it is not there."""
+        """The expression ``key``, or the expressions of the array ``key``; None if it is not there.
+
+        Raises TextError for anything else.
+        """
         return self.vector(key) if isinstance(self.content.get(key), list) else self.expression(key)
 
     def names(self, key: str) -> tuple[str, ...] | None:
@@ -109,7 +118,10 @@ class TomlTable:
         return value
 
     def rotations(self, key: str) -> tuple[tuple[str | tuple[sp.Expr, ...], sp.Expr], ...]:
-        """The pairs [axis, angle] of the array ``key``, an axis being a string or an array; may be empty or absent."""
+        """The pairs [axis, angle] of the array ``key``, an axis being a string or an array; may be empty or absent.
+
+        Raises TextError for anything else.
+        """
         turns = []
         pairs = () if self.content.get(key) == [] else self._array(key, "pairs of axis and angle")
         for i, item in enumerate(pairs or ()):
@@ -121,7 +133,10 @@ class TomlTable:
         return tuple(turns)
 
     def axis(self, key: str) -> str | tuple[sp.Expr, ...] | None:
-        """The axis ``key``, a string or an array of expressions; None if it is not there."""
+        """The axis ``key``, a string or an array of expressions; None if it is not there.
+
+        Raises TextError for anything else.
+        """
         return self._axis(self.content[key], self.place(key)) if key in self.content else None
 
     def file(self, key: str) -> Path | None:

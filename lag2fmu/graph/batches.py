@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from lag2fmu.graph.graph import Graph, Node
-from lag2fmu.graph.operations import CONSTANT, OPERATIONS, SYMBOL
+from lag2fmu.graph.operations import CONSTANT, LOOKUP, LOOKUP_2, OPERATIONS, SYMBOL
 
 Floats = NDArray[np.float64]
 Values = Mapping[str, "float | Floats"]
@@ -45,6 +45,9 @@ def evaluate(graph: Graph, nodes: Sequence[Node], values: Values) -> Floats:
                 found[node] = np.float64(float(graph.value(node)))
             elif code == SYMBOL:
                 found[node] = np.asarray(values[str(graph.leaf[node])], dtype=np.float64)
+            elif code in (LOOKUP, LOOKUP_2):
+                arguments = graph.operands[node][2 if code == LOOKUP else 3 :]
+                found[node] = graph.looked_up(node, [found[operand] for operand in arguments])
             else:
                 name = OPERATIONS[code].name
                 function = _NUMPY.get(name) or getattr(np, name)

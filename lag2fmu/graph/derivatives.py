@@ -64,6 +64,18 @@ def _d_choice(g: Graph, operands: tuple[Node, ...], _: Node) -> Partials:
     return g.zero, g.choose(margin, g.one, g.zero), g.choose(margin, g.zero, g.one)
 
 
+def _d_lookup(g: Graph, operands: tuple[Node, ...], _: Node) -> Partials:
+    table, order, x = operands
+    return g.zero, g.zero, g.lookup(table, (g.add(order, g.one),), (x,))
+
+
+def _d_lookup_2(g: Graph, operands: tuple[Node, ...], _: Node) -> Partials:
+    table, first, second, x, y = operands
+    by_x = g.lookup(table, (g.add(first, g.one), second), (x, y))
+    by_y = g.lookup(table, (first, g.add(second, g.one)), (x, y))
+    return g.zero, g.zero, g.zero, by_x, by_y
+
+
 DERIVATIVES: Mapping[str, Derivative] = {
     "add": lambda g, o, y: (g.one, g.one),
     "subtract": lambda g, o, y: (g.one, g.minus_one),
@@ -92,5 +104,7 @@ DERIVATIVES: Mapping[str, Derivative] = {
     "max": _d_max,
     "passed": lambda g, o, y: (g.one,),
     "choice": _d_choice,
+    "lookup": _d_lookup,
+    "lookup_2": _d_lookup_2,
 }
 """Name of an operation -> its derivative."""

@@ -12,7 +12,7 @@ import sympy as sp
 from lag2fmu.errors import DerivationError
 from lag2fmu.graph.graph import Graph, Node
 from lag2fmu.graph.operations import KINKS, OPERATIONS
-from lag2fmu.language.vocabulary import Choice, Smooth
+from lag2fmu.language.vocabulary import Choice, Smooth, TableCall
 
 FUNCTIONS = {
     sp.sin: "sin",
@@ -82,6 +82,8 @@ class Translator:
             return g.choose(*(self(a) for a in e.args))
         if isinstance(e, Smooth):
             return self._smooth(self(e.args[0]))
+        if isinstance(e, TableCall):
+            return self._lookup(e)
         name = FUNCTIONS.get(e.func)
         if name is None:
             raise DerivationError(f"'{e}' uses the operation {e.func.__name__}, which the equations cannot be made of")
@@ -100,6 +102,13 @@ class Translator:
                 operands[i] = g.apply("passed", operands[i])
             new[below] = below if operands == list(g.operands[below]) else g.rebuild(below, operands)
         return new[node]
+
+    def _lookup(self, e: TableCall) -> Node:
+        """A call of a table or of its derivative."""
+        g = self.graph
+        table = next(k for k, known in enumerate(g.tables) if known.name == e.table)
+        orders = e.orders or (0,) * len(e.args)
+        return g.lookup(g.constant(table), [g.constant(order) for order in orders], [self(a) for a in e.args])
 
     def _sum(self, e: sp.Expr) -> Node:
         """A sum from left to right, the most frequent terms first."""

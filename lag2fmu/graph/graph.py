@@ -29,6 +29,8 @@ from lag2fmu.graph.operations import (
     CONSTANT,
     COSINE,
     DIVIDE,
+    LOOKUP,
+    LOOKUP_2,
     MULTIPLY,
     NEGATE,
     OPERATIONS,
@@ -45,8 +47,9 @@ _MAX_BITS = 512  # exact constants longer than this are rounded to double precis
 class Graph(Nodes):
     """The nodes, and how new ones are made.
 
-    An operation first asks whether there is a node of its operands, and if it is derived whether there is one of its
-    value, or of the opposite one, that holds no other groups of variables; rewrites are for what is new.
+    An operation first asks whether there is a node of its operands, and if it is derived whether there is one of
+    its value, or of the opposite one, that holds no other groups of variables; rewrites are for what is new. Raises
+    DerivationError where constants, taken together, go beyond the range of doubles.
     """
 
     def __init__(self) -> None:
@@ -134,7 +137,10 @@ class Graph(Nodes):
         return self._new(NEGATE, (a,), -self.marks[a] % PRIME) if node is None else node
 
     def constant(self, value: Number | int) -> Node:
-        """The node of a number; fractions stay exact up to a length of 512 bits."""
+        """The node of a number; fractions stay exact up to a length of 512 bits.
+
+        Raises DerivationError beyond the range of doubles.
+        """
         node = self._leaves.get(value)
         if node is None:
             exact: Number = _rounded(value) if isinstance(value, float) else Fraction(value)
@@ -335,6 +341,18 @@ class Graph(Nodes):
         if self.is_constant(margin):
             return a if self.value(margin) > 0 else b
         return self.apply("choice", margin, a, b)
+
+    def lookup(self, table: Node, orders: Sequence[Node], arguments: Sequence[Node]) -> Node:
+        """The derivative of ``orders`` of a table at ``arguments``; ``table`` and ``orders`` are constant nodes.
+
+        ``table`` is a number in ``tables``.
+        """
+        highest = max(int(self.value(order)) for order in orders)
+        if highest > self.tables[int(self.value(table))].degree:
+            return self.zero
+        code = LOOKUP if len(arguments) == 1 else LOOKUP_2
+        node = self._by_structure.get((code, (table, *orders, *arguments)))
+        return self._function(code, (table, *orders, *arguments)) if node is None else node
 
     def _function(self, code: int, operands: tuple[Node, ...]) -> Node:
         if code in (SINE, COSINE):

@@ -7,7 +7,10 @@ from collections.abc import Callable, Collection, Iterable, Mapping, Sequence
 from fractions import Fraction
 from typing import NewType
 
-from lag2fmu.graph.operations import ADD, CONSTANT, MULTIPLY, OPERATIONS, SUBTRACT, SYMBOL
+from numpy.typing import ArrayLike
+
+from lag2fmu.graph.interpolants import Floats, Interpolant
+from lag2fmu.graph.operations import ADD, CONSTANT, LOOKUP, LOOKUP_2, MULTIPLY, OPERATIONS, SUBTRACT, SYMBOL
 
 Node = NewType("Node", int)
 """The number of a node of a graph; it says nothing by itself and nothing in another graph."""
@@ -19,7 +22,7 @@ class Nodes:
     """Four tables by node number: ``code`` of the operation, ``operands``, ``marks`` (fingerprints), and ``leaf``.
 
     ``leaf`` has the constants and variables only: {node: value of a constant, name of a symbol}. A node's operands have
-    smaller numbers than the node itself.
+    smaller numbers than the node itself. ``tables`` are those of measured data, to which lookups refer by number.
     """
 
     def __init__(self) -> None:
@@ -27,6 +30,7 @@ class Nodes:
         self.operands: list[tuple[Node, ...]] = []
         self.leaf: dict[Node, Number | str] = {}
         self.marks: list[int] = []
+        self.tables: list[Interpolant] = []
 
     def __len__(self) -> int:
         return len(self.code)
@@ -95,6 +99,12 @@ class Nodes:
                 border |= set(operands)
         return sorted(node for node in border if node not in moving and not self.is_constant(node))
 
+    def looked_up(self, node: Node, arguments: Sequence[ArrayLike]) -> Floats:
+        """The values of the lookup ``node`` at ``arguments``."""
+        table, *rest = self.operands[node]
+        orders = [int(self.value(order)) for order in rest[: len(arguments)]]
+        return self.tables[int(self.value(table))](orders, *arguments)
+
     def evaluate(self, outputs: Sequence[Node], values: Mapping[str, float]) -> list[float]:
         """The values of ``outputs``, (k,) nodes, in double precision; nan where a function has none.
 
@@ -113,6 +123,9 @@ class Nodes:
                 result[node] = values[str(self.leaf[node])]
             elif code == CONSTANT:
                 result[node] = float(self.value(node))
+            elif code in (LOOKUP, LOOKUP_2):
+                arguments = operands[2:] if code == LOOKUP else operands[3:]
+                result[node] = float(self.looked_up(node, [result[operand] for operand in arguments]))
             else:
                 result[node] = value_of(OPERATIONS[code].value, [result[operand] for operand in operands])
         return [result[output] for output in outputs]

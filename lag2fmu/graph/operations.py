@@ -2,8 +2,9 @@
 
 ``power_or_zero`` is a broken power above 1 and what its derivatives are made of: where the base rests at 0, as that of
 max(0, -x)**(5/2) does, all of them are 0, not infinity times 0. ``choice`` is its second operand where the first is
-positive, else the third. ``passed`` is its operand: kinks whose margins are made of it are not to be located. The
-derivatives stand in ``derivatives``.
+positive, else the third. ``passed`` is its operand: kinks whose margins are made of it are not to be located. A lookup
+has constants in front: the number of its table, and an order of derivatives for each argument. The derivatives stand
+in ``derivatives``.
 """
 
 from __future__ import annotations
@@ -39,6 +40,10 @@ def _divide(a: float, b: float) -> float:
     return a / b if b else math.nan
 
 
+def _in_table(*_: float) -> float:
+    return math.nan  # the graph knows the tables, see ``Graph.looked_up``
+
+
 OPERATIONS: tuple[Operation, ...] = (
     Operation("constant", 0, lambda: math.nan, ""),
     Operation("symbol", 0, lambda: math.nan, ""),
@@ -69,6 +74,8 @@ OPERATIONS: tuple[Operation, ...] = (
     Operation("max", 2, max, "fmax({0}, {1})"),
     Operation("passed", 1, lambda x: x, "{0}"),
     Operation("choice", 3, lambda m, a, b: a if m > 0.0 else b, "{0} > 0.0 ? {1} : {2}"),
+    Operation("lookup", 3, _in_table, ""),
+    Operation("lookup_2", 5, _in_table, ""),
 )
 CODE = {row.name: code for code, row in enumerate(OPERATIONS)}
 ARITY = tuple(row.arity for row in OPERATIONS)
@@ -76,3 +83,4 @@ CONSTANT, SYMBOL, ADD, SUBTRACT, MULTIPLY, DIVIDE, NEGATE = range(7)
 KINKS = {"sign": 1, "abs": 1, "heaviside": 1, "min": 2, "max": 2, "choice": 1}
 """The operations with a kink; {name: how many operands, from the first on, it depends on where the kink is}."""
 SINE, COSINE, CHOICE = CODE["sin"], CODE["cos"], CODE["choice"]
+LOOKUP, LOOKUP_2 = CODE["lookup"], CODE["lookup_2"]

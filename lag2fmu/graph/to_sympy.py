@@ -13,8 +13,8 @@ import sympy as sp
 
 from lag2fmu.graph.from_sympy import FUNCTIONS
 from lag2fmu.graph.graph import Graph, Node
-from lag2fmu.graph.operations import CONSTANT, NEGATE, OPERATIONS, SYMBOL
-from lag2fmu.language.vocabulary import Choice
+from lag2fmu.graph.operations import CONSTANT, LOOKUP, LOOKUP_2, NEGATE, OPERATIONS, SYMBOL
+from lag2fmu.language.vocabulary import Choice, table_function
 
 _SYMPY = {name: function for function, name in FUNCTIONS.items()} | {
     "add": lambda a, b: a + b,
@@ -50,6 +50,8 @@ def written(graph: Graph, nodes: Sequence[Node]) -> list[sp.Expr]:
             found[node] = sp.sympify(graph.value(node))
         elif code == SYMBOL:
             found[node] = sp.Symbol(str(graph.leaf[node]), real=True)
+        elif code in (LOOKUP, LOOKUP_2):
+            found[node] = _call(graph, node, found)
         else:
             operands = [found[o] for o in graph.operands[node]]
             if code > NEGATE:  # what stands below a root or in a function is not reached by tidying the whole
@@ -58,8 +60,20 @@ def written(graph: Graph, nodes: Sequence[Node]) -> list[sp.Expr]:
     return [found[node] for node in nodes]
 
 
+def _call(graph: Graph, node: Node, found: Mapping[Node, sp.Expr]) -> sp.Expr:
+    """The lookup ``node`` as a call of its table, ``found`` being its operands."""
+    arity = 1 if graph.code[node] == LOOKUP else 2
+    table, *rest = graph.operands[node]
+    orders = tuple(int(graph.value(order)) for order in rest[:arity])
+    arguments = (tidy(found[argument]) for argument in rest[arity:])
+    return table_function(graph.tables[int(graph.value(table))].name, orders)(*arguments)
+
+
 def tidy(expression: sp.Expr) -> sp.Expr:
-    """``expression`` multiplied out, with sin a sin b + cos a cos b and the like taken together."""
+    """``expression`` multiplied out, with sin a sin b + cos a cos b and the like taken together.
+
+    Source: Abramowitz, Stegun, formulas 4.3.16 and 4.3.17.
+    """
     terms = dict(sp.expand(expression).as_coefficients_dict())
     while (pair := _addition_theorem(terms)) is not None:
         one, other, result = pair

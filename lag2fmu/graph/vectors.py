@@ -12,27 +12,27 @@ Vector = tuple[Node, ...]
 
 
 def plus(g: Graph, a: Vector, b: Vector) -> Vector:
-    """a + b"""
+    """a + b, (d,)"""
     return tuple(g.add(x, y) for x, y in zip(a, b, strict=True))
 
 
 def minus(g: Graph, a: Vector, b: Vector) -> Vector:
-    """a - b"""
+    """a - b, (d,)"""
     return tuple(g.subtract(x, y) for x, y in zip(a, b, strict=True))
 
 
 def times(g: Graph, factor: Node, a: Vector) -> Vector:
-    """factor * a"""
+    """factor * a, (d,)"""
     return tuple(g.multiply(factor, x) for x in a)
 
 
 def cross(g: Graph, a: Vector, b: Vector) -> Vector:
-    """a x b"""
+    """a x b, (3,)"""
     return tuple(g.subtract(g.multiply(a[i], b[j]), g.multiply(a[j], b[i])) for i, j in ((1, 2), (2, 0), (0, 1)))
 
 
 def apply(g: Graph, matrix: Sequence[Vector], a: Vector) -> Vector:
-    """matrix a, the matrix by rows"""
+    """matrix a, the matrix (k, d) by rows: (k,)"""
     return tuple(g.dot(row, a) for row in matrix)
 
 
@@ -73,7 +73,10 @@ class Turn:
 
 
 def turn_by_quaternion(g: Graph, e: Vector, a: Vector, back: bool = False) -> Vector:
-    """R a (R^T a with ``back``), (3,), for the unit quaternion (e0, e): a + 2 e0 e x a + 2 e x (e x a)."""
+    """R a (R^T a with ``back``), (3,), for the unit quaternion (e0, e): a + 2 e0 e x a + 2 e x (e x a).
+
+    Source: J. B. Kuipers, Quaternions and Rotation Sequences, chapter 5.
+    """
     e0 = g.negate(e[0]) if back else e[0]
     once = cross(g, e[1:], a)
     both = plus(g, times(g, e0, once), cross(g, e[1:], once))

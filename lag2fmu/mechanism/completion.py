@@ -8,11 +8,13 @@ from typing import Any, NamedTuple
 
 from lag2fmu.description.joints import joined
 from lag2fmu.description.outputs import Output
-from lag2fmu.description.parts import Constraint
+from lag2fmu.description.parts import Constraint, Damper, Definition
 from lag2fmu.description.places import Frame
 from lag2fmu.description.record import Description
 from lag2fmu.description.symbols import Coordinate
 from lag2fmu.mechanism.check import check
+from lag2fmu.mechanism.compliance import compliant_contacts
+from lag2fmu.mechanism.event_check import check_events, check_meaning
 from lag2fmu.mechanism.geometry import check_geometry
 from lag2fmu.mechanism.joint_equations import written_out
 from lag2fmu.mechanism.loads import with_inputs
@@ -43,22 +45,26 @@ def completed(written: Description) -> Completed:
     """What follows from what is ``written``. Raises MechanismError (UnitError) for the first fault."""
     opened, of_places = _with_places(written)
     check_geometry(opened)
-    closed, of_joints = _with_joints(opened)
+    check_events(opened)
+    pressed, of_contacts = _with_compliance(opened)
+    closed, of_joints = _with_joints(pressed)
     scope, warnings = check(closed)
     expanded, of_norms = _with_norms(closed, written)
     if of_norms:
         check_names(expanded)
         scope = scope.with_constraints(expanded.constraints)
     expanded = replace(expanded, coordinates=_decided(expanded, scope))
-    origins = of_places | of_joints | of_norms
+    origins = of_places | of_contacts | of_joints | of_norms
     of_user = {place for table in _BROUGHT for place in _places(table, getattr(written, table))}
+    found = tuple(unilaterals(expanded))
+    check_meaning(expanded, scope, found)
     kept = {place: origin for place, origin in origins.items() if place not in of_user}
     latches = tuple(c for c in expanded.constraints if c.while_ is not None)
     permanent = replace(expanded, constraints=tuple(c for c in expanded.constraints if c.while_ is None))
-    return Completed(permanent, kept, scope, warnings, tuple(unilaterals(expanded)), latches)
+    return Completed(permanent, kept, scope, warnings, found, latches)
 
 
-_BROUGHT = ("coordinates", "inputs", "frames", "constraints", "outputs")
+_BROUGHT = ("coordinates", "inputs", "frames", "definitions", "dampers", "constraints", "outputs")
 
 
 def _places(table: str, parts: Iterable[Any]) -> list[str]:
@@ -88,6 +94,28 @@ def _with_places(written: Description) -> tuple[Description, Origins]:
         outputs=tuple(replace(o, dimension=sizes.get(str(o.point), 3)) for o in written.outputs),
     )
     return opened, origins
+
+
+def _with_compliance(opened: Description) -> tuple[Description, Origins]:
+    """The description with what compliant contacts bring: definitions, dampers and outputs."""
+    definitions: list[Definition] = []
+    dampers: list[Damper] = []
+    outputs: list[Output] = []
+    origins: Origins = {}
+    for found in compliant_contacts(opened):
+        definitions += found.definitions
+        dampers += found.dampers
+        outputs += found.outputs
+        of_contact = [*_places("definitions", found.definitions), *_places("dampers", found.dampers)]
+        of_contact += _places("outputs", found.outputs)
+        origins |= dict.fromkeys(of_contact, f"contacts.{found.contact.name}")
+    pressed = replace(
+        opened,
+        definitions=joined(opened.definitions, definitions, "definitions"),
+        dampers=joined(opened.dampers, dampers, "dampers"),
+        outputs=joined(opened.outputs, outputs, "outputs"),
+    )
+    return pressed, origins
 
 
 def _with_joints(opened: Description) -> tuple[Description, Origins]:

@@ -14,14 +14,18 @@ _NUMBER = re.compile(r"([+-]?(?:\d+\.?\d*|\.\d+)(?:[eE][+-]?\d+)?)\s*([^\s\d,.].
 
 
 def display_units(mechanism: Mechanism) -> dict[str, Unit]:
-    """{name: unit} of coordinates, parameters, inputs and outputs with their rates; what has no unit is left out."""
+    """{name: unit} of coordinates, further states, parameters, inputs, outputs and rates, where there is a unit."""
     units: dict[str, Unit | None] = {**dict.fromkeys(names.ENERGIES, JOULE), "external_power": WATT}
     units |= dict(zip(names.SETTINGS, (DIMENSIONLESS, SECOND, SECOND), strict=True))
     units |= {p.name: p.unit for p in mechanism.parameters} | {u.name: u.unit for u in mechanism.inputs}
+    units |= {z.name: z.unit if isinstance(z.unit, Unit) else None for z in mechanism.states}
     moving = {q.name: q.unit for q in mechanism.coordinates} | {u.name: u.unit for u in mechanism.motions}
     for name, unit in moving.items():
         first = _rate(unit)
         units |= {name: unit, names.velocity(name): first, names.acceleration(name): _rate(first)}
+    for z in mechanism.states:
+        unit = parse_unit(z.unit) if isinstance(z.unit, str) else z.unit
+        units |= {z.name: unit, names.derivative(z.name): _rate(unit)}
     for q in mechanism.coordinates:
         units[names.generalized_force(q.name)] = None if q.unit is None else JOULE / q.unit
     for name, output in mechanism.output_names.items():

@@ -185,7 +185,10 @@ def _driving(m: Description, values: Values) -> Iterator[str]:
 
 
 def values_of(m: Description) -> Values:
-    """{name: SI value} of parameters, motion inputs, time, and of the definitions that follow from them."""
+    """{name: SI value} of parameters, motion inputs, time, and of the definitions that follow from them.
+
+    Raises MechanismError for definitions in a circle.
+    """
     values = {"t": 0.0} | {u.name: u.start for u in m.motions}
     values |= {p.name: p.value for p in m.parameters if p.value is not None}
     dependent = in_order([p for p in m.parameters if p.expression is not None], "parameters")

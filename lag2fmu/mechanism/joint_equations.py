@@ -1,7 +1,8 @@
-"""Joints between two ends as constraints, chosen such that the multipliers are what the joint bears.
+"""Joints between two ends as constraints, chosen such that the multipliers are forces and torques of the joint.
 
-With a constraint's rate F.(v_b - v_a) + T.(omega_b - omega_a), both bodies seen at the joint, its multiplier times F is
-the force and its multiplier times T the torque that act on the second body, the opposite ones on the first.
+A constraint has the rate F.(v_b - v_a) + T.(omega_b - omega_a), with the velocities of both bodies at the joint. Its
+multiplier times F is the force on the second body, and its multiplier times T the torque; the first body gets the
+opposite ones.
 
 Source: P. E. Nikravesh, Computer-Aided Analysis of Mechanical Systems, chapter 7 (dot products of vectors fixed in two
 bodies); rolling: J. I. Neimark, N. A. Fufaev, Dynamics of Nonholonomic Systems, AMS 1972, chapter I.
@@ -26,7 +27,7 @@ from lag2fmu.language.vocabulary import symbol, value_of
 from lag2fmu.mechanism.geometry import values_of
 from lag2fmu.mechanism.norms import vanishes
 from lag2fmu.mechanism.planar_joints import angle_of, groups_of, turn_alike
-from lag2fmu.mechanism.poses import Pose, Poses
+from lag2fmu.mechanism.poses import Pose, Poses, location_of
 
 _NOTHING = sp.zeros(3, 1)
 
@@ -96,7 +97,7 @@ def _check_values(joint: Joint, values: Mapping[str, float]) -> None:
         try:
             value = value_of(expression, values)
         except (KeyError, ValueError, ArithmeticError):
-            continue  # an unknown name is reported where names are checked
+            continue  # the check of names reports an unknown name
         if value == 0 or (key == "radius" and value < 0):
             wanted = "a positive length" if key == "radius" else "a number that is not zero"
             raise MechanismError(f"joints.{joint.name}.{key}: '{expression}' is {value!r}; give {wanted}")
@@ -105,28 +106,14 @@ def _check_values(joint: Joint, values: Mapping[str, float]) -> None:
 # ------------------------------------------------------------------------------------------------------------- ends
 
 
-def _location(m: Description, joint: Joint, name: str) -> tuple[str, tuple[sp.Expr, ...]]:
-    """Frame and position of the end ``name``: a point, a body, or the origin of a frame."""
-    where, frames = f"joints.{joint.name}.between", [WORLD, *(frame.name for frame in m.frames)]
-    places = {part.name: part for part in m.places}
-    if name in places:
-        frame, position = m.location(name)
-        if name in frames and (frame, any(position)) != (name, False):
-            raise MechanismError(f"{where}: '{name}' is a frame, and a point or body elsewhere; rename one of them")
-        return frame, position
-    if name not in frames:
-        known = [*frames, *places]
-        raise MechanismError(f"{where}: there is no frame, point or body '{name}'; {suggestion(name, known)}")
-    return name, (sp.S.Zero,) * m.dimension
-
-
 class _Between:
     """The equations of one joint between two ends."""
 
     def __init__(self, m: Description, joint: Joint, poses: Poses) -> None:
         self.m, self.joint, self.poses = m, joint, poses
         name_a, name_b = map(str, joint.between or ())
-        (frame_a, place_a), (frame_b, place_b) = (_location(m, joint, name) for name in (name_a, name_b))
+        where = f"joints.{joint.name}.between"
+        (frame_a, place_a), (frame_b, place_b) = (location_of(m, name, where) for name in (name_a, name_b))
         self.planar = m.dimension == 2
         self.groups = groups_of(m, joint) if self.planar else JOINTS[joint.kind].equations
         self._check_keys()
@@ -159,7 +146,7 @@ class _Between:
             )
 
     def _end(self, name: str, frame: str, place: tuple[sp.Expr, ...]) -> Side:
-        column = _column(self.poses, place)
+        column = self.poses.column(place)
         if self.planar:
             return Side(name, frame, _NOTHING, self.poses.planar(column, angle_of(self.m, name) or sp.S.Zero))
         return Side(name, frame, column, self.poses.pose(frame, self.base))
@@ -202,7 +189,7 @@ class _Between:
         n, k = self.twin_normal, 2 * sp.pi / self.joint.pitch
         cosine, sine = self.normals[0].dot(n), self.normals[1].dot(n)
         way = k * self.u.dot(self.apart)
-        slope = sp.cos(way) * cosine + sp.sin(way) * sine  # of the sine, 1 or -1
+        slope = sp.cos(way) * cosine + sp.sin(way) * sine  # the slope of the sine where it is 0: 1 or -1
         yield Equation("thread", sp.sin(way) * cosine - sp.cos(way) * sine, k * slope * self.u, -slope * self.u)
 
     def _contact(self) -> Iterator[Equation]:
@@ -237,11 +224,6 @@ class _Between:
                 yield Output(f"{joint.name}_{what}_{letter}", entry, unit, doc)
 
 
-def _column(poses: Poses, place: tuple[sp.Expr, ...]) -> sp.Matrix:
-    entries = [poses.resolved(x) for x in place]
-    return sp.Matrix([*entries, *[sp.S.Zero] * (3 - len(entries))])
-
-
 def _ratio(m: Description, joint: Joint) -> Constraint:
     """The first coordinate is ``ratio`` times the second."""
     coordinates = [q.name for q in m.coordinates]
@@ -261,7 +243,7 @@ def _ratio(m: Description, joint: Joint) -> Constraint:
 
 
 def _refuse_unknown(joint: Joint, equations: list[Equation], needed: list[Equation]) -> None:
-    """Raise MechanismError for a reaction that is unknown: an equation that always holds has no multiplier."""
+    """Raise MechanismError for a reaction that is undetermined: an equation that always holds has no multiplier."""
     for e in equations:
         if e not in needed:
             left = ", ".join(multiplier(_named(joint, other)) for other in needed) or "nothing"

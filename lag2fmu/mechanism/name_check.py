@@ -6,10 +6,17 @@ from collections import Counter
 from collections.abc import Iterator
 
 from lag2fmu.description.names import (
+    DISSIPATED_ENERGY,
     GLOBAL_NAMES,
     acceleration,
     derivative,
+    force,
+    frictions,
+    gap,
     generalized_force,
+    impacts,
+    impulse,
+    mode,
     momentum,
     multiplier,
     residual,
@@ -18,6 +25,7 @@ from lag2fmu.description.names import (
 from lag2fmu.description.record import Description
 from lag2fmu.errors import MechanismError
 from lag2fmu.language.identifiers import check_identifier
+from lag2fmu.mechanism.scope import unilateral_names
 
 
 def _generated(mechanism: Description) -> Iterator[tuple[str, str]]:
@@ -35,10 +43,31 @@ def _generated(mechanism: Description) -> Iterator[tuple[str, str]]:
     for motion in mechanism.motions:
         yield velocity(motion.name), f"the velocity of motion input '{motion.name}'"
         yield acceleration(motion.name), f"the acceleration of motion input '{motion.name}'"
+    for state in mechanism.states:
+        yield derivative(state.name), f"the derivative of the further state '{state.name}'"
+    yield from _generated_by_events(mechanism)
+
+
+def _generated_by_events(mechanism: Description) -> Iterator[tuple[str, str]]:
+    unilaterals = list(unilateral_names(mechanism))
+    for name in unilaterals:
+        of = f"of the contact or stop '{name}'"
+        yield gap(name), f"the gap {of}"
+        yield force(name), f"the normal force {of}"
+        for label in (*frictions(name, 1), *frictions(name, 2)):
+            yield label, f"the friction {of}"
+        yield impulse(name), f"the impulse {of}"
+        yield mode(name), f"the mode {of}"
+        yield impacts(name), f"the count of impacts {of}"
+    for friction in mechanism.frictions:
+        yield force(friction.name), f"the force of the friction element '{friction.name}'"
+        yield mode(friction.name), f"the mode of the friction element '{friction.name}'"
+    if unilaterals or mechanism.frictions:
+        yield DISSIPATED_ENERGY, "the energy that contacts and friction dissipate"
 
 
 def _declared(mechanism: Description) -> Iterator[tuple[str, str]]:
-    for table in ("coordinates", "parameters", "inputs", "definitions"):
+    for table in ("coordinates", "parameters", "inputs", "states", "tables", "definitions"):
         for part in getattr(mechanism, table):
             yield part.name, f"{table}.{part.name}"
     for output in mechanism.outputs:
@@ -64,7 +93,7 @@ def check_names(mechanism: Description) -> None:
         if other is not None and not (what.startswith("outputs.") and other.startswith("definitions.")):
             raise MechanismError(f"{what}: the name '{name}' is already taken by {other}; choose another one")
         taken[name] = what
-    for table in ("frames", "springs", "dampers", "loads", "joints", "constraints"):
+    for table in ("frames", "springs", "dampers", "loads", "joints", "constraints", "contacts", "stops", "frictions"):
         _check_unique([part.name for part in getattr(mechanism, table)], table)
     _check_unique([part.name for part in (*mechanism.bodies, *mechanism.points)], "bodies and points")
     _check_unique([part.coordinate for part in mechanism.forces], "forces")

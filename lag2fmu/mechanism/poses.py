@@ -18,6 +18,7 @@ from lag2fmu.description import names
 from lag2fmu.description.joints import direction
 from lag2fmu.description.places import WORLD, Expression, Frame
 from lag2fmu.description.record import Description
+from lag2fmu.errors import MechanismError
 from lag2fmu.language.vocabulary import TIME, symbol
 from lag2fmu.mechanism.order import in_order
 
@@ -49,6 +50,11 @@ class Poses:
         for name, meaning in self._definitions:
             expression = sp.sympify(expression).xreplace({name: meaning})
         return sp.sympify(expression)
+
+    def column(self, place: Iterable[Expression]) -> sp.Matrix:
+        """A ``place`` of 2 or 3 entries as (3, 1), definitions written out."""
+        entries = [self.resolved(x) for x in place]
+        return sp.Matrix([*entries, *[sp.S.Zero] * (3 - len(entries))])
 
     def rate(self, expression: sp.Expr) -> sp.Expr:
         """The time derivative of an expression in t, q and motions, by the chain rule."""
@@ -94,6 +100,24 @@ class Poses:
         turned = self.resolved(angle)
         c, s = sp.cos(turned), sp.sin(turned)
         return Pose(place, sp.Matrix([[c, -s, 0], [s, c, 0], [0, 0, 1]]), sp.Matrix([0, 0, self.rate(turned)]))
+
+
+def location_of(m: Description, name: str, where: str) -> tuple[str, tuple[sp.Expr, ...]]:
+    """Frame and position of the end ``name``: a point, a body, or the origin of a frame.
+
+    Raises MechanismError with ``where`` if there is none.
+    """
+    frames = [WORLD, *(frame.name for frame in m.frames)]
+    places = {part.name: part for part in m.places}
+    if name in places:
+        frame, position = m.location(name)
+        if name in frames and (frame, any(position)) != (name, False):
+            raise MechanismError(f"{where}: '{name}' is a frame, and a point or body elsewhere; rename one of them")
+        return frame, position
+    if name not in frames:
+        known = [*frames, *places]
+        raise MechanismError(f"{where}: there is no frame, point or body '{name}'; {names.suggestion(name, known)}")
+    return name, (sp.S.Zero,) * m.dimension
 
 
 class _Turn(NamedTuple):

@@ -2,16 +2,18 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Iterator, Mapping
 from copy import copy
 
 import sympy as sp
 
 from lag2fmu.description import names
-from lag2fmu.description.keys import CONFIGURATION, OWN_RATE, STATE
+from lag2fmu.description.keys import CONFIGURATION, CONSTANT, OWN_RATE, STATE
 from lag2fmu.description.parts import Constraint
-from lag2fmu.description.record import Description
+from lag2fmu.description.record import Description, Entry
+from lag2fmu.description.tables import Table
 from lag2fmu.errors import MechanismError
+from lag2fmu.language.vocabulary import TableCall
 from lag2fmu.mechanism.order import in_order
 
 
@@ -36,6 +38,7 @@ class Scope:
         self.meaning |= {names.generalized_force(q.name): "external force" for q in m.coordinates}
         self.meaning |= {names.multiplier(c.name): "multiplier" for c in m.constraints}
         self.meaning |= {z.name: "further state" for z in m.states}
+        self.meaning |= {names.force(name): "contact force" for name in unilateral_names(m)}
         self.meaning |= {d.name: "definition" for d in m.definitions}
         self.uses: dict[str, set[str]] = {}
         """Definition -> the names it uses, definitions written out."""
@@ -59,11 +62,25 @@ class Scope:
         return found
 
 
+def unilateral_names(m: Description) -> Iterator[str]:
+    """The names of the ideal contacts, and of the sides of stops."""
+    for contact in m.contacts:
+        if contact.law == "ideal":
+            yield contact.name
+    for stop in m.stops:
+        for side in ("lower", "upper"):
+            if getattr(stop, side) is not None:
+                yield names.stop_side(stop.name, side)
+
+
 def check_symbols(m: Description, scope: Scope) -> None:
     """Raise MechanismError for the first expression that uses a name which cannot stand there."""
     in_order([p for p in m.parameters if p.expression is not None], "parameters")
+    tables = {table.name: table for table in m.tables}
     for entry in m.entries():
-        allowed = _kind_allows(entry.part) if isinstance(entry.part, Constraint) else entry.key.names
+        _check_calls(entry, tables)
+        of_kind = isinstance(entry.part, Constraint) and entry.key.field == "expression"
+        allowed = _kind_allows(entry.part) if of_kind else entry.key.names
         for name in sorted(scope.names_in(entry.where, entry.expression)):
             meaning = scope.meaning[name]
             if meaning not in allowed:
@@ -73,18 +90,35 @@ def check_symbols(m: Description, scope: Scope) -> None:
                 )
 
 
+def _check_calls(entry: Entry, tables: Mapping[str, Table]) -> None:
+    """Raise MechanismError for a call of a table that there is not, with too few arguments, or in a constant."""
+    for call in sorted(entry.expression.atoms(TableCall), key=str):
+        table = tables.get(call.table)
+        if table is None:
+            remedy = names.suggestion(call.table, tables)
+            raise MechanismError(f"{entry.where}: there is no table '{call.table}'; {remedy}")
+        if len(call.args) != table.arity:
+            raise MechanismError(
+                f"{entry.where}: '{call}' has {len(call.args)} argument(s), the table has {table.arity}; give as many"
+            )
+        if entry.key.names == CONSTANT:
+            raise MechanismError(f"{entry.where}: '{call}': a table cannot stand in a constant; write its value")
+
+
 def _remedy(table: str, meaning: str) -> str:
     if meaning == "input":
         return "; a signal that moves a support is declared with motion = true"
     if meaning == "velocity" and table == "constraints":
         return "; a constraint on velocities belongs to the nonholonomic ones"
+    if meaning == "further state" and table == "constraints":
+        return "; a force may use it"
     return ""
 
 
 def _kind_allows(constraint: Constraint) -> frozenset[str]:
-    """What a constraint of its kind may use."""
+    """The meanings of names that a constraint of this kind may use."""
     state = CONFIGURATION if constraint.holonomic else STATE
-    inputs = {"input", "external force", "motion velocity", "motion acceleration"}
+    inputs = {"input", "external force", "motion velocity", "motion acceleration", "further state"}
     return state | inputs if constraint.massless else state
 
 
@@ -115,7 +149,8 @@ def check_constraints(m: Description, scope: Scope) -> None:
 def constrained(m: Description, scope: Scope) -> tuple[frozenset[str], frozenset[str]]:
     """The coordinates that constraints restrict, and those whose velocities they restrict.
 
-    An equilibrium restricts the coordinate without mass only, which follows the others.
+    An equilibrium restricts the coordinate without mass only, which follows the others. What holds at times decides no
+    start.
     """
     if not m.constraints:
         return frozenset(), frozenset()
@@ -124,6 +159,7 @@ def constrained(m: Description, scope: Scope) -> tuple[frozenset[str], frozenset
         if c.coordinate is not None
         else scope.names_in(f"constraints.{c.name}", c.expression)
         for c in m.constraints
+        if c.while_ is None
     }
     places = {name for c, found in used.items() if c.holonomic for name in found}
     rates = places | {q.name for q in m.coordinates for found in used.values() if names.velocity(q.name) in found}
@@ -131,8 +167,10 @@ def constrained(m: Description, scope: Scope) -> tuple[frozenset[str], frozenset
     return frozenset(places & known), frozenset(rates & known)
 
 
-def fixed_parameters(m: Description, scope: Scope) -> frozenset[str]:
-    """The parameters in holonomic constraints, dependent ones with all they depend on: they cannot change in a run.
+def fixed_parameters(m: Description, scope: Scope, gaps: Iterable[sp.Expr] = ()) -> frozenset[str]:
+    """The parameters in holonomic constraints and gaps, dependent ones with all they depend on.
+
+    They cannot change in a run, where the coordinates are continuous.
 
     The parameters of an equilibrium may change: the coordinate without mass follows at once.
     """
@@ -140,6 +178,7 @@ def fixed_parameters(m: Description, scope: Scope) -> frozenset[str]:
     found: set[str] = set()
     holonomic = [c for c in m.holonomic if not c.massless]
     left = [name for c in holonomic for name in scope.names_in(f"constraints.{c.name}", c.expression)]
+    left += [name for gap in gaps for name in scope.names_in("gap", gap)]
     while left:
         name = left.pop()
         if scope.meaning[name] == "parameter" and name not in found:

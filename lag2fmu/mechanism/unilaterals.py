@@ -8,15 +8,18 @@ from typing import NamedTuple
 import sympy as sp
 
 from lag2fmu.description.events import Contact, Stop
+from lag2fmu.description.names import stop_side
 from lag2fmu.description.record import Description
-from lag2fmu.language.units import Unit
+from lag2fmu.language.units import METRE, Unit
+from lag2fmu.mechanism.contact_places import Geometry, frictionless, geometry_of
+from lag2fmu.mechanism.poses import Poses
 from lag2fmu.mechanism.unit_check import units_in
 
 UnitOf = Callable[[sp.Expr], "Unit | None"]
 
 
 class Unilateral(NamedTuple):
-    """A gap >= 0 with its laws of impact and friction; all are expressions in SI, definitions not written out.
+    """A gap >= 0 with its laws of impact and friction; all are expressions in SI, which may contain definitions.
 
     ``gap`` depends on t, q, motions and parameters and has the ``unit`` (None: unknown); ``slips`` are none without
     friction, one in the plane, two in space, affine in the velocities, in the gap's unit per s. ``restitution`` is
@@ -35,27 +38,26 @@ class Unilateral(NamedTuple):
 
 def unilaterals(m: Description) -> Iterator[Unilateral]:
     """Every ideal contact of ``m``, then two for each stop, NAME_lower and NAME_upper, as far as there are both."""
-    unit_of = units_in(m)
+    if not (m.contacts or m.stops):
+        return
+    unit_of, poses = units_in(m), Poses(m)
     for contact in m.contacts:
         if contact.law == "ideal":
-            yield _of_contact(contact, unit_of)
+            yield _of_contact(contact, geometry_of(m, contact, poses), unit_of)
     for stop in m.stops:
         yield from _of_stop(stop, unit_of)
 
 
-def _of_contact(contact: Contact, unit_of: UnitOf) -> Unilateral:
+def _of_contact(contact: Contact, geometry: Geometry, unit_of: UnitOf) -> Unilateral:
     friction = sp.sympify(contact.friction)
-    static = friction if contact.static_friction is None else sp.sympify(contact.static_friction)
-    slip = () if contact.slip is None else contact.slip if isinstance(contact.slip, tuple) else (contact.slip,)
-    smooth = friction.is_zero and static.is_zero
     return Unilateral(
         contact.name,
-        sp.sympify(contact.gap),
-        () if smooth else slip,
+        geometry.gap,
+        () if frictionless(contact) else geometry.slips,
         sp.sympify(contact.restitution),
         friction,
-        static,
-        unit_of(sp.sympify(contact.gap)),
+        friction if contact.static_friction is None else sp.sympify(contact.static_friction),
+        METRE if contact.kind is not None else unit_of(geometry.gap),
         f"contacts.{contact.name}",
     )
 
@@ -64,5 +66,5 @@ def _of_stop(stop: Stop, unit_of: UnitOf) -> Iterator[Unilateral]:
     of, restitution = sp.sympify(stop.of), sp.sympify(stop.restitution)
     for side, bound, sign in (("lower", stop.lower, 1), ("upper", stop.upper, -1)):
         if bound is not None:
-            name, gap = f"{stop.name}_{side}", sign * (of - sp.sympify(bound))
+            name, gap = stop_side(stop.name, side), sign * (of - sp.sympify(bound))
             yield Unilateral(name, gap, (), restitution, sp.S.Zero, sp.S.Zero, unit_of(of), f"stops.{stop.name}.{side}")

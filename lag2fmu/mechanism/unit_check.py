@@ -9,14 +9,15 @@ import sympy as sp
 from lag2fmu.description import names
 from lag2fmu.description.keys import OWN
 from lag2fmu.description.outputs import QUANTITIES
-from lag2fmu.description.parts import Force
+from lag2fmu.description.parts import Definition, Force
 from lag2fmu.description.record import Description
 from lag2fmu.description.symbols import Coordinate, Input, Parameter
 from lag2fmu.errors import UnitError
-from lag2fmu.language.dimensions import Dimension, DimensionOf, describe, dimension
+from lag2fmu.language.dimensions import ONE, Dimension, DimensionOf, describe, dimension
 from lag2fmu.language.expressions import to_text
 from lag2fmu.language.units import JOULE, METRE, SECOND, WATT, Unit, si_name
 from lag2fmu.mechanism.order import in_order
+from lag2fmu.mechanism.scope import unilateral_names
 
 
 def _known_dimensions(m: Description) -> dict[str, Dimension | None]:
@@ -30,6 +31,8 @@ def _known_dimensions(m: Description) -> dict[str, Dimension | None]:
     known |= {z.name: _dimension_of(z.unit) for z in m.states}
     for c in m.constraints:
         known[names.multiplier(c.name)] = None
+    for name in unilateral_names(m):
+        known[names.force(name)] = None
     for q in m.coordinates:
         d = _dimension_of(q.unit)
         known[names.generalized_force(q.name)] = None if d is None else _quotient(_dimension_of(JOULE), d)
@@ -48,14 +51,31 @@ def _dimension_of(unit: Unit | str | None) -> Dimension | None:
     return dimension(unit.exponents) if isinstance(unit, Unit) else None
 
 
+def _own_definitions(m: Description) -> list[Definition]:
+    """The definitions in order, without the forces of compliant contacts, whose keys may be plain numbers."""
+    found = in_order(m.definitions, "definitions")
+    brought = set()
+    for contact in m.contacts:
+        if contact.law == "compliant":
+            labels = (*names.frictions(contact.name, 1), *names.frictions(contact.name, 2))
+            brought |= {names.force(contact.name), *labels}
+    return [definition for definition in found if definition.name not in brought]
+
+
+def _columns(m: Description) -> dict[str, tuple[Dimension | None, ...]]:
+    """Table -> the dimensions of its arguments and of its value, as far as it has units."""
+    return {table.name: tuple(map(_dimension_of, table.units)) for table in m.tables if table.units}
+
+
 def mismatches(m: Description) -> Iterator[str]:
     """One sentence for every expression whose known dimension is not the expected one.
 
-    A plain number stands for a value in SI and fits everywhere; beside a quantity in a sum it does not.
+    A plain number stands for a value in SI and fits everywhere; beside a quantity in a sum it does not. Raises
+    MechanismError for definitions in a circle.
     """
-    known = _known_dimensions(m)
-    infer = DimensionOf(known)
-    for definition in in_order(m.definitions, "definitions"):
+    known, tables = _known_dimensions(m), _columns(m)
+    infer = DimensionOf(known, tables)
+    for definition in _own_definitions(m):
         try:
             known[definition.name] = infer(definition.expression)
         except UnitError as error:
@@ -66,8 +86,9 @@ def mismatches(m: Description) -> Iterator[str]:
     for damper in m.dampers:
         if damper.force is not None:
             rate = _measured(damper.rate, METRE / SECOND, infer)
-            inside = DimensionOf(known | {names.DAMPER_RATE: rate})
+            inside = DimensionOf(known | {names.DAMPER_RATE: rate}, tables)
             yield from _mismatch(f"dampers.{damper.name}.force", damper.force, _share(WATT, rate, 1), inside)
+    yield from _of_events(m, infer)
     for output in m.outputs:
         given = _dimension_of(output.unit)
         measured = _dimension_of(QUANTITIES[output.quantity][2]) if output.quantity is not None else given
@@ -94,9 +115,9 @@ def constraint_units(m: Description) -> dict[str, Unit | None]:
 
 def units_in(m: Description) -> Callable[[sp.Expr], Unit | None]:
     """The function that infers the unit of an expression of ``m`` from the names in it; None if it is unknown."""
-    known = _known_dimensions(m)
-    infer = DimensionOf(known)
-    for definition in in_order(m.definitions, "definitions"):
+    known, tables = _known_dimensions(m), _columns(m)
+    infer = DimensionOf(known, tables)
+    for definition in _own_definitions(m):
         known[definition.name] = _inferred(infer, definition.expression)
 
     def unit_of(expression: sp.Expr) -> Unit | None:
@@ -147,6 +168,56 @@ def _expected_of_springs(m: Description, infer: DimensionOf) -> Iterator[tuple[s
             yield f"{where}.rate", damper.rate, None
         if damper.damping is not None:
             yield f"{where}.damping", damper.damping, _share(WATT, rate, 2)
+
+
+def _of_events(m: Description, infer: DimensionOf) -> Iterator[str]:
+    """Sentences on contacts, stops, frictions, conditions and further states."""
+    for stop in m.stops:
+        yield from _of_length(f"stops.{stop.name}.of", stop.of, infer)
+    for contact in m.contacts:
+        if contact.gap is not None:
+            yield from _of_length(f"contacts.{contact.name}.gap", contact.gap, infer)
+    for where, expression, expected in (*_in_contacts(m, infer), *_in_elements(m, infer)):
+        if expression is not None:
+            yield from _mismatch(where, sp.sympify(expression), expected, infer)
+
+
+def _in_contacts(m: Description, infer: DimensionOf) -> Iterator[tuple[str, object, Dimension | None]]:
+    """(place, expression or None, expected dimension) in contacts and stops."""
+    for contact in m.contacts:
+        where, rate = f"contacts.{contact.name}", _rate_of(_measured(contact.gap, METRE, infer))
+        for slip in contact.slip if isinstance(contact.slip, tuple) else (contact.slip,):
+            yield f"{where}.slip", slip, rate
+        yield f"{where}.damping", contact.damping, None if rate is None else _quotient(ONE, rate)
+        yield f"{where}.slip_speed", contact.slip_speed, rate
+    for stop in m.stops:
+        of = _inferred(infer, sp.sympify(stop.of))
+        yield f"stops.{stop.name}.lower", stop.lower, of
+        yield f"stops.{stop.name}.upper", stop.upper, of
+
+
+def _in_elements(m: Description, infer: DimensionOf) -> Iterator[tuple[str, object, Dimension | None]]:
+    """(place, expression or None, expected dimension) in frictions, conditions and further states."""
+    for friction in m.frictions:
+        where, rate = f"frictions.{friction.name}", _inferred(infer, sp.sympify(friction.on))
+        yield f"{where}.on", friction.on, None
+        yield f"{where}.force", friction.force, _share(WATT, rate, 1)
+        yield f"{where}.static", friction.static, _share(WATT, rate, 1)
+    for constraint in m.constraints:
+        yield f"constraints.{constraint.kind}.{constraint.name}.while", constraint.while_, None
+    for state in m.states:
+        yield f"states.{state.name}.derivative", state.derivative, _dimension_of(state.rate_unit)
+
+
+def _of_length(where: str, expression: object, infer: DimensionOf) -> Iterator[str]:
+    """A sentence if the dimension of ``expression`` is known and neither a length nor an angle."""
+    measure = sp.sympify(expression)
+    fits = _inferred(infer, measure) in (None, ONE, _dimension_of(METRE))
+    yield from _mismatch(where, measure, None if fits else _dimension_of(METRE), infer)
+
+
+def _rate_of(d: Dimension | None) -> Dimension | None:
+    return None if d is None else _quotient(d, dimension(SECOND.exponents))
 
 
 def _measured(measure: sp.Expr | None, length: Unit, infer: DimensionOf) -> Dimension | None:

@@ -24,7 +24,10 @@ def zigzag(a: Points, b: Points) -> list[Points]:
 
 
 def pot(a: Points, b: Points) -> list[Points]:
-    """A damper from ``a`` to ``b``: a cylinder that is open at one end, a rod with its piston."""
+    """A damper from ``a`` to ``b``, (2,) each: a cylinder that is open at one end, a rod with its piston.
+
+    As polylines (k, 2).
+    """
     along, across = axes(a, b)
     middle, half, width = (a + b) / 2, min(3.0, 0.2 * float(np.linalg.norm(b - a))), 1.8
     bottom, top = middle - half * along, middle + half * along
@@ -34,14 +37,14 @@ def pot(a: Points, b: Points) -> list[Points]:
 
 
 def spiral(center: Points, reach: float) -> list[Points]:
-    """A torsion spring about ``center``."""
+    """A torsion spring about ``center`` (2,): a polyline (k, 2)."""
     angle = np.linspace(0.0, 4.5 * np.pi, 60)
     radius = reach * (0.3 + 0.7 * angle / angle[-1])
     return [center + radius[:, None] * np.column_stack([np.cos(angle), np.sin(angle)])]
 
 
 def hatched(a: Points, b: Points) -> list[Points]:
-    """A wall from ``a`` to ``b``, hatched on its right side."""
+    """A wall from ``a`` to ``b``, (2,) each, hatched on its right side: polylines (k, 2)."""
     along, across = axes(a, b)
     length = float(np.linalg.norm(b - a))
     count = max(3, round(length / 1.8))
@@ -50,24 +53,24 @@ def hatched(a: Points, b: Points) -> list[Points]:
 
 
 def support(pivot: Points) -> list[Points]:
-    """A fixed hinge at ``pivot``: a triangle on hatched ground."""
+    """A fixed hinge at ``pivot`` (2,): a triangle on hatched ground, as polylines (k, 2)."""
     left, right = pivot + np.array([-2.6, -4.2]), pivot + np.array([2.6, -4.2])
     return [np.vstack([pivot, left, right, pivot]), *hatched(left - np.array([1.2, 0.0]), right + np.array([1.2, 0.0]))]
 
 
 def cross(center: Points) -> list[Points]:
-    """A place that something refers to."""
+    """A place (2,) that something refers to: polylines (k, 2)."""
     return [center + np.array([[-1.2, 0.0], [1.2, 0.0]]), center + np.array([[0.0, -1.2], [0.0, 1.2]])]
 
 
 def box(center: Points, along: Points, across: Points) -> Points:
-    """A closed rectangle with the half edges ``along`` and ``across``."""
+    """A closed rectangle (k, 2) with the half edges ``along`` and ``across``, (2,) each."""
     corners = [(1, 1), (1, -1), (-1, -1), (-1, 1), (1, 1)]
     return np.array([center + a * along + b * across for a, b in corners])
 
 
 def arrow(a: Points, b: Points, head: float = 2.0) -> list[Points]:
-    """An arrow from ``a`` to ``b``: its shaft and its head, closed."""
+    """An arrow from ``a`` to ``b``, (2,) each: its shaft and its head, closed, polylines (k, 2)."""
     along, across = axes(a, b)
     foot = b - head * along
     return [np.vstack([a, foot]), np.vstack([b, foot + 0.4 * head * across, foot - 0.4 * head * across, b])]
@@ -82,13 +85,13 @@ def arc(center: Points, radius: float, first: float, last: float) -> list[Points
 
 
 def circle(center: Points, radius: float, count: int = 40) -> Points:
-    """A closed polyline around ``center``."""
+    """A closed polyline (k, 2) around ``center`` (2,)."""
     angle = np.linspace(0.0, 2 * np.pi, count + 1)
     return np.asarray(center + radius * np.column_stack([np.cos(angle), np.sin(angle)]), dtype=np.float64)
 
 
 def axes(a: Points, b: Points) -> tuple[Points, Points]:
-    """The unit vectors from ``a`` to ``b`` and across, to the left."""
+    """The unit vectors (2,) from ``a`` to ``b`` and across, to the left."""
     length = float(np.linalg.norm(b - a))
     along = (b - a) / length if length > 0 else np.array([1.0, 0.0])
     return along, np.array([-along[1], along[0]])

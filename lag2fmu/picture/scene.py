@@ -110,7 +110,7 @@ class Canvas:
             self.marks.append(Stroke(part, style, points))
 
     def disc(self, part: str, style: str, center: Floats, radius: float) -> None:
-        """Add a filled circle."""
+        """Add a filled circle around ``center`` (2,); lengths in units of the picture."""
         x, y = (round(float(c), 3) + 0.0 for c in center)
         self.marks.append(Disc(part, style, (x, y), round(radius, 3)))
 
@@ -139,7 +139,7 @@ class Canvas:
 
 
 def bounds(marks: Iterable[Stroke | Disc], labels: Iterable[Label] = ()) -> tuple[float, float, float, float]:
-    """Left, bottom, right and top of what is drawn."""
+    """Left, bottom, right and top of what is drawn. In units of the picture."""
     low, high = [], []
     for mark in marks:
         points = np.array(mark.points if isinstance(mark, Stroke) else [mark.center])

@@ -185,12 +185,15 @@ class Skeleton:
     # ------------------------------------------------------------------------------------------------ in numbers
 
     def start(self) -> dict[str, float]:
-        """The values of all variables at the start."""
+        """The values of all variables at the start, in SI units."""
         return start_values(self.mechanism)
 
     @cached_property
     def samples(self) -> dict[str, Floats | float]:
-        """Values at the start and at states all around it where all spots have a place; constraints are not heeded."""
+        """Values at the start and at states all around it where all spots have a place; constraints are not heeded.
+
+        In SI units.
+        """
         generator = np.random.default_rng(5)
         values: dict[str, Floats | float] = dict(self.start())
         moving = {c.name: c.nominal for c in self.mechanism.coordinates}
@@ -202,12 +205,12 @@ class Skeleton:
         return {name: x if np.ndim(x) == 0 else np.asarray(x)[known] for name, x in values.items()}
 
     def positions(self, values: Values) -> Floats:
-        """All spots and vectors at ``values``, (spots, 3, *batch)."""
+        """All spots and vectors at ``values``, (spots, 3, *batch), in m."""
         flat = evaluate(self.graph, [x for nodes in self._nodes for x in nodes], values)
         return flat.reshape(len(self._nodes), 3, *flat.shape[1:])
 
     def number(self, expression: object, values: Values) -> float:
-        """The value of an expression."""
+        """The value of an expression in SI units."""
         return float(self._numbers([self.put(sp.sympify(expression))], values)[0])
 
     @cached_property
@@ -250,7 +253,7 @@ class Skeleton:
         return {i for i, place in enumerate(moved) if float(np.ptp(place, axis=1).max()) == 0.0}
 
     def nodes(self, spot: int) -> Vector:
-        """The three nodes of a spot."""
+        """The nodes (3,) of a spot."""
         return self._nodes[spot]
 
     def rigid(self, link: Link) -> bool:

@@ -27,7 +27,7 @@ class View:
 
     @property
     def normal(self) -> Floats:
-        """Towards the viewer."""
+        """The unit vector (3,) towards the viewer."""
         return np.cross(self.right, self.up)
 
     def flat(self, points: Floats) -> Floats:

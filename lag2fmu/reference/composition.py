@@ -20,13 +20,17 @@ from lag2fmu.description.parts import Damper, Load
 from lag2fmu.description.places import Body
 from lag2fmu.language.vocabulary import NAME_OF, TIME, symbol
 from lag2fmu.mechanism.record import Mechanism
+from lag2fmu.reference.tables import with_data
 
 Vector = tuple[sp.Expr, ...]
 
 
 @dataclass(frozen=True)
 class Symbols:
-    """The symbols of a mechanism with n coordinates, k motion inputs, m plain inputs and p parameters, in its order."""
+    """The symbols of a mechanism with n coordinates, k motion inputs, m plain inputs and p parameters, in its order.
+
+    ``further``: the f further states of first order.
+    """
 
     q: tuple[sp.Symbol, ...]
     qd: tuple[sp.Symbol, ...]
@@ -36,11 +40,17 @@ class Symbols:
     plain: tuple[sp.Symbol, ...]
     external: tuple[sp.Symbol, ...]
     parameters: tuple[sp.Symbol, ...]
+    further: tuple[sp.Symbol, ...] = ()
+
+    @property
+    def signals(self) -> tuple[sp.Symbol, ...]:
+        """Everything that comes from outside: y, y_dot, y_ddot, plain inputs, Q_<coordinate>; (3 k + m + n,)."""
+        return (*self.motion, *self.motion_dot, *self.motion_ddot, *self.plain, *self.external)
 
     @property
     def inputs(self) -> tuple[sp.Symbol, ...]:
-        """Everything that comes from outside: y, y_dot, y_ddot, plain inputs, Q_<coordinate>; (3 k + m + n,)."""
-        return (*self.motion, *self.motion_dot, *self.motion_ddot, *self.plain, *self.external)
+        """What forces may contain beside t, q, qd and parameters: signals and further states; (3 k + m + n + f,)."""
+        return (*self.signals, *self.further)
 
 
 def symbols_of(mechanism: Mechanism) -> Symbols:
@@ -56,6 +66,7 @@ def symbols_of(mechanism: Mechanism) -> Symbols:
         [u.name for u in mechanism.plain_inputs],
         [generalized_force(name) for name in q],
         [p.name for p in mechanism.parameters],
+        [z.name for z in mechanism.states],
     )
     return Symbols(*(tuple(symbol(name) for name in group) for group in groups))
 
@@ -67,7 +78,10 @@ def composition_of(mechanism: Mechanism) -> Composition:
 
 @lru_cache(maxsize=16)
 def _composition(mechanism: Mechanism, *_derived: object) -> Composition:
-    """Mechanisms are equal whatever has been derived of them, so that starts and constraints are named too."""
+    """The composition of a mechanism with these starts and constraints.
+
+    They are arguments, because mechanisms are equal whatever has been derived of them.
+    """
     return Composition(mechanism)
 
 
@@ -75,7 +89,7 @@ def _composition(mechanism: Mechanism, *_derived: object) -> Composition:
 class Composition:
     """T, V, Rayleigh's R (J, J, W), the non-potential forces Q (n,), the outputs by name as expressions; L = T - V.
 
-    Without the parts that are on frames.
+    ``further``: the derivatives of the further states, (f,). Without the parts that are on frames.
     Where the user gives a whole Lagrangian its part of second degree in qd counts as T and the rest as -V: V then
     holds velocity-dependent potentials, and terms of moving supports too.
     """
@@ -87,6 +101,7 @@ class Composition:
     dissipation: sp.Expr = field(init=False)
     forces: Vector = field(init=False)
     outputs: dict[str, sp.Expr] = field(init=False)
+    further: Vector = field(init=False)
     _meaning: dict[sp.Symbol, sp.Expr] = field(init=False, repr=False)
 
     def __post_init__(self) -> None:
@@ -94,6 +109,7 @@ class Composition:
         s = symbols_of(self.mechanism)
         self._set(symbols=s, _meaning=_meaning(self.mechanism))
         kinetic, potential = self._given_energies()
+        self._set(further=tuple(self.written(z.derivative) for z in self.mechanism.states))
         self._set(
             kinetic=sp.Add(kinetic, *self._koenig()),
             potential=sp.Add(potential, *self._gravity(), *self._springs()),
@@ -107,14 +123,16 @@ class Composition:
             object.__setattr__(self, name, value)
 
     def written(self, expression: sp.Expr | int | float | None) -> sp.Expr:
-        """``expression`` with definitions written out; 0 for one that is not given."""
-        return sp.S.Zero if expression is None else sp.sympify(expression).xreplace(self._meaning)
+        """``expression`` with definitions written out and tables that know their data; 0 for one that is not given."""
+        written = sp.S.Zero if expression is None else sp.sympify(expression).xreplace(self._meaning)
+        return with_data(written, {table.name: table for table in self.mechanism.tables})
 
     def rate(self, expression: sp.Expr) -> sp.Expr:
-        """The total time derivative of a function of t, q, qd, motion inputs and their rates, by the chain rule."""
+        """The total time derivative of a function of t, q, qd, further states and motion inputs, by the chain rule."""
         s = self.symbols
         qdd = (symbol(acceleration(q.name)) for q in s.q)
-        moving, rates = (*s.q, *s.qd, *s.motion, *s.motion_dot), (*s.qd, *qdd, *s.motion_dot, *s.motion_ddot)
+        moving = (*s.q, *s.qd, *s.motion, *s.motion_dot, *s.further)
+        rates = (*s.qd, *qdd, *s.motion_dot, *s.motion_ddot, *self.further)
         pairs = ((TIME, sp.S.One), *zip(moving, rates, strict=True))
         used = expression.free_symbols
         return sp.Add(*(expression.diff(x) * x_dot for x, x_dot in pairs if x in used))
@@ -143,7 +161,7 @@ class Composition:
         return tuple(self.written(x) for x in self.mechanism.place(name))
 
     def on_frame(self, name: object) -> bool:
-        """Is ``name`` a point or body that is on a frame (be it the world)?"""
+        """Whether ``name`` is a point or body that is on a frame (be it the world)."""
         return any(part.name == name and part.frame is not None for part in self.mechanism.places)
 
     def _given_energies(self) -> tuple[sp.Expr, sp.Expr]:

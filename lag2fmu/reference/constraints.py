@@ -37,7 +37,10 @@ _ITERATIONS, _HALVINGS = 60, 12
 
 
 class ConstraintFunctions:
-    """The constraints of a mechanism: h holonomic ones first, m in all, at states of n coordinates."""
+    """The constraints of a mechanism: h holonomic ones first, m in all, at states of n coordinates.
+
+    Values are in SI units.
+    """
 
     def __init__(self, composition: Composition, constants: Sequence[float]) -> None:
         mechanism, s = composition.mechanism, composition.symbols
@@ -143,7 +146,7 @@ class ConstraintFunctions:
 
 
 def constraint_expressions(mechanism: Mechanism) -> tuple[sp.Expr, ...]:
-    """Values, velocities, gamma and G of the constraints of ``mechanism``, one after the other."""
+    """Values (m,), velocities (m,), gamma (m,) and G (m n,) of the constraints, one after the other."""
     return _expressions(mechanism, mechanism.constraints)
 
 
@@ -175,6 +178,7 @@ def accelerations_without_qdd(composition: Composition, velocities: Sequence[sp.
     s = composition.symbols
     moving = dict(zip(s.q, s.qd, strict=True)) | {TIME: sp.S.One}
     moving |= dict(zip(s.motion, s.motion_dot, strict=True)) | dict(zip(s.motion_dot, s.motion_ddot, strict=True))
+    moving |= dict(zip(s.further, composition.further, strict=True))
     return [sp.Add(*(w.diff(x) * rate for x, rate in moving.items())) for w in velocities]
 
 

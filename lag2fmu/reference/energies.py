@@ -31,6 +31,7 @@ class EnergyFunctions:
     finite or out of its bounds. Inputs that are not given have their start value, external forces Q_<coordinate> are 0.
     A ``composition`` other than the mechanism's own may have further parameters, such as the sides of frozen switches:
     they stand behind those of the mechanism in ``constants`` and are 1 until they are set there.
+    Further states are given among the inputs.
     """
 
     def __init__(
@@ -53,20 +54,25 @@ class EnergyFunctions:
         self._forces = compiled(arguments, c.forces)
         unknowns = [symbol(acceleration(item.name)) for item in mechanism.coordinates]
         unknowns += [symbol(multiplier(item.name)) for item in mechanism.constraints]
-        self._outputs = compiled((TIME, *s.q, *s.qd, *s.inputs, *unknowns, *s.parameters), tuple(c.outputs.values()))
+        everything = (TIME, *s.q, *s.qd, *s.inputs, *unknowns, *s.parameters)
+        self._outputs = compiled(everything, tuple(c.outputs.values()))
+        self._further = compiled(everything, c.further)
         self.constraints = ConstraintFunctions(c, self.constants)
         self.spatial = Spatial(c, self.constants)
-        starts = {u.name: u.start for u in mechanism.inputs}
+        starts = {u.name: u.start for u in mechanism.inputs} | {z.name: z.start for z in mechanism.states}
         self._starts = np.array([starts.get(x.name, 0.0) for x in s.inputs])
         self._row = {x.name: i for i, x in enumerate(s.inputs)}
 
     @property
     def input_names(self) -> tuple[str, ...]:
-        """The inputs by name: y, y_dot, y_ddot of motion inputs, plain inputs, Q_<coordinate>."""
+        """The inputs by name: y, y_dot, y_ddot of motions, plain inputs, Q_<coordinate>; and further states."""
         return tuple(self._row)
 
     def start(self, time: float = 0.0, inputs: InputValues | None = None) -> tuple[Floats, Floats]:
-        """The start values of q and qd, (n,) each, in SI units: as declared, guesses solved for the constraints."""
+        """The start values of q and qd, (n,) each, in SI units: as declared, guesses solved for the constraints.
+
+        Raises SimulationError if the constraints cannot be met.
+        """
         coordinates = self.mechanism.coordinates
         q, qd = np.array([c.start for c in coordinates]), np.array([c.velocity for c in coordinates])
         if not self.constraints.m:
@@ -82,7 +88,10 @@ class EnergyFunctions:
         inputs: InputValues | None = None,
         free: tuple[list[bool], list[bool]] | None = None,
     ) -> tuple[Floats, Floats]:
-        """q and qd, (n,) each, moved onto the constraints, see ``ConstraintFunctions.consistent``."""
+        """q and qd, (n,) each, moved onto the constraints, see ``ConstraintFunctions.consistent``.
+
+        Raises SimulationError as that does.
+        """
         nominal = np.array([c.nominal for c in self.mechanism.coordinates])
         return self.constraints.consistent(lambda a, b: self.state(time, a, b, inputs), q, qd, nominal, free)
 
@@ -110,7 +119,10 @@ class EnergyFunctions:
         return State(time, batch_last(positions), batch_last(velocities), signals)
 
     def input_values(self, inputs: Mapping[str, float]) -> Floats:
-        """All inputs in the order of ``input_names``, (3 k + m + n,): those not among ``inputs`` at their starts."""
+        """All inputs in the order of ``input_names``, (3 k + m + n,): those not among ``inputs`` at their starts.
+
+        In SI units.
+        """
         values: Floats = self._starts.copy()
         for name, value in inputs.items():
             values[self._row[name]] = value
@@ -123,7 +135,10 @@ class EnergyFunctions:
         return values if self.spatial.empty else values + self.spatial.energies(rows)
 
     def forces(self, state: State) -> Floats:
-        """The non-potential forces Q without dissipation, external ones included: (n, *batch)."""
+        """The non-potential forces Q without dissipation, external ones included: (n, *batch).
+
+        Each in J by the unit of its coordinate.
+        """
         values = self._forces(state.rows, self.constants)
         return values if self.spatial.empty else values + self.spatial.forces(self._rows(state), state.inputs)
 
@@ -140,6 +155,10 @@ class EnergyFunctions:
             values |= self.spatial.outputs(self._rows(state), rates)
         return {name: values[name] for name in self.mechanism.output_names}
 
+    def further(self, state: State, unknowns: Sequence[Floats]) -> Floats:
+        """The derivatives of the further states, (f, *batch), for ``unknowns`` as of ``outputs``."""
+        return self._further(np.concatenate([state.rows, *unknowns]), self.constants)
+
     def position(self, state: State, name: str) -> Floats:
         """The position (m) in the fixed frame of the point or body ``name``: (2 or 3, *batch)."""
         if self.composition.on_frame(name):
@@ -148,7 +167,10 @@ class EnergyFunctions:
         return compiled(arguments, self.composition.place(name))(self._rows(state), self.constants)
 
     def velocity_part(self) -> Callable[[Array], Array]:
-        """rows (t, q, qd, y, y_dot), real or complex -> K, U, R: L = K - U, with all that velocities change in K."""
+        """rows (t, q, qd, y, y_dot), real or complex -> K, U, R: L = K - U, with all that velocities change in K.
+
+        K, U in J, R in W; the result has the shape (3, *batch).
+        """
         moving, resting = self.composition.velocity_part()
         expressions: tuple[sp.Expr, ...] = (moving, resting, self.composition.dissipation)
         function = compiled((*self._configuration, *self.composition.symbols.parameters), expressions)

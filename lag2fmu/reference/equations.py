@@ -38,8 +38,9 @@ SMALL = 3
 class Equations:
     """The equations of motion of ``mechanism`` for ``parameters`` (name -> SI value; declared values otherwise).
 
-    States are t in s, q and qd (n,), inputs name -> value; or batches of m: t (m,), q and qd (m, n), values (m,).
-    Raises LoadError for unknown or unusable parameters, DerivationError if L is not quadratic in the velocities.
+    States are t in s, q and qd (n,), inputs and further states name -> value; or batches of m: t (m,), q and qd (m, n),
+    values (m,). Raises LoadError for unknown or unusable parameters, DerivationError if L is not quadratic in the
+    velocities.
     """
 
     def __init__(
@@ -73,7 +74,7 @@ class Equations:
     # -------------------------------------------------------------------------------------------- what users ask for
 
     def accelerations(self, t: ArrayLike, q: ArrayLike, qd: ArrayLike, inputs: InputValues | None = None) -> Floats:
-        """qdd (n,) or (m, n). Raises SimulationError where M is singular or a value is not finite."""
+        """qdd (n,) or (m, n), in SI units. Raises SimulationError where M is singular or a value is not finite."""
         state = self.energies.state(t, q, qd, inputs)
         qdd, _, _ = self.rates(state)
         if not np.isfinite(qdd).all():
@@ -87,7 +88,7 @@ class Equations:
         return batch_first(self.rates(self.energies.state(t, q, qd, inputs))[1], 1)
 
     def residuals(self, t: ArrayLike, q: ArrayLike, qd: ArrayLike, inputs: InputValues | None = None) -> Floats:
-        """What the constraints say is zero: phi, or A qd + b, (m,) or (batch, m)."""
+        """What the constraints say is zero: phi, or A qd + b, (m,) or (batch, m), in SI units."""
         return batch_first(self.energies.constraints(self.energies.state(t, q, qd, inputs))[0], 1)
 
     def kinetic_energy(self, t: ArrayLike, q: ArrayLike, qd: ArrayLike, inputs: InputValues | None = None) -> Floats:
@@ -121,6 +122,11 @@ class Equations:
         """The mechanism's outputs, one for each entry: name -> () or (m,), in SI units."""
         state = self.energies.state(t, q, qd, inputs)
         return self.energies.outputs(state, self.rates(state)[:2])
+
+    def further(self, t: ArrayLike, q: ArrayLike, qd: ArrayLike, inputs: InputValues | None = None) -> Floats:
+        """The derivatives of the further states, (f,) or (m, f), in SI units; ``inputs`` have their values."""
+        state = self.energies.state(t, q, qd, inputs)
+        return batch_first(self.energies.further(state, self.rates(state)[:2]), 1)
 
     def balance(
         self, t: ArrayLike, q: ArrayLike, qd: ArrayLike, qdd: ArrayLike, inputs: InputValues | None = None

@@ -60,7 +60,10 @@ class Turn:
 
 @dataclass(frozen=True)
 class Link:
-    """A frame on its parent. ``origin``: o and o_dot; ``quaternion``, if there is one: e and e_dot."""
+    """A frame on its parent. ``origin``: o and o_dot; ``quaternion``, if there is one: e and e_dot.
+
+    Shapes (3,) and (4,), lengths in m.
+    """
 
     name: str
     parent: str
@@ -71,7 +74,10 @@ class Link:
 
 @dataclass(frozen=True)
 class Spot:
-    """A point fixed to or moving in a frame; ``values``: its position in the frame's axes and the rate of that."""
+    """A point fixed to or moving in a frame; ``values``: its position in the frame's axes and the rate of that.
+
+    A position is (3,), in m.
+    """
 
     frame: str
     values: slice
@@ -89,14 +95,17 @@ def links_of(composition: Composition, slots: Slots) -> list[Link]:
 
 
 def spot_of(composition: Composition, slots: Slots, name: str) -> Spot:
-    """The point or mass centre called ``name``, its local expressions in ``slots``."""
+    """The point or mass centre called ``name``, its local expressions in ``slots``.
+
+    Raises MechanismError if there is none.
+    """
     frame, position = composition.mechanism.location(name)
     here = [composition.written(x) for x in position]
     return Spot(frame, slots.add([*here, *map(composition.rate, here)]))
 
 
 def poses_of(links: Sequence[Link], values: Array) -> dict[str, Pose]:
-    """The poses of all frames and of the world for the ``values`` of the slots, (slots, *shape)."""
+    """The poses of all frames and of the world for the ``values`` of the slots, (slots, *shape). In SI units."""
     one = np.zeros((3, 3, *values.shape[1:]), values.dtype)
     one[range(3), range(3)] = 1
     zero = np.zeros_like(one[0])

@@ -20,6 +20,7 @@ from sympy.printing.str import StrPrinter
 from sympy.utilities.iterables import numbered_symbols
 
 from lag2fmu.language.vocabulary import NAME_OF
+from lag2fmu.reference.tables import Tabulated, number_of, tabulated
 
 Array = NDArray[Any]
 
@@ -30,10 +31,10 @@ BLOCK = 4096
 """Points that are evaluated in one vectorised call: their intermediate results fit the cache."""
 
 FEW = 3
-"""Up to so many points are evaluated one by one: NumPy's scalars take a fifth of the time of its short arrays."""
+"""At most this many points are evaluated one by one: NumPy's scalars take a fifth of the time of its short arrays."""
 
 _EXACT = 2**53
-"""Up to here whole numbers are doubles."""
+"""Whole numbers up to this one are doubles."""
 
 Function = Callable[..., Any]
 
@@ -53,7 +54,7 @@ def absolute(z: Any) -> Any:
 
 
 def atan2(y: Any, x: Any) -> Any:
-    """The angle of (x, y), in rad within [-pi, pi]."""
+    """The angle of (x, y), in rad within [-pi, pi]; any shape."""
     a, b = np.real(y), np.real(x)
     angle = np.arctan2(a, b)
     if not (np.iscomplexobj(y) or np.iscomplexobj(x)):
@@ -75,6 +76,11 @@ def power(base: Any, exponent: Any) -> Any:
 def minimum(*values: Any) -> Any:
     """The least of ``values`` by their real parts."""
     return reduce(lambda a, b: np.where(np.real(a) <= np.real(b), a, b), values)
+
+
+def choice(margin: Any, a: Any, b: Any) -> Any:
+    """``a`` where the real part of ``margin`` is above 0, else ``b``; any shape."""
+    return np.where(np.real(margin) > 0, a, b)
 
 
 def maximum(*values: Any) -> Any:
@@ -100,8 +106,10 @@ NUMERIC: dict[str, Function] = {
     "heaviside": lambda z: np.heaviside(np.real(z), 0.5),
     "min": minimum,
     "max": maximum,
+    "choice": choice,
     "atan2": atan2,
     "power": power,
+    "tabulated": tabulated,
     "pi": np.pi,  # type: ignore[dict-item]
 }
 """The meaning of every name that ``NumericPrinter`` writes."""
@@ -114,7 +122,7 @@ def number(value: sp.Expr) -> str:
 
 
 def _is_long(value: sp.Expr) -> bool:
-    """Whether numerator or denominator are no doubles: NumPy takes whole numbers beyond 64 bits for objects."""
+    """Whether numerator or denominator are no doubles. NumPy takes whole numbers beyond 64 bits for objects."""
     return bool(value.is_Rational) and max(abs(int(value.p)), int(value.q)) > _EXACT
 
 
@@ -131,6 +139,18 @@ class NumericPrinter(StrPrinter):  # type: ignore[misc]
         return f"{NAME_OF[expr.func]}({self.stringify(arguments, ', ')})"
 
     _print_Abs = _print_Heaviside = _print_Min = _print_Max = _print_LatticeOp = _print_Function
+
+    printmethod = "_numeric"  # not the words that expressions print themselves with
+    emptyPrinter = str
+
+    def _print_Choice(self, expr: sp.Expr) -> str:
+        return f"choice({self.stringify(expr.args, ', ')})"
+
+    def _print_Smooth(self, expr: sp.Expr) -> str:
+        return f"({self._print(expr.args[0])})"
+
+    def _print_Tabulated(self, expr: Tabulated) -> str:
+        return f"tabulated({number_of(expr)}, {self.stringify(expr.args, ', ')})"
 
     def _print_Pow(self, expr: sp.Expr, rational: bool = False) -> str:
         if expr.exp.is_Integer or abs(expr.exp) == sp.S.Half:

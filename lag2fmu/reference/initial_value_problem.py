@@ -6,6 +6,7 @@ from collections.abc import Callable, Mapping
 from typing import Any
 
 import numpy as np
+from numpy.typing import ArrayLike
 
 from lag2fmu.errors import SimulationError
 from lag2fmu.reference.equations import Equations
@@ -26,15 +27,17 @@ the forces stall every method where they hold the motion, as dry friction does."
 
 
 class InitialValueProblem:
-    """One problem: z = (q, qd, work), (2 n + 1,), from ``start`` over ``times`` (m,)."""
+    """One problem: z = (q, qd, further states, work), (s + 1,), from ``start`` over ``times`` (m,)."""
 
     def __init__(self, equations: Equations, signals: Signals, times: Floats, start: Floats) -> None:
         self.equations, self.signals, self.times, self.n = equations, signals, times, equations.n
         self.start = start
+        self.further = [state.name for state in equations.mechanism.states]
+        self.size = 2 * self.n + len(self.further)  # s
         # what pulls back onto the constraints, in units of the resolution that the experiment asks for
         self.damping = DAMPING / equations.mechanism.experiment.step if equations.energies.constraints.m else 0.0
         nominal = np.array([c.nominal for c in equations.mechanism.coordinates])
-        self.nominal = np.concatenate([nominal, nominal])
+        self.nominal = np.concatenate([nominal, nominal, [z.nominal for z in equations.mechanism.states]])
         self.evaluations, self.end = 0, np.inf
         self.last = float(times[0]), start
         self._before_compiling = COMPILED_AFTER if equations.small else 0
@@ -44,8 +47,13 @@ class InitialValueProblem:
         self.share = 0.0  # what was done before the run that is going on, which is half of all
 
     def state(self, t: float, z: Floats) -> State:
-        """The state at z (copies, 2 n + 1)."""
-        return self.equations.energies.state(t, z[:, : self.n], z[:, self.n : 2 * self.n], self._inputs(t))
+        """The state at the time t (s) and z (copies, s + 1)."""
+        inputs: dict[str, ArrayLike] = {**self._inputs(t), **self.further_of(z)}
+        return self.equations.energies.state(t, z[:, : self.n], z[:, self.n : 2 * self.n], inputs)
+
+    def further_of(self, z: Floats) -> dict[str, Floats]:
+        """The further states by name, (m,) each, of z (m, s + 1)."""
+        return dict(zip(self.further, z[:, 2 * self.n : self.size].T, strict=True))
 
     def _inputs(self, t: float) -> Mapping[str, float]:
         """The inputs at t; those that jump keep their value until the end of the segment."""
@@ -64,29 +72,30 @@ class InitialValueProblem:
             raise SimulationError(f"{self._place(self.times[0])}: {reason}")
 
     def perturbed(self, units: Floats) -> Floats:
-        """The start moved by 1e-8 in the norm of the ``units`` (2 n,), along a direction without symmetry."""
-        direction = np.cos(np.arange(1, 2 * self.n + 1))
+        """The start moved by 1e-8 in the norm of the ``units`` (s,), along a direction without symmetry."""
+        direction = np.cos(np.arange(1, self.size + 1))
         moved: Floats = self.start.copy()
-        moved[: 2 * self.n] += PERTURBATION * units * direction / np.abs(direction).max()
+        moved[: self.size] += PERTURBATION * units * direction / np.abs(direction).max()
         back: Floats = self.projected(self.times[:1], moved[None])[0]
         return back
 
     def projected(self, times: Floats, z: Floats) -> Floats:
-        """z (m, 2 n + 1) at ``times`` moved onto the constraints; nothing without constraints."""
+        """z (m, s + 1) at ``times`` moved onto the constraints; nothing without constraints."""
         if not self.equations.energies.constraints.m:
             return z
         found: Floats = z.copy()
         for row, t in zip(found, times, strict=True):
-            inputs = self.signals.at(float(t))
+            inputs = {**self.signals.at(float(t)), **{k: x[0] for k, x in self.further_of(row[None]).items()}}
             q, qd = self.equations.energies.consistent(row[: self.n], row[self.n : 2 * self.n], float(t), inputs)
             row[: 2 * self.n] = [*q, *qd]
         return found
 
     def solve(self, method: str, rtol: float, start: Floats, pieces: int) -> tuple[Floats, int]:
-        """z at the times, (m, copies, 2 n + 1), from ``start`` (copies, 2 n + 1), and the evaluations it took.
+        """z at the times, (m, copies, s + 1), from ``start`` (copies, s + 1), and the evaluations it took.
 
-        No step is longer than 1 / ``pieces`` of the way to the next break of the inputs, or of LONGEST_PART of the
-        whole: what lasts for a short time only is not stepped over.
+        No step is longer than 1 / ``pieces`` of the way to the next break of the inputs, or of LONGEST_PART of
+        the whole: what lasts for a short time only is not stepped over. Raises SimulationError with the time
+        reached.
         """
         weights = np.append(self.nominal, self._energy_scale())
         atol = np.broadcast_to(rtol * weights, start.shape).ravel()
@@ -111,7 +120,8 @@ class InitialValueProblem:
         from scipy.integrate import solve_ivp
 
         try:
-            solution = solve_ivp(self._slope, span, z, method, **options)
+            with np.errstate(all="ignore"):  # steps into what is not finite are made shorter
+                solution = solve_ivp(self._slope, span, z, method, **options)
         except _TooLongError as error:
             reason = f"{method} took {self.evaluations - 1} evaluations"
             raise SimulationError(f"{self._place(error.args[0])}: {reason}") from None
@@ -130,18 +140,25 @@ class InitialValueProblem:
         self.last = (t, z)
         if self.progress is not None and self.evaluations % 100 == 0:
             self.progress(self.share + 0.5 * (t - self.times[0]) / (self.times[-1] - self.times[0]))
-        copies, n = z.reshape(-1, 2 * self.n + 1), self.n
+        copies, n = z.reshape(-1, self.size + 1), self.n
         if self._before_compiling == 0:
             self._single = single_state(self.equations)
         self._before_compiling -= 1
         if self._single is None:
-            qdd, _, power = self.equations.rates(self.state(t, copies), self.damping)
-            return np.concatenate([copies[:, n : 2 * n], qdd.T, power[:, None]], axis=1).ravel()
+            state = self.state(t, copies)
+            qdd, multipliers, power = self.equations.rates(state, self.damping)
+            further = self.equations.energies.further(state, (qdd, multipliers))
+            return np.concatenate([copies[:, n : 2 * n], qdd.T, further.T, power[:, None]], axis=1).ravel()
         inputs = self.equations.energies.input_values(self._inputs(t))
         slopes = np.empty_like(copies)
         slopes[:, :n] = copies[:, n : 2 * n]
         for copy, slope in zip(copies, slopes, strict=True):
-            slope[n : 2 * n], _, slope[2 * n] = self._single.rates(t, copy, inputs, self.damping)
+            inputs[len(inputs) - len(self.further) :] = copy[2 * n : self.size]
+            qdd, multipliers, slope[self.size] = self._single.rates(t, copy, inputs, self.damping)
+            slope[n : 2 * n] = qdd
+            if self.further:
+                state = State(np.asarray(t), copy[:n], copy[n : 2 * n], inputs)
+                slope[2 * n : self.size] = self.equations.energies.further(state, (qdd, multipliers))
         return slopes.ravel()
 
     def _energy_scale(self) -> float:
@@ -153,7 +170,7 @@ class InitialValueProblem:
     def _reason(self, message: str) -> str:
         """Why it stopped: what is wrong with the last state tried, else what SciPy says."""
         t, z = self.last
-        state = self.state(t, z.reshape(-1, 2 * self.n + 1))
+        state = self.state(t, z.reshape(-1, self.size + 1))
         if np.isfinite(self.equations.rates(state)[0]).all():
             return message
         return self.equations.weakness(state)

@@ -1,11 +1,11 @@
 """Direct integration of a mechanism by SciPy, with an estimate of its own error and of how starts are amplified.
 
-Two runs are made: one at ``rtol``, which is the result, and one at 10 ``rtol``. Where the inputs have many breaks both
-would step from break to break and agree to the last bit, which says nothing about their error: the first one therefore
-takes two steps there at least. The second is carried out together
-with a run from a start perturbed by 1e-8, on the same steps, so that their difference is the effect of the start and
-not of the integration. Method: DOP853, E. Hairer, S. P. Norsett, G. Wanner, Solving Ordinary Differential Equations I,
-section II.5; Radau IIA, same authors, volume II, section IV.8.
+Two runs are made. The first one, at ``rtol``, is the result; the second one is at 10 ``rtol``. Where the inputs have
+many breaks, both would step from break to break and agree to the last bit, which says nothing about their error. So the
+first run takes at least two steps between breaks. The second run is carried out together with a run from a start
+perturbed by 1e-8, on the same steps, so that their difference is the effect of the start and not of the integration.
+Method: DOP853, E. Hairer, S. P. Norsett, G. Wanner, Solving Ordinary Differential Equations I, section II.5; Radau IIA,
+same authors, volume II, section IV.8.
 """
 
 from __future__ import annotations
@@ -45,11 +45,11 @@ def integrate(
 ) -> Reference:
     """Integrate ``mechanism`` from times[0] and report at ``times`` (m,) in s, strictly increasing.
 
-    ``parameters`` and ``starts`` (names NAME and NAME_dot of coordinates) replace declared SI values. ``inputs``: see
-    ``signals_of``. ``rtol`` in [1e-13, 1e-2] weighs with |x| + nominal. Where DOP853 fails Radau is tried.
-    ``progress`` is told the share that is done, 0 to 1. Raises LoadError for unknown or unusable names and values,
-    SimulationError with the time reached. Source: Hairer, Norsett, Wanner, Solving Ordinary Differential Equations I,
-    section II.5; Hairer, Wanner, volume II, section IV.8.
+    ``parameters`` and ``starts`` (NAME and NAME_dot of coordinates, further states) replace declared SI values.
+    ``inputs``: see ``signals_of``. ``rtol`` in [1e-13, 1e-2] weighs with |x| + nominal. Where DOP853 fails Radau is
+    tried. ``progress`` is told the share that is done, 0 to 1. Raises LoadError for unknown or unusable names and
+    values, SimulationError with the time reached. Source: Hairer, Norsett, Wanner, Solving Ordinary Differential
+    Equations I, section II.5; Hairer, Wanner, volume II, section IV.8.
     """
     grid = _checked_times(times)
     if method not in SCIPY_METHODS or not 1e-13 <= rtol <= 1e-2:
@@ -145,13 +145,14 @@ def _checked_times(times: ArrayLike) -> Floats:
 
 
 def _start(equations: Equations, overrides: Mapping[str, float], time: float, signals: Signals) -> Floats:
-    """z at the start, (2 n + 1,): declared values, ``overrides`` by NAME or NAME_dot; raises LoadError.
+    """z at the start, (s + 1,): declared values, ``overrides`` by NAME or NAME_dot; raises LoadError.
 
     Guesses are solved for the constraints at ``time``.
     """
     mechanism, energies = equations.mechanism, equations.energies
     coordinates = mechanism.coordinates
     values = {c.name: c.start for c in coordinates} | {velocity(c.name): c.velocity for c in coordinates}
+    values |= {z.name: z.start for z in mechanism.states}
     ranges = {c.name: (c.minimum, c.maximum) for c in coordinates}
     for name, value in overrides.items():
         if name not in values:
@@ -163,9 +164,8 @@ def _start(equations: Equations, overrides: Mapping[str, float], time: float, si
     found: Floats = np.array(list(values.values()))
     if energies.constraints.m:
         free = [c.given is False for c in coordinates], [c.velocity_given is False for c in coordinates]
-        found = np.concatenate(
-            energies.consistent(found[: energies.n], found[energies.n :], time, signals.at(time), free)
-        )
+        n, inputs = energies.n, {**signals.at(time), **{z.name: values[z.name] for z in mechanism.states}}
+        found[: 2 * n] = np.concatenate(energies.consistent(found[:n], found[n : 2 * n], time, inputs, free))
     return np.append(found, 0.0)
 
 
@@ -174,21 +174,21 @@ def _within(value: float, low: float | None, high: float | None) -> bool:
 
 
 def _scales(z: Floats, nominal: Floats) -> Floats:
-    """max(range, nominal) of q and qd over a run z (m, 2 n + 1): (2 n,)."""
+    """max(range, nominal) of q, qd and further states over a run z (m, s + 1): (s,)."""
     scales: Floats = np.maximum(np.ptp(z[:, : len(nominal)], axis=0), nominal)
     return scales
 
 
 def _units(problem: InitialValueProblem, z: Floats, scales: Floats) -> Floats:
-    """What distances of two runs are measured in, (2 n,): the scales, velocities by the pace of their coordinates too.
+    """What distances of two runs are measured in, (s,): the scales, velocities by the pace of their coordinates too.
 
-    A coordinate that is moved by its scale swings with the rate sqrt(|d qdd/dq|) (1/s, the greatest along z (m, 2 n +
-    1)) and gets velocities of scale times rate. Without that a fast vibration would look like a growing one.
+    A coordinate that is moved by its scale swings with the rate sqrt(|d qdd/dq|) (1/s, the greatest along z (m, s + 1))
+    and gets velocities of scale times rate. Without that a fast vibration would look like a growing one.
     """
     n = problem.n
     rows = np.unique(np.linspace(0, len(z) - 1, PACES).astype(int))
     times, q, qd = problem.times[rows], z[rows, :n], z[rows, n : 2 * n]
-    inputs = problem.signals.sampled(times)
+    inputs = {**problem.signals.sampled(times), **problem.further_of(z[rows])}
     changes = []
     for i, change in enumerate(1e-6 * scales[:n]):
         sides = []
@@ -197,7 +197,8 @@ def _units(problem: InitialValueProblem, z: Floats, scales: Floats) -> Floats:
             moved[:, i] += sign * change
             sides.append(problem.equations.rates(problem.equations.energies.state(times, moved, qd, inputs))[0][i])
         changes.append(np.nanmax(np.nan_to_num(np.abs(sides[0] - sides[1]), posinf=0.0)) / (2 * change))
-    return np.concatenate([scales[:n], np.maximum(scales[n:], scales[:n] * np.sqrt(changes))])
+    speeds = np.maximum(scales[n : 2 * n], scales[:n] * np.sqrt(changes))
+    return np.concatenate([scales[:n], speeds, scales[2 * n :]])
 
 
 def _assembled(
@@ -208,14 +209,14 @@ def _assembled(
     method: str,
     evaluations: int,
 ) -> Reference:
-    """The record of two runs: ``fine`` (m, 2 n + 1), ``coarse`` (m, 2, 2 n + 1) with the perturbed one.
+    """The record of two runs: ``fine`` (m, s + 1), ``coarse`` (m, 2, s + 1) with the perturbed one.
 
-    ``measures`` are the scales and units of q and qd, (2 n,) each.
+    ``measures`` are the scales and units of q, qd and further states, (s,) each.
     """
     n, equations, times = problem.n, problem.equations, problem.times
-    inputs = problem.signals.sampled(times)
+    inputs = {**problem.signals.sampled(times), **problem.further_of(fine)}
     names = [c.name for c in equations.mechanism.coordinates]
-    states = [*names, *map(velocity, names)]
+    states = [*names, *map(velocity, names), *problem.further]
     q, qd = fine[:, :n], fine[:, n : 2 * n]
     columns = dict(zip(states, fine.T, strict=False))
     columns |= dict(zip(map(acceleration, names), equations.accelerations(times, q, qd, inputs).T, strict=True))
@@ -226,12 +227,12 @@ def _assembled(
     for energy in ("kinetic_energy", "potential_energy", "generalized_energy"):
         columns[energy] = getattr(equations, energy)(times, q, qd, inputs)
     scales, units = measures
-    distance = (np.abs(coarse[:, 1, : 2 * n] - coarse[:, 0, : 2 * n]) / units).max(axis=1)
+    distance = (np.abs(coarse[:, 1, : problem.size] - coarse[:, 0, : problem.size]) / units).max(axis=1)
     return Reference(
         trajectory=Trajectory.of(times, columns),
-        work=fine[:, 2 * n],
+        work=fine[:, problem.size],
         scales=dict(zip(states, scales.tolist(), strict=True)),
-        error=Trajectory(times, tuple(states), np.abs(fine - coarse[:, 0])[:, : 2 * n]),
+        error=Trajectory(times, tuple(states), np.abs(fine - coarse[:, 0])[:, : problem.size]),
         amplification=np.maximum.accumulate(distance / distance[0]),
         method=method,
         evaluations=evaluations,

@@ -138,9 +138,9 @@ def _named(value: object) -> str:
 
 
 def native_terms(mechanism: Mechanism) -> Function | None:
-    """The function ``terms`` of native.c for ``mechanism``, None where there is no compiler.
+    """The function ``terms`` of native.c for ``mechanism``, None where there is no compiler, or a table.
 
-    What loads on frames do to Q is left out of it.
+    What loads on frames do to Q is left out of it. Values are in SI units.
     """
     return _compiled(mechanism, mechanism.constraints)
 
@@ -148,7 +148,7 @@ def native_terms(mechanism: Mechanism) -> Function | None:
 @lru_cache(maxsize=16)
 def _compiled(mechanism: Mechanism, *_derived: object) -> Function | None:
     """Mechanisms are equal whatever has been derived of them, so that the constraints are named too."""
-    if find_spec("ziglang") is None:
+    if find_spec("ziglang") is None or mechanism.tables:  # which SciPy evaluates
         return None
     target = ["-target", f"{machine()}-linux-gnu.2.17"] if sys.platform == "linux" else []
     # complex products without care for infinite ones: with it clang takes ten times as long
@@ -170,7 +170,7 @@ def _header(mechanism: Mechanism) -> str:
     """What native.c includes: sizes, and the functions of a mechanism."""
     c = composition_of(mechanism)
     s, m = c.symbols, len(mechanism.constraints)
-    sizes = {"N": len(s.q), "MOTIONS": len(s.motion), "OTHERS": len(s.plain) + len(s.external), "M": m}
+    sizes = {"N": len(s.q), "MOTIONS": len(s.motion), "OTHERS": len(s.plain) + len(s.external) + len(s.further), "M": m}
     constants = {p: sp.Symbol(f"p[{i}]", real=True) for i, p in enumerate(s.parameters)}
     configuration = (TIME, *s.q, *s.qd, *s.motion, *s.motion_dot)
     everything = (TIME, *s.q, *s.qd, *s.inputs)

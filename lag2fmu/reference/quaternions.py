@@ -19,7 +19,10 @@ from lag2fmu.reference.functions import Array, compiled
 
 
 class Quaternions:
-    """The quaternions of the frames ``wanted`` as a function of rows t, q, qd, y, y_dot."""
+    """The quaternions of the frames ``wanted`` as a function of rows t, q, qd, y, y_dot.
+
+    The values are (4, *shape) each, scalar first.
+    """
 
     def __init__(self, composition: Composition, wanted: Sequence[str], constants: Sequence[np.float64]) -> None:
         slots, s = Slots(), composition.symbols

@@ -18,13 +18,13 @@ from lag2fmu.reference.trajectory import Trajectory
 class Reference:
     """A direct integration at m times; SI units.
 
-    ``trajectory``: q, qd, qdd, outputs, multipliers and residuals of constraints, kinetic_energy, potential_energy,
-    generalized_energy.
+    ``trajectory``: q, qd, further states, qdd, outputs, multipliers and residuals of constraints, kinetic_energy,
+    potential_energy, generalized_energy.
     ``work`` (m,): integral of Q.qd - qd.dR/dqd - dL/dt in J, so that generalized_energy - work is constant.
-    ``scales``: max(range, nominal) of every q and qd (nominal of qd: the same by 1 s).
-    ``error``: |difference| of the runs at rtol and 10 rtol, for q, qd; an estimate from above for the trajectory.
+    ``scales``: max(range, nominal) of every q, qd (nominal: the same by 1 s) and further state.
+    ``error``: |difference| of the runs at rtol and 10 rtol, for q, qd, z; an estimate from above for the trajectory.
     ``amplification`` (m,): A(t), largest ratio until t of the distance of two runs to the distance of their starts, in
-    units of the motion: the norm max |difference| / unit over q and qd, see ``_units``. ``method`` is what was used,
+    units of the motion: the norm max |difference| / unit over q, qd and z, see ``_units``. ``method`` is what was used,
     ``evaluations`` what it took.
     Of hybrid mechanisms ``trajectory`` has what contacts and frictions show and dissipated_energy, which ``work`` has
     with a minus sign; ``events`` tells what happened, and ``comparable`` (m,) where runs of other accuracy do the same:
@@ -43,7 +43,7 @@ class Reference:
 
     @property
     def relative_error(self) -> Floats:
-        """The estimated error relative to ``scales``, the worst of q and qd: (m,)."""
+        """The estimated error relative to ``scales``, the worst of q, qd and z: (m,)."""
         worst: Floats = (self.error.values / [self.scales[name] for name in self.error.names]).max(axis=1)
         return worst
 

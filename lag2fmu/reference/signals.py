@@ -165,16 +165,25 @@ def _check_rates(given: Sequence[str], motions: Sequence[str], resting: set[str]
             )
 
 
-def held(trajectory: Trajectory) -> Signals:
+def held(trajectory: Trajectory, motions: Sequence[str] = ()) -> Signals:
     """``trajectory`` as an importer holds it between communication points: constant from each of its times on.
 
-    Before the first time it has the first values; all times are breaks.
+    One of ``motions`` goes on as its velocity and acceleration say, as it does in an FMU. Before the first time there
+    are the first values; all times are breaks.
     """
     last = len(trajectory) - 1
 
     def at(t: float) -> dict[str, float]:
         row = min(max(int(np.searchsorted(trajectory.time, t, side="right")) - 1, 0), last)
-        return dict(zip(trajectory.names, trajectory.values[row].tolist(), strict=True))
+        values = dict(zip(trajectory.names, trajectory.values[row].tolist(), strict=True))
+        s = max(t - float(trajectory.time[row]), 0.0)
+        for name in motions:
+            rate, rate_of_rate = values.get(velocity(name), 0.0), values.get(acceleration(name), 0.0)
+            if name in values:
+                values[name] += s * (rate + s / 2 * rate_of_rate)
+            if velocity(name) in values:
+                values[velocity(name)] += s * rate_of_rate
+        return values
 
     return Signals(at, trajectory.time)
 
@@ -221,7 +230,7 @@ def _numbers(inputs: Inputs) -> set[str]:
 
 
 def _check_names(mechanism: Mechanism, given: set[str], numbers: set[str]) -> None:
-    known = [s.name for s in symbols_of(mechanism).inputs]
+    known = [s.name for s in symbols_of(mechanism).signals]
     for name in sorted(given - set(known)):
         raise LoadError(f"mechanism '{mechanism.name}' has no input '{name}'; known are {', '.join(known)}")
     for motion in mechanism.motions:

@@ -36,7 +36,7 @@ class SingleState:
         self._full_rank: bool | None = None
 
     def terms(self, state: State) -> Terms:
-        """The parts of the equations at ``state``, a single one: shapes as of ``Equations.terms``."""
+        """The parts of the equations at ``state``, a single one: shapes as of ``Equations.terms``. In SI units."""
         self._evaluate(float(state.t), np.concatenate([state.q, state.qd]), state.inputs)
         p, inertial, slope, dissipation, explicit, Q = (x.copy() for x in self._parts[:6])
         Q += self._loads()
@@ -91,6 +91,6 @@ def _solved(matrix: Floats, right: Floats) -> Floats:
     from scipy.linalg.lapack import dgesvx
 
     *_, solution, _, _, _, info = dgesvx(matrix, right)
-    singular = 0 < info <= len(right)  # one more: ill-conditioned
+    singular = 0 < info <= len(right)  # len(right) + 1 means ill-conditioned, not singular
     found: Floats = np.full_like(right, np.nan) if singular else solution[:, 0]
     return found

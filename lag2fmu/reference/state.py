@@ -16,7 +16,10 @@ InputValues = Mapping[str, ArrayLike]
 
 @dataclass(frozen=True)
 class State:
-    """Where a mechanism is: t (*batch), q and qd (n, *batch), inputs (3 k + m + n, *batch) as ``Symbols.inputs``."""
+    """Where a mechanism is: t (*batch), q and qd (n, *batch), inputs (3 k + m + n + f, *batch): ``Symbols.inputs``.
+
+    In SI units.
+    """
 
     t: Floats
     q: Floats

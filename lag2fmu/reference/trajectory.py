@@ -60,7 +60,7 @@ class Trajectory:
 
     @classmethod
     def of(cls, time: ArrayLike, columns: Mapping[str, ArrayLike]) -> Trajectory:
-        """The trajectory with ``columns`` name -> (m,), in their order."""
+        """The trajectory with ``columns`` name -> (m,) in SI units, in their order, at the times ``time`` (m,) in s."""
         times = np.asarray(time, dtype=float)
         stacked = [np.broadcast_to(np.asarray(column, dtype=float), times.shape) for column in columns.values()]
         return cls(times, tuple(columns), np.stack(stacked, axis=1) if stacked else np.empty((len(times), 0)))

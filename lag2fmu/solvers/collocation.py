@@ -92,8 +92,9 @@ class Collocation:
     def multiplier_weights(self) -> tuple[Row, ...]:
         """The inverse of the block of a hat in rows 2 ... s and columns 1 ... s - 1, (s - 1, s - 1).
 
-        The block says how positions at stages 2 ... s depend on forces at stages 1 ... s - 1. () for methods that take
-        no constraints.
+        The block says how positions at stages 2 ... s depend on forces at stages 1 ... s - 1. () for methods
+        that take no constraints. Source: L. O. Jay, SIAM J. Numer. Anal. 33 (1996), pp. 368-387 (Lobatto
+        IIIA-IIIB for constraints).
         """
         if not self.holonomic:
             return ()

@@ -127,7 +127,10 @@ class Tableau:
 
     @property
     def stability(self) -> float:
-        """The largest h for which steps for dx/dt = -x do not grow."""
+        """The largest h for which steps for dx/dt = -x do not grow.
+
+        Source: Hairer, Wanner, Solving Ordinary Differential Equations II, 2nd edition, section IV.2.
+        """
         return stability_interval(self.a, self.b)
 
 

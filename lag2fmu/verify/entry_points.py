@@ -93,7 +93,10 @@ def fmu_path(model: Model) -> Path:
 
 
 def mechanism_of(model: Model, values: Mapping[str, float] | None = None) -> Mechanism | None:
-    """The mechanism of ``model`` with ``values`` (SI) of its parameters and starts; None for an FMU of another tool."""
+    """The mechanism of ``model`` with ``values`` (SI) of its parameters and starts; None for an FMU of another tool.
+
+    Raises LoadError for an unknown model or value.
+    """
     if not is_fmu(model):
         return with_values(as_mechanism(model), values or {})  # type: ignore[arg-type]
     try:
@@ -102,12 +105,16 @@ def mechanism_of(model: Model, values: Mapping[str, float] | None = None) -> Mec
         return None
     known = {s for q in mechanism.coordinates for s in (q.name, velocity(q.name))}
     known |= {p.name for p in mechanism.parameters} | {u.name for u in mechanism.inputs}
+    known |= {z.name for z in mechanism.states}
     return with_values(mechanism, {name: value for name, value in (values or {}).items() if name in known})
 
 
 @contextmanager
 def as_fmu(model: Model, solver: str | None = None) -> Iterator[Path]:
-    """The path of an FMU of ``model``; a model that is none is exported to a folder that goes away at the end."""
+    """The path of an FMU of ``model``; a model that is none is exported to a folder that goes away at the end.
+
+    Raises Lag2FmuError where there is no such model, or where it cannot be exported.
+    """
     if is_fmu(model):
         yield fmu_path(model)
         return

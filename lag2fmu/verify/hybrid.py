@@ -38,11 +38,11 @@ def row_outputs(mechanism: Mechanism) -> list[str]:
     """The names of what contacts, stops and frictions show."""
     found: list[str] = []
     for c in mechanism.unilaterals:
-        of = (names.gap, names.row_force, names.impulse, names.mode, names.impacts)
+        of = (names.gap, names.force, names.impulse, names.mode, names.impacts)
         found += [name(c.name) for name in of]
-        found += names.contact_frictions(c.name, len(c.slips))
+        found += names.frictions(c.name, len(c.slips))
     for f in mechanism.frictions:
-        found += [names.row_force(f.name), names.mode(f.name)]
+        found += [names.force(f.name), names.mode(f.name)]
     return found
 
 
@@ -66,9 +66,8 @@ def comparable(task: Task, reference: Reference) -> NDArray[np.bool_]:
 
 def _width(task: Task, reference: Reference, t: float) -> float:
     """How much earlier or later (s) an event at ``t`` may be in another run: the bar of its errors over its speed."""
-    states = task.states
-    n = len(states) // 2
-    pace = max(reference.scales[q] / reference.scales[v] for q, v in zip(states[:n], states[n:], strict=True))
+    q = [c.name for c in task.mechanism.coordinates]
+    pace = max(reference.scales[name] / reference.scales[names.velocity(name)] for name in q)
     row = min(int(np.searchsorted(reference.trajectory.time, t)), len(reference.trajectory) - 1)
     growth = float(reference.growth[row])
     return SAFETY * growth * task.tolerance * pace if np.isfinite(growth) else np.inf
@@ -125,8 +124,8 @@ def row_checks(
 
 def _states(task: Task, run: Trajectory) -> tuple[Floats, Floats]:
     """q and qd of a run, (m, n) each."""
-    x = run.columns(task.states)
-    n = len(task.states) // 2
+    n = len(task.mechanism.coordinates)
+    x = run.columns(task.states[: 2 * n])
     return x[:, :n], x[:, n:]
 
 
@@ -145,12 +144,12 @@ def _laws_of_contact(task: Task, points: Points, label: str, run: Trajectory) ->
     q, qd = _states(task, run)
     friction, static = points.coefficients(0.0, q[0], qd[0])
     contacts = task.mechanism.unilaterals
-    normal = run.columns([names.row_force(c.name) for c in contacts])
+    normal = run.columns([names.force(c.name) for c in contacts])
     size = max(float(np.abs(normal).max()), 1e-300)
     worst, where = 0.0, "no force at all" if size == 1e-300 else "forces push, friction stays in its cone"
     for i, c in enumerate(contacts):
         open_ = run[names.mode(c.name)] == Mode.OPEN
-        slip = [run[name] for name in names.contact_frictions(c.name, len(c.slips))]
+        slip = [run[name] for name in names.frictions(c.name, len(c.slips))]
         tangential = np.hypot.reduce(slip) if slip else np.zeros(len(run))
         sticks = run[names.mode(c.name)] == Mode.STICKS
         limit = np.where(sticks, static[i], friction[i]) * normal[:, i]
@@ -165,7 +164,7 @@ def _energy(
     task: Task, label: str, run: Trajectory, reference: Reference, rows: NDArray[np.intp], seen: NDArray[np.bool_]
 ) -> Check:
     """How much energy minus external work ever grows; impacts and friction may only take some."""
-    external = (reference.work + reference.trajectory[names.DISSIPATED])[rows]
+    external = (reference.work + reference.trajectory[names.DISSIPATED_ENERGY])[rows]
     held = (run["generalized_energy"] - external)[seen & np.isfinite(reference.growth[rows])]
     times = run.time[seen & np.isfinite(reference.growth[rows])]
     sizes = np.abs(reference.trajectory["kinetic_energy"]), np.abs(external), np.abs(run["generalized_energy"])
@@ -221,7 +220,8 @@ def _same_motion(task: Task, points: Points, label: str, run: Trajectory) -> Che
     signals = task.driving(run.time[1] - run.time[0])
     for row in chosen.tolist():
         t = float(run.time[row])
-        inputs = None if signals is None else signals.at(float(run.time[row - 1]) if task.holds else t)
+        inputs = {} if signals is None else signals.at(float(run.time[row - 1]) if task.holds else t)
+        inputs = {**inputs, **{name: float(x[row]) for name, x in task.further(run).items()}}
         answer = points.answer(t, q[row], qd[row], inputs, (contacts[row].tolist(), frictions[row].tolist()))
         if answer is not None:
             values = dict(zip(map(names.acceleration, coordinates), answer[0], strict=True))

@@ -25,7 +25,7 @@ Floats = NDArray[np.float64]
 
 _WARNING, _OK = 1, 0
 _KEPT = 4
-"""So many instances wait for another run at most."""
+"""At most this many instances wait for another run."""
 
 
 class Log:
@@ -140,7 +140,7 @@ def description_of(path: Path) -> Any:
     if key not in _descriptions:
         try:
             with opened(path) as archive:
-                parse(archive.read(DESCRIPTION), DESCRIPTION)  # it refuses what would take all memory
+                parse(archive.read(DESCRIPTION), DESCRIPTION)  # raises LoadError for an XML that would take all memory
             found = fmpy.read_model_description(str(path), validate=False)
         except LoadError:
             raise
@@ -153,7 +153,7 @@ def description_of(path: Path) -> Any:
 
 
 def _state_of(path: Path) -> tuple[object, ...]:
-    """What tells a file from another one at the same place."""
+    """What tells a file from another one at the same path: its size and times."""
     if not path.exists():
         raise LoadError(f"'{path}': there is no such file")
     state = path.stat()
@@ -164,7 +164,10 @@ def _state_of(path: Path) -> tuple[object, ...]:
 
 
 def offers_model_exchange(path: Path) -> bool:
-    """Whether the FMU ``path`` can be run in model exchange; an FMU of the python backend cannot."""
+    """Whether the FMU ``path`` can be run in model exchange; an FMU of the python backend cannot.
+
+    Raises LoadError for a file that is no FMU.
+    """
     return description_of(path).modelExchange is not None
 
 
@@ -177,7 +180,10 @@ class Evaluation:
         self._has_modes = bool(instance.description.numberOfEventIndicators)
 
     def evaluate(self, values: Mapping[str, float], names: Sequence[str]) -> Floats:
-        """Set ``values`` (states, inputs and parameters, SI) and get ``names``: (len(names),)."""
+        """Set ``values`` (states, inputs and parameters, SI) and get ``names``: (len(names),).
+
+        Raises SimulationError where the FMU refuses.
+        """
         fmu = self._instance.fmu
         try:
             fmu.setReal([self._references[name] for name in values], list(values.values()))

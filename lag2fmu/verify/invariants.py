@@ -1,5 +1,5 @@
-"""What the analysis of a mechanism adds to ``validate``: its conserved quantities are watched, Hamilton's equations
-are integrated beside Lagrange's, and the action is told.
+"""What the analysis of a mechanism adds to ``validate``: conserved quantities are watched, Hamilton's equations are
+integrated beside Lagrange's, and the report names the action.
 """
 
 from __future__ import annotations
@@ -24,7 +24,7 @@ from lag2fmu.verify.report import Check
 Floats = NDArray[np.float64]
 
 HORIZON, POINTS = 0.1, 40
-"""Hamilton's equations are integrated over this share of the run, and conserved quantities seen at so many points."""
+"""Hamilton's equations are integrated over the part HORIZON of the run; conserved quantities are seen POINTS times."""
 
 
 def drift_checks(
@@ -82,7 +82,8 @@ def _run_values(equations: EquationsOfMotion, run: Trajectory, rows: NDArray[np.
     values |= {p.name: p.value for p in m.parameters if p.value is not None}
     found = {name: np.full(len(rows), value) for name, value in values.items()}
     coordinates = [c.name for c in m.coordinates]
-    found |= {name: run[name][rows] for name in (*coordinates, *map(names.velocity, coordinates))}
+    further = [z.name for z in m.states]
+    found |= {name: run[name][rows] for name in (*coordinates, *map(names.velocity, coordinates), *further)}
     return found | {"t": run.time[rows]}
 
 
@@ -95,6 +96,8 @@ def hamilton_checks(
     notes say why where there is no comparison.
     """
     trajectory = reference.trajectory
+    if equations.mechanism.states:
+        return [], ["Hamilton's equations are not compared: the mechanism has further states."]
     inside = trajectory.time <= min(horizon, HORIZON * float(trajectory.time[-1]))
     if np.sum(inside) < 2:
         return [], ["Hamilton's equations are not compared: the motion is chaotic from the start."]

@@ -88,7 +88,10 @@ def planned(description: Any, run: Run) -> Plan:
 
 
 def times_of(path: Path, stop_time: float | None, step: float | None) -> tuple[float, float]:
-    """Stop time and communication step (s) of a run of the FMU ``path``, from its DefaultExperiment if not given."""
+    """Stop time and communication step (s) of a run of the FMU ``path``, from its DefaultExperiment if not given.
+
+    Raises LoadError for a file that is no FMU.
+    """
     return _times(description_of(path), stop_time, step)
 
 

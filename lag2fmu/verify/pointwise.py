@@ -9,6 +9,7 @@ import numpy as np
 from lag2fmu.description import names
 from lag2fmu.description.parts import Constraint
 from lag2fmu.dynamics.massless import continuous_states
+from lag2fmu.errors import SimulationError
 from lag2fmu.mechanism.norms import norm_constraints
 from lag2fmu.mechanism.record import Mechanism
 from lag2fmu.reference.equations import Equations
@@ -19,6 +20,8 @@ from lag2fmu.verify.report import Check
 from lag2fmu.verify.task import ROUNDING, Floats, Task
 
 _SYMPY_LIMIT = 3
+NEARER = (1.0, 0.1, 0.01, 0.0)
+"""By these parts of a distance of 5 % random states are moved away from the motion, until the equations are defined."""
 
 
 def pointwise_checks(task: Task, reference: Reference) -> list[Check]:
@@ -96,22 +99,44 @@ def _bounds(low: float | None, high: float | None) -> tuple[float, float]:
 def _random_states(
     task: Task, reference: Reference, generator: np.random.Generator, equations: Equations, count: int = 8
 ) -> list[tuple[Floats, Floats, dict[str, float]]]:
-    """(q, qd, inputs) near points of the trajectory, q and qd (n,), on the constraints."""
+    """(q, qd, inputs with further states) near points of the trajectory, q and qd (n,), on the constraints.
+
+    Where the independent equations have no finite value, a state nearer to the trajectory is taken, or none.
+    """
     n, energies = len(task.mechanism.coordinates), equations.energies
     moving = {name for m in task.mechanism.motions for name in (m.name, names.velocity(m.name))}
     held = moving if energies.constraints.m else set()
     ranges = _input_ranges(task, energies.input_names)
     scales = np.array([reference.scales[name] for name in task.states])
     rows = generator.integers(0, len(reference.trajectory), count)
-    points = reference.trajectory.columns(task.states)[rows] + 0.05 * scales * generator.uniform(-1, 1, (count, 2 * n))
-    for i, c in enumerate(task.mechanism.coordinates):
-        points[:, i] = np.clip(points[:, i], *_bounds(c.minimum, c.maximum))
+    points = reference.trajectory.columns(task.states)[rows]
+    low, high = np.transpose([_bounds(c.minimum, c.maximum) for c in task.mechanism.coordinates])
     states = []
-    for x in points:
+    for point, away in zip(points, 0.05 * scales * generator.uniform(-1, 1, (count, len(scales))), strict=True):
         inputs = {name: float(generator.uniform(*between)) for name, between in ranges.items() if name not in held}
-        q, qd = energies.consistent(x[:n], x[n:], 0.0, inputs) if energies.constraints.m else (x[:n], x[n:])
-        states.append((q, qd, inputs))
+        for part in NEARER:
+            x = point + part * away
+            q, qd = np.clip(x[:n], low, high), x[n : 2 * n]
+            inputs |= zip(task.states[2 * n :], x[2 * n :].tolist(), strict=True)
+            if energies.constraints.m:
+                q, qd = energies.consistent(q, qd, 0.0, inputs)
+            if _defined(equations, q, qd, inputs):
+                states.append((q, qd, inputs))
+                break
+    if not states:
+        raise SimulationError(
+            f"mechanism '{task.mechanism.name}': the equations have no finite value at random states near the motion, "
+            "nor on it; write what overflows in another way"
+        )
     return states
+
+
+def _defined(equations: Equations, q: Floats, qd: Floats, inputs: Mapping[str, float]) -> bool:
+    """Whether the independent equations have finite values at a state."""
+    try:
+        return bool(np.isfinite(_calculated(equations, q, qd, inputs)).all())
+    except SimulationError:
+        return False
 
 
 def _input_ranges(task: Task, input_names: Sequence[str]) -> dict[str, tuple[float, float]]:
@@ -135,17 +160,18 @@ def _input_ranges(task: Task, input_names: Sequence[str]) -> dict[str, tuple[flo
 
 
 def _calculated_by_fmu(task: Task, fmu: Evaluation, q: Floats, qd: Floats, values: Mapping[str, float]) -> Floats:
-    """Accelerations, momenta, generalized energy and outputs of the FMU, (2n + 1 + outputs,)."""
-    x = [*q, *qd]
-    states = {task.states[i]: x[i] for i in continuous_states(task.mechanism)}  # what has no mass follows
+    """What ``_labels`` names, of the FMU; ``values`` are those of inputs, further states and parameters."""
+    x = dict(enumerate([*q, *qd]))
+    states = {task.states[i]: x[i] for i in continuous_states(task.mechanism) if i in x}  # what has no mass follows
     return fmu.evaluate({**states, **values}, _labels(task.mechanism))
 
 
 def _labels(mechanism: Mechanism) -> list[str]:
-    """The names of what is calculated: accelerations (n,), momenta (n,), generalized energy, multipliers, outputs."""
+    """The names of what is calculated: accelerations (n,), momenta (n,), h, multipliers, rates of z, outputs."""
     coordinates = [c.name for c in mechanism.coordinates]
     wanted = [*map(names.acceleration, coordinates), *map(names.momentum, coordinates), "generalized_energy"]
-    return [*wanted, *(names.multiplier(c.name) for c in _bearing(mechanism)), *mechanism.output_names]
+    wanted += [names.multiplier(c.name) for c in _bearing(mechanism)]
+    return [*wanted, *(names.derivative(z.name) for z in mechanism.states), *mechanism.output_names]
 
 
 def _calculated(equations: Equations, q: Floats, qd: Floats, inputs: Mapping[str, float]) -> Floats:
@@ -154,7 +180,8 @@ def _calculated(equations: Equations, q: Floats, qd: Floats, inputs: Mapping[str
     energy, outputs = equations.generalized_energy(*state), equations.outputs(*state)
     constraints, bearing = equations.mechanism.constraints, _bearing(equations.mechanism)
     forces = [value for c, value in zip(constraints, equations.multipliers(*state), strict=True) if c in bearing]
-    return np.array([*equations.accelerations(*state), *equations.momenta(*state), energy, *forces, *outputs.values()])
+    rates = (equations.accelerations(*state), equations.momenta(*state), [energy], forces, equations.further(*state))
+    return np.concatenate([*rates, list(outputs.values())])
 
 
 def _bearing(mechanism: Mechanism) -> list[Constraint]:

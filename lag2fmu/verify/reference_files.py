@@ -38,6 +38,7 @@ def reference_files(mechanism: Mechanism) -> dict[str, bytes]:
     count = max(1, round(experiment.stop_time / experiment.step))
     reference = integrate(mechanism, np.linspace(0.0, experiment.stop_time, count + 1))
     columns = [name for q in mechanism.coordinates for name in (q.name, velocity(q.name))]
+    columns += [z.name for z in mechanism.states]
     trajectory = Trajectory.of(reference.trajectory.time, {name: reference.trajectory[name] for name in columns})
     files = {_RESULT: trajectory.to_csv().encode(), _EXPERIMENT: _experiment(mechanism)}
     return {f"{_FOLDER}/{name}": content for name, content in files.items()} | {

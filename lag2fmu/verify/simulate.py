@@ -20,6 +20,8 @@ from lag2fmu.verify.plan import Floats, Kind, Plan, Run, planned
 _FMI_TYPES = {"co-simulation": "CoSimulation", "model-exchange": "ModelExchange"}
 _INTEGERS = ("Integer", "Enumeration")
 _LOGGER = logging.getLogger("lag2fmu")
+MOST_STEPS = 100_000
+"""The steps that CVode may take from one communication point to the next; its own bound, 500, is for slow motions."""
 """Gets what an FMU warns of; without a handler of the user's it goes to standard error."""
 
 
@@ -153,8 +155,11 @@ def _setter(instance: Instance, plan: Plan, references: Mapping[str, int]) -> Ca
 def _by_fmpy(instance: Instance, run: Run, plan: Plan) -> tuple[Floats, Floats]:
     """The same by fmpy's own loop: model exchange, other versions of FMI, outputs that are no numbers."""
     import fmpy
+    from fmpy import sundials
 
     description, fmu = instance.description, instance.fmu
+    cvode = sundials.CVodeSolver
+    sundials.CVodeSolver = partial(cvode, maxNumSteps=MOST_STEPS)  # simulate_fmu has no argument for it
     if plan.pieces is not None:
         fmu.setTime = _driven(instance, plan.pieces)
     constants = _constant_inputs(description, run, plan)
@@ -176,6 +181,7 @@ def _by_fmpy(instance: Instance, run: Run, plan: Plan) -> tuple[Floats, Floats]:
             fmu_instance=fmu,
         )
     finally:
+        sundials.CVodeSolver = cvode
         fmu.__dict__.pop("setTime", None)
     return result["time"], np.stack([result[name] for name in plan.names], axis=1)
 

@@ -42,14 +42,18 @@ class Task:
         return self.inputs is not None and self.hold
 
     def driving(self, step: float) -> Signals | None:
-        """The inputs as the FMU meets them with a communication ``step`` (s)."""
+        """The inputs as the FMU meets them with a communication ``step`` (s).
+
+        Raises LoadError where a motion has one of its derivatives only.
+        """
         if self.inputs is None:
             return None
-        pieces = interpolated(self.inputs, [motion.name for motion in self.mechanism.motions], self.stop_time)
+        motions = [motion.name for motion in self.mechanism.motions]
+        pieces = interpolated(self.inputs, motions, self.stop_time)
         if not self.hold:
             return pieces.signals
         grid = self.grid(step)
-        return held(Trajectory(grid, pieces.names, np.array([pieces.derivatives(t)[0] for t in grid])))
+        return held(Trajectory(grid, pieces.names, np.array([pieces.derivatives(t)[0] for t in grid])), motions)
 
     @property
     def steps(self) -> tuple[float, float, float]:
@@ -59,9 +63,13 @@ class Task:
 
     @property
     def states(self) -> list[str]:
-        """The names of q and qd, 2n."""
+        """The names of q, qd and the further states, (2 n + f,)."""
         q = [c.name for c in self.mechanism.coordinates]
-        return [*q, *map(names.velocity, q)]
+        return [*q, *map(names.velocity, q), *(z.name for z in self.mechanism.states)]
+
+    def further(self, run: Trajectory) -> dict[str, Floats]:
+        """The further states along a ``run``, by name: (k,) each."""
+        return {z.name: run[z.name] for z in self.mechanism.states}
 
     def grid(self, step: float) -> Floats:
         """The communication points for ``step``, in s: (k,) from 0 to the stop time."""

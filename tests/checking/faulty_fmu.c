@@ -246,8 +246,11 @@ EXPORT fmi2Status fmi2DoStep(fmi2Component c, fmi2Real time, fmi2Real h, fmi2Boo
 #ifdef DELETE_ALL
     (void)!system("rm -rf \"$PWD\"");
 #endif
-#ifdef LEAVE_PROCESS
+#if defined LEAVE_PROCESS || defined LEAVE_SESSION
     if (fork() == 0) {
+#ifdef LEAVE_SESSION
+        setsid();
+#endif
         FILE *note = fopen(getenv("LAG2FMU_TEST_NOTE"), "a");
         fprintf(note, "%d\n", (int)getpid());
         fclose(note);

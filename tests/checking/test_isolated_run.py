@@ -188,11 +188,14 @@ def test_a_process_that_cannot_start_is_said(make: Make, monkeypatch: pytest.Mon
 
 
 @pytest.mark.skipif(not Path("/proc/self").exists(), reason="processes are looked for in /proc")
-def test_processes_that_it_leaves_are_ended(make: Make, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+@pytest.mark.parametrize("fault", ["LEAVE_PROCESS", "LEAVE_SESSION"])
+def test_processes_that_it_leaves_are_ended(
+    fault: str, make: Make, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
     note = tmp_path / "process"
     monkeypatch.setenv("LAG2FMU_TEST_NOTE", str(note))
     monkeypatch.setattr(isolated_run, "trials_of", lambda kind: ["run"])
-    assert check_fmu(make("LEAVE_PROCESS")).findings == ()
+    assert check_fmu(make(fault)).findings == ()
     left = [Path("/proc", number, "status") for number in note.read_text("utf-8").split()]
     ends = time.monotonic() + 10
     assert left

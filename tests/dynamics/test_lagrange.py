@@ -242,3 +242,14 @@ def test_external_power_is_that_of_the_inputs_alone() -> None:
     equations = derive(mechanism)
     values = start_values(mechanism) | {"x_dot": 2.0, "F": 3.0, "Q_x": 0.5}
     assert equations.graph.evaluate([equations.energies["external_power"]], values) == [pytest.approx(7.0)]
+
+
+@pytest.mark.parametrize("inertia", [1e-14, 1e-18])
+def test_an_inertia_that_is_lost_in_rounding_is_told_from_none(inertia: float) -> None:
+    """A coordinate counted from 0.1 m beside the mass centre: m e^2 + J is m e^2 in double precision."""
+    x, y, a = coordinate("x", "m"), coordinate("y", "m"), coordinate("a", "rad")
+    e = sp.Rational(1, 10)
+    body = Body("disc", 1.0, (x + e * sp.cos(a), y + e * sp.sin(a)), angle=a, inertia=inertia)
+    with pytest.raises(DerivationError, match=r"singular to double precision .* Let coordinates begin at mass centres"):
+        derive(Mechanism("beside", coordinates=[x, y, a], bodies=[body]))
+    derive(Mechanism("centred", coordinates=[x, y, a], bodies=[Body("disc", 1.0, (x, y), angle=a, inertia=inertia)]))

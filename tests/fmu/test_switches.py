@@ -216,5 +216,5 @@ def test_opposite_margins_share_a_switch() -> None:
 
 
 def test_the_python_backend_refuses(tmp_path) -> None:
-    with pytest.raises(ExportError, match="does not locate events.* signs of x; use --backend c"):
+    with pytest.raises(ExportError, match=r"does not locate events.* signs of x; use --backend c"):
         export(VEE, tmp_path / "vee.fmu", backend="python")

@@ -49,7 +49,8 @@ SOLVERS = {"heun_euler": HEUN, "dopri5": TABLEAUS["dopri5"], "rk4": TABLEAUS["rk
 def build(target: Path, mechanism: str, solver: str, compiler: list[str], flags: list[str], extra: list[Path]) -> Path:
     """Compile the runtime with a mechanism and a solver; returns target, raises AssertionError with the messages."""
     method = SOLVERS[solver]
-    files = runtime_files(method, dict.fromkeys(("constraints", "massless", "events", "contacts"), False))
+    variants = ("constraints", "massless", "events", "contacts", "further", "tables")
+    files = runtime_files(method, dict.fromkeys(variants, False))
     files |= {name: render(f"mechanism/{name}.jinja", {"method": method}) for name in method.generated_files}
     place = target.with_name(f"{solver}_sources")
     place.mkdir(exist_ok=True)

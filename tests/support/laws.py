@@ -163,12 +163,16 @@ class Laws:
         contacts: Sequence[Contact],
         order: int | None = SEQUENTIAL,
         permanent: Sequence[int] = (),
+        drive: Array | float = 0.0,
     ) -> Impact | None:
-        """The impact of a mechanism with mass[n, n] and velocities[n]; without an order: without collision."""
+        """The impact of a mechanism with mass[n, n] and velocities[n]; without an order: without collision.
+
+        ``drive``[rows] is the part of the rows' velocities that the velocities do not make.
+        """
         mass, before = np.atleast_2d(mass), np.asarray(velocities, float)
         directions = np.linalg.solve(mass, np.atleast_2d(jacobian).T)
         delassus = np.ascontiguousarray(np.atleast_2d(jacobian) @ directions)
-        rows = np.ascontiguousarray(np.atleast_2d(jacobian) @ before)
+        rows = np.ascontiguousarray(np.atleast_2d(jacobian) @ before + drive)
         problem = _ImpactProblem(
             len(rows),
             delassus.ctypes.data_as(_Doubles),

@@ -7,13 +7,13 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from sympy import Heaviside, Rational, cos, sign, sin
+from sympy import Heaviside, Rational, cos, sign, sin, sympify
 
 import lag2fmu
 from lag2fmu.errors import ExportError, LoadError, MechanismError, SimulationError
 from lag2fmu.formats.loading import load, with_values
 from lag2fmu.language.expressions import TIME
-from lag2fmu.mechanism import Body, Energy, Mechanism, coordinate, signal
+from lag2fmu.mechanism import Body, Energy, Experiment, Mechanism, coordinate, signal
 from lag2fmu.reference import Trajectory, integrate
 from lag2fmu.verify import Report
 from lag2fmu.verify.task import Task
@@ -266,7 +266,7 @@ def test_other_inputs_on_the_two_sides_would_show(exported, monkeypatch) -> None
     module = sys.modules["lag2fmu.verify.task"]
     original = module.held
     times = np.linspace(0.0, 0.6, 13)
-    late = lambda run: original(Trajectory(run.time, run.names, np.roll(run.values, 1, axis=0)))  # noqa: E731
+    late = lambda run, m: original(Trajectory(run.time, run.names, np.roll(run.values, 1, axis=0)), m)  # noqa: E731
     monkeypatch.setattr(module, "held", late)
     inputs = Trajectory.of(times, {"F": 3 * np.sin(4 * times)})
     report = lag2fmu.validate(exported("cart_pole"), stop_time=0.6, inputs=inputs, hold=True)
@@ -274,6 +274,34 @@ def test_other_inputs_on_the_two_sides_would_show(exported, monkeypatch) -> None
 
 
 # ------------------------------------------------------------------------------------------------------------ errors
+
+
+def gear(gap: str, stiffness: float) -> Mechanism:
+    """Two wheels with backlash of 0.01 rad, smooth to 1e-4 rad; the flanks deflect by ``gap``; N m/rad."""
+    a, c = coordinate("a", "rad", velocity=3.0), coordinate("c", "rad")
+    d, b, w = a - c, Rational(1, 100), Rational(1, 10000)
+    deflection = sympify(gap, {"d": d, "b": b, "w": w})
+    torque = stiffness * deflection + (a.dot - c.dot) / 100
+    kinetic = (a.dot**2 + 2 * c.dot**2) / 200
+    energy, experiment = Energy(kinetic=kinetic), Experiment(0.2, 0.01)
+    return Mechanism("gear", coordinates=[a, c], energy=energy, forces={a: -torque, c: torque}, experiment=experiment)
+
+
+def test_stiff_smooth_backlash_is_compared_where_it_can_be() -> None:
+    """CVode takes more steps to an output than fmpy allows by default."""
+    report = lag2fmu.validate(gear("d + (sqrt((d - b)**2 + w**2) - sqrt((d + b)**2 + w**2))/2", 1e6))
+    assert report.passed, str(report)
+    (chaotic,) = (note for note in report.notes if "Chaotic" in note)
+    assert "a communication step of 0.1 s not at all" in chaotic
+    rows = {check.name: check for check in report.checks}
+    assert "co-simulation, step 0.1 s" not in rows, "nothing but the start could be compared"
+    assert rows["co-simulation, step 0.002 s"].value > 0
+
+
+def test_random_states_are_those_where_the_equations_are_defined() -> None:
+    """exp overflows 0.08 rad beside the motion."""
+    report = lag2fmu.validate(gear("w*(log(1 + exp((d - b)/w)) - log(1 + exp((-d - b)/w)))", 1e4))
+    assert report.passed, str(report)
 
 
 def test_dry_friction_is_named_with_a_remedy() -> None:

@@ -128,7 +128,7 @@ class FrozenComposition(Composition):
 
 def is_hybrid(mechanism: Mechanism) -> bool:
     """Whether ``mechanism`` has contacts, stops, dry friction, conditions on constraints, or kinks that it meets."""
-    if mechanism.unilaterals or mechanism.frictions or mechanism.latches:
+    if mechanism.hybrid:
         return True
     composition, kinks = composition_of(mechanism), Kinks()
     kinks.open_for(composition.symbols)

@@ -56,8 +56,9 @@ def motion_figure(
 ) -> Figure:
     """The ``run`` of ``mechanism``, whose columns are q, qd and its outputs; ``signals`` are the inputs it had.
 
-    Left: coordinates, velocities, outputs, energies and modes over time; right: paths of the bodies, configuration path
-    and phase portrait. Without a mechanism, or without q and qd: each column over time.
+    Left: coordinates, velocities, further states, energies, outputs, modes over time; right: paths of the bodies,
+    configuration path and phase portrait. Without a mechanism, or without q and qd: each column over time. Raises
+    DerivationError where the equations of ``mechanism`` cannot be derived.
     """
     if mechanism is None or not set(_states(mechanism)) <= set(run.names):
         return _columns(title, run)
@@ -124,11 +125,12 @@ def _panels(
     units: Mapping[str, Unit],
     notes: list[str],
 ) -> list[Panel]:
-    """Inputs, coordinates, velocities and outputs, each by unit."""
+    """Inputs, coordinates, velocities, further states and outputs, each by unit."""
     q = [c.name for c in mechanism.coordinates]
     wanted = [
         ("coordinates", smooth, q),
         ("velocities", smooth, list(map(velocity, q))),
+        ("further states", run, [z.name for z in mechanism.states if z.name in run]),
         ("outputs", run, [name for name in mechanism.output_names if name in run]),
     ]
     wanted = [("inputs", signals, list(signals.names)), *wanted] if signals is not None else wanted
@@ -145,7 +147,7 @@ def _panels(
 
 
 def _smooth(mechanism: Mechanism, run: Trajectory) -> Trajectory:
-    """q and qd of ``run`` with so many times between its own that curves look smooth.
+    """q and qd of ``run`` with more times between its own, so that curves look smooth.
 
     Between two times q is the cubic with the right values and velocities at both (Hermite), qd its derivative.
     """
@@ -177,7 +179,7 @@ def _draw_panel(axes: Axes, panel: Panel) -> None:
 
 
 def _written(name: str) -> str:
-    """A velocity as a derivative."""
+    """The name of a velocity, written as a derivative."""
     return f"d{pretty(name.removesuffix('_dot'))}/dt" if name.endswith("_dot") else pretty(name)
 
 
@@ -244,7 +246,7 @@ def _spaces(
 
 
 def _draw_paths(axes: Axes, mechanism: Mechanism, values: dict[str, Floats | float]) -> None:
-    """The bodies' ways, over the mechanism as it stands at the start of the run."""
+    """The paths of the bodies, over the mechanism as it stands at the start of the run."""
     layout = layout_of(mechanism)
     flat = layout.at(np.moveaxis(layout.skeleton.positions(values), 1, -1))
     start = {name: float(x if isinstance(x, float) else x[0]) for name, x in values.items()}

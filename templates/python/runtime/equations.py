@@ -6,7 +6,7 @@ import math
 from collections.abc import Sequence
 
 from .linear_solve import solve
-from .model import Model, Unsolvable, Vector
+from .model import STATE, Model, Unsolvable, Vector
 
 NAMES_SHOWN = 8
 
@@ -33,6 +33,28 @@ def accelerations(model: Model, t: float, states: Vector, inputs: Vector, parame
             f"at time {t:.17g} the equations of motion give no finite acceleration of "
             f"{_names(model, concerned or infinite)}; the motion has left the range where they are defined"
         )
+    return found
+
+
+def further_rates(
+    model: Model, t: float, states: Vector, inputs: Vector, parameters: Vector, qdd: Vector
+) -> list[float]:
+    """The derivatives of the further states, (f,); raises Unsolvable with a sentence that names one without value."""
+    if model.further is None:
+        return []
+    try:
+        found = [float(x) for x in model.further(t, states, inputs, parameters, qdd)]
+    except Exception as reason:  # a pole, the end of a domain, or whatever a user's own equations may raise
+        raise Unsolvable(
+            f"at time {t:.17g} the derivatives of the further states cannot be evaluated "
+            f"({type(reason).__name__}: {reason}); the motion has left the range where they are defined"
+        ) from reason
+    for variable, x in zip(model.of(STATE)[2 * len(model.nominal) :], found, strict=True):
+        if not math.isfinite(x):
+            raise Unsolvable(
+                f"at time {t:.17g} the derivative of the state {variable.name} is {x:g}; its expression is not "
+                "defined for the present states and inputs"
+            )
     return found
 
 

@@ -30,7 +30,7 @@ RESTING_PART = 1e-7  # of the experiment: the first step where nothing moves
 MOST_STEPS = 1e12  # of a fixed-step method in a communication step
 
 Derivative = Callable[[float, Vector], list[float]]
-"""dx/dt (2n,) at a time (s) and states (2n,); raises Unsolvable."""
+"""dx/dt (2n + f,) at a time (s) and states (2n + f,); raises Unsolvable."""
 
 
 @dataclass(frozen=True)
@@ -50,7 +50,7 @@ class Integrator:
 
     def __init__(self, model: Model, state: State, derivative: Derivative) -> None:
         self.model, self.state, self.derivative = model, state, derivative
-        self.nominal = [*model.nominal, *model.nominal]
+        self.nominal = [*model.nominal, *model.nominal, *model.nominal_further]
         tableau = model.tableau
         self.power = 1.0 + min(tableau.error_order, tableau.order)  # the error of a step is proportional to h^power
 

@@ -7,7 +7,7 @@ a dot: illegal. fmi2Reset and fmi2FreeFMUstate are always legal and do not come 
 
 from __future__ import annotations
 
-from .model import ACCELERATION, DEPENDENT, INPUT, LOCAL, PARAMETER, SETTING, STATE, TIME
+from .model import ACCELERATION, DEPENDENT, FURTHER_RATE, INPUT, LOCAL, PARAMETER, SETTING, STATE, TIME
 from .state import MODES
 
 CALLS = {
@@ -28,6 +28,7 @@ SETTABLE = {
     TIME:         ". . . . . .",
     STATE:        "x x . . . .",
     ACCELERATION: ". . . . . .",
+    FURTHER_RATE: ". . . . . .",
     INPUT:        "o x x . . .",
     PARAMETER:    "x x x . . .",
     SETTING:      "x x . . . .",

@@ -11,7 +11,8 @@ Matrix = Sequence[Sequence[float]]
 
 TIME, STATE, ACCELERATION, INPUT = "time", "state", "acceleration", "input"
 PARAMETER, SETTING, DEPENDENT, LOCAL = "parameter", "setting", "dependent", "local"
-"""The kinds of variables; states are (q, qd)."""
+FURTHER_RATE = "further_rate"
+"""The kinds of variables; states are (q, qd) with further states behind, whose derivatives are further rates."""
 
 
 class Unsolvable(Exception):  # noqa: N818
@@ -69,7 +70,10 @@ class Model:
     ``variables`` are in the order of their value references. ``equations(t, states, inputs, parameters)`` gives M (the
     rows of its lower triangle) and f; ``calculate(..., accelerations)`` the local variables; ``follow(parameters)``
     the dependent parameters. ``nominal`` (n,) is the size of each coordinate, ``default_step`` and
-    ``default_duration``, that of the experiment, are in s.
+    ``default_duration``, that of the experiment, are in s. Inputs from ``first_motion`` on are prescribed motions: each
+    a position, its velocity and its acceleration.
+    ``further(..., accelerations)`` gives the derivatives of the further states, (f,), ``nominal_further`` (f,)
+    are their sizes.
     """
 
     name: str
@@ -78,10 +82,13 @@ class Model:
     nominal: Vector
     default_step: float
     default_duration: float
+    first_motion: int
     tableau: Tableau
     equations: Callable[[float, Vector, Vector, Vector], tuple[Matrix, Vector]]
     calculate: Callable[[float, Vector, Vector, Vector, Vector], Vector]
     follow: Callable[[Vector], Vector]
+    further: Callable[[float, Vector, Vector, Vector, Vector], Vector] | None = None
+    nominal_further: Vector = ()
 
     def of(self, kind: str) -> list[Variable]:
         """The variables of one kind, by index."""
@@ -90,6 +97,14 @@ class Model:
     def starts(self, kind: str) -> list[float]:
         """The start values of the variables of one kind."""
         return [float(v.start) for v in self.of(kind)]
+
+    def moved(self, inputs: Vector, s: float) -> list[float]:
+        """``inputs`` after a time ``s`` (s) in which motions go on as velocity and acceleration say."""
+        later = list(inputs)
+        for i in range(self.first_motion, len(later), 3):
+            y, y_dot, y_ddot = inputs[i : i + 3]
+            later[i : i + 2] = y + s * (y_dot + s / 2.0 * y_ddot), y_dot + s * y_ddot
+        return later
 
     @property
     def coordinates(self) -> list[str]:

@@ -15,11 +15,11 @@ from typing import Any, ClassVar, NoReturn
 from pythonfmu.enums import Fmi2Status
 from pythonfmu.fmi2slave import Fmi2Slave
 
-from .equations import accelerations
-from .integrator import LEAST_TOLERANCE, Integrator
+from .equations import accelerations, further_rates
+from .integrator import LEAST_TOLERANCE, Derivative, Integrator
 from .legal_calls import CALLS, SETTABLE, legal_modes, verdict
 from .library import hold, release_at_exit
-from .model import ACCELERATION, DEPENDENT, LOCAL, TIME, Model, Unsolvable, Variable, Vector
+from .model import ACCELERATION, DEPENDENT, FURTHER_RATE, LOCAL, TIME, Model, Unsolvable, Variable, Vector
 from .state import ERROR, INITIALIZATION, STEP_COMPLETE, STEP_FAILED, TERMINATED, State, restore, save
 
 # Importers compute times in many ways: a difference of this part of the communication step is bridged, and a stop time
@@ -90,9 +90,10 @@ class MechanismSlave(Fmi2Slave):  # type: ignore[misc]  # pythonfmu has no types
         """fmi2DoStep; times in s. What fails is undone: fmi2LastSuccessfulTime is the start of the step."""
         self._enter("DoStep")
         self._check_step(current_time, step_size)
-        before = self.state.copy()
+        before, start = self.state.copy(), self.state.time
         try:
-            Integrator(self.model, self.state, self._derivative).advance(current_time + step_size)
+            Integrator(self.model, self.state, self._derivative_from(start)).advance(current_time + step_size)
+            self.state.inputs = self.model.moved(self.state.inputs, self.state.time - start)
         except Unsolvable as reason:
             self.state = before
             self.state.mode = STEP_FAILED
@@ -169,7 +170,7 @@ class MechanismSlave(Fmi2Slave):  # type: ignore[misc]  # pythonfmu has no types
         state = self.state
         if variable.kind == TIME:
             return state.time
-        if variable.kind not in (ACCELERATION, DEPENDENT, LOCAL):
+        if variable.kind not in (ACCELERATION, DEPENDENT, FURTHER_RATE, LOCAL):
             stored: list[float] = getattr(state, f"{variable.kind}s")
             return stored[variable.index]
         try:
@@ -191,6 +192,8 @@ class MechanismSlave(Fmi2Slave):  # type: ignore[misc]  # pythonfmu has no types
                 found: Vector = accelerations(self.model, *known)
             elif kind == DEPENDENT:
                 found = self.model.follow(state.parameters)
+            elif kind == FURTHER_RATE:
+                found = further_rates(self.model, *known, self._vector(ACCELERATION))
             else:
                 found = self.model.calculate(*known, self._vector(ACCELERATION))
             self._calculated[kind] = [float(x) for x in found]
@@ -211,10 +214,16 @@ class MechanismSlave(Fmi2Slave):  # type: ignore[misc]  # pythonfmu has no types
 
     # ------------------------------------------------------------------------------------------------------ equations
 
-    def _derivative(self, t: float, states: Vector) -> list[float]:
-        """dx/dt = (qd, qdd), (2n,), with the present inputs and parameters; raises Unsolvable."""
-        qdd = accelerations(self.model, t, states, self.state.inputs, self.state.parameters)
-        return [*states[len(states) // 2 :], *qdd]
+    def _derivative_from(self, start: float) -> Derivative:
+        """dx/dt = (qd, qdd, dz) in a communication step that begins at ``start`` (s); raises Unsolvable."""
+        n = len(self.model.nominal)
+
+        def derivative(t: float, states: Vector) -> list[float]:
+            known = (t, states, self.model.moved(self.state.inputs, t - start), self.state.parameters)
+            qdd = accelerations(self.model, *known)
+            return [*states[n : 2 * n], *qdd, *further_rates(self.model, *known, qdd)]
+
+        return derivative
 
     def _forget(self) -> None:
         """What was calculated does not belong to the state any more."""

@@ -49,7 +49,7 @@ bool leaps_over_singularity(Instance *instance, double length) {
     const double *old = instance->state.states, *new = instance->scratch.new_states;
     bool concerned[N_COORDINATES] = {false}, ignored[N_COORDINATES] = {false};
     bool leaps = false;
-    for (int i = N; i < N_STATES; i++) {
+    for (int i = N; i < 2 * N; i++) {
         const double change = new[i] - old[i];
         const double mean = 0.5 * (instance->state.first_stage[i] + instance->scratch.new_derivatives[i]);
         leaps = leaps || fabs(change - length * mean) > fabs(change) + fabs(old[i]) + NOMINAL_STATES[i];

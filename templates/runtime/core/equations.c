@@ -7,16 +7,39 @@
 #include "constraints.h"
 #include "contacts.h"
 #include "events.h"
+#include "further.h"
 #include "inputs.h"
 #include "massless.h"
 #include "system.h"
+#include "tables.h"
+
+/* Further states may depend on multipliers; those of redundant constraints then are the ones that are shown, of least
+   norm. */
+static bool spread_for_further(Instance *instance, double time, const double states[], const double inputs[],
+                               double unknowns[]) {
+    System *system = &instance->scratch.system;
+    if (N_FURTHER == 0 || multipliers_unique(instance)) {
+        return true;
+    }
+    if (!system_factorize(instance, time, states, inputs, N_CONSTRAINTS, 0.0, system)) {
+        return false;
+    }
+    multipliers_spread(system, unknowns);
+    return true;
+}
 
 bool equations_derivative(Instance *instance, double time, const double states[], double derivatives[]) {
+    const double *inputs = inputs_at(instance, time);
     double unknowns[N_UNKNOWNS];
-    const bool known = accelerations_at(instance, time, states, inputs_at(instance, time), unknowns);
+    const bool known = accelerations_at(instance, time, states, inputs, unknowns);
     memcpy(derivatives, states + N_COORDINATES, N_COORDINATES * sizeof(double));
     memcpy(derivatives + N_COORDINATES, unknowns, N_COORDINATES * sizeof(double));
-    return known;
+    if (!known || !spread_for_further(instance, time, states, inputs, unknowns) ||
+        !further_rates(instance, time, states, inputs, unknowns, derivatives + 2 * N_COORDINATES)) {
+        tables_explain(instance, time, states, inputs);
+        return false;
+    }
+    return true;
 }
 
 bool equations_settle(Instance *instance) {
@@ -65,6 +88,12 @@ bool equations_accelerations(Instance *instance) {
         memcpy(cache->reported, cache->accelerations, sizeof cache->reported);
         if (cache->accelerations_valid && !unique) {
             multipliers_spread(&cache->system, cache->reported);
+        }
+        cache->accelerations_valid =
+            cache->accelerations_valid && further_rates(instance, state->time, state->states, state->inputs,
+                                                        cache->reported, cache->further);
+        if (!cache->accelerations_valid) {
+            tables_explain(instance, state->time, state->states, state->inputs);
         }
     }
     return cache->accelerations_valid;
@@ -123,6 +152,8 @@ bool equations_tangent(Instance *instance, const Seed *seed, Tangent *tangent) {
     contacts_answer(instance, &cache->system, state->time, state->states, state->inputs, cache->accelerations, seed,
                     tangent->accelerations);
     multipliers_spread_rates(instance, seed, tangent->accelerations);
+    further_tangent(instance, state->time, state->states, state->inputs, cache->reported, seed, tangent->accelerations,
+                    tangent->further);
     mechanism_locals_tangent(state->time, state->states, state->inputs, state->parameters, cache->reported,
                              seed->time, seed->states, seed->inputs, seed->parameters, tangent->accelerations,
                              tangent->locals);
@@ -142,17 +173,20 @@ bool equations_motion(Instance *instance, int order, Motion *motion) {
             return false;
         }
         memcpy(motion->q[2], cache->accelerations, sizeof cache->accelerations);
+        memcpy(motion->further[0], cache->further, sizeof cache->further);
     }
     if (order >= 1) {
         Seed seed = {.time = 1.0};
         Tangent tangent;
         memcpy(seed.states, motion->q[1], N_COORDINATES * sizeof(double));
         memcpy(seed.states + N_COORDINATES, motion->q[2], N_COORDINATES * sizeof(double));
+        memcpy(seed.states + 2 * N_COORDINATES, motion->further[0], N_FURTHER * sizeof(double));
         memcpy(seed.inputs, du, sizeof seed.inputs);
         if (!equations_tangent(instance, &seed, &tangent)) {
             return false;
         }
         memcpy(motion->q[3], tangent.accelerations, sizeof tangent.accelerations);
+        memcpy(motion->further[1], tangent.further, sizeof tangent.further);
         memcpy(motion->locals[0], tangent.locals, sizeof tangent.locals);
     }
     if (order >= 2) {

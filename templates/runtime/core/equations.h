@@ -6,7 +6,7 @@
 
 #include "instance.h"
 
-/* derivatives[2n] = [qd, qdd] at any time (s) and states[2n] in a communication step, with the inputs at that time.
+/* derivatives = [qd, qdd, dz/dt] at any time (s) and states in a communication step, with the inputs at that time.
    Where the function returns false the derivatives are not to be used. Touches no cache: the solver does not depend on
    which variables were read in between. */
 bool equations_derivative(Instance *instance, double time, const double states[], double derivatives[]);

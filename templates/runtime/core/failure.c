@@ -8,6 +8,7 @@
 #include "events.h"
 #include "names.h"
 #include "solver.h"
+#include "tables.h"
 
 bool report_coordinates(Instance *instance, FailureKind kind, double time, const bool coordinates[]) {
     instance->failure.kind = kind;
@@ -85,6 +86,22 @@ static void counts_sentence(const Failure *failure, char text[], size_t size) {
     }
 }
 
+/* The kinds that concern one state. */
+static void state_sentence(const Failure *failure, char text[], size_t size) {
+    const char *name = state_name(failure->state);
+    if (failure->kind == FAILURE_FURTHER) {
+        snprintf(text, size, "at time %.17g the derivative of the state %s is %g; its expression is not defined for the "
+                 "present states and inputs%s", failure->time, name, failure->amount, fixed_step_remedy());
+    } else if (failure->kind == FAILURE_OVERFLOW) {
+        snprintf(text, size, "at time %.17g the state %s grows beyond all bounds even in a solver step of %.3g s; "
+                 "the motion ends here%s", failure->time, name, failure->step, fixed_step_remedy());
+    } else {
+        snprintf(text, size, "at time %.17g a solver step of %.3g s still makes an error of %.3g times the tolerance "
+                 "in the state %s; raise solver_tolerance unless the motion is singular here", failure->time,
+                 failure->step, failure->amount, name);
+    }
+}
+
 void failure_sentence(const Failure *failure, char text[], size_t size) {
     char names[NAMES_SIZE];
     list_coordinates(failure->coordinates, names, sizeof names);
@@ -102,15 +119,13 @@ void failure_sentence(const Failure *failure, char text[], size_t size) {
         snprintf(text, size, "at time %.17g the equations of motion give no finite acceleration of %s; "
                  "the motion has left the range where they are defined%s", failure->time, names, fixed_step_remedy());
         break;
+    case FAILURE_FURTHER:
     case FAILURE_OVERFLOW:
-        snprintf(text, size, "at time %.17g the state %s grows beyond all bounds even in a solver step of %.3g s; "
-                 "the motion ends here%s", failure->time, state_name(failure->state), failure->step,
-                 fixed_step_remedy());
-        break;
     case FAILURE_ACCURACY:
-        snprintf(text, size, "at time %.17g a solver step of %.3g s still makes an error of %.3g times the tolerance "
-                 "in the state %s; raise solver_tolerance unless the motion is singular here", failure->time,
-                 failure->step, failure->amount, state_name(failure->state));
+        state_sentence(failure, text, size);
+        break;
+    case FAILURE_TABLE:
+        tables_sentence(failure, text, size);
         break;
     case FAILURE_TRIAL_COUNT:
     case FAILURE_STEP_COUNT:

@@ -6,6 +6,7 @@
 #include "equations.h"
 #include "events.h"
 #include "massless.h"
+#include "notices.h"
 #include "settings.h"
 
 /* The stabilised accelerations keep the drift at the tolerance of the importer's solver. Where that was not enough, by
@@ -19,9 +20,13 @@ static bool drifted(const Instance *instance) {
 }
 
 bool importer_completes_step(Instance *instance) {
+    begin_notices(instance);
+    watch_motions(instance);
+    keep_motions(&instance->state);
     if (!equations_massless(instance)) {
         return false;
     }
+    watch_ranges(instance);
     massless_keep(&instance->state);
     equations_remember(instance);
     return drifted(instance);

@@ -3,8 +3,6 @@
 
 #include <string.h>
 
-#include "solver.h"
-
 /* Sets a derivative; where the equations contain rates of inputs, what followed from it is outdated. */
 static void set_rate(Instance *instance, double *slot, double value) {
     if (N_SIGNALS > N_INPUTS) {
@@ -56,10 +54,8 @@ void inputs_begin(Instance *instance) {
     State *state = &instance->state;
     const bool set = state->input_derivatives_set != 0;
     prepare(instance);
-    if (METHOD.variational) {
-        continue_motions(state);
-    }
-    instance->scratch.inputs_move = (set || (METHOD.variational && N_MOTIONS > 0)) && inputs_move(state);
+    continue_motions(state);
+    instance->scratch.inputs_move = (set || N_MOTIONS > 0) && inputs_move(state);
     instance->scratch.step_start = state->time;
 }
 

@@ -2,15 +2,15 @@
 
        u(s) = u + u' s + u'' s^2 / 2 + u''' s^3 / 6
 
-   where u and the derivatives are what the importer set, or 0. */
+   where u and the derivatives are what the importer set, or 0; those of motions follow from each other. */
 #ifndef INPUTS_H
 #define INPUTS_H
 
 #include "instance.h"
 
 /* A communication step begins. Derivatives that were not set for it are those of the end of the last one: they are
-   put to 0. Variational methods know forces of inertia by momenta alone, in which accelerations of supports do not
-   occur: for them a motion whose derivatives were not set goes on as its velocity and acceleration say. */
+   put to 0. A motion whose derivatives were not set goes on as its velocity and acceleration say: a support that
+   stands still while it has a velocity contradicts itself, and puts what it carries late by a communication step. */
 void inputs_begin(Instance *instance);
 
 /* The inputs at a time (s) in the running communication step, with their rates; valid until the next call. */

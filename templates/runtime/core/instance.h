@@ -36,14 +36,16 @@ typedef struct {
 /* The derivatives along a Seed. */
 typedef struct {
     double accelerations[N_UNKNOWNS]; /* with those of the multipliers behind them */
+    double further[SIZE_FURTHER];     /* of the derivatives of further states */
     double dependent[SIZE_DEPENDENT];
     double locals[SIZE_LOCALS];
 } Tangent;
 
 /* The motion at the present point: q and its time derivatives, (order of derivative, coordinate), and the first and
-   second time derivatives of the locals (the second ones of outputs only). */
+   second time derivatives of further states and of the locals (of these the second ones of outputs only). */
 typedef struct {
     double q[3 + MAX_OUTPUT_ORDER][N_UNKNOWNS]; /* from the second order on the multipliers stand behind */
+    double further[MAX_OUTPUT_ORDER][SIZE_FURTHER];
     double locals[MAX_OUTPUT_ORDER][SIZE_LOCALS];
 } Motion;
 
@@ -54,6 +56,7 @@ typedef struct {
     double dependent[SIZE_DEPENDENT];
     double accelerations[N_UNKNOWNS]; /* with the multipliers behind them, those of redundant constraints being 0 */
     double reported[N_UNKNOWNS];      /* the same with multipliers of least norm */
+    double further[SIZE_FURTHER];     /* derivatives of further states; valid with the accelerations */
     double locals[SIZE_LOCALS];
     double least_pivots[N_COORDINATES]; /* of the generated solution of M qdd = f; smaller ones are suspicious */
     System system;                      /* at the present point, for tangents */
@@ -81,6 +84,8 @@ typedef enum {
     FAILURE_SINGULAR,        /* the mass matrix determines no acceleration of the flagged coordinates */
     FAILURE_NEARLY_SINGULAR, /* the mass matrix hardly determines that of the flagged coordinates, and soon will not */
     FAILURE_NOT_FINITE,      /* the accelerations of the flagged coordinates are not finite */
+    FAILURE_FURTHER,         /* the derivative of a further state is not finite */
+    FAILURE_TABLE,           /* an argument is outside its table */
     FAILURE_OVERFLOW,        /* a state left the range of double */
     FAILURE_ACCURACY,        /* the error of a state exceeds the tolerance however short the step */
     FAILURE_TRIAL_COUNT,     /* an adaptive method took too many steps */
@@ -99,8 +104,10 @@ typedef struct {
     FailureKind kind;
     double time;                     /* s */
     bool coordinates[N_COORDINATES]; /* of SINGULAR, NOT_FINITE and MASSLESS: those concerned */
-    int state;                       /* of OVERFLOW and ACCURACY: the worst state */
-    double amount;                   /* of ACCURACY: error in units of the tolerance; of the COUNTs: steps */
+    int state;                       /* of OVERFLOW and ACCURACY: the worst state; of FURTHER: the state; of TABLE: the
+                                        argument, in ARGUMENTS */
+    double amount;                   /* of ACCURACY: error in units of the tolerance; of the COUNTs: steps; of FURTHER:
+                                        the derivative; of TABLE: the value of the argument */
     double step;                     /* of OVERFLOW and ACCURACY: length of the trial step, s */
     int count;                       /* of CONSTRAINTS and MASSLESS: the number of constraints that are not met */
     int constraints[SIZE_CONSTRAINTS];  /* their numbers */
@@ -108,7 +115,7 @@ typedef struct {
     int event;                          /* of EVENT_VALUE and CHATTERING: which event function */
 } Failure;
 
-/* What the importer should know about a communication step that was completed. */
+/* What the importer should know about a step that was completed. */
 typedef enum {
     NOTICE_NONE = 0,
     NOTICE_STIFF = 1,   /* the steps of an explicit method are bounded by its stability */
@@ -126,6 +133,8 @@ typedef struct {
     int index;   /* of MOTION: that of the motion; of RANGE: that in BOUNDED */
 } Notice;
 
+enum { MOST_NOTICES = 4 + SIZE_BOUNDED }; /* each kind once, that of ranges once a coordinate */
+
 /* The longest message, with its end; what is longer is cut. */
 enum { SENTENCE_SIZE = 1024 };
 
@@ -140,7 +149,8 @@ typedef struct {
     Cache cache;
     Scratch scratch;
     Failure failure;
-    Notice notice; /* of the last communication step */
+    Notice notices[MOST_NOTICES]; /* of the last step of the importer */
+    int n_notices;
     const Policy *policy;
     Listener listener;
 } Instance;

@@ -150,8 +150,8 @@ static bool step_adaptively(Instance *instance, double end) {
             propose(state, tried, error, rejected);
             watch_stiffness(instance, step);
             watch_vibrations(instance, step.length);
-            watch_ranges(instance, step);
             accept(instance, step);
+            watch_ranges(instance);
             state->ahead = step.end > end;
             rejected = false;
             if (!state->ahead && !pass_event(instance)) {
@@ -202,8 +202,8 @@ static bool take_step(Instance *instance, Step step) {
         return false;
     }
     watch_stiffness(instance, step);
-    watch_ranges(instance, step);
     accept(instance, step);
+    watch_ranges(instance);
     return pass_event(instance);
 }
 
@@ -246,7 +246,7 @@ static bool integrate_in_equal_steps(Instance *instance, double end) {
 
 bool integrate(Instance *instance, double end) {
     instance->failure.kind = FAILURE_NONE;
-    instance->notice.kind = NOTICE_NONE;
+    begin_notices(instance);
     instance_forget_motion(instance);
     inputs_begin(instance);
     watch_motions(instance);

@@ -29,11 +29,21 @@ double rounding_of_length(double time) {
     return 4.0 * DBL_EPSILON * fabs(time);
 }
 
-/* To be told once, at the end of the communication step; where another notice is told there, the next time. */
+void begin_notices(Instance *instance) {
+    instance->n_notices = 0;
+}
+
+static void add_notice(Instance *instance, NoticeKind kind, double step, int index) {
+    if (instance->n_notices < MOST_NOTICES) {
+        instance->notices[instance->n_notices++] = (Notice){kind, instance->state.time, step, index};
+    }
+}
+
+/* To be told once, at the end of the importer's step. */
 static void give_notice(Instance *instance, NoticeKind kind, double step, int index) {
-    if ((instance->state.noticed & (int64_t)kind) == 0 && instance->notice.kind == NOTICE_NONE) {
+    if ((instance->state.noticed & (int64_t)kind) == 0) {
         instance->state.noticed |= (int64_t)kind;
-        instance->notice = (Notice){kind, instance->state.time, step, index};
+        add_notice(instance, kind, step, index);
     }
 }
 
@@ -100,11 +110,13 @@ void keep_motions(State *state) {
     }
 }
 
-void watch_ranges(Instance *instance, Step step) {
+void watch_ranges(Instance *instance) {
+    State *state = &instance->state;
     for (int k = 0; k < N_BOUNDED; k++) {
-        const double q = instance->scratch.new_states[BOUNDED[k]];
-        if (q < RANGES[k][0] || q > RANGES[k][1]) {
-            give_notice(instance, NOTICE_RANGE, step.length, k);
+        const double q = state->states[BOUNDED[k]];
+        if (!state->left_range[k] && (q < RANGES[k][0] || q > RANGES[k][1])) {
+            state->left_range[k] = 1;
+            add_notice(instance, NOTICE_RANGE, 0.0, k);
         }
     }
 }
@@ -160,7 +172,7 @@ void notice_sentence(const Notice *notice, char text[], size_t size) {
         motion_sentence(notice, text, size);
         break;
     case NOTICE_RANGE:
-        snprintf(text, size, "the coordinate %s leaves its range from %.6g to %.6g after time %.17g s; the bounds are "
+        snprintf(text, size, "the coordinate %s leaves its range from %.6g to %.6g before time %.17g s; the bounds are "
                  "no stops, and the motion goes on without them", state_name(BOUNDED[notice->index]),
                  RANGES[notice->index][0], RANGES[notice->index][1], notice->time);
         break;

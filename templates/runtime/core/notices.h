@@ -1,4 +1,5 @@
-/* What is noticed along a run. Each kind is told once, at the end of a communication step. */
+/* What is noticed along a run. Each kind is told once, at the end of a step of the importer: of a communication step, or
+   of a step of its own solver. */
 #ifndef NOTICES_H
 #define NOTICES_H
 
@@ -20,15 +21,18 @@ void watch_vibrations(Instance *instance, double length);
 /* Writes one sentence to text[size] on a notice that is not NOTICE_NONE: what was noticed, when, and what to do. */
 void notice_sentence(const Notice *notice, char text[], size_t size);
 
-/* At the beginning of a communication step: notices a motion input that is moved from step to step with a velocity and
-   an acceleration of 0, where the equations contain these. */
+/* A step of the importer begins, and nothing was noticed in it yet. */
+void begin_notices(Instance *instance);
+
+/* Notices a motion input that is moved from step to step with a velocity and an acceleration of 0, where the equations
+   contain these. */
 void watch_motions(Instance *instance);
 
-/* At the end of a communication step: remembers where the motions are. */
+/* At the end of a step of the importer: remembers where the motions are. */
 void keep_motions(State *state);
 
-/* Notices a coordinate that is out of its range after an accepted step. */
-void watch_ranges(Instance *instance, Step step);
+/* Notices coordinates that are out of their ranges at the present point. */
+void watch_ranges(Instance *instance);
 
 /* The rounding error (s) of the difference of two times up to this one. */
 double rounding_of_length(double time);

@@ -1,7 +1,7 @@
 /* What changes with time: the State, which the importer may save, restore and serialise.
 
-   In all headers n = N_COORDINATES, m = N_CONSTRAINTS, h = N_HOLONOMIC. Unless it is said otherwise states are [q, qd],
-   [2n], derivatives their rates, inputs [N_INPUTS], unknowns qdd[n] with the multipliers[m] behind them. Everything is
+   In all headers n = N_COORDINATES, m = N_CONSTRAINTS, h = N_HOLONOMIC. Unless it is said otherwise states are [q, qd]
+   and behind them the further states z, [N_STATES], derivatives their rates, inputs [N_INPUTS], unknowns qdd[n] with the multipliers[m] behind them. Everything is
    in SI units, times and lengths of steps in s. Matrices are row-major. */
 #ifndef STATE_H
 #define STATE_H
@@ -12,6 +12,7 @@
 #include "constraint_records.h"
 #include "event_sizes.h"
 #include "mechanism.h"
+#include "sizes.h"
 #include "solver_memory.h"
 
 #define N_UNKNOWNS (N_COORDINATES + N_CONSTRAINTS)             /* accelerations and multipliers */
@@ -67,7 +68,7 @@ typedef struct {
     double usual_time;                 /* s; of the last completed step */
     double usual[1 + MAX_OUTPUT_ORDER][N_COORDINATES]; /* accelerations at that time and their time derivatives */
 
-    double states[N_STATES]; /* [q, qd] */
+    double states[N_STATES]; /* [q, qd, z] */
     double inputs[(2 + MAX_INPUT_ORDER) * N_INPUTS]; /* with their derivatives by time, of order 1, 2, 3 at the present
                                                         time, and zeros behind them */
     int64_t input_derivatives_set; /* for the next communication step; else they are of the end of the last one */
@@ -93,6 +94,7 @@ typedef struct {
     int64_t easy_steps;           /* of those in the present series: shorter */
     double equal_step;            /* s; of a variational method: the length of all steps so far, 0 before the first */
     int64_t noticed;              /* NoticeKinds that were given, as bits: each is given once */
+    int64_t left_range[SIZE_BOUNDED]; /* that a coordinate left its range was noticed */
     double positions[SIZE_MOTIONS]; /* of motions at the end of the last communication step */
     int64_t lone_moves;           /* communication steps in which only the position of a motion was moved */
     int64_t first_stage_valid;    /* first_stage belongs to the present time, states, inputs and parameters; if the

@@ -27,6 +27,7 @@ double *value_slot(Instance *instance, const Variable *variable) {
     case VARIABLE_FIXED_PARAMETER: return &state->parameters[variable->index];
     case VARIABLE_SETTING:         return &state->settings[variable->index];
     case VARIABLE_ACCELERATION:    return &cache->accelerations[variable->index];
+    case VARIABLE_FURTHER_RATE:    return &cache->further[variable->index];
     case VARIABLE_MULTIPLIER:      return &cache->reported[N_COORDINATES + variable->index];
     case VARIABLE_DEPENDENT:       return &cache->dependent[variable->index];
     case VARIABLE_LOCAL:           return &cache->locals[variable->index];
@@ -46,7 +47,7 @@ bool value_update(Instance *instance, VariableKind kind) {
     if (kind == VARIABLE_MASSLESS) {
         return equations_massless(instance);
     }
-    if (kind == VARIABLE_ACCELERATION || kind == VARIABLE_MULTIPLIER) {
+    if (kind == VARIABLE_ACCELERATION || kind == VARIABLE_FURTHER_RATE || kind == VARIABLE_MULTIPLIER) {
         return equations_accelerations(instance);
     }
     return kind != VARIABLE_LOCAL || equations_locals(instance);
@@ -64,7 +65,8 @@ double *value_in_seed(Seed *seed, const Variable *variable) {
 }
 
 bool value_needs_tangent(VariableKind kind) {
-    return kind == VARIABLE_ACCELERATION || kind == VARIABLE_MULTIPLIER || kind == VARIABLE_LOCAL;
+    return kind == VARIABLE_ACCELERATION || kind == VARIABLE_FURTHER_RATE || kind == VARIABLE_MULTIPLIER ||
+           kind == VARIABLE_LOCAL;
 }
 
 bool value_is_unknown(VariableKind kind) {
@@ -76,6 +78,7 @@ const double *value_in_tangent(const Seed *seed, const Tangent *tangent, const V
     static const double CONSTANT = 0.0; /* the rate of what changes at impacts only */
     switch (variable->kind) {
     case VARIABLE_ACCELERATION: return &tangent->accelerations[variable->index];
+    case VARIABLE_FURTHER_RATE: return &tangent->further[variable->index];
     case VARIABLE_MULTIPLIER:   return &tangent->accelerations[N_COORDINATES + variable->index];
     case VARIABLE_DEPENDENT:    return &tangent->dependent[variable->index];
     case VARIABLE_LOCAL:        return &tangent->locals[variable->index];
@@ -88,6 +91,10 @@ static bool in_states(const Variable *variable) {
     return variable->kind == VARIABLE_STATE || variable->kind == VARIABLE_MASSLESS;
 }
 
+static bool is_further(const Variable *variable) {
+    return variable->kind == VARIABLE_STATE && variable->index >= 2 * N_COORDINATES;
+}
+
 /* The row of Motion's q from which the derivatives of a state or acceleration are counted. */
 static int first_row(const Variable *variable) {
     return in_states(variable) ? variable->index / N_COORDINATES : 2;
@@ -97,12 +104,18 @@ int value_motion_order(const Variable *variable, int order) {
     if (variable->kind == VARIABLE_IMPULSE) {
         return 0;
     }
+    if (is_further(variable)) {
+        return order - 1;
+    }
     return variable->kind == VARIABLE_LOCAL ? order : first_row(variable) + order - 2;
 }
 
 double value_in_motion(const Motion *motion, const Variable *variable, int order) {
     if (variable->kind == VARIABLE_IMPULSE) {
         return 0.0;
+    }
+    if (is_further(variable)) {
+        return motion->further[order - 1][variable->index - 2 * N_COORDINATES];
     }
     const int column = in_states(variable)                     ? variable->index % N_COORDINATES
                        : variable->kind == VARIABLE_MULTIPLIER ? N_COORDINATES + variable->index

@@ -6,9 +6,10 @@
 
 typedef enum {
     VARIABLE_TIME,         /* the independent variable, s */
-    VARIABLE_STATE,        /* x = [q_1..q_n, qd_1..qd_n] */
+    VARIABLE_STATE,        /* x = [q_1..q_n, qd_1..qd_n, z_1..] */
     VARIABLE_MASSLESS,     /* an entry of x that follows from the others, because it has no mass */
     VARIABLE_ACCELERATION, /* qdd[n], the derivatives of the states n..2n-1 */
+    VARIABLE_FURTHER_RATE, /* dz/dt of the further states */
     VARIABLE_MULTIPLIER,   /* of a constraint */
     VARIABLE_INPUT,        /* u, external forces and prescribed motions */
     VARIABLE_PARAMETER,    /* p, independent and tunable */

@@ -13,7 +13,7 @@ typedef struct {
     int64_t step_failed;        /* the last fmi2DoStep returned fmi2Discard */
 } Session;
 
-/* An fmi2Component points to one of these. */
+/* The memory that an fmi2Component points to. */
 typedef struct {
     Instance instance;
     Session session;

@@ -6,19 +6,9 @@
 #include "gate.h"
 #include "integrator.h"
 #include "logging.h"
-#include "notices.h"
 
-/* Says what the solver noticed for the first time. The step is complete: some importers end a run at fmi2Warning. */
-static void report_notice(Component *component) {
-    char sentence[SENTENCE_SIZE];
-    if (component->instance.notice.kind != NOTICE_NONE) {
-        notice_sentence(&component->instance.notice, sentence, sizeof sentence);
-        warn(component, "%s", sentence);
-    }
-}
-
-/* A communication step from the communication point (s) by step (s) that takes more than moving the time. A call that
-   is illegal or a step that cannot be: fmi2Error; one that the solver cannot complete: fmi2Discard. */
+/* Takes a communication step of length step (s) from the communication point (s), with all checks. Returns fmi2Error
+   for an illegal call and for a step that cannot start, fmi2Discard for one that the solver cannot complete. */
 static fmi2Status take_step(fmi2Component c, double point, double step) {
     Component *component = enter(c, CALL_DoStep);
     char sentence[SENTENCE_SIZE];
@@ -34,13 +24,13 @@ static fmi2Status take_step(fmi2Component c, double point, double step) {
         explain_failure(&component->instance);
         return report_failure(component, fmi2Discard);
     }
-    report_notice(component);
+    report_notices(component);
     return fmi2OK;
 }
 
 fmi2Status fmi2DoStep(fmi2Component c, fmi2Real currentCommunicationPoint, fmi2Real communicationStepSize,
                       fmi2Boolean noSetFMUStatePriorToCurrentPoint) {
-    (void)noSetFMUStatePriorToCurrentPoint; /* nothing is kept for going back */
+    (void)noSetFMUStatePriorToCurrentPoint; /* no earlier point is kept, so this allows nothing */
     const double point = currentCommunicationPoint, step = communicationStepSize;
     Component *component = c;
     const bool usual = component != NULL && component->session.mode == MODE_STEP_COMPLETE && step > 0.0 &&
@@ -49,7 +39,7 @@ fmi2Status fmi2DoStep(fmi2Component c, fmi2Real currentCommunicationPoint, fmi2R
 }
 
 fmi2Status fmi2CancelStep(fmi2Component c) {
-    enter(c, CALL_CancelStep); /* legal while a step is in progress only, and none ever is: reports an error */
+    enter(c, CALL_CancelStep); /* legal only while a step is in progress, which never happens here: reports an error */
     return fmi2Error;
 }
 

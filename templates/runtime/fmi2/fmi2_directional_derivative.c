@@ -1,9 +1,10 @@
 /* fmi2GetDirectionalDerivative (FMI 2.0, section 2.1.9): dv_unknown = J dv_known for any choice of
 
        knowns      time, states, inputs, parameters
-       unknowns    states and what has no mass, accelerations, locals, dependent parameters
+       unknowns    states, coordinates and velocities without mass, accelerations, locals, dependent parameters
 
-   The derivative of a coordinate has the value reference of its velocity, which is a state: its row is the seed's. */
+   The derivative of a coordinate has the value reference of its velocity. A velocity is a state, so that its change is
+   read from the seed. */
 #include <math.h>
 #include <string.h>
 
@@ -31,7 +32,8 @@ static fmi2Status add_to_seed(Component *component, Seed *seed, fmi2ValueReferen
     return fmi2OK;
 }
 
-/* fmi2OK if the variable is an unknown; tells whether the accelerations' tangent is needed for it. */
+/* fmi2OK if the variable is an unknown. Sets *needs_accelerations if its derivative takes the tangent of the
+   accelerations. */
 static fmi2Status check_unknown(Component *component, fmi2ValueReference reference, bool *needs_accelerations) {
     if (reference >= N_VARIABLES) {
         return fail(component, "there is no variable with value reference %u for an unknown; expected 0 to %d",
@@ -46,7 +48,7 @@ static fmi2Status check_unknown(Component *component, fmi2ValueReference referen
                 variable->name);
 }
 
-/* Writes the derivatives of the unknowns, if all are finite. */
+/* Writes the derivatives of the unknowns to values[count] if all of them are finite, else nothing. */
 static fmi2Status write_unknowns(Component *component, const fmi2ValueReference unknowns[], size_t count,
                                  const Seed *seed, const Tangent *tangent, double values[]) {
     for (size_t i = 0; i < count; i++) {

@@ -9,7 +9,7 @@
 #include "logging.h"
 #include "names.h"
 
-/* fmi2OK if an array over the continuous states is there and has their number. */
+/* fmi2OK if the array is not NULL and has an entry for each continuous state. */
 static fmi2Status check_size(Component *component, const void *array, size_t nx) {
     if (nx != N_CONTINUOUS) {
         return fail(component, "the array has %u elements; expected one for each of the %d continuous states",
@@ -61,7 +61,7 @@ fmi2Status fmi2EnterContinuousTimeMode(fmi2Component c) {
 fmi2Status fmi2CompletedIntegratorStep(fmi2Component c, fmi2Boolean noSetFMUStatePriorToCurrentPoint,
                                        fmi2Boolean *enterEventMode, fmi2Boolean *terminateSimulation) {
     Component *component = enter(c, CALL_CompletedIntegratorStep);
-    (void)noSetFMUStatePriorToCurrentPoint; /* nothing is kept for going back */
+    (void)noSetFMUStatePriorToCurrentPoint; /* no earlier point is kept, so this allows nothing */
     if (component == NULL) {
         return fmi2Error;
     }
@@ -71,6 +71,7 @@ fmi2Status fmi2CompletedIntegratorStep(fmi2Component c, fmi2Boolean noSetFMUStat
     }
     *enterEventMode = importer_completes_step(&component->instance) ? fmi2True : fmi2False;
     *terminateSimulation = fmi2False;
+    report_notices(component);
     return fmi2OK;
 }
 
@@ -105,6 +106,15 @@ fmi2Status fmi2SetContinuousStates(fmi2Component c, const fmi2Real x[], size_t n
     return fmi2OK;
 }
 
+/* The derivative of an entry of the states, with the accelerations up to date. */
+static double derivative_of(const Instance *instance, int state) {
+    if (state < N_COORDINATES) {
+        return instance->state.states[N_COORDINATES + state];
+    }
+    return state < 2 * N_COORDINATES ? instance->cache.accelerations[state - N_COORDINATES]
+                                     : instance->cache.further[state - 2 * N_COORDINATES];
+}
+
 fmi2Status fmi2GetDerivatives(fmi2Component c, fmi2Real derivatives[], size_t nx) {
     Component *component = enter(c, CALL_GetDerivatives);
     if (component == NULL || check_size(component, derivatives, nx) != fmi2OK) {
@@ -117,14 +127,12 @@ fmi2Status fmi2GetDerivatives(fmi2Component c, fmi2Real derivatives[], size_t nx
         return report_failure(component, fmi2Discard);
     }
     for (int i = 0; i < N_CONTINUOUS; i++) {
-        const int state = CONTINUOUS_STATES[i];
-        derivatives[i] = state < N_COORDINATES ? component->instance.state.states[N_COORDINATES + state]
-                                               : component->instance.cache.accelerations[state - N_COORDINATES];
+        derivatives[i] = derivative_of(&component->instance, CONTINUOUS_STATES[i]);
     }
     if (!component->noted_singularity &&
         runs_into_singularity(&component->instance, component->instance.cache.accelerations)) {
         component->noted_singularity = true;
-        report_failure(component, fmi2Warning); /* the derivatives are right: some importers end a run at fmi2Warning */
+        report_failure(component, fmi2Warning); /* and fmi2OK: some importers end a run at fmi2Warning */
     }
     return fmi2OK;
 }

@@ -6,6 +6,7 @@
 #include "gate.h"
 #include "logging.h"
 #include "settings.h"
+#include "tables.h"
 #include "values.h"
 
 /* fmi2OK if there is a variable of this type with this value reference. */
@@ -47,6 +48,10 @@ static fmi2Status evaluate(Component *component, const Variable *variable) {
     if (isfinite(value)) {
         return fmi2OK;
     }
+    const State *state = &component->instance.state;
+    if (tables_explain(&component->instance, state->time, state->states, state->inputs)) {
+        return report_failure(component, model_exchange ? fmi2Discard : fmi2Error);
+    }
     return (model_exchange ? discard : fail)(
         component, "variable %s is %g at time %.17g; its expression is not defined for the present states and inputs",
         variable->name, value, component->instance.state.time);
@@ -77,7 +82,8 @@ fmi2Status fmi2GetReal(fmi2Component c, const fmi2ValueReference vr[], size_t nv
     return fmi2OK;
 }
 
-/* fmi2OK if a variable of this kind may be set now; notes the first use of a tolerance. */
+/* fmi2OK if a variable of this kind may be set now. Where only importers do it, and the standard does not foresee it,
+   the first time is noted. */
 static fmi2Status check_settable(Component *component, const Variable *variable) {
     const Mode mode = (Mode)component->session.mode;
     const Verdict verdict = legal_set(variable->kind, component->type, mode);
@@ -146,7 +152,7 @@ static bool has_integers(void) {
     return N_UNILATERALS + N_FRICTIONS > 0;
 }
 
-/* The common body of the functions for types that no variable has: only empty lists are right. */
+/* The common body of the functions for types that no variable has: an empty list is the only right one. */
 static fmi2Status refuse_type(fmi2Component c, Call call, const char *type, size_t nvr) {
     Component *component = enter(c, call);
     if (component == NULL) {

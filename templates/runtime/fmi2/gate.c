@@ -6,7 +6,7 @@
 #include "integrator.h"
 #include "logging.h"
 
-/* What the instance remarks is a note of the running function. */
+/* Passes a remark of the instance on as a note of the running function. */
 static void hear(void *owner, const char sentence[]) {
     note(owner, "%s", sentence);
 }

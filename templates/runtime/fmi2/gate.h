@@ -10,8 +10,8 @@ void component_start(Component *component);
 /* The start of every fmi2 function: the component if the call is legal now, else NULL after the error was reported. */
 Component *enter(fmi2Component c, Call call);
 
-/* The same for functions that look at the present point or change it: it is brought up to date. After an error it stays
-   as it is where that fails: the importer looks for what went wrong. */
+/* The same for functions that read or change the present point: it is brought up to date first. In the error state the
+   call goes on even if that fails, so that the importer can look for what went wrong. */
 Component *enter_present(fmi2Component c, Call call);
 
 #endif

@@ -15,9 +15,8 @@ typedef struct {
 static const Row CALLS[N_CALLS] = {FMI2_CALLS(CALL_ROW)};
 #undef CALL_ROW
 
-/* What fmi2SetReal may set. The o are importers' habits: fmpy sets inputs
-   before initialization, CasADi sets parameters in continuous-time mode. States are settable in continuous-time mode
-   since FMI 2.0.1. */
+/* What fmi2SetReal may set. An o stands for a habit of importers: fmpy sets inputs before initialization, CasADi sets
+   parameters in continuous-time mode. States are settable in continuous-time mode since FMI 2.0.1. */
 static const Row SETTABLE[N_VARIABLE_KINDS] = {
     /*                                         model exchange   co-simulation
                                                i z e c t x      i z s f t x  */
@@ -25,6 +24,7 @@ static const Row SETTABLE[N_VARIABLE_KINDS] = {
     [VARIABLE_STATE]        = {"state",        "x x x x . .",   "x x . . . ."},
     [VARIABLE_MASSLESS]     = {"output",       "x x . . . .",   "x x . . . ."},
     [VARIABLE_ACCELERATION] = {"acceleration", ". . . . . .",   ". . . . . ."},
+    [VARIABLE_FURTHER_RATE] = {"derivative",   ". . . . . .",   ". . . . . ."},
     [VARIABLE_MULTIPLIER]   = {"multiplier",   ". . . . . .",   ". . . . . ."},
     [VARIABLE_INPUT]        = {"input",        "o x x x . .",   "o x x . . ."},
     [VARIABLE_PARAMETER]    = {"parameter",    "x x x o . .",   "x x x . . ."},

@@ -5,6 +5,7 @@
 #include <stdio.h>
 
 #include "failure.h"
+#include "notices.h"
 
 static const char *const CATEGORY_NAMES[N_CATEGORIES] = {
     [CATEGORY_WARNING]  = "logStatusWarning",
@@ -34,9 +35,10 @@ static void deliver(const fmi2CallbackFunctions *callbacks, fmi2String name, fmi
     callbacks->logger(callbacks->componentEnvironment, name, status, CATEGORY_NAMES[category], "%s", escaped);
 }
 
-/* Is a message of this status delivered? Errors are, and what fmi2DoStep says of its results, also with logging off. */
+/* Is a message of this status delivered? Errors are, and what is said of a step's results, also with logging off. */
 static bool is_wanted(const Component *component, fmi2Status status, Category category) {
-    const bool needed = status == fmi2Error || (status != fmi2OK && component->call == CALL_DoStep);
+    const bool ends_step = component->call == CALL_DoStep || component->call == CALL_CompletedIntegratorStep;
+    const bool needed = status == fmi2Error || (status != fmi2OK && ends_step);
     return component->callbacks.logger != NULL && (needed || (component->categories & (1u << category)) != 0u);
 }
 
@@ -113,6 +115,14 @@ fmi2Status report_failure(Component *component, fmi2Status status) {
         set_mode(component, MODE_ERROR);
     }
     return status;
+}
+
+void report_notices(Component *component) {
+    char sentence[SENTENCE_SIZE];
+    for (int i = 0; i < component->instance.n_notices; i++) {
+        notice_sentence(&component->instance.notices[i], sentence, sizeof sentence);
+        warn(component, "%s", sentence);
+    }
 }
 
 void report_no_instance(const fmi2CallbackFunctions *functions, fmi2String name, const char *format, ...) {

@@ -6,7 +6,7 @@
        logStatusError              a call that returned fmi2Error
        logSingularLinearSystems    a mass matrix that determines no accelerations (instead of one of the two above)
        logAll                      notes on tolerated calls; switching it on switches on all categories
-   Also with logging off errors are logged, and what fmi2DoStep says: why it failed, or a warning on results. */
+   Also with logging off errors are logged, and what is said of a step: why it failed, or a warning on results. */
 #ifndef LOGGING_H
 #define LOGGING_H
 
@@ -46,6 +46,10 @@ void note(Component *component, const char *format, ...) PRINTF_LIKE(2, 3);
 
 /* Logs the sentence on the failure of the instance, as fail() or discard() do, according to status. */
 fmi2Status report_failure(Component *component, fmi2Status status);
+
+/* Says what was noticed for the first time in the step of the importer that is complete. The step's status stays fmi2OK:
+   some importers end a run at fmi2Warning. */
+void report_notices(Component *component);
 
 /* Logs that fmi2Instantiate is refused; there is no instance yet, so neither loggingOn nor categories are asked. */
 void report_no_instance(const fmi2CallbackFunctions *functions, fmi2String name, const char *format, ...)

@@ -112,7 +112,7 @@ static fmi2Status step(Session *s) {
     }
     const int said = made.status == fmi2Error || CALLS[i].call == try_DoStep || s->logging;
     const int due = made.status != fmi2OK && said && !s->silent;
-    const int noticed = made.status == fmi2OK && s->log.count == 1 && s->log.status == fmi2Warning;
+    const int noticed = made.status == fmi2OK && s->log.count > 0 && s->log.status == fmi2Warning;
     expect(s->log.count == due || noticed, "fmi2%s: status %d with %d messages", CALLS[i].name, (int)made.status, s->log.count);
     expect(!due || (s->log.status == made.status && strncmp(s->log.text, "fmi2", 4) == 0 && strlen(s->log.text) > 30),
            "fmi2%s: status %d with status %d, \"%s\"", CALLS[i].name, (int)made.status, (int)s->log.status, s->log.text);

@@ -18,8 +18,8 @@ typedef struct {
 
 extern const Collocation COLLOCATION;
 
-/* a of radau5 = from_modes diag(real, pair) to_modes: its stages, combined by to_modes, do not meet in linear systems
-   but for those of the pair. */
+/* For radau5: a = from_modes diag(real, pair) to_modes. Its stages, combined by to_modes, do not meet in the linear
+   systems, except for the two stages of the pair. */
 typedef struct {
     double real;
     const double *squared; /* a a, 3 x 3 */

@@ -4,7 +4,8 @@
 
    Simplified Newton iterations solve with I - h a x D - h^2 (a a) x K, where K = dqdd/dq and D = dqdd/dqd come from the
    tangent program and are kept as long as the iterations contract well. In the modes of a that are n real and n complex
-   equations, here as 2 n real ones: half as many as those of the equations of first order. Source: [HW] Hairer, Wanner,
+   equations, here as 2 n real ones: half as many as those of the equations of first order. Further states z_i are
+   solved for in the same way: their derivatives stand behind the accelerations, and z beside V. Source: [HW] Hairer, Wanner,
    Solving Ordinary Differential Equations II, 2nd edition, section IV.8, with the error estimates of the code radau5.f
    of the same authors.
 
@@ -23,14 +24,15 @@
 #include "settings.h"
 #include "solver.h"
 
-enum { N = N_COORDINATES, S = STAGES };
+enum { N = N_COORDINATES, R = N_RATES, S = STAGES };
 
 static const double SQRT6 = 2.449489742783178;
 
 /* The tolerance that steps and iterations are measured with. Where steps resolve the motion, the error of the solution
-   is proportional to h^5 and the first estimate to h^4, hence to the power 5/4 of this one; so it follows the tolerance
-   asked for. (radau5.f takes 0.1 tolerance^(2/3).) Where they pass over fast decays, it is proportional to the estimate
-   itself. There the second one is about as large, and elsewhere proportional to h^5: it is to meet the tolerance. */
+   is proportional to h^5 and the first estimate to h^4, hence the error to the power 5/4 of the estimate; so it follows
+   the tolerance asked for. (radau5.f takes 0.1 tolerance^(2/3).) Where steps pass over fast decays, the error is
+   proportional to the first estimate itself. There the second estimate is about as large as the first one, and
+   elsewhere it is proportional to h^5: it has to meet the tolerance asked for. */
 static double inner_tolerance(double tolerance) {
     return 0.3 * pow(tolerance, 0.8);
 }
@@ -97,7 +99,7 @@ static bool estimate(Instance *instance, Step step, const double accelerations[]
 bool solver_step(Instance *instance, Step step) {
     Scratch *scratch = &instance->scratch;
     SolverMemory *memory = &instance->state.solver;
-    double accelerations[S * N];
+    double accelerations[S * R];
     bool moved;
     if (!radau_solve(instance, step, inner_tolerance(solver_tolerance(&instance->state)), accelerations)) {
         return false;
@@ -122,21 +124,38 @@ double solver_stiffness(const Instance *instance) {
     return 0.0; /* L-stable */
 }
 
-/* The accelerations[n] at the start of the last step, for its interpolant: of the polynomial through the stages, moved
+/* The accelerations[r] at the start of the last step, for its interpolant: of the polynomial through the stages, moved
    by what the equations say beyond it. Stiff parts of that are errors of the states, or a transient that the step leaps
    over, times the stiffness, and would bend the states between ends that are right: by 9 m/s after a force on a stiff
    damper had jumped. They are filtered as in the error estimate, by 1 - (1 - filter)^2, which spares the others. */
 static void smooth_start(const Instance *instance, double h, double accelerations[]) {
     double beyond[N_STATES] = {0.0}, again[N_STATES] = {0.0};
     radau_polynomial(&instance->state.solver, 0.0, accelerations);
-    for (int k = 0; k < N; k++) {
+    for (int k = 0; k < R; k++) {
         beyond[N + k] = instance->state.first_stage[N + k] - accelerations[k];
     }
     radau_filter(instance, h, beyond);
-    memcpy(again + N, beyond + N, N * sizeof(double));
+    memcpy(again + N, beyond + N, R * sizeof(double));
     radau_filter(instance, h, again);
-    for (int k = 0; k < N; k++) {
+    for (int k = 0; k < R; k++) {
         accelerations[k] += 2.0 * beyond[N + k] - again[N + k];
+    }
+}
+
+/* The interpolant of further states: the quartic whose derivatives are before[r] at the start and those at the stages.
+   It meets both ends, because Radau's quadrature is exact for its derivative. */
+static void dense_further(const Instance *instance, double h, const double before[],
+                          double terms[DENSE_TERMS][N_STATES]) {
+    const double *stages = instance->state.solver.accelerations;
+    const double x = COLLOCATION.c[0], y = 1.0 - x;
+    for (int k = N; k < R; k++) {
+        const double rise = terms[0][N + k], start = h * before[k] - rise;
+        const double end = rise - h * stages[(S - 1) * R + k] - start;
+        const double cubic = rise + (y - x) * start + x * (2.0 * y - x) * end; /* times h: its derivative at x */
+        terms[1][N + k] = start;
+        terms[2][N + k] = end;
+        terms[HERMITE_TERMS][N + k] = (h * stages[k] - cubic) / (2.0 * x * y * (y - x));
+        terms[HERMITE_TERMS + 1][N + k] = 0.0;
     }
 }
 
@@ -144,9 +163,9 @@ static void smooth_start(const Instance *instance, double h, double acceleration
    the last stage), and its derivative for the velocities. It is as smooth as the motion and needs no evaluation; the
    polynomial through the stages has order 3. */
 bool solver_dense(Instance *instance, Step step, double terms[DENSE_TERMS][N_STATES]) {
-    const double h = step.length, *after = instance->state.solver.accelerations + (S - 1) * N;
+    const double h = step.length, *after = instance->state.solver.accelerations + (S - 1) * R;
     double *fourth = terms[HERMITE_TERMS], *fifth = terms[HERMITE_TERMS + 1];
-    double before[N];
+    double before[R];
     smooth_start(instance, h, before);
     for (int k = 0; k < N; k++) {
         fourth[k] = 0.5 * h * h * before[k] + terms[1][k] - terms[2][k];
@@ -156,6 +175,7 @@ bool solver_dense(Instance *instance, Step step, double terms[DENSE_TERMS][N_STA
         fourth[N + k] = 5.0 * fifth[k] / h;
         fifth[N + k] = 0.0;
     }
+    dense_further(instance, h, before, terms);
     return true;
 }
 
@@ -163,7 +183,7 @@ const char *solver_iteration_remedy(void) {
     return "raise solver_tolerance unless the motion is singular here"; /* steps became as short as they can be */
 }
 
-/* That is never noticed. */
+/* This method never gives that notice. */
 void solver_stiffness_sentence(const Notice *notice, char text[], size_t size) {
     (void)notice;
     (void)size;

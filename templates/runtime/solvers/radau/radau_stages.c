@@ -12,10 +12,10 @@
 #include "radau_stages.h"
 #include "step_failure.h"
 
-enum { N = N_COORDINATES, S = STAGES, SIZE = S * N, MOST_ITERATIONS = 10 };
+enum { N = N_COORDINATES, R = N_RATES, S = STAGES, SIZE = S * R, MOST_ITERATIONS = 10 };
 
-static const double MOST_GROWTH = 4.0; /* of the second change beyond the first one, to go on with the iterations */
-static const double KEEP = 0.02; /* iterations that contract by less go on with the same K and D in the next step */
+static const double MOST_GROWTH = 4.0; /* the second change may be this many times the first one */
+static const double KEEP = 0.02; /* changes that fall below this part keep K and D for the next step */
 
 /* matrix = I - h b x D - h^2 (b b) x K for a block b of the modes (size x size), factorised. */
 static bool factorize_block(const SolverMemory *memory, double h, const double b[], int size, double matrix[],
@@ -26,16 +26,16 @@ static bool factorize_block(const SolverMemory *memory, double h, const double b
             for (int k = 0; k < size; k++) {
                 square += b[i * size + k] * b[k * size + j];
             }
-            for (int k = 0; k < N; k++) {
-                for (int l = 0; l < N; l++) {
-                    matrix[(i * N + k) * size * N + j * N + l] = (i == j && k == l ? 1.0 : 0.0) -
-                        h * b[i * size + j] * memory->damping[k * N + l] -
-                        h * h * square * memory->stiffness[k * N + l];
+            for (int k = 0; k < R; k++) {
+                for (int l = 0; l < R; l++) {
+                    matrix[(i * R + k) * size * R + j * R + l] = (i == j && k == l ? 1.0 : 0.0) -
+                        h * b[i * size + j] * memory->damping[k * R + l] -
+                        h * h * square * (l < N ? memory->stiffness[k * N + l] : 0.0);
                 }
             }
         }
     }
-    return lu_factorize(matrix, rows, size * N);
+    return lu_factorize(matrix, rows, size * R);
 }
 
 /* K and D at the present point. */
@@ -46,10 +46,12 @@ static bool linearize(Instance *instance) {
     if (!equations_jacobian(instance, instance->state.time, instance->state.states, jacobian)) {
         return false;
     }
-    for (int k = 0; k < N; k++) {
+    for (int k = 0; k < R; k++) {
         for (int l = 0; l < N; l++) {
-            memory->stiffness[k * N + l] = jacobian[l * N + k];
-            memory->damping[k * N + l] = jacobian[(N + l) * N + k];
+            memory->stiffness[k * N + l] = jacobian[l * R + k];
+        }
+        for (int l = 0; l < R; l++) {
+            memory->damping[k * R + l] = jacobian[(N + l) * R + k];
         }
     }
     memory->linearized = 1;
@@ -65,15 +67,15 @@ static bool factorize(Instance *instance, Step step) {
            report_iteration(instance, step);
 }
 
-/* result[S * N] = matrix x I . stages */
+/* result[S * R] = matrix x I . stages */
 static void combine_stages(const double matrix[], const double stages[], double result[]) {
     for (int i = 0; i < S; i++) {
-        for (int k = 0; k < N; k++) {
+        for (int k = 0; k < R; k++) {
             double sum = 0.0;
             for (int j = 0; j < S; j++) {
-                sum += matrix[i * S + j] * stages[j * N + k];
+                sum += matrix[i * S + j] * stages[j * R + k];
             }
-            result[i * N + k] = sum;
+            result[i * R + k] = sum;
         }
     }
 }
@@ -82,25 +84,27 @@ static void combine_stages(const double matrix[], const double stages[], double 
 static void solve_linearized(const SolverScratch *work, const double residual[], double change[]) {
     double modes[SIZE], solved[SIZE];
     combine_stages(MODES.to_modes, residual, modes);
-    lu_solve(work->real_matrix, work->real_rows, N, modes, solved);
-    lu_solve(work->pair_matrix, work->pair_rows, 2 * N, modes + N, solved + N);
+    lu_solve(work->real_matrix, work->real_rows, R, modes, solved);
+    lu_solve(work->pair_matrix, work->pair_rows, 2 * R, modes + R, solved + R);
     combine_stages(MODES.from_modes, solved, change);
 }
 
 void radau_stage(const Instance *instance, double h, int i, const double accelerations[], double states[]) {
     const double *x = instance->state.states;
-    for (int k = 0; k < N; k++) {
+    for (int k = 0; k < R; k++) {
         double first = 0.0, second = 0.0;
         for (int j = 0; j < S; j++) {
-            first += COLLOCATION.a[i * S + j] * accelerations[j * N + k];
-            second += MODES.squared[i * S + j] * accelerations[j * N + k];
+            first += COLLOCATION.a[i * S + j] * accelerations[j * R + k];
+            second += MODES.squared[i * S + j] * accelerations[j * R + k];
         }
-        states[k] = x[k] + h * (COLLOCATION.c[i] * x[N + k] + h * second);
+        if (k < N) {
+            states[k] = x[k] + h * (COLLOCATION.c[i] * x[N + k] + h * second);
+        }
         states[N + k] = x[N + k] + h * first;
     }
 }
 
-/* residual[S * N] = qdd at the stages less the accelerations that led there. */
+/* residual[S * R] = qdd and dz/dt at the stages less those that led there. */
 static bool residuals(Instance *instance, Step step, const double accelerations[], double residual[]) {
     double states[N_STATES], derivatives[N_STATES];
     for (int i = 0; i < S; i++) {
@@ -109,8 +113,8 @@ static bool residuals(Instance *instance, Step step, const double accelerations[
         if (!equations_derivative(instance, time, states, derivatives)) {
             return false;
         }
-        for (int k = 0; k < N; k++) {
-            residual[i * N + k] = derivatives[N + k] - accelerations[i * N + k];
+        for (int k = 0; k < R; k++) {
+            residual[i * R + k] = derivatives[N + k] - accelerations[i * R + k];
         }
     }
     return true;
@@ -119,15 +123,15 @@ static bool residuals(Instance *instance, Step step, const double accelerations[
 /* What a change of the accelerations changes in the states, in units of the tolerance. */
 static double size_of(const Instance *instance, double h, double tolerance, const double change[]) {
     double greatest = 0.0;
-    for (int k = 0; k < N; k++) {
+    for (int k = 0; k < R; k++) {
         const double *x = instance->state.states + k, *nominal = NOMINAL_STATES + k;
         double largest = 0.0;
         for (int i = 0; i < S; i++) {
-            const double size = fabs(change[i * N + k]);
+            const double size = fabs(change[i * R + k]);
             largest = size > largest ? size : largest;
         }
         const double in_velocity = h * largest / (fabs(x[N]) + nominal[N]);
-        const double in_position = h * h * largest / (fabs(x[0]) + nominal[0]);
+        const double in_position = k < N ? h * h * largest / (fabs(x[0]) + nominal[0]) : 0.0;
         const double size = in_velocity > in_position ? in_velocity : in_position;
         greatest = size > greatest ? size : greatest;
     }
@@ -147,47 +151,47 @@ static void weigh_stages(double x, double weights[]) {
 void radau_polynomial(const SolverMemory *memory, double x, double accelerations[]) {
     double weights[S];
     weigh_stages(x, weights);
-    for (int k = 0; k < N; k++) {
+    for (int k = 0; k < R; k++) {
         accelerations[k] = 0.0;
         for (int j = 0; j < S && memory->length > 0.0; j++) {
-            accelerations[k] += weights[j] * memory->accelerations[j * N + k];
+            accelerations[k] += weights[j] * memory->accelerations[j * R + k];
         }
     }
 }
 
-/* The accelerations[n] at the present time that go with the last step that was solved: of the equations where it begins
+/* The accelerations[r] at the present time that go with the last step that was solved: of the equations where it begins
    and where it ends, else of the polynomial. */
 static void expect(const State *state, double now, double accelerations[]) {
     const SolverMemory *memory = &state->solver;
     if (memory->length > 0.0 && (state->time == memory->start || state->time == memory->end)) {
         memcpy(accelerations, state->time == memory->end ? memory->end_accelerations : memory->start_accelerations,
-               N * sizeof(double));
+               R * sizeof(double));
     } else {
         radau_polynomial(memory, now, accelerations);
     }
 }
 
-/* Where the iterations begin: the polynomial through the accelerations of the last step that was solved, continued, and
-   moved by what was changed since, inputs for instance. Only by that: between steps the accelerations show the error
-   times the stiffness. */
+/* Where the iterations begin: the polynomial through the accelerations of the last solved step, continued, and moved by
+   what was changed since, inputs for instance. It is moved by that alone, because between steps the accelerations show
+   the error times the stiffness. */
 static void predict(const Instance *instance, Step step, double accelerations[]) {
     const State *state = &instance->state;
     const SolverMemory *memory = &state->solver;
     const double rate = memory->length > 0.0 ? 1.0 / memory->length : 0.0;
     const double now = rate * (state->time - memory->start);
-    double expected[N];
+    double expected[R];
     expect(state, now, expected);
     for (int i = 0; i < S; i++) {
-        radau_polynomial(memory, now + rate * COLLOCATION.c[i] * step.length, accelerations + i * N);
-        for (int k = 0; k < N; k++) {
-            accelerations[i * N + k] += state->first_stage[N + k] - expected[k];
+        radau_polynomial(memory, now + rate * COLLOCATION.c[i] * step.length, accelerations + i * R);
+        for (int k = 0; k < R; k++) {
+            accelerations[i * R + k] += state->first_stage[N + k] - expected[k];
         }
     }
 }
 
 /* Newton's method with one linearization, until the rest is small against the error of the step. Where a stiff
-   direction turns, the second change may well be as large as the first one and the third one small; so contractions are
-   means of two. */
+   direction turns, the second change may be as large as the first one and the third one small; so contractions are
+   means over two changes. */
 static bool iterate(Instance *instance, Step step, double tolerance, double accelerations[]) {
     const double enough = fmax(10.0 * DBL_EPSILON / tolerance, fmin(0.03, sqrt(tolerance)));
     double residual[SIZE], change[SIZE];
@@ -219,7 +223,7 @@ static bool iterate(Instance *instance, Step step, double tolerance, double acce
     return report_iteration(instance, step);
 }
 
-/* With K and D as they are, or anew where those do not do. */
+/* Tries with K and D as they are, and with new ones if that fails. */
 bool radau_solve(Instance *instance, Step step, double tolerance, double accelerations[]) {
     SolverMemory *memory = &instance->state.solver;
     if (memory->linearized && memory->contraction < KEEP && factorize(instance, step) &&
@@ -229,18 +233,18 @@ bool radau_solve(Instance *instance, Step step, double tolerance, double acceler
     return linearize(instance) && factorize(instance, step) && iterate(instance, step, tolerance, accelerations);
 }
 
-void radau_filter(const Instance *instance, double h, double r[]) {
+void radau_filter(const Instance *instance, double h, double x[]) {
     const SolverScratch *work = &instance->scratch.solver;
     const double g = h * MODES.real;
-    double right[N];
-    for (int k = 0; k < N; k++) {
-        right[k] = r[N + k];
+    double right[R];
+    for (int k = 0; k < R; k++) {
+        right[k] = x[N + k];
         for (int l = 0; l < N; l++) {
-            right[k] += g * instance->state.solver.stiffness[k * N + l] * r[l];
+            right[k] += g * instance->state.solver.stiffness[k * N + l] * x[l];
         }
     }
-    lu_solve(work->real_matrix, work->real_rows, N, right, r + N);
+    lu_solve(work->real_matrix, work->real_rows, R, right, x + N);
     for (int k = 0; k < N; k++) {
-        r[k] += g * r[N + k];
+        x[k] += g * x[N + k];
     }
 }

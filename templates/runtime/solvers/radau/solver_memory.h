@@ -5,28 +5,29 @@
 #include <stdbool.h>
 #include <stdint.h>
 
-#include "mechanism.h"
+#include "sizes.h"
 
-/* What is carried along from step to step. None of it has to fit: it makes the iterations short. */
+/* What is carried along from step to step. It only makes the iterations short: results stay right if it does not fit.
+   */
 typedef struct {
     int64_t linearized;                              /* stiffness and damping were computed */
-    double stiffness[N_COORDINATES * N_COORDINATES]; /* dqdd/dq at a point passed, row-major */
-    double damping[N_COORDINATES * N_COORDINATES];   /* dqdd/dqd at the same point */
+    double stiffness[N_RATES * N_COORDINATES];       /* d(qdd, dz/dt)/dq at a point passed, row-major */
+    double damping[N_RATES * N_RATES];               /* d(qdd, dz/dt)/d(qd, z) at the same point */
     double contraction;                              /* of the last iterations with them */
     double start, end;                               /* s; of the last step that was solved */
     double length;                                   /* s; of that step, 0: there was none */
-    double accelerations[STAGES * N_COORDINATES];    /* at its stages */
-    double start_accelerations[N_COORDINATES];       /* at its start, as the equations say */
-    double end_accelerations[N_COORDINATES];         /* at its end, as the equations say */
+    double accelerations[STAGES * N_RATES];          /* at its stages, with the derivatives of further states */
+    double start_accelerations[N_RATES];             /* at its start, as the equations say */
+    double end_accelerations[N_RATES];               /* at its end, as the equations say */
 } SolverMemory;
 
 /* The linearized equations of a step, row-major. */
 typedef struct {
-    double jacobian[2 * N_COORDINATES * N_COORDINATES];    /* see jacobian.h */
-    double real_matrix[N_COORDINATES * N_COORDINATES];     /* of the real mode of the stages */
-    double pair_matrix[4 * N_COORDINATES * N_COORDINATES]; /* of their complex pair of modes */
-    int real_rows[N_COORDINATES];
-    int pair_rows[2 * N_COORDINATES];
+    double jacobian[N_STATES * N_RATES];       /* see jacobian.h */
+    double real_matrix[N_RATES * N_RATES];     /* of the real mode of the stages */
+    double pair_matrix[4 * N_RATES * N_RATES]; /* of their complex pair of modes */
+    int real_rows[N_RATES];
+    int pair_rows[2 * N_RATES];
     double errors[2][N_STATES]; /* estimates */
 } SolverScratch;
 

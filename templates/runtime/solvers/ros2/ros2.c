@@ -10,7 +10,8 @@
 
        (I - s V - s^2 P) b = r_b + s P r_a,   a = r_a + s b
 
-   A step takes two evaluations of the equations, at most 2n tangents (see COLOURS) and one factorisation, always.
+   Further states join the velocities: b then has their part too, and P no columns for it. A step takes two evaluations
+   of the equations, at most N_STATES tangents (see COLOURS) and one factorisation, always.
 
    Without iteration J must hold over the whole step. Where a stiff direction turns in it, as that of a rod which is
    nearly rigid does, the stage leaves the slow motion by v^2 h^2 / 2 and is sent back along the direction of the start:
@@ -27,58 +28,59 @@
 
 const Method METHOD = {.name = "ros2", .order = 2, .damps = true};
 
-enum { N = N_COORDINATES };
+enum { N = N_COORDINATES, R = N_RATES };
 
 static const double GAMMA = 0.2928932188134524755991556; /* 1 - 1/sqrt(2) */
-static const double PART = 0.03;  /* of the velocities' change in a step, which the linearization may miss */
-static const double SMALL = 3e-6; /* of the velocities themselves: such a part that it misses is passed over */
+static const double PART = 0.03;  /* the linearization may miss this part of the velocities' change in a step */
+static const double SMALL = 3e-6; /* it may always miss this part of the velocities themselves */
 
 /* matrix = I - s V - s^2 P, row-major. */
 static void assemble(const double jacobian[], double s, double matrix[]) {
-    for (int i = 0; i < N; i++) {
-        for (int j = 0; j < N; j++) {
-            const double p = jacobian[j * N + i], v = jacobian[(N + j) * N + i];
-            matrix[i * N + j] = (i == j ? 1.0 : 0.0) - s * (v + s * p);
+    for (int i = 0; i < R; i++) {
+        for (int j = 0; j < R; j++) {
+            const double p = j < N ? jacobian[j * R + i] : 0.0, v = jacobian[(N + j) * R + i];
+            matrix[i * R + j] = (i == j ? 1.0 : 0.0) - s * (v + s * p);
         }
     }
 }
 
-/* Overwrites r[2n] by the solution k of (I - s J) k = r. */
+/* Overwrites r[N_STATES] by the solution k of (I - s J) k = r. */
 static void solve_stage(const double jacobian[], const double matrix[], const int rows[], double s, double r[]) {
-    double b[N];
+    double b[R];
     for (int j = 0; j < N; j++) {
-        for (int i = 0; i < N; i++) {
-            r[N + i] += s * jacobian[j * N + i] * r[j];
+        for (int i = 0; i < R; i++) {
+            r[N + i] += s * jacobian[j * R + i] * r[j];
         }
     }
-    lu_solve(matrix, rows, N, r + N, b);
+    lu_solve(matrix, rows, R, r + N, b);
     memcpy(r + N, b, sizeof b);
     for (int i = 0; i < N; i++) {
         r[i] += s * r[N + i];
     }
 }
 
-/* The accelerations that the equations have more at the new states than at the second stage, where they are f2, but for
-   what J tells of the difference. Both are at the end of the step, so that what moves with time is no part of it. */
+/* By how much the accelerations and the derivatives of further states at the new states exceed those at the second
+   stage, f2, beyond what J tells of the difference. Both are at the end of the step, so that what moves with time has no
+   part in it. */
 static double beyond_linear(const Scratch *scratch, const double f2[], int i) {
     double rest = scratch->new_derivatives[N + i] - f2[i];
     for (int j = 0; j < N_STATES; j++) {
-        rest -= scratch->solver.jacobian[j * N + i] * (scratch->new_states[j] - scratch->stage_states[j]);
+        rest -= scratch->solver.jacobian[j * R + i] * (scratch->new_states[j] - scratch->stage_states[j]);
     }
     return rest;
 }
 
-/* Compares what these do to the velocities in a step with the change of the velocities; maxima in nominal units. */
+/* Compares what beyond_linear changes the velocities by in a step with their whole change; maxima in nominal units. */
 static void compare_with_linearization(Instance *instance, Step step, const int rows[], const double f2[]) {
     Scratch *scratch = &instance->scratch;
     const double *x = instance->state.states, *x_new = scratch->new_states;
-    double rest[N], answer[N];
+    double rest[R], answer[R];
     double missed = 0.0, change = 0.0, size = 1.0;
-    for (int i = 0; i < N; i++) {
+    for (int i = 0; i < R; i++) {
         rest[i] = beyond_linear(scratch, f2, i);
     }
-    lu_solve(scratch->solver.matrix, rows, N, rest, answer);
-    for (int i = 0; i < N; i++) {
+    lu_solve(scratch->solver.matrix, rows, R, rest, answer);
+    for (int i = 0; i < R; i++) {
         missed = fmax(missed, fabs(step.length * answer[i]) / NOMINAL_STATES[N + i]);
         change = fmax(change, fabs(x_new[N + i] - x[N + i]) / NOMINAL_STATES[N + i]);
         size = fmax(size, fabs(x_new[N + i]) / NOMINAL_STATES[N + i]);
@@ -91,14 +93,14 @@ bool solver_step(Instance *instance, Step step) {
     Scratch *scratch = &instance->scratch;
     double *k1 = scratch->solver.stages[0], *k2 = scratch->solver.stages[1];
     const double s = GAMMA * step.length;
-    double f2[N];
-    int rows[N_COORDINATES];
+    double f2[R];
+    int rows[R];
 
     if (!equations_jacobian(instance, state->time, state->states, scratch->solver.jacobian)) {
         return false;
     }
     assemble(scratch->solver.jacobian, s, scratch->solver.matrix);
-    if (!lu_factorize(scratch->solver.matrix, rows, N)) {
+    if (!lu_factorize(scratch->solver.matrix, rows, R)) {
         return report_iteration(instance, step);
     }
     memcpy(k1, state->first_stage, sizeof state->first_stage);
@@ -125,7 +127,7 @@ bool solver_step(Instance *instance, Step step) {
     return true;
 }
 
-/* Steps of fixed length need neither of these. */
+/* Steps of fixed length need neither of the next two functions. */
 double solver_error(const Instance *instance, Step step, double tolerance, int *worst) {
     (void)instance;
     (void)step;

@@ -4,11 +4,12 @@
 
 #include "mechanism.h"
 #include "no_memory.h"
+#include "sizes.h"
 
 typedef struct {
     double stages[STAGES][N_STATES]; /* k1 and k2 */
-    double jacobian[2 * N_COORDINATES * N_COORDINATES]; /* see jacobian.h */
-    double matrix[N_COORDINATES * N_COORDINATES];       /* of the systems of a step, factorised */
+    double jacobian[N_STATES * N_RATES]; /* see jacobian.h */
+    double matrix[N_RATES * N_RATES];    /* of the systems of a step, factorised */
     double missed; /* what the linearization missed of the last step, see solver_stiffness */
 } SolverScratch;
 

@@ -71,7 +71,7 @@ double solver_error(const Instance *instance, Step step, double tolerance, int *
 /* Two stages are derivatives at the same time, at states that differ by an error of the method: where a fast decay is
    unstable, along its direction. Hairer, Wanner, Solving Ordinary Differential Equations II, 2nd edition,
    section IV.2, stiffness detection. Here the difference of the accelerations is held against those of velocities and
-   coordinates, in nominal values: for a decay both give its rate, for a vibration the lesser one at most its
+   coordinates, in nominal values, further states counting with the velocities: for a decay both give its rate, for a vibration the lesser one at most its
    frequency. */
 double solver_stiffness(const Instance *instance) {
     const Scratch *scratch = &instance->scratch;
@@ -82,7 +82,7 @@ double solver_stiffness(const Instance *instance) {
     tableau_difference(stages_of(instance), difference);
     for (int i = 0; i < N_STATES; i++) {
         const double distance = difference[i] / NOMINAL_STATES[i];
-        apart[i / N_COORDINATES] += distance * distance;
+        apart[i < N_COORDINATES ? 0 : 1] += distance * distance;
     }
     const double *at = scratch->solver.stages[TABLEAU.twin], *before = scratch->solver.stages[TABLEAU.twin - 1];
     for (int i = N_COORDINATES; i < N_STATES; i++) {

@@ -30,7 +30,7 @@ extern const Tableau TABLEAU;
 void tableau_states(int stage, double h, const double *RESTRICT x, const double (*RESTRICT k)[N_STATES],
                     double *RESTRICT result);
 
-/* error and other[N_STATES] = both error estimates, 0 for those that the method has not. */
+/* error and other[N_STATES] = the two error estimates; 0 for an estimate that the method does not have. */
 void tableau_errors(double h, const double (*RESTRICT k)[N_STATES], double *RESTRICT error, double *RESTRICT other);
 
 /* difference[N_STATES] = what the states at the twin and at the stage before it differ by, in units of h. */

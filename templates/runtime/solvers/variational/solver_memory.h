@@ -12,7 +12,7 @@ typedef struct {
     double momenta[N_COORDINATES];
     double rest_coordinates[N_COORDINATES];
     double rest_momenta[N_COORDINATES];
-    int64_t valid; /* nothing but motion inputs was changed since */
+    int64_t valid; /* nothing but motion inputs was changed since they were kept */
     int64_t moved; /* motion inputs were changed: the velocities do not belong to the momenta yet */
 } SolverMemory;
 
@@ -20,8 +20,8 @@ typedef struct {
     int none; /* C has no struct without members */
 } SolverScratch;
 
-/* Something was changed, motion: a motion input. Forces are finite: where a support jumps, momenta go on and velocities
-   do not. */
+/* Forgets what a change makes invalid; motion: a motion input was changed. Forces are finite, so that the momenta go on
+   where a support jumps, but the velocities do not. */
 static inline void solver_forget(SolverMemory *memory, bool motion) {
     if (motion) {
         memory->moved = 1;

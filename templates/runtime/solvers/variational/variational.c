@@ -17,6 +17,9 @@
    velocities where M is regular: if it never is, L holds an energy of the constraints' velocities, which is 0 along
    the motion.
 
+   Further states z are collocated at the same points, Z_i = z + h sum_j a_ij dz/dt_j, so that q and z together make one
+   part of a partitioned method and p the other: the order is that of the method, Hairer, Lubich, Wanner, theorem II.2.2.
+
    The equations are solved to rounding and the sums are compensated, so that rounding errors do not add up to a drift:
    Hairer, McLachlan, Razakarivony, Achieving Brouwer's law with implicit Runge-Kutta methods, BIT 48, 2008. */
 #include <float.h>
@@ -33,13 +36,10 @@
 
 enum { N = N_COORDINATES, S = STAGES, MOST_ITERATIONS = 100 };
 
-static const double CONVERGED = 1e-9; /* relative changes below this may come to rest at rounding */
-static const double RESTING_PART = 16.0 * DBL_EPSILON / 1e-9; /* so may those that move a coordinate by 16 units */
+static const double CONVERGED = 1e-9; /* relative changes below this may stay as they are, by rounding */
+static const double RESTING_PART = 16.0 * DBL_EPSILON / 1e-9; /* so may changes of 16 rounding errors */
 
-static void evaluate(Instance *instance, double time, const double q[], const double qd[], double momenta[],
-                     double forces[]) {
-    double states[N_STATES];
-    pack(q, qd, states);
+static void evaluate(Instance *instance, double time, const double states[], double momenta[], double forces[]) {
     mechanism_canonical(time, states, inputs_at(instance, time), instance->state.parameters, momenta, forces);
 }
 
@@ -62,22 +62,66 @@ static bool factorize(Instance *instance, double time, const double states[]) {
            mass_regular(instance, time, states, system);
 }
 
+/* Further states at stage i or, for i = S, at the end of the step, of the derivatives that are known at the stages. */
+static double further_at(const Instance *instance, double h, const Stages *stages, int i, int k) {
+    const double *weights = i < S ? COLLOCATION.a + i * S : COLLOCATION.b;
+    double sum = 0.0;
+    for (int j = 0; j < S; j++) {
+        sum += weights[j] * stages->rates[j][k];
+    }
+    return instance->state.states[2 * N + k] + h * sum;
+}
+
+/* Their derivatives at the stages; the system that is factorised in scratch stays. */
+static bool rate_further(Instance *instance, Step step, Stages *stages) {
+    System *system = &instance->scratch.system;
+    const System kept = *system;
+    bool known = true;
+    for (int i = 0; i < S && known; i++) {
+        double states[N_STATES], derivatives[N_STATES];
+        stage_states(stages, i, states);
+        known = equations_derivative(instance, stage_time(instance, step, i), states, derivatives);
+        memcpy(stages->rates[i], derivatives + 2 * N, N_FURTHER * sizeof(double));
+    }
+    *system = kept;
+    return known;
+}
+
+/* Further states at the stages, moved on by one round. Returns the greatest relative change, infinite where they have
+   no derivative. */
+static double correct_further(Instance *instance, Step step, Stages *stages) {
+    double greatest = 0.0;
+    if (N_FURTHER > 0 && !rate_further(instance, step, stages)) {
+        return HUGE_VAL;
+    }
+    for (int i = 0; i < S; i++) {
+        for (int k = 0; k < N_FURTHER; k++) {
+            const double z = further_at(instance, step.length, stages, i, k);
+            const double relative = fabs(z - stages->further[i][k]) / (fabs(z) + NOMINAL_STATES[2 * N + k]);
+            greatest = isfinite(relative) ? fmax(greatest, relative) : HUGE_VAL;
+            stages->further[i][k] = z;
+        }
+    }
+    return greatest;
+}
+
 /* Coordinates, momenta and forces that belong to the velocities. */
 static void complete(Instance *instance, Step step, Stages *stages) {
     for (int i = 0; i < S; i++) {
+        double states[N_STATES];
         for (int k = 0; k < N; k++) {
             stages->coordinates[i][k] =
                 instance->state.states[k] + step.length * weighed(COLLOCATION.a + i * S, stages->velocities, k);
         }
-        evaluate(instance, stage_time(instance, step, i), stages->coordinates[i], stages->velocities[i],
-                 stages->momenta[i], stages->forces[i]);
-        stages_constrain(instance, stage_time(instance, step, i), stages, i);
+        stage_states(stages, i, states);
+        evaluate(instance, stage_time(instance, step, i), states, stages->momenta[i], stages->forces[i]);
+        stages_constrain(instance, stage_time(instance, step, i), states, stages, i);
     }
 }
 
-/* One round: each V_i is corrected by M^-1 times what its momentum misses, with M at the start of the step. Returns the
-   greatest relative change. Constraints determine velocities up to the rounding of coordinates divided by h, which in
-   very short steps is more than the rounding of velocities. */
+/* One round of the iteration: each V_i is corrected by M^-1 times what is missing from its momentum, with M at the
+   start of the step. Returns the greatest relative change. Constraints determine velocities up to the rounding of
+   coordinates divided by h, which in very short steps is more than the rounding of velocities. */
 static double correct(Instance *instance, Step step, const double p[], Stages *stages) {
     static const double RESTING[SIZE_CONSTRAINTS];
     double changes[S][N_UNKNOWNS];
@@ -108,7 +152,8 @@ static bool solve_stages(Instance *instance, Step step, const double p[], Stages
     double previous = HUGE_VAL;
     for (int i = 0; i < MOST_ITERATIONS; i++) {
         complete(instance, step, stages);
-        const double change = correct(instance, step, p, stages);
+        const double further = correct_further(instance, step, stages);
+        const double change = fmax(further, correct(instance, step, p, stages));
         if (change == 0.0 || (change <= CONVERGED && change >= previous)) {
             complete(instance, step, stages);
             return true;
@@ -121,7 +166,7 @@ static bool solve_stages(Instance *instance, Step step, const double p[], Stages
     return report_iteration(instance, step);
 }
 
-/* x + increment with the error of earlier sums in rest, which is brought up to date. */
+/* Returns x + increment. The error that earlier sums left in rest goes in, and that of this sum comes out. */
 static double add_compensated(double x, double increment, double *rest) {
     const double whole = increment + *rest;
     const double sum = x + whole;
@@ -129,23 +174,24 @@ static double add_compensated(double x, double increment, double *rest) {
     return sum;
 }
 
-/* The velocities at a time (s) whose momenta are next->momenta: M qd + a = p, corrected once for rounding. With
-   constraints p is short of an impulse (of the last multiplier), until that makes the velocities meet them. */
-static bool velocities_of(Instance *instance, double time, const double q[], SolverMemory *next, double qd[]) {
-    double resting[N_STATES] = {0.0};
+/* Makes the velocities in states, at a time (s), those whose momenta are next->momenta, M qd + a = p, corrected once for
+   rounding. Under constraints p lacks the impulse of the last multiplier until it makes the velocities meet them. */
+static bool find_velocities(Instance *instance, double time, SolverMemory *next, double states[]) {
+    double resting[N_STATES];
     double impulse[N] = {0.0};
     double momenta[N], forces[N];
-    memcpy(resting, q, N * sizeof(double));
+    memcpy(resting, states, sizeof resting);
+    memset(resting + N, 0, N * sizeof(double));
     if (!factorize(instance, time, resting)) {
         return false;
     }
-    memset(qd, 0, N * sizeof(double));
+    memcpy(states, resting, sizeof resting);
     for (int round = 0; round < 2; round++) {
-        evaluate(instance, time, q, qd, momenta, forces);
+        evaluate(instance, time, states, momenta, forces);
         for (int k = 0; k < N; k++) {
             momenta[k] = next->momenta[k] + impulse[k] - momenta[k];
         }
-        stages_end_step(instance, time, q, momenta, qd, impulse);
+        stages_end_step(instance, time, momenta, states, impulse);
     }
     for (int k = 0; k < N; k++) {
         next->momenta[k] = add_compensated(next->momenta[k], impulse[k], &next->rest_momenta[k]);
@@ -161,17 +207,16 @@ static bool update_momenta(Instance *instance) {
     double forces[N];
     if (!state->solver.valid) {
         memset(&state->solver, 0, sizeof state->solver);
-        evaluate(instance, state->time, state->states, state->states + N, state->solver.momenta, forces);
+        evaluate(instance, state->time, state->states, state->solver.momenta, forces);
         state->solver.valid = 1;
-    } else if (state->solver.moved &&
-               !velocities_of(instance, state->time, state->states, &state->solver, state->states + N)) {
+    } else if (state->solver.moved && !find_velocities(instance, state->time, &state->solver, state->states)) {
         return false;
     }
     state->solver.moved = 0;
     return true;
 }
 
-/* The stages to begin with: as if the accelerations at the start were constant. */
+/* The stages to begin with: as if the accelerations and the further states at the start were constant. */
 static void guess_stages(const Instance *instance, Step step, Stages *stages) {
     const State *state = &instance->state;
     for (int i = 0; i < S; i++) {
@@ -182,6 +227,7 @@ static void guess_stages(const Instance *instance, Step step, Stages *stages) {
         for (int k = 0; k < N; k++) {
             stages->velocities[i][k] = state->states[N + k] + share * step.length * state->first_stage[N + k];
         }
+        memcpy(stages->further[i], state->states + 2 * N, N_FURTHER * sizeof(double));
     }
     stages_guess_multipliers(&instance->scratch.system, stages);
 }
@@ -210,7 +256,10 @@ bool solver_step(Instance *instance, Step step) {
         scratch->new_states[k] = add_compensated(state->states[k], shift, &next.rest_coordinates[k]);
         next.momenta[k] = add_compensated(state->solver.momenta[k], kick, &next.rest_momenta[k]);
     }
-    if (!velocities_of(instance, step.end, scratch->new_states, &next, scratch->new_states + N) ||
+    for (int k = 0; k < N_FURTHER; k++) {
+        scratch->new_states[2 * N + k] = further_at(instance, step.length, &stages, S, k);
+    }
+    if (!find_velocities(instance, step.end, &next, scratch->new_states) ||
         !equations_derivative(instance, step.end, scratch->new_states, scratch->new_derivatives)) {
         return false;
     }
@@ -247,7 +296,7 @@ const char *solver_iteration_remedy(void) {
                              : "lower solver_step, or export with --solver radau5 if the mechanism is stiff";
 }
 
-/* That is never noticed. */
+/* This family of methods never gives that notice. */
 void solver_stiffness_sentence(const Notice *notice, char text[], size_t size) {
     (void)notice;
     (void)size;

@@ -12,33 +12,35 @@
 typedef struct {
     double velocities[STAGES][N_COORDINATES];
     double coordinates[STAGES][N_COORDINATES];
+    double further[STAGES][SIZE_FURTHER]; /* further states */
+    double rates[STAGES][SIZE_FURTHER];   /* and their derivatives */
     double momenta[STAGES][N_COORDINATES];
     double forces[STAGES][N_COORDINATES];
     double multipliers[STAGES][SIZE_CONSTRAINTS]; /* 0 at the last stage, which no constraint acts on */
     double residuals[STAGES][SIZE_CONSTRAINTS];   /* phi */
 } Stages;
 
-/* states[2n] = [q, qd] */
-static inline void pack(const double q[], const double qd[], double states[]) {
-    memcpy(states, q, N_COORDINATES * sizeof(double));
-    memcpy(states + N_COORDINATES, qd, N_COORDINATES * sizeof(double));
+/* states = [q, qd, z] at stage i */
+static inline void stage_states(const Stages *stages, int i, double states[]) {
+    memcpy(states, stages->coordinates[i], N_COORDINATES * sizeof(double));
+    memcpy(states + N_COORDINATES, stages->velocities[i], N_COORDINATES * sizeof(double));
+    memcpy(states + 2 * N_COORDINATES, stages->further[i], N_FURTHER * sizeof(double));
 }
 
 /* The multipliers to begin with: those at the start of the step, where the system is factorised. */
 void stages_guess_multipliers(const System *system, Stages *stages);
 
-/* Adds the forces of the constraints at stage i, at this time (s), and sets residuals[i] to phi there. */
-void stages_constrain(Instance *instance, double time, Stages *stages, int i);
+/* Adds the forces of the constraints at stage i, at this time (s) and states, and sets residuals[i] to phi there. */
+void stages_constrain(Instance *instance, double time, const double states[], Stages *stages, int i);
 
 /* Corrects the multipliers such that phi vanishes at all stages, to first order. Before, changes[i] are those of
    velocities that leave G qd as it is, with multipliers behind them; after, those that belong to the corrected
    multipliers. h is the length of the step. */
 void stages_meet_constraints(const System *system, double h, Stages *stages, double changes[STAGES][N_UNKNOWNS]);
 
-/* Changes qd so that its momenta grow by missing[n] and an impulse of the constraints, which is added to impulse[n],
-   and G qd + dphi/dt = 0. The system is factorised there. */
-void stages_end_step(Instance *instance, double time, const double q[], const double missing[], double qd[],
-                     double impulse[]);
+/* Changes the velocities in states, at this time (s), so that their momenta grow by missing[n] and an impulse of the
+   constraints, which is added to impulse[n], and G qd + dphi/dt = 0. The system is factorised there. */
+void stages_end_step(Instance *instance, double time, const double missing[], double states[], double impulse[]);
 
 /* Is M regular? Where it is singular and only constraints make the system regular, momenta do not tell the velocities:
    returns false there, with instance->failure. */

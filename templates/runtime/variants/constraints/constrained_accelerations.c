@@ -13,11 +13,10 @@
 #include "mass_matrix.h"
 #include "system.h"
 
-/* Where the square of a constraint's distance falls to this part of what it is at the start, it may be about to be
-   lost. */
+/* A part of the squared distance of a constraint at the start. Below it the constraint may be about to be lost. */
 static const double STILL_THERE = 1e-3;
 
-/* In 1/s. */
+/* The rate (1/s) at which drift from the constraints is damped. */
 static double stabilisation(const Instance *instance) {
     return instance->policy->stabilise ? STABILISATION : 0.0;
 }
@@ -36,12 +35,12 @@ static void find_drift(const Instance *instance, double time, const double state
     }
 }
 
-/* What is remembered of a step serves for so many times the time in which drift is damped. */
+/* What is remembered of a step is used for so many times as long as drift takes to be damped. */
 static const double STALE = 10.0;
 
 /* The accelerations to go on with where a constraint is about to be lost: those at the last accepted step, so that the
-   branch with continuous velocities is followed. An importer may tell of few of its steps; then the accelerations at
-   the last one it told of are continued by their Taylor series, for some time. NULL if there are none. */
+   motion follows the branch with continuous velocities. An importer may report few of its steps; then the accelerations
+   at the last reported one are continued by their Taylor series, for some time. NULL if there are none. */
 static const double *usual_accelerations(Instance *instance, double time) {
     const State *state = &instance->state;
     double *usual = instance->scratch.usual;
@@ -122,5 +121,5 @@ void constraints_remember(Instance *instance, const Motion *motion) {
     }
     state->usual_known = 1;
     state->usual_time = state->time;
-    instance_forget_motion(instance); /* after going back to this State the same values have to come out */
+    instance_forget_motion(instance); /* so that the same values come out after a return to this State */
 }

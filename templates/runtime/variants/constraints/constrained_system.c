@@ -35,7 +35,8 @@ static void add_constraints(System *system, double mass[]) {
     }
 }
 
-/* M, mended where it is singular. */
+/* Factorises M; where M is singular, M with the constraints added to it. Returns false, with instance->failure, if that
+   is singular too. */
 static bool factorize_densely(Instance *instance, double time, const double states[], const double inputs[],
                               System *system) {
     double *mass = instance->scratch.mass;

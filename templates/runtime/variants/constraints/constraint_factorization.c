@@ -9,17 +9,17 @@
 
 enum { N = N_COORDINATES, M = N_CONSTRAINTS };
 
-/* The square of a distance from the span of the other constraints, which of a row alone is 1: a constraint that is
-   nearer counts as redundant. Small enough for mechanisms that work near their singular positions, large enough to pass
-   through one on the continuous branch. */
+/* The squared distance of a constraint from the span of the others, in units of its own length. A constraint that is
+   nearer counts as redundant. The number is small enough for mechanisms that work near their singular positions, and
+   large enough to pass through one on the continuous branch. */
 static const double RANK_TOLERANCE = 1e-10;
 
-/* The same, squared, for rows that were redundant before: drift must not bring them in. */
+/* The same for rows that were redundant before: drift must not bring them in. */
 static const double CLEARLY_INDEPENDENT = 1e-3;
 
-/* The square of a part of the distance at the start: a row that is nearer to the span of the others is about to be
-   lost. In an isolated singular position such a row says 0/0: near it rounding errors grow with the inverse third power
-   of the distance. */
+/* The square of a part of the distance at the start. A row that is nearer to the span of the others is about to be
+   lost. In an isolated singular position such a row says 0/0, and near it rounding errors grow with the inverse third
+   power of the distance. */
 static const double ABOUT_TO_BE_LOST = 1e-5;
 
 static double inner_product(const double a[], const double b[], int count) {
@@ -85,7 +85,7 @@ static double bring_pivot(ConstraintFactorization *result, int k) {
     return a[k * M + k];
 }
 
-/* Column k of L, and the rest of the matrix without its part. */
+/* Writes column k of L and takes its part out of the rest of the matrix. */
 static void eliminate(double a[], int rows, int k) {
     a[k * M + k] = sqrt(a[k * M + k]);
     for (int i = k + 1; i < rows; i++) {
@@ -116,7 +116,7 @@ static void factorize_normal(const ConstraintFactorization *f, double normal[]) 
     }
 }
 
-/* The order to begin with: the known independent rows first. Returns how many of them there are. */
+/* Sets the order to begin with: the known independent rows come first. Returns how many of them there are. */
 static int order_rows(ConstraintFactorization *result, const IndependentRows *known) {
     int placed = 0;
     int independent = 0;
@@ -134,7 +134,7 @@ double constraints_distance(const ConstraintFactorization *f, int k) {
     return f->factor[k * M + k] / f->scale[f->order[k]];
 }
 
-/* How far the row at place k is held, with a continuous slope. */
+/* How far the row at place k is held to its usual multiplier: from 0, not at all, to 1, with a continuous slope. */
 static double hold(const ConstraintFactorization *f, const IndependentRows *known, int k) {
     const double usual = known->distance[f->order[k]];
     if (!(usual > 0.0)) {

@@ -1,4 +1,4 @@
-/* Residuals in nominal values. */
+/* How residuals are measured: relative to the nominal values of the coordinates. */
 #include "constraint_residuals.h"
 
 #include <math.h>

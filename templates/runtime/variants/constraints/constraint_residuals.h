@@ -6,7 +6,7 @@
 
 /* The constraints at some states. */
 typedef struct {
-    double positions[N_HOLONOMIC + 1]; /* one more: there may be none */
+    double positions[N_HOLONOMIC + 1]; /* one more, because C has no array of length 0 */
     double velocities[N_CONSTRAINTS];
     double jacobian[N_CONSTRAINTS * N_COORDINATES];
 } Values;

@@ -11,6 +11,7 @@
 
 #include "least_norm.h"
 #include "polyhedral.h"
+#include "vector_length.h"
 
 enum { FIRST_SWEEPS = 16, MOST_SWEEPS = 16384, MOST_STEPS = 40, MOST_TURNS = 30 };
 
@@ -50,7 +51,7 @@ static void relax(const Laws *laws, int k, double x[], double w[]) {
     for (int i = 0; i < laws->width[k]; i++) {
         trial[i] = x[k + i] - rate * w[k + i];
     }
-    const double length = hypot(trial[0], trial[1]), limit = laws_limit(laws, x, k);
+    const double length = vector_length(trial, 2), limit = laws_limit(laws, x, k);
     const double part = length > limit ? limit / length : 1.0;
     for (int i = 0; i < laws->width[k]; i++) {
         move(laws, k + i, part * trial[i], x, w);
@@ -76,11 +77,11 @@ static void put_held(const Laws *laws, int k, const double w[], double matrix[],
     right[k] = -rate * w[k];
 }
 
-/* Rows k and k + 1 of a cone that slides: x - limit u = 0 with the direction u of x - w / curvature. */
-static void put_sliding(const Laws *laws, int k, const double x[], const double trial[], double matrix[],
+/* Rows k and k + 1 of a cone that slides: x - limit u = 0 with the direction u of the trial x - rate w. */
+static void put_sliding(const Laws *laws, int k, double rate, const double x[], const double trial[], double matrix[],
                         double right[]) {
     const int n = laws->size, width = laws->width[k], normal = laws->normal[k];
-    const double length = hypot(trial[0], trial[1]), limit = laws_limit(laws, x, k), rate = 1.0 / curvature(laws, k);
+    const double length = vector_length(trial, 2), limit = laws_limit(laws, x, k);
     for (int i = 0; i < width; i++) {
         const double u = trial[i] / length;
         double *row = matrix + (k + i) * n;
@@ -108,14 +109,15 @@ static void put_open(const Laws *laws, int k, const double x[], double matrix[],
 }
 
 /* The linearised equations of one row or cone for the change of x. */
-static void linearise(const Laws *laws, int k, const double x[], const double w[], double matrix[], double right[]) {
-    const double rate = 1.0 / curvature(laws, k);
+static void linearise(const Laws *laws, int k, double step, const double x[], const double w[], double matrix[],
+                      double right[]) {
     const int width = laws->width[k], rows = width > 0 ? width : 1;
+    const double rate = (width > 0 ? step : 1.0) / curvature(laws, k);
     double trial[2] = {0.0, 0.0};
     for (int i = 0; i < rows; i++) {
         trial[i] = x[k + i] - rate * w[k + i];
     }
-    const double length = hypot(trial[0], trial[1]), limit = width > 0 ? laws_limit(laws, x, k) : 0.0;
+    const double length = vector_length(trial, 2), limit = width > 0 ? laws_limit(laws, x, k) : 0.0;
     const bool held = width == 0 ? trial[0] > 0.0 : length <= limit && limit > 0.0;
     for (int i = k; i < k + rows; i++) {
         if (held) {
@@ -125,20 +127,20 @@ static void linearise(const Laws *laws, int k, const double x[], const double w[
         }
     }
     if (!held && width > 0 && length > 0.0) {
-        put_sliding(laws, k, x, trial, matrix, right);
+        put_sliding(laws, k, rate, x, trial, matrix, right);
     }
 }
 
-/* From x near a solution to it. */
-static bool refine(const Laws *laws, double x[]) {
+/* From x near a solution to it, with so many times the proximal step for friction. */
+static bool refine_with(const Laws *laws, double step, double x[]) {
     double matrix[MOST_ACTIVE * MOST_ACTIVE], right[MOST_ACTIVE], w[MOST_ACTIVE], change[MOST_ACTIVE];
     bool done = false;
-    for (int step = 0; step < MOST_STEPS && !done; step++) {
+    for (int count = 0; count < MOST_STEPS && !done; count++) {
         double moved = 0.0, size = 0.0;
         laws_evaluate(laws, x, w);
         for (int k = 0; k < laws->size; k++) {
             if (laws->width[k] >= 0) {
-                linearise(laws, k, x, w, matrix, right);
+                linearise(laws, k, step, x, w, matrix, right);
             }
         }
         least_norm_solve(laws->size, matrix, right, change);
@@ -149,7 +151,19 @@ static bool refine(const Laws *laws, double x[]) {
         }
         done = moved <= CONVERGED * size;
     }
-    return done && laws_obeyed(laws, x);
+    return laws_obeyed(laws, x);
+}
+
+/* From a start near a solution to it. The steps differ in where they lead to from afar; the long ones serve where
+   friction wedges. */
+static bool refine(const Laws *laws, const double start[], double x[]) {
+    static const double STEPS[] = {1.0, 10.0, 0.1, 100.0, 3.0};
+    bool solved = false;
+    for (size_t i = 0; i < sizeof STEPS / sizeof *STEPS && !solved; i++) {
+        memcpy(x, start, (size_t)laws->size * sizeof(double));
+        solved = refine_with(laws, STEPS[i], x);
+    }
+    return solved;
 }
 
 /* Turns the axes of a cone by an angle, the first one into the direction (c, s): two entries of a vector. */
@@ -183,7 +197,7 @@ static void find_directions(const Laws *laws, const double x[], double direction
     for (int k = 0; k < laws->size; k++) {
         const double *v = laws->width[k] == 2 && laws_at_rest(laws, x, k) && laws_at_rest(laws, x, k + 1) ? x : w;
         if (laws->width[k] == 2) {
-            const double length = hypot(v[k], v[k + 1]);
+            const double length = vector_length(v + k, 2);
             direction[k] = length > 0.0 ? v[k] / length : 1.0;
             direction[k + 1] = length > 0.0 ? v[k + 1] / length : 0.0;
         }
@@ -196,8 +210,7 @@ static bool follow_edges(const Laws *laws, double x[]) {
     bool solved = false;
     polyhedral_approximate(laws, start);
     for (int turns = 0; turns < MOST_TURNS && !solved; turns++) {
-        memcpy(x, start, sizeof start);
-        solved = refine(laws, x);
+        solved = refine(laws, start, x);
         Laws turned = *laws;
         find_directions(laws, start, direction);
         turn_axes(direction, &turned);
@@ -216,8 +229,7 @@ bool cones_solve(const Laws *laws, double x[]) {
     bool solved = follow_edges(laws, x);
     for (int sweeps = FIRST_SWEEPS; sweeps <= MOST_SWEEPS && !solved; sweeps *= 2) {
         sweep(laws, sweeps, start);
-        memcpy(x, start, sizeof start);
-        solved = refine(laws, x);
+        solved = refine(laws, start, x);
     }
     return solved;
 }

@@ -1,24 +1,16 @@
 /* Which contacts have to stop is found by trial: first each that slides alone, then all of them together. */
-#include <math.h>
 #include <string.h>
 
 #include "complementarity.h"
 #include "impacts.h"
+#include "vector_length.h"
 
 /* Impulses and velocities of this part of the greatest one are rounding errors. */
 static const double ROUNDING = 1e-9;
 
-static double magnitude(const double values[], const ImpactContact *contact) {
-    double sum = 0.0;
-    for (int k = contact->slip; k < contact->slip + contact->slips; k++) {
-        sum = hypot(sum, values[k]);
-    }
-    return sum;
-}
-
 static bool slides(const ImpactProblem *problem, int c) {
     const ImpactContact *contact = &problem->contact[c];
-    return contact->loaded && contact->friction > 0.0 && magnitude(problem->velocities, contact) > 0.0;
+    return contact->loaded && contact->friction > 0.0 && vector_length(problem->velocities + contact->slip, contact->slips) > 0.0;
 }
 
 static void put_law(const ImpactContact *contact, bool stops, Row rows[]) {
@@ -34,7 +26,7 @@ static void put_law(const ImpactContact *contact, bool stops, Row rows[]) {
 /* Is the impulse that stops a contact within its friction cone? */
 static bool possible(const ImpactContact *contact, const double impulses[]) {
     const double normal = impulses[contact->normal];
-    return normal > 0.0 && magnitude(impulses, contact) <= (1.0 + ROUNDING) * contact->friction * normal;
+    return normal > 0.0 && vector_length(impulses + contact->slip, contact->slips) <= (1.0 + ROUNDING) * contact->friction * normal;
 }
 
 /* Stops one contact, or all that slide for -1. */

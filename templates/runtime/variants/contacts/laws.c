@@ -5,6 +5,7 @@
 #include <string.h>
 
 #include "least_norm.h"
+#include "vector_length.h"
 
 /* Violations of this part of the terms in a row are rounding errors, in a solution and in a vanishing w. */
 static const double OBEYED = 1e-9;
@@ -50,18 +51,15 @@ static double terms(const Laws *laws, const double x[], int k) {
 
 /* Coulomb's law, or that of dry friction: x against its greatest magnitude limit, both of width components. */
 static bool friction_obeyed(const double x[], const double w[], int width, double limit, double size) {
-    double force = 0.0, slip = 0.0, difference = 0.0;
-    for (int i = 0; i < width; i++) {
-        force = hypot(force, x[i]);
-        slip = hypot(slip, w[i]);
-    }
+    const double force = vector_length(x, width), slip = vector_length(w, width);
+    double difference[2];
     if (slip <= OBEYED * size) {
         return force <= limit + OBEYED * fmax(size, limit);
     }
     for (int i = 0; i < width; i++) {
-        difference = hypot(difference, x[i] + limit * w[i] / slip);
+        difference[i] = x[i] + limit * w[i] / slip;
     }
-    return difference * slip <= OBEYED * size * fmax(size, limit);
+    return vector_length(difference, width) * slip <= OBEYED * size * fmax(size, limit);
 }
 
 double laws_limit(const Laws *laws, const double x[], int k) {

@@ -10,15 +10,15 @@
 
 enum { N = N_COORDINATES, MOST_ITERATIONS = 50, MOST_TRIALS = 13 };
 
-static const double ROUNDING = 1e-15; /* forces as good as zero, relative to what a nominal displacement makes */
-static const double MET = 1e-11;      /* forces that are near enough to zero where rounding leaves more */
+static const double ROUNDING = 1e-15; /* as good as zero, relative to the force that a nominal displacement makes */
+static const double MET = 1e-11;      /* forces below this are near enough to zero where rounding leaves more */
 static const double HARDLY = 1e-4;    /* see hardly_depend */
 
 static const double REST[N_MASSLESS] = {0.0};
 
 /* The constraints at some states. */
 typedef struct {
-    double positions[N_HOLONOMIC + 1]; /* one more: there may be none */
+    double positions[N_HOLONOMIC + 1]; /* one more, because C has no array of length 0 */
     double velocities[N_CONSTRAINTS];
     double jacobian[N_CONSTRAINTS * N_COORDINATES];
 } Values;
@@ -182,7 +182,8 @@ bool massless_return(Instance *instance) {
     return true;
 }
 
-/* Do the forces change less by this part with what has no mass than with the other coordinates, in nominal values? */
+/* Is the change of the forces with what has no mass smaller, by the factor part, than that with the other coordinates,
+   in nominal values? */
 static bool hardly_depend(const double jacobian[], double part, Slopes *slopes) {
     double scaled[N_CONSTRAINTS * N_COORDINATES];
     for (int k = 0; k < N_CONSTRAINTS; k++) {

@@ -27,11 +27,9 @@ void stages_guess_multipliers(const System *system, Stages *stages) {
     }
 }
 
-void stages_constrain(Instance *instance, double time, Stages *stages, int i) {
-    double states[N_STATES];
+void stages_constrain(Instance *instance, double time, const double states[], Stages *stages, int i) {
     double velocities[M];
     double jacobian[M * N];
-    pack(stages->coordinates[i], stages->velocities[i], states);
     mechanism_constraints(time, states, inputs_at(instance, time), instance->state.parameters, stages->residuals[i],
                           velocities, jacobian);
     for (int k = 0; k < M; k++) {
@@ -82,12 +80,9 @@ void stages_meet_constraints(const System *system, double h, Stages *stages, dou
     }
 }
 
-void stages_end_step(Instance *instance, double time, const double q[], const double missing[], double qd[],
-                     double impulse[]) {
+void stages_end_step(Instance *instance, double time, const double missing[], double states[], double impulse[]) {
     const System *system = &instance->scratch.system;
-    double states[N_STATES];
     double positions[M], velocities[M], jacobian[M * N], change[N_UNKNOWNS];
-    pack(q, qd, states);
     mechanism_constraints(time, states, inputs_at(instance, time), instance->state.parameters, positions, velocities,
                           jacobian);
     for (int k = 0; k < M; k++) {
@@ -95,7 +90,7 @@ void stages_end_step(Instance *instance, double time, const double q[], const do
     }
     system_solve(system, missing, velocities, NULL, change);
     for (int j = 0; j < N; j++) {
-        qd[j] += change[j];
+        states[N + j] += change[j];
         for (int k = 0; k < M; k++) {
             impulse[j] += jacobian[k * N + j] * change[N + k];
         }

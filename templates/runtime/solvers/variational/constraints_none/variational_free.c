@@ -9,9 +9,10 @@ void stages_guess_multipliers(const System *system, Stages *stages) {
     (void)stages;
 }
 
-void stages_constrain(Instance *instance, double time, Stages *stages, int i) {
+void stages_constrain(Instance *instance, double time, const double states[], Stages *stages, int i) {
     (void)instance;
     (void)time;
+    (void)states;
     (void)stages;
     (void)i;
 }
@@ -23,15 +24,13 @@ void stages_meet_constraints(const System *system, double h, Stages *stages, dou
     (void)changes;
 }
 
-void stages_end_step(Instance *instance, double time, const double q[], const double missing[], double qd[],
-                     double impulse[]) {
+void stages_end_step(Instance *instance, double time, const double missing[], double states[], double impulse[]) {
     double change[N];
     (void)time;
-    (void)q;
     (void)impulse;
     system_solve(&instance->scratch.system, missing, NULL, NULL, change);
     for (int k = 0; k < N; k++) {
-        qd[k] += change[k];
+        states[N + k] += change[k];
     }
 }
 

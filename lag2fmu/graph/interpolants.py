@@ -1,0 +1,72 @@
+"""Tables of numbers as piecewise polynomials of one or two arguments, with exact derivatives of any order.
+
+Between two knots an interpolant is a polynomial of ``degree`` in the distance from the lower one, of two arguments a
+tensor product. Source: C. de Boor, A Practical Guide to Splines, chapters VII and XVII.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass, field
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+Floats = NDArray[np.float64]
+
+
+@dataclass(frozen=True, eq=False)
+class Interpolant:
+    """The table ``name``: ``knots`` of each argument, increasing, and ``coefficients`` of ascending powers.
+
+    ``coefficients`` are (n - 1, d + 1) for one argument of n knots, (n - 1, m - 1, d + 1, d + 1) for two, in SI units,
+    d being the ``degree``. ``outside`` the knots: "hold" the value at the nearest one, "extrapolate" by the polynomial
+    there, or "error", no value.
+    """
+
+    name: str
+    knots: tuple[Floats, ...]
+    coefficients: Floats
+    outside: str
+    degree: int = field(init=False)
+
+    def __post_init__(self) -> None:
+        object.__setattr__(self, "degree", self.coefficients.shape[-1] - 1)
+
+    @property
+    def arity(self) -> int:
+        """The number of arguments, 1 or 2."""
+        return len(self.knots)
+
+    def kinks(self, axis: int = 0) -> Floats:
+        """The knots of an argument where the slope jumps: of "linear" those inside, of "hold" both ends too."""
+        inside = self.knots[axis][1:-1] if self.degree == 1 else np.empty(0)
+        ends = self.knots[axis][[0, -1]] if self.outside == "hold" else np.empty(0)
+        return np.sort(np.concatenate([inside, ends]))
+
+    def __call__(self, orders: Sequence[int], *arguments: ArrayLike) -> Floats:
+        """The derivative of ``orders`` (one for each argument) at ``arguments``, which broadcast; nan without a value.
+
+        Knots belong to the interval above them.
+        """
+        given = np.broadcast_arrays(*(np.asarray(x, dtype=np.float64) for x in arguments))
+        cells, powers, lost = [], [], np.zeros(given[0].shape, dtype=bool)
+        flat = np.zeros(given[0].shape, dtype=bool)
+        for x, knots, order in zip(given, self.knots, orders, strict=True):
+            beyond = (x < knots[0]) | (x > knots[-1])
+            lost |= np.isnan(x) | (beyond if self.outside == "error" else False)
+            flat |= beyond & (order > 0) & (self.outside == "hold")
+            at = np.clip(x, knots[0], knots[-1]) if self.outside == "hold" else x
+            cell = np.clip(np.searchsorted(knots, at, side="right") - 1, 0, len(knots) - 2)
+            cells.append(cell)
+            powers.append(self._powers(at - knots[cell], order))
+        value = self.coefficients[tuple(cells)]
+        for weights in reversed(powers):
+            value = (value * (weights if value.ndim == weights.ndim else weights[..., None, :])).sum(axis=-1)
+        return np.where(lost, np.nan, np.where(flat, 0.0, value))
+
+    def _powers(self, s: Floats, order: int) -> Floats:
+        """The derivatives of s^0 ... s^d, (*shape, d + 1)."""
+        factors = [math.perm(k, order) for k in range(self.degree + 1)]
+        return np.stack([f * s ** max(k - order, 0) for k, f in enumerate(factors)], axis=-1)

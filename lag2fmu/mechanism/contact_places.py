@@ -1,0 +1,133 @@
+"""Contacts between places as a gap and slip velocities: points, discs and spheres on lines, planes and one another.
+
+The first end touches, the second is touched. With the distance d from the second to the first, the normal n out of the
+second and the radii r1, r2, the gap is n.d - r1 on a line or plane and |d| - r1 - r2 on a disc or sphere. A slip is the
+velocity, along a tangent, of the first one's material point at the contact relative to that of the second one.
+
+Source: F. Pfeiffer, Ch. Glocker, Multibody Dynamics with Unilateral Contacts, chapter 4; the tangents to a normal that
+moves: T. Duff et al., Building an Orthonormal Basis, Revisited, J. Computer Graphics Techniques 6 (2017).
+"""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+import sympy as sp
+
+from lag2fmu.description.events import CONTACTS, Contact
+from lag2fmu.description.joints import across, direction
+from lag2fmu.description.record import Description
+from lag2fmu.errors import MechanismError
+from lag2fmu.language.vocabulary import Choice
+from lag2fmu.mechanism.planar_joints import angle_of
+from lag2fmu.mechanism.poses import Pose, Poses, location_of
+
+
+class Geometry(NamedTuple):
+    """A ``gap`` (m or rad) and the ``slips`` (per s), of which there are 0, 1 or 2; definitions may be written out."""
+
+    gap: sp.Expr
+    slips: tuple[sp.Expr, ...]
+
+
+def geometry_of(m: Description, contact: Contact, poses: Poses) -> Geometry:
+    """Gap and slips of ``contact``, which has been checked, as they are written or as they follow from its places."""
+    if contact.kind is None:
+        slip = () if contact.slip is None else contact.slip if isinstance(contact.slip, tuple) else (contact.slip,)
+        return Geometry(sp.sympify(contact.gap), slip)
+    a, b, apart = _ends(m, contact, poses)
+    first, second = _radii(contact)
+    if CONTACTS[contact.kind].normal:
+        normal, tangents = _fixed(contact, b, m.dimension == 2)
+        gap = normal.dot(apart) - first
+        on_second = apart - first * normal
+    else:
+        distance = sp.sqrt(apart.dot(apart))
+        normal = apart / distance
+        tangents = [_along_line(normal)] if m.dimension == 2 else _tangents(normal)
+        gap = distance - first - second
+        on_second = second * normal
+    point_a, point_b = (end.origin.applyfunc(poses.rate) for end in (a, b))
+    slip = point_a + a.angular.cross(-first * normal) - point_b - b.angular.cross(on_second)
+    return Geometry(gap, tuple(t.dot(slip) for t in tangents))
+
+
+def _ends(m: Description, contact: Contact, poses: Poses) -> tuple[Pose, Pose, sp.Matrix]:
+    """The poses of both ends, their origins being the places themselves, and the way from the second to the first."""
+    where = f"contacts.{contact.name}.between"
+    name_a, name_b = map(str, contact.between or ())
+    (frame_a, place_a), (frame_b, place_b) = (location_of(m, name, where) for name in (name_a, name_b))
+    if name_a == name_b or (m.dimension == 3 and frame_a == frame_b) or place_a == place_b == ():
+        raise MechanismError(f"{where}: '{name_a}' and '{name_b}' do not move relative to each other; name two that do")
+    if m.dimension == 2:
+        _check_angles(m, contact, where)
+        a, b = (
+            poses.planar(poses.column(place), angle_of(m, name) or sp.S.Zero)
+            for name, place in ((name_a, place_a), (name_b, place_b))
+        )
+    else:
+        base = poses.common(frame_a, frame_b)
+        a, b = (_pose(poses, frame, place, base) for frame, place in ((frame_a, place_a), (frame_b, place_b)))
+    return a, b, a.origin - b.origin
+
+
+def _pose(poses: Poses, frame: str, place: tuple[sp.Expr, ...], base: str) -> Pose:
+    pose = poses.pose(frame, base)
+    return pose._replace(origin=pose.at(poses.column(place)))
+
+
+def _check_angles(m: Description, contact: Contact, where: str) -> None:
+    """Raise MechanismError for an end that turns in a way nobody says: a line, and with friction a disc.
+
+    A particle does not turn.
+    """
+    particles = {part.name for part in m.bodies if part.angle is None}
+    first, second = map(str, contact.between or ())
+    on_line = CONTACTS[str(contact.kind)].normal
+    turning = [second] if on_line else []
+    if not frictionless(contact):
+        radius_a, radius_b = _radii(contact)
+        turning += [name for name, radius in ((first, radius_a), (second, radius_b)) if radius != 0]
+    for name in turning:
+        if angle_of(m, name) is None and name not in particles:
+            raise MechanismError(f"{where}: '{name}' has no 'angle', which '{contact.kind}' needs; give it, or 0")
+
+
+def frictionless(contact: Contact) -> bool:
+    """Whether both coefficients of friction are the number 0."""
+    return contact.friction == 0 and contact.static_friction in (None, 0)
+
+
+def _radii(contact: Contact) -> tuple[sp.Expr, sp.Expr]:
+    """The radii of the first and the second end, 0 for what has none."""
+    radius = contact.radius
+    if isinstance(radius, tuple):
+        return (radius[0], radius[1]) if len(radius) == 2 else (radius[0], sp.S.Zero)
+    one = sp.S.Zero if radius is None else sp.sympify(radius)
+    return (sp.S.Zero, one) if str(contact.kind).startswith("point_") else (one, sp.S.Zero)
+
+
+def _fixed(contact: Contact, second: Pose, planar: bool) -> tuple[sp.Matrix, list[sp.Matrix]]:
+    """The normal that is fixed in the ``second`` end, and the tangents to it."""
+    axis = contact.normal
+    vector = direction(axis) if isinstance(axis, str) else sp.Matrix(axis)
+    normal = vector / sp.sqrt(sp.trigsimp(vector.dot(vector)))
+    in_space = _tangents if vector.free_symbols else lambda _: across(axis)
+    tangents = [_along_line(normal)] if planar else list(in_space(normal))
+    return second.rotation * normal, [second.rotation * tangent for tangent in tangents]
+
+
+def _along_line(normal: sp.Matrix) -> sp.Matrix:
+    """The tangent in the plane: x for the normal y."""
+    return sp.Matrix([normal[1], -normal[0], 0])
+
+
+def _tangents(normal: sp.Matrix) -> list[sp.Matrix]:
+    """Two unit vectors that make a right-handed triple with ``normal`` behind them, without singular direction."""
+    x, y, z = normal
+    side = Choice(z, sp.S.One, sp.S.NegativeOne)
+    a = -1 / (side + z)
+    return [
+        sp.Matrix([1 + side * x**2 * a, side * x * y * a, -side * x]),
+        sp.Matrix([x * y * a, side + y**2 * a, -y]),
+    ]

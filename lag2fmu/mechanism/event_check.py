@@ -1,0 +1,290 @@
+"""Are contacts, stops, frictions, conditions and further states sound? Run once, when the record is built.
+
+First what is written is checked, then what it means: numbers at the parameters' values, and gaps at the start.
+"""
+
+from __future__ import annotations
+
+import math
+import random
+from collections.abc import Iterable, Iterator, Mapping
+
+import sympy as sp
+
+from lag2fmu.description import names
+from lag2fmu.description.events import CONTACTS, IMPACTS, LAWS, Contact, Friction, Stop
+from lag2fmu.description.names import suggestion
+from lag2fmu.description.record import Description
+from lag2fmu.errors import MechanismError
+from lag2fmu.language.expressions import free_names, symbol, to_text, value_of
+from lag2fmu.language.vocabulary import TableCall
+from lag2fmu.mechanism.contact_places import frictionless
+from lag2fmu.mechanism.geometry import values_of
+from lag2fmu.mechanism.poses import Poses
+from lag2fmu.mechanism.scope import Scope
+from lag2fmu.mechanism.unilaterals import Unilateral
+
+_NO_VALUE = (KeyError, ValueError, ArithmeticError)
+_TRIALS, _ROUNDING = 8, 1e-9
+
+_OF_PLACES = ("between", "normal", "radius")
+_OF_COMPLIANCE = ("stiffness", "damping", "slip_speed")
+
+
+# ------------------------------------------------------------------------------------------------- what is written
+
+
+def check_events(m: Description) -> None:
+    """Raise MechanismError for keys of contacts, stops and frictions that do not go together."""
+    if m.impacts not in IMPACTS:
+        raise MechanismError(f"mechanism.impacts: '{m.impacts}' is unknown; give 'sequential' or 'simultaneous'")
+    for contact in m.contacts:
+        where = f"contacts.{contact.name}"
+        if contact.kind is None:
+            _check_gap(contact, where)
+        else:
+            _check_places(m, contact, where)
+        _check_law(contact, where)
+    for stop in m.stops:
+        if stop.lower is None and stop.upper is None:
+            raise MechanismError(f"stops.{stop.name}: 'lower' and 'upper' are missing; give at least one of them")
+    for state in m.states:
+        if not math.isfinite(state.start):
+            raise MechanismError(f"states.{state.name}.start: {state.start!r} is not a finite number")
+        if not (math.isfinite(state.nominal) and state.nominal > 0):
+            raise MechanismError(f"states.{state.name}.nominal: {state.nominal!r} is not positive")
+
+
+def _check_gap(contact: Contact, where: str) -> None:
+    """A contact by gap and slip."""
+    for key in _OF_PLACES:
+        if getattr(contact, key) is not None:
+            raise MechanismError(f"{where}.{key}: goes with 'kind'; give it, or leave '{key}' out")
+    if contact.gap is None:
+        raise MechanismError(f"{where}: 'gap' is missing; give it, or a 'kind' with 'between'")
+    if isinstance(contact.slip, tuple) and len(contact.slip) > 2:
+        raise MechanismError(f"{where}.slip: has {len(contact.slip)} entries; give one, or 2 in space")
+    if contact.slip is None and not frictionless(contact):
+        key = "friction" if contact.friction != 0 else "static_friction"
+        raise MechanismError(
+            f"{where}.{key}: '{getattr(contact, key)}' without 'slip'; give the relative tangential velocity that "
+            "friction opposes"
+        )
+
+
+def _check_places(m: Description, contact: Contact, where: str) -> None:
+    """A contact of a kind between two places; where they are is checked when the gap is made."""
+    kind = str(contact.kind)
+    if kind not in CONTACTS:
+        raise MechanismError(f"{where}.kind: '{kind}' is no contact; {suggestion(kind, CONTACTS)}")
+    for key in ("gap", "slip"):
+        if getattr(contact, key) is not None:
+            raise MechanismError(f"{where}: '{key}' and 'kind' exclude each other; leave one out")
+    of = CONTACTS[kind]
+    if of.entries != m.dimension:
+        fitting = ", ".join(name for name, other in CONTACTS.items() if other.entries == m.dimension)
+        raise MechanismError(f"{where}.kind: positions have {m.dimension} entries; '{kind}' is none of {fitting}")
+    if contact.between is None or len(contact.between) != 2:
+        found = "is missing" if contact.between is None else f"has {len(contact.between)} ends"
+        raise MechanismError(f"{where}: 'between' {found}; name what touches, then what it touches")
+    for key, needed in (("normal", of.normal), ("radius", of.radii > 0)):
+        if (getattr(contact, key) is not None) != needed:
+            raise MechanismError(
+                f"{where}: '{key}' is missing" if needed else f"{where}.{key}: does not go with '{kind}'; leave it out"
+            )
+    _check_normal(m, contact, where)
+    count = len(contact.radius) if isinstance(contact.radius, tuple) else of.radii and 1
+    if count != of.radii:
+        raise MechanismError(f"{where}.radius: has {count} entries; '{kind}' has {of.radii}")
+
+
+def _check_normal(m: Description, contact: Contact, where: str) -> None:
+    """In the plane the normal is in it; it has a length at the parameters' values."""
+    if contact.normal is None:
+        return
+    planar = m.dimension == 2
+    axis = contact.normal
+    if planar and (axis == "z" or (not isinstance(axis, str) and sp.sympify(axis[2]) != 0)):
+        raise MechanismError(
+            f"{where}.normal: '{axis}' is out of the plane; give 'x', 'y' or a vector of 3 entries, the last one 0"
+        )
+    numbers = [] if isinstance(axis, str) else [_value(sp.sympify(x), values_of(m)) for x in axis]
+    if numbers and not any(x is None or x for x in numbers):
+        raise MechanismError(f"{where}.normal: {list(axis)} is the zero vector at the values given, which is no normal")
+
+
+def _check_law(contact: Contact, where: str) -> None:
+    """An ideal contact has no stiffness, a compliant one has no restitution."""
+    if contact.law not in LAWS:
+        raise MechanismError(f"{where}.law: '{contact.law}' is unknown; give one of {', '.join(LAWS)}")
+    if contact.law == "ideal":
+        for key in _OF_COMPLIANCE:
+            if getattr(contact, key) is not None:
+                raise MechanismError(f"{where}.{key}: goes with law = 'compliant'; give it, or leave '{key}' out")
+        return
+    if contact.stiffness is None:
+        raise MechanismError(f"{where}: 'stiffness' is missing, which a compliant contact needs")
+    if contact.restitution != 0:
+        raise MechanismError(f"{where}.restitution: a compliant contact loses energy by its 'damping'; leave it out")
+    if contact.static_friction is not None:
+        raise MechanismError(
+            f"{where}.static_friction: a compliant contact does not stick; leave it out, or take an ideal contact"
+        )
+    if (contact.friction != 0) != (contact.slip_speed is not None):
+        key, other = ("friction", "slip_speed")[:: 1 if contact.friction != 0 else -1]
+        raise MechanismError(f"{where}: '{other}' is missing; '{key}' of a compliant contact goes with it")
+
+
+# ------------------------------------------------------------------------------------------------- what it means
+
+
+def check_meaning(m: Description, scope: Scope, unilaterals: Iterable[Unilateral]) -> None:
+    """Raise MechanismError for velocities that are not affine, numbers that no law has, and gaps that are negative.
+
+    ``m`` has everything written out and its names have been checked.
+    """
+    poses, values = Poses(m), values_of(m)
+    for where, expression in _velocities(m):
+        _check_affine(where, expression, poses, scope)
+    for where, expression, low, high, what in _bounded(m):
+        value = _value(poses.resolved(expression), values)
+        if value is not None and not low <= value <= high:
+            raise MechanismError(f"{where}: '{to_text(expression)}' is {value:g} at the values given; {what}")
+    for where, less, more in _ordered(m):
+        small, large = (_value(poses.resolved(x), values) for x in (less, more))
+        if small is not None and large is not None and small > large:
+            raise MechanismError(
+                f"{where}: '{to_text(less)}' is {small:g} and above '{to_text(more)}', which is {large:g}; change one"
+            )
+    start = values | _starts(m)
+    for unilateral in unilaterals:
+        _check_open(unilateral, poses, start, m)
+    for constraint in m.constraints:
+        if constraint.while_ is not None:
+            _check_condition(f"constraints.{constraint.kind}.{constraint.name}.while", constraint.while_, poses, start)
+
+
+def _value(expression: sp.Expr, values: Mapping[str, float]) -> float | None:
+    try:
+        return value_of(expression, values)
+    except _NO_VALUE:
+        return None
+
+
+def _velocities(m: Description) -> Iterator[tuple[str, sp.Expr]]:
+    """What has to be affine in the velocities."""
+    for contact in m.contacts:
+        slips = contact.slip if isinstance(contact.slip, tuple) else () if contact.slip is None else (contact.slip,)
+        for i, slip in enumerate(slips):
+            place = f"contacts.{contact.name}.slip"
+            yield f"{place}[{i}]" if isinstance(contact.slip, tuple) else place, sp.sympify(slip)
+    for friction in m.frictions:
+        yield f"frictions.{friction.name}.on", sp.sympify(friction.on)
+
+
+def _check_affine(where: str, expression: sp.Expr, poses: Poses, scope: Scope) -> None:
+    """``expression`` is affine in the velocities, by values at random points: f(a) + f(b) = 2 f((a + b)/2)."""
+    whole = poses.resolved(expression)
+    rates = sorted(name for name in free_names([whole]) if scope.meaning[name] in ("velocity", "motion velocity"))
+    if not any(scope.meaning[name] == "velocity" for name in rates):
+        raise MechanismError(f"{where}: '{to_text(expression)}' contains no velocity; give the relative velocity")
+    generator = random.Random(5)
+    for _ in range(_TRIALS):
+        point = {name: generator.uniform(0.2, 1.0) for name in sorted(free_names([whole]))}
+        ends = [point | {name: generator.uniform(-1.0, 1.0) for name in rates} for _ in range(2)]
+        middle = point | {name: 0.5 * (ends[0][name] + ends[1][name]) for name in rates}
+        try:
+            a, b, between = (value_of(whole, at) for at in (*ends, middle))
+        except _NO_VALUE:
+            continue
+        if abs(a + b - 2 * between) > _ROUNDING * (abs(a) + abs(b) + 2 * abs(between)):
+            raise MechanismError(
+                f"{where}: '{to_text(expression)}' is not affine in the velocities {', '.join(rates)}; give the "
+                "relative velocity itself"
+            )
+
+
+def _bounded(m: Description) -> Iterator[tuple[str, sp.Expr, float, float, str]]:
+    """(place, expression, smallest, largest, remedy) of numbers that have bounds."""
+    coefficient = "Newton's coefficient is from 0 to 1"
+    bouncing = [(f"contacts.{c.name}", c.restitution) for c in m.contacts]
+    bouncing += [(f"stops.{s.name}", s.restitution) for s in m.stops]
+    for where, restitution in bouncing:
+        yield f"{where}.restitution", sp.sympify(restitution), 0.0, 1.0, coefficient
+    for contact in m.contacts:
+        for key, (low, wanted) in _LEAST.items():
+            value = getattr(contact, key)
+            for entry in value if isinstance(value, tuple) else () if value is None else (value,):
+                yield f"contacts.{contact.name}.{key}", sp.sympify(entry), low, math.inf, f"it has to be {wanted}"
+    for friction in m.frictions:
+        for key in ("force", "static"):
+            if getattr(friction, key) is not None:
+                wanted = "a force of friction is not negative"
+                yield f"frictions.{friction.name}.{key}", sp.sympify(getattr(friction, key)), 0.0, math.inf, wanted
+
+
+_ABOVE_ZERO = math.ulp(0.0)
+_LEAST = {
+    **dict.fromkeys(("friction", "static_friction", "damping"), (0.0, "0 or more")),
+    **dict.fromkeys(("stiffness", "slip_speed", "radius"), (_ABOVE_ZERO, "positive")),
+}
+"""Key of a contact -> its smallest value, and that in words."""
+
+
+def _ordered(m: Description) -> Iterator[tuple[str, sp.Expr, sp.Expr]]:
+    """(place, the less, the more) of numbers that have an order."""
+    parts: list[tuple[str, Contact | Stop | Friction, str, str]] = [
+        *((f"contacts.{c.name}.static_friction", c, "friction", "static_friction") for c in m.contacts),
+        *((f"stops.{s.name}", s, "lower", "upper") for s in m.stops),
+        *((f"frictions.{f.name}.static", f, "force", "static") for f in m.frictions),
+    ]
+    for where, part, less, more in parts:
+        if getattr(part, less) is not None and getattr(part, more) is not None:
+            yield where, sp.sympify(getattr(part, less)), sp.sympify(getattr(part, more))
+
+
+def _starts(m: Description) -> dict[str, float]:
+    """The start values of everything that has one; those that constraints decide are left out."""
+    found = {u.name: u.start for u in m.inputs} | {z.name: z.start for z in m.states}
+    for u in m.motions:
+        found |= {names.velocity(u.name): 0.0, names.acceleration(u.name): 0.0}
+    for q in m.coordinates:
+        if q.given is not False:
+            found[q.name] = q.start
+        if q.velocity_given is not False:
+            found[names.velocity(q.name)] = q.velocity
+    return found
+
+
+def _check_open(unilateral: Unilateral, poses: Poses, start: Mapping[str, float], m: Description) -> None:
+    """The gap is not negative at the start, but for rounding."""
+    gap = poses.resolved(unilateral.gap)
+    value = _value(gap, start)
+    if value is None:
+        return
+    terms = [_value(term, start) for term in sp.Add.make_args(gap)]
+    if value < -_ROUNDING * sum(abs(term) for term in terms if term is not None):
+        moving = [q.name for q in m.coordinates if symbol(q.name) in gap.free_symbols]
+        unit = unilateral.unit.si_name if unilateral.unit is not None else ""
+        at = ", ".join(f"{name} = {start[name]:g}" for name in moving[:6])
+        raise MechanismError(
+            f"{unilateral.where}: the gap is {value:g} {unit}".rstrip() + f" at the start, where {at} (SI); it cannot "
+            "be negative: start apart or touching"
+        )
+
+
+def _check_condition(where: str, condition: object, poses: Poses, start: Mapping[str, float]) -> None:
+    """``condition`` has a value at the start, and is no number."""
+    whole = poses.resolved(sp.sympify(condition))
+    if whole.is_number:
+        raise MechanismError(f"{where}: '{condition}' is a number; leave it out, or give what changes its sign")
+    if whole.atoms(TableCall) or not free_names([whole]) <= start.keys():
+        return
+    try:
+        value_of(whole, start)
+    except _NO_VALUE:
+        shown = ", ".join(f"{name} = {start[name]:g}" for name in sorted(free_names([whole])))
+        raise MechanismError(
+            f"{where}: '{to_text(sp.sympify(condition))}' cannot be evaluated at the start, where {shown} (SI); give "
+            "an expression that has a value always"
+        ) from None

@@ -1,0 +1,117 @@
+"""Tables of measured data by SciPy's own interpolators, as functions of expressions.
+
+Splines of two arguments are tensor products of B-splines: C. de Boor, A Practical Guide to Splines, chapter XVII.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from functools import lru_cache
+from typing import Any, ClassVar
+
+import numpy as np
+import sympy as sp
+
+from lag2fmu.language.vocabulary import TableCall
+from lag2fmu.mechanism import Table
+
+Data = tuple[tuple[tuple[float, ...], ...], tuple[float, ...], str, str]
+"""Arguments, values, interpolation and what is outside, of a table."""
+
+
+class Tabulated(sp.Function):  # type: ignore[misc]
+    """A table that knows its ``data``, or its partial derivative of ``orders`` (one for each argument)."""
+
+    is_real = True
+    is_number = False
+    data: ClassVar[Data]
+    orders: ClassVar[tuple[int, ...]]
+
+    def fdiff(self, argindex: int = 1) -> sp.Expr:
+        """The partial derivative by the argument ``argindex``, from 1 on."""
+        orders = tuple(order + (k == argindex - 1) for k, order in enumerate(self.orders))
+        return _function(self.data, orders)(*self.args)
+
+
+@lru_cache(maxsize=256)
+def _function(data: Data, orders: tuple[int, ...]) -> type[Tabulated]:
+    """One class for each table, so that equal calls are equal expressions."""
+    name = f"table {len(_KNOWN)}"
+    made: type[Tabulated] = type(name, (Tabulated,), {"data": data, "orders": orders, "nargs": (len(orders),)})
+    _KNOWN.append(made)
+    return made
+
+
+_KNOWN: list[type[Tabulated]] = []
+"""All classes that were made; the text of an expression names them by their number."""
+
+
+def with_data(expression: sp.Expr, tables: Mapping[str, Table]) -> sp.Expr:
+    """``expression`` with the calls of ``tables`` made functions that know their data."""
+    if not expression.has(TableCall):
+        return expression
+
+    def bound(*arguments: sp.Expr, call: TableCall) -> sp.Expr:
+        table = tables[call.table]
+        data = (table.grid.axes, table.grid.values, table.interpolation, table.outside)
+        return _function(data, call.orders or (0,) * len(arguments))(*arguments)
+
+    return expression.replace(lambda e: isinstance(e, TableCall), lambda e: bound(*e.args, call=e))
+
+
+def number_of(call: Tabulated) -> int:
+    """The number that ``tabulated`` knows the class of ``call`` by."""
+    return _KNOWN.index(type(call))
+
+
+def tabulated(number: int, *arguments: Any) -> Any:
+    """The values of the class ``number`` at ``arguments``; complex ones are continued by the first derivative."""
+    made = _KNOWN[number]
+    real = [np.real(x) for x in arguments]
+    value = _values(made.data, made.orders, real)
+    for k, x in enumerate(arguments):
+        if np.iscomplexobj(x):
+            orders = tuple(order + (i == k) for i, order in enumerate(made.orders))
+            value = value + 1j * (_values(made.data, orders, real) * np.imag(x))
+    return value
+
+
+def _values(data: Data, orders: tuple[int, ...], arguments: list[Any]) -> Any:
+    """The derivative of ``orders`` where the table has one: 0 beyond its ends where the value is held."""
+    axes, _, _, outside = data
+    spline = _spline(data)
+    points = list(np.broadcast_arrays(*arguments))
+    beyond = [(x < axis[0]) | (x > axis[-1]) for x, axis in zip(points, axes, strict=True)]
+    if outside == "hold":
+        points = [np.clip(x, axis[0], axis[-1]) for x, axis in zip(points, axes, strict=True)]
+    value = spline(points, orders)
+    if outside == "hold":
+        flat = [out & (order > 0) for out, order in zip(beyond, orders, strict=True)]
+        value = np.where(np.any(flat, axis=0), 0.0, value)
+    return np.where(np.any(beyond, axis=0), np.nan, value) if outside == "error" else value
+
+
+@lru_cache(maxsize=64)
+def _spline(data: Data) -> Callable[[Any, tuple[int, ...]], Any]:
+    """A function (points, orders) -> values that goes on beyond the ends."""
+    from scipy.interpolate import BSpline, CubicSpline, PchipInterpolator, make_interp_spline
+
+    axes, flat, kind, _ = data
+    degrees = [1 if kind == "linear" else min(3, len(axis) - 1) for axis in axes]
+    if len(axes) == 1:
+        single: Any = make_interp_spline(axes[0], flat, k=1)
+        if kind != "linear":
+            single = (CubicSpline if kind == "cubic" else PchipInterpolator)(axes[0], flat)
+        return lambda points, orders: single(points[0], orders[0])
+    values = np.reshape(flat, [len(axis) for axis in axes])
+    first = make_interp_spline(axes[0], values, k=degrees[0])
+    second = make_interp_spline(axes[1], first.c, k=degrees[1], axis=1)
+    along = BSpline(second.t, second.c, degrees[1])
+
+    def of_two(points: Any, orders: tuple[int, ...]) -> Any:
+        rows = along(np.ravel(points[1]), orders[1])  # coefficients of the first argument, (points, n)
+        pairs = zip(np.ravel(points[0]), rows, strict=True)
+        found = [BSpline(first.t, row, degrees[0])(x, orders[0]) for x, row in pairs]
+        return np.reshape(found, np.shape(points[0]))
+
+    return of_two

@@ -1,0 +1,11 @@
+/* Sizes that follow from those of the mechanism. */
+#ifndef SIZES_H
+#define SIZES_H
+
+#include "mechanism.h"
+
+#define N_RATES (N_STATES - N_COORDINATES) /* accelerations, and behind them the derivatives of further states */
+#define N_FURTHER (N_STATES - 2 * N_COORDINATES)
+#define SIZE_FURTHER (N_FURTHER > 0 ? N_FURTHER : 1)
+
+#endif
