@@ -259,8 +259,8 @@ def across(axis: str | Sequence[Expression] | None) -> tuple[sp.Matrix, sp.Matri
 Named = TypeVar("Named", Frame, Definition, Damper, Constraint, Output)
 
 
-def joined(own: Iterable[Named], brought: Iterable[Named], table: str) -> tuple[Named, ...]:
-    """``own`` parts and those that joints and contacts bring.
+def joined(own: Iterable[Named], brought: Iterable[Named], table: str, by: str = "joint") -> tuple[Named, ...]:
+    """``own`` parts and those that joints (or other things, called ``by``) bring.
 
     Raises MechanismError where a name stands for two different ones.
     """
@@ -268,8 +268,6 @@ def joined(own: Iterable[Named], brought: Iterable[Named], table: str) -> tuple[
     for part in brought:
         same = [other for other in parts if other.name == part.name]
         if any(other != part for other in same):
-            raise MechanismError(
-                f"{table}.{part.name}: a joint or contact brings one of this name too; rename one of them"
-            )
+            raise MechanismError(f"{table}.{part.name}: a {by} brings one of this name too; rename one of them")
         parts += [] if same else [part]
     return tuple(parts)

@@ -19,7 +19,7 @@ from numpy.typing import NDArray
 from sympy.printing.str import StrPrinter
 from sympy.utilities.iterables import numbered_symbols
 
-from lag2fmu.language.vocabulary import NAME_OF
+from lag2fmu.language.vocabulary import NAME_OF, Choice, Smooth
 from lag2fmu.reference.tables import Tabulated, number_of, tabulated
 
 Array = NDArray[Any]
@@ -134,23 +134,21 @@ class NumericPrinter(StrPrinter):  # type: ignore[misc]
     long to be exact are one double.
     """
 
+    def _print(self, expr: Any, **options: Any) -> str:
+        """What expressions print in words of their own is a call here."""
+        if isinstance(expr, Choice):
+            return f"choice({self.stringify(expr.args, ', ')})"
+        if isinstance(expr, Smooth):
+            return f"({self._print(expr.args[0])})"
+        return str(super()._print(expr, **options))
+
     def _print_Function(self, expr: sp.Expr) -> str:
+        if isinstance(expr, Tabulated):
+            return f"tabulated({number_of(expr)}, {self.stringify(expr.args, ', ')})"
         arguments = expr.args[:1] if isinstance(expr, sp.Heaviside) else expr.args
         return f"{NAME_OF[expr.func]}({self.stringify(arguments, ', ')})"
 
     _print_Abs = _print_Heaviside = _print_Min = _print_Max = _print_LatticeOp = _print_Function
-
-    printmethod = "_numeric"  # not the words that expressions print themselves with
-    emptyPrinter = str
-
-    def _print_Choice(self, expr: sp.Expr) -> str:
-        return f"choice({self.stringify(expr.args, ', ')})"
-
-    def _print_Smooth(self, expr: sp.Expr) -> str:
-        return f"({self._print(expr.args[0])})"
-
-    def _print_Tabulated(self, expr: Tabulated) -> str:
-        return f"tabulated({number_of(expr)}, {self.stringify(expr.args, ', ')})"
 
     def _print_Pow(self, expr: sp.Expr, rational: bool = False) -> str:
         if expr.exp.is_Integer or abs(expr.exp) == sp.S.Half:

@@ -56,11 +56,6 @@ def test_impacts_are_located(time: float, impacts: int, motion) -> None:
         assert run["floor_impacts"][-1] == expected
 
 
-def test_the_end_of_all_impacts_is_located(motion) -> None:
-    for moved, mode in ((-1e-8, OPEN), (1e-8, SLIDES)):
-        assert motion("bouncing_ball", 4.063712768871579 + moved, 1, 1e-9, ("floor_mode",))["floor_mode"][-1] == mode
-
-
 # ------------------------------------------------------------------------------------------------- Newton's cradle
 
 
@@ -124,7 +119,7 @@ def test_a_block_rocks_and_loses_energy_as_housner_says(motion) -> None:
 
 def test_an_oscillator_strikes_once_a_period(motion) -> None:
     """Phase and speed of the impacts follow from x and its velocity being periodic up to the factor -e."""
-    Omega, e, w = 2.8, 0.8, 1.0
+    Omega, e, w = 2.2, 0.8, 1.0
     period, a = 2 * np.pi / Omega, 1 / (1 - Omega**2)
     S, C = np.sin(w * period), np.cos(w * period)
     speed = abs(a) / np.hypot((1 - e) / (2 * Omega), (1 + e) * S / (2 * w * (1 - C)))

@@ -25,6 +25,8 @@ from lag2fmu.reference.signals import Signals
 from lag2fmu.reference.state import Floats
 
 PERTURBATION = 1e-8
+NEAR = 1e-5
+"""States that differ by less than this part of their scales are those of runs that do the same."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -142,6 +144,9 @@ def _compared(run: Run, tracks: Sequence[Track], scales: Floats) -> HybridResult
     """The record of the runs at rtol, 10 rtol, and 10 rtol from the perturbed start."""
     fine, coarse, moved = tracks
     same = alike(fine, coarse) & alike(coarse, moved)
+    # touching without a force may count as open or closed: where states agree too, runs do the same
+    near = [np.abs(a.values - b.values)[:, : run.size] / scales for a, b in ((fine, coarse), (coarse, moved))]
+    same |= (near[0].max(axis=1) < NEAR) & (near[1].max(axis=1) < NEAR)
     same[0] = True
     last = int(np.flatnonzero(same)[-1])
     at = np.maximum.accumulate(np.where(same, np.arange(len(same)), 0))  # the last comparable time up to each

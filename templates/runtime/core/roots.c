@@ -142,6 +142,19 @@ static double first_descent(const double b[], int degree, double start, double w
     return first <= 1.0 ? first : first_descent(right, degree, start + 0.5 * width, 0.5 * width, depth + 1);
 }
 
+/* A polynomial that is 0 at 0, but for the noise, and theta^k q with q < 0 first. Does it fall beyond the noise before it
+   rises? What leaves 0 slowly does not, where a small error of the fit lets it fall at first. */
+static bool falls(const double bernstein[], const double q[], int degree, double noise) {
+    double raised[ROOT_NODES], negated[ROOT_NODES];
+    for (int i = 0; i <= N; i++) {
+        raised[i] = bernstein[i] + 2.0 * noise;
+    }
+    for (int i = 0; i <= degree; i++) {
+        negated[i] = -q[i];
+    }
+    return first_descent(raised, N, 0.0, 1.0, 0) < first_descent(negated, degree, 0.0, 1.0, 0);
+}
+
 double roots_first_descent(const double bernstein[ROOT_NODES], double noise) {
     double b[ROOT_NODES];
     int degree = N;
@@ -155,5 +168,8 @@ double roots_first_descent(const double bernstein[ROOT_NODES], double noise) {
         }
         degree--;
     }
-    return b[0] < 0.0 ? 0.0 : first_descent(b, degree, 0.0, 1.0, 0);
+    if (b[0] < 0.0 && (!(fabs(bernstein[0]) <= noise) || falls(bernstein, b, degree, noise))) {
+        return 0.0;
+    }
+    return first_descent(b, degree, 0.0, 1.0, 0);
 }

@@ -32,6 +32,11 @@ double settling_least_speed(const Settling *settling, int row) {
     return AT_REST * pace(&settling->instance->state) * row_size(&settling->rows, row);
 }
 
+bool settling_bears(const Settling *settling, int contact, double force) {
+    const int k = ROW_PLACES[contact];
+    return force * settling->delassus[k * K + k] * DEFAULT_SOLVER_STEP > settling_least_speed(settling, contact);
+}
+
 /* The rows of all constraints: those that modes switch without their masks. */
 static void gather_rows(Settling *settling, const System *system, double gamma[]) {
     memcpy(settling->jacobian, system->constraints.jacobian, sizeof settling->jacobian);

@@ -52,7 +52,8 @@ static bool find_loads(const Settling *settling, bool loaded[]) {
         greatest = fmax(greatest, fabs(unknowns[k]));
     }
     for (int i = 0; i < N_UNILATERALS; i++) {
-        loaded[i] = contact_closed(state, i) && unknowns[N + ROW_PLACES[i]] > NO_FORCE * greatest;
+        const double force = unknowns[N + ROW_PLACES[i]];
+        loaded[i] = contact_closed(state, i) && force > NO_FORCE * greatest && settling_bears(settling, i, force);
     }
     return true;
 }

@@ -13,9 +13,6 @@ enum { N = N_COORDINATES, K = N_CONSTRAINTS, MOST_REPETITIONS = 200 };
 /* A contact or dry friction that is due to slide holds less than the least that makes it slide, by this part. */
 static const double GIVES_WAY = 1e-10;
 
-/* A force that is as good as 0, relative to the greatest one. */
-static const double NO_FORCE = 1e-9;
-
 static double slip_speed(const Settling *settling, int contact) {
     double speed = 0.0;
     for (int row = SLIP_ROWS[contact]; row < SLIP_ROWS[contact + 1]; row++) {
@@ -143,12 +140,12 @@ static bool begin_cascades(Settling *settling) {
     return found;
 }
 
-static void carry_out_contact(Settling *settling, int contact, double greatest) {
+static void carry_out_contact(Settling *settling, int contact) {
     State *state = &settling->instance->state;
     const int k = ROW_PLACES[contact], first = SLIP_ROWS[contact];
     const double lambda = settling->lambda[k];
     const bool gives_way = settling_due(settling, 2 * contact) && contact_closed(state, contact) &&
-                           !state->cascading[contact] && lambda <= NO_FORCE * greatest;
+                           !state->cascading[contact] && !settling_bears(settling, contact, lambda);
     double w[2] = {0.0};
     if (settling->row[k].law != ROW_UNILATERAL || settling->w[k] > 0.0 || gives_way) {
         contact_open(state, contact);
@@ -178,7 +175,6 @@ static void carry_out_friction(Settling *settling, int friction) {
 
 bool settling_modes(Settling *settling) {
     Instance *instance = settling->instance;
-    double greatest = 0.0;
     bool solved = solve_laws(settling);
     if (solved && begin_cascades(settling)) {
         solved = solve_laws(settling);
@@ -188,11 +184,8 @@ bool settling_modes(Settling *settling) {
         instance->failure.time = instance->state.time;
         return false;
     }
-    for (int k = 0; k < K; k++) {
-        greatest = fmax(greatest, fabs(settling->lambda[k]));
-    }
     for (int i = 0; i < N_UNILATERALS; i++) {
-        carry_out_contact(settling, i, greatest);
+        carry_out_contact(settling, i);
     }
     for (int i = 0; i < N_FRICTIONS; i++) {
         carry_out_friction(settling, i);

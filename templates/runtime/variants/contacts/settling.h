@@ -31,6 +31,9 @@ bool settling_measure(Settling *settling);
 /* A velocity along a row that is as good as 0. */
 double settling_least_speed(const Settling *settling, int row);
 
+/* Is this normal force of a contact more than rounding? It alone would soon give a speed that is not as good as 0. */
+bool settling_bears(const Settling *settling, int contact, double force);
+
 /* Is something due with this event function: 2 i and 2 i + 1 of contact i, 2 N_UNILATERALS + i of dry friction i? */
 bool settling_due(const Settling *settling, int function);
 

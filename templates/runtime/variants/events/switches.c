@@ -15,6 +15,7 @@
 enum { N = N_COORDINATES, SIZE_SWITCHES = N_SWITCHES > 0 ? N_SWITCHES : 1, MOST_ROUNDS = 100 };
 
 static const double ROUNDING = 64.0 * DBL_EPSILON; /* of an event function, relative to its nominal value */
+static const double MOST_REST = 1e-9;              /* of an event function that its own modes leave below 0, likewise */
 static const double HYSTERESIS = 1e-9;             /* of an event indicator, likewise */
 static const double GLANCE = 1e-6;                 /* of the experiment: a look at where the motion goes */
 
@@ -116,6 +117,21 @@ static bool settle_switches(Instance *instance, const bool due[], bool *turned) 
     return true;
 }
 
+/* Event functions that are below 0 though their modes hold are so by rounding: a gap that opens, for one. */
+static bool note_rests(Instance *instance) {
+    State *state = &instance->state;
+    double values[SIZE_EVENTS];
+    if (!events_evaluate(instance, state->time, state->states, values)) {
+        return false;
+    }
+    for (int k = 0; k < N_EVENTS; k++) {
+        if (values[k] < 0.0 && values[k] > -MOST_REST * EVENT_NOMINALS[k]) {
+            state->event_rests[k] = fmax(state->event_rests[k], -2.0 * values[k]);
+        }
+    }
+    return true;
+}
+
 bool events_settle(Instance *instance, const bool due[], bool *jumped) {
     static const bool NONE[SIZE_EVENTS];
     bool turned = true;
@@ -131,7 +147,7 @@ bool events_settle(Instance *instance, const bool due[], bool *jumped) {
         turned = turned || moved;
     }
     instance->state.modes_settled = 1;
-    return true;
+    return note_rests(instance);
 }
 
 bool events_refresh(Instance *instance, bool *jumped) {

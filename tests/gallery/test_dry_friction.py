@@ -1,0 +1,167 @@
+"""Dry friction: sticking and sliding against closed forms (g = 9.81)."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+pytestmark = pytest.mark.fmu
+
+G = 9.81
+OPEN, STICKS, SLIDES, FORWARD, BACKWARD = 1, 2, 3, 4, 5
+
+
+@pytest.mark.parametrize("steps", [50, 500])
+def test_an_oscillator_stops_where_friction_holds_it(steps: int, motion) -> None:
+    """Half swings about F/k and -F/k; after 8 of them it is at 0.2 and stays there without creeping."""
+    run = motion("coulomb_oscillator", 30.0, steps, 1e-9, ("x", "x_dot", "floor_mode", "floor_force"))
+    half = np.minimum(np.floor(run.time / np.pi), 8.0)
+    amplitude = np.where(half < 8, 5.0 - 0.3 - 0.6 * half, 0.0)
+    middle = np.where(half < 8, 0.3 * (-1) ** half, 0.2)
+    assert run["x"] == pytest.approx(middle + amplitude * np.cos(run.time), abs=1e-7)
+    rest = run.time > 8 * np.pi + 1e-8
+    moving = (run.time > 0) & ~rest
+    assert (run["floor_mode"][rest] == STICKS).all()
+    assert (run["x_dot"][rest] == 0.0).all()
+    assert np.ptp(run["x"][rest]) == 0.0
+    assert (run["floor_mode"][moving] == np.where(half[moving] % 2, FORWARD, BACKWARD)).all()
+    assert run["floor_force"][rest] == pytest.approx(np.full(rest.sum(), 0.2), abs=1e-7)
+
+
+def test_a_block_sticks_and_slides_on_a_belt(motion) -> None:
+    """Three periods of 2 D/v + (2 pi - 2 atan(D w/v))/w; it sticks for 2 D/v, then slides about F_k/k."""
+    D, v, stick = 0.5, 0.2, 5.0
+    period = stick + 2 * np.pi - 2 * np.arctan(D / v)
+    assert period == pytest.approx(8.902605407814523, abs=1e-14)
+    run = motion("block_on_belt", 3 * period, 101, 1e-9, ("x", "x_dot", "belt_mode"))
+    since = run.time % period
+    sliding = 0.5 + D * np.cos(since - stick) + v * np.sin(since - stick)
+    assert run["x"][:-1] == pytest.approx(np.where(since < stick, v * since, sliding)[:-1], abs=1e-7)
+    assert run["x"][-1] == pytest.approx(0.0, abs=1e-7)
+    assert run["x_dot"][-1] == pytest.approx(v, abs=1e-7)
+    assert ((run["belt_mode"] == STICKS) == (since <= stick))[:-1].all()
+
+
+def test_a_clutch_locks(motion) -> None:
+    """At (w1 - w2)/(T/J1 + T/J2), with J1 J2 (w1 - w2)^2/(2 (J1 + J2)) lost; then both turn evenly."""
+    run = motion("clutch_pair", 10.0, 300, 1e-9, ("phi1_dot", "phi2_dot", "kinetic_energy", "clutch_mode"))
+    common = 100 / 3
+    assert run["phi1_dot"] == pytest.approx(np.maximum(100 - 10 * run.time, common), rel=1e-9)
+    assert run["phi2_dot"] == pytest.approx(np.minimum(5 * run.time, common), rel=1e-9)
+    assert run["kinetic_energy"][0] - run["kinetic_energy"][-1] == pytest.approx(10000 / 3, rel=1e-9)
+    for moved, mode in ((-1e-9, FORWARD), (1e-9, STICKS)):
+        assert motion("clutch_pair", 20 / 3 + moved, 1, 1e-9, ("clutch_mode",))["clutch_mode"][-1] == mode
+
+
+@pytest.mark.parametrize(("force", "load"), [(100.0, 5.0), (40.0, 5.0), (100.0, -30.0)])
+def test_a_brake_stops_a_drum_and_holds_it(force: float, load: float, motion) -> None:
+    """It bears mu r l F/(a - mu c); a load beyond that turns the drum on, or back after it has stopped."""
+    bears = 0.4 * 0.15 * 0.5 * force / (0.2 - 0.4 * 0.1)
+    stop = 60.0 * 0.4 / (bears - load)
+    run = motion("brake", 4.0, 101, 1e-9, ("phi_dot", "shoe_mode", "shoe_force"), F=force, M=load)
+    after = np.copysign(max(abs(load) - bears, 0.0), load) / 0.4 * (run.time - stop)
+    assert run["phi_dot"] == pytest.approx(np.where(run.time < stop, 60 - 60 * run.time / stop, after), abs=1e-7)
+    late = run.time > max(stop, 0) + 1e-9
+    assert (run["shoe_mode"][late] == (STICKS if abs(load) <= bears else BACKWARD)).all()
+
+
+@pytest.mark.parametrize("spin", [(0.0, 0.0, 0.0), (40.0, -30.0, 20.0), (-100.0, 60.0, -5.0)])
+def test_a_sphere_slides_on_a_parabola_and_rolls(spin: tuple[float, float, float], motion) -> None:
+    """The point that slides keeps its direction s; it stops after 2 |u|/(7 mu g), and the ball rolls straight on."""
+    R, mu, v = 0.03, 0.2, np.array([5.0, 0.0])
+    slip = v - R * np.array([spin[1], -spin[0]])
+    s, end = slip / np.hypot(*slip), 2 * np.hypot(*slip) / (7 * mu * G)
+    starts = {f"e{i}_dot": w / 2 for i, w in enumerate(spin, 1)}
+    run = motion("sliding_sphere", 1.5, 60, 1e-10, ("x", "y", "x_dot", "y_dot", "table_mode", "table_force"), **starts)
+    t = run.time[:, None]
+    sliding = v * t - mu * G * s * t**2 / 2
+    rolling = v * end - mu * G * s * end**2 / 2 + (v - mu * G * s * end) * (t - end)
+    assert run.columns(["x", "y"]) == pytest.approx(np.where(t < end, sliding, rolling), abs=1e-7)
+    assert run.columns(["x_dot", "y_dot"])[-1] == pytest.approx(v - mu * G * s * end, abs=1e-7)
+    assert (run["table_mode"][1:] == np.where(run.time[1:] < end, SLIDES, STICKS)).all()
+    assert run["table_force"] == pytest.approx(np.full(61, 0.2 * G), rel=1e-7)
+
+
+def test_rolling_begins_at_five_sevenths(motion) -> None:
+    """A ball without spin: v0 = 5, mu = 0.2 gives 2 v0/(7 mu g) = 0.72811998 s."""
+    for moved, mode in ((-1e-8, SLIDES), (1e-8, STICKS)):
+        run = motion("sliding_sphere", 10 / (1.4 * G) + moved, 1, 1e-11, ("table_mode", "x_dot"))
+        assert run["table_mode"][-1] == mode
+    assert run["x_dot"][-1] == pytest.approx(25 / 7, abs=1e-8)
+
+
+def test_a_wheel_locks_and_skids(motion) -> None:
+    """The road turns the wheel with mu m g r at most: the brake stops it, then the car slides to rest."""
+    mu, m, J, r, T = 0.8, 300.0, 1.2, 0.3, 1000.0
+    lock, stop = 100 * J / (T - mu * m * G * r), 30 / (mu * G)
+    run = motion("braked_wheel", 5.0, 101, 1e-9, ("x", "x_dot", "phi_dot", "road_mode", "brake_mode"))
+    t = np.minimum(run.time, stop)
+    assert run["x"] == pytest.approx(30 * t - mu * G * t**2 / 2, abs=1e-6)
+    assert run["phi_dot"] == pytest.approx(np.maximum(100 * (1 - run.time / lock), 0.0), abs=1e-7)
+    assert (run["x_dot"][run.time > stop] == 0.0).all()
+    assert (run["brake_mode"][1:] == np.where(run.time[1:] < lock, FORWARD, STICKS)).all()
+    assert (run["road_mode"][1:] == np.where(run.time[1:] < stop, FORWARD, STICKS)).all()
+
+
+def test_a_wheel_that_is_braked_less_rolls_to_rest(motion) -> None:
+    """Below mu g r (m + J/r^2) = 737.7 N.m the car loses T/(r (m + J/r^2)) a second."""
+    m, J, r, T = 300.0, 1.2, 0.3, 700.0
+    loss = T / (r * (m + J / r**2))
+    run = motion("braked_wheel", 5.0, 101, 1e-9, ("x_dot", "phi_dot", "road_mode", "road_friction"), T=T)
+    rolling = np.maximum(30 - loss * run.time, 0.0)
+    assert run["x_dot"] == pytest.approx(rolling, abs=1e-7)
+    assert run["phi_dot"] == pytest.approx(rolling / r, abs=1e-6)
+    assert (run["road_mode"] == STICKS).all()
+    assert abs(run["road_friction"][1]) == pytest.approx(m * loss, rel=1e-9)
+
+
+# ------------------------------------------------------------------------------------------------------ falling rod
+
+
+def test_a_rod_falls_without_friction(motion) -> None:
+    """The centre falls straight down: phi_dot^2 = 12 g (sin(phi0) - sin(phi))/(l (1 + 3 cos(phi)^2))."""
+    run = motion("falling_rod", 0.5, 50, 1e-10, ("phi", "phi_dot", "x", "foot_mode"), mu=0.0)
+    falls = run["phi"] > 1e-3
+    assert falls.sum() >= 20
+    phi = run["phi"][falls]
+    expected = 12 * G * (np.sin(1.2) - np.sin(phi)) / (1 + 3 * np.cos(phi) ** 2)
+    assert run["phi_dot"][falls] ** 2 == pytest.approx(expected, abs=1e-6)
+    assert run["x"][falls] + np.cos(phi) / 2 == pytest.approx(np.full(len(phi), np.cos(1.2) / 2), abs=1e-8)
+
+
+def test_a_rod_that_cannot_slide_stops_at_once(motion) -> None:
+    """At tan(phi) = 2 nothing can bear a rod that slides toward its centre with mu > 4/3 (Painleve).
+
+    The impact without a collision lasts until the end sticks: the moment of momentum about it stays.
+    """
+    phi = np.arctan(2.0)
+    for mu, stops in ((1.3, False), (1.4, True)):
+        starts = {"phi": phi, "x_dot": -1.0, "mu": mu}
+        run = motion("falling_rod", 1e-6, 1, 1e-9, ("x_dot", "y_dot", "phi_dot"), **starts)
+        expected = [0.0, 0.0, 1.5 * np.sin(phi)] if stops else [-1.0, 0.0, 0.0]
+        assert run.values[-1] == pytest.approx(expected, abs=5e-3)
+
+
+# ------------------------------------------------------------------------------------------------- stack of blocks
+
+
+@pytest.mark.parametrize(
+    ("force", "lower", "upper"),
+    [
+        (20.0, 0.0, 0.0),
+        (40.0, (40 - 0.4 * 6 * G) / 6, (40 - 0.4 * 6 * G) / 6),
+        (60.0, (60 - 0.4 * 8 * G) / 4, 0.4 * G),
+    ],
+    ids=["at rest", "together", "upper slides"],
+)
+def test_blocks_are_pushed(force: float, lower: float, upper: float, motion) -> None:
+    """The floor bears 6 g in all; its friction and that between the blocks say which of them moves."""
+    outputs = ("x1", "s", "floor_left_force", "floor_right_force", "upper_left_force", "upper_right_force")
+    run = motion("stack_of_blocks", 0.2, 20, 1e-9, outputs, F=force)
+    assert run["x1"] == pytest.approx(lower * run.time**2 / 2, abs=1e-8)
+    assert run["s"] == pytest.approx(0.15 + (upper - lower) * run.time**2 / 2, abs=1e-8)
+    assert run["floor_left_force"] + run["floor_right_force"] == pytest.approx(np.full(21, 6 * G), rel=1e-8)
+    assert run["upper_left_force"] + run["upper_right_force"] == pytest.approx(np.full(21, 2 * G), rel=1e-8)
+    if force == 20.0:
+        assert np.ptp(run.values, axis=0).max() <= 1e-9
+        assert run.values[-1, 2:] == pytest.approx([3 * G, 3 * G, G, G], rel=1e-9)
