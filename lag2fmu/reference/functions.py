@@ -78,6 +78,11 @@ def minimum(*values: Any) -> Any:
     return reduce(lambda a, b: np.where(np.real(a) <= np.real(b), a, b), values)
 
 
+def choice(margin: Any, a: Any, b: Any) -> Any:
+    """``a`` where the real part of ``margin`` is above 0, else ``b``; any shape."""
+    return np.where(np.real(margin) > 0, a, b)
+
+
 def maximum(*values: Any) -> Any:
     """The greatest of ``values`` by their real parts."""
     return reduce(lambda a, b: np.where(np.real(a) >= np.real(b), a, b), values)
@@ -101,8 +106,8 @@ NUMERIC: dict[str, Function] = {
     "heaviside": lambda z: np.heaviside(np.real(z), 0.5),
     "min": minimum,
     "max": maximum,
+    "choice": choice,
     "atan2": atan2,
-    "choice": lambda margin, a, b: np.where(np.real(margin) > 0, a, b),
     "power": power,
     "tabulated": tabulated,
     "pi": np.pi,  # type: ignore[dict-item]
