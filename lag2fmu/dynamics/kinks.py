@@ -17,7 +17,8 @@ from dataclasses import dataclass, replace
 
 from lag2fmu.dynamics.functions import EventFunction, Function
 from lag2fmu.dynamics.samples import start_values
-from lag2fmu.dynamics.variables import Variables
+from lag2fmu.dynamics.tables import in_pieces
+from lag2fmu.dynamics.variables import Variables, further_states
 from lag2fmu.graph.autodiff import reverse
 from lag2fmu.graph.fingerprint import PRIME
 from lag2fmu.graph.graph import Graph, Node
@@ -53,8 +54,9 @@ def switched(
     ``conditions`` are further margins, whose switches stand behind those of kinks; no kink need contain them. The
     functions stay as they are where there are neither. Nodes are added to ``graph``.
     """
-    effective = [node for f in functions if f.name not in _WITHOUT_EFFECT for *_, node in f.results]
     moving = {variables.t, *variables.states, *variables.signals}
+    functions = in_pieces(graph, functions, _effective(functions), moving)
+    effective = _effective(functions)
     kinks = _Kinks(graph, moving, {*variables.unknowns})
     margins = kinks.margins([*effective, *conditions])
     if not margins and not conditions and not masks:
@@ -69,6 +71,10 @@ def switched(
     with graph.as_written():
         new = kinks.replaced(dict(zip(margins, switches, strict=False)), [*functions, margin_function])
     return Switched(tuple(_with_modes(graph, f, switches, masks) for f in new), described)
+
+
+def _effective(functions: Sequence[Function]) -> list[Node]:
+    return [node for f in functions if f.name not in _WITHOUT_EFFECT for *_, node in f.results]
 
 
 class _Kinks:
@@ -197,7 +203,8 @@ def nominal_size(graph: Graph, v: Variables, mechanism: Mechanism, margin: Node)
     values = start_values(mechanism)
     inputs = v.signals
     sizes += [abs(values.get(str(graph.leaf[u]), 0.0)) or 1.0 for u in inputs]
-    gradient = graph.evaluate(reverse(graph, {margin: graph.one}, (v.t, *v.q, *v.qd, *inputs)), values)
+    sizes += [z.nominal for z in further_states(mechanism)]
+    gradient = graph.evaluate(reverse(graph, {margin: graph.one}, (v.t, *v.q, *v.qd, *inputs, *v.further)), values)
     found = sum(abs(slope) * size for slope, size in zip(gradient, sizes, strict=True))
     return found if math.isfinite(found) and found > 0.0 else 1.0
 
