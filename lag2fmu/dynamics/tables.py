@@ -58,20 +58,6 @@ def lookups(graph: Graph, nodes: list[Node]) -> Iterator[tuple[Interpolant, tupl
             yield graph.tables[int(graph.value(table))], orders, tuple(rest[arity:])
 
 
-def kinks(graph: Graph, nodes: list[Node]) -> dict[Node, Floats]:
-    """{argument: where the first derivative of a table jumps along it} of the lookups among ``nodes``.
-
-    Solvers have to stop there: the margins of such a switch are argument - knot.
-    """
-    found: dict[Node, Floats] = {}
-    for table, _, arguments in lookups(graph, nodes):
-        for axis, argument in enumerate(arguments):
-            knots = table.kinks(axis)
-            if len(knots) and not graph.is_constant(argument):
-                found[argument] = np.union1d(found.get(argument, np.empty(0)), knots)
-    return found
-
-
 MOST_KINKS = 64
 """A table with more kinks than this is passed by solvers without a stop at each."""
 

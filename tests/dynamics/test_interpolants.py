@@ -12,7 +12,7 @@ from sympy import cos, sin
 
 from lag2fmu.dynamics import derive
 from lag2fmu.dynamics.functions import Array, Function
-from lag2fmu.dynamics.tables import in_pieces, interpolant, kinks
+from lag2fmu.dynamics.tables import in_pieces, interpolant
 from lag2fmu.errors import MechanismError
 from lag2fmu.graph.autodiff import forward
 from lag2fmu.graph.batches import evaluate
@@ -117,15 +117,6 @@ def test_nested_derivatives_are_exact() -> None:
 
 def test_the_formulas_call_the_tables() -> None:
     assert "well(2*theta)" in str(derive(swing()).sympy.lagrangian)
-
-
-def test_kinks_are_the_knots_of_linear_tables_and_held_ends() -> None:
-    equations = derive(swing())
-    g, v = equations.graph, equations.variables
-    found = kinks(g, g.cone(equations.forcing))
-    assert set(found) >= {v.qd[0]}
-    assert found[v.qd[0]] == pytest.approx(X)
-    assert len(found) == 2
 
 
 @pytest.mark.parametrize("kind", ["linear", "pchip", "cubic"])
