@@ -20,6 +20,7 @@ def columns_of(run: Run, track: Track) -> dict[str, Floats]:
     q = [c.name for c in system.mechanism.coordinates]
     states, answers, missed = _answers(run, track)
     columns = dict(zip((*q, *map(names.velocity, q)), track.values.T, strict=False))
+    columns |= dict(zip((z.name for z in system.mechanism.states), track.values[:, 2 * n + 2 :].T, strict=True))
     columns |= dict(zip(map(names.acceleration, q), np.array([a.qdd for a in answers]).T, strict=True))
     columns |= _by_sides(run, track, states, answers)
     multipliers = np.array([a.multipliers for a in answers]).reshape(len(times), -1)

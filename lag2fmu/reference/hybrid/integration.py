@@ -72,11 +72,16 @@ def integrate_hybrid(
     run.progress = share
     tracks.append(run.follow(start, method, rtol))
     fine = tracks[0]
-    nominal = np.concatenate([system.nominal, system.nominal])
-    scales = np.maximum(np.ptp(fine.values[:, : 2 * run.n], axis=0), nominal)
+    nominal = np.concatenate([system.nominal, system.nominal, [z.nominal for z in mechanism.states]])
+    scales = np.maximum(np.ptp(_states(run, fine), axis=0), nominal)
     for begin in (start, _perturbed(run, start, scales, fine.modes[0])):
         tracks.append(run.follow(begin, method, 10 * rtol))
     return _compared(run, tracks, scales)
+
+
+def _states(run: Run, track: Track) -> Floats:
+    """q, qd and further states of a track, (m, 2 n + f)."""
+    return np.delete(track.values, [2 * run.n, 2 * run.n + 1], axis=1)
 
 
 def started(run: Run, overrides: Mapping[str, float]) -> Floats:
@@ -87,13 +92,14 @@ def started(run: Run, overrides: Mapping[str, float]) -> Floats:
     mechanism, n = run.system.mechanism, run.n
     coordinates = mechanism.coordinates
     values = {c.name: c.start for c in coordinates} | {velocity(c.name): c.velocity for c in coordinates}
+    values |= {z.name: z.start for z in mechanism.states}
     for name, value in overrides.items():
         if name not in values:
             raise LoadError(f"mechanism '{mechanism.name}' has no start value '{name}'; known are {', '.join(values)}")
         if not np.isfinite(value):
             raise LoadError(f"start value '{name}': {value!r} is not a finite number")
         values[name] = float(value)
-    start: Floats = np.array(list(values.values()), dtype=float)
+    start, run.further = np.split(np.array(list(values.values()), dtype=float), [2 * n])
     system = run.system
     if not system.constraints.m:
         return start
@@ -127,7 +133,7 @@ def _perturbed(run: Run, start: Floats, scales: Floats, modes: Modes) -> Floats:
     """
     n, system = run.n, run.system
     direction = np.cos(np.arange(1, 2 * n + 1))
-    moved = start + PERTURBATION * scales * direction / np.abs(direction).max()
+    moved = start + PERTURBATION * scales[: 2 * n] * direction / np.abs(direction).max()
     t = float(run.times[0])
     system.elements.set_sides(modes.sides)
     gaps = system.elements.rows(run.state(t, start)).gaps
@@ -146,8 +152,8 @@ def _compared(run: Run, tracks: Sequence[Track], scales: Floats) -> HybridResult
     same[0] = True
     last = int(np.flatnonzero(same)[-1])
     at = np.maximum.accumulate(np.where(same, np.arange(len(same)), 0))  # the last comparable time up to each
-    errors = np.abs(fine.values - coarse.values)[at, : 2 * n]
-    distance = (np.abs(moved.values - coarse.values)[at, : 2 * n] / scales).max(axis=1)
+    errors = np.abs(_states(run, fine) - _states(run, coarse))[at]
+    distance = (np.abs(_states(run, moved) - _states(run, coarse))[at] / scales).max(axis=1)
     amplification = np.maximum.accumulate(distance / max(float(distance[0]), 1e-3 * PERTURBATION))
     amplification[last + 1 :] = np.inf
     return HybridResult(

@@ -37,11 +37,13 @@ class Piece:
         return self.modes.contacts[i] in SENSE or i in self.modes.directions
 
     def state(self, t: float, y: Floats) -> State:
-        """The state at ``y`` (2 n + 2,)."""
-        return State(np.float64(t), y[: self.n], y[self.n : 2 * self.n], self.inputs(t))
+        """The state at ``y`` (2 n + 2 + f,), the f further states last."""
+        inputs, further = self.inputs(t), y[2 * self.n + 2 :]
+        inputs[len(inputs) - len(further) :] = further
+        return State(np.float64(t), y[: self.n], y[self.n : 2 * self.n], inputs)
 
     def slope(self, t: float, y: Floats) -> Floats:
-        """dy/dt, (2 n + 2,): velocities, accelerations, power of work, power that is dissipated."""
+        """dy/dt: velocities, accelerations, power of work, power that is dissipated, rates of further states."""
         system, n = self.system, self.n
         point = system.point(self.state(t, y))
         answer = system.answer(point, self.modes, self.damping)
@@ -57,12 +59,14 @@ class Piece:
             lost -= float(answer.forces[rubbing] @ velocities[rubbing])
         found = np.empty_like(y)
         found[:n], found[n : 2 * n], found[2 * n], found[2 * n + 1] = qd, answer.qdd, power, lost
+        found[2 * n + 2 :] = system.energies.further(point.state, (answer.qdd, answer.multipliers))
         return found
 
     def events(self, times: Floats, y: Floats) -> Floats:
         """The event functions at ``times`` (b,) and y (b, 2 n + 2): (count, b)."""
         n, e, modes = self.n, self.system.elements, self.modes
-        inputs = np.stack([self.inputs(float(t)) for t in times], axis=-1)
+        inputs, further = np.stack([self.inputs(float(t)) for t in times], axis=-1), y[:, 2 * n + 2 :].T
+        inputs[len(inputs) - len(further) :] = further
         batch = State(times, y[:, :n].T, y[:, n : 2 * n].T, inputs)
         margins, conditions, gaps, velocities = e.events(batch)
         out = np.empty((len(self.labels), len(times)))

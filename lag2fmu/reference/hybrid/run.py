@@ -28,7 +28,8 @@ STUCK = 200
 
 @dataclass(frozen=True, eq=False)
 class Track:
-    """A run at m times: q, qd, work, dissipated energy (m, 2 n + 2), modes, counts and last impulses (m, u), events.
+    """A run at m times: q, qd, work, dissipated energy and f further states (m, 2 n + 2 + f), modes, counts and last
+    impulses (m, u), events.
 
     ``since``: impacts since the contact was closed last, (m, u).
     """
@@ -48,6 +49,7 @@ class Run:
     def __init__(self, system: System, signals: Signals, times: Floats) -> None:
         self.system, self.signals, self.times, self.n = system, signals, times, system.n
         self.end = np.inf
+        self.further = np.array([z.start for z in system.mechanism.states])
         needs = system.constraints.m or system.elements.k
         longest = LONGEST_PART * float(times[-1] - times[0])
         # what pulls back onto closed contacts, not so fast that it shortens the steps of a motion at rest
@@ -60,8 +62,10 @@ class Run:
         return self.system.energies.input_values(values)
 
     def state(self, t: float, y: Floats) -> State:
-        """The state at y (2 n + 2,)."""
-        return State(np.float64(t), y[: self.n], y[self.n : 2 * self.n], self.inputs(t))
+        """The state at y (2 n + 2 + f,), or at (2 n,) with the further states of the start."""
+        inputs = self.inputs(t)
+        inputs[len(inputs) - len(self.further) :] = y[2 * self.n + 2 :] if len(y) > 2 * self.n else self.further
+        return State(np.float64(t), y[: self.n], y[self.n : 2 * self.n], inputs)
 
     def follow(self, start: Floats, method: str, rtol: float) -> Track:
         """The run from ``start`` (2 n,); raises SimulationError with the time reached."""
@@ -89,10 +93,11 @@ class _Follower:
         self.settling = Settling(system, self.memory, max(LOW, rtol))
         first, last = float(run.times[0]), float(run.times[-1])
         nominal = np.concatenate([system.nominal, system.nominal])
-        weights = np.append(nominal, [self._energy_scale()] * 2)
+        further = [z.nominal for z in system.mechanism.states]
+        weights = np.concatenate([nominal, [self._energy_scale()] * 2, further])
         self.stepper = Stepper(method, rtol, rtol * weights, LONGEST_PART * (last - first))
         m, u = len(run.times), system.elements.u
-        self.values = np.full((m, 2 * self.n + 2), np.nan)
+        self.values = np.full((m, len(weights)), np.nan)
         self.modes: list[Modes | None] = [None] * m
         self.counts, self.impulses, self.since = (np.zeros((m, u)) for _ in range(3))
         self.closings = np.zeros(u)  # counts of impacts when each contact was closed last
@@ -111,7 +116,7 @@ class _Follower:
         first, last = float(times[0]), float(times[-1])
         breaks = run.signals.breaks
         ends = [*np.unique(breaks[(breaks > first) & (breaks < last)]), last]
-        y, t, modes = np.concatenate([start, [0.0, 0.0]]), first, run.started(start)
+        y, t, modes = np.concatenate([start, [0.0, 0.0], run.further]), first, run.started(start)
         due: Due = frozenset()
         for end in ends:
             run.end = end
@@ -164,7 +169,8 @@ class _Follower:
         for i, (a, b) in enumerate(zip(modes.contacts, new.contacts, strict=True)):
             if b is not Mode.OPEN and a is Mode.OPEN:
                 self.closings[i] = self.memory.impacts[i]
-        y = np.concatenate([state.q, state.qd, y[2 * self.n :] + gained])
+        energies, further = np.split(y[2 * self.n :], [2])
+        y = np.concatenate([state.q, state.qd, energies + gained, further])
         self._measure_rebounds(state, new, logged)
         for row in np.flatnonzero(self.run.times == t).tolist():
             self._remember(row, y, new)
