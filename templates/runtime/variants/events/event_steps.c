@@ -58,6 +58,17 @@ static bool all_clear(const double bernstein[], double level) {
     return clear;
 }
 
+/* Does a function that begins at 0 rise from there? The polynomial through its values may dip below 0 between them by
+   its own error, where the function rises with a high power of the time, as a gap does from which the last force has
+   vanished. */
+static bool rises(const double values[], double noise) {
+    bool positive = fabs(values[0]) <= noise;
+    for (int i = 1; i < ROOT_NODES; i++) {
+        positive = positive && values[i] > 0.0;
+    }
+    return positive;
+}
+
 /* The descents in a part of the step, into *found. Rounding of the time counts as 0, too. */
 static void search(const Instance *instance, double from, double width, double values[][ROOT_NODES],
                    Descents *found) {
@@ -67,7 +78,8 @@ static void search(const Instance *instance, double from, double width, double v
         double bernstein[ROOT_NODES];
         roots_fit(values[k], bernstein);
         const double noise = events_noise(instance, k) + rounding * fabs(roots_slope(bernstein, 0.0));
-        const double root = all_clear(bernstein, noise) ? NO_ROOT : roots_first_descent(bernstein, noise);
+        const bool none = all_clear(bernstein, noise) || rises(values[k], noise);
+        const double root = none ? NO_ROOT : roots_first_descent(bernstein, noise);
         found->theta[k] = root <= 1.0 ? from + width * root : NO_ROOT;
         if (root <= 1.0 && (found->first < 0 || found->theta[k] < found->theta[found->first])) {
             found->first = k;
