@@ -30,15 +30,10 @@ lint: $(READY)
 	$(BIN)/mypy
 	$(BIN)/mypy templates/python/runtime
 
+# all measurements, an hour of a quiet machine; writes docs/benchmarks.md. BENCH=stepping: that one alone
 bench: $(READY)
 	-$(BIN)/python -m pip install --quiet --disable-pip-version-check -e ".[bench]"
-	$(BIN)/python -m benchmarks.export
-	$(BIN)/python -m benchmarks.stepping
-	$(BIN)/python -m benchmarks.constraints
-	$(BIN)/python -m benchmarks.repeating
-	$(BIN)/python -m benchmarks.integrators --folder build/benchmarks
-	$(BIN)/python -m benchmarks.long --folder build/benchmarks $(LONG)
-	$(BIN)/python -m benchmarks.derivation --folder build/benchmarks $(BENCH)
+	$(BIN)/python -m benchmarks.all $(BENCH)
 
 $(READY): pyproject.toml
 	$(PYTHON) -m venv $(VENV)

@@ -26,7 +26,7 @@ from lag2fmu.graph.graph import Node
 from lag2fmu.graph.to_sympy import tidy, written, written_operations
 
 MAX_COORDINATES, MAX_OPERATIONS = 3, 200
-"""Closed forms are made for at most so many coordinates, and so many operations in M, a and L0."""
+"""Closed forms are made for at most this many coordinates, and this many operations in M, a and L0."""
 
 
 def velocities(equations: EquationsOfMotion, values: Values, momenta: Floats) -> Floats:

@@ -2,8 +2,8 @@
 
 Along the motion d/dt p = dL/dq + N + G^T multiplier, with the non-potential forces N; a momentum is conserved where the
 right side vanishes for every state, which nodes of the graph show exactly. For h = sum qd p - L likewise
-dh/dt = N.qd - dL/dt - multiplier.b. The momenta of all bodies are found conserved by the values of their derivatives at
-random states; so is every other quantity confirmed. External forces count as zero.
+dh/dt = N.qd - dL/dt - multiplier.b. Whether the momenta of all bodies are conserved is seen from the values of
+their derivatives at random states, which confirm every other quantity too. External forces count as zero.
 Source: Landau, Lifshitz, Mechanics, sections 6, 7, 9 and 40; E. Noether, Invariante Variationsprobleme, 1918.
 """
 
@@ -28,7 +28,7 @@ from lag2fmu.graph.vectors import Vector, apply, cross, plus, times
 from lag2fmu.mechanism.record import Mechanism
 
 CONSTANT_IF = 1e-9
-"""A derivative that is smaller, relative to the sum of the magnitudes of its terms, is zero but for rounding."""
+"""A derivative below this part of the sum of the magnitudes of its terms counts as zero: the rest is rounding."""
 
 _STATES, _MAX_WRITTEN = 6, 120
 
@@ -92,7 +92,7 @@ def conserved(equations: EquationsOfMotion) -> tuple[Conserved, ...]:
     found: dict[Node, tuple[str, str]] = {}
     for name, meaning, node in [*_by_symmetry(equations), *_of_bodies(equations)]:
         if not equations.variables.moves(equations.graph, node):
-            continue  # what prescribed motions alone make up
+            continue  # it consists of prescribed motions alone
         if node in found:
             known, phrase = found[node]
             found[node] = known, f"{phrase}; {meaning}"
@@ -141,7 +141,7 @@ def _nonpotential(equations: EquationsOfMotion) -> list[Node]:
 
 
 def _silent(equations: EquationsOfMotion, node: Node) -> Node:
-    """``node`` without external forces."""
+    """``node`` with all external forces set to zero."""
     g, v = equations.graph, equations.variables
     return g.substitute([node], dict.fromkeys((*v.Q, *v.plain, *v.rates), g.zero))[0]
 
@@ -151,7 +151,10 @@ Candidate = tuple[str, str, Node]
 
 
 def _by_symmetry(equations: EquationsOfMotion) -> Iterator[Candidate]:
-    """The momenta and h whose rates vanish identically; with constraints all, for they need to on the manifold only."""
+    """The momenta and h whose rates vanish identically.
+
+    Under constraints all of them, because there the rates need to vanish on the manifold only.
+    """
     zero, bound = equations.graph.zero, bool(len(equations.constraints))
     for q, momentum, rate in zip(
         equations.mechanism.coordinates, equations.momenta, momentum_rates(equations), strict=True
@@ -203,7 +206,7 @@ def _spin(composer: Composer, name: str) -> Vector:
 
 
 def _drifts(equations: EquationsOfMotion, nodes: list[Node]) -> list[float]:
-    """The derivative of each of ``nodes`` along the motion relative to its terms, the worst at random states, (k,)."""
+    """The derivatives of ``nodes`` along the motion, relative to their terms: the worst at random states, (k,)."""
     g, v = equations.graph, equations.variables
     direction = v.direction(g, accelerating=True)
     variables, rates = list(direction), list(direction.values())

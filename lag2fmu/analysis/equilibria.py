@@ -123,7 +123,7 @@ class _Search:
                     break
             else:
                 if np.abs(r).max() > _BALANCED * size:
-                    return None  # nowhere better along Newton's direction
+                    return None  # the residual falls nowhere along Newton's direction
             moved = float(np.abs((trial - x)[:n] / self.nominal).max())
             x, r, slopes = trial, found, new
             if moved < _CONVERGED * max(1.0, float(np.abs(x[:n] / self.nominal).max())):
@@ -140,7 +140,7 @@ class _Search:
         return Equilibrium(place[:own], x[n:], place[own:])
 
     def _nice(self, q: Floats) -> Floats:
-        """Angles that are multiples of a quarter turn but for rounding, made exact."""
+        """``q`` with angles that are multiples of a quarter turn but for rounding made exact."""
         quarter = np.round(q / (np.pi / 2)) * (np.pi / 2)
         return np.where(self.angle & (np.abs(q - quarter) < _ROUNDING), quarter, q)
 
@@ -191,7 +191,7 @@ class _Search:
         return step
 
     def _lasts(self, x: Floats, size: float) -> bool:
-        """Whether the forces balance at other times too."""
+        """Whether the forces balance at other times too, not only at the start."""
         if self.equations.variables.t not in self.equations.graph.cone(self.rows):
             return True
         later = [np.abs(self._measure(x, t)[0]).max(initial=0.0) for t in (0.37, 1.93, 11.1)]

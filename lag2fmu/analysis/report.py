@@ -29,7 +29,7 @@ from lag2fmu.language.units import Unit
 from lag2fmu.mechanism.record import Mechanism
 
 _MODES, _MATRIX, _INPUTS = 12, 8, 6
-"""The most modes that are listed, states of a linearization whose matrices are printed, and inputs that are named."""
+"""At most this many modes are listed, states of a linearization have their matrices printed, and inputs are named."""
 
 
 @dataclass(frozen=True)
@@ -88,13 +88,13 @@ def analysis_sections(equations: EquationsOfMotion, closed_forms: bool = True) -
 
 
 def _guarded(content: Callable[[], Iterator[Line]]) -> Iterator[Line]:
-    """The lines, or what kept them from being made."""
+    """The lines, or a sentence on what kept them from being made."""
     try:
         yield from content()
     except DerivationError as error:
         sentence = str(error).split("': ", 1)[-1]
         yield Line(sentence[0].upper() + sentence[1:] + ".")
-    except Exception as error:  # whatever an algorithm says of numbers that nobody has thought of
+    except Exception as error:  # algorithms raise errors of many kinds at numbers that they were not made for
         yield Line(f"This could not be found: {type(error).__name__}, {error}")
 
 
@@ -205,7 +205,7 @@ def _rate(mode: Mode) -> str:
 
 
 def _shape(equations: EquationsOfMotion, mode: Mode) -> str:
-    """The coordinates that take part."""
+    """The coordinates that take part in a mode, with their shares."""
     entries = []
     for c, x in zip(equations.mechanism.coordinates, mode.shape, strict=True):
         if abs(x) >= 5e-4:

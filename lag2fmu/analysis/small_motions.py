@@ -97,7 +97,7 @@ class _Form:
         self.symbolic = self._stays()
 
     def _real(self) -> bool:
-        """Whether nothing was added to M to make it regular."""
+        """Whether M is the mechanism's own: nothing was added to make it regular."""
         return all(list(a) == b for a, b in zip(self.equations.mass_matrix, inertia(self.equations), strict=True))
 
     def _number(self, value: float) -> Node:

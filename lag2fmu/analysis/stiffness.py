@@ -2,9 +2,9 @@
 
 A motion is stiff where something decays much faster than the rest goes on. Explicit steps have to resolve the decay
 even after it has died away: they are about 3 / rate long, while the accuracy of the rest allows about 0.3 / pace. Where
-the one is some twenty times shorter, an implicit step of a few Newton iterations costs less; RATIO leaves a margin to
-that, because the start is one place only. The implicit methods are L-stable: they also damp fast vibrations that their
-steps do not resolve, those of bodies on hard springs without dampers, say, which is to be known. Source: E. Hairer,
+the first length is some twenty times shorter than the second, an implicit step of a few Newton iterations costs less.
+RATIO is larger than twenty, because the start is one place only. The implicit methods are L-stable: they also damp fast
+vibrations that their steps do not resolve, such as those of bodies on hard springs without dampers. Source: E. Hairer,
 G. Wanner, Solving Ordinary Differential Equations II, 2nd edition, sections IV.1 and IV.2.
 """
 
@@ -20,7 +20,7 @@ from lag2fmu.analysis.modes import normal_modes
 from lag2fmu.dynamics.equations import EquationsOfMotion
 
 RATIO = 1000.0
-"""From here on, rate by pace, a mechanism is called stiff."""
+"""A mechanism is called stiff if rate / pace is at least this."""
 APERIODIC = 0.9
 """Share of an eigenvalue's size from which it is a decay: oscillations have to be followed by any method."""
 UNDAMPED = 0.05

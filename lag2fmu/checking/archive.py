@@ -20,7 +20,7 @@ if TYPE_CHECKING:
 __all__ = ["DESCRIPTION", "Archive", "archive_findings", "open_archive"]
 
 _MOST_OF_A_LIBRARY = 512 << 20
-"""Bytes of a file that is read whole."""
+"""At most this many bytes of a file are read at once."""
 _STORED, _DEFLATED = 0, 8
 _ENCRYPTED, _DESCRIPTOR = 0x1, 0x8
 _KNOWN = {DESCRIPTION, "model.png", "documentation", "sources", "binaries", "resources", "extra", "terminalsAndIcons"}

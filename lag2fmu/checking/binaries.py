@@ -49,7 +49,7 @@ _MACH_O = (b"\xcf\xfa\xed\xfe", b"\xce\xfa\xed\xfe", b"\xca\xfe\xba\xbe")
 """How files for macOS begin: 64 bit, 32 bit, universal."""
 
 _OLD_GLIBC: Version = (2, 28)
-"""Of 2018; Debian 10 and RHEL 8 have it."""
+"""The glibc of 2018, which Debian 10 and RHEL 8 have."""
 
 _FOLDERS = {
     "linux32": ("ELF", "i386"),
@@ -89,7 +89,7 @@ def read_libraries(data: bytes) -> tuple[Library, ...]:
         return ()
     lief.logging.disable()
     with warnings.catch_warnings():
-        warnings.simplefilter("ignore")  # on numbers that stand for nothing
+        warnings.simplefilter("ignore")  # LIEF warns of numbers that it has no name for
         return _parsed(data)
 
 

@@ -42,7 +42,7 @@ _MARGINAL: dict[str, Trial] = {
     "reading no variable": read_nothing,
 }
 ESSENTIAL = ("instantiate", "run")
-"""Where these fail the other trials say nothing new."""
+"""Where one of these fails, the other trials would say nothing new."""
 
 
 def trials_of(kind: str) -> dict[str, Trial]:

@@ -47,5 +47,5 @@ def check_fmu(path: str | Path, *, run: bool = True, timeout: float = 60.0) -> F
         notes.append(note)
     else:
         notes.append("not run, as asked")
-    findings.sort(key=lambda f: f.severity)  # errors first, else as found
+    findings.sort(key=lambda f: f.severity)  # errors come first, otherwise the order stays
     return Findings(path, tuple(dict.fromkeys(findings)), tuple(notes))

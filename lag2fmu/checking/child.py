@@ -43,13 +43,13 @@ def main(folder: Path, journal: Path, libraries: dict[str, Path], labels: list[s
 
 
 def _write(stream: TextIO, record: object) -> None:
-    """One line; what the FMU may have written into the file before it ends with the line before."""
+    """Write one line; a line that the FMU may have begun in the file is ended first."""
     stream.write("\n" + json.dumps(record) + "\n")
     stream.flush()
 
 
 def _try(description: Description, kind: str, name: str, folder: Path, library: Path) -> Iterator[Finding]:
-    """The findings of a trial; what stops it is one of them."""
+    """The findings of a trial; an error that stops it is one of them."""
     try:
         model = Model(description, kind, folder, library)
     except OSError as error:

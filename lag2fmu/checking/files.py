@@ -92,7 +92,7 @@ def _sources(archive: Archive, description: Description) -> Iterator[Finding]:
     for kind, element in description.kinds.items():
         for file in sorted({f.get("name") for f in element.all("SourceFiles", "File")} - set(files)):
             problem = f"{kind} lists it as a source file, but it is not there"
-            severity: Severity = "error" if files else "warning"  # without any, the list says nothing to anyone
+            severity: Severity = "error" if files else "warning"  # without source files nobody reads the list
             yield Finding("source-missing", f"sources/{file}", problem, "put it in or take it off the list", severity)
         units = [file for file in files if file.endswith((".c", ".cpp", ".cc"))]
         if units and element.child("SourceFiles") is None and "buildDescription.xml" not in files:

@@ -115,7 +115,9 @@ def _compared(
     fine, coarse = (_differences(session, unknowns, known, h) for h in (step, 2 * step))
     for v, size, own, a, b in zip(unknowns, sizes, given, fine, coarse, strict=True):
         bar = _BAR * (max(abs(a), abs(own)) + 1e-3 * abs(size) + 1e-6)
-        if not abs(a - b) < bar / 10 or abs(own - a) <= bar:  # the first where differences are no numbers, too
+        if (
+            not abs(a - b) < bar / 10 or abs(own - a) <= bar
+        ):  # the first condition also holds where differences are no numbers
             continue
         if known.index not in listed.get(v.index, (known.index,)):
             problem = f"'{v.name}' varies with '{known.name}', which is not among its dependencies"

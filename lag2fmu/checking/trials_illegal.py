@@ -166,7 +166,7 @@ _OWN: dict[str, dict[str, tuple[Call, Severity]]] = {
         "setting more states than there are": (partial(_too_many, "SetContinuousStates"), "warning"),
     },
 }
-"""What is forbidden -> how it is done, and what it is if the FMU takes it."""
+"""What is forbidden -> the call that does it, and the severity of the finding if the FMU takes it."""
 
 
 def forbidden_trials(kind: str) -> dict[str, Trial]:

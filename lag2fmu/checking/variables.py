@@ -47,7 +47,7 @@ def _initial(variable: ScalarVariable) -> Iterator[Finding]:
     if given is not None and variable.causality in ("input", "independent"):
         problem = f"initial='{given}' for causality='{variable.causality}'"
         yield Finding("initial-given", variable.place, problem, "leave 'initial' away there")
-    if variable.initial == "calculated" and variable.start == "":  # fmpy sees other values only
+    if variable.initial == "calculated" and variable.start == "":  # fmpy reports other values itself
         yield Finding("start-forbidden", variable.place, "initial='calculated' with a start value", "remove the start")
 
 

@@ -32,12 +32,14 @@ class _Commands(click.Group):
         _exit_when_terminated()
         try:
             with warnings.catch_warnings():
-                warnings.simplefilter("ignore", RuntimeWarning)  # of NumPy: what is not finite is told by its name
+                warnings.simplefilter(
+                    "ignore", RuntimeWarning
+                )  # from NumPy; what is not finite gets an error that names it
                 return super().invoke(ctx)
         except Lag2FmuError as error:
             raise _BadInputError(str(error)) from error
         except OSError as error:
-            if error.errno == errno.EPIPE:  # the reader of our output is gone, which click answers
+            if error.errno == errno.EPIPE:  # the reader of our output is gone; click deals with that
                 raise
             where = f"'{error.filename}': " if error.filename else ""
             remedy = "is there room, and the right to write, there and in the folder for temporary files (TMPDIR)?"

@@ -56,7 +56,7 @@ def _refuse_to_overwrite(path: Path, mechanism: Mechanism) -> None:
         if not path.is_file():
             return
         name = read_mechanism(path).name
-    except OSError:  # no name for a file, which is told when it is written
+    except OSError:  # the path cannot be a file; the export tells why
         return
     except Lag2FmuError:
         name, found = "", "is no FMU of lag2fmu"

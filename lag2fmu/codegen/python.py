@@ -13,6 +13,7 @@ from collections.abc import Iterable, Iterator, Mapping, Sequence
 from fractions import Fraction
 
 from lag2fmu.dynamics.functions import Function, Program
+from lag2fmu.dynamics.tables import LOOKUPS
 from lag2fmu.graph.graph import Node
 from lag2fmu.graph.operations import ADD, CONSTANT, DIVIDE, MULTIPLY, NEGATE, OPERATIONS, SUBTRACT
 
@@ -68,7 +69,7 @@ def used_functions(program: Program, functions: Iterable[Function]) -> set[str]:
     graph, arithmetic = program.graph, {ADD, SUBTRACT, MULTIPLY, DIVIDE, NEGATE}
     nodes = {n for f in functions for n in graph.schedule((node for *_, node in f.results), f.given)}
     codes = {graph.code[node] for node in nodes if graph.operands[node]}
-    return {OPERATIONS[code].name for code in codes - arithmetic}
+    return {OPERATIONS[code].name for code in codes - arithmetic - LOOKUPS.keys()}
 
 
 def python_body(program: Program, function: Function, n: int, labels: Mapping[str, Sequence[str]]) -> str:
@@ -132,7 +133,7 @@ class _Printer:
             self.text[node] = (text, strength)
 
     def _name(self, node: Node) -> str:
-        """The name of the quantity it is, sin_theta for sin(theta), else v1, v2, ..."""
+        """The name that says what the quantity is, sin_theta for sin(theta); else v1, v2, ..."""
         operands = [self.text[operand][0] for operand in self.graph.operands[node]]
         name = f"v{1 + sum(map(_is_temporary, self.taken))}"
         if node in self.quantities:
@@ -146,6 +147,8 @@ class _Printer:
 
     def _expression(self, node: Node) -> _Text:
         code, operands = self.graph.code[node], self.graph.operands[node]
+        if code in LOOKUPS:
+            return self._lookup(operands, LOOKUPS[code]), _ATOM
         a = operands[0]
         if code == NEGATE:
             return f"-{self._operand(a, _ATOM)}", _SUM
@@ -158,6 +161,11 @@ class _Printer:
             sign = "*" if code == MULTIPLY else "/"
             return f"{self._operand(a, _PRODUCT)} {sign} {self._operand(operands[1], _ATOM)}", _PRODUCT
         return f"{OPERATIONS[code].name}({', '.join(self.text[o][0] for o in operands)})", _ATOM
+
+    def _lookup(self, operands: Sequence[Node], arity: int) -> str:
+        table, *orders = (int(self.graph.value(x)) for x in operands[: 1 + arity])
+        arguments = [self.text[x][0] for x in operands[1 + arity :]]
+        return f"lookup(TABLE_{table}, {tuple(orders)}, {', '.join(arguments)})"
 
     def _operand(self, node: Node, least: int) -> str:
         text, strength = self.text[node]

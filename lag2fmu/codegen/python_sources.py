@@ -7,7 +7,7 @@ from collections.abc import Mapping, Sequence
 from fractions import Fraction
 
 from lag2fmu.codegen.python import BUILT_IN, ORDINARY, python_body, used_functions
-from lag2fmu.codegen.sources import RuntimeTables, Slot
+from lag2fmu.codegen.sources import RuntimeTables, Slot, lookups_of
 from lag2fmu.codegen.templates import render
 from lag2fmu.dynamics.functions import Function, Program
 from lag2fmu.resources import resource_folder
@@ -63,6 +63,7 @@ def render_mechanism(
         **texts,
         "guid": repr(guid),
         "runtime": runtime_files()[0],
+        "lookups": lookups_of(program),
         "math_functions": sorted(used & ORDINARY),
         "runtime_functions": sorted(used - ORDINARY - BUILT_IN),
         "bodies": {f.name: python_body(program, f, n, _labels_of(f, labels)) for f in functions},

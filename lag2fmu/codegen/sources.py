@@ -119,7 +119,7 @@ class RuntimeTables:
         return list({**names, "x": [states[i] for i in sorted(states)]}.items())
 
 
-def _lookups(program: Program) -> list[tuple[int, Interpolant]]:
+def lookups_of(program: Program) -> list[tuple[int, Interpolant]]:
     """The tables that ``program`` looks something up in, with their numbers."""
     graph = program.graph
     nodes = graph.cone(node for f in program.functions for *_, node in f.results)
@@ -143,7 +143,7 @@ def render_sources(program: Program, tables: RuntimeTables, method: Method, guid
         "tables": tables,
         "method": method,
         "guid": guid,
-        "lookups": _lookups(program),
+        "lookups": lookups_of(program),
         "helpers": [text for name, text in _HELPERS.items() if CODE[name] in used],
     }
     kind = {

@@ -127,6 +127,11 @@ class Contact:
         if self.normal is not None:
             object.__setattr__(self, "normal", checked_axis(self.normal, f"{where}.normal"))
 
+    @property
+    def frictionless(self) -> bool:
+        """Whether both coefficients of friction are the number 0."""
+        return self.friction == 0 and self.static_friction in (None, 0)
+
 
 @dataclass(frozen=True)
 class Stop:

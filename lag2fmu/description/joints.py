@@ -150,7 +150,7 @@ class Joint:
             raise MechanismError(f"{where}.axes: '{self.axes}' is unknown; give 'world' or 'frame'")
 
     def _check_beside(self, where: str) -> None:
-        """What goes with two ends stands beside them only, likewise with a parent."""
+        """Keys that go with two ends stand beside them only; likewise those of a joint on a parent."""
         if self.parent is not None and JOINTS[self.kind].coordinates is None:
             raise MechanismError(f"{where}.parent: '{self.kind}' carries no frame; give 'between' instead")
         if self.between is not None and (self.coordinates or any(self.origin)):
@@ -161,7 +161,7 @@ class Joint:
             raise MechanismError(f"{where}.reactions: this joint has none; {instead}")
 
     def _check_keys(self, where: str) -> None:
-        """The keys fit the kind; in the plane some are not needed, which is seen later."""
+        """The keys fit the kind. Some are needed in space only, which is checked when the ends are known."""
         known = JOINTS[self.kind].keys
         for name in _KEYS:
             twin = name == "second_axis" and self.between is not None and "axis" in JOINTS[self.kind].equations
@@ -196,7 +196,9 @@ class Joint:
                 name,
                 _UNITS.get(suffix, RADIAN),
                 start=float(suffix == "e0"),
-                given=False if self.kind == "spherical" else None,  # the norm of the quaternion determines it
+                given=False
+                if self.kind == "spherical"
+                else None,  # the norm of the quaternion determines the first entry
                 doc=f"{suffix.replace('_', ' ')} of the joint {self.name}",
             )
             yield declared.get(name, default)
@@ -257,8 +259,8 @@ def across(axis: str | Sequence[Expression] | None) -> tuple[sp.Matrix, sp.Matri
 Named = TypeVar("Named", Frame, Definition, Damper, Constraint, Output)
 
 
-def joined(own: Iterable[Named], brought: Iterable[Named], table: str) -> tuple[Named, ...]:
-    """``own`` parts and those that joints and contacts bring.
+def joined(own: Iterable[Named], brought: Iterable[Named], table: str, by: str = "joint") -> tuple[Named, ...]:
+    """``own`` parts and those that joints (or other things, called ``by``) bring.
 
     Raises MechanismError where a name stands for two different ones.
     """
@@ -266,8 +268,6 @@ def joined(own: Iterable[Named], brought: Iterable[Named], table: str) -> tuple[
     for part in brought:
         same = [other for other in parts if other.name == part.name]
         if any(other != part for other in same):
-            raise MechanismError(
-                f"{table}.{part.name}: a joint or contact brings one of this name too; rename one of them"
-            )
+            raise MechanismError(f"{table}.{part.name}: a {by} brings one of this name too; rename one of them")
         parts += [] if same else [part]
     return tuple(parts)

@@ -210,7 +210,7 @@ def normalise(part: object, where: str) -> None:
     for known in keys_in(part):
         value = getattr(part, known.field)
         if known.kind in _EXPRESSIONS and value is not None:
-            value = _normal(value, str(known.kind), f"{where}.{known.field}")
+            value = _normal(value, str(known.kind), f"{where}.{known.name}")
         elif known.kind == "part" and isinstance(value, (Place, Frame)):
             value = value.name
         elif known.kind == "names" and value is not None:
@@ -237,7 +237,7 @@ _TURN_ANGLE = Key("expression", "", names=CONFIGURATION, unit=RADIAN)
 def expressions_of(part: object, where: str) -> Iterator[tuple[str, sp.Expr, Key]]:
     """Every expression of ``part`` with its place and key, e.g. ('frames.arm.rotations[0].angle', q1, key)."""
     for known in keys_in(part):
-        yield from _expressions(getattr(part, known.field), f"{where}.{known.field}", known)
+        yield from _expressions(getattr(part, known.field), f"{where}.{known.name}", known)
 
 
 def _expressions(value: object, where: str, known: Key) -> Iterator[tuple[str, sp.Expr, Key]]:

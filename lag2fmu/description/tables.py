@@ -52,7 +52,9 @@ class Table:
     units: Sequence[Unit | str] = key("units", "The units of the columns; by default those of SI.", default=())
     interpolation: str = key(INTERPOLATIONS, "Between the points; by default linear.", default="linear")
     outside: str = key(
-        OUTSIDE, "Beyond the points: their last value, the last slope, or an error; by default hold.", default="hold"
+        OUTSIDE,
+        "Beyond the points: the last value, the last piece continued, or an error; by default hold.",
+        default="hold",
     )
 
     grid: Grid = field(init=False, repr=False, compare=False)
@@ -76,6 +78,8 @@ class Table:
             raise MechanismError(f"{where}.units: {len(units)} units of {len(columns)} columns; give one each")
         vars(self).update(columns=columns, units=units)
         vars(self)["grid"] = _grid(columns, units, where)
+        if self.interpolation == "pchip" and self.arity == 2:
+            raise MechanismError(f"{where}.interpolation: pchip is for one argument; give linear or cubic")
 
     @property
     def arity(self) -> int:
@@ -115,19 +119,22 @@ def _grid(columns: tuple[tuple[Any, ...], ...], units: tuple[Unit, ...], where: 
     converted = [
         _in_si(column, unit) for column, unit in zip(columns, units or (DIMENSIONLESS,) * len(columns), strict=True)
     ]
-    *arguments, values = converted
-    if len(arguments) == 2 and values and isinstance(values[0], tuple):
-        rows, wide = len(arguments[0]), len(arguments[1])
-        odd = [i for i, row in enumerate(values) if not isinstance(row, tuple) or len(row) != wide]
-        if len(values) != rows or odd:
-            found = f"row {odd[0] + 1} does not have {wide} values" if odd else f"has {len(values)} rows, not {rows}"
-            raise MechanismError(f"{where}.columns[2]: {found}; give a row for each x, with a value for each y")
-        axes, flat = tuple(arguments), tuple(value for row in values for value in row)
-    else:
-        axes, flat = _axes(converted, where)
+    by_rows = len(converted) == 3 and any(isinstance(entry, tuple) for entry in converted[2])
+    axes, flat = _rows(converted, where) if by_rows else _axes(converted, where)
     for i, axis in enumerate(axes):
         _check_increasing(axis, f"{where}.columns[{i}]")
     return Grid(axes, flat)
+
+
+def _rows(columns: list[tuple[Any, ...]], where: str) -> tuple[tuple[tuple[float, ...], ...], tuple[float, ...]]:
+    """Axes and values of two arguments and a row of values for each entry of the first one."""
+    first, second, values = columns
+    if len(values) != len(first):
+        raise MechanismError(f"{where}.columns[2]: has {len(values)} rows; give {len(first)}, one for each x")
+    for i, row in enumerate(values, 1):
+        if not isinstance(row, tuple) or len(row) != len(second):
+            raise MechanismError(f"{where}.columns[2]: row {i} does not have {len(second)} values, one for each y")
+    return (first, second), tuple(value for row in values for value in row)
 
 
 def _in_si(column: tuple[Any, ...], unit: Unit) -> tuple[Any, ...]:
@@ -175,23 +182,35 @@ def read_columns(path: Path, where: str) -> tuple[Any, ...]:
     except (OSError, ValueError) as error:
         reason = getattr(error, "strerror", None) or error
         raise MechanismError(f"{where}.file: '{path}' cannot be read: {reason}") from None
+    rows = _cells(text)
+    if not rows:
+        raise MechanismError(f"{where}.file: '{path}' holds no numbers")
+    gridded = len(rows[0][1]) > 3 or not _is_finite(rows[0][1][0])
+    for i, (n, cells) in enumerate(rows):
+        fault = _fault(cells[int(gridded and i == 0) :], len(rows[0][1]) - int(gridded and i == 0))
+        if fault:
+            raise MechanismError(f"{where}.file: line {n} of '{path}' {fault}")
+    return _gridded(rows) if gridded else tuple(zip(*([*map(float, cells)] for _, cells in rows), strict=True))
+
+
+def _fault(cells: list[str], width: int) -> str:
+    """What is wrong with the ``cells`` of a line, or "" if they are ``width`` finite numbers."""
+    if len(cells) != width:
+        return f"has {len(cells)} numbers, the first has {width}"
+    return next((f"holds {cell[:40]!r}, which is no finite number" for cell in cells if not _is_finite(cell)), "")
+
+
+def _cells(text: str) -> list[tuple[int, list[str]]]:
+    """The lines of a CSV file with their numbers, each as its cells, without comments and a header."""
     lines = [(n, line) for n, line in enumerate(text.splitlines(), 1) if line.strip() and line.strip()[0] != "#"]
     mark = next((mark for mark in (";", "\t", ",") if lines and mark in lines[0][1]), None)
     rows = [(n, [cell.strip() for cell in (line.split(mark) if mark else line.split())]) for n, line in lines]
-    if rows and not all(map(_is_finite, rows[0][1])) and not all(map(_is_finite, rows[0][1][1:])):
-        rows = rows[1:]  # a header
-    if not rows:
-        raise MechanismError(f"{where}.file: '{path}' holds no numbers")
-    width = len(rows[0][1])
-    gridded = width > 3 or not _is_finite(rows[0][1][0])
-    for i, (n, cells) in enumerate(rows):
-        if len(cells) != width:
-            raise MechanismError(f"{where}.file: line {n} of '{path}' has {len(cells)} entries, the first has {width}")
-        for cell in cells[int(gridded and i == 0) :]:
-            if not _is_finite(cell):
-                raise MechanismError(f"{where}.file: {cell[:40]!r} in line {n} of '{path}' is not a finite number")
-    if not gridded:
-        return tuple(zip(*([float(cell) for cell in cells] for _, cells in rows), strict=True))
-    second = tuple(float(cell) for cell in rows[0][1][1:])
-    body = [[float(cell) for cell in cells] for _, cells in rows[1:]]
-    return tuple(row[0] for row in body), second, tuple(tuple(row[1:]) for row in body)
+    headed = bool(rows) and not all(map(_is_finite, rows[0][1][1:])) and not _is_finite(rows[0][1][0])
+    return rows[headed:]
+
+
+def _gridded(rows: list[tuple[int, list[str]]]) -> tuple[Any, ...]:
+    """Both arguments, and a row of values for each entry of the first one."""
+    second = tuple(map(float, rows[0][1][1:]))
+    body = [tuple(map(float, cells)) for _, cells in rows[1:]]
+    return tuple(row[0] for row in body), second, tuple(row[1:] for row in body)

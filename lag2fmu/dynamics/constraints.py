@@ -162,7 +162,7 @@ class _Start:
         for _ in range(_TRIALS):
             q = self.q + self.nominal * [generator.uniform(-1, 1) for _ in self.q]
             jacobian = self._jacobian(q)
-            # where sines and cosines cancel, rounding errors stay
+            # sines and cosines that cancel leave rounding errors
             moves |= ~(np.abs(jacobian).max(axis=1) <= MET)
         for k, constraint in enumerate(self.mechanism.constraints):
             if not moves[k]:
@@ -229,7 +229,7 @@ class _Start:
             for halving in range(_HALVINGS):
                 trial = x + 0.5**halving * step * self.nominal
                 found, slopes = measure(trial)
-                if np.linalg.norm(scale * found) < np.linalg.norm(scale * r):  # the norm in which the step goes down
+                if np.linalg.norm(scale * found) < np.linalg.norm(scale * r):  # the step goes down in this norm
                     break
             else:
                 break

@@ -28,6 +28,9 @@ from lag2fmu.mechanism.record import Mechanism
 _WITHOUT_EFFECT = ("mechanism_locals", "mechanism_locals_tangent", "mechanism_locals_second", "mechanism_dependent")
 """Functions that compute from the motion and do not act on it."""
 
+_LIMITED = ("sqrt", "log", "asin", "acos", "power", "power_or_zero")
+"""Operations that have values for some operands only."""
+
 
 @dataclass(frozen=True)
 class Switched:
@@ -90,11 +93,13 @@ class _Kinks:
         graph = self.graph
         known = {self._key(margin): switch for margin, switch in switches.items()}
         entries = [node for f in functions for a in f.arguments for node in a.entries]
+        cone = graph.cone([*entries, *(node for f in functions for *_, node in f.results)])
+        kept = self._kept(cone)
         new: dict[Node, Node] = {}
-        for node in graph.cone([*entries, *(node for f in functions for *_, node in f.results)]):
+        for node in cone:
             operands = graph.operands[node]
             moved = [new[operand] for operand in operands]
-            margin = self._margin(node)
+            margin = None if node in kept else self._margin(node)
             switch = None if margin is None else self._switch(known, margin)
             if switch is not None:
                 new[node] = self._formula(node, switch, moved)
@@ -115,6 +120,17 @@ class _Kinks:
         if name not in KINKS or all(self._passed(operand) for operand in operands[: KINKS[name]]):
             return None
         return self.graph.subtract(*operands) if KINKS[name] == 2 else operands[0]
+
+    def _kept(self, cone: Sequence[Node]) -> set[Node]:
+        """The abs, min and max of ``cone`` that stay as they are: those that a root, a logarithm or a power is made of.
+
+        Such a function need not have a value beyond the place where a trial step should end, as (-x)**(3/2) of
+        max(0, -x)**(3/2). Solver steps end there all the same, so that none has the kink in it.
+        """
+        g = self.graph
+        limited = [node for node in cone if OPERATIONS[g.code[node]].name in _LIMITED]
+        below = g.cone(operand for node in limited for operand in g.operands[node])
+        return {node for node in below if OPERATIONS[g.code[node]].name in ("abs", "min", "max")}
 
     def _passed(self, margin: Node) -> bool:
         """Whether ``margin`` is a number, or made of what ``smooth`` says that kinks of may be passed."""

@@ -109,7 +109,7 @@ def _check(equations: EquationsOfMotion, distances: Mapping[str, Node]) -> None:
     states = [start_values(mechanism), *samples(mechanism, 5)]
     masses = mass_matrices(g, equations.entries, equations.variables.qd, states)
     at_start = masses[0]
-    if not np.all(np.isfinite(at_start)):  # M may be finite where the coefficients of its form are not
+    if not np.all(np.isfinite(at_start)):  # M may be finite although the coefficients of its form are not
         at_start = matrix(g, equations.mass_matrix, states[0], len(forcing))
     check_start(mechanism, g, at_start, forcing, distances)
     check_positive(mechanism, at_start)

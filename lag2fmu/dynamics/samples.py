@@ -198,8 +198,8 @@ def check_agreement(
 ) -> None:
     """Raise DerivationError if the accelerations do not solve M qdd = forcing in double precision.
 
-    A guard against two different expressions with one fingerprint, at the first of the k ``states`` without a bad
-    pivot; ``masses`` (k, n, n) are M there.
+    This guards against two different expressions with one fingerprint. It looks at the first of the k ``states`` in
+    which no pivot is bad; ``masses`` (k, n, n) are M there.
     """
     if solution is None:
         return

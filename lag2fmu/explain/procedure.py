@@ -7,7 +7,7 @@ derivatives are counted instead of written out.
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass
 from functools import cached_property
 
@@ -15,15 +15,15 @@ import numpy as np
 import sympy as sp
 
 from lag2fmu.description import names
-from lag2fmu.description.places import Frame
 from lag2fmu.description.symbols import Coordinate
 from lag2fmu.dynamics.equations import EquationsOfMotion
 from lag2fmu.dynamics.formulas import Expressions, expressions
 from lag2fmu.dynamics.lagrange import complete, derive
+from lag2fmu.explain.hybrid import Hybrid, Law
 from lag2fmu.explain.length import MAX_ON_PAPER, MAX_OPERATIONS, operations, tidy
 from lag2fmu.explain.notation import LATEX, TEXT, Notation
+from lag2fmu.explain.words import amount, pose, unit_text, vector
 from lag2fmu.language.expressions import to_text
-from lag2fmu.language.units import Unit
 from lag2fmu.language.vocabulary import symbol
 from lag2fmu.mechanism.record import Mechanism
 from lag2fmu.reference.composition import Composition
@@ -90,28 +90,30 @@ class _Steps:
         if m.frames:
             yield from self._on_frames()
             return
-        yield "Transformation equations", [*self._formulas(self._positions()), *self._constraints()]
+        positions = self._formulas(self._positions())
+        yield "Transformation equations", [*positions, *self._constraints(), *self._laws(self._hybrid.contacts())]
         yield "Velocities", self._formulas(self._velocities())
         yield "Kinetic energy", self._formulas([("T", tidy(self.composition.kinetic))])
         yield "Potential energy", self._formulas([("V", tidy(self.composition.potential))])
         yield "Lagrangian L = T - V", self._formulas([("L", self._lagrangian)])
-        yield "Non-potential forces", self._formulas(self._forces())
+        yield "Non-potential forces", [*self._formulas(self._forces()), *self._laws(self._hybrid.forces())]
         if operations(self._lagrangian) > MAX_OPERATIONS:
             count = f"L has {_rounded(operations(self._lagrangian))} operations: its derivatives are not written out"
             yield "Derivatives of L", [self._say(count)]
-            yield "Equations of motion", [*self._on_graph(), *self._further()]
+            yield "Equations of motion", self._on_graph()
             return
         yield "Derivatives of L", self._formulas(self._derivatives())
-        yield "Equations of motion", [*self._formulas(self._equations()), *self._further()]
+        yield "Equations of motion", self._formulas([*self._equations(), *self._of_states()])
 
     def _on_frames(self) -> Iterator[tuple[str, Sequence[str]]]:
         """The steps of a spatial mechanism: its frames as they are given; the rest is composed, not written out."""
         m = self.mechanism
-        frames = [f"frame {f.name} on {f.parent}: {_pose(f)}" for f in m.frames]
+        frames = [f"frame {f.name} on {f.parent}: {pose(f)}" for f in m.frames]
         places = [
-            f"{part.name} at {_vector(m.location(part.name)[1])} in {m.location(part.name)[0]}" for part in m.places
+            f"{part.name} at {vector(m.location(part.name)[1])} in {m.location(part.name)[0]}" for part in m.places
         ]
-        yield "Transformation equations", [*(self._say(line) for line in (*frames, *places)), *self._constraints()]
+        placed = [self._say(line) for line in (*frames, *places)]
+        yield "Transformation equations", [*placed, *self._constraints(), *self._laws(self._hybrid.contacts())]
         yield (
             "Velocities",
             [self._say("from frame to frame: v = R^T (v_P + omega_P x d + d_dot), omega = R^T omega_P + rates")],
@@ -122,9 +124,9 @@ class _Steps:
             formulas = [(sign, energy) for sign, energy in written if sign == letter]
             yield title, [self._say(f"{letter} = {general[letter]}"), *(self._formulas(formulas) if formulas else [])]
         yield "Lagrangian L = T - V", [self._say("composed on the graph")]
-        yield "Non-potential forces", [self._say(self._acting())]
+        yield "Non-potential forces", [self._say(self._acting()), *self._laws(self._hybrid.forces())]
         yield "Derivatives of L", [self._say("by automatic differentiation")]
-        yield "Equations of motion", [*self._on_graph(), *self._further()]
+        yield "Equations of motion", self._on_graph()
 
     def _acting(self) -> str:
         """The loads with where they act, and the coordinates that forces act on."""
@@ -134,9 +136,11 @@ class _Steps:
     # ------------------------------------------------------------------------------------------------- the steps
 
     def _on_graph(self) -> list[str]:
-        """The equations of motion as the FMU's page has them, of large mechanisms a word on where they stand."""
+        """The equations of motion as on the FMU's page; of large mechanisms, a sentence on where they stand."""
         form = "M(q, t) qdd = forcing" + " + G^T multiplier" * bool(self.mechanism.constraints)
+        form += " + forces of contacts, stops, dry friction and latches" * self.mechanism.hybrid
         lines = [self._say(f"{len(self.mechanism.coordinates)} equations {form}, derived on the graph")]
+        lines += self._formulas(self._of_states()) if self.mechanism.states else []
         if self._written is None:
             remedy = "" if self.full else " ('show --full' writes up to " + f"{MOST_WRITTEN} operations)"
             where = "the C code in sources/ of the FMU computes them, with shared parts named"
@@ -154,14 +158,14 @@ class _Steps:
         return tidy(self.composition.kinetic) - tidy(self.composition.potential)
 
     def _coordinate(self, q: Coordinate, starting: Coordinate) -> str:
-        """What it is, and what was not written or may be misread."""
-        remarks = [] if starting.start == q.start else [f"starts at {_amount(starting.start, q)}, by the constraints"]
+        """What the coordinate is, with values that were not written or may be misread."""
+        remarks = [] if starting.start == q.start else [f"starts at {amount(starting.start, q)}, by the constraints"]
         if q.nominal_from not in ("", "given"):
-            remarks.append(f"nominal {_amount(q.nominal, q)}, from {q.nominal_from}")
-        bounds = [f"{key} {_amount(x, q)}" for key, x in (("min", q.minimum), ("max", q.maximum)) if x is not None]
+            remarks.append(f"nominal {amount(q.nominal, q)}, from {q.nominal_from}")
+        bounds = [f"{key} {amount(x, q)}" for key, x in (("min", q.minimum), ("max", q.maximum)) if x is not None]
         if bounds:
             remarks.append(f"{' and '.join(bounds)} {'is no stop' if len(bounds) == 1 else 'are no stops'}")
-        head = f"{self.notation.name(q.name)}: {q.doc or 'generalized coordinate'}{_unit(q.unit)}"
+        head = f"{self.notation.name(q.name)}: {q.doc or 'generalized coordinate'}{unit_text(q.unit)}"
         return "; ".join([head, *remarks])
 
     def _freedom(self) -> str:
@@ -185,13 +189,36 @@ class _Steps:
             lines.append(self.notation.formula(written, "0"))
         return lines
 
+    @cached_property
+    def _hybrid(self) -> Hybrid:
+        return Hybrid(self.equations.mechanism)
+
+    def _laws(self, laws: Iterable[Law]) -> list[str]:
+        """Sentences, each with its formulas."""
+        write, lines = self.notation, []
+        for law in laws:
+            lines.append(self._say(law.sentence))
+            for left, right in law.formulas:
+                lines += self._formulas(
+                    [(write.name(left) if isinstance(left, str) else write.expression(left), right)]
+                )
+        return lines
+
+    def _of_states(self) -> list[Formula]:
+        """The equations of the further states."""
+        return [(self.notation.name(rate), expression) for rate, expression in self._hybrid.state_equations()]
+
     def _reactions(self) -> list[sp.Expr]:
-        """G^T multiplier, (n,)"""
+        """G^T multiplier, (n,), with the forces of contacts, stops, dry frictions and latches."""
         c, s, m = self.composition, self.composition.symbols, self.mechanism
         values = [c.written(item.expression) for item in m.constraints]
         rates = [c.rate(x) if item.holonomic else x for x, item in zip(values, m.constraints, strict=True)]
         multipliers = [symbol(names.multiplier(item.name)) for item in m.constraints]
-        return [sp.Add(*(x * rate.diff(v) for x, rate in zip(multipliers, rates, strict=True))) for v in s.qd]
+        borne = self._hybrid.generalized_forces()
+        return [
+            sp.Add(force, *(x * rate.diff(v) for x, rate in zip(multipliers, rates, strict=True)))
+            for v, force in zip(s.qd, borne, strict=True)
+        ]
 
     def _axes(self) -> str:
         m = self.mechanism
@@ -241,14 +268,6 @@ class _Steps:
             left = sp.collect(sp.expand(left), accelerations)
             yield self.notation.expression(left), force - c.dissipation.diff(qd) + reaction
 
-    def _further(self) -> list[str]:
-        """The derivatives of the further states, definitions written out."""
-        pairs = zip(self.mechanism.states, self.composition.further, strict=True)
-        rates = [(self.notation.name(names.derivative(z.name)), rate) for z, rate in pairs]
-        return self._formulas(rates) if rates else []
-
-    # ------------------------------------------------------------------------------------------------- writing
-
     def _formulas(self, formulas: Iterator[Formula] | Sequence[Formula]) -> list[str]:
         lines = []
         for left, right in formulas:
@@ -270,35 +289,9 @@ class _Steps:
 
 
 def _rounded(count: int) -> str:
-    """``count``, of long numbers three digits."""
+    """``count`` as text; three digits of a long one."""
     return str(count) if count <= MAX_ON_PAPER else f"{count:.3g}"
 
 
 def _listed(items: Sequence[str]) -> str:
     return f" ({', '.join(items)})" if items else ""
-
-
-def _amount(value: float, q: Coordinate) -> str:
-    """``value``, in SI units, with the name of the unit."""
-    return f"{value:.6g} {getattr(q.unit, 'si_name', '')}".strip()
-
-
-def _unit(unit: Unit | None) -> str:
-    """The unit of the equations, and that in which values are given where it is another one."""
-    if unit is None or not unit.si_name:
-        return ""
-    return f" [{unit.si_name}]" if unit.name == unit.si_name else f" [{unit.si_name}; given in {unit.name}]"
-
-
-def _vector(entries: Sequence[sp.Expr]) -> str:
-    return f"({', '.join(to_text(sp.sympify(x)) for x in entries)})"
-
-
-def _pose(frame: Frame) -> str:
-    """Origin and rotation of a frame in words."""
-    if frame.quaternion is not None:
-        return f"origin {_vector(frame.origin)}, quaternion {_vector(frame.quaternion)}"
-    turns = [
-        f"{axis if isinstance(axis, str) else _vector(axis)} by {to_text(angle)}" for axis, angle in frame.rotations
-    ]
-    return f"origin {_vector(frame.origin)}" + (f", turned about {', then '.join(turns)}" if turns else "")

@@ -85,7 +85,9 @@ def choose_platforms(choice: str, compiler: str = "zig") -> tuple[Platform, ...]
     host = host_platform()
     if choice != "host" and PLATFORMS.get(choice) != host:
         raise BuildError(f"the host compiler builds for this machine only, not for '{choice}'; use --compiler zig")
-    if platform.machine() == "x86_64" and len(host.folders) > 1:  # a library of an Intel Mac is not for Apple silicon
+    if (
+        platform.machine() == "x86_64" and len(host.folders) > 1
+    ):  # what an Intel Mac builds does not run on Apple silicon
         host = replace(host, folders=host.folders[1:])
     return (host,)
 

@@ -127,7 +127,7 @@ def _module(path: Path, source: bytes) -> ModuleType:
     if spec is None:
         raise LoadError(f"{path}: Python cannot import it")
     module = importlib.util.module_from_spec(spec)
-    sys.modules[name] = module  # while it runs: dataclasses look themselves up there
+    sys.modules[name] = module  # dataclasses look themselves up there while the module runs
     try:
         _guarded(path, lambda: exec(compile(source, str(path), "exec"), vars(module)))  # noqa: S102 (the user's program)
     finally:
@@ -234,7 +234,7 @@ def with_values(mechanism: Mechanism, settings: Mapping[str, float]) -> Mechanis
 
 
 def _writing_out(mechanism: Mechanism, settings: Iterable[str]) -> Description:
-    """The description of ``mechanism``, with what joints and loads bring written in it if ``settings`` name some."""
+    """The description of ``mechanism``; parts of joints and loads that ``settings`` name are written out in it."""
     d, origins = mechanism.description, mechanism.origins
     if any(f"coordinates.{name}" in origins for item in settings for name in (item, item.removesuffix("_dot"))):
         d = replace(d, coordinates=(*d.coordinates, *mechanism.coordinates[len(d.coordinates) :]))
@@ -256,7 +256,7 @@ def _started(q: Coordinate, found: Coordinate, settings: Mapping[str, float]) ->
 
 
 def _given(written: bool | None, found: bool | None) -> bool:
-    """Whether a start that is set is exact: as it is ``written``, else unless it was ``found`` to be a guess."""
+    """Whether a start that is set is exact: as ``written``; without that, unless ``found`` has it as a guess."""
     return found is not False if written is None else written
 
 

@@ -159,7 +159,7 @@ def _part(part: type, table: TomlTable, *label: str, **more: str) -> object:
 
 
 def _values(part: type, table: TomlTable) -> dict[str, Any]:
-    """Field -> value of the keys in ``table``, and of numbers whose default is meant in the unit of the part."""
+    """Field -> value of the keys in ``table``, and of those numbers whose default counts in the unit of the part."""
     keys = keys_of(part)
     for name, known in keys.items():
         if known.required:
@@ -182,7 +182,7 @@ def _values(part: type, table: TomlTable) -> dict[str, Any]:
 
 
 def _starts(values: dict[str, Any], where: str) -> dict[str, Any]:
-    """The starts of a coordinate, and what of it is given; the fields for that still hold the guesses."""
+    """The starts of a coordinate, and which of them are given; before, the fields for that hold the guesses."""
     found: dict[str, Any] = {"nominal_from": "given" if "nominal" in values else ""}
     for start, given, guess in (("start", "given", "guess"), ("velocity", "velocity_given", "guess_velocity")):
         value, found[given] = start_or_guess(values.get(start), values.get(given), where, start, guess)

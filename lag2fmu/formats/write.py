@@ -172,7 +172,7 @@ def _difference(value: float, unit: Unit) -> str:
 def _decimal(value: float, offset: Fraction, factor: Fraction, convert: Callable[[Fraction], float]) -> str:
     """The shortest decimal d with convert(d) == value, near to (value - offset) / factor.
 
-    Enough digits always suffice because ``convert`` is exact up to one rounding; two floats would not always do.
+    There is one, because ``convert`` rounds only once; with two roundings there might be none.
     """
     wanted = (Fraction(repr(value)) - offset) / factor
     for digits in _DIGITS:

@@ -39,6 +39,11 @@ class Interpolant:
         """The number of arguments, 1 or 2."""
         return len(self.knots)
 
+    @property
+    def listed(self) -> tuple[list[list[float]], list[object]]:
+        """Knots and coefficients as lists of numbers."""
+        return [knots.tolist() for knots in self.knots], self.coefficients.tolist()
+
     def kinks(self, axis: int = 0) -> Floats:
         """The knots of an argument where the slope jumps: of "linear" those inside, of "hold" both ends too."""
         inside = self.knots[axis][1:-1] if self.degree == 1 else np.empty(0)

@@ -67,15 +67,15 @@ class DimensionOf:
         if e.is_Add or isinstance(e, (*_SAME, sp.atan2)):
             common = self._common(e.args)
             return ONE if isinstance(e, sp.atan2) else common
-        if isinstance(e, Choice):
-            self(e.args[0])
-            return self._common(e.args[1:])
         if isinstance(e, TableCall):
             return self._of_table(e)
-        if isinstance(e, (sp.sign, sp.Heaviside)):
-            self(e.args[0])
-            return ONE
         argument = self(e.args[0])
+        if isinstance(e, Choice):
+            return self._common(e.args[1:])
+        return ONE if isinstance(e, (sp.sign, sp.Heaviside)) else self._of_function(e, argument)
+
+    def _of_function(self, e: sp.Expr, argument: Dimension | None) -> Dimension:
+        """That of a function of a pure number; raises UnitError for another ``argument``."""
         if argument not in (None, ONE):
             raise UnitError(
                 f"the argument of '{to_text(e)}' has the dimension {describe(argument)}; "

@@ -41,7 +41,7 @@ class _TextPrinter(StrPrinter):  # type: ignore[misc]
     _print_LatticeOp = _print_Function
 
     def _print_Mul(self, expr: sp.Expr) -> str:
-        """1/(5*(x + y)) is written 1/(x + y)/5: read back, the first one would become 1/(5*x + 5*y)."""
+        """1/(5*(x + y)) is written 1/(x + y)/5, because 1/(5*(x + y)) would be read as 1/(5*x + 5*y)."""
         coefficient, rest = expr.as_coeff_Mul()
         below = [a for a in sp.Mul.make_args(rest) if a.is_Pow and a.exp.is_Rational and a.exp.is_negative]
         if coefficient.q == 1 or len(below) != 1 or not below[0].base.is_Add or below[0].exp != -1:

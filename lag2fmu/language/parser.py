@@ -13,18 +13,17 @@ from collections.abc import Callable, Collection
 import sympy as sp
 
 from lag2fmu.errors import ExpressionError
+from lag2fmu.language.conditions import is_condition, is_writable, put
 from lag2fmu.language.vocabulary import (
     CONSTANTS,
     FUNCTIONS,
     MAX_ARGUMENTS,
     MAX_AXES,
-    MAX_CHOICES,
     MAX_DIGITS,
     MAX_LENGTH,
     MAX_NESTING,
     MAX_NUMBER_DEPTH,
     MAX_POWER,
-    MAX_WRITTEN,
     Choice,
     Smooth,
     depth,
@@ -131,15 +130,14 @@ class _Parser:
 
     def condition(self, value: sp.Expr) -> sp.Expr:
         """``value`` if it is a condition: 1 or 0 always."""
-        if value not in (0, 1) and not (isinstance(value, Choice) and value.is_condition):
+        if not is_condition(value):
             raise self.fail(f"'{value}' is no condition, such as x > 0, before the text")
         return value
 
     def put(self, condition: sp.Expr, a: sp.Expr, b: sp.Expr) -> sp.Expr:
         """``a`` for every 1 of the ``condition``, ``b`` for every 0."""
-        result = _put(self.condition(condition), a, b)
-        nodes, nested = _extent(result, {})
-        if nodes > MAX_WRITTEN or nested > MAX_CHOICES:
+        result = put(self.condition(condition), a, b)
+        if not is_writable(result):
             raise self.fail("too many cases when the conditions are written out; split them into definitions")
         return result
 
@@ -222,32 +220,32 @@ class _Parser:
         return sp.Rational(token)
 
     def call(self, name: str, column: int) -> sp.Expr:
-        constructor: Callable[..., sp.Expr]
-        if name in self.tables:
-            count, constructor = 0, table_function(name)
-        elif name in ("if", "smooth"):
-            count, constructor = (3, self.put) if name == "if" else (1, Smooth)
-        elif name in FUNCTIONS:
-            count, constructor = FUNCTIONS[name]
-        else:
-            self.column = column
-            raise self.fail(
-                f"'{name}' is not a function; known are {', '.join([*FUNCTIONS, 'if', 'smooth', *self.tables])}"
-            )
+        least, most, constructor = self.function(name, column)
         self.advance()
         arguments = [self.expression()]
         while self.token == ",":
             self.advance()
             arguments.append(self.expression())
         self.expect(")")
-        fits = len(arguments) == count if count > 0 else len(arguments) >= -count
-        if not fits or (name in self.tables and len(arguments) > MAX_AXES):
-            wanted = str(count) if count > 0 else f"{-count} or more" if count else f"1 to {MAX_AXES}"
+        if not least <= len(arguments) <= most:
+            wanted = str(least) if least == most else f"{least} or more" if most == math.inf else f"{least} to {most}"
             raise self.fail(f"{name} takes {wanted} argument(s), got {len(arguments)}, before the text")
         width = sum(len(a.args) if a.func == constructor else 1 for a in arguments)
         if width > MAX_ARGUMENTS:
             raise self.fail(f"{name} of {width} arguments; at most {MAX_ARGUMENTS} are read")
         return self.checked(constructor(*arguments))
+
+    def function(self, name: str, column: int) -> tuple[int, float, Callable[..., sp.Expr]]:
+        """The least and the largest number of arguments of the function ``name``, and what makes its calls."""
+        if name in self.tables:
+            return 1, MAX_AXES, table_function(name)
+        own: dict[str, tuple[int, Callable[..., sp.Expr]]] = {"if": (3, self.put), "smooth": (1, Smooth)}
+        known = FUNCTIONS | own
+        if name not in known:
+            self.column = column
+            raise self.fail(f"'{name}' is not a function; known are {', '.join([*known, *self.tables])}")
+        count, constructor = known[name]
+        return (count, count, constructor) if count > 0 else (-count, math.inf, constructor)
 
     def expect(self, token: str) -> None:
         if self.token != token:
@@ -278,23 +276,6 @@ class _Parser:
             if not finite:
                 raise self.fail("the value is too large")
         return value
-
-
-def _put(condition: sp.Expr, a: sp.Expr, b: sp.Expr) -> sp.Expr:
-    """``a`` for every 1 in the tree of a ``condition``, ``b`` for every 0."""
-    if not isinstance(condition, Choice):
-        return a if condition == 1 else b
-    margin, first, second = condition.args
-    return Choice(margin, _put(first, a, b), _put(second, a, b))
-
-
-def _extent(expression: sp.Expr, memory: dict[sp.Expr, tuple[int, int]]) -> tuple[int, int]:
-    """The number of nodes of ``expression`` when it is written out, and how deep its choices are nested."""
-    if expression not in memory:
-        found = [_extent(part, memory) for part in expression.args]
-        nodes, nested = 1 + sum(n for n, _ in found), max((d for _, d in found), default=0)
-        memory[expression] = nodes, nested + isinstance(expression, Choice)
-    return memory[expression]
 
 
 def parse(

@@ -90,7 +90,7 @@ def _linear(factor: float, value: float | Fraction, offset: float) -> float:
     """factor * value + offset, rounded once; a float value means its shortest decimal."""
     if isinstance(value, (float, int)):
         if not math.isfinite(value) or (factor == 1.0 and offset == 0.0):
-            return float(value) + 0.0  # -0.0 would not survive its way through text
+            return float(value) + 0.0  # turns -0.0 into 0.0, because text does not keep -0.0
         value = Fraction(repr(value))
     try:
         return float(exact(factor) * value + exact(offset))
@@ -126,7 +126,7 @@ _PLAINER = {
     **{"·": ".", "⋅": ".", "²": "2", "³": "3", "⁻": "-", "¹": "1"},
 }
 _PLAIN = re.compile("|".join(_PLAINER))
-"""Letters of units that no keyboard and no importer is sure to have, and what is written instead."""
+"""Letters that are missing on keyboards or in importers, and what is written instead."""
 _BEGINS_OPERAND = {"operator": False, "open": True, "close": False, "factor": True}
 _MISPLACED = {
     "operator": "'{}' stands where a unit is expected",
@@ -163,7 +163,7 @@ def _factors(text: str) -> Iterator[tuple[str, int]]:
 
     The grammar: unit = operand {("*" | "." | "/") operand}; operand = name [power] | "(" unit ")". Raises UnitError.
     """
-    sign, around = 1, [1]  # of the next operand's powers; of what stands in each of the open brackets
+    sign, around = 1, [1]  # the sign of the next operand's powers; the signs of the open brackets
     operand_expected = True
     for token in _tokens(text):
         kind = str(token.lastgroup)
@@ -205,7 +205,7 @@ def _tokens(text: str) -> Iterator[re.Match[str]]:
 
 
 def _product_in(name: str) -> str:
-    """``name`` as the product that it may be meant as, N.s for Ns; '' if it is none."""
+    """The product that ``name`` may mean, N.s for Ns; '' if there is none."""
     for i in range(1, len(name)):
         first, second = name[:i], name[i:]
         if _known(first) and _known(second) and _look_up(first, first)[0] != _look_up(second, second)[0]:

@@ -67,9 +67,9 @@ class Choice(_Own):
         if (first, second) == (0, 1):
             return f"({margin} <= 0)"
         if self.is_condition and (first in (0, 1) or second in (0, 1)):
-            over = second in (0, 1)
-            link = "and" if (second if over else first) == 0 else "or"
-            return f"({margin} {'>' if over else '<='} 0 {link} {a if over else b})"
+            constant, other = (second, a) if second in (0, 1) else (first, b)
+            sign = ">" if (second == 0 or first == 1) else "<="
+            return f"({margin} {sign} 0 {'or' if constant else 'and'} {other})"
         return f"if({margin} > 0, {a}, {b})"
 
     def _tex(self, printer: LatexPrinter) -> str:
@@ -162,9 +162,6 @@ WORDS = ("if", "and", "or", "not", "smooth")
 
 MAX_LENGTH, MAX_NESTING, MAX_POWER, MAX_ARGUMENTS = 100_000, 60, 64, 16
 MAX_DIGITS, MAX_BITS, MAX_NUMBER_DEPTH = 400, 1020, 12
-MAX_CHOICES, MAX_WRITTEN = 30, 5_000
-"""How deep choices may be nested, and how many nodes an expression with a condition may have when written out."""
-
 MAX_AXES = 2
 """Arguments of a table, at most."""
 

@@ -21,7 +21,7 @@ from lag2fmu.mechanism.loads import with_inputs
 from lag2fmu.mechanism.name_check import check_names
 from lag2fmu.mechanism.norms import missing_norms
 from lag2fmu.mechanism.scope import Scope, constrained
-from lag2fmu.mechanism.unilaterals import Unilateral, unilaterals
+from lag2fmu.mechanism.unilaterals import Unilateral, check_open, unilaterals
 
 Origins = dict[str, str]
 """Place of a part that is not written -> place of what brings it: {'constraints.hinge_x': 'joints.hinge'}."""
@@ -56,8 +56,9 @@ def completed(written: Description) -> Completed:
     expanded = replace(expanded, coordinates=_decided(expanded, scope))
     origins = of_places | of_contacts | of_joints | of_norms
     of_user = {place for table in _BROUGHT for place in _places(table, getattr(written, table))}
+    check_meaning(expanded, scope)
     found = tuple(unilaterals(expanded))
-    check_meaning(expanded, scope, found)
+    check_open(expanded, found)
     kept = {place: origin for place, origin in origins.items() if place not in of_user}
     latches = tuple(c for c in expanded.constraints if c.while_ is not None)
     permanent = replace(expanded, constraints=tuple(c for c in expanded.constraints if c.while_ is None))
@@ -111,9 +112,9 @@ def _with_compliance(opened: Description) -> tuple[Description, Origins]:
         origins |= dict.fromkeys(of_contact, f"contacts.{found.contact.name}")
     pressed = replace(
         opened,
-        definitions=joined(opened.definitions, definitions, "definitions"),
-        dampers=joined(opened.dampers, dampers, "dampers"),
-        outputs=joined(opened.outputs, outputs, "outputs"),
+        definitions=joined(opened.definitions, definitions, "definitions", by="contact"),
+        dampers=joined(opened.dampers, dampers, "dampers", by="contact"),
+        outputs=joined(opened.outputs, outputs, "outputs", by="contact"),
     )
     return pressed, origins
 

@@ -47,6 +47,8 @@ def geometry_of(m: Description, contact: Contact, poses: Poses) -> Geometry:
         tangents = [_along_line(normal)] if m.dimension == 2 else _tangents(normal)
         gap = distance - first - second
         on_second = second * normal
+    if contact.frictionless:
+        return Geometry(gap, ())
     point_a, point_b = (end.origin.applyfunc(poses.rate) for end in (a, b))
     slip = point_a + a.angular.cross(-first * normal) - point_b - b.angular.cross(on_second)
     return Geometry(gap, tuple(t.dot(slip) for t in tangents))
@@ -85,17 +87,12 @@ def _check_angles(m: Description, contact: Contact, where: str) -> None:
     first, second = map(str, contact.between or ())
     on_line = CONTACTS[str(contact.kind)].normal
     turning = [second] if on_line else []
-    if not frictionless(contact):
+    if not contact.frictionless:
         radius_a, radius_b = _radii(contact)
         turning += [name for name, radius in ((first, radius_a), (second, radius_b)) if radius != 0]
     for name in turning:
         if angle_of(m, name) is None and name not in particles:
             raise MechanismError(f"{where}: '{name}' has no 'angle', which '{contact.kind}' needs; give it, or 0")
-
-
-def frictionless(contact: Contact) -> bool:
-    """Whether both coefficients of friction are the number 0."""
-    return contact.friction == 0 and contact.static_friction in (None, 0)
 
 
 def _radii(contact: Contact) -> tuple[sp.Expr, sp.Expr]:

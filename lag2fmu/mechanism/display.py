@@ -6,6 +6,8 @@ import re
 from collections.abc import Mapping
 
 from lag2fmu.description import names
+from lag2fmu.description.events import State
+from lag2fmu.description.symbols import Input, Parameter
 from lag2fmu.errors import LoadError, UnitError
 from lag2fmu.language.units import DIMENSIONLESS, JOULE, SECOND, WATT, Unit, parse_unit
 from lag2fmu.mechanism.record import Mechanism
@@ -17,8 +19,8 @@ def display_units(mechanism: Mechanism) -> dict[str, Unit]:
     """{name: unit} of coordinates, further states, parameters, inputs, outputs and rates, where there is a unit."""
     units: dict[str, Unit | None] = {**dict.fromkeys(names.ENERGIES, JOULE), "external_power": WATT}
     units |= dict(zip(names.SETTINGS, (DIMENSIONLESS, SECOND, SECOND), strict=True))
-    units |= {p.name: p.unit for p in mechanism.parameters} | {u.name: u.unit for u in mechanism.inputs}
-    units |= {z.name: z.unit if isinstance(z.unit, Unit) else None for z in mechanism.states}
+    declared: list[Parameter | Input | State] = [*mechanism.parameters, *mechanism.inputs, *mechanism.states]
+    units |= {part.name: _unit(part.unit) for part in declared}
     moving = {q.name: q.unit for q in mechanism.coordinates} | {u.name: u.unit for u in mechanism.motions}
     for name, unit in moving.items():
         first = _rate(unit)
@@ -29,8 +31,12 @@ def display_units(mechanism: Mechanism) -> dict[str, Unit]:
     for q in mechanism.coordinates:
         units[names.generalized_force(q.name)] = None if q.unit is None else JOULE / q.unit
     for name, output in mechanism.output_names.items():
-        units[name] = parse_unit(output.unit) if isinstance(output.unit, str) else output.unit
+        units[name] = _unit(output.unit)
     return {name: unit for name, unit in units.items() if unit is not None}
+
+
+def _unit(unit: Unit | str | None) -> Unit | None:
+    return parse_unit(unit) if isinstance(unit, str) else unit
 
 
 def _rate(unit: Unit | None) -> Unit | None:

@@ -1,28 +1,26 @@
 """Are contacts, stops, frictions, conditions and further states sound? Run once, when the record is built.
 
-First what is written is checked, then what it means: numbers at the parameters' values, and gaps at the start.
+First what is written is checked, then what it means: numbers at the parameters' values, conditions at the start.
 """
 
 from __future__ import annotations
 
 import math
 import random
-from collections.abc import Iterable, Iterator, Mapping
+from collections.abc import Iterator, Mapping
 
 import sympy as sp
 
-from lag2fmu.description import names
-from lag2fmu.description.events import CONTACTS, IMPACTS, LAWS, Contact, Friction, Stop
+from lag2fmu.description.events import CONTACTS, IMPACTS, LAWS, Contact, ContactKind, Friction, Stop
 from lag2fmu.description.names import suggestion
 from lag2fmu.description.record import Description
 from lag2fmu.errors import MechanismError
-from lag2fmu.language.expressions import free_names, symbol, to_text, value_of
+from lag2fmu.language.expressions import free_names, to_text, value_of
 from lag2fmu.language.vocabulary import TableCall
-from lag2fmu.mechanism.contact_places import frictionless
 from lag2fmu.mechanism.geometry import values_of
 from lag2fmu.mechanism.poses import Poses
 from lag2fmu.mechanism.scope import Scope
-from lag2fmu.mechanism.unilaterals import Unilateral
+from lag2fmu.mechanism.starts import start_values, value_at
 
 _NO_VALUE = (KeyError, ValueError, ArithmeticError)
 _TRIALS, _ROUNDING = 8, 1e-9
@@ -64,7 +62,7 @@ def _check_gap(contact: Contact, where: str) -> None:
         raise MechanismError(f"{where}: 'gap' is missing; give it, or a 'kind' with 'between'")
     if isinstance(contact.slip, tuple) and len(contact.slip) > 2:
         raise MechanismError(f"{where}.slip: has {len(contact.slip)} entries; give one, or 2 in space")
-    if contact.slip is None and not frictionless(contact):
+    if contact.slip is None and not contact.frictionless:
         key = "friction" if contact.friction != 0 else "static_friction"
         raise MechanismError(
             f"{where}.{key}: '{getattr(contact, key)}' without 'slip'; give the relative tangential velocity that "
@@ -87,15 +85,20 @@ def _check_places(m: Description, contact: Contact, where: str) -> None:
     if contact.between is None or len(contact.between) != 2:
         found = "is missing" if contact.between is None else f"has {len(contact.between)} ends"
         raise MechanismError(f"{where}: 'between' {found}; name what touches, then what it touches")
-    for key, needed in (("normal", of.normal), ("radius", of.radii > 0)):
-        if (getattr(contact, key) is not None) != needed:
-            raise MechanismError(
-                f"{where}: '{key}' is missing" if needed else f"{where}.{key}: does not go with '{kind}'; leave it out"
-            )
+    _check_measures(contact, of, where)
     _check_normal(m, contact, where)
-    count = len(contact.radius) if isinstance(contact.radius, tuple) else of.radii and 1
-    if count != of.radii:
-        raise MechanismError(f"{where}.radius: has {count} entries; '{kind}' has {of.radii}")
+
+
+def _check_measures(contact: Contact, of: ContactKind, where: str) -> None:
+    """A normal and radii are there if the kind has them."""
+    for key, needed in (("normal", of.normal), ("radius", of.radii > 0)):
+        if getattr(contact, key) is None and needed:
+            raise MechanismError(f"{where}: '{key}' is missing")
+        if getattr(contact, key) is not None and not needed:
+            raise MechanismError(f"{where}.{key}: does not go with '{contact.kind}'; leave it out")
+    count = len(contact.radius) if isinstance(contact.radius, tuple) else 1
+    if of.radii and count != of.radii:
+        raise MechanismError(f"{where}.radius: has {count} entries; '{contact.kind}' has {of.radii}")
 
 
 def _check_normal(m: Description, contact: Contact, where: str) -> None:
@@ -108,7 +111,7 @@ def _check_normal(m: Description, contact: Contact, where: str) -> None:
         raise MechanismError(
             f"{where}.normal: '{axis}' is out of the plane; give 'x', 'y' or a vector of 3 entries, the last one 0"
         )
-    numbers = [] if isinstance(axis, str) else [_value(sp.sympify(x), values_of(m)) for x in axis]
+    numbers = [] if isinstance(axis, str) else [value_at(sp.sympify(x), values_of(m)) for x in axis]
     if numbers and not any(x is None or x for x in numbers):
         raise MechanismError(f"{where}.normal: {list(axis)} is the zero vector at the values given, which is no normal")
 
@@ -138,8 +141,8 @@ def _check_law(contact: Contact, where: str) -> None:
 # ------------------------------------------------------------------------------------------------- what it means
 
 
-def check_meaning(m: Description, scope: Scope, unilaterals: Iterable[Unilateral]) -> None:
-    """Raise MechanismError for velocities that are not affine, numbers that no law has, and gaps that are negative.
+def check_meaning(m: Description, scope: Scope) -> None:
+    """Raise MechanismError for velocities that are not affine, numbers that no law has, and conditions.
 
     ``m`` has everything written out and its names have been checked.
     """
@@ -147,28 +150,19 @@ def check_meaning(m: Description, scope: Scope, unilaterals: Iterable[Unilateral
     for where, expression in _velocities(m):
         _check_affine(where, expression, poses, scope)
     for where, expression, low, high, what in _bounded(m):
-        value = _value(poses.resolved(expression), values)
+        value = value_at(poses.resolved(expression), values)
         if value is not None and not low <= value <= high:
             raise MechanismError(f"{where}: '{to_text(expression)}' is {value:g} at the values given; {what}")
     for where, less, more in _ordered(m):
-        small, large = (_value(poses.resolved(x), values) for x in (less, more))
+        small, large = (value_at(poses.resolved(x), values) for x in (less, more))
         if small is not None and large is not None and small > large:
             raise MechanismError(
                 f"{where}: '{to_text(less)}' is {small:g} and above '{to_text(more)}', which is {large:g}; change one"
             )
-    start = values | _starts(m)
-    for unilateral in unilaterals:
-        _check_open(unilateral, poses, start, m)
+    start = start_values(m)
     for constraint in m.constraints:
         if constraint.while_ is not None:
             _check_condition(f"constraints.{constraint.kind}.{constraint.name}.while", constraint.while_, poses, start)
-
-
-def _value(expression: sp.Expr, values: Mapping[str, float]) -> float | None:
-    try:
-        return value_of(expression, values)
-    except _NO_VALUE:
-        return None
 
 
 def _velocities(m: Description) -> Iterator[tuple[str, sp.Expr]]:
@@ -241,36 +235,6 @@ def _ordered(m: Description) -> Iterator[tuple[str, sp.Expr, sp.Expr]]:
     for where, part, less, more in parts:
         if getattr(part, less) is not None and getattr(part, more) is not None:
             yield where, sp.sympify(getattr(part, less)), sp.sympify(getattr(part, more))
-
-
-def _starts(m: Description) -> dict[str, float]:
-    """The start values of everything that has one; those that constraints decide are left out."""
-    found = {u.name: u.start for u in m.inputs} | {z.name: z.start for z in m.states}
-    for u in m.motions:
-        found |= {names.velocity(u.name): 0.0, names.acceleration(u.name): 0.0}
-    for q in m.coordinates:
-        if q.given is not False:
-            found[q.name] = q.start
-        if q.velocity_given is not False:
-            found[names.velocity(q.name)] = q.velocity
-    return found
-
-
-def _check_open(unilateral: Unilateral, poses: Poses, start: Mapping[str, float], m: Description) -> None:
-    """The gap is not negative at the start, but for rounding."""
-    gap = poses.resolved(unilateral.gap)
-    value = _value(gap, start)
-    if value is None:
-        return
-    terms = [_value(term, start) for term in sp.Add.make_args(gap)]
-    if value < -_ROUNDING * sum(abs(term) for term in terms if term is not None):
-        moving = [q.name for q in m.coordinates if symbol(q.name) in gap.free_symbols]
-        unit = unilateral.unit.si_name if unilateral.unit is not None else ""
-        at = ", ".join(f"{name} = {start[name]:g}" for name in moving[:6])
-        raise MechanismError(
-            f"{unilateral.where}: the gap is {value:g} {unit}".rstrip() + f" at the start, where {at} (SI); it cannot "
-            "be negative: start apart or touching"
-        )
 
 
 def _check_condition(where: str, condition: object, poses: Poses, start: Mapping[str, float]) -> None:

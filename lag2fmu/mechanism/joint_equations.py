@@ -1,7 +1,8 @@
-"""Joints between two ends as constraints, chosen such that the multipliers are what the joint bears.
+"""Joints between two ends as constraints, chosen such that the multipliers are forces and torques of the joint.
 
-With a constraint's rate F.(v_b - v_a) + T.(omega_b - omega_a), both bodies seen at the joint, its multiplier times F is
-the force and its multiplier times T the torque that act on the second body, the opposite ones on the first.
+A constraint has the rate F.(v_b - v_a) + T.(omega_b - omega_a), with the velocities of both bodies at the joint. Its
+multiplier times F is the force on the second body, and its multiplier times T the torque; the first body gets the
+opposite ones.
 
 Source: P. E. Nikravesh, Computer-Aided Analysis of Mechanical Systems, chapter 7 (dot products of vectors fixed in two
 bodies); rolling: J. I. Neimark, N. A. Fufaev, Dynamics of Nonholonomic Systems, AMS 1972, chapter I.
@@ -96,7 +97,7 @@ def _check_values(joint: Joint, values: Mapping[str, float]) -> None:
         try:
             value = value_of(expression, values)
         except (KeyError, ValueError, ArithmeticError):
-            continue  # an unknown name is reported where names are checked
+            continue  # the check of names reports an unknown name
         if value == 0 or (key == "radius" and value < 0):
             wanted = "a positive length" if key == "radius" else "a number that is not zero"
             raise MechanismError(f"joints.{joint.name}.{key}: '{expression}' is {value!r}; give {wanted}")
@@ -188,7 +189,7 @@ class _Between:
         n, k = self.twin_normal, 2 * sp.pi / self.joint.pitch
         cosine, sine = self.normals[0].dot(n), self.normals[1].dot(n)
         way = k * self.u.dot(self.apart)
-        slope = sp.cos(way) * cosine + sp.sin(way) * sine  # of the sine, 1 or -1
+        slope = sp.cos(way) * cosine + sp.sin(way) * sine  # the slope of the sine where it is 0: 1 or -1
         yield Equation("thread", sp.sin(way) * cosine - sp.cos(way) * sine, k * slope * self.u, -slope * self.u)
 
     def _contact(self) -> Iterator[Equation]:
@@ -242,7 +243,7 @@ def _ratio(m: Description, joint: Joint) -> Constraint:
 
 
 def _refuse_unknown(joint: Joint, equations: list[Equation], needed: list[Equation]) -> None:
-    """Raise MechanismError for a reaction that is unknown: an equation that always holds has no multiplier."""
+    """Raise MechanismError for a reaction that is undetermined: an equation that always holds has no multiplier."""
     for e in equations:
         if e not in needed:
             left = ", ".join(multiplier(_named(joint, other)) for other in needed) or "nothing"

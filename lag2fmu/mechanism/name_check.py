@@ -43,7 +43,8 @@ def _generated(mechanism: Description) -> Iterator[tuple[str, str]]:
     for motion in mechanism.motions:
         yield velocity(motion.name), f"the velocity of motion input '{motion.name}'"
         yield acceleration(motion.name), f"the acceleration of motion input '{motion.name}'"
-    for state in mechanism.states:
+    coordinates = {q.name for q in mechanism.coordinates}
+    for state in (z for z in mechanism.states if z.name not in coordinates):  # a clash of both is found as such
         yield derivative(state.name), f"the derivative of the further state '{state.name}'"
     yield from _generated_by_events(mechanism)
 

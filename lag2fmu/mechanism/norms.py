@@ -63,12 +63,12 @@ def vanishes(expression: sp.Expr) -> bool:
     """Whether the expression is zero for all values of its symbols; decided by values at random points."""
     try:
         return all(abs(value_of(expression, point)) < _ROUNDING for point in _points(free_names([expression])))
-    except (ValueError, ArithmeticError):  # a point where it has no value
+    except (ValueError, ArithmeticError):  # the expression has no value at some point
         return False
 
 
 def _says(other: sp.Expr, norm: sp.Expr, coordinates: set[str]) -> bool:
-    """Whether ``other`` contains the coordinates of ``norm`` alone and vanishes where it does."""
+    """Whether ``other`` keeps the same norm: it has the coordinates of ``norm`` alone and vanishes where that does."""
     names = free_names([norm])
     if not free_names([other]) & coordinates <= names or not free_names([other]) & names:
         return False

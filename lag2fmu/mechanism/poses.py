@@ -58,7 +58,8 @@ class Poses:
 
     def rate(self, expression: sp.Expr) -> sp.Expr:
         """The time derivative of an expression in t, q and motions, by the chain rule."""
-        return sp.Add(*(expression.diff(x) * rate for x, rate in self._rates.items() if expression.has(x)))
+        used = expression.free_symbols
+        return sp.Add(*(expression.diff(x) * rate for x, rate in self._rates.items() if x in used))
 
     def common(self, a: str, b: str) -> str:
         """The frame next to ``a`` and ``b`` that carries both."""

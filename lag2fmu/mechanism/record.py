@@ -36,7 +36,7 @@ class Mechanism(Description):
     Source of the procedure: Hand, Finch, Analytical Mechanics, section 1.9.
     """
 
-    __signature__: ClassVar[Signature] = signature(Description)  # for help()
+    __signature__: ClassVar[Signature] = signature(Description)  # what help() shows as the arguments
 
     description: Description = field(init=False, repr=False)
     origins: Mapping[str, str] = field(init=False, repr=False)
@@ -47,7 +47,8 @@ class Mechanism(Description):
 
     def __repr__(self) -> str:
         """One line: name, title, how many of what; the text format says everything."""
-        kinds = ("coordinates", "parameters", "inputs", "bodies", "constraints")
+        kinds = ["coordinates", "parameters", "inputs", "states", "bodies", "constraints"]
+        kinds += ["contacts", "stops", "frictions"]
         counted = ", ".join(f"{len(getattr(self, kind))} {kind}" for kind in kinds if getattr(self, kind))
         return f"<Mechanism {self.name}: {self.title}; {counted}>"
 
@@ -98,10 +99,6 @@ class Mechanism(Description):
     def fixed_parameters(self) -> frozenset[str]:
         """The names of the parameters in holonomic constraints and gaps, see ``scope``: they cannot change in a run."""
         return fixed_parameters(self, self.scope, (unilateral.gap for unilateral in self.unilaterals))
-
-    def with_latches(self) -> Mechanism:
-        """The same mechanism with its latches among the constraints, for those who know when they hold."""
-        return self._extended(constraints=in_order_of_kinds((*self.constraints, *self.latches)))
 
     def starting_at(self, coordinates: Iterable[Coordinate]) -> Mechanism:
         """The same mechanism with these ``coordinates``, which have other starts only; nothing is checked again."""

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Iterator, Mapping
 from copy import copy
+from typing import Any
 
 import sympy as sp
 
@@ -21,25 +22,7 @@ class Scope:
     """Which names an expression may use, and what each of them is."""
 
     def __init__(self, m: Description) -> None:
-        self.meaning: dict[str, str] = {"t": "time"}
-        if any(damper.force is not None for damper in m.dampers):
-            self.meaning[names.DAMPER_RATE] = OWN_RATE
-        for q in m.coordinates:
-            self.meaning |= {q.name: "coordinate", names.velocity(q.name): "velocity"}
-            self.meaning[names.acceleration(q.name)] = "acceleration"
-        self.meaning |= {p.name: "parameter" for p in m.parameters}
-        for u in m.inputs:
-            self.meaning[u.name] = "motion" if u.motion else "input"
-            if u.motion:
-                self.meaning |= {
-                    names.velocity(u.name): "motion velocity",
-                    names.acceleration(u.name): "motion acceleration",
-                }
-        self.meaning |= {names.generalized_force(q.name): "external force" for q in m.coordinates}
-        self.meaning |= {names.multiplier(c.name): "multiplier" for c in m.constraints}
-        self.meaning |= {z.name: "further state" for z in m.states}
-        self.meaning |= {names.force(name): "contact force" for name in unilateral_names(m)}
-        self.meaning |= {d.name: "definition" for d in m.definitions}
+        self.meaning = _meanings(m)
         self.uses: dict[str, set[str]] = {}
         """Definition -> the names it uses, definitions written out."""
         for d in in_order(m.definitions, "definitions"):
@@ -60,6 +43,31 @@ class Scope:
                 raise MechanismError(f"{where}: undefined symbol '{s.name}'; {remedy}")
             found |= self.uses.get(s.name, {s.name})
         return found
+
+
+def _meanings(m: Description) -> dict[str, str]:
+    """Name -> what it is; where two things have one name, which is found elsewhere, the last one."""
+    meaning = {"t": "time"}
+    if any(damper.force is not None for damper in m.dampers):
+        meaning[names.DAMPER_RATE] = OWN_RATE
+    for q in m.coordinates:
+        meaning |= {q.name: "coordinate", names.velocity(q.name): "velocity"}
+        meaning |= {names.acceleration(q.name): "acceleration", names.generalized_force(q.name): "external force"}
+    for u in m.plain_inputs:
+        meaning[u.name] = "input"
+    for u in m.motions:
+        meaning |= {u.name: "motion", names.velocity(u.name): "motion velocity"}
+        meaning[names.acceleration(u.name)] = "motion acceleration"
+    meaning |= {names.multiplier(c.name): "multiplier" for c in m.constraints}
+    meaning |= {names.force(name): "contact force" for name in unilateral_names(m)}
+    groups: tuple[tuple[str, tuple[Any, ...]], ...] = (
+        ("parameter", m.parameters),
+        ("further state", m.states),
+        ("definition", m.definitions),
+    )
+    for what, parts in groups:
+        meaning |= {part.name: what for part in parts}
+    return meaning
 
 
 def unilateral_names(m: Description) -> Iterator[str]:
@@ -116,7 +124,7 @@ def _remedy(table: str, meaning: str) -> str:
 
 
 def _kind_allows(constraint: Constraint) -> frozenset[str]:
-    """What a constraint of its kind may use."""
+    """The meanings of names that a constraint of this kind may use."""
     state = CONFIGURATION if constraint.holonomic else STATE
     inputs = {"input", "external force", "motion velocity", "motion acceleration", "further state"}
     return state | inputs if constraint.massless else state

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterable, Iterator
 from typing import NamedTuple
 
 import sympy as sp
@@ -10,10 +10,15 @@ import sympy as sp
 from lag2fmu.description.events import Contact, Stop
 from lag2fmu.description.names import stop_side
 from lag2fmu.description.record import Description
+from lag2fmu.errors import MechanismError
 from lag2fmu.language.units import METRE, Unit
-from lag2fmu.mechanism.contact_places import Geometry, frictionless, geometry_of
+from lag2fmu.language.vocabulary import symbol
+from lag2fmu.mechanism.contact_places import Geometry, geometry_of
 from lag2fmu.mechanism.poses import Poses
+from lag2fmu.mechanism.starts import start_values, value_at
 from lag2fmu.mechanism.unit_check import units_in
+
+_ROUNDING = 1e-9
 
 UnitOf = Callable[[sp.Expr], "Unit | None"]
 
@@ -53,7 +58,7 @@ def _of_contact(contact: Contact, geometry: Geometry, unit_of: UnitOf) -> Unilat
     return Unilateral(
         contact.name,
         geometry.gap,
-        () if frictionless(contact) else geometry.slips,
+        () if contact.frictionless else geometry.slips,
         sp.sympify(contact.restitution),
         friction,
         friction if contact.static_friction is None else sp.sympify(contact.static_friction),
@@ -68,3 +73,19 @@ def _of_stop(stop: Stop, unit_of: UnitOf) -> Iterator[Unilateral]:
         if bound is not None:
             name, gap = stop_side(stop.name, side), sign * (of - sp.sympify(bound))
             yield Unilateral(name, gap, (), restitution, sp.S.Zero, sp.S.Zero, unit_of(of), f"stops.{stop.name}.{side}")
+
+
+def check_open(m: Description, found: Iterable[Unilateral]) -> None:
+    """Raise MechanismError for a gap that is negative at the start, but for rounding."""
+    poses, start = Poses(m), start_values(m)
+    for unilateral in found:
+        gap = poses.resolved(unilateral.gap)
+        value, terms = value_at(gap, start), [value_at(term, start) or 0.0 for term in sp.Add.make_args(gap)]
+        if value is not None and value < -_ROUNDING * sum(map(abs, terms)):
+            moving = [q.name for q in m.coordinates if symbol(q.name) in gap.free_symbols]
+            unit = f" {unilateral.unit.si_name}" if unilateral.unit is not None else ""
+            at = ", ".join(f"{name} = {start[name]:g}" for name in moving[:6])
+            raise MechanismError(
+                f"{unilateral.where}: the gap is {value:g}{unit} at the start, where {at} (SI); it cannot be negative: "
+                "start apart or touching"
+            )

@@ -50,7 +50,7 @@ def attach(skeleton: Skeleton, part: Spring | Damper, places: dict[int, Floats])
     return _at_wall(part, slope, places) or _between(part, slope, places) or _at_link(part, slope, skeleton, places)
 
 
-def _slopes_of_places(skeleton: Skeleton) -> dict[int, Floats]:
+def slopes_of_places(skeleton: Skeleton) -> dict[int, Floats]:
     """{spot of a body, point or joint: (3, n, samples)}, bodies first; those without a slope left out."""
     numbers = [*skeleton.place.values(), *(i for link in skeleton.links for i in link.ends)]
     return {i: skeleton.spot_slopes[i] for i in dict.fromkeys(numbers) if np.isfinite(skeleton.spot_slopes[i]).all()}
@@ -109,9 +109,11 @@ def _unit(axis: int, sign: float) -> tuple[float, float, float]:
 
 
 def attachments(skeleton: Skeleton) -> Iterator[tuple[Spring | Damper, Attachment | None]]:
-    """Every spring and damper with its place."""
-    parts: tuple[Spring | Damper, ...] = (*skeleton.mechanism.springs, *skeleton.mechanism.dampers)
+    """Every spring and damper with its place, without those that contacts bring."""
+    m = skeleton.mechanism
+    dampers = [d for d in m.dampers if not m.origins.get(f"dampers.{d.name}", "").startswith("contacts.")]
+    parts: tuple[Spring | Damper, ...] = (*m.springs, *dampers)
     written = any(part.between is None for part in parts)
-    places = _slopes_of_places(skeleton) if written and skeleton.reads else {}
+    places = slopes_of_places(skeleton) if written and skeleton.reads else {}
     for part in parts:
         yield part, attach(skeleton, part, places)

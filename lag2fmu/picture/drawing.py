@@ -17,6 +17,7 @@ from lag2fmu.picture.layout import BOX, Layout
 from lag2fmu.picture.pulleys import draw_pulley
 from lag2fmu.picture.scene import Canvas, Disc, Scene, Stroke
 from lag2fmu.picture.shapes import BALL, CUBOID, DISC, PARTICLE, ROD, Shape
+from lag2fmu.picture.walls import draw_walls
 
 _ORDER = (BALL, CUBOID, DISC, ROD, PARTICLE)
 """Which bodies lie behind which."""
@@ -51,6 +52,7 @@ def draw(layout: Layout) -> Scene:
         canvas.notes.append("Ropes and pulleys are drawn as the bodies move; they have no mass.")
         draw_pulley(canvas, layout.pulley, flat, BOX[0])
     _grounds(canvas, layout)
+    draw_walls(canvas, layout)
     _links(canvas, layout, flat)
     _bodies(canvas, layout, flat, layout.shapes)
     _points(canvas, layout)

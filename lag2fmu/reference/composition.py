@@ -78,7 +78,10 @@ def composition_of(mechanism: Mechanism) -> Composition:
 
 @lru_cache(maxsize=16)
 def _composition(mechanism: Mechanism, *_derived: object) -> Composition:
-    """Mechanisms are equal whatever has been derived of them, so that starts and constraints are named too."""
+    """The composition of a mechanism with these starts and constraints.
+
+    They are arguments, because mechanisms are equal whatever has been derived of them.
+    """
     return Composition(mechanism)
 
 
@@ -158,7 +161,7 @@ class Composition:
         return tuple(self.written(x) for x in self.mechanism.place(name))
 
     def on_frame(self, name: object) -> bool:
-        """Is ``name`` a point or body that is on a frame (be it the world)?"""
+        """Whether ``name`` is a point or body that is on a frame (be it the world)."""
         return any(part.name == name and part.frame is not None for part in self.mechanism.places)
 
     def _given_energies(self) -> tuple[sp.Expr, sp.Expr]:

@@ -31,10 +31,10 @@ BLOCK = 4096
 """Points that are evaluated in one vectorised call: their intermediate results fit the cache."""
 
 FEW = 3
-"""Up to so many points are evaluated one by one: NumPy's scalars take a fifth of the time of its short arrays."""
+"""At most this many points are evaluated one by one: NumPy's scalars take a fifth of the time of its short arrays."""
 
 _EXACT = 2**53
-"""Up to here whole numbers are doubles."""
+"""Whole numbers up to this one are doubles."""
 
 Function = Callable[..., Any]
 
@@ -116,7 +116,7 @@ def number(value: sp.Expr) -> str:
 
 
 def _is_long(value: sp.Expr) -> bool:
-    """Whether numerator or denominator are no doubles: NumPy takes whole numbers beyond 64 bits for objects."""
+    """Whether numerator or denominator are no doubles. NumPy takes whole numbers beyond 64 bits for objects."""
     return bool(value.is_Rational) and max(abs(int(value.p)), int(value.q)) > _EXACT
 
 
@@ -129,13 +129,12 @@ class NumericPrinter(StrPrinter):  # type: ignore[misc]
     """
 
     def _print_Function(self, expr: sp.Expr) -> str:
+        if isinstance(expr, Tabulated):
+            return f"tabulated({number_of(expr)}, {self.stringify(expr.args, ', ')})"
         arguments = expr.args[:1] if isinstance(expr, sp.Heaviside) else expr.args
         return f"{NAME_OF[expr.func]}({self.stringify(arguments, ', ')})"
 
     _print_Abs = _print_Heaviside = _print_Min = _print_Max = _print_LatticeOp = _print_Function
-
-    def _print_Tabulated(self, expr: Tabulated) -> str:
-        return f"tabulated({number_of(expr)}, {self.stringify(expr.args, ', ')})"
 
     def _print_Pow(self, expr: sp.Expr, rational: bool = False) -> str:
         if expr.exp.is_Integer or abs(expr.exp) == sp.S.Half:

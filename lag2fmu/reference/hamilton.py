@@ -21,7 +21,7 @@ from lag2fmu.reference.state import Floats
 from lag2fmu.reference.trajectory import Trajectory
 
 SINGULAR = 1e12
-"""Condition of the scaled mass matrix above which momenta do not determine velocities."""
+"""Above this condition number of the scaled mass matrix, momenta do not determine velocities."""
 
 
 def integrate_canonically(
@@ -54,7 +54,7 @@ class _Canonical:
     def __init__(self, mechanism: Mechanism) -> None:
         self.equations = Equations(mechanism)
         self.n, self.nominal = self.equations.n, np.array([c.nominal for c in mechanism.coordinates])
-        # what pulls back onto the constraints, as in ``integrate``
+        # the rate (1/s) that pulls back onto the constraints, as in ``integrate``
         self.damping = DAMPING / mechanism.experiment.step if self.equations.energies.constraints.m else 0.0
         self.single = None if self.equations.small else single_state(self.equations)
         self.terms = self.equations.terms if self.single is None else self.single.terms

@@ -1,11 +1,11 @@
 """Direct integration of a mechanism by SciPy, with an estimate of its own error and of how starts are amplified.
 
-Two runs are made: one at ``rtol``, which is the result, and one at 10 ``rtol``. Where the inputs have many breaks both
-would step from break to break and agree to the last bit, which says nothing about their error: the first one therefore
-takes two steps there at least. The second is carried out together
-with a run from a start perturbed by 1e-8, on the same steps, so that their difference is the effect of the start and
-not of the integration. Method: DOP853, E. Hairer, S. P. Norsett, G. Wanner, Solving Ordinary Differential Equations I,
-section II.5; Radau IIA, same authors, volume II, section IV.8.
+Two runs are made. The first one, at ``rtol``, is the result; the second one is at 10 ``rtol``. Where the inputs have
+many breaks, both would step from break to break and agree to the last bit, which says nothing about their error. So the
+first run takes at least two steps between breaks. The second run is carried out together with a run from a start
+perturbed by 1e-8, on the same steps, so that their difference is the effect of the start and not of the integration.
+Method: DOP853, E. Hairer, S. P. Norsett, G. Wanner, Solving Ordinary Differential Equations I, section II.5; Radau IIA,
+same authors, volume II, section IV.8.
 """
 
 from __future__ import annotations
@@ -59,7 +59,7 @@ def integrate(
         )
     signals = signals_of(mechanism, inputs, float(grid[0]))
     if is_hybrid(mechanism):
-        return _hybrid(mechanism.with_latches(), grid, signals, (parameters, starts or {}), (method, rtol), progress)
+        return _hybrid(mechanism, grid, signals, (parameters, starts or {}), (method, rtol), progress)
     equations = Equations(mechanism, parameters)
     problem = InitialValueProblem(equations, signals, grid, _start(equations, starts or {}, float(grid[0]), signals))
     problem.check_start()

@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from lag2fmu.description.names import velocity
-from lag2fmu.reference.hybrid import Event
+from lag2fmu.reference.hybrid.modes import Event
 from lag2fmu.reference.state import Floats
 from lag2fmu.reference.trajectory import Trajectory
 

@@ -91,6 +91,6 @@ def _solved(matrix: Floats, right: Floats) -> Floats:
     from scipy.linalg.lapack import dgesvx
 
     *_, solution, _, _, _, info = dgesvx(matrix, right)
-    singular = 0 < info <= len(right)  # one more: ill-conditioned
+    singular = 0 < info <= len(right)  # len(right) + 1 means ill-conditioned, not singular
     found: Floats = np.full_like(right, np.nan) if singular else solution[:, 0]
     return found

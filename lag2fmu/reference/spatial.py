@@ -26,7 +26,7 @@ from lag2fmu.reference.quaternions import Quaternions
 
 _RATE = sp.Dummy("rate", real=True)
 
-Terms = tuple[Any, Any, Any]
+Energies = tuple[Any, Any, Any]
 """T, V (J) and R (W): arrays, or expressions."""
 
 
@@ -85,12 +85,12 @@ class Spatial:
 
     @property
     def loaded(self) -> bool:
-        """Do loads, or dampers with a force, act on frames?"""
+        """Whether loads, or dampers with a force, act on frames."""
         return bool(self._loads or self._forceful)
 
     @property
     def empty(self) -> bool:
-        """Is nothing on a frame?"""
+        """Whether nothing is on a frame."""
         return not self._links and not self._spots
 
     # ------------------------------------------------------------------------------------------------- what users ask
@@ -104,7 +104,7 @@ class Spatial:
 
         return _in_blocks(evaluate, rows, 3)
 
-    def symbolic(self) -> Terms:
+    def symbolic(self) -> Energies:
         """The same as expressions, which grow with every frame: for small mechanisms only."""
         return self.terms(np.array(self.expressions, dtype=object), sp.sqrt, sp.S.Zero)
 
@@ -206,7 +206,7 @@ class Spatial:
             return [sp.S.Zero] * 3
         return [written(gravity.acceleration) * written(x) for x in gravity.direction or (0, 0, -1)]
 
-    def terms(self, values: Array, root: Callable[[Any], Any], zero: Any) -> Terms:
+    def terms(self, values: Array, root: Callable[[Any], Any], zero: Any) -> Energies:
         """T, V (J) and R (W) for ``values`` of the ``expressions``, numbers of any kind with ``root`` and ``zero``."""
         poses = poses_of(self._links, values)
         T, V, R = zero, zero, zero

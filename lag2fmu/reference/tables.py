@@ -12,8 +12,8 @@ from typing import Any, ClassVar
 import numpy as np
 import sympy as sp
 
+from lag2fmu.description.tables import Table
 from lag2fmu.language.vocabulary import TableCall
-from lag2fmu.mechanism import Table
 
 Data = tuple[tuple[tuple[float, ...], ...], tuple[float, ...], str, str]
 """Arguments, values, interpolation and what is outside, of a table."""

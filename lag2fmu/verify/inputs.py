@@ -19,7 +19,7 @@ Inputs: TypeAlias = (
 ``time`` (a DataFrame may have it as index); or a function of time that gives a mapping from names to values."""
 
 SAMPLES = 4
-"""A function of time is taken at so many points a communication step."""
+"""A function of time is sampled at this many points in a communication step."""
 
 
 def trajectory_of(inputs: Inputs | None, stop_time: float, step: float) -> Trajectory | None:

@@ -25,7 +25,7 @@ Floats = NDArray[np.float64]
 
 _WARNING, _OK = 1, 0
 _KEPT = 4
-"""So many instances wait for another run at most."""
+"""At most this many instances wait for another run."""
 
 
 class Log:
@@ -140,7 +140,7 @@ def description_of(path: Path) -> Any:
     if key not in _descriptions:
         try:
             with opened(path) as archive:
-                parse(archive.read(DESCRIPTION), DESCRIPTION)  # it refuses what would take all memory
+                parse(archive.read(DESCRIPTION), DESCRIPTION)  # raises LoadError for an XML that would take all memory
             found = fmpy.read_model_description(str(path), validate=False)
         except LoadError:
             raise
@@ -153,7 +153,7 @@ def description_of(path: Path) -> Any:
 
 
 def _state_of(path: Path) -> tuple[object, ...]:
-    """What tells a file from another one at the same place."""
+    """What tells a file from another one at the same path: its size and times."""
     if not path.exists():
         raise LoadError(f"'{path}': there is no such file")
     state = path.stat()

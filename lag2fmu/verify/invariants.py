@@ -1,5 +1,5 @@
-"""What the analysis of a mechanism adds to ``validate``: its conserved quantities are watched, Hamilton's equations
-are integrated beside Lagrange's, and the action is told.
+"""What the analysis of a mechanism adds to ``validate``: conserved quantities are watched, Hamilton's equations are
+integrated beside Lagrange's, and the report names the action.
 """
 
 from __future__ import annotations
@@ -24,7 +24,7 @@ from lag2fmu.verify.report import Check
 Floats = NDArray[np.float64]
 
 HORIZON, POINTS = 0.1, 40
-"""Hamilton's equations are integrated over this share of the run, and conserved quantities seen at so many points."""
+"""Hamilton's equations are integrated over the part HORIZON of the run; conserved quantities are seen POINTS times."""
 
 
 def drift_checks(

@@ -26,6 +26,7 @@ from lag2fmu.reference.integrate import integrate, remedy_of_jumps
 from lag2fmu.reference.record import Reference
 from lag2fmu.reference.trajectory import Trajectory
 from lag2fmu.solvers.methods import METHODS
+from lag2fmu.verify.hybrid import comparable, extent, has_rows, row_checks, row_outputs
 from lag2fmu.verify.instances import description_of, offers_model_exchange
 from lag2fmu.verify.invariants import action_note, drift_checks, hamilton_checks
 from lag2fmu.verify.plan import Kind, Run, takes_derivatives
@@ -37,7 +38,7 @@ from lag2fmu.verify.task import ROUNDING, Floats, Task
 SAFETY, CHAOS, FEWEST = 100.0, 1e-2, 1e-2
 DIRECT = "direct integration"
 SHARE = 0.8
-"""The direct integration takes about so much of the time."""
+"""About this part of the time goes to the direct integration."""
 
 
 @np.errstate(all="ignore")  # what is not finite is looked for, and said in a row or an error
@@ -81,10 +82,12 @@ def validate_fmu(
             analysis, analysis_notes = _analysis(task, run, reference)
     checks += [
         *extent_check(task, reference),
+        *extent(task, reference, _horizon(task, reference)),
         *energy,
         *analysis,
         *_constraint_checks(task, runs, reference),
-        *pointwise_checks(task, reference),
+        *row_checks(task, runs, reference, {label: _on_grid(reference, run.time) for label, run in runs.items()}),
+        *([] if has_rows(task.mechanism) else pointwise_checks(task, reference)),
     ]
     own = "of runs at two tolerances; growth taken out"
     checks.append(
@@ -131,6 +134,7 @@ def _run(task: Task, kind: Kind, step: float, warned: Callable[[str], None]) -> 
     """
     outputs = [*task.states, *(names.acceleration(c.name) for c in task.mechanism.coordinates), "generalized_energy"]
     outputs += [names.residual(c.name) for c in task.mechanism.constraints]
+    outputs += row_outputs(task.mechanism)
     tolerance = task.tolerance if kind == "co-simulation" else max(task.tolerance / 100, 1e-13)
     options = Run(
         stop_time=task.stop_time,
@@ -161,7 +165,8 @@ def _horizon(task: Task, reference: Reference) -> float:
 def _own_error(task: Task, reference: Reference) -> float:
     """The error that the direct integration estimates of itself, amplification taken out, until the horizon."""
     weighed = reference.relative_error / reference.growth
-    return float(weighed[reference.trajectory.time <= _horizon(task, reference)].max())
+    compared = comparable(task, reference) & (reference.trajectory.time <= _horizon(task, reference))
+    return float(weighed[compared].max(initial=0.0))
 
 
 def _on_grid(reference: Reference, time: Floats) -> NDArray[np.intp]:
@@ -178,13 +183,16 @@ def _compare(task: Task, label: str, run: Trajectory, reference: Reference) -> C
     scales = np.array([reference.scales[name] for name in task.states])
     errors = np.abs(run.columns(task.states) - reference.trajectory.columns(task.states)[rows]) / scales
     weighed = errors.max(axis=1) / reference.growth[rows]
-    compared = run.time <= _horizon(task, reference)
+    compared = (run.time <= _horizon(task, reference)) & comparable(task, reference)[rows]
+    if not compared.any():
+        return Check(label, 1.0, 0.0, "no time can be compared; take a sharper --tolerance")
     worst, column = np.unravel_index(np.argmax(errors[compared]), errors[compared].shape)
     return Check(
         label,
         float(weighed[compared].max()),
         SAFETY * task.tolerance,
-        f"largest error {errors[worst, column]:.1e} of {task.states[column]} at t = {run.time[worst]:.3g} s",
+        f"largest error {errors[compared][worst, column]:.1e} of {task.states[column]} "
+        f"at t = {run.time[compared][worst]:.3g} s",
     )
 
 
@@ -207,7 +215,7 @@ def _constraint_checks(task: Task, runs: Mapping[str, Trajectory], reference: Re
     labels = [names.residual(c.name) for c in task.mechanism.constraints]
     equations = Equations(task.mechanism)
     for label, run in runs.items():
-        # co-simulation meets them to rounding, whatever the tolerance is, but for ill-conditioned ones
+        # co-simulation meets constraints to rounding, whatever the tolerance is, unless they are ill-conditioned
         bar = max(ROUNDING, task.tolerance / SAFETY) if label.startswith("co-simulation") else SAFETY * task.tolerance
         relative = np.abs(run.columns(labels)) / _constraint_scales(task, equations, run)
         row, column = np.unravel_index(np.argmax(relative), relative.shape)
@@ -215,7 +223,7 @@ def _constraint_checks(task: Task, runs: Mapping[str, Trajectory], reference: Re
         yield Check(f"constraints, {label}", float(relative[row, column]), bar, detail)
     scales = _constraint_scales(task, equations, reference.trajectory)
     for k, c in enumerate(task.mechanism.constraints):
-        if c.massless:  # whatever keeps to the equilibrium must do so without a force
+        if c.massless:  # the equilibrium has to hold without a force
             force = np.abs(reference.trajectory[names.multiplier(c.name)] * scales[:, k]).max()
             yield Check(f"no force belongs to {c.name}", float(force / max(_sizes(reference), default=1.0)), 1e-8)
 
@@ -247,23 +255,26 @@ def _energy_checks(task: Task, run: Trajectory, reference: Reference) -> list[Ch
     worst = int(np.argmax(np.abs(balance.residual)))
     off, detail = float(np.abs(balance.residual[worst]) / scale), f"largest at t = {run.time[worst]:.3g} s"
     pointwise = Check("energy: dh/dt - power, every point", off, ROUNDING, detail)
+    checks = [] if has_rows(task.mechanism) else [pointwise]  # forces of contacts do work too
     if task.holds and any(motion.name in inputs for motion in task.mechanism.motions):
-        return [pointwise]  # motions that are held jump at communication points, and h with them
+        return checks  # held motions jump at communication points, and h jumps with them
     rows = _on_grid(reference, run.time)
     h, work = run["generalized_energy"], reference.work[rows]
     size = max(float(np.abs(h).max()), float(np.ptp(h)), float(np.ptp(work)), *_sizes(reference), 1e-300)
-    drift = (np.abs(h - h[0] - work + work[0]) / size / reference.growth[rows])[run.time <= _horizon(task, reference)]
+    drift = np.abs(h - h[0] - work + work[0]) / size / reference.growth[rows]
+    compared = (run.time <= _horizon(task, reference)) & comparable(task, reference)[rows]
+    drift = np.where(compared, drift, 0.0)
     worst = int(np.argmax(drift))
     detail = f"largest drift at t = {run.time[worst]:.3g} s"
-    # energies are squares of what is twice as wide: 1 % of the range of a vibration is 4 % of its energy
+    # a range is twice an amplitude, and energies are squares: 1 % of the range of a vibration is 4 % of its energy
     bar = 4 * SAFETY * task.tolerance
-    return [pointwise, Check("energy: h - work over the run", float(drift[worst]), bar, detail)]
+    return [*checks, Check("energy: h - work over the run", float(drift[worst]), bar, detail)]
 
 
 def _inputs_at(task: Task, times: Floats) -> dict[str, Floats]:
     """The inputs as the FMU has them when its accelerations are recorded at the communication points ``times`` (k,).
 
-    Those that are held are still what was set before the step that led to a point.
+    Inputs that are held are then still those set before the step that led to the point.
     """
     signals = task.driving(times[1] - times[0])
     if signals is None:
@@ -273,6 +284,10 @@ def _inputs_at(task: Task, times: Floats) -> dict[str, Floats]:
 
 def _analysis(task: Task, run: Trajectory, reference: Reference) -> tuple[list[Check], list[str]]:
     """Conserved quantities and Hamilton's equations, of a run without inputs, and notes."""
+    if has_rows(task.mechanism):
+        return [], [
+            "Conserved quantities and Hamilton's equations are for mechanisms without contacts and dry friction."
+        ]
     if task.inputs is not None:
         return [], ["Conserved quantities and Hamilton's equations are compared in runs without inputs only."]
     equations, horizon = derive(task.mechanism), _horizon(task, reference)
@@ -288,7 +303,7 @@ def _sizes(reference: Reference) -> list[float]:
 
 
 def _solver_notes(task: Task, warnings: Mapping[str, Sequence[str]]) -> list[str]:
-    """Which solver is the default of such a mechanism, and what the FMU said of its own in each run."""
+    """Sentences: which solver is the default of such a mechanism, and what the FMU said of itself in each run."""
     solver, reason = suited_solver(derive(task.mechanism), METHODS)
     suited = [f"Where no solver is asked for, the export takes {solver}: {reason}."] if reason else []
     return suited + [f"The FMU warned, {label}: {text}" for label, texts in warnings.items() for text in texts]

@@ -54,7 +54,7 @@ def test_every_operation_computes_what_the_graph_says(runtime: ModuleType) -> No
     unary = ("negate", "add", "subtract", "multiply", "divide")
     outputs = [graph.add(a, b), graph.subtract(a, b), graph.multiply(a, b), graph.divide(a, b), graph.negate(a)]
     for row in OPERATIONS:
-        if row.name not in unary and ARITY[CODE[row.name]]:
+        if row.name not in unary and ARITY[CODE[row.name]] and not row.name.startswith("lookup"):
             outputs.append(graph.apply(row.name, *(a, b, a)[: row.arity]))
     program = program_of(graph, outputs)
     for values in ([0.3, 0.7], [0.7, 0.3], [0.5, 0.5]):

@@ -90,7 +90,7 @@ def test_every_function_is_used() -> None:
         for function in program.functions
         for node in program.graph.cone(node for *_, node in function.results)
     }
-    assert used == {row.name for row in OPERATIONS}
+    assert used == {row.name for row in OPERATIONS} - {"lookup", "lookup_2"}
 
 
 @pytest.mark.parametrize(
@@ -109,11 +109,14 @@ def test_no_mark_of_a_template_survives(model: str, solver: str) -> None:
 
 
 NEVER_LEFT_OUT = {"equations.c", "fmi2_variables.c", "instance.c", "integrator.c", "mass_matrix.c", "state.h"}
-FREE = {"constraints_none.c", "contacts_none.c", "events_none.c", "further_none.c", "massless_none.c"}
+FREE = {
+    *("constraints_none.c", "contacts_none.c", "events_none.c"),
+    *("further_none.c", "massless_none.c", "tables_none.c"),
+}
 CONSTRAINED = {
-    "further_none.c",
+    *("further_none.c", "tables_none.c"),
     *("constrained_accelerations.c", "constrained_system.c", "constraint_factorization.c", "constraint_projection.c"),
-    "events_none.c",
+    *("contacts_none.c", "events_none.c"),
     *("constraint_residuals.c", "constraint_start.c", "multiplier_rates.c"),
 }
 STEPS = "step_failure.c"

@@ -9,19 +9,19 @@ from pathlib import Path
 from typing import Any
 
 import pytest
+from everything import everything
 from jsonschema import Draft7Validator
+from schema_faults import faults
+from spatial_mechanisms import everything_spatial
 
 from lag2fmu.errors import TextError
 from lag2fmu.formats.keys import CONSTRAINT, EXPRESSIONS, NAMED, SINGLE
 from lag2fmu.formats.loading import bundled, load
 from lag2fmu.formats.schema import FILE_NAME, schema, schema_text
-from lag2fmu.formats.text import read, tomllib
+from lag2fmu.formats.text import read
 from lag2fmu.formats.write import write
 from lag2fmu.resources import resource_folder
-from tests.formats.test_text import everything
-from tests.reference.spatial_mechanisms import everything_spatial
 
-VALIDATOR = Draft7Validator(schema())
 BROKEN = Path(__file__).parent / "broken"
 
 WRONG_FORM = sorted(
@@ -34,12 +34,6 @@ WRONG_FORM = sorted(
     ]
 )
 """What is wrong in these files are keys and types, not names, numbers or equations."""
-
-
-def faults(text: str) -> list[str]:
-    """What the schema says is wrong with ``text``, each with its place."""
-    found = VALIDATOR.iter_errors(tomllib.loads(text))
-    return [f"{'.'.join(map(str, error.absolute_path))}: {error.message}" for error in found]
 
 
 def test_the_shipped_file_is_what_is_generated(request: pytest.FixtureRequest) -> None:

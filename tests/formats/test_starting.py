@@ -6,6 +6,7 @@ import re
 from pathlib import Path
 
 import pytest
+from schema_faults import faults
 
 import lag2fmu
 from lag2fmu.errors import LoadError, MechanismError
@@ -14,7 +15,6 @@ from lag2fmu.formats.loading import load
 from lag2fmu.formats.schema import FILE_NAME
 from lag2fmu.formats.starting import write_start
 from lag2fmu.formats.text import read_file
-from tests.formats.test_schema import faults
 
 
 @pytest.fixture

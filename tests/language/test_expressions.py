@@ -3,12 +3,15 @@
 from __future__ import annotations
 
 import random
+import re
 import time
+from collections.abc import Callable
 
 import pytest
 import sympy as sp
 
 from lag2fmu.errors import ExpressionError, MechanismError
+from lag2fmu.language.conditions import put
 from lag2fmu.language.expressions import (
     FUNCTIONS,
     free_names,
@@ -19,6 +22,7 @@ from lag2fmu.language.expressions import (
     to_text,
     value_of,
 )
+from lag2fmu.language.vocabulary import Choice, Smooth, TableCall, table_function
 
 x, y, m = symbol("x"), symbol("y"), symbol("m")
 
@@ -112,6 +116,72 @@ def test_random_expressions_read_back_the_same() -> None:
         assert parse(to_text(expression)) == expression, f"seed {seed}: {to_text(expression)}"
         read_back += 1
     assert read_back > 500
+
+
+def test_random_conditions_read_back_the_same() -> None:
+    """Choices with any parts, conditions of them, smooth parts and calls of tables."""
+    x, y = symbol("x"), symbol("y")
+    for seed in range(200):
+        source = random.Random(seed)
+        try:
+            a, b, c = (normal_form(random_expression(source, 2), "e") for _ in range(3))
+            once = Choice(a, sp.S.One, sp.S.Zero)
+            condition = put(once, Choice(b, sp.S.Zero, sp.S.One), Choice(c, sp.S.One, sp.S.Zero))
+            parts = [put(condition, Smooth(a) + x, b), Choice(y, put(condition, sp.S.One, c), a), 2 * once - condition]
+            expression = normal_form(source.choice(parts) * table_function("f")(a, y), "e")
+        except (MechanismError, ValueError):
+            continue
+        assert parse(to_text(expression), tables=("f",)) == expression, f"seed {seed}: {to_text(expression)}"
+
+
+@pytest.mark.parametrize(
+    ("text", "truth"),
+    [
+        ("x > y", lambda x, y: x > y),
+        ("x >= y", lambda x, y: x >= y),
+        ("x < y", lambda x, y: x < y),
+        ("x <= y", lambda x, y: x <= y),
+        ("not x > y", lambda x, y: not x > y),
+        ("x > y or x < y and y > 0", lambda x, y: x > y or (x < y and y > 0)),
+        ("(x > y or x < y) and y > 0", lambda x, y: x != y and y > 0),
+        ("not (x > 0 and not y > 0) or x >= 1", lambda x, y: not (x > 0 and not y > 0) or x >= 1),
+        ("if(x > y, y > 0, x > 0)", lambda x, y: y > 0 if x > y else x > 0),
+    ],
+)
+def test_conditions_are_what_they_say_at_ties_too(text: str, truth: Callable[[float, float], bool]) -> None:
+    for a in (-1.0, 0.0, 1.0):
+        for b in (-1.0, 0.0, 1.0):
+            assert value_of(parse(f"if({text}, 3, 5)"), {"x": a, "y": b}) == (3.0 if truth(a, b) else 5.0)
+            assert value_of(parse(text), {"x": a, "y": b}) == truth(a, b)
+
+
+def test_a_choice_is_lazy_and_differentiated_beside_its_switch() -> None:
+    expression = parse("if(x > 0, log(x), smooth(abs(x)))")
+    assert value_of(expression, {"x": -2.0}) == 2.0
+    assert expression.diff(symbol("x")) == parse("if(x > 0, 1/x, smooth(sign(x)))")
+    slope = parse("f(x**2, x)", tables=("f",)).diff(symbol("x"))
+    assert {call.orders for call in slope.atoms(TableCall)} == {(1, 0), (0, 1)}
+
+
+@pytest.mark.parametrize(
+    ("text", "message"),
+    [
+        ("x == y", "'==' is not an operator; conditions are made of <, <=, > and >= at column 3"),
+        ("x < y < 1", "two comparisons in a row; join them by 'and'"),
+        ("if(x, 1, 2)", "'x' is no condition, such as x > 0"),
+        ("x and y > 0", "'x' is no condition"),
+        ("not x", "'x' is no condition"),
+        ("if(x > 0, 1)", "if takes 3 argument"),
+        ("and", "unexpected 'and'"),
+        ("f(x, y, 1)", "f takes 1 to 2 argument"),
+        ("smooth(x, y)", "smooth takes 1 argument"),
+        (" and ".join(f"(a{i} > 0 or b{i} > 0)" for i in range(12)), "too many cases when the conditions are written"),
+        (" and ".join(f"a{i} > 0" for i in range(40)), "too many cases when the conditions are written"),
+    ],
+)
+def test_what_is_no_condition_is_refused(text: str, message: str) -> None:
+    with pytest.raises(ExpressionError, match=re.escape(message)):
+        parse(text, tables=("f",))
 
 
 def test_a_name_is_resolved_or_unknown() -> None:

@@ -7,6 +7,7 @@ from fractions import Fraction
 from typing import Any
 
 import pytest
+from spatial_mechanisms import everything_spatial
 from sympy import Rational, cos, pi, sin, sqrt
 
 from lag2fmu.errors import MechanismError, UnitError
@@ -29,7 +30,6 @@ from lag2fmu.mechanism import (
     signal,
 )
 from lag2fmu.mechanism.geometry import principal_moments
-from tests.reference.spatial_mechanisms import everything_spatial
 
 q1, q2, l, y = coordinate("q1", "rad"), coordinate("q2", "rad"), parameter("l", 0.5, "m"), signal("y", motion=True)  # noqa: E741
 I, m, g = parameter("I", 0.2, "kg.m2"), parameter("m", 2.0, "kg"), parameter("g", 9.81, "m/s2")  # noqa: E741

@@ -3,6 +3,7 @@
 import numpy as np
 import pytest
 import sympy as sp
+from mechanisms import charged_particle, driven_pendulum, falling, loaded, oscillator, pendulum
 
 from lag2fmu.errors import DerivationError, LoadError, SimulationError
 from lag2fmu.language.expressions import FUNCTIONS
@@ -10,7 +11,6 @@ from lag2fmu.mechanism import Body, Damper, Energy, Load, Mechanism, Point, Spri
 from lag2fmu.reference import Equations, sympy_accelerations
 from lag2fmu.reference.functions import FEW, STEP, compiled
 from models.double_pendulum import double_pendulum
-from tests.reference.mechanisms import charged_particle, driven_pendulum, falling, loaded, oscillator, pendulum
 
 INPUTS = {
     "w": 0.3,

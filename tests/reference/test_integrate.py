@@ -5,6 +5,7 @@ import sys
 import numpy as np
 import pytest
 import sympy as sp
+from mechanisms import charged_particle, driven_pendulum, falling, loaded, oscillator, pendulum
 from scipy.special import ellipj, ellipk
 
 from lag2fmu.errors import LoadError, SimulationError
@@ -12,7 +13,6 @@ from lag2fmu.language.expressions import TIME
 from lag2fmu.mechanism import Energy, Mechanism, coordinate, parameter, signal
 from lag2fmu.reference import Trajectory, held, integrate
 from models.double_pendulum import double_pendulum
-from tests.reference.mechanisms import charged_particle, driven_pendulum, falling, loaded, oscillator, pendulum
 
 t = TIME
 TIMES = np.linspace(0, 5, 101)

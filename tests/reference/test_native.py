@@ -5,14 +5,14 @@ from __future__ import annotations
 import numpy as np
 import pytest
 import sympy as sp
+from mechanisms import loaded, pendulum
+from spatial_mechanisms import everything_spatial
 
 from lag2fmu.formats.loading import load
 from lag2fmu.language.expressions import TIME
 from lag2fmu.mechanism import Energy, Mechanism, coordinate
 from lag2fmu.reference import Equations, integrate, native
 from lag2fmu.reference.single import single_state
-from tests.reference.mechanisms import loaded, pendulum
-from tests.reference.spatial_mechanisms import everything_spatial
 
 
 def all_functions() -> Mechanism:

@@ -2,16 +2,16 @@
 
 import numpy as np
 import pytest
-
-from lag2fmu.formats.loading import load
-from lag2fmu.reference import Equations, Trajectory, integrate, sympy_accelerations
-from tests.reference.spatial_mechanisms import (
+from spatial_mechanisms import (
     TENSOR,
     carousel,
     double_joint,
     everything_spatial,
     free_symmetric_body,
 )
+
+from lag2fmu.formats.loading import load
+from lag2fmu.reference import Equations, Trajectory, integrate, sympy_accelerations
 
 MODELS = ("heavy_top", "furuta_pendulum", "six_axis_arm", "humanoid_planar")
 CASES = {

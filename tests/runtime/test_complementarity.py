@@ -15,11 +15,6 @@ G = 9.81
 COUNT = 1500
 
 
-@pytest.fixture(scope="module")
-def laws(tmp_path_factory: pytest.TempPathFactory) -> Laws:
-    return Laws(tmp_path_factory.mktemp("laws"))
-
-
 def random_problems(seed: int, rows: int, coordinates: int) -> tuple[Array, Array]:
     """delassus[COUNT, rows, rows] and free[COUNT, rows] of random mechanisms, masses over two orders of magnitude."""
     rng = np.random.default_rng(seed)
@@ -68,10 +63,52 @@ def test_friction_at_rest_may_be_greater(laws: Laws) -> None:
 
 
 def test_contacts_that_slide_may_have_no_solution(laws: Laws) -> None:
-    rows = [normal(), sliding(0, 1.2, 1.0), normal(), sliding(2, 0.8, -1.0), normal(), tangential(4, 0.5)]
-    elements = [modes.sliding(0, 1, 1.2, 1.0), modes.sliding(2, 3, 0.8, -1.0), modes.planar(4, 5, 0.5, 0.5)]
+    """Nor does Lemke's method alone find each solution."""
+    ways = [(0, 3.0, 1.0), (2, 2.0, -1.0), (4, 3.5, 1.0)]
+    rows = [row for n, friction, way in ways for row in (normal(), sliding(n, friction, way))]
+    elements = [modes.sliding(n, n + 1, friction, way) for n, friction, way in ways]
+    rows, elements = [*rows, normal(), tangential(6, 1.0)], [*elements, modes.planar(6, 7, 1.0, 1.0)]
     solved = compare(laws, rows, elements, 8, seed=3)
     assert 0.5 * COUNT < solved.sum() < COUNT
+
+
+def test_more_contacts_than_coordinates(laws: Laws) -> None:
+    """Twelve contacts in the plane on six coordinates; the motion is unique where friction is light."""
+    rows = [row for n in range(0, 24, 2) for row in (normal(), tangential(n, 0.3))]
+    delassus, free = (part[:200] for part in random_problems(11, 24, 6))
+    solved, forces, w = laws.solve_all(delassus, free, rows)
+    assert solved.all()
+    assert forces[:, 0::2].min() >= -1e-12
+    assert w[:, 0::2].min() >= -1e-12
+    assert np.abs(np.minimum(forces[:, 0::2], w[:, 0::2])).max() < 1e-11
+    assert (np.abs(forces[:, 1::2]) <= 0.3 * forces[:, 0::2] + 1e-11).all()
+
+
+@pytest.mark.parametrize("rank", [40, 15])
+def test_linear_complementarity_problems(laws: Laws, rank: int) -> None:
+    """Symmetric positive (semi)definite matrices and a skew part; integers, so that many ratios are equal."""
+    rng = np.random.default_rng(8)
+    for _ in range(30):
+        factor, skew = rng.integers(-2, 3, size=(40, rank)), rng.integers(-2, 3, size=(40, 40))
+        matrix = (factor @ factor.T + skew - skew.T) / 40
+        offset = matrix @ rng.integers(0, 2, size=40) * -1.0 + rng.integers(0, 2, size=40)
+        solved, z = laws.lemke(matrix, offset)
+        y = offset + matrix @ z
+        assert solved
+        assert z.min() >= 0.0
+        assert y.min() > -1e-11
+        assert np.abs(np.minimum(y, z)).max() < 1e-11
+
+
+def test_friction_that_wedges(laws: Laws) -> None:
+    """A large coefficient: the normal direction hardly counts against the friction it makes."""
+    delassus = np.array([[1.0, 0.41263753, 0.1189938], [0.41263753, 0.83746039, -0.65499177],
+                         [0.1189938, -0.65499177, 1.16253961]])  # fmt: skip
+    free = np.array([-0.84559378, -1.5390226, 0.54926609])
+    for friction in np.geomspace(0.1, 200, 60):
+        solved, forces, _ = laws.solve(delassus, free, [normal(), tangential(0, friction), tangential(0, friction)])
+        assert solved
+        assert cone_violation(delassus[None], free[None], forces[None], [(0, friction)])[0] < 1e-11
 
 
 def cone_violation(delassus: Array, free: Array, forces: Array, contacts: list[tuple[int, float]]) -> Array:
@@ -100,6 +137,31 @@ def test_round_cones_obey_the_laws(laws: Laws) -> None:
     violation = cone_violation(delassus[solved], free[solved], forces[solved], [(n, 0.2 * n) for n in (1, 4, 7)])
     assert violation.max() < 1e-10
     assert np.abs(w[:, 0]).max() == 0.0
+
+
+def test_round_cones_may_hold_more_than_they_slide(laws: Laws) -> None:
+    """What slides does so with the sliding coefficient, what sticks needs no more than the holding one."""
+    rows = [row for n in (0, 3) for row in (normal(), tangential(n, 0.3, 0.8), tangential(n, 0.3, 0.8))]
+    delassus, free = random_problems(10, 6, 8)
+    solved, forces, w = laws.solve_all(delassus, free, rows)
+    assert solved.all()
+    seen = 0
+    for n in (0, 3):
+        load, drag = forces[:, n], np.linalg.norm(forces[:, n + 1 : n + 3], axis=1)
+        slides = np.linalg.norm(w[:, n + 1 : n + 3], axis=1) > 0.0
+        assert (drag <= 0.8 * load + 1e-9).all()
+        np.testing.assert_allclose(drag[slides], 0.3 * load[slides], atol=1e-9)
+        seen += (~slides & (drag > 0.3 * load + 1e-9)).sum()
+    assert seen > 100
+
+
+def test_round_cones_of_few_coordinates(laws: Laws) -> None:
+    """Nine rows of contacts, five coordinates: forces are not unique, motions may wedge."""
+    rows = [row for n in (0, 3, 6) for row in (normal(), tangential(n, 1.5), tangential(n, 1.5))]
+    delassus, free = random_problems(9, 9, 5)
+    solved, forces, _ = laws.solve_all(delassus, free, rows)
+    assert solved.all()
+    assert cone_violation(delassus, free, forces, [(n, 1.5) for n in (0, 3, 6)]).max() < 1e-9
 
 
 def test_the_axes_of_a_cone_do_not_matter(laws: Laws) -> None:

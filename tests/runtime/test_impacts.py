@@ -13,11 +13,6 @@ from numpy.typing import NDArray
 Array = NDArray[np.float64]
 
 
-@pytest.fixture(scope="module")
-def laws(tmp_path_factory: pytest.TempPathFactory) -> Laws:
-    return Laws(tmp_path_factory.mktemp("laws"))
-
-
 def smooth(row: int, restitution: float, loaded: bool = False) -> Contact:
     return Contact(row, 0, 0, restitution, 0.0, loaded, 0.0)
 
@@ -138,6 +133,13 @@ def test_permanent_constraints_hold(laws: Laws) -> None:
     impact = happens(laws, np.diag([2.0, 1.0]), jacobian, [-1, -1], smooth(1, 0.5), permanent=[0])
     np.testing.assert_allclose(impact.velocities, [0.5, 0.5], rtol=1e-14)
     assert impact.rows[0] == 0.0
+
+
+@pytest.mark.parametrize(("order", "after"), [(SEQUENTIAL, [1 / 6, 1 / 6, 2 / 3]), (SIMULTANEOUS, [1 / 3] * 3)])
+def test_what_begins_to_hold_stops(laws: Laws, order: int, after: list[float]) -> None:
+    """A latch catches a body, and what it is latched to strikes another."""
+    impact = happens(laws, np.eye(3), chain(3), [1, 0, 0], smooth(1, 1.0), permanent=[0], order=order)
+    np.testing.assert_allclose(impact.velocities, after, rtol=1e-14)
 
 
 def test_what_cannot_move_has_no_solution(laws: Laws) -> None:

@@ -8,6 +8,7 @@ from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
+import scipy.sparse
 from compiling import COMPILERS, compiled
 from numpy.typing import NDArray
 
@@ -17,6 +18,11 @@ Array = NDArray[np.float64]
 FREE, BILATERAL, UNILATERAL, TANGENTIAL, SLIDING, BOUNDED, GIVEN = range(7)
 SEQUENTIAL, SIMULTANEOUS = range(2)
 MOST_ROWS, MOST_CONTACTS = 24, 8
+UNITS = (
+    *("complementarity", "cones", "contact_rows", "elimination", "impacts", "impacts_without_collision", "laws"),
+    *("least_norm", "lemke", "polyhedral", "vector_length", "complementarity_large", "envelope", "sparse_rows"),
+)
+"""The files of the runtime that know nothing of a mechanism but its sizes."""
 SIZES = f"#define SIZE_ROWS {MOST_ROWS}\n#define SIZE_ACTIVE {MOST_ROWS}\n#define SIZE_CONTACTS {MOST_CONTACTS}\n"
 BATCH = """#include "complementarity.h"
 void solve_all(int count, const Problem problems[], double lambda[], double w[], bool solved[]);
@@ -27,6 +33,7 @@ void solve_all(int count, const Problem problems[], double lambda[], double w[],
 }
 """
 _Doubles = ctypes.POINTER(ctypes.c_double)
+_Integers = ctypes.POINTER(ctypes.c_int)
 
 
 class Row(ctypes.Structure):
@@ -44,6 +51,29 @@ class Row(ctypes.Structure):
 
 class _Problem(ctypes.Structure):
     _fields_ = [("rows", ctypes.c_int), ("delassus", _Doubles), ("free", _Doubles), ("row", ctypes.POINTER(Row))]
+
+
+class _Lcp(ctypes.Structure):
+    _fields_ = [
+        ("size", ctypes.c_int),
+        ("matrix", ctypes.c_double * (3 * MOST_ROWS) ** 2),
+        ("offset", ctypes.c_double * (3 * MOST_ROWS)),
+    ]
+
+
+class _SparseProblem(ctypes.Structure):
+    _fields_ = [
+        ("rows", ctypes.c_int),
+        ("start", _Integers),
+        ("column", _Integers),
+        ("value", _Doubles),
+        ("free", _Doubles),
+        ("row", ctypes.POINTER(Row)),
+    ]
+
+
+class _LargeWork(ctypes.Structure):
+    _fields_ = [("integers", _Integers), ("numbers", _Doubles), ("capacity", ctypes.c_int)]
 
 
 class Contact(ctypes.Structure):
@@ -129,11 +159,13 @@ class Laws:
     """The compiled units."""
 
     def __init__(self, folder: Path) -> None:
-        place = resource_folder("templates") / "runtime" / "variants" / "contacts"
-        sources = {path.name: path.read_text("utf-8") for path in sorted(place.glob("*.[ch]"))}
+        runtime = resource_folder("templates") / "runtime"
+        folders = (runtime / "variants" / "contacts", runtime / "solvers" / "common")
+        paths = [folder / f"{name}.{ending}" for folder in folders for name in UNITS for ending in "ch"]
+        sources = {path.name: path.read_text("utf-8") for path in paths if path.is_file()}
         sources |= {"mechanism.h": SIZES, "batch.c": BATCH}
         self._library = compiled(folder, sources, "gcc" if "gcc" in COMPILERS else "zig")
-        for name in ("impacts_solve", "impacts_without_collision"):
+        for name in ("lemke_solve", "impacts_solve", "impacts_without_collision", "complementarity_large"):
             getattr(self._library, name).restype = ctypes.c_bool
 
     def solve_all(self, delassus: Array, free: Array, rows: Sequence[Row]) -> tuple[NDArray[np.bool_], Array, Array]:
@@ -154,6 +186,53 @@ class Laws:
         """Whether solved, lambda[rows] and w[rows]."""
         solved, forces, motions = self.solve_all(np.asarray(delassus)[None], np.asarray(free, float)[None], rows)
         return bool(solved[0]), forces[0], motions[0]
+
+    def solve_large(
+        self,
+        delassus: scipy.sparse.csr_matrix,
+        free: Array,
+        rows: Sequence[Row],
+        guess: Array | None = None,
+        capacity: int = 200_000,
+    ) -> tuple[bool, Array, Array]:
+        """Whether solved to 1e-12, lambda[rows] and w[rows] of a sparse problem."""
+        size = len(free)
+        start, column = delassus.indptr.astype(np.int32), delassus.indices.astype(np.int32)
+        free, value = np.ascontiguousarray(free, float), np.ascontiguousarray(delassus.data, float)
+        integers, numbers = np.zeros(7 * size + 1, np.int32), np.zeros(4 * size + 2 * capacity)
+        problem = _SparseProblem(
+            size,
+            start.ctypes.data_as(_Integers),
+            column.ctypes.data_as(_Integers),
+            value.ctypes.data_as(_Doubles),
+            free.ctypes.data_as(_Doubles),
+            (Row * size)(*rows),
+        )
+        work = _LargeWork(integers.ctypes.data_as(_Integers), numbers.ctypes.data_as(_Doubles), capacity)
+        forces, motions = np.zeros(size) if guess is None else guess.copy(), np.zeros(size)
+        residual = ctypes.c_double()
+        solved = self._library.complementarity_large(
+            ctypes.byref(problem),
+            ctypes.c_double(1e-12),
+            ctypes.byref(work),
+            forces.ctypes.data_as(_Doubles),
+            motions.ctypes.data_as(_Doubles),
+            ctypes.byref(residual),
+        )
+        return bool(solved), forces, motions
+
+    def lemke(self, matrix: Array, offset: Array) -> tuple[bool, Array]:
+        """Whether solved and z[n] of z >= 0, offset + matrix z >= 0, one of both 0 in each row."""
+        size = len(offset)
+        numbers = (ctypes.c_double * size**2)(*matrix.ravel())
+        problem = _Lcp(size)
+        ctypes.memmove(problem.matrix, numbers, ctypes.sizeof(numbers))
+        problem.offset[:size] = offset
+        solution, positive = np.zeros(3 * MOST_ROWS), np.zeros(3 * MOST_ROWS, bool)
+        solved = self._library.lemke_solve(
+            ctypes.byref(problem), solution.ctypes.data_as(_Doubles), positive.ctypes.data_as(ctypes.c_void_p)
+        )
+        return bool(solved), solution[:size]
 
     def impact(
         self,

@@ -91,7 +91,7 @@ def test_casadi(fmu: Fmu) -> None:
 def test_libcosim(fmu: Fmu) -> None:
     """Without a tolerance, so that the FMU takes its own, 1e-6."""
     pytest.importorskip("libcosimpy", reason="libcosim has no wheel for this platform")
-    from test_libcosim import Simulation
+    from libcosim import Simulation
 
     simulation = Simulation(one=fmu.path)
     simulation.run(STOP)

@@ -10,7 +10,7 @@ import numpy as np
 from lag2fmu.errors import SimulationError
 from lag2fmu.reference.hybrid.impacts import Impacts
 from lag2fmu.reference.hybrid.laws import CLOSED, PLANES, Item, Outcome, apart, decided
-from lag2fmu.reference.hybrid.measures import STILL, slips_of, touches, velocity_sizes
+from lag2fmu.reference.hybrid.measures import STILL, is_free, pace, slips_of, touches, velocity_sizes
 from lag2fmu.reference.hybrid.modes import Due, Memory, Mode, Modes
 from lag2fmu.reference.hybrid.system import Point, System
 from lag2fmu.reference.state import Floats, State
@@ -50,8 +50,9 @@ class Choice:
             for i in range(e.u)
             if (touches(system, point, i) or modes.contacts[i] is not Mode.OPEN or ("gap", i) in due)
             and v[i] < STILL * sizes[i]
+            and is_free(point, D, i)
         ]
-        borne = np.zeros(system.constraints.m), np.zeros(e.u)
+        borne = np.zeros(system.constraints.m), np.zeros(e.k)
         present = self._lasting(modes, contacts, due)
         before: tuple[Mode, ...] | None = None
         for _ in range(100):  # the capacities of frictions may depend on the forces that follow
@@ -59,14 +60,16 @@ class Choice:
             if e.f:
                 items += self._friction_items(point, modes, due, sizes, *e.capacities(point.state, *borne))
             rows, moved = apart(items)
-            found = decided(D[np.ix_(rows, rows)], c[rows], moved, lambda chosen: _changes(chosen, present))
+            found = decided(
+                D[np.ix_(rows, rows)], c[rows], moved, pace(point), lambda chosen: _changes(chosen, present)
+            )
             if found is None or not e.load_dependent:
                 return found, contacts
             forces = np.zeros(e.k)
             forces[rows] = found.forces
-            multipliers = self.system.multipliers(point, modes, forces)
-            change = np.abs(np.concatenate([multipliers - borne[0], forces[: e.u] - borne[1]])).max(initial=0.0)
-            borne = multipliers, forces[: e.u]
+            new = system.borne(point, modes, forces)
+            change = np.abs(np.concatenate(new) - np.concatenate(borne)).max(initial=0.0)
+            borne = new
             if found.modes == before and change <= 1e-12 * max(1e-300, np.abs(np.concatenate(borne)).max(initial=0.0)):
                 return found, contacts
             before = found.modes

@@ -7,7 +7,7 @@ from collections.abc import Iterator
 import numpy as np
 from numpy.typing import NDArray
 
-from lag2fmu.description.names import acceleration, multiplier, residual, velocity
+from lag2fmu.description import names
 from lag2fmu.reference.hybrid.modes import Mode, Modes
 from lag2fmu.reference.hybrid.run import Run, Track
 from lag2fmu.reference.hybrid.system import Answer
@@ -17,18 +17,18 @@ from lag2fmu.reference.state import Floats, State
 def columns_of(run: Run, track: Track) -> dict[str, Floats]:
     """q, qd, qdd, outputs, multipliers, residuals, energies and what elements show, (m,) each, in SI units."""
     system, n, times = run.system, run.n, run.times
-    names = [c.name for c in system.mechanism.coordinates]
+    q = [c.name for c in system.mechanism.coordinates]
     states, answers, missed = _answers(run, track)
-    columns = dict(zip((*names, *map(velocity, names)), track.values.T, strict=False))
-    columns |= dict(zip(map(acceleration, names), np.array([a.qdd for a in answers]).T, strict=True))
+    columns = dict(zip((*q, *map(names.velocity, q)), track.values.T, strict=False))
+    columns |= dict(zip(map(names.acceleration, q), np.array([a.qdd for a in answers]).T, strict=True))
     columns |= _by_sides(run, track, states, answers)
     multipliers = np.array([a.multipliers for a in answers]).reshape(len(times), -1)
     constraints = system.constraints.names
-    columns |= dict(zip(map(multiplier, constraints), multipliers.T, strict=True))
-    columns |= dict(zip(map(residual, constraints), np.array(missed).reshape(len(times), -1).T, strict=True))
+    columns |= dict(zip(map(names.multiplier, constraints), multipliers.T, strict=True))
+    columns |= dict(zip(map(names.residual, constraints), np.array(missed).reshape(len(times), -1).T, strict=True))
     columns |= _elements(run, track, states, answers)
-    if system.elements.k or system.elements.conditional:
-        columns["dissipated_energy"] = track.values[:, 2 * n + 1]
+    if system.elements.k:
+        columns[names.DISSIPATED_ENERGY] = track.values[:, 2 * n + 1]
     return columns
 
 
@@ -41,10 +41,7 @@ def _answers(run: Run, track: Track) -> tuple[list[State], list[Answer], list[Fl
         point = system.point(run.state(float(t), y))
         states.append(point.state)
         answers.append(system.answer(point, modes))
-        off = np.zeros(system.constraints.m)
-        held = system.held_rows(modes)
-        off[held] = point.constraints[0][held]
-        missed.append(off)
+        missed.append(point.constraints[0])
     return states, answers, missed
 
 
@@ -73,20 +70,16 @@ def _groups(keys: list[tuple[int, ...]]) -> Iterator[tuple[tuple[int, ...], list
 
 def _elements(run: Run, track: Track, states: list[State], answers: list[Answer]) -> dict[str, Floats]:
     """What contacts and frictions show: gaps, forces, modes, impulses and counts of impacts."""
-    e, columns = run.system.elements, {}
+    e, columns = run.system.elements, dict[str, Floats]()
     forces = np.array([a.forces for a in answers]).reshape(len(answers), -1)
     gaps = np.array([e.rows(state).gaps for state in states]).reshape(len(answers), -1)
+    columns |= dict(zip(e.force_names, forces.T, strict=True))
     for i, name in enumerate(e.contacts):
-        columns[f"{name}_gap"], columns[f"{name}_force"] = gaps[:, i], forces[:, i]
-        slips = e.slip_rows[i]
-        labels = [f"{name}_friction"] if len(slips) == 1 else [f"{name}_friction_{j + 1}" for j in range(len(slips))]
-        columns |= dict(zip(labels, forces[:, slips].T, strict=True))
-        columns[f"{name}_impulse"] = track.impulses[:, i]
-        columns[f"{name}_mode"] = np.array([float(modes.contacts[i]) for modes in track.modes])
-        columns[f"{name}_impacts"] = track.impacts[:, i]
+        columns[names.gap(name)], columns[names.impulse(name)] = gaps[:, i], track.impulses[:, i]
+        columns[names.mode(name)] = np.array([float(modes.contacts[i]) for modes in track.modes])
+        columns[names.impacts(name)] = track.impacts[:, i]
     for j, name in enumerate(e.frictions):
-        columns[f"{name}_force"] = forces[:, e.friction_rows[j]]
-        columns[f"{name}_mode"] = np.array([float(modes.frictions[j]) for modes in track.modes])
+        columns[names.mode(name)] = np.array([float(modes.frictions[j]) for modes in track.modes])
     return columns
 
 

@@ -15,7 +15,7 @@ import numpy as np
 
 from lag2fmu.errors import SimulationError
 from lag2fmu.reference.hybrid.laws import PLANES, Item, all_outcomes, apart, decided, expanded
-from lag2fmu.reference.hybrid.measures import STILL, force_sizes, slips_of, touches, velocity_sizes
+from lag2fmu.reference.hybrid.measures import STILL, force_sizes, is_free, slips_of, touches, velocity_sizes
 from lag2fmu.reference.hybrid.modes import Due, Memory, Mode, Modes
 from lag2fmu.reference.hybrid.system import Point, System
 from lag2fmu.reference.state import Floats, State
@@ -32,27 +32,56 @@ class Impacts:
         self.system, self.memory = system, memory
         self.simultaneous = system.mechanism.impacts == "simultaneous"
 
-    def resolved(self, state: State, modes: Modes, due: Due) -> tuple[State, Floats, bool]:
-        """The state behind all rounds of impacts, work and dissipated energy, and whether there was one."""
+    def resolved(self, state: State, modes: Modes, due: Due, catching: bool) -> tuple[State, Floats, bool]:
+        """The state behind all rounds of impacts, work and dissipated energy, and whether there was one.
+
+        ``catching``: a latch that begins to hold takes part in a first round, without rebound.
+        """
         system, e = self.system, self.system.elements
-        energies, struck = np.zeros(2), False
-        if not e.u:
-            return state, energies, struck
+        if not e.u and not catching:
+            return state, np.zeros(2), False
         point = system.point(state)
         touching = [
             i
             for i in range(e.u)
             if ("gap", i) in due or touches(system, point, i) or modes.contacts[i] is not Mode.OPEN
         ]
-        loaded = self._loaded(point, modes)
-        _, X = system.responses(point, modes)
-        D = point.rows.jacobian @ X
-        v, sizes = point.rows.velocities.copy(), velocity_sizes(system, point)
-        total = np.zeros(e.k)
+        X = system.responses(point, modes)[1]
+        D, v = point.rows.jacobian @ X, point.rows.velocities.copy()
+        touching = [i for i in touching if is_free(point, D, i)]
+        loaded = [i for i in self._loaded(point, modes) if is_free(point, D, i)]
+        lost, total, qd = 0.0, np.zeros(e.k), state.qd
+        if catching:
+            jump, _ = system.caught(point, modes, total)
+            total = self._round(D, v + point.rows.jacobian @ jump, loaded, dict.fromkeys(loaded, 0.0), point)[0]
+            jump, impulses = system.caught(point, modes, total)
+            lost, qd = -0.5 * float(impulses @ (2 * v + point.rows.jacobian @ jump)), qd + jump
+            v = v + point.rows.jacobian @ jump
+        caught = total.copy()
+        total, dissipated, struck = self._rounds(D, v, total, touching, loaded, point)
+        qd = qd + X @ (total - caught)
+        if not struck and not catching:
+            return state, np.zeros(2), False
+        for i in np.flatnonzero(total[: e.u] > LOADED * np.abs(total).max()).tolist():
+            self.memory.impacts[i] += 1
+            self.memory.impulses[i] = total[i]
+        gained = 0.5 * float((qd + state.qd) @ point.terms.mass_matrix @ (qd - state.qd))
+        lost += dissipated
+        return State(state.t, state.q, qd, state.inputs), np.array([gained + lost, lost]), True
+
+    def _rounds(
+        self, D: Floats, v: Floats, total: Floats, touching: Sequence[int], loaded: list[int], point: Point
+    ) -> tuple[Floats, float, bool]:
+        """All impulses (k,) with rounds until nothing approaches, what these dissipate, and whether there were any.
+
+        ``total``: the impulses before.
+        """
+        e, lost, time = self.system.elements, 0.0, float(point.state.t)
+        sizes = velocity_sizes(self.system, point)
         for turn in range(ROUNDS):
             approaching = [i for i in touching if v[i] < -STILL * sizes[i]]
             if not approaching:
-                break
+                return total, lost, turn > 0
             plastic = turn == ROUNDS - 1
             resting = [i for i in touching if i in loaded and v[i] <= STILL * sizes[i]]
             took_part = touching if self.simultaneous or plastic else sorted({*approaching, *resting})
@@ -60,24 +89,14 @@ class Impacts:
                 i: point.rows.restitution[i] * v[i] if i in approaching and not plastic else 0.0 for i in took_part
             }
             P, kind = self._round(D, v, took_part, shifts, point)
-            after = v + D @ P
-            energies += [
-                -float(P @ (point.rows.velocities - point.rows.jacobian @ state.qd)),
-                -0.5 * float(P @ (v + after)),
-            ]
-            for i in took_part:
-                if i in approaching:
-                    self.memory.impacts[i] += 1
-                    self.memory.log(float(state.t), e.contacts[i], "impact", float(P[i]))
+            for i in approaching:
+                self.memory.log(time, e.contacts[i], "impact", float(P[i]))
             if kind or plastic:
-                self.memory.log(float(state.t), e.contacts[approaching[0]], kind or "plastic")
-            loaded += [i for i in took_part if P[i] > 0]
-            v, total, struck = after, total + P, True
-        if not struck:
-            return state, energies, struck
-        struck_ones = total[: e.u] != 0
-        self.memory.impulses[struck_ones] = total[: e.u][struck_ones]
-        return State(state.t, state.q, state.qd + X @ total, state.inputs), energies, True
+                self.memory.log(time, e.contacts[approaching[0]], kind or "plastic")
+            loaded = [*loaded, *(i for i in took_part if P[i] > 0)]
+            lost -= 0.5 * float(P @ (2 * v + D @ P))
+            v, total = v + D @ P, total + P
+        return total, lost, True
 
     def _round(
         self, D: Floats, v: Floats, part: Sequence[int], shifts: dict[int, float], point: Point
@@ -130,7 +149,7 @@ class Impacts:
     def _impulses(self, D: Floats, v: Floats, items: Sequence[Item]) -> Floats | None:
         """The impulses (k,) of ``items``; rows that take no part have none."""
         rows, moved = apart(items)
-        found = decided(D[np.ix_(rows, rows)], v[rows], moved)
+        found = decided(D[np.ix_(rows, rows)], v[rows], moved, 0.0)
         if found is None:
             return None
         P = np.zeros(len(v))
@@ -152,7 +171,9 @@ class Impacts:
         _, X = system.responses(point, modes)
         D, v = point.rows.jacobian @ X, point.rows.velocities
         rows, moved = apart([impact_item(self.system, point, i, 0.0) for i in contacts])
-        outcomes = all_outcomes(D[np.ix_(rows, rows)], v[rows], moved)
+        momentum = point.terms.mass_matrix @ point.state.qd
+        pace = float(np.sqrt(max(0.0, float(momentum @ point.state.qd))))
+        outcomes = all_outcomes(D[np.ix_(rows, rows)], v[rows], moved, pace)
         P = np.zeros(e.k)
         if outcomes:
             P[rows] = max(outcomes, key=lambda o: float(np.abs(o.forces).sum())).forces

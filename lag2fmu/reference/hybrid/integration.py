@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 
 from lag2fmu.description.names import velocity
 from lag2fmu.errors import LoadError, SimulationError
-from lag2fmu.mechanism import Mechanism
+from lag2fmu.mechanism.record import Mechanism
 from lag2fmu.reference.constraints import newton
 from lag2fmu.reference.hybrid.columns import alike, columns_of
 from lag2fmu.reference.hybrid.modes import Event, Mode, Modes
@@ -94,21 +94,20 @@ def started(run: Run, overrides: Mapping[str, float]) -> Floats:
             raise LoadError(f"start value '{name}': {value!r} is not a finite number")
         values[name] = float(value)
     start: Floats = np.array(list(values.values()), dtype=float)
-    modes = run.started(start)
-    system, held = run.system, run.system.held_rows(modes)
-    if not held:
+    system = run.system
+    if not system.constraints.m:
         return start
+    run.started(start)  # the sides of kinks there
     free = [c.given is False for c in coordinates], [c.velocity_given is False for c in coordinates]
-    t = float(run.times[0])
+    t, h = float(run.times[0]), system.constraints.h
 
     def positions(q: Floats) -> tuple[Floats, Floats]:
-        rows = [i for i in held if i < system.constraints.h]
         phi, _, _, G = system.constraints(run.state(t, np.concatenate([q, start[n:]])))
-        return phi[rows], G[rows] * system.nominal
+        return phi[:h], G[:h] * system.nominal
 
     def velocities(qd: Floats) -> tuple[Floats, Floats]:
         _, v, _, G = system.constraints(run.state(t, np.concatenate([start[:n], qd])))
-        return v[held], G[held] * system.nominal
+        return v, G * system.nominal
 
     for half, function, flags in ((slice(0, n), positions, free[0]), (slice(n, 2 * n), velocities, free[1])):
         for chosen in (np.array(flags, dtype=bool), np.ones(n, dtype=bool)):
@@ -133,7 +132,7 @@ def _perturbed(run: Run, start: Floats, scales: Floats, modes: Modes) -> Floats:
     system.elements.set_sides(modes.sides)
     gaps = system.elements.rows(run.state(t, start)).gaps
     touching = tuple(Mode.SLIDES if gap <= 1e-9 else Mode.OPEN for gap in gaps)
-    still = Modes(touching, tuple(Mode.FORWARD for _ in modes.frictions), modes.held, modes.sides)
+    still = Modes(touching, tuple(Mode.FORWARD for _ in modes.frictions), modes.held, modes.sides, {}, modes.offsets)
     onto = system.projected(run.state(t, moved), still).q
     both = system.projected(run.state(t, np.concatenate([onto, moved[n:]])), modes)
     return np.concatenate([onto, both.qd])

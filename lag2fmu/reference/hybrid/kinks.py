@@ -15,7 +15,7 @@ from typing import cast
 import sympy as sp
 
 from lag2fmu.language.vocabulary import TIME, Choice, Smooth
-from lag2fmu.mechanism import Mechanism
+from lag2fmu.mechanism.record import Mechanism
 from lag2fmu.reference.composition import Composition, Symbols, composition_of
 
 KINKS = (sp.sign, sp.Abs, sp.Heaviside, Choice)
@@ -102,9 +102,17 @@ class FrozenComposition(Composition):
         for unilateral in self.mechanism.unilaterals:
             for expression in (unilateral.gap, *unilateral.slips):
                 self.written(expression)
+        for latch in self.mechanism.latches:
+            self.written(latch.expression)
+            self.written(latch.while_)
         self.kinks.closed = True
         s = self.symbols
         self._set(symbols=replace(s, parameters=(*s.parameters, *self.kinks.sides)))
+
+    def damper_power(self) -> sp.Expr:
+        """What dampers with a law of force dissipate (W), of those that are on no frame."""
+        rates = ((damper, self._damper_rate(damper)) for damper in self._fixed_dampers() if damper.force is not None)
+        return sp.Add(*(self.written(damper.force_at(rate)) * rate for damper, rate in rates))
 
     def written(self, expression: sp.Expr | int | float | None) -> sp.Expr:
         """``expression`` with definitions written out and kinks frozen; 0 for one that is not given."""

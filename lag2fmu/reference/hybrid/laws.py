@@ -60,17 +60,22 @@ class Outcome:
 
 
 def decided(
-    D: Floats, c: Floats, items: Sequence[Item], cost: Callable[[tuple[Mode, ...]], float] | None = None
+    D: Floats,
+    c: Floats,
+    items: Sequence[Item],
+    pace: float,
+    cost: Callable[[tuple[Mode, ...]], float] | None = None,
 ) -> Outcome | None:
     """The modes that meet the laws, for D (k, k) and c (k,); of several those of least ``cost``, then the first.
 
-    None if no combination does (Painleve).
+    ``pace``: the size of w in units of sqrt(D) of its row below which differences are measured by it. None if no
+    combination meets the laws (Painleve).
     """
     in_space = any(len(item.slips) == 2 and item.direction is None and len(item.options) > 1 for item in items)
     count = np.prod([float(len(item.options)) for item in items])
     if in_space or count > MOST:
-        return _iterated(D, c, items)
-    sizes = _sizes(D, c)
+        return _iterated(D, c, items, pace)
+    sizes = _sizes(D, c, pace)
     found, least = None, np.inf
     for modes in product(*(item.options for item in items)):
         price = cost(modes) if cost else 0.0
@@ -84,9 +89,9 @@ def decided(
     return found
 
 
-def all_outcomes(D: Floats, c: Floats, items: Sequence[Item]) -> list[Outcome]:
+def all_outcomes(D: Floats, c: Floats, items: Sequence[Item], pace: float) -> list[Outcome]:
     """Every combination of modes that meets the laws, in order."""
-    sizes, found = _sizes(D, c), []
+    sizes, found = _sizes(D, c, pace), []
     for modes in product(*(item.options for item in items)):
         r = _forces(D, c, items, modes)
         if r is not None and _violation(D @ r + c, r, items, modes, sizes) <= EXACT:
@@ -94,10 +99,10 @@ def all_outcomes(D: Floats, c: Floats, items: Sequence[Item]) -> list[Outcome]:
     return found
 
 
-def _sizes(D: Floats, c: Floats) -> tuple[Floats, Floats]:
+def _sizes(D: Floats, c: Floats, pace: float) -> tuple[Floats, Floats]:
     """What w and r of the rows are measured in, (k,) each: the same motion along any row, by its own inertia."""
     diagonal = np.maximum(np.diagonal(D), 1e-300)
-    pace = max(float(np.max(np.abs(c) / np.sqrt(diagonal), initial=0.0)), 1e-300)
+    pace = max(float(np.max(np.abs(c) / np.sqrt(diagonal), initial=0.0)), pace, 1e-300)
     return pace * np.sqrt(diagonal), pace / np.sqrt(diagonal)
 
 
@@ -148,16 +153,16 @@ def _violation(
 
 def expanded(D: Floats, c: Floats, items: Sequence[Item], least: Sequence[float]) -> Floats | None:
     """r (k,) where normal rows have at ``least`` such forces, and more only where w would be negative otherwise."""
-    found = _projected(D, c, items, [item.friction for item in items], least)
+    found = _projected(D, c, items, [item.friction for item in items], 0.0, least)
     return None if found is None else found.forces
 
 
 # ------------------------------------------------------------------------------------------------------------- in space
 
 
-def _iterated(D: Floats, c: Floats, items: Sequence[Item]) -> Outcome | None:
+def _iterated(D: Floats, c: Floats, items: Sequence[Item], pace: float) -> Outcome | None:
     """The same by projections; what slides, starting from rest with more static friction, then has its sliding one."""
-    found = _projected(D, c, items, [item.static for item in items])
+    found = _projected(D, c, items, [item.static for item in items], pace)
     if found is None:
         return None
     slides = [mode not in (Mode.OPEN, Mode.STICKS) for mode in found.modes]
@@ -168,17 +173,22 @@ def _iterated(D: Floats, c: Floats, items: Sequence[Item]) -> Outcome | None:
         replace(item, options=tuple(o for o in item.options if o is not Mode.STICKS)) if s else item
         for s, item in zip(slides, items, strict=True)
     ]
-    return _projected(D, c, bound, limits)
+    return _projected(D, c, bound, limits, pace)
 
 
 def _projected(
-    D: Floats, c: Floats, items: Sequence[Item], limits: Sequence[float], least: Sequence[float] | None = None
+    D: Floats,
+    c: Floats,
+    items: Sequence[Item],
+    limits: Sequence[float],
+    pace: float,
+    least: Sequence[float] | None = None,
 ) -> Outcome | None:
     """Projected Gauss-Seidel on the laws until nothing changes; None if it does not come to rest."""
     least = least or [0.0] * len(items)
     k, diagonal = len(c), np.maximum(np.diagonal(D), 1e-300)
     r = np.zeros(k)
-    size = _sizes(D, c)[1]
+    size = _sizes(D, c, pace)[1]
     for _ in range(SWEEPS):
         change = 0.0
         for item, limit, lowest in zip(items, limits, least, strict=True):

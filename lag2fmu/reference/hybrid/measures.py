@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import numpy as np
 
-from lag2fmu.reference.hybrid.modes import Mode, Modes
 from lag2fmu.reference.hybrid.system import Point, System
 from lag2fmu.reference.state import Floats
 
@@ -26,10 +25,16 @@ def velocity_sizes(system: System, point: Point) -> Floats:
     return np.where(found > 0, found, 1.0)
 
 
+def pace(point: Point) -> float:
+    """What all that acts makes together of accelerations, in units of the root of inertia: |f| in the metric M^-1."""
+    mass = np.maximum(np.abs(np.diagonal(point.terms.mass_matrix)), 1e-300)
+    return float(np.sqrt(np.sum(point.forcing**2 / mass)))
+
+
 def force_sizes(point: Point) -> Floats:
-    """The force along each row that would make what acts: (k,)."""
-    J, mass = point.rows.jacobian, np.maximum(np.abs(np.diagonal(point.terms.mass_matrix)), 1e-300)
-    found: Floats = (np.abs(J) @ (np.abs(point.forcing) / mass)) / np.maximum((J**2) @ (1 / mass), 1e-300)
+    """The force along each row that would make ``pace``: (k,)."""
+    mass = np.maximum(np.abs(np.diagonal(point.terms.mass_matrix)), 1e-300)
+    found: Floats = pace(point) / np.sqrt(np.maximum((point.rows.jacobian**2) @ (1 / mass), 1e-300))
     return np.maximum(found, 1e-12)
 
 
@@ -38,12 +43,13 @@ def touches(system: System, point: Point, i: int) -> bool:
     return bool(point.rows.gaps[i] <= TOUCH * gap_sizes(system, point)[i])
 
 
+def is_free(point: Point, D: Floats, i: int) -> bool:
+    """Whether constraints leave the gap of the contact ``i`` free; D (k, k) is what they leave to forces along rows."""
+    mass = np.maximum(np.abs(np.diagonal(point.terms.mass_matrix)), 1e-300)
+    return bool(D[i, i] > 1e-10 * (point.rows.jacobian[i] ** 2 @ (1 / mass)))
+
+
 def slips_of(system: System, point: Point, i: int) -> tuple[int, ...]:
     """The rows of the slips of the contact ``i``; none without friction."""
     frictional = max(point.rows.friction[i], point.rows.static[i]) > 0
     return tuple(int(row) for row in system.elements.slip_rows[i]) if frictional else ()
-
-
-def closed_contacts(modes: Modes) -> list[int]:
-    """The contacts that are not open."""
-    return [i for i, mode in enumerate(modes.contacts) if mode is not Mode.OPEN]

@@ -6,6 +6,8 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field
 from enum import IntEnum
 
+import numpy as np
+
 from lag2fmu.reference.state import Floats
 
 
@@ -28,7 +30,8 @@ class Modes:
     """What is frozen between events.
 
     ``contacts`` (u,): open; closed they slide (without friction, or in space), or stick, or slide forward or backward.
-    ``frictions`` (f,), ``held``: which conditional constraints hold, ``sides`` of the kinks, +1 or -1.
+    ``frictions`` (f,), ``held`` (l,): which latches hold, and the positions that they hold, ``offsets`` (l,); ``sides``
+    of the kinks, +1 or -1.
     ``directions``: contact that slides in space -> unit vector of its slip at the start of a step.
     """
 
@@ -37,12 +40,19 @@ class Modes:
     held: tuple[bool, ...]
     sides: tuple[int, ...]
     directions: Mapping[int, tuple[float, ...]] = field(default_factory=dict, compare=False)
+    offsets: tuple[float, ...] = field(default=(), compare=False)
+
+
+def closed_contacts(modes: Modes) -> list[int]:
+    """The contacts that are not open."""
+    return [i for i, mode in enumerate(modes.contacts) if mode is not Mode.OPEN]
 
 
 @dataclass(frozen=True)
 class Event:
     """What happened at ``time`` (s) to ``element``: its ``kind``, and the ``impulse`` (N.s or N.m.s) of an impact.
 
+    ``height``: how high an impact rebounds, in units of what nominal values make of the gap.
     Kinds: impact, closes, opens, sticks, slides, holds, releases, switches, painleve, poisson, plastic.
     """
 
@@ -50,6 +60,7 @@ class Event:
     element: str
     kind: str
     impulse: float = 0.0
+    height: float = np.inf
 
 
 Due = frozenset[tuple[str, int]]

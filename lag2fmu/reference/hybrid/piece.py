@@ -6,6 +6,7 @@ from collections.abc import Callable
 
 import numpy as np
 
+from lag2fmu.reference.hybrid.measures import force_sizes
 from lag2fmu.reference.hybrid.modes import SENSE, Mode, Modes
 from lag2fmu.reference.hybrid.system import System
 from lag2fmu.reference.state import Floats, State
@@ -20,7 +21,7 @@ class Piece:
         self.system, self.modes, self.inputs, self.damping = system, modes, inputs, damping
         self.n = system.n
         e = system.elements
-        labels = [("side", i) for i in range(e.sides)] + [("condition", j) for j in range(len(e.conditional))]
+        labels = [("side", i) for i in range(e.sides)] + [("condition", j) for j in range(len(e.latches))]
         labels += [("gap", i) for i, mode in enumerate(modes.contacts) if mode is Mode.OPEN]
         labels += [("slip", i) for i in range(e.u) if self._has_direction(i)]
         labels += [("friction", j) for j, mode in enumerate(modes.frictions) if mode in SENSE]
@@ -45,15 +46,15 @@ class Piece:
         point = system.point(self.state(t, y))
         answer = system.answer(point, self.modes, self.damping)
         qd, terms, e = y[n : 2 * n], point.terms, system.elements
-        power = float(qd @ (terms.forces - terms.dissipation_slope)) - float(terms.explicit_rate)
+        lost = float(qd @ terms.dissipation_slope) + e.damper_power(point.state)
+        power = float(qd @ (terms.forces - terms.dissipation_slope)) - float(terms.explicit_rate) + lost
         if system.constraints.m:
             power -= float(answer.multipliers @ (point.constraints[1] - point.constraints[3] @ qd))
         if e.k:
             velocities = point.rows.velocities
             power -= float(answer.forces @ (velocities - point.rows.jacobian @ qd))
-            lost = -float(answer.forces[e.u :] @ velocities[e.u :])
-        else:
-            lost = 0.0
+            rubbing = slice(e.u, e.k - len(e.latches))
+            lost -= float(answer.forces[rubbing] @ velocities[rubbing])
         found = np.empty_like(y)
         found[:n], found[n : 2 * n], found[2 * n], found[2 * n + 1] = qd, answer.qdd, power, lost
         return found
@@ -106,12 +107,8 @@ class Piece:
         rows = point.rows
         gap = np.maximum(np.abs(rows.jacobian[: e.u]) @ np.maximum(system.nominal, np.abs(y[: self.n])), 1e-300)
         velocity = np.abs(rows.jacobian) @ np.maximum(system.nominal, np.abs(y[self.n : 2 * self.n]))
-        mass = np.maximum(np.abs(np.diagonal(point.terms.mass_matrix)), 1e-300)
-        force = np.abs(rows.jacobian) @ (np.abs(point.forcing) / mass) / ((rows.jacobian**2) @ (1 / mass) + 1e-300)
-        found, largest = (
-            [],
-            max(1.0, abs(t), float(np.abs(y).max()), float(np.abs(point.state.inputs).max(initial=0.0))),
-        )
+        force, found = force_sizes(point), []
+        largest = max(1.0, abs(t), float(np.abs(y).max()), float(np.abs(point.state.inputs).max(initial=0.0)))
         for kind, i in self.labels:
             if kind in ("side", "condition"):
                 found.append(ROUNDING * largest)
@@ -122,5 +119,5 @@ class Piece:
             elif kind == "friction":
                 found.append(ROUNDING * velocity[e.friction_rows[i]])
             else:
-                found.append(1e3 * ROUNDING * max(force[i if kind != "hold" else e.friction_rows[i]], 1e-12))
+                found.append(1e3 * ROUNDING * force[i if kind != "hold" else e.friction_rows[i]])
         return np.array(found)

@@ -3,12 +3,12 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
 from lag2fmu.errors import SimulationError
-from lag2fmu.reference.hybrid.measures import touches
+from lag2fmu.reference.hybrid.measures import gap_sizes, touches
 from lag2fmu.reference.hybrid.modes import Due, Event, Memory, Mode, Modes
 from lag2fmu.reference.hybrid.piece import Piece
 from lag2fmu.reference.hybrid.settling import Settling
@@ -75,8 +75,9 @@ class Run:
             e.set_sides(sides)
             margins, conditions, *_ = e.events(state)
             sides = tuple(1 if margin > 0 else -1 for margin in margins)
-        held = tuple(bool(c > 0) for c in conditions)
-        return Modes((Mode.OPEN,) * e.u, (Mode.FORWARD,) * e.f, held, sides)
+        return Modes(
+            (Mode.OPEN,) * e.u, (Mode.FORWARD,) * e.f, (False,) * len(conditions), sides, {}, (0.0,) * len(conditions)
+        )
 
 
 class _Follower:
@@ -158,14 +159,30 @@ class _Follower:
                 f"mechanism '{self.run.system.mechanism.name}' at time {t!r} s: events follow without end; last "
                 f"{', '.join(sorted(f'{kind} {i}' for kind, i in due)) or last}"
             )
+        logged = len(self.memory.events)
         state, new, gained = self.settling.settled(self.run.state(t, y), modes, due)
         for i, (a, b) in enumerate(zip(modes.contacts, new.contacts, strict=True)):
             if b is not Mode.OPEN and a is Mode.OPEN:
                 self.closings[i] = self.memory.impacts[i]
         y = np.concatenate([state.q, state.qd, y[2 * self.n :] + gained])
+        self._measure_rebounds(state, new, logged)
         for row in np.flatnonzero(self.run.times == t).tolist():
             self._remember(row, y, new)
         return y, new
+
+    def _measure_rebounds(self, state: State, modes: Modes, logged: int) -> None:
+        """Say of the impacts logged since how high they rebound."""
+        events, system = self.memory.events, self.run.system
+        if not any(event.kind == "impact" for event in events[logged:]):
+            return
+        point = system.point(state)
+        a = point.rows.jacobian @ system.answer(point, modes).qdd + point.rows.gamma
+        sizes, v = gap_sizes(system, point), point.rows.velocities
+        for j, event in enumerate(events[logged:], logged):
+            i = system.elements.contacts.index(event.element) if event.kind == "impact" else -1
+            if i >= 0 and (modes.contacts[i] is not Mode.OPEN or a[i] < 0):
+                high = 0.0 if modes.contacts[i] is not Mode.OPEN else v[i] ** 2 / (-2 * a[i])
+                events[j] = replace(event, height=float(high / sizes[i]))
 
     def _first_step(self, t: float, y: Floats, modes: Modes) -> float | None:
         """The time (s) to the top of the shortest rebound that begins; None if there is none."""

@@ -35,18 +35,15 @@ class Settling:
         """
         energies = np.zeros(2)
         for _ in range(PASSES):
-            before, jumped = modes, False
+            before = modes
             modes, bilateral = self._switched(state, modes, due)
-            if bilateral:
-                state, gained = self._caught(state, modes)
-                energies, jumped = energies + gained, True
-            state, gained, struck = self.impacts.resolved(state, modes, due)
+            state, gained, struck = self.impacts.resolved(state, modes, due, bilateral)
             energies = energies + gained
             for step in (self.choice.chosen, self._rested):
                 state, modes, gained = step(state, modes, due)
                 energies = energies + gained
             due = frozenset()
-            if before == modes and not struck and not jumped:
+            if before == modes and not struck:
                 return self.system.projected(state, modes), modes, energies
         raise SimulationError(
             f"mechanism '{self.system.mechanism.name}' at time {float(state.t)!r} s: the modes of contacts and "
@@ -56,7 +53,7 @@ class Settling:
     def _switched(self, state: State, modes: Modes, due: Due) -> tuple[Modes, bool]:
         """The sides of kinks and what conditional constraints hold at ``state``; whether a constraint closes now."""
         e = self.system.elements
-        sides, held = list(modes.sides), list(modes.held)
+        sides, held, offsets = list(modes.sides), list(modes.held), list(modes.offsets)
         for kind, i in sorted(due):
             if kind == "side":
                 sides[i] = -sides[i]
@@ -71,27 +68,15 @@ class Settling:
                 break
             sides = new
             e.set_sides(tuple(sides))
-        closes = False
+        closes, rows = False, e.rows(state)
         for j, value in enumerate(conditions):
-            i, name = e.conditional[j], self.system.constraints.names[e.conditional[j]]
             now = not held[j] if ("condition", j) in due else held[j] if abs(value) <= ZERO else bool(value > 0)
             if now != held[j]:
-                self.memory.log(float(state.t), name, "holds" if now else "releases")
+                self.memory.log(float(state.t), e.latches[j], "holds" if now else "releases")
                 closes |= now
+                offsets[j] = float(rows.latched[j])
             held[j] = now
-        return replace(modes, sides=tuple(sides), held=tuple(held)), closes
-
-    def _caught(self, state: State, modes: Modes) -> tuple[State, Floats]:
-        """The state behind the impact, without rebound, of a constraint that holds from now on, and the energies."""
-        system = self.system
-        point = system.point(state)
-        jump = system.bilateral_jump(point, modes)
-        new = State(state.t, state.q, state.qd + jump, state.inputs)
-        impulse = point.terms.mass_matrix @ jump
-        work = float(impulse @ (state.qd + 0.5 * jump))
-        # what moves from outside, b in G qd + b = 0, does work; the rest of the loss is dissipated
-        lost = 0.5 * float(impulse @ jump)
-        return new, np.array([work + lost, lost])
+        return replace(modes, sides=tuple(sides), held=tuple(held), offsets=tuple(offsets)), closes
 
     def _rested(self, state: State, modes: Modes, due: Due) -> tuple[State, Modes, Floats]:
         """Contacts that rebound lower than ``low`` are closed: the rest of the cascade lasts 2 v/(a (1 - e))."""

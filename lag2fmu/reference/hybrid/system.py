@@ -16,12 +16,12 @@ from dataclasses import dataclass
 import numpy as np
 
 from lag2fmu.errors import SimulationError
-from lag2fmu.mechanism import Mechanism
+from lag2fmu.mechanism.record import Mechanism
 from lag2fmu.reference.constraints import newton, scales
 from lag2fmu.reference.equations import Equations
 from lag2fmu.reference.hybrid.elements import Elements, Rows
 from lag2fmu.reference.hybrid.kinks import FrozenComposition
-from lag2fmu.reference.hybrid.modes import SENSE, Mode, Modes
+from lag2fmu.reference.hybrid.modes import SENSE, Mode, Modes, closed_contacts
 from lag2fmu.reference.state import Floats, State
 from lag2fmu.reference.terms import Terms
 
@@ -63,12 +63,11 @@ class System:
         self.elements = Elements(self.energies)
         self.constraints = self.energies.constraints
         self.nominal = np.array([c.nominal for c in mechanism.coordinates])
-        self.names = [*self.elements.contacts, *self.elements.frictions]
 
-    def held_rows(self, modes: Modes) -> list[int]:
-        """Which constraints hold: all but conditional ones that are released."""
-        released = {i for i, held in zip(self.elements.conditional, modes.held, strict=True) if not held}
-        return [i for i in range(self.constraints.m) if i not in released]
+    def latched(self, modes: Modes, position: bool) -> list[int]:
+        """The latches that hold, those of positions or those of velocities, by their index."""
+        e = self.elements
+        return [i for i, (held, h) in enumerate(zip(modes.held, e.holonomic, strict=True)) if held and h is position]
 
     def point(self, state: State) -> Point:
         """Everything at a single ``state``."""
@@ -81,12 +80,19 @@ class System:
     # ------------------------------------------------------------------------------------------------- under modes
 
     def bound_rows(self, modes: Modes) -> tuple[list[int], list[int]]:
-        """Rows whose gap is kept at 0, and rows whose velocity is."""
+        """Rows whose position is kept, closed contacts first, and rows whose velocity is."""
         e = self.elements
-        closed = [i for i, mode in enumerate(modes.contacts) if mode is not Mode.OPEN]
+        closed = closed_contacts(modes)
         stuck = [int(row) for i in closed if modes.contacts[i] is Mode.STICKS for row in e.slip_rows[i]]
         stuck += [int(row) for row, mode in zip(e.friction_rows, modes.frictions, strict=True) if mode is Mode.STICKS]
-        return closed, stuck
+        stuck += [e.latch_rows[i] for i in self.latched(modes, False)]
+        return closed + [e.latch_rows[i] for i in self.latched(modes, True)], stuck
+
+    def missed(self, rows: Rows, modes: Modes) -> Floats:
+        """How far the rows whose position is kept are from where they are to be."""
+        latched = self.latched(modes, True)
+        offsets = np.array([modes.offsets[i] for i in latched])
+        return np.concatenate([rows.gaps[closed_contacts(modes)], rows.latched[latched] - offsets])
 
     def slip_direction(self, modes: Modes, i: int, rows: Rows) -> Floats | None:
         """The direction in which the contact ``i`` slides, (1,) or (2,); None where there is no friction."""
@@ -101,17 +107,13 @@ class System:
 
     def answer(self, point: Point, modes: Modes, damping: float = 0.0) -> Answer:
         """The solution at ``point``; ``damping`` (1/s) pulls back onto what is bound. NaN without a solution."""
-        e, n, rows = self.elements, self.n, point.rows
-        held, (closed, stuck) = self.held_rows(modes), self.bound_rows(modes)
-        G = np.concatenate([point.constraints[3][held], rows.jacobian[closed + stuck]])
-        aim = np.concatenate(
-            [
-                self.constraints.aim(point.constraints, damping)[held] if held else np.zeros(0),
-                rows.gamma[closed + stuck] + 2 * damping * rows.velocities[closed + stuck],
-            ]
-        )
-        first = len(held)
-        aim[first : first + len(closed)] += damping**2 * rows.gaps[closed]
+        e, n, m, rows = self.elements, self.n, self.constraints.m, point.rows
+        kept, stuck = self.bound_rows(modes)
+        closed = closed_contacts(modes)
+        G = np.concatenate([point.constraints[3], rows.jacobian[kept + stuck]])
+        own = self.constraints.aim(point.constraints, damping) if m else np.zeros(0)
+        aim = np.concatenate([own, rows.gamma[kept + stuck] + 2 * damping * rows.velocities[kept + stuck]])
+        aim[m : m + len(kept)] += damping**2 * self.missed(rows, modes)
         directions = G.copy()
         spread = np.zeros((e.k, len(closed)))  # forces along all rows that come with a unit of normal force
         for j, i in enumerate(closed):
@@ -119,7 +121,7 @@ class System:
             d = self.slip_direction(modes, i, rows) if modes.contacts[i] is not Mode.STICKS else None
             if d is not None:
                 spread[e.slip_rows[i], j] = -rows.friction[i] * d
-                directions[first + j] = rows.jacobian.T @ spread[:, j]
+                directions[m + j] = rows.jacobian.T @ spread[:, j]
         sliding = [j for j, mode in enumerate(modes.frictions) if mode is not Mode.STICKS]
         senses = np.array([SENSE[modes.frictions[j]] for j in sliding])
         along = -senses[:, None] * rows.jacobian[e.friction_rows[sliding]] if sliding else np.zeros((0, n))
@@ -128,18 +130,16 @@ class System:
         found = _solved(point.terms.mass_matrix, G, directions, right)
 
         def unpacked(x: Floats) -> Answer:
-            multipliers, forces = np.zeros(self.constraints.m), np.zeros(e.k)
-            multipliers[held] = x[n : n + first]
-            forces += spread @ x[n + first : n + first + len(closed)]
-            forces[stuck] += x[n + first + len(closed) :]
-            return Answer(x[:n], multipliers, forces, np.zeros(e.f))
+            forces = spread @ x[n + m : n + m + len(closed)]
+            forces[kept[len(closed) :] + stuck] += x[n + m + len(closed) :]
+            return Answer(x[:n], x[n : n + m], forces, np.zeros(e.f))
 
         limit = np.zeros(len(sliding))
         if e.f:
             limit = self._sliding_forces(point, found, unpacked, sliding)
         whole = unpacked(found[:, 0] + found[:, 1:] @ limit)
         whole.forces[e.friction_rows[sliding]] = -senses * limit
-        holding = e.capacities(point.state, whole.multipliers, whole.forces[: e.u])[1] if e.f else whole.holding
+        holding = e.capacities(point.state, whole.multipliers, whole.forces)[1] if e.f else whole.holding
         return Answer(whole.qdd, whole.multipliers, whole.forces, holding)
 
     def _sliding_forces(self, point: Point, found: Floats, unpacked: object, sliding: list[int]) -> Floats:
@@ -149,7 +149,7 @@ class System:
         """
         e, of = self.elements, unpacked
         whole = [of(column) for column in found.T]  # type: ignore[operator]
-        borne = np.array([np.concatenate([a.multipliers, a.forces[: e.u]]) for a in whole])
+        borne = np.array([np.concatenate([a.multipliers, a.forces]) for a in whole])
         limit, m = np.zeros(len(sliding)), self.constraints.m
         if not e.load_dependent:
             return np.asarray(e.capacities(point.state, borne[0, :m], borne[0, m:])[0][sliding])
@@ -166,14 +166,11 @@ class System:
     # ----------------------------------------------------------------------------------------- onto what is bound
 
     def projected(self, state: State, modes: Modes) -> State:
-        """The single ``state`` moved until constraints and closed contacts hold, in position and velocity.
+        """The single ``state`` moved until constraints, closed contacts and latches hold, in position and velocity.
 
         Raises SimulationError if they cannot be met.
         """
-        held, (closed, stuck) = self.held_rows(modes), self.bound_rows(modes)
-        holonomic = [i for i in held if i < self.constraints.h]
-        if not held and not closed and not stuck:
-            return state
+        h, (kept, stuck) = self.constraints.h, self.bound_rows(modes)
         everything = np.ones(self.n, dtype=bool)
 
         def at(q: Floats, qd: Floats) -> State:
@@ -181,18 +178,18 @@ class System:
 
         def positions(q: Floats) -> tuple[Floats, Floats]:
             values, rows = self._bound_values(at(q, state.qd))
-            jacobian = np.concatenate([values[3][holonomic], rows.jacobian[closed]])
-            return np.concatenate([values[0][holonomic], rows.gaps[closed]]), jacobian * self.nominal
+            jacobian = np.concatenate([values[3][:h], rows.jacobian[kept]])
+            return np.concatenate([values[0][:h], self.missed(rows, modes)]), jacobian * self.nominal
 
-        q = newton(positions, state.q, everything, self.nominal) if holonomic or closed else state.q
+        q = newton(positions, state.q, everything, self.nominal) if h or kept else state.q
 
         def velocities(qd: Floats) -> tuple[Floats, Floats]:
             values, rows = self._bound_values(at(q, qd))
-            jacobian = np.concatenate([values[3][held], rows.jacobian[closed + stuck]])
-            return np.concatenate([values[1][held], rows.velocities[closed + stuck]]), jacobian * self.nominal
+            jacobian = np.concatenate([values[3], rows.jacobian[kept + stuck]])
+            return np.concatenate([values[1], rows.velocities[kept + stuck]]), jacobian * self.nominal
 
-        qd = newton(velocities, state.qd, everything, self.nominal)
-        for residual, jacobian in (positions(q), velocities(qd)) if holonomic or closed else (velocities(qd),):
+        qd = newton(velocities, state.qd, everything, self.nominal) if self.constraints.m or kept or stuck else state.qd
+        for residual, jacobian in (positions(q), velocities(qd)):
             size = np.maximum(np.abs(jacobian).max(axis=1, initial=0.0), 1e-300)
             if np.max(np.abs(residual) / size, initial=0.0) > 1e-6:
                 raise SimulationError(
@@ -206,35 +203,46 @@ class System:
         values = self.constraints(state) if self.constraints.m else (empty, empty, empty, np.zeros((0, self.n)))
         return values, self.elements.rows(state)
 
+    def _fixed(self, point: Point, modes: Modes) -> tuple[Floats, Floats, Floats]:
+        """Constraints and latches that hold: G (r, n), velocities and gamma (r,)."""
+        latches = [self.elements.latch_rows[i] for i, held in enumerate(modes.held) if held]
+        (_, velocities, gamma, G), rows = point.constraints, point.rows
+        parts = (G, rows.jacobian), (velocities, rows.velocities), (gamma, rows.gamma)
+        G, velocities, gamma = (np.concatenate([a, b[latches]]) for a, b in parts)
+        return G, velocities, gamma
+
     def responses(self, point: Point, modes: Modes) -> tuple[Floats, Floats]:
         """qdd (n,) without forces along rows, and what a unit of force (or impulse) along each adds, (n, k).
 
-        Constraints that hold stay met; their impulses are not asked for.
+        Constraints and latches that hold stay met; their impulses are not asked for.
         """
-        held, n = self.held_rows(modes), self.n
-        G = point.constraints[3][held]
-        right = np.zeros((n + len(held), 1 + self.elements.k))
-        right[:n, 0], right[n:, 0] = point.forcing, -point.constraints[2][held]
+        n, (G, _, gamma) = self.n, self._fixed(point, modes)
+        right = np.zeros((n + len(G), 1 + self.elements.k))
+        right[:n, 0], right[n:, 0] = point.forcing, -gamma
         right[:n, 1:] = point.rows.jacobian.T
         found = _solved(point.terms.mass_matrix, G, G, right)
         return found[:n, 0], found[:n, 1:]
 
-    def multipliers(self, point: Point, modes: Modes, forces: Floats) -> Floats:
-        """The multipliers (m,) of the constraints that hold under ``forces`` along all rows (k,)."""
-        held, n = self.held_rows(modes), self.n
-        G = point.constraints[3][held]
-        right = np.concatenate([point.forcing + point.rows.jacobian.T @ forces, -point.constraints[2][held]])
-        found = np.zeros(self.constraints.m)
-        found[held] = _solved(point.terms.mass_matrix, G, G, right[:, None])[n:, 0]
-        return found
+    def borne(self, point: Point, modes: Modes, forces: Floats) -> tuple[Floats, Floats]:
+        """Multipliers (m,), and forces along all rows (k,) with those of latches, under ``forces`` of the others."""
+        n, m, (G, _, gamma) = self.n, self.constraints.m, self._fixed(point, modes)
+        right = np.concatenate([point.forcing + point.rows.jacobian.T @ forces, -gamma])
+        found = _solved(point.terms.mass_matrix, G, G, right[:, None])[n:, 0]
+        whole = forces.copy()
+        whole[[self.elements.latch_rows[i] for i, held in enumerate(modes.held) if held]] = found[m:]
+        return found[:m], whole
 
-    def bilateral_jump(self, point: Point, modes: Modes) -> Floats:
-        """The change of qd (n,) that makes velocities meet the constraints that hold: an impact without rebound."""
-        held, n = self.held_rows(modes), self.n
-        G = point.constraints[3][held]
-        right = np.zeros((n + len(held), 1))
-        right[n:, 0] = -point.constraints[1][held]
-        return np.asarray(_solved(point.terms.mass_matrix, G, G, right)[:n, 0])
+    def caught(self, point: Point, modes: Modes, impulses: Floats) -> tuple[Floats, Floats]:
+        """The change of qd (n,) by which all that holds is met, and the impulses of all rows (k,) with the latches'.
+
+        ``impulses`` (k,) are those of the other rows: an impact of latches without rebound.
+        """
+        n, m, (G, velocities, _) = self.n, self.constraints.m, self._fixed(point, modes)
+        right = np.concatenate([point.rows.jacobian.T @ impulses, -velocities])[:, None]
+        found = _solved(point.terms.mass_matrix, G, G, right)[:, 0]
+        whole = impulses.copy()
+        whole[[self.elements.latch_rows[i] for i, held in enumerate(modes.held) if held]] = found[n + m :]
+        return found[:n], whole
 
 
 def _solved(M: Floats, G: Floats, directions: Floats, right: Floats) -> Floats:

@@ -19,10 +19,10 @@ from lag2fmu.reference.trajectory import Trajectory
 
 Floats = NDArray[np.float64]
 LETTERS: Any = {"font.family": "serif"}
-"""In which I and l can be told apart."""
+"""A font in which I and l can be told apart."""
 LINE: dict[str, Any] = {"linewidth": 1.2}
 MOST_CURVES = 8
-"""In one panel; a figure says what it leaves out."""
+"""At most this many curves stand in one panel; a figure says what it leaves out."""
 
 
 def dressed(axes: Axes, title: str = "", horizontal: str = "", vertical: str = "") -> None:

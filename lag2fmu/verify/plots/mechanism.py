@@ -111,7 +111,7 @@ def _modes(equations: EquationsOfMotion) -> tuple[tuple[Mode, ...], dict[str, An
 
 
 def _place(mechanism: Mechanism, q: Floats) -> str:
-    """Where an equilibrium is; of many coordinates those that are not zero."""
+    """A sentence on where an equilibrium is; of many coordinates it names those that are not zero."""
     units = [c.unit or DIMENSIONLESS for c in mechanism.coordinates]
     values = [
         (f"{pretty(c.name)} = {unit.from_si(x):.4g} {unit.name}".strip(), x)
@@ -135,7 +135,7 @@ def _rate(mode: Mode) -> str:
 
 
 def _draw_mode(axes: Axes, equations: EquationsOfMotion, layout: Layout, values: dict[str, Any], mode: Mode) -> None:
-    """The mechanism at both ends of a swing, that to the other side fainter."""
+    """The mechanism at both ends of a swing; the far end is fainter."""
     shape = np.real(mode.shape)
     q = np.array([values[c.name] for c in equations.mechanism.coordinates])
     swing = _amplitude(layout, equations, values, q, shape) * shape

@@ -147,7 +147,7 @@ def _panels(
 
 
 def _smooth(mechanism: Mechanism, run: Trajectory) -> Trajectory:
-    """q and qd of ``run`` with so many times between its own that curves look smooth.
+    """q and qd of ``run`` with more times between its own, so that curves look smooth.
 
     Between two times q is the cubic with the right values and velocities at both (Hermite), qd its derivative.
     """
@@ -179,7 +179,7 @@ def _draw_panel(axes: Axes, panel: Panel) -> None:
 
 
 def _written(name: str) -> str:
-    """A velocity as a derivative."""
+    """The name of a velocity, written as a derivative."""
     return f"d{pretty(name.removesuffix('_dot'))}/dt" if name.endswith("_dot") else pretty(name)
 
 
@@ -246,7 +246,7 @@ def _spaces(
 
 
 def _draw_paths(axes: Axes, mechanism: Mechanism, values: dict[str, Floats | float]) -> None:
-    """The bodies' ways, over the mechanism as it stands at the start of the run."""
+    """The paths of the bodies, over the mechanism as it stands at the start of the run."""
     layout = layout_of(mechanism)
     flat = layout.at(np.moveaxis(layout.skeleton.positions(values), 1, -1))
     start = {name: float(x if isinstance(x, float) else x[0]) for name, x in values.items()}

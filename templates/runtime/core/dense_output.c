@@ -2,7 +2,7 @@
 
 #include <string.h>
 
-bool dense_begin(Instance *instance, Step step) {
+void dense_begin_cubic(Instance *instance, Step step) {
     State *state = &instance->state;
     const Scratch *scratch = &instance->scratch;
     Dense *dense = &state->dense;
@@ -16,7 +16,12 @@ bool dense_begin(Instance *instance, Step step) {
         dense->terms[1][i] = step.length * state->first_stage[i] - dense->terms[0][i];
         dense->terms[2][i] = dense->terms[0][i] - step.length * scratch->new_derivatives[i] - dense->terms[1][i];
     }
-    return solver_dense(instance, step, dense->terms);
+    memset(dense->terms + HERMITE_TERMS, 0, DENSE_ROWS * sizeof dense->terms[0]);
+}
+
+bool dense_begin(Instance *instance, Step step) {
+    dense_begin_cubic(instance, step);
+    return solver_dense(instance, step, instance->state.dense.terms);
 }
 
 void dense_states(const Dense *dense, double time, double states[]) {

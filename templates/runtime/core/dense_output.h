@@ -13,6 +13,9 @@
    instance->failure set, if an evaluation for it fails. */
 bool dense_begin(Instance *instance, Step step);
 
+/* The same with Hermite's cubic alone, which takes no evaluation. */
+void dense_begin_cubic(Instance *instance, Step step);
+
 /* states[2n] at a time (s) in that step. */
 void dense_states(const Dense *dense, double time, double states[]);
 

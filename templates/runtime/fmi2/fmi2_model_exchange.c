@@ -132,7 +132,7 @@ fmi2Status fmi2GetDerivatives(fmi2Component c, fmi2Real derivatives[], size_t nx
     if (!component->noted_singularity &&
         runs_into_singularity(&component->instance, component->instance.cache.accelerations)) {
         component->noted_singularity = true;
-        report_failure(component, fmi2Warning);  /* and fmi2OK: some importers end a run at fmi2Warning */
+        report_failure(component, fmi2Warning); /* and fmi2OK: some importers end a run at fmi2Warning */
     }
     return fmi2OK;
 }

@@ -25,6 +25,7 @@ static bool in_space(const Laws *laws) {
 
 static bool solve_laws(const Elimination *e, const Laws *laws, double x[]) {
     Choice present;
+    memset(x, 0, (size_t)laws->size * sizeof(double));
     choose_present(e, &present);
     return laws_try(laws, &present, x) || (in_space(laws) ? cones_solve(laws, x) : polyhedral_solve(laws, x));
 }
@@ -50,7 +51,7 @@ static bool let_slip(const Elimination *e, const double x[], Laws *laws) {
 /* Rows that stay at rest may bear a load as well: of all x with this motion the one of least norm, if it obeys. */
 static void spread(const Laws *laws, double x[]) {
     Choice choice;
-    double other[MOST_ACTIVE];
+    double other[MOST_ACTIVE] = {0.0};
     memset(&choice, 0, sizeof choice);
     for (int k = 0; k < laws->size; k++) {
         const double limit = laws_limit(laws, x, k), side = limit > 0.0 ? x[k] / limit : 0.0;

@@ -1,8 +1,8 @@
 /* Solves the laws of contacts and dry friction between the rows of a Delassus operator. SIZE_ROWS of mechanism.h is the
    largest number of rows, SIZE_ACTIVE the largest number of unilateral, tangential and bounded rows together, both at
    least 1. Sources: Pfeiffer, Glocker, Multibody Dynamics with Unilateral Contacts, 1996; Stewart, Trinkle, An implicit
-   time-stepping scheme for rigid body dynamics with inelastic collisions and Coulomb friction, Int. J. Numer. Meth. Eng.
-   1996 (the complementarity problem whose solution Lemke's method finds). */
+   time-stepping scheme for rigid body dynamics with inelastic collisions and Coulomb friction, Int. J. Numer. Meth.
+   Eng. 1996 (the complementarity problem whose solution Lemke's method finds). */
 #ifndef COMPLEMENTARITY_H
 #define COMPLEMENTARITY_H
 

@@ -1,9 +1,9 @@
-/* Round friction cones. Block Gauss-Seidel iteration with proximal points finds where contacts open, stick and slide
-   (Jourdan, Alart, Jean, A Gauss-Seidel like algorithm to solve frictional contact problems, 1998; Acary, Brogliato,
-   Numerical Methods for Nonsmooth Dynamical Systems, 2008, section 13.7), then a generalised Newton method gives the
-   solution to rounding (Alart, Curnier, A mixed formulation for frictional contact problems prone to Newton like solution
-   methods, Comput. Methods Appl. Mech. Eng. 1991). Both use the same step for both axes of a cone, so that the axes do
-   not matter. */
+/* Round friction cones. Pyramids with four sides, solved by Lemke's method, show where contacts open, stick and slide;
+   where that does not lead to a solution, block Gauss-Seidel iteration with proximal points may (Jourdan, Alart, Jean, A
+   Gauss-Seidel like algorithm to solve frictional contact problems, Comput. Methods Appl. Mech. Eng. 1998). From there a
+   generalised Newton method gives the solution to rounding (Alart, Curnier, A mixed formulation for frictional contact
+   problems prone to Newton like solution methods, Comput. Methods Appl. Mech. Eng. 1991). The proximal steps are the
+   same for both axes of a cone: the axes do not matter to the solution. */
 #include "cones.h"
 
 #include <math.h>
@@ -13,7 +13,7 @@
 #include "polyhedral.h"
 #include "vector_length.h"
 
-enum { FIRST_SWEEPS = 16, MOST_SWEEPS = 16384, MOST_STEPS = 40, MOST_TURNS = 30 };
+enum { FIRST_SWEEPS = 16, MOST_SWEEPS = 16384, MOST_STEPS = 40 };
 
 /* Newton's method is at its end with corrections of this part of x. */
 static const double CONVERGED = 1e-13;
@@ -157,7 +157,7 @@ static bool refine_with(const Laws *laws, double step, double x[]) {
 /* From a start near a solution to it. The steps differ in where they lead to from afar; the long ones serve where
    friction wedges. */
 static bool refine(const Laws *laws, const double start[], double x[]) {
-    static const double STEPS[] = {1.0, 10.0, 0.1, 100.0, 3.0};
+    static const double STEPS[] = {1.0, 10.0, 0.1, 100.0, 3.0, 30.0};
     bool solved = false;
     for (size_t i = 0; i < sizeof STEPS / sizeof *STEPS && !solved; i++) {
         memcpy(x, start, (size_t)laws->size * sizeof(double));
@@ -166,67 +166,11 @@ static bool refine(const Laws *laws, const double start[], double x[]) {
     return solved;
 }
 
-/* Turns the axes of a cone by an angle, the first one into the direction (c, s): two entries of a vector. */
-static void turn(double *first, double *second, double c, double s) {
-    const double kept = *first;
-    *first = c * kept + s * *second;
-    *second = c * *second - s * kept;
-}
-
-/* The laws in axes of which the first lies along direction[k], direction[k + 1] for a cone k. */
-static void turn_axes(const double direction[], Laws *laws) {
-    const int n = laws->size;
-    for (int k = 0; k < n; k++) {
-        const double c = direction[k], s = laws->width[k] == 2 ? direction[k + 1] : 0.0;
-        for (int i = 0; i < n && laws->width[k] == 2; i++) {
-            turn(&laws->matrix[i * n + k], &laws->matrix[i * n + k + 1], c, s);
-        }
-        for (int j = 0; j < n && laws->width[k] == 2; j++) {
-            turn(&laws->matrix[k * n + j], &laws->matrix[(k + 1) * n + j], c, s);
-        }
-        if (laws->width[k] == 2) {
-            turn(&laws->offset[k], &laws->offset[k + 1], c, s);
-        }
-    }
-}
-
-/* The direction of the slip of each cone, or of its friction where it sticks. */
-static void find_directions(const Laws *laws, const double x[], double direction[]) {
-    double w[MOST_ACTIVE];
-    laws_evaluate(laws, x, w);
-    for (int k = 0; k < laws->size; k++) {
-        const double *v = laws->width[k] == 2 && laws_at_rest(laws, x, k) && laws_at_rest(laws, x, k + 1) ? x : w;
-        if (laws->width[k] == 2) {
-            const double length = vector_length(v + k, 2);
-            direction[k] = length > 0.0 ? v[k] / length : 1.0;
-            direction[k + 1] = length > 0.0 ? v[k + 1] / length : 0.0;
-        }
-    }
-}
-
-/* Pyramids with an edge in the direction of the slip that the pyramids before gave. */
-static bool follow_edges(const Laws *laws, double x[]) {
-    double direction[MOST_ACTIVE], start[MOST_ACTIVE];
-    bool solved = false;
-    polyhedral_approximate(laws, start);
-    for (int turns = 0; turns < MOST_TURNS && !solved; turns++) {
-        solved = refine(laws, start, x);
-        Laws turned = *laws;
-        find_directions(laws, start, direction);
-        turn_axes(direction, &turned);
-        polyhedral_approximate(&turned, start);
-        for (int k = 0; k < laws->size; k++) {
-            if (laws->width[k] == 2) {
-                turn(&start[k], &start[k + 1], direction[k], -direction[k + 1]);
-            }
-        }
-    }
-    return solved;
-}
-
 bool cones_solve(const Laws *laws, double x[]) {
-    double start[MOST_ACTIVE] = {0.0};
-    bool solved = follow_edges(laws, x);
+    double start[MOST_ACTIVE];
+    polyhedral_approximate(laws, start);
+    bool solved = refine(laws, start, x);
+    memset(start, 0, sizeof start);
     for (int sweeps = FIRST_SWEEPS; sweeps <= MOST_SWEEPS && !solved; sweeps *= 2) {
         sweep(laws, sweeps, start);
         solved = refine(laws, start, x);

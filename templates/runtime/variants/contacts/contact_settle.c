@@ -16,7 +16,7 @@ enum { N = N_COORDINATES, K = N_CONSTRAINTS };
 static const double TOUCHING = 1e-10, AT_REST = 1e-10;
 
 bool settling_due(const Settling *settling, int function) {
-    return settling->due != NULL && settling->due[function];
+    return settling->due[function];
 }
 
 /* The greatest velocity in nominal values, at least 1/s. */
@@ -162,14 +162,38 @@ static bool move_onto_modes(Settling *settling, bool *jumped) {
     return true;
 }
 
+/* Slips along a line that are due are at rest: what is left of them is the error of the location. */
+static bool stop_slips(Settling *settling, bool *jumped) {
+    State *state = &settling->instance->state;
+    bool found = false;
+    for (int i = 0; i < N_UNILATERALS; i++) {
+        bool *due = &settling->due[2 * i + 1];
+        if (*due && contact_closed(state, i) && !contact_sticks(state, i) && SLIP_ROWS[i + 1] - SLIP_ROWS[i] == 1) {
+            contact_stick(state, i);
+            found = true;
+            *due = false;
+        }
+    }
+    for (int i = 0; i < N_FRICTIONS; i++) {
+        bool *due = &settling->due[2 * N_UNILATERALS + i];
+        if (*due && !friction_sticks(state, i)) {
+            friction_stick(state, i);
+            found = true;
+            *due = false;
+        }
+    }
+    return !found || move_onto_modes(settling, jumped);
+}
+
 bool contacts_settle(Instance *instance, const bool due[], bool *jumped) {
-    Settling settling = {.instance = instance, .due = due};
-    State *state = &instance->state;
+    Settling settling = {.instance = instance};
     if (due == NULL) {
-        forget_modes(state);
+        forget_modes(&instance->state);
+    } else {
+        memcpy(settling.due, due, (2 * N_UNILATERALS + N_FRICTIONS) * sizeof(bool));
     }
     end_cascades(&settling);
-    if (!settling_measure(&settling)) {
+    if (!stop_slips(&settling, jumped) || !settling_measure(&settling)) {
         return false;
     }
     update_latches(&settling);

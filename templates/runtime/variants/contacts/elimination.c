@@ -178,8 +178,8 @@ void set_limit(const Elimination *e, int place, double limit, Laws *laws) {
     laws->slope[place] = tangential ? limit * e->scale[it->normal] / e->scale[row] : 0.0;
 }
 
-/* Rounding errors of a row that the bilateral rows determine must look neither like an influence on it nor like a motion
-   along it. */
+/* Rounding errors of a row that the bilateral rows determine must look neither like an influence on it nor like a
+   motion along it. */
 static void clear_determined(const Elimination *e, double response[][R], Laws *laws) {
     for (int i = 0; i < e->active; i++) {
         double rest = e->delassus[e->row[i] * e->problem->rows + e->row[i]];

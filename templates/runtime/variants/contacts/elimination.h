@@ -1,4 +1,4 @@
-/* From the rows of a Problem to the laws that are left when bilateral, sliding and given rows are eliminated, and back. */
+/* From the rows of a Problem to the laws that are left without bilateral, sliding and given rows, and back. */
 #ifndef ELIMINATION_H
 #define ELIMINATION_H
 
@@ -12,13 +12,13 @@ typedef struct {
     double scale[SIZE_ROWS];
     double delassus[SIZE_ROWS * SIZE_ROWS]; /* rows entries a row */
     double free[SIZE_ROWS];
-    int active;       /* unilateral, tangential and bounded rows: ... */
-    int row[MOST_ACTIVE];  /* ... place among the laws -> row */
-    int place[SIZE_ROWS];     /* row -> place among the laws, or -1 */
-    int bilateral;    /* bilateral rows: ... */
-    int order[SIZE_ROWS];     /* ... place -> row, independent ones first */
-    int rank;         /* how many of them are independent */
-    double factor[SIZE_ROWS * SIZE_ROWS]; /* L of L L^T = delassus of the independent bilateral rows; SIZE_ROWS entries a row */
+    int active;           /* how many rows are unilateral, tangential or bounded */
+    int row[MOST_ACTIVE]; /* place among the laws -> row */
+    int place[SIZE_ROWS]; /* row -> place among the laws, or -1 */
+    int bilateral;        /* how many rows are bilateral */
+    int rank;             /* how many of them are independent */
+    int order[SIZE_ROWS]; /* place among the bilateral rows -> row, independent ones first */
+    double factor[SIZE_ROWS * SIZE_ROWS]; /* L of their L L^T = delassus; SIZE_ROWS entries a row */
 } Elimination;
 
 /* Fills all of the laws but the limits of friction. */

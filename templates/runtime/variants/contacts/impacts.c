@@ -94,13 +94,18 @@ static bool poisson(Round *round, double part) {
     return true;
 }
 
-/* The kinetic energy that is lost, and the sum of its absolute terms. */
+/* The kinetic energy that is lost, and the sum of the absolute terms that it follows from. */
 static double lost_energy(const Round *round, double *terms) {
+    const int n = round->problem->rows;
     double lost = 0.0;
     *terms = 0.0;
-    for (int k = 0; k < round->problem->rows; k++) {
-        lost -= 0.5 * round->impulses[k] * (round->before[k] + round->after[k]);
-        *terms += 0.5 * fabs(round->impulses[k]) * (fabs(round->before[k]) + fabs(round->after[k]));
+    for (int k = 0; k < n; k++) {
+        const double impulse = round->impulses[k];
+        lost -= 0.5 * impulse * (round->before[k] + round->after[k]);
+        *terms += fabs(impulse * round->before[k]);
+        for (int j = 0; j < n; j++) {
+            *terms += fabs(impulse * round->problem->delassus[k * n + j] * round->impulses[j]);
+        }
     }
     return lost;
 }
@@ -152,32 +157,48 @@ static void start(const ImpactProblem *problem, Round *round, ImpactResult *resu
     memcpy(round->before, problem->velocities, (size_t)problem->rows * sizeof(double));
 }
 
-/* Normal velocities of the contacts up to these are rest. */
+/* Velocities of the rows up to these are rest. */
 static void find_slow(const ImpactProblem *problem, double slow[]) {
+    bool counts[SIZE_ROWS];
     double fastest = 0.0;
+    memcpy(counts, problem->bilateral, (size_t)problem->rows * sizeof(bool));
     for (int c = 0; c < problem->contacts; c++) {
-        const int first = problem->contact[c].slip, end = first + problem->contact[c].slips;
-        for (int i = first - 1; i < end; i++) {
-            const int k = i < first ? problem->contact[c].normal : i;
-            const double inverse_mass = problem->delassus[k * problem->rows + k];
-            const double speed = fabs(problem->velocities[k]);
-            fastest = inverse_mass > 0.0 ? fmax(fastest, speed / sqrt(inverse_mass)) : fastest;
+        const ImpactContact *contact = &problem->contact[c];
+        counts[contact->normal] = true;
+        for (int k = contact->slip; k < contact->slip + contact->slips; k++) {
+            counts[k] = true;
         }
     }
-    for (int c = 0; c < problem->contacts; c++) {
-        const int k = problem->contact[c].normal;
-        const double rounding = ROUNDING * fastest * sqrt(fmax(problem->delassus[k * problem->rows + k], 0.0));
-        slow[c] = fmax(problem->contact[c].slow, rounding);
+    for (int k = 0; k < problem->rows; k++) {
+        slow[k] = sqrt(fmax(problem->delassus[k * problem->rows + k], 0.0));
+        fastest = counts[k] && slow[k] > 0.0 ? fmax(fastest, fabs(problem->velocities[k]) / slow[k]) : fastest;
     }
+    for (int k = 0; k < problem->rows; k++) {
+        slow[k] *= ROUNDING * fastest;
+    }
+    for (int c = 0; c < problem->contacts; c++) {
+        const ImpactContact *contact = &problem->contact[c];
+        slow[contact->normal] = fmax(contact->slow, slow[contact->normal]);
+    }
+}
+
+/* Does a bilateral row still move, as one does that begins to hold? */
+static bool is_caught(const Round *round, const double slow[]) {
+    bool any = false;
+    for (int k = 0; k < round->problem->rows; k++) {
+        any = any || (round->problem->bilateral[k] && fabs(round->before[k]) > slow[k]);
+    }
+    return any;
 }
 
 /* Chooses who takes part in the next round; returns whether any contact approaches. */
 static bool next_round(Round *round, const double slow[], const bool loaded[], int counts[]) {
     bool any = false;
     for (int c = 0; c < round->problem->contacts; c++) {
-        const double velocity = round->before[round->problem->contact[c].normal];
-        const bool approaches = velocity < -slow[c];
-        round->takes_part[c] = approaches || (loaded[c] && velocity <= slow[c]);
+        const int normal = round->problem->contact[c].normal;
+        const double velocity = round->before[normal];
+        const bool approaches = velocity < -slow[normal];
+        round->takes_part[c] = approaches || (loaded[c] && velocity <= slow[normal]);
         round->restitution[c] = approaches ? round->problem->contact[c].restitution : 0.0;
         counts[c] += approaches ? 1 : 0;
         any = any || approaches;
@@ -192,7 +213,7 @@ static bool solve_in_turn(Round *round, const double slow[], ImpactResult *resul
     for (int c = 0; c < problem->contacts; c++) {
         loaded[c] = problem->contact[c].loaded;
     }
-    while (next_round(round, slow, loaded, result->counts)) {
+    while (next_round(round, slow, loaded, result->counts) || (result->rounds == 0 && is_caught(round, slow))) {
         result->closed = result->rounds == most;
         for (int c = 0; c < problem->contacts && result->closed; c++) {
             round->takes_part[c] = true;
@@ -211,10 +232,9 @@ static bool solve_in_turn(Round *round, const double slow[], ImpactResult *resul
     return true;
 }
 
-/* Without an approach nothing happens. */
 static bool solve_at_once(Round *round, const double slow[], ImpactResult *result) {
     const bool loaded[SIZE_CONTACTS] = {false};
-    if (!next_round(round, slow, loaded, result->counts)) {
+    if (!next_round(round, slow, loaded, result->counts) && !is_caught(round, slow)) {
         return true;
     }
     for (int c = 0; c < round->problem->contacts; c++) {
@@ -225,7 +245,7 @@ static bool solve_at_once(Round *round, const double slow[], ImpactResult *resul
 
 bool impacts_solve(const ImpactProblem *problem, ImpactOrder order, ImpactResult *result) {
     Round round;
-    double slow[SIZE_CONTACTS];
+    double slow[SIZE_ROWS];
     start(problem, &round, result);
     find_slow(problem, slow);
     const bool solved = order == IMPACTS_SEQUENTIAL ? solve_in_turn(&round, slow, result)

@@ -13,7 +13,7 @@
 typedef enum {
     /* Round after round: those contacts take part that approach, with their restitution, and those under load that are
        at rest, with restitution 0. Under load is what bears a force before or took an impulse in an earlier round. It
-       ends when none approaches. */
+       ends when none approaches. Bilateral rows hold in each; if they move before, there is at least one round. */
     IMPACTS_SEQUENTIAL,
     /* One complementarity problem over all contacts that touch: velocity after + restitution * velocity before, where
        that was an approach, is complementary to the impulse. */
@@ -35,7 +35,7 @@ typedef struct {
     int rows;
     const double *delassus;   /* [rows * rows], row-major, symmetric, positive semidefinite */
     const double *velocities; /* [rows], before */
-    const bool *bilateral;    /* [rows]: the velocity stays 0; other rows that are of no contact bear no impulse */
+    const bool *bilateral;    /* [rows]: the velocity after is 0; other rows that are of no contact bear no impulse */
     int contacts;
     const ImpactContact *contact; /* [contacts] */
 } ImpactProblem;
@@ -46,8 +46,8 @@ typedef struct {
     int counts[SIZE_CONTACTS];    /* in how many rounds a contact collided */
     int rounds;
     double lost;  /* kinetic energy before - after, >= 0 but for rounding */
-    bool poisson; /* Newton's law would have made the kinetic energy grow, or had no solution: Poisson's law was taken */
-    bool reduced; /* so would Poisson's law: the restitution was reduced until the energy stayed the same */
+    bool poisson; /* with Newton's law the kinetic energy would grow, or there is no solution: Poisson's was taken */
+    bool reduced; /* with Poisson's law it would grow, too: the restitution was reduced until it did not */
     bool closed;  /* the rounds did not end and were closed without restitution */
 } ImpactResult;
 
@@ -57,7 +57,7 @@ bool impacts_solve(const ImpactProblem *problem, ImpactOrder order, ImpactResult
 /* Impact without collision, where Painleve's paradox leaves no solution for accelerations: contacts that slide while
    their normal velocity is 0 get impulses until the slip has stopped, the others that bear a load take part with
    restitution 0 (Genot, Brogliato, New results on Painleve paradoxes, Eur. J. Mech. A 1999; Glocker, Set-Valued Force
-   Laws, 2001). As few contacts as possible stop, of equally few those that come first. False: no impulse stops a slip. */
+   Laws, 2001). One contact stops if that is enough, the first that can, else all do. False: no impulse stops a slip. */
 bool impacts_without_collision(const ImpactProblem *problem, ImpactResult *result);
 
 #endif

@@ -10,7 +10,8 @@ static const double ROUNDING = 1e-9;
 
 static bool slides(const ImpactProblem *problem, int c) {
     const ImpactContact *contact = &problem->contact[c];
-    return contact->loaded && contact->friction > 0.0 && vector_length(problem->velocities + contact->slip, contact->slips) > 0.0;
+    const double slip = vector_length(problem->velocities + contact->slip, contact->slips);
+    return contact->loaded && contact->friction > 0.0 && slip > 0.0;
 }
 
 static void put_law(const ImpactContact *contact, bool stops, Row rows[]) {
@@ -26,7 +27,8 @@ static void put_law(const ImpactContact *contact, bool stops, Row rows[]) {
 /* Is the impulse that stops a contact within its friction cone? */
 static bool possible(const ImpactContact *contact, const double impulses[]) {
     const double normal = impulses[contact->normal];
-    return normal > 0.0 && vector_length(impulses + contact->slip, contact->slips) <= (1.0 + ROUNDING) * contact->friction * normal;
+    const double friction = vector_length(impulses + contact->slip, contact->slips);
+    return normal > 0.0 && friction <= (1.0 + ROUNDING) * contact->friction * normal;
 }
 
 /* Stops one contact, or all that slide for -1. */

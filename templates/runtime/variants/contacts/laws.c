@@ -21,23 +21,28 @@ void laws_evaluate(const Laws *laws, const double x[], double w[]) {
 }
 
 static void solve_choice(const Laws *laws, const Choice *choice, double x[]) {
-    double matrix[MOST_ACTIVE * MOST_ACTIVE], right[MOST_ACTIVE];
+    double matrix[MOST_ACTIVE * MOST_ACTIVE], right[MOST_ACTIVE], change[MOST_ACTIVE], w[MOST_ACTIVE];
     const int n = laws->size;
+    laws_evaluate(laws, x, w);
     for (int k = 0; k < n; k++) {
         double *row = matrix + k * n;
         if (choice->held[k]) {
             memcpy(row, laws->matrix + k * n, (size_t)n * sizeof(double));
-            right[k] = -laws->offset[k];
-        } else {
-            memset(row, 0, (size_t)n * sizeof(double));
-            row[k] = 1.0;
-            if (laws->normal[k] >= 0) {
-                row[laws->normal[k]] -= choice->slope[k];
-            }
-            right[k] = choice->value[k];
+            right[k] = -w[k];
+            continue;
+        }
+        memset(row, 0, (size_t)n * sizeof(double));
+        row[k] = 1.0;
+        right[k] = choice->value[k] - x[k];
+        if (laws->normal[k] >= 0) {
+            row[laws->normal[k]] -= choice->slope[k];
+            right[k] += choice->slope[k] * x[laws->normal[k]];
         }
     }
-    least_norm_solve(n, matrix, right, x);
+    least_norm_solve(n, matrix, right, change);
+    for (int k = 0; k < n; k++) {
+        x[k] += change[k];
+    }
 }
 
 /* The sum of the absolute terms of w. */

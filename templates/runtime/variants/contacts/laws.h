@@ -15,7 +15,7 @@ typedef struct {
     double matrix[MOST_ACTIVE * MOST_ACTIVE]; /* size entries a row */
     double offset[MOST_ACTIVE];
     double terms[MOST_ACTIVE]; /* the sum of the absolute terms of the offset: its rounding error is a part of that */
-    int width[MOST_ACTIVE];    /* 0: unilateral; rows of friction: 1, or 2 for the first and -1 for the second of a cone */
+    int width[MOST_ACTIVE];    /* 0: unilateral; friction: 1, or 2 for the first and -1 for the second row of a cone */
     int normal[MOST_ACTIVE];   /* rows of friction: base + slope x[normal] bounds x; -1: base does */
     double slope[MOST_ACTIVE];
     double base[MOST_ACTIVE];
@@ -34,7 +34,8 @@ void laws_evaluate(const Laws *laws, const double x[], double w[]);
 /* Do x[size] and the w that follow obey all laws, to rounding? */
 bool laws_obeyed(const Laws *laws, const double x[]);
 
-/* The x[size] of least norm that satisfies the equations chosen; returns whether it obeys all laws. */
+/* Changes x[size] as little as the equations chosen allow that it satisfies them: from zeros this gives the solution of
+   least norm. Returns whether x obeys all laws. */
 bool laws_try(const Laws *laws, const Choice *choice, double x[]);
 
 /* The greatest magnitude of x[k] of a row of friction. */

@@ -1,96 +1,163 @@
-/* Singular value decomposition by one-sided Jacobi rotations. */
+/* A complete orthogonal decomposition: A P = Q (T 0) Z by reflections from the left with exchanges of columns, and from
+   the right where the rank is less than n. */
 #include "least_norm.h"
 
 #include <math.h>
-#include <stdbool.h>
+#include <string.h>
 
 #include "mechanism.h"
 
-enum { R = SIZE_ROWS, MAX_SWEEPS = 60 };
+enum { R = SIZE_ROWS };
 
-/* A singular value of this part of the largest one is rounding error. Those of a Delassus matrix are squares of
+/* A diagonal entry of T of this part of the first one is rounding error. Those of a Delassus matrix are squares of
    distances between rows: its rank is decided as constraint_factorization.c decides that of the constraints. */
 static const double RANK_TOLERANCE = 1e-10;
 
-/* Columns whose cosine is smaller are orthogonal. */
-static const double ORTHOGONAL = 1e-15;
-
-/* a V = W with orthogonal columns. The columns of W and V are stored as rows. */
+/* Column k of Q's reflections stands in column k from the diagonal on, row k of Z's in row k: in its place on the
+   diagonal, which T has in diagonal[], and from the rank on. */
 typedef struct {
     int n;
-    double image[R * R];
-    double basis[R * R];
-    double square[R]; /* of the singular values; 0: below the tolerance */
+    int rank;
+    double entry[R * R];
+    double diagonal[R];
+    double left[R];  /* 2 / v^T v of the reflections 1 - left v v^T */
+    double right[R]; /* likewise */
+    double head[R];  /* the first component of Z's v */
+    int column[R];   /* place -> column of A */
 } Decomposition;
 
-static double inner_product(const double a[], const double b[], int count) {
+static double column_square(const Decomposition *d, int first, int j) {
     double sum = 0.0;
-    for (int i = 0; i < count; i++) {
-        sum += a[i] * b[i];
+    for (int i = first; i < d->n; i++) {
+        sum += d->entry[i * d->n + j] * d->entry[i * d->n + j];
     }
     return sum;
 }
 
-static void rotate(double a[], double b[], int count, double cosine, double sine) {
-    for (int i = 0; i < count; i++) {
-        const double first = a[i];
-        a[i] = cosine * first - sine * b[i];
-        b[i] = sine * first + cosine * b[i];
+/* Brings the longest remaining column to place k; returns its squared length. */
+static double bring_column(Decomposition *d, int k) {
+    int best = k;
+    double longest = -1.0;
+    for (int j = k; j < d->n; j++) {
+        const double square = column_square(d, k, j);
+        best = square > longest ? j : best;
+        longest = fmax(longest, square);
+    }
+    for (int i = 0; i < d->n; i++) {
+        const double kept = d->entry[i * d->n + k];
+        d->entry[i * d->n + k] = d->entry[i * d->n + best];
+        d->entry[i * d->n + best] = kept;
+    }
+    const int column = d->column[k];
+    d->column[k] = d->column[best];
+    d->column[best] = column;
+    return longest;
+}
+
+/* Reflects column k onto the diagonal, and the columns behind with it. The sums run along rows. */
+static void reflect_column(Decomposition *d, int k, double square) {
+    const int n = d->n;
+    double *pivot = &d->entry[k * n + k];
+    double sums[R] = {0.0};
+    d->diagonal[k] = *pivot > 0.0 ? -sqrt(square) : sqrt(square);
+    *pivot -= d->diagonal[k];
+    d->left[k] = 2.0 / column_square(d, k, k);
+    for (int i = k; i < n; i++) {
+        for (int j = k + 1; j < n; j++) {
+            sums[j] += d->entry[i * n + k] * d->entry[i * n + j];
+        }
+    }
+    for (int i = k; i < n; i++) {
+        for (int j = k + 1; j < n; j++) {
+            d->entry[i * n + j] -= d->left[k] * d->entry[i * n + k] * sums[j];
+        }
     }
 }
 
-/* Makes two columns of W orthogonal; returns whether they were. */
-static bool orthogonalise(Decomposition *d, int p, int q) {
+/* Reflects what row k has behind the rank onto the diagonal, and the rows above with it. */
+static void reflect_row(Decomposition *d, int k) {
     const int n = d->n;
-    double *a = d->image + p * n, *b = d->image + q * n;
-    const double aa = inner_product(a, a, n), bb = inner_product(b, b, n), ab = inner_product(a, b, n);
-    if (fabs(ab) <= ORTHOGONAL * sqrt(aa) * sqrt(bb)) {
-        return true;
+    const double *row = d->entry + k * n;
+    double square = d->diagonal[k] * d->diagonal[k];
+    for (int j = d->rank; j < n; j++) {
+        square += row[j] * row[j];
     }
-    const double zeta = (bb - aa) / (2.0 * ab);
-    const double tangent = (zeta >= 0.0 ? 1.0 : -1.0) / (fabs(zeta) + sqrt(1.0 + zeta * zeta));
-    const double cosine = 1.0 / sqrt(1.0 + tangent * tangent);
-    rotate(a, b, n, cosine, cosine * tangent);
-    rotate(d->basis + p * n, d->basis + q * n, n, cosine, cosine * tangent);
-    return false;
+    const double length = d->diagonal[k] > 0.0 ? -sqrt(square) : sqrt(square);
+    d->head[k] = d->diagonal[k] - length;
+    d->right[k] = 1.0 / (square - length * d->diagonal[k]);
+    d->diagonal[k] = length;
+    for (int i = 0; i < k; i++) {
+        double *above = d->entry + i * n;
+        double sum = d->head[k] * above[k];
+        for (int j = d->rank; j < n; j++) {
+            sum += row[j] * above[j];
+        }
+        above[k] -= d->right[k] * sum * d->head[k];
+        for (int j = d->rank; j < n; j++) {
+            above[j] -= d->right[k] * sum * row[j];
+        }
+    }
 }
 
 static void decompose(Decomposition *d, int n, const double a[]) {
+    double least = 0.0;
     d->n = n;
-    for (int i = 0; i < n; i++) {
-        for (int j = 0; j < n; j++) {
-            d->image[j * n + i] = a[i * n + j];
-            d->basis[j * n + i] = i == j ? 1.0 : 0.0;
+    memcpy(d->entry, a, (size_t)(n * n) * sizeof(double));
+    for (int k = 0; k < n; k++) {
+        d->column[k] = k;
+    }
+    for (d->rank = 0; d->rank < n; d->rank++) {
+        const double square = bring_column(d, d->rank);
+        least = d->rank == 0 ? RANK_TOLERANCE * sqrt(square) : least;
+        if (!(sqrt(square) > least)) {
+            break;
         }
+        reflect_column(d, d->rank, square);
     }
-    bool done = false;
-    for (int sweep = 0; sweep < MAX_SWEEPS && !done; sweep++) {
-        done = true;
-        for (int p = 0; p < n; p++) {
-            for (int q = p + 1; q < n; q++) {
-                done = orthogonalise(d, p, q) && done;
-            }
-        }
-    }
-    double largest = 0.0;
-    for (int j = 0; j < n; j++) {
-        d->square[j] = inner_product(d->image + j * n, d->image + j * n, n);
-        largest = fmax(largest, d->square[j]);
-    }
-    for (int j = 0; j < n; j++) {
-        d->square[j] = d->square[j] > RANK_TOLERANCE * RANK_TOLERANCE * largest ? d->square[j] : 0.0;
+    for (int k = d->rank - 1; k >= 0 && d->rank < n; k--) {
+        reflect_row(d, k);
     }
 }
 
-/* x += V W^+ b */
-static void add_solution(const Decomposition *d, const double b[], double x[]) {
-    for (int j = 0; j < d->n; j++) {
-        if (d->square[j] > 0.0) {
-            const double part = inner_product(d->image + j * d->n, b, d->n) / d->square[j];
-            for (int i = 0; i < d->n; i++) {
-                x[i] += part * d->basis[j * d->n + i];
-            }
+/* Overwrites b[n] by Q^T b. */
+static void turn_right_side(const Decomposition *d, double b[]) {
+    for (int k = 0; k < d->rank; k++) {
+        double sum = 0.0;
+        for (int i = k; i < d->n; i++) {
+            sum += d->entry[i * d->n + k] * b[i];
         }
+        for (int i = k; i < d->n; i++) {
+            b[i] -= d->left[k] * sum * d->entry[i * d->n + k];
+        }
+    }
+}
+
+/* x += the solution for the right side b[n], which is overwritten. */
+static void add_solution(const Decomposition *d, double b[], double x[]) {
+    const int n = d->n;
+    turn_right_side(d, b);
+    for (int k = d->rank - 1; k >= 0; k--) {
+        for (int j = k + 1; j < d->rank; j++) {
+            b[k] -= d->entry[k * n + j] * b[j];
+        }
+        b[k] /= d->diagonal[k];
+    }
+    for (int k = d->rank; k < n; k++) {
+        b[k] = 0.0;
+    }
+    for (int k = 0; k < d->rank && d->rank < n; k++) {
+        const double *row = d->entry + k * n;
+        double sum = d->head[k] * b[k];
+        for (int j = d->rank; j < n; j++) {
+            sum += row[j] * b[j];
+        }
+        b[k] -= d->right[k] * sum * d->head[k];
+        for (int j = d->rank; j < n; j++) {
+            b[j] -= d->right[k] * sum * row[j];
+        }
+    }
+    for (int k = 0; k < n; k++) {
+        x[d->column[k]] += b[k];
     }
 }
 
@@ -98,12 +165,13 @@ void least_norm_solve(int n, const double a[], const double b[], double x[]) {
     Decomposition d;
     double rest[R];
     decompose(&d, n, a);
-    for (int i = 0; i < n; i++) {
-        x[i] = 0.0;
-    }
+    memset(x, 0, (size_t)n * sizeof(double));
     for (int refinement = 0; refinement < 2; refinement++) {
         for (int i = 0; i < n; i++) {
-            rest[i] = b[i] - inner_product(a + i * n, x, n);
+            rest[i] = b[i];
+            for (int j = 0; j < n; j++) {
+                rest[i] -= a[i * n + j] * x[j];
+            }
         }
         add_solution(&d, rest, x);
     }

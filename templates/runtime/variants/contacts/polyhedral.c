@@ -8,7 +8,7 @@
 #include "lemke.h"
 
 /* Beyond this number of choices they are not tried one by one. */
-enum { MOST_CHOICES = 4096 };
+static const double MOST_CHOICES = 4096.0;
 
 /* A variable of the complementarity problem is: x of a row with a sign, or a slip (sign 0). */
 typedef struct {
@@ -129,6 +129,7 @@ static bool enumerate(const Laws *laws, double x[]) {
             choice.held[k] = digit[k] == (unilateral ? 1 : 0);
             put_limit(laws, k, unilateral ? 0.0 : side, &choice);
         }
+        memset(x, 0, (size_t)laws->size * sizeof(double));
         solved = laws_try(laws, &choice, x);
     }
     return solved;

@@ -21,13 +21,15 @@ static double slip_speed(const Settling *settling, int contact) {
     return speed;
 }
 
-/* In space a slip comes to rest along a curve, and rounding is worse than along a line. */
+/* In space a slip whose event is due has turned away from the direction that it began with. It may be at rest or not,
+   and is located less sharply than one along a line. */
 static bool slips_at_rest(const Settling *settling, int contact) {
+    const State *state = &settling->instance->state;
     const int first = SLIP_ROWS[contact], count = SLIP_ROWS[contact + 1] - first;
     const double least = settling_least_speed(settling, first);
-    const double loose = least + 10.0 * solver_tolerance(&settling->instance->state) * row_size(&settling->rows, first);
-    const bool comes = settling_due(settling, 2 * contact + 1) && count == 2;
-    return slip_speed(settling, contact) <= (comes ? loose : least);
+    const double loose = least + 10.0 * solver_tolerance(state) * row_size(&settling->rows, first);
+    const bool comes = settling_due(settling, 2 * contact + 1) && !contact_sticks(state, contact);
+    return slip_speed(settling, contact) <= (comes && count == 2 ? loose : least);
 }
 
 static void set_slips(Settling *settling, int contact) {

@@ -10,7 +10,7 @@
    of 0. The contacts that leave have a gap that opens. */
 typedef struct {
     Instance *instance;
-    const bool *due;                                  /* as contacts_settle says, or NULL */
+    bool due[2 * N_UNILATERALS + N_FRICTIONS + 1];    /* as contacts_settle says; one more: there may be none */
     ElementRows rows;
     double jacobian[N_CONSTRAINTS * N_COORDINATES];
     double response[N_CONSTRAINTS * N_COORDINATES];   /* row k: M^-1 g_k */

@@ -12,6 +12,7 @@
 
 enum { MOST_CORRECTIONS = 8, MOST_EVENTS_AT_ONCE = 20 };
 
+static const double FAR = 0.5;                  /* a function that keeps this part of its greatest value is far from 0 */
 static const double SHORTEST_PART = 1.0 / 64.0; /* of a step, in which event functions are taken for polynomials */
 
 /* Where the event functions come down in a trial step: theta of its length, NO_ROOT for those that do not; the first
@@ -48,11 +49,11 @@ static bool all_resolved(double values[][ROOT_NODES]) {
     return true;
 }
 
-/* Is every function clear of 0? Most steps end with this question. */
-static bool all_clear(const double bernstein[], double noise) {
+/* Is the function greater than this throughout? */
+static bool all_clear(const double bernstein[], double level) {
     bool clear = true;
     for (int i = 0; i < ROOT_NODES; i++) {
-        clear = clear && bernstein[i] > noise;
+        clear = clear && bernstein[i] > level;
     }
     return clear;
 }
@@ -73,6 +74,32 @@ static void search(const Instance *instance, double from, double width, double v
             found->slope = roots_slope(bernstein, root) / width;
         }
     }
+}
+
+/* Are all functions so far from 0 on Hermite's cubic that a better interpolant makes no difference? Most steps end with
+   this question. */
+static bool far_from_events(Instance *instance, Step step, bool *far) {
+    double values[SIZE_EVENTS][ROOT_NODES], start[SIZE_EVENTS], bernstein[ROOT_NODES];
+    dense_begin_cubic(instance, step);
+    if (!events_evaluate(instance, instance->state.time, instance->state.states, start)) {
+        return false;
+    }
+    for (int k = 0; k < N_EVENTS; k++) {
+        values[k][0] = start[k];
+    }
+    if (!sample(instance, 0.0, 1.0, values)) {
+        return false;
+    }
+    *far = all_resolved(values);
+    for (int k = 0; k < N_EVENTS; k++) {
+        double greatest = 0.0;
+        roots_fit(values[k], bernstein);
+        for (int i = 0; i < ROOT_NODES; i++) {
+            greatest = larger(greatest, bernstein[i]);
+        }
+        *far = *far && all_clear(bernstein, FAR * greatest);
+    }
+    return true;
 }
 
 /* Goes through the step from its beginning, in parts in which the event functions are like polynomials, to the first
@@ -162,7 +189,14 @@ static void note_due(Instance *instance, const Descents *found, Step step, const
 bool events_end_step(Instance *instance, Step *step) {
     Descents found;
     double values[SIZE_EVENTS];
+    bool far = false;
     instance->state.event_pending = 0;
+    if (DENSE_ROWS > 0 && !far_from_events(instance, *step, &far)) {
+        return false;
+    }
+    if (far) {
+        return true;
+    }
     if (!dense_begin(instance, *step) || !find_descents(instance, &found)) {
         return false;
     }

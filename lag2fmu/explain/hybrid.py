@@ -1,0 +1,181 @@
+"""What is hybrid in a mechanism, in words and formulas.
+
+Contacts, stops and latches with their laws and modes at the start, dry friction, tables and further states.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from typing import NamedTuple
+
+import sympy as sp
+
+from lag2fmu.description import names
+from lag2fmu.description.events import Contact, Friction
+from lag2fmu.description.parts import Constraint
+from lag2fmu.description.tables import Table
+from lag2fmu.language.expressions import to_text
+from lag2fmu.language.units import SECOND, Unit
+from lag2fmu.language.vocabulary import symbol
+from lag2fmu.mechanism.poses import Poses
+from lag2fmu.mechanism.record import Mechanism
+from lag2fmu.mechanism.starts import start_values, value_at
+from lag2fmu.mechanism.unilaterals import Unilateral
+
+_ROUNDING = 1e-9
+
+
+class Row(NamedTuple):
+    """A ``force`` by its name, and the ``rate`` along which it acts: its generalized force is force d(rate)/dqd."""
+
+    force: str
+    rate: sp.Expr
+
+
+class Law(NamedTuple):
+    """A ``sentence``, and formulas (name or expression on the left, right side) that belong to it."""
+
+    sentence: str
+    formulas: tuple[tuple[str | sp.Expr, sp.Expr], ...] = ()
+
+
+class Hybrid:
+    """The laws of what is hybrid in the mechanism ``m``, whose starts meet its constraints."""
+
+    def __init__(self, m: Mechanism) -> None:
+        self.m, self.poses = m, Poses(m)
+        self.start = start_values(m, guesses=True)
+
+    def contacts(self) -> Iterator[Law]:
+        """Contacts and stops, compliant contacts, latches: each with its mode at the start."""
+        if len(self.m.unilaterals) > 1:
+            shared = {"sequential": "in rounds", "simultaneous": "in one problem over all that touch"}
+            yield Law(f"impacts of several contacts are solved {shared[self.m.impacts]}")
+        for unilateral in self.m.unilaterals:
+            yield self._of_unilateral(unilateral)
+        for contact in self.m.contacts:
+            if contact.law == "compliant":
+                yield self._of_compliant(contact)
+        for latch in self.m.latches:
+            yield self._of_latch(latch)
+
+    def forces(self) -> Iterator[Law]:
+        """Dry frictions and tables."""
+        for friction in self.m.frictions:
+            yield self._of_friction(friction)
+        for table in self.m.tables:
+            yield Law(_of_table(table))
+
+    def generalized_forces(self) -> list[sp.Expr]:
+        """What contacts, stops, dry frictions and latches exert on the coordinates, (n,)."""
+        velocities = [symbol(names.velocity(q.name)) for q in self.m.coordinates]
+        rows = list(self._rows())
+        return [sp.Add(*(symbol(row.force) * row.rate.diff(v) for row in rows)) for v in velocities]
+
+    def _rows(self) -> Iterator[Row]:
+        """The forces of contacts, stops, dry frictions and latches, with the rates along which they act."""
+        for u in self.m.unilaterals:
+            yield Row(names.force(u.name), self._rate(u.gap))
+            for label, slip in zip(names.frictions(u.name, len(u.slips)), u.slips, strict=True):
+                yield Row(label, self.poses.resolved(slip))
+        for friction in self.m.frictions:
+            yield Row(names.force(friction.name), self.poses.resolved(friction.on))
+        for latch in self.m.latches:
+            rate = self._rate(latch.expression) if latch.holonomic else self.poses.resolved(latch.expression)
+            yield Row(names.multiplier(latch.name), rate)
+
+    def state_equations(self) -> Iterator[tuple[str, sp.Expr]]:
+        """The equations of the further states: (name of the derivative, its expression)."""
+        for state in self.m.states:
+            yield names.velocity(state.name), self.poses.resolved(state.derivative)
+
+    # ------------------------------------------------------------------------------------------------ one by one
+
+    def _of_unilateral(self, u: Unilateral) -> Law:
+        kind = "stop" if u.where.startswith("stops.") else "contact"
+        laws = [
+            f"{kind} {u.name}: gap and force are at least 0, and one of them is 0",
+            f"restitution {to_text(u.restitution)}",
+        ]
+        formulas: list[tuple[str | sp.Expr, sp.Expr]] = [(names.gap(u.name), self.poses.resolved(u.gap))]
+        if u.slips:
+            static = "" if u.static_friction == u.friction else f", sticking {to_text(u.static_friction)}"
+            laws.append(f"friction {to_text(u.friction)}{static}")
+            several = len(u.slips) > 1
+            formulas += [
+                (_slip(f"{u.name}_{k}" if several else u.name), self.poses.resolved(slip))
+                for k, slip in enumerate(u.slips, 1)
+            ]
+        mode = self._opening(u.gap, u.unit)
+        if mode == "closed at the start" and u.slips:
+            speeds = [self._value(slip) for slip in u.slips]
+            mode += "" if None in speeds else f", {_moving(speeds, u.unit)}"  # type: ignore[arg-type]
+        return Law("; ".join(filter(None, [*laws, mode])), tuple(formulas))
+
+    def _of_compliant(self, contact: Contact) -> Law:
+        gap = next(d.expression for d in self.m.definitions if d.name == names.gap(contact.name))
+        damped = f"*(1 + {to_text(sp.sympify(contact.damping))}*d_dot)" if contact.damping is not None else ""
+        laws = [
+            f"compliant contact {contact.name}: presses by {to_text(sp.sympify(contact.stiffness))}*d**1.5{damped}, d "
+            "being its penetration, and never pulls"
+        ]
+        if contact.slip_speed is not None:
+            fading = to_text(sp.sympify(contact.slip_speed))
+            laws.append(f"friction {to_text(sp.sympify(contact.friction))}, which fades below the slip speed {fading}")
+        unit = next(o.unit for o in self.m.outputs if o.name == names.gap(contact.name))
+        laws.append(self._opening(gap, unit if isinstance(unit, Unit) else None))
+        return Law("; ".join(filter(None, laws)), ((names.gap(contact.name), self.poses.resolved(gap)),))
+
+    def _of_latch(self, latch: Constraint) -> Law:
+        margin = self._value(sp.sympify(latch.while_))
+        mode = "" if margin is None else f"; {'holds' if margin > 0 else 'released'} at the start"
+        condition = to_text(sp.sympify(latch.while_))
+        sentence = f"{latch.kind} constraint {latch.name}, which holds while {condition} is above 0{mode}:"
+        return Law(sentence, ((self.poses.resolved(latch.expression), sp.S.Zero),))
+
+    def _of_friction(self, friction: Friction) -> Law:
+        holding = "as much" if friction.static is None else to_text(sp.sympify(friction.static))
+        speed = self._value(sp.sympify(friction.on))
+        mode = "" if speed is None else f"; {_moving([speed], None)} at the start"
+        sentence = (
+            f"dry friction {friction.name}: {to_text(sp.sympify(friction.force))} against the slip, up to {holding} "
+            f"while it sticks{mode}"
+        )
+        return Law(sentence, ((_slip(friction.name), self.poses.resolved(friction.on)),))
+
+    def _opening(self, gap: object, unit: Unit | None) -> str:
+        """Whether it is open or closed at the start; "" where that is not known."""
+        whole = self.poses.resolved(sp.sympify(gap))
+        value = self._value(whole)
+        if value is None:
+            return ""
+        size = sum(abs(self._value(term) or 0.0) for term in sp.Add.make_args(whole))
+        if value > _ROUNDING * size:
+            return f"open at the start, by {_quantity(value, unit)}"
+        rate = self._value(self._rate(whole)) or 0.0
+        return "closed at the start" if rate == 0 else f"{'opens' if rate > 0 else 'an impact'} at the start"
+
+    def _rate(self, expression: object) -> sp.Expr:
+        return self.poses.rate(self.poses.resolved(sp.sympify(expression)))
+
+    def _value(self, expression: sp.Expr) -> float | None:
+        return value_at(self.poses.resolved(expression), self.start)
+
+
+def _slip(name: str) -> str:
+    return f"slip_{name}"
+
+
+def _moving(speeds: list[float], unit: Unit | None) -> str:
+    speed = sum(v**2 for v in speeds) ** 0.5
+    return f"slides at {_quantity(speed, None if unit is None else unit / SECOND)}" if speed else "at rest"
+
+
+def _quantity(value: float, unit: Unit | None) -> str:
+    return f"{value:.6g} {unit.si_name if unit is not None else ''}".strip()
+
+
+def _of_table(table: Table) -> str:
+    size = " by ".join(str(len(axis)) for axis in table.grid.axes)
+    outside = {"hold": "held", "extrapolate": "extrapolated", "error": "an error"}[table.outside]
+    return f"table {table.name}: {size} points, {table.interpolation} between them, {outside} outside"

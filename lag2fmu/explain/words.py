@@ -1,0 +1,39 @@
+"""Amounts, units, vectors and poses in words."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import sympy as sp
+
+from lag2fmu.description.places import Frame
+from lag2fmu.description.symbols import Coordinate
+from lag2fmu.language.expressions import to_text
+from lag2fmu.language.units import Unit
+
+
+def amount(value: float, q: Coordinate) -> str:
+    """``value``, in SI units, with the name of the unit."""
+    return f"{value:.6g} {getattr(q.unit, 'si_name', '')}".strip()
+
+
+def unit_text(unit: Unit | None) -> str:
+    """The unit of the equations, and that in which values are given where it is another one."""
+    if unit is None or not unit.si_name:
+        return ""
+    return f" [{unit.si_name}]" if unit.name == unit.si_name else f" [{unit.si_name}; given in {unit.name}]"
+
+
+def vector(entries: Sequence[sp.Expr]) -> str:
+    """The entries of a vector, of any length, in parentheses."""
+    return f"({', '.join(to_text(sp.sympify(x)) for x in entries)})"
+
+
+def pose(frame: Frame) -> str:
+    """Origin and rotation of a frame in words."""
+    if frame.quaternion is not None:
+        return f"origin {vector(frame.origin)}, quaternion {vector(frame.quaternion)}"
+    turns = [
+        f"{axis if isinstance(axis, str) else vector(axis)} by {to_text(angle)}" for axis, angle in frame.rotations
+    ]
+    return f"origin {vector(frame.origin)}" + (f", turned about {', then '.join(turns)}" if turns else "")

@@ -1,0 +1,70 @@
+"""Walls, floors and stops in the picture: what a body touches along a direction that does not change.
+
+The gap to a wall has the slope dgap/dq = n.dr/dq, r being the place of the body and n the normal out of the wall.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+
+import numpy as np
+import sympy as sp
+
+from lag2fmu.description import names
+from lag2fmu.graph.batches import Floats
+from lag2fmu.picture import glyphs
+from lag2fmu.picture.attachments import slopes_of_places
+from lag2fmu.picture.layout import BOX, GAP, Layout
+from lag2fmu.picture.scene import Canvas
+
+_NEAR = 1e-6
+_HALF_WALL, _PARTICLE = 9.0, 2.2
+
+
+def draw_walls(canvas: Canvas, layout: Layout) -> None:
+    """A hatched line for every contact and stop between a body and something that rests, where it is at the start."""
+    gaps = list(_gaps(layout))
+    places = slopes_of_places(layout.skeleton) if gaps and layout.planar else {}
+    for part, gap in gaps if places else []:
+        node = layout.skeleton.put(gap)
+        found = _touching(layout.skeleton.slopes([node])[0], places)
+        if found is None:
+            continue
+        spot, normal = found
+        along = -layout.view.flat(normal)
+        away = float(layout.skeleton.vector((gap,), layout.values)[0]) / layout.unit
+        wall = layout.at_start[spot] + (_reach(layout, spot, along) + float(np.clip(away, 0.0, GAP))) * along
+        _, across = glyphs.axes(np.zeros(2), along)
+        canvas.stroke(part, "ground", glyphs.hatched(wall - _HALF_WALL * across, wall + _HALF_WALL * across))
+
+
+def _gaps(layout: Layout) -> Iterator[tuple[str, sp.Expr]]:
+    """(part, gap) of every contact and stop."""
+    m = layout.mechanism
+    for unilateral in m.unilaterals:
+        yield unilateral.where, unilateral.gap
+    definitions = {d.name: d.expression for d in m.definitions}
+    for contact in m.contacts:
+        if contact.law == "compliant":
+            yield f"contacts.{contact.name}", definitions[names.gap(contact.name)]
+
+
+def _touching(slope: Floats, places: dict[int, Floats]) -> tuple[int, Floats] | None:
+    """The spot whose motion along a unit vector (3,) changes a gap of the ``slope`` (n, samples), and that vector."""
+    if not np.isfinite(slope).all():
+        return None
+    for spot, found in places.items():
+        normal = np.linalg.lstsq(found.reshape(3, -1).T, slope.ravel(), rcond=None)[0]
+        if (
+            abs(float(np.linalg.norm(normal)) - 1.0) < _NEAR
+            and np.abs(normal @ found.reshape(3, -1) - slope.ravel()).max() < _NEAR
+        ):
+            return spot, normal
+    return None
+
+
+def _reach(layout: Layout, spot: int, along: Floats) -> float:
+    """How far what is drawn at the spot reaches in the direction ``along`` (2,), in units of the picture."""
+    if layout.half(spot):
+        return BOX[0] if abs(float(layout.direction(spot) @ along)) > 0.5 else BOX[1]
+    return layout.radius(spot) or _PARTICLE * layout.room

@@ -1,0 +1,237 @@
+"""What validation adds for hybrid mechanisms: where runs can be compared, and the laws of contact along the whole run.
+
+Around an event two runs of different accuracy do different things for a short while, and impacts lower than the
+tolerance are left out: such times are not compared. The laws need no second run.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping
+
+import numpy as np
+from numpy.typing import NDArray
+
+from lag2fmu.description import names
+from lag2fmu.mechanism.record import Mechanism
+from lag2fmu.reference.hybrid.modes import Mode
+from lag2fmu.reference.hybrid.points import Points
+from lag2fmu.reference.record import Reference
+from lag2fmu.reference.trajectory import Trajectory
+from lag2fmu.verify.report import Check
+from lag2fmu.verify.task import Floats, Task
+
+SAFETY = 100.0
+LOWER = 10.0
+"""Rebounds up to so many tolerances high may be left out."""
+POINTS = 200
+"""So many points of a run are checked by the laws of motion."""
+SAME = 1e-8
+"""Bar of forces and accelerations at single points; forces that dry friction couples lose some digits."""
+
+
+def has_rows(mechanism: Mechanism) -> bool:
+    """Whether contacts, stops, dry friction or latches act in ``mechanism``."""
+    return bool(mechanism.unilaterals or mechanism.frictions or mechanism.latches)
+
+
+def row_outputs(mechanism: Mechanism) -> list[str]:
+    """The names of what contacts, stops and frictions show."""
+    found: list[str] = []
+    for c in mechanism.unilaterals:
+        of = (names.gap, names.force, names.impulse, names.mode, names.impacts)
+        found += [name(c.name) for name in of]
+        found += names.frictions(c.name, len(c.slips))
+    for f in mechanism.frictions:
+        found += [names.force(f.name), names.mode(f.name)]
+    return found
+
+
+# ------------------------------------------------------------------------------------------------------ what compares
+
+
+def comparable(task: Task, reference: Reference) -> NDArray[np.bool_]:
+    """At which times of ``reference`` another run must be where it is: (m,)."""
+    time = reference.trajectory.time
+    if reference.comparable is None:
+        return np.ones(len(time), dtype=bool)
+    seen: NDArray[np.bool_] = reference.comparable.copy()
+    for event in reference.events:
+        width = _width(task, reference, event.time)
+        seen &= np.abs(time - event.time) > width
+    for begin, end in _cascades(task, reference):
+        width = _width(task, reference, end)
+        seen &= (time < begin) | (time > end + width)
+    return seen
+
+
+def _width(task: Task, reference: Reference, t: float) -> float:
+    """How much earlier or later (s) an event at ``t`` may be in another run: the bar of its errors over its speed."""
+    states = task.states
+    n = len(states) // 2
+    pace = max(reference.scales[q] / reference.scales[v] for q, v in zip(states[:n], states[n:], strict=True))
+    row = min(int(np.searchsorted(reference.trajectory.time, t)), len(reference.trajectory) - 1)
+    growth = float(reference.growth[row])
+    return SAFETY * growth * task.tolerance * pace if np.isfinite(growth) else np.inf
+
+
+def _cascades(task: Task, reference: Reference) -> Iterator[tuple[float, float]]:
+    """From where to where impacts follow that rise less than the tolerance, (s, s)."""
+    low: dict[str, float] = {}
+    for event in reference.events:
+        if event.kind == "impact" and event.height <= LOWER * task.tolerance:
+            low.setdefault(event.element, event.time)
+        elif event.element in low and event.kind in ("impact", "closes"):
+            yield low.pop(event.element), event.time
+    last = float(reference.trajectory.time[-1])
+    yield from ((begin, last) for begin in low.values())
+
+
+def extent(task: Task, reference: Reference, horizon: float) -> Iterator[Check]:
+    """Which part of the run is compared, and why the rest is not."""
+    if reference.comparable is None:
+        return
+    seen = comparable(task, reference) & (reference.trajectory.time <= horizon)
+    impacts = sum(event.kind == "impact" for event in reference.events)
+    until = f"until t = {horizon:.4g} s, where impacts and motion have amplified differences beyond the bar"
+    if horizon >= task.stop_time * (1 - 1e-9):
+        until = "to the end"
+    detail = f"{until}, but for short times around {len(reference.events)} events ({impacts} impacts)"
+    yield Check("events, share not compared", 1.0 - float(np.mean(seen)), 0.99, f"compared {detail}")
+
+
+# --------------------------------------------------------------------------------------------------------- the laws
+
+
+def row_checks(
+    task: Task, runs: Mapping[str, Trajectory], reference: Reference, rows: Mapping[str, NDArray[np.intp]]
+) -> Iterator[Check]:
+    """The laws along every run; ``rows`` are those of ``reference`` at the times of each run."""
+    if not has_rows(task.mechanism):
+        return
+    points = Points(task.mechanism)
+    for label, run in runs.items():
+        loose = task.tolerance if label.startswith("co-simulation") else SAFETY * task.tolerance
+        if task.mechanism.unilaterals:
+            yield _penetration(task, points, label, run, loose)
+            yield _laws_of_contact(task, points, label, run)
+        seen = comparable(task, reference)[rows[label]]
+        yield _energy(task, label, run, reference, rows[label], seen)
+    label = next(iter(runs))
+    if task.mechanism.unilaterals:
+        label = list(runs)[-2] if len(runs) > 1 else label
+        yield from _impact_checks(task, label, runs[label], reference, rows[label])
+    yield _same_motion(task, points, label, runs[label])
+
+
+def _states(task: Task, run: Trajectory) -> tuple[Floats, Floats]:
+    """q and qd of a run, (m, n) each."""
+    x = run.columns(task.states)
+    n = len(task.states) // 2
+    return x[:, :n], x[:, n:]
+
+
+def _penetration(task: Task, points: Points, label: str, run: Trajectory, bar: float) -> Check:
+    """How deep any gap closes, in units of what nominal values make of it."""
+    q, qd = _states(task, run)
+    sizes = points.gap_sizes(0.0, q[0], qd[0])
+    gaps = run.columns([names.gap(c.name) for c in task.mechanism.unilaterals]) / sizes
+    row, column = np.unravel_index(np.argmin(gaps), gaps.shape)
+    where = f"deepest: {task.mechanism.unilaterals[column].name} at t = {run.time[row]:.3g} s"
+    return Check(f"no penetration, {label}", max(0.0, -float(gaps[row, column])), bar, where)
+
+
+def _laws_of_contact(task: Task, points: Points, label: str, run: Trajectory) -> Check:
+    """Forces that push only, none at open contacts, friction within its cone: the worst violation of all."""
+    q, qd = _states(task, run)
+    friction, static = points.coefficients(0.0, q[0], qd[0])
+    contacts = task.mechanism.unilaterals
+    normal = run.columns([names.force(c.name) for c in contacts])
+    size = max(float(np.abs(normal).max()), 1e-300)
+    worst, where = 0.0, "no force at all" if size == 1e-300 else "forces push, friction stays in its cone"
+    for i, c in enumerate(contacts):
+        open_ = run[names.mode(c.name)] == Mode.OPEN
+        slip = [run[name] for name in names.frictions(c.name, len(c.slips))]
+        tangential = np.hypot.reduce(slip) if slip else np.zeros(len(run))
+        sticks = run[names.mode(c.name)] == Mode.STICKS
+        limit = np.where(sticks, static[i], friction[i]) * normal[:, i]
+        off = np.maximum(-normal[:, i], np.where(open_, np.abs(normal[:, i]) + tangential, tangential - limit))
+        at = int(np.argmax(off))
+        if off[at] / size > worst:
+            worst, where = float(off[at] / size), f"worst: {c.name} at t = {run.time[at]:.3g} s"
+    return Check(f"laws of contact, {label}", worst, SAME, where)
+
+
+def _energy(
+    task: Task, label: str, run: Trajectory, reference: Reference, rows: NDArray[np.intp], seen: NDArray[np.bool_]
+) -> Check:
+    """How much energy minus external work ever grows; impacts and friction may only take some."""
+    external = (reference.work + reference.trajectory[names.DISSIPATED_ENERGY])[rows]
+    held = (run["generalized_energy"] - external)[seen & np.isfinite(reference.growth[rows])]
+    times = run.time[seen & np.isfinite(reference.growth[rows])]
+    sizes = np.abs(reference.trajectory["kinetic_energy"]), np.abs(external), np.abs(run["generalized_energy"])
+    size = max(*(float(x.max()) for x in sizes), 1e-300)
+    if len(held) < 2:
+        return Check(f"energy never grows, {label}", 0.0, 0.0, "no two times are compared")
+    rise = np.diff(held) / size
+    at = int(np.argmax(rise))
+    growth = float(np.nanmax(np.where(np.isfinite(reference.growth), reference.growth, np.nan)))
+    bar = 4 * SAFETY * task.tolerance * growth
+    return Check(
+        f"energy never grows, {label}", max(0.0, float(rise[at])), bar, f"greatest rise at t = {times[at]:.3g} s"
+    )
+
+
+def _impact_checks(
+    task: Task, label: str, run: Trajectory, reference: Reference, rows: NDArray[np.intp]
+) -> Iterator[Check]:
+    """Counts of impacts, and their times by how far gaps are off behind them."""
+    seen = comparable(task, reference)[rows] & np.isfinite(reference.growth[rows])
+    low = {event.element: event.time for event in reversed(reference.events) if event.height <= LOWER * task.tolerance}
+    missed, worst, where, count = 0, 0.0, "no impact", 0
+    for c in task.mechanism.unilaterals:
+        watched = seen & (run.time < low.get(c.name, np.inf))
+        expected = reference.trajectory[names.impacts(c.name)][rows]
+        missed += int(np.sum(expected[watched] != run[names.impacts(c.name)][watched]))
+        gap = reference.trajectory[names.gap(c.name)]
+        rate = np.gradient(gap, reference.trajectory.time)[rows]
+        off = np.abs(run[names.gap(c.name)] - gap[rows])
+        for event in reference.events:
+            behind = np.flatnonzero(watched & (run.time > event.time))
+            if event.element != c.name or event.kind != "impact" or not len(behind):
+                continue
+            at, count = int(behind[0]), count + 1
+            late = float(off[at] / max(abs(rate[at]), 1e-300)) / _width(task, reference, event.time)
+            if late > worst:
+                worst, where = late, f"{c.name} at t = {event.time:.4g} s"
+    yield Check(f"impacts counted, {label}", float(missed), 0.0, f"{count} impacts; points with another count")
+    yield Check(
+        f"times of impacts, {label}", worst, 1.0, f"greatest difference in units of what the bar allows: {where}"
+    )
+
+
+def _same_motion(task: Task, points: Points, label: str, run: Trajectory) -> Check:
+    """Accelerations and forces at points of a run against those that the independent path finds in these modes."""
+    q, qd = _states(task, run)
+    chosen = np.unique(np.linspace(1, len(run) - 1, POINTS).astype(int))
+    coordinates = [c.name for c in task.mechanism.coordinates]
+    contacts = run.columns([names.mode(c.name) for c in task.mechanism.unilaterals])
+    frictions = run.columns([names.mode(f.name) for f in task.mechanism.frictions])
+    wanted = [*map(names.acceleration, coordinates), *(x for x in points.force_names if x in run)]
+    own, found = [], []
+    signals = task.driving(run.time[1] - run.time[0])
+    for row in chosen.tolist():
+        t = float(run.time[row])
+        inputs = None if signals is None else signals.at(float(run.time[row - 1]) if task.holds else t)
+        answer = points.answer(t, q[row], qd[row], inputs, (contacts[row].tolist(), frictions[row].tolist()))
+        if answer is not None:
+            values = dict(zip(map(names.acceleration, coordinates), answer[0], strict=True))
+            values |= dict(zip(points.force_names, answer[1], strict=True))
+            found.append([values[name] for name in wanted])
+            own.append(run.columns(wanted)[row])
+    if not own:
+        return Check("accelerations and forces of the run", 0.0, 0.0, "no point tells the directions of all slips")
+    size = np.abs(found).max(axis=0)
+    size = np.maximum(size, 1e-4 * size.max())
+    relative = np.abs(np.subtract(own, found)).max(axis=0) / np.where(size > 0, size, 1.0)
+    worst = int(np.argmax(relative))
+    return Check("accelerations and forces of the run", float(relative[worst]), SAME, f"largest: {wanted[worst]}")

@@ -1,0 +1,148 @@
+"""Tables of measured data in FMUs: values against SciPy, a motor's torque curve, what is said outside the data."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from pathlib import Path
+
+import numpy as np
+import pytest
+from fmpy.fmi1 import FMICallException
+from numpy.typing import NDArray
+from scipy.integrate import quad
+from scipy.interpolate import CubicSpline, PchipInterpolator, RectBivariateSpline
+from stepping import Stepping
+
+from lag2fmu import export, simulate
+from lag2fmu.fmu import Fmu
+from lag2fmu.mechanism import Energy, Mechanism, Output, Table, coordinate, signal
+
+pytestmark = pytest.mark.fmu
+Floats = NDArray[np.float64]
+
+X, Y = np.array([-2.0, -1.1, 0.3, 0.9, 2.2, 3.0]), np.array([0.0, 0.5, 1.7, 2.0, 3.1])
+LINE, GRID = np.array([0.3, 1.2, 0.8, -0.4, 0.1, 0.9]), np.random.default_rng(3).normal(size=(6, 5))
+
+
+def lookups() -> Mechanism:
+    """A free mass, and tables of its inputs as outputs."""
+    x, a, b = coordinate("x", "m"), signal("a"), signal("b")
+    tables = [
+        Table("line", columns=[X, LINE]),
+        Table("cubic", columns=[X, LINE], interpolation="cubic", outside="extrapolate"),
+        Table("pchip", columns=[X, LINE], interpolation="pchip"),
+        Table("grid", columns=[X, Y, GRID], outside="extrapolate"),
+        Table("patches", columns=[X, Y, GRID], interpolation="cubic"),
+    ]
+    line, cubic, pchip, grid, patches = tables
+    return Mechanism(
+        "lookups",
+        coordinates=[x],
+        inputs=[a, b],
+        tables=tables,
+        energy=Energy(kinetic=x.dot**2 / 2),
+        outputs=[
+            *(Output(f"of_{table.name}", table(a)) for table in (line, cubic, pchip)),
+            *(Output(f"of_{table.name}", table(a, b)) for table in (grid, patches)),
+        ],
+    )
+
+
+LOOKUPS = lookups()
+NAMES = [output.name for output in LOOKUPS.outputs]
+
+
+def by_scipy(a: float, b: float) -> tuple[list[float], list[float]]:
+    """Values of the outputs, and their derivatives by a, inside the data."""
+    plane, surface = (RectBivariateSpline(X, Y, GRID, kx=k, ky=k).ev for k in (1, 3))
+    i = int(np.searchsorted(X, a)) - 1
+    width = X[i + 1] - X[i]
+    values = [np.interp(a, X, LINE), CubicSpline(X, LINE)(a), PchipInterpolator(X, LINE)(a), plane(a, b), surface(a, b)]
+    slopes = [
+        (LINE[i + 1] - LINE[i]) / width,
+        CubicSpline(X, LINE)(a, 1),
+        PchipInterpolator(X, LINE)(a, 1),
+        (plane(X[i + 1], b) - plane(X[i], b)) / width,
+        surface(a, b, 1, 0),
+    ]
+    return [float(x) for x in values], [float(x) for x in slopes]
+
+
+@pytest.mark.parametrize(("a", "b"), [(-1.7, 0.2), (0.31, 1.9), (2.9, 2.05), (-1.05, 3.05)])
+def test_values_and_derivatives_are_those_of_scipy(a: float, b: float, exported: Callable[..., Fmu]) -> None:
+    with Stepping(exported(LOOKUPS).path, "ModelExchange") as host:
+        host.start()
+        host.set({"a": a, "b": b})
+        values, slopes = by_scipy(a, b)
+        assert host.get(NAMES) == pytest.approx(values, rel=1e-14, abs=1e-14)
+        assert host.derivative(NAMES, {"a": 1.0}) == pytest.approx(slopes, rel=1e-13, abs=1e-14)
+
+
+def test_beyond_the_data_a_value_is_held_or_continued(exported: Callable[..., Fmu]) -> None:
+    with Stepping(exported(LOOKUPS).path, "ModelExchange") as host:
+        host.start()
+        host.set({"a": 3.5, "b": 1.0})
+        assert host.get(NAMES[:3]) == pytest.approx([0.9, float(CubicSpline(X, LINE)(3.5)), 0.9], rel=1e-14)
+        slopes = host.derivative(NAMES, {"a": 1.0})
+        assert slopes[:3] == pytest.approx([0.0, float(CubicSpline(X, LINE)(3.5, 1)), 0.0], rel=1e-13)
+        corner = RectBivariateSpline(X, Y, GRID, kx=1, ky=1)
+        last, before = (float(corner.ev(x, 1.0)) for x in (3.0, 2.2))
+        assert host.get(["of_grid"]) == pytest.approx([last + 0.5 * (last - before) / 0.8], rel=1e-13)
+        assert slopes[4] == 0.0
+
+
+def fan(outside: str = "hold") -> Mechanism:
+    """A wheel on a motor of a measured torque curve."""
+    theta = coordinate("theta", "rad", velocity=1.0)
+    torque = Table("torque", columns=[SPEED, TORQUE], interpolation="pchip", outside=outside, units=["rad/s", "N.m"])
+    return Mechanism(
+        "fan",
+        coordinates=[theta],
+        tables=[torque],
+        energy=Energy(kinetic=theta.dot**2 / 100),
+        forces={theta: torque(theta.dot)},
+    )
+
+
+SPEED, TORQUE = [0.0, 10.0, 20.0, 40.0, 60.0], [1.0, 1.4, 1.5, 1.1, 0.6]
+
+
+@pytest.mark.parametrize("solver", ["dopri5", "radau5", "gauss4"])
+def test_a_motor_runs_up_as_its_torque_curve_says(solver: str, exported: Callable[..., Fmu]) -> None:
+    """J dw/dt = M(w): the time to a speed is the integral of J/M(w), and the energy the integral of J w."""
+    run = simulate(exported(FAN, solver=solver), stop_time=0.4, step=0.1, tolerance=1e-10, values=SETTINGS.get(solver))
+    curve, reached = PchipInterpolator(SPEED, TORQUE), float(run["theta_dot"][-1])
+    time, _ = quad(lambda w: 0.02 / float(curve(w)), 1.0, reached, points=SPEED[1:3], epsabs=1e-13)
+    angle, _ = quad(lambda w: 0.02 * w / float(curve(w)), 1.0, reached, points=SPEED[1:3], epsabs=1e-13)
+    assert time == pytest.approx(0.4, abs=1e-8)
+    assert run["theta"][-1] == pytest.approx(angle, rel=1e-8)
+
+
+FAN = fan()
+SETTINGS = {"gauss4": {"solver_step": 1e-4}}
+
+
+@pytest.mark.parametrize("kind", ["CoSimulation", "ModelExchange"])
+def test_outside_the_data_table_argument_value_and_range_are_named(kind: str, exported: Callable[..., Fmu]) -> None:
+    with Stepping(exported(fan("error")).path, kind) as host:
+        host.start()
+        with pytest.raises(FMICallException):
+            host.step(2.0) if kind == "CoSimulation" else leave(host)
+        assert "argument 1 of the table torque is 6" in host.sentences[-1]
+        assert "outside its data from 0 to 60 (SI)" in host.sentences[-1]
+        assert host.sentences[-1].count("extend the table") == 1
+
+
+def leave(host: Stepping) -> None:
+    host.set({"theta_dot": 61.0})
+    host.rates()
+
+
+def test_the_python_backend_has_the_same_tables(exported: Callable[..., Fmu], tmp_path: Path) -> None:
+    path = export(LOOKUPS, tmp_path / "lookups.fmu", backend="python").path
+    for point in ({"a": 0.31, "b": 1.9}, {"a": -2.5, "b": 3.3}, {"a": 3.0, "b": 0.0}):
+        found = []
+        for model in (path, exported(LOOKUPS).path):
+            with Stepping(model) as host:
+                found.append(host.start(point).get(NAMES))
+        assert found[0] == pytest.approx(found[1], rel=1e-14, abs=1e-15)

@@ -1,0 +1,513 @@
+"""Contacts, stops, frictions, tables and further states: what is written, what follows, and what is refused."""
+
+from __future__ import annotations
+
+import math
+import random
+import re
+from pathlib import Path
+
+import pytest
+import sympy as sp
+
+from lag2fmu.description.events import CONTACTS
+from lag2fmu.errors import MechanismError, TextError, UnitError
+from lag2fmu.formats.loading import with_values
+from lag2fmu.formats.text import read
+from lag2fmu.formats.write import write
+from lag2fmu.language.expressions import parse, symbol, value_of
+from lag2fmu.language.units import parse_unit
+from lag2fmu.mechanism import (
+    Body,
+    Constraint,
+    Contact,
+    Damper,
+    Frame,
+    Friction,
+    Mechanism,
+    Point,
+    State,
+    Stop,
+    Table,
+    coordinate,
+    parameter,
+    signal,
+)
+
+BALL = """
+[mechanism]
+name = "ball"
+[parameters]
+r = { value = 100, unit = "mm" }
+mu = { value = 0.3, unit = "1" }
+[coordinates]
+x = { unit = "m" }
+y = { unit = "m", start = 1.0 }
+phi = { unit = "rad" }
+[inputs]
+hold = { unit = "1" }
+[bodies.ball]
+mass = 2
+inertia = 0.1
+position = ["x", "y"]
+angle = "phi"
+"""
+
+
+def hybrid() -> Mechanism:
+    """A mechanism with everything hybrid, built in Python."""
+    x, y, phi = coordinate("x", "m"), coordinate("y", "m", start=1.0), coordinate("phi", "rad")
+    r, mu, k = parameter("r", 100, "mm"), parameter("mu", 0.3, "1"), parameter("k", 1e6)
+    hold, i = signal("hold", "1"), symbol("i")
+    torque = Table("torque", columns=[[0, 100, 250], [1.5, 2, 0]], units=["rpm", "N.m"], interpolation="pchip")
+    field = Table("field", columns=[[0, 1], [0, 1, 2], [[1, 2, 3], [4, 5, 7]]], outside="error")
+    ball = Body("ball", 2, (x, y), angle=phi, inertia=0.1)
+    return Mechanism(
+        "hybrid",
+        coordinates=[x, y, phi],
+        parameters=[r, mu, k],
+        inputs=[hold],
+        bodies=[ball],
+        states=[State("i", "mA", 0.003, (hold - 2 * i) / 3, 0.01, "current")],
+        tables=[torque, field],
+        forces={phi: torque(phi.dot) + parse("if(i > 0 and not x >= 1, 1, -1) + smooth(abs(x))") * field(x, y)},
+        contacts=[
+            Contact("floor", y - r, x.dot + r * phi.dot, sp.Rational(4, 5), mu, 0.4),
+            Contact("wall", kind="disc_line", between=(ball, "world"), normal=(-1, 1, 0), radius=r),
+            Contact(
+                "soft",
+                kind="point_line",
+                between=("ball", "world"),
+                normal="y",
+                friction=mu,
+                law="compliant",
+                stiffness=k,
+                damping=0.1,
+                slip_speed=0.001,
+            ),
+        ],
+        stops=[Stop("rail", x, -2, 2, 0.5), Stop("roof", y, upper=10)],
+        frictions=[Friction("bearing", phi.dot, 0.1 * symbol("floor_force") + 1, 20)],
+        constraints=[Constraint("catch", x - 0.3, while_=hold - 0.5), Constraint("hub", phi.dot, "nonholonomic")],
+        impacts="simultaneous",
+    )
+
+
+def test_text_and_python_say_the_same() -> None:
+    mechanism = hybrid()
+    text = write(mechanism)
+    assert read(text, "hybrid") == mechanism
+    assert write(read(text, "hybrid")) == text
+    for line in ('impacts = "simultaneous"', 'while = "-1/2 + hold"', 'law = "compliant"', "[stops.roof]"):
+        assert line in text
+
+
+def test_unilaterals_are_the_contacts_then_two_for_each_stop() -> None:
+    found = {u.name: u for u in hybrid().unilaterals}
+    x, y, r, mu = map(symbol, ("x", "y", "r", "mu"))
+    assert list(found) == ["floor", "wall", "rail_lower", "rail_upper", "roof_upper"]
+    floor = found["floor"]
+    assert (floor.gap, floor.slips) == (y - r, (symbol("x_dot") + r * symbol("phi_dot"),))
+    assert (floor.restitution, floor.friction, floor.static_friction) == (sp.Rational(4, 5), mu, sp.Rational(2, 5))
+    assert (floor.unit, floor.where) == (parse_unit("m"), "contacts.floor")
+    assert sp.simplify(found["wall"].gap - (y - x) / sp.sqrt(2) + r) == 0
+    assert found["wall"].slips == ()  # no friction
+    assert [found[name].gap for name in ("rail_lower", "rail_upper", "roof_upper")] == [x + 2, 2 - x, 10 - y]
+    assert found["rail_upper"].restitution == sp.Rational(1, 2)
+
+
+def test_parameters_in_gaps_are_fixed_and_starts_of_states_are_set() -> None:
+    mechanism = hybrid()
+    assert mechanism.fixed_parameters == {"r"}
+    assert with_values(mechanism, {"i": 0.02}).states[0].start == 0.02
+    assert all(q.given is not False for q in mechanism.coordinates if q.name != "phi")  # 'catch' decides no start
+
+
+# ------------------------------------------------------------------------------------------------- tables
+
+
+def test_a_table_is_a_grid_in_si() -> None:
+    torque, field = hybrid().tables
+    rpm = 2 * math.pi / 60
+    assert torque.grid.axes == (pytest.approx((0, 100 * rpm, 250 * rpm)),)
+    assert (torque.grid.values, torque.arity, field.arity) == ((1.5, 2.0, 0.0), 1, 2)
+    assert field.grid == (((0.0, 1.0), (0.0, 1.0, 2.0)), (1.0, 2.0, 3.0, 4.0, 5.0, 7.0))
+    rows = Table("field", columns=[[1, 0, 0, 1, 1, 0], [0, 1, 0, 2, 1, 2], [4, 2, 1, 7, 5, 3]])
+    assert rows.grid == field.grid
+
+
+@pytest.mark.parametrize(
+    "content",
+    ["x;y\n0;1\n1;2\n", "# measured\n0, 1\n1, 2\n", "0 1\n1\t2", "\ufeff0\t1\n1\t2\n"],
+)
+def test_a_file_beside_the_text_is_read_and_written_as_columns(content: str, tmp_path: Path) -> None:
+    (tmp_path / "data.csv").write_text(content, "utf-8")
+    text = BALL + '[tables.f]\nfile = "data.csv"\n[forces]\nx = "f(y)"\n'
+    mechanism = read(text, str(tmp_path / "ball.toml"))
+    assert mechanism.tables[0].grid == (((0.0, 1.0),), (1.0, 2.0))
+    assert "file" not in write(mechanism)
+    assert read(write(mechanism), "elsewhere") == mechanism
+
+
+def test_a_file_with_more_columns_is_a_grid(tmp_path: Path) -> None:
+    path = tmp_path / "data.csv"
+    path.write_text("x/y, 0, 1, 2\n0, 1, 2, 3\n1, 4, 5, 7\n", "utf-8")
+    assert Table("field", file=path).grid == hybrid().tables[1].grid
+
+
+@pytest.mark.parametrize(
+    ("table", "message"),
+    [
+        ("columns = [[0, 1, 1], [1, 2, 3]]", "tables.f.columns[0]: 1.0 (SI) follows 1.0; the arguments have to incr"),
+        ("columns = [[0, 1], [1, 2, 3]]", "tables.f.columns: have [2, 3] entries"),
+        ("columns = [[0], [1]]", "tables.f.columns[0]: has 1 entries; give at least 2"),
+        ("columns = [[0, 1], [0, 1], [[1, 2], [3]]]", "tables.f.columns[2]: row 2 does not have 2 values"),
+        ("columns = [[0, 1, 1], [0, 0, 1], [1, 2, 3]]", "tables.f.columns: there is no value at (0.0, 1.0)"),
+        ('columns = [[0, 1], [1, 2]]\nunits = ["m"]', "tables.f.units: 1 units of 2 columns"),
+        ('columns = [[0, 1], [1, 2]]\nfile = "a.csv"', "tables.f: 'columns' and 'file' exclude each other"),
+        ('columns = [[0, 1], [1, 2]]\noutside = "wrap"', "tables.f.outside: 'wrap' is unknown; give one of hold"),
+        ('file = "absent.csv"', "tables.f.file: 'absent.csv' cannot be read: No such file"),
+        ('file = "../x.csv"', "tables.f.file: '../x.csv' is no file beside the text or below"),
+        ("", "tables.f: 'columns' are missing; give them, or a CSV 'file'"),
+    ],
+)
+def test_what_is_no_table_is_refused(table: str, message: str) -> None:
+    with pytest.raises(TextError, match=re.escape(f"ball.toml: {message}")):
+        read(f"{BALL}[tables.f]\n{table}\n", "ball.toml")
+
+
+def test_a_file_that_holds_words_is_refused_with_its_line(tmp_path: Path) -> None:
+    (tmp_path / "data.csv").write_text("0,1\n1,two\n", "utf-8")
+    with pytest.raises(MechanismError, match=r"tables.f.file: line 2 of '.*data.csv' holds 'two', which is no finite"):
+        Table("f", file=tmp_path / "data.csv")
+
+
+# --------------------------------------------------------------------------- contacts between places, by hand
+
+
+def rotation(axis: str, angle: float) -> sp.Matrix:
+    turn = {"x": sp.rot_axis1, "y": sp.rot_axis2, "z": sp.rot_axis3}[axis]
+    return turn(-angle).evalf(30)
+
+
+def two_bodies(kind: str, **keys: object) -> Mechanism:
+    """Two bodies that move freely, with a contact of ``kind`` between them, the first place being off its centre."""
+    planar = CONTACTS[kind].entries == 2
+    names = ["xa", "ya", "pa", "xb", "yb", "pb"] if planar else [f"{c}{b}" for b in "ab" for c in "xyzpq"]
+    q = {name: coordinate(name, "rad" if name[0] in "pq" else "m", start=_START[name]) for name in names}
+    of = CONTACTS[kind]
+    radius = {0: None, 1: 0.25, 2: (0.25, 0.5)}[of.radii]
+    contact = Contact(
+        "c", kind=kind, between=("a", "b"), friction=0.2, radius=radius, normal=(3, 4, 0) if of.normal else None, **keys
+    )
+    if planar:
+        bodies = [Body(b, 1, (q[f"x{b}"], q[f"y{b}"]), angle=q[f"p{b}"], inertia=1) for b in "ab"]
+        return Mechanism("two", coordinates=list(q.values()), bodies=bodies, contacts=[contact])
+    frames = [
+        Frame(f"f{b}", origin=[q[f"{c}{b}"] for c in "xyz"], rotations=[("x", q[f"p{b}"]), ("z", q[f"q{b}"])])
+        for b in "ab"
+    ]
+    bodies = [Body(f"body_{b}", 1, frame=f"f{b}", inertia=(1, 1, 1, 0, 0, 0)) for b in "ab"]
+    points = [Point(b, (0.1, 0.2, -0.3), frame=f"f{b}") for b in "ab"]
+    return Mechanism(
+        "two", coordinates=list(q.values()), frames=frames, bodies=bodies, points=points, contacts=[contact]
+    )
+
+
+_START = {
+    "xa": 3.0,
+    "ya": 4.0,
+    "za": 1.0,
+    "pa": 0.4,
+    "qa": -0.7,
+    "xb": 0.1,
+    "yb": 0.2,
+    "zb": -0.2,
+    "pb": 0.3,
+    "qb": 0.5,
+}
+
+
+def material(names: dict[str, float], b: str, planar: bool, place: sp.Matrix) -> sp.Matrix:
+    """Where the point at ``place`` of body ``b``, in its axes, is in the world, at the values ``names``."""
+    if planar:
+        origin, turn = sp.Matrix([names[f"x{b}"], names[f"y{b}"], 0]), rotation("z", names[f"p{b}"])
+    else:
+        origin = sp.Matrix([names[f"{c}{b}"] for c in "xyz"])
+        turn = rotation("x", names[f"p{b}"]) * rotation("z", names[f"q{b}"])
+    return origin + turn * place
+
+
+def turned(values: dict[str, float], b: str, planar: bool, vector: sp.Matrix) -> sp.Matrix:
+    return material(values, b, planar, vector) - material(values, b, planar, sp.zeros(3, 1))
+
+
+@pytest.mark.parametrize("kind", CONTACTS)
+def test_gap_and_slip_are_those_of_the_material_points(kind: str) -> None:
+    """Gap and slip against the motion of the two material points at the contact, by central differences."""
+    mechanism = two_bodies(kind)
+    (unilateral,) = mechanism.unilaterals
+    planar = mechanism.dimension == 2
+    centre = sp.zeros(3, 1) if planar else sp.Matrix([0.1, 0.2, -0.3])
+    first, second = {0: (0, 0), 1: (0.25, 0), 2: (0.25, 0.5)}[CONTACTS[kind].radii]
+    if kind.startswith("point") and CONTACTS[kind].radii:
+        first, second = 0, 0.25
+    generator = random.Random(3)
+    values = {q.name: q.start for q in mechanism.coordinates}
+    rates = {q.name: generator.uniform(-1, 1) for q in mechanism.coordinates}
+    a, b = (material(values, body, planar, centre) for body in "ab")
+    apart = a - b
+    if CONTACTS[kind].normal:
+        normal = turned(values, "b", planar, sp.Matrix([0.6, 0.8, 0]))
+        gap = normal.dot(apart) - first
+    else:
+        normal = apart / apart.norm()
+        gap = apart.norm() - first - second
+    point = values | {f"{name}_dot": rate for name, rate in rates.items()}
+    assert value_of(unilateral.gap, point) == pytest.approx(float(gap), rel=1e-13)
+    on_first = a - first * normal  # in the axes of each body: the points that would touch
+    on_second = on_first if CONTACTS[kind].normal else b + second * normal
+    h = 1e-5
+    moved = [{name: value + s * h * rates[name] for name, value in values.items()} for s in (1, -1)]
+    velocity = sp.zeros(3, 1)
+    for body, at, sign in (("a", on_first, 1), ("b", on_second, -1)):
+        turn = sp.Matrix.hstack(*(turned(values, body, planar, sp.eye(3)[:, k]) for k in range(3)))
+        place = turn.T * (at - material(values, body, planar, sp.zeros(3, 1)))
+        ahead, behind = (material(where, body, planar, place) for where in moved)
+        velocity += sign * (ahead - behind) / (2 * h)
+    tangential = velocity - normal * normal.dot(velocity)
+    slips = [value_of(slip, point) for slip in unilateral.slips]
+    assert len(slips) == (1 if planar else 2)
+    assert math.hypot(*slips) == pytest.approx(float(tangential.norm()), rel=1e-8)
+    if planar:
+        assert slips[0] == pytest.approx(float(sp.Matrix([normal[1], -normal[0], 0]).dot(velocity)), rel=1e-8)
+
+
+def test_a_wheel_on_the_ground_slips_as_textbooks_have_it() -> None:
+    text = (
+        BALL
+        + '[contacts.c]\nkind = "disc_line"\nbetween = ["ball", "world"]\nnormal = "y"\nradius = "r"\nfriction = 1\n'
+    )
+    (unilateral,) = read(text, "ball").unilaterals
+    assert unilateral.gap == parse("y - r")
+    assert unilateral.slips == (parse("x_dot + r*phi_dot"),)
+
+
+def test_a_compliant_contact_pushes_and_never_pulls() -> None:
+    mechanism = hybrid()
+    written = {d.name: d.expression for d in mechanism.definitions}
+    assert {place: by for place, by in mechanism.origins.items() if by == "contacts.soft"} == dict.fromkeys(
+        [f"definitions.soft_{x}" for x in ("gap", "force", "friction")]
+        + [f"dampers.soft_{x}" for x in ("force", "friction")]
+        + [f"outputs.soft_{x}" for x in ("gap", "force", "friction")],
+        "contacts.soft",
+    )
+
+    def force(gap: float, rate: float) -> float:
+        return value_of(written["soft_force"], {"y": gap, "y_dot": rate, "k": 1e6})
+
+    assert force(-0.01, -0.5) == pytest.approx(1e6 * 0.01**1.5 * (1 + 0.1 * 0.5), rel=1e-13)
+    assert [force(1e-9, -5.0), force(-0.01, 11.0)] == [0.0, 0.0]
+    friction = value_of(written["soft_friction"], {"mu": 0.3, "soft_force": 10.0, "x_dot": 0.001})
+    assert friction == pytest.approx(-0.3 * 10 / math.sqrt(2), rel=1e-13)
+    dampers = {d.name: d for d in mechanism.dampers}
+    assert dampers["soft_force"] == Damper("soft_force", rate=symbol("y_dot"), force=-symbol("soft_force"))
+
+
+# ------------------------------------------------------------------------------------------------- what is refused
+
+CONTACT = "[contacts.c]\n"
+KIND = CONTACT + 'between = ["ball", "world"]\nnormal = "y"\nradius = "r"\n'
+
+REFUSED = {
+    "gap missing": (CONTACT, "contacts.c: 'gap' is missing; give it, or a 'kind'"),
+    "gap negative": (
+        CONTACT + 'gap = "y - 12*r"',
+        "contacts.c: the gap is -0.2 m at the start, where y = 1 (SI); it cannot be negative",
+    ),
+    "slip not affine": (
+        CONTACT + 'gap = "y"\nfriction = 1\nslip = "x_dot*abs(x_dot)"',
+        "contacts.c.slip: 'x_dot*abs(x_dot)' is not affine in the velocities x_dot",
+    ),
+    "slip without velocity": (
+        CONTACT + 'gap = "y"\nfriction = 1\nslip = "x"',
+        "contacts.c.slip: 'x' contains no velocity",
+    ),
+    "three slips": (CONTACT + 'gap = "y"\nslip = ["x_dot", "x_dot", "x_dot"]', "contacts.c.slip: has 3 entries"),
+    "friction without slip": (CONTACT + 'gap = "y"\nfriction = "mu"', "contacts.c.friction: 'mu' without 'slip'"),
+    "restitution too large": (
+        CONTACT + 'gap = "y"\nrestitution = "4*mu"',
+        "contacts.c.restitution: '4*mu' is 1.2 at the values given; Newton's coefficient is from 0 to 1",
+    ),
+    "restitution of coordinates": (
+        CONTACT + 'gap = "y"\nrestitution = "x"',
+        "contacts.c.restitution: 'x' is a coordinate and cannot stand here",
+    ),
+    "negative friction": (
+        CONTACT + 'gap = "y"\nfriction = -1\nslip = "x_dot"',
+        "contacts.c.friction: '-1' is -1 at the values given; it has to be 0 or more",
+    ),
+    "static below sliding": (
+        CONTACT + 'gap = "y"\nfriction = "mu"\nstatic_friction = 0.1\nslip = "x_dot"',
+        "contacts.c.static_friction: 'mu' is 0.3 and above '0.1', which is 0.1",
+    ),
+    "gap of velocities": (CONTACT + 'gap = "y_dot"', "contacts.c.gap: 'y_dot' is a velocity and cannot stand here"),
+    "gap of an input": (CONTACT + 'gap = "y - hold"', "contacts.c.gap: 'hold' is an input and cannot stand here"),
+    "unknown kind": (
+        KIND + 'kind = "disc_lyne"',
+        "contacts.c.kind: 'disc_lyne' is no contact; did you mean 'disc_line'",
+    ),
+    "spatial kind": (
+        KIND + 'kind = "sphere_plane"',
+        "contacts.c.kind: positions have 2 entries; 'sphere_plane' is none",
+    ),
+    "gap and kind": (KIND + 'kind = "disc_line"\ngap = "y"', "contacts.c: 'gap' and 'kind' exclude each other"),
+    "keys of a kind": (CONTACT + 'gap = "y"\nnormal = "y"', "contacts.c.normal: goes with 'kind'"),
+    "radius unfit": (KIND + 'kind = "point_line"', "contacts.c.radius: does not go with 'point_line'"),
+    "no ends": (CONTACT + 'kind = "point_line"\nnormal = "y"', "contacts.c: 'between' is missing"),
+    "unknown end": (
+        CONTACT + 'kind = "point_line"\nnormal = "y"\nbetween = ["bal", "world"]',
+        "contacts.c.between: there is no frame, point or body 'bal'; did you mean 'ball'",
+    ),
+    "same ends": (
+        CONTACT + 'kind = "point_line"\nnormal = "y"\nbetween = ["ball", "ball"]',
+        "contacts.c.between: 'ball' and 'ball' do not move relative to each other",
+    ),
+    "normal out of the plane": (
+        CONTACT + 'kind = "point_line"\nnormal = "z"\nbetween = ["ball", "world"]',
+        "contacts.c.normal: 'z' is out of the plane",
+    ),
+    "a line that turns": (
+        '[points.A]\nposition = ["x", 0]\n' + CONTACT + 'kind = "point_line"\nnormal = "y"\nbetween = ["ball", "A"]',
+        "contacts.c.between: 'A' has no 'angle', which 'point_line' needs",
+    ),
+    "stiff and ideal": (CONTACT + 'gap = "y"\nstiffness = 1', "contacts.c.stiffness: goes with law = 'compliant'"),
+    "compliant without stiffness": (CONTACT + 'gap = "y"\nlaw = "compliant"', "contacts.c: 'stiffness' is missing"),
+    "compliant with restitution": (
+        CONTACT + 'gap = "y"\nlaw = "compliant"\nstiffness = 1\nrestitution = 1',
+        "contacts.c.restitution: a compliant contact loses energy by its 'damping'",
+    ),
+    "compliant without slip speed": (
+        CONTACT + 'gap = "y"\nlaw = "compliant"\nstiffness = 1\nfriction = 1\nslip = "x_dot"',
+        "contacts.c: 'slip_speed' is missing; 'friction' of a compliant contact goes with it",
+    ),
+    "unknown law": (CONTACT + 'gap = "y"\nlaw = "soft"', "contacts.c.law: 'soft' is unknown; give one of ideal"),
+    "stop without bounds": ('[stops.s]\nof = "x"', "stops.s: 'lower' and 'upper' are missing"),
+    "stop upside down": (
+        '[stops.s]\nof = "x"\nlower = "r"\nupper = "-r"',
+        "stops.s: 'r' is 0.1 and above '-r', which is -0.1",
+    ),
+    "stop passed": (
+        '[stops.s]\nof = "y"\nupper = 0.5',
+        "stops.s.upper: the gap is -0.5 m at the start, where y = 1 (SI)",
+    ),
+    "friction not affine": (
+        '[frictions.f]\non = "x_dot**2"\nforce = 1',
+        "frictions.f.on: 'x_dot**2' is not affine in the velocities x_dot",
+    ),
+    "friction negative": (
+        '[frictions.f]\non = "x_dot"\nforce = -1',
+        "frictions.f.force: '-1' is -1 at the values given",
+    ),
+    "holding less than sliding": (
+        '[frictions.f]\non = "x_dot"\nforce = 2\nstatic = 1',
+        "frictions.f.static: '2' is 2 and above '1', which is 1",
+    ),
+    "friction of nothing": (
+        '[frictions.f]\non = "x_dot"\nforce = "floor_force"',
+        "frictions.f.force: undefined symbol 'floor_force'",
+    ),
+    "condition without value": (
+        '[constraints.holonomic]\nc = { expression = "x", while = "log(x)" }',
+        "constraints.holonomic.c.while: 'log(x)' cannot be evaluated at the start, where x = 0 (SI)",
+    ),
+    "condition that is a number": (
+        '[constraints.holonomic]\nc = { expression = "x", while = 1 }',
+        "constraints.holonomic.c.while: '1' is a number",
+    ),
+    "condition of accelerations": (
+        '[constraints.holonomic]\nc = { expression = "x", while = "x_ddot" }',
+        "constraints.c.while: 'x_ddot' is an acceleration and cannot stand here",
+    ),
+    "state that shadows": (
+        "[states]\nx = { derivative = 1 }",
+        "states.x: the name 'x' is already taken by coordinates.x",
+    ),
+    "state without derivative": ("[states]\ni = { start = 1.0 }", "states.i: 'derivative' is missing"),
+    "state in a constraint": (
+        '[states]\ni = { derivative = 1 }\n[constraints.holonomic]\nc = "x - i"',
+        "'i' is a further state and cannot stand here; a force may use it",
+    ),
+    "state in an energy": (
+        '[states]\ni = { derivative = 1 }\n[energy]\npotential = "x*i"',
+        "energy.potential: 'i' is a further state and cannot stand here",
+    ),
+    "state of no size": ("[states]\ni = { derivative = 1, nominal = 0 }", "states.i.nominal: 0.0 is not positive"),
+    "generated name": (
+        '[parameters.floor_gap]\nvalue = 1\n[contacts.floor]\ngap = "y"',
+        "parameters.floor_gap: the name 'floor_gap' is already taken by the gap of the contact or stop 'floor'",
+    ),
+    "two of one name": (
+        '[frictions.c]\non = "x_dot"\nforce = 1\n[contacts.c]\ngap = "y"',
+        "the name 'c_force' is generated twice: the normal force of the contact or stop 'c'",
+    ),
+    "word as a name": (
+        "[inputs.smooth]",
+        "inputs.smooth: the name 'smooth' is already taken by a word of the language",
+    ),
+    "table with too many arguments": (
+        '[tables.f]\ncolumns = [[0, 1], [1, 2]]\n[forces]\nx = "f(x, y)"',
+        "forces.x.expression: 'f(x, y)' has 2 argument(s), the table has 1",
+    ),
+    "table in a constant": (
+        '[tables.f]\ncolumns = [[0, 1], [1, 2]]\n[contacts.c]\ngap = "y"\nrestitution = "f(1)"',
+        "contacts.c.restitution: 'f(1)': a table cannot stand in a constant",
+    ),
+    "no such table": ('[forces]\nx = "g(x)"', "forces.x: 'g' is not a function"),
+}
+
+
+@pytest.mark.parametrize("case", REFUSED)
+def test_what_is_wrong_is_named_with_place_value_and_remedy(case: str) -> None:
+    lines, message = REFUSED[case]
+    with pytest.raises(TextError, match=re.escape(message)) as caught:
+        read(f"{BALL}{lines}\n", "ball.toml")
+    assert str(caught.value).startswith("ball.toml: ")
+
+
+def test_impacts_are_sequential_or_simultaneous() -> None:
+    with pytest.raises(TextError, match=r"mechanism.impacts: 'both' is unknown; give 'sequential' or 'simultaneous'"):
+        read(BALL.replace('name = "ball"', 'name = "ball"\nimpacts = "both"'), "ball.toml")
+
+
+UNITS = {
+    "gap": (CONTACT + 'gap = "x_m"', "contacts.c.gap: 'x_m' is in kg, expected m"),
+    "slip": (CONTACT + 'gap = "y"\nslip = "phi_dot"', "contacts.c.slip: 'phi_dot' is in 1/s, expected m/s"),
+    "restitution": (CONTACT + 'gap = "y"\nrestitution = "r"', "contacts.c.restitution: 'r' is in m, expected 1"),
+    "bound": ('[stops.s]\nof = "x"\nupper = "phi + 7"', "stops.s.upper: '7 + phi' is in 1, expected m"),
+    "friction": ('[frictions.f]\non = "phi_dot"\nforce = "N"', "frictions.f.force: 'N' is in N, expected J"),
+    "state": ('[states]\ni = { unit = "A", derivative = "i" }', "states.i.derivative: 'i' is in A, expected A/s"),
+    "condition": (
+        '[constraints.holonomic]\nc = { expression = "x", while = "x - phi" }',
+        "constraints.holonomic.c.while: 'x' is in m but '-phi' is in 1",
+    ),
+    "argument": (
+        '[tables.f]\ncolumns = [[0, 1], [1, 2]]\nunits = ["rpm", "N"]\n[forces]\nx = "f(x)"',
+        "forces.x.expression: the argument 'x' of 'f' is in m, its column is in 1/s",
+    ),
+    "value": (
+        '[tables.f]\ncolumns = [[0, 1], [1, 2]]\nunits = ["m", "J"]\n[forces]\nx = "f(x)"',
+        "forces.x.expression: 'f(x)' is in J, expected N",
+    ),
+    "cases": ('[forces]\nx = "if(x > 0, N, r)"', "forces.x.expression: 'N' is in N but 'r' is in m"),
+}
+
+
+@pytest.mark.parametrize("case", UNITS)
+def test_units_that_do_not_fit_are_refused(case: str) -> None:
+    lines, message = UNITS[case]
+    more = 'strict_units = true\n[parameters]\nN = { value = 1, unit = "N" }\nx_m = { value = 1, unit = "kg" }\n'
+    text = BALL.replace("[parameters]\n", more) + lines
+    with pytest.raises(TextError, match=re.escape(message)) as caught:
+        read(text, "ball.toml")
+    assert isinstance(caught.value.__cause__, UnitError)
