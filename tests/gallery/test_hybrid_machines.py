@@ -86,3 +86,24 @@ def test_a_load_drops_into_its_rope(motion) -> None:
     lost = ((G * taut) ** 2 - speed**2) / 2
     assert run["total_energy"][0] - run["total_energy"][-1] == pytest.approx(lost, rel=1e-7)
     assert (run["rope_mode"] == np.where(falling, OPEN, SLIDES)).all()
+
+
+def test_a_woodpecker_comes_back_to_glockers_point(motion) -> None:
+    """He gives a point of the cycle: phi_S = -0.2788, y_dot = -0.3411, phi_S_dot = -7.4583 while the sleeve slides.
+
+    The run passes there again and again, every time the beak has struck once, and each turn nearer to the last.
+    """
+    outputs = ("y", "y_dot", "phi_S", "phi_S_dot", "bottom_mode", "beak_impacts")
+    run = motion("woodpecker", 0.45, 900, 1e-8, outputs)
+    angle, passed = run["phi_S"], []
+    for i in np.flatnonzero((angle[:-1] > -0.2788) & (angle[1:] <= -0.2788) & (run["bottom_mode"][1:] > SLIDES)):
+        part = (angle[i] + 0.2788) / (angle[i] - angle[i + 1])
+        passed.append([run.time[i] + part * 0.0005, *(run.values[i] + part * (run.values[i + 1] - run.values[i]))])
+    times, heights, speeds, _, rates, _, impacts = np.array(passed).T
+    assert len(times) == 3
+    assert list(impacts) == [1, 2, 3]
+    assert speeds == pytest.approx(np.full(3, -0.3411), rel=0.015)
+    assert rates == pytest.approx(np.full(3, -7.4583), rel=0.003)
+    assert np.diff(times) == pytest.approx(np.full(2, times[0]), rel=2e-3)
+    assert abs(np.diff(heights, 2)[0]) < 0.01 * abs(heights[0])
+    assert abs(rates[2] - rates[1]) < abs(rates[1] - rates[0])
