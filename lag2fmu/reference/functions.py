@@ -19,7 +19,7 @@ from numpy.typing import NDArray
 from sympy.printing.str import StrPrinter
 from sympy.utilities.iterables import numbered_symbols
 
-from lag2fmu.language.vocabulary import NAME_OF
+from lag2fmu.language.vocabulary import NAME_OF, Choice, Smooth
 from lag2fmu.reference.tables import Tabulated, number_of, tabulated
 
 Array = NDArray[Any]
@@ -102,6 +102,7 @@ NUMERIC: dict[str, Function] = {
     "min": minimum,
     "max": maximum,
     "atan2": atan2,
+    "choice": lambda margin, a, b: np.where(np.real(margin) > 0, a, b),
     "power": power,
     "tabulated": tabulated,
     "pi": np.pi,  # type: ignore[dict-item]
@@ -127,6 +128,14 @@ class NumericPrinter(StrPrinter):  # type: ignore[misc]
     where they should be NaN); the derivative of a jump, Dirac's delta, is 0, as it is almost everywhere; fractions too
     long to be exact are one double.
     """
+
+    printmethod = "_numeric"  # the functions of the language would print themselves as text
+
+    def _print_Choice(self, expr: Choice) -> str:
+        return f"choice({self.stringify(expr.args, ', ')})"
+
+    def _print_Smooth(self, expr: Smooth) -> str:
+        return f"({self._print(expr.args[0])})"
 
     def _print_Function(self, expr: sp.Expr) -> str:
         if isinstance(expr, Tabulated):

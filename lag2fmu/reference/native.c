@@ -38,6 +38,7 @@ static inline Z z_abs(Z z) { return z_sign(z) * z; }
 static inline double z_heaviside(Z z) { return creal(z) == 0.0 ? 0.5 : creal(z) > 0.0; }
 static inline Z z_min(Z a, Z b) { return creal(a) <= creal(b) ? a : b; }
 static inline Z z_max(Z a, Z b) { return creal(a) >= creal(b) ? a : b; }
+static inline Z z_choice(Z margin, Z a, Z b) { return creal(margin) > 0.0 ? a : b; }
 static inline Z z_atan2(Z y, Z x) {
     const double a = creal(y), b = creal(x);
     return of(atan2(a, b), (b * cimag(y) - a * cimag(x)) / (a * a + b * b));

@@ -20,7 +20,7 @@ from typing import Any
 import numpy as np
 import sympy as sp
 
-from lag2fmu.language.vocabulary import NAME_OF, TIME
+from lag2fmu.language.vocabulary import NAME_OF, TIME, Choice
 from lag2fmu.mechanism.record import Mechanism
 from lag2fmu.reference.composition import composition_of
 from lag2fmu.reference.constraints import constraint_expressions
@@ -47,6 +47,10 @@ class _CPrinter(NumericPrinter):
         return nested
 
     _print_Abs = _print_Heaviside = _print_Min = _print_Max = _print_LatticeOp = _print_Function
+
+    def _print_Choice(self, expr: Choice) -> str:
+        margin, a, b = (self._print(x) for x in expr.args)
+        return f"z_choice({margin}, {a}, {b})"
 
     def _print_Pow(self, expr: sp.Expr, rational: bool = False) -> str:
         base, exponent = self._print(expr.base), expr.exp

@@ -11,9 +11,11 @@ from typing import Any, ClassVar
 
 import numpy as np
 import sympy as sp
+from sympy.printing.latex import LatexPrinter
+from sympy.printing.str import StrPrinter
 
 from lag2fmu.description.tables import Table
-from lag2fmu.language.vocabulary import TableCall
+from lag2fmu.language.vocabulary import TableCall, table_function
 
 Data = tuple[tuple[tuple[float, ...], ...], tuple[float, ...], str, str]
 """Arguments, values, interpolation and what is outside, of a table."""
@@ -24,20 +26,28 @@ class Tabulated(sp.Function):  # type: ignore[misc]
 
     is_real = True
     is_number = False
+    table: ClassVar[str]
     data: ClassVar[Data]
     orders: ClassVar[tuple[int, ...]]
+
+    def _sympystr(self, printer: StrPrinter) -> str:
+        """As the call of the table is written."""
+        return str(printer._print(table_function(self.table, self.orders)(*self.args)))
+
+    def _latex(self, printer: LatexPrinter, exp: str = "") -> str:
+        return str(table_function(self.table, self.orders)(*self.args)._latex(printer, exp))
 
     def fdiff(self, argindex: int = 1) -> sp.Expr:
         """The partial derivative by the argument ``argindex``, from 1 on."""
         orders = tuple(order + (k == argindex - 1) for k, order in enumerate(self.orders))
-        return _function(self.data, orders)(*self.args)
+        return _function(self.table, self.data, orders)(*self.args)
 
 
 @lru_cache(maxsize=256)
-def _function(data: Data, orders: tuple[int, ...]) -> type[Tabulated]:
+def _function(table: str, data: Data, orders: tuple[int, ...]) -> type[Tabulated]:
     """One class for each table, so that equal calls are equal expressions."""
-    name = f"table {len(_KNOWN)}"
-    made: type[Tabulated] = type(name, (Tabulated,), {"data": data, "orders": orders, "nargs": (len(orders),)})
+    name, members = f"table {len(_KNOWN)}", {"table": table, "data": data, "orders": orders}
+    made: type[Tabulated] = type(name, (Tabulated,), {**members, "nargs": (len(orders),)})
     _KNOWN.append(made)
     return made
 
@@ -54,7 +64,7 @@ def with_data(expression: sp.Expr, tables: Mapping[str, Table]) -> sp.Expr:
     def bound(*arguments: sp.Expr, call: TableCall) -> sp.Expr:
         table = tables[call.table]
         data = (table.grid.axes, table.grid.values, table.interpolation, table.outside)
-        return _function(data, call.orders or (0,) * len(arguments))(*arguments)
+        return _function(call.table, data, call.orders or (0,) * len(arguments))(*arguments)
 
     return expression.replace(lambda e: isinstance(e, TableCall), lambda e: bound(*e.args, call=e))
 

@@ -89,6 +89,12 @@ def test_their_forces_stand_in_the_equations_of_motion(ball: Mechanism) -> None:
 def test_a_table_is_told_by_its_size_and_a_state_by_its_equation() -> None:
     more = '[tables.f]\ncolumns = [[0, 1, 2], [0, 1, 4]]\ninterpolation = "cubic"\n'
     more += '[states]\ni = { derivative = "f(x) - i" }\n'
-    hybrid = Hybrid(read(TEXT + more, "ball"))
+    more += '[forces]\nphi = "f(x) + if(i > 0, i, 0)"\n'
+    mechanism = read(TEXT + more, "ball")
+    hybrid = Hybrid(mechanism)
     assert list(hybrid.forces())[-1].sentence == "table f: 3 points, cubic between them, held outside"
     assert [(name, str(rate)) for name, rate in hybrid.state_equations()] == [("i_dot", "-i + f(x)")]
+    text = procedure(mechanism)
+    for line in ("Q^np_phi = Q_phi + if(i > 0, i, 0) + f(x)", "i_dot = -i + f(x)"):
+        assert line in text
+    assert r"f\left(x\right)" in procedure(mechanism, "latex")
