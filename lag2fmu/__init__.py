@@ -6,35 +6,36 @@
 True
 """
 
-from importlib import import_module
 from typing import TYPE_CHECKING
 
+from lag2fmu.lazy import offered
 from lag2fmu.version import VERSION as __version__
 
 if TYPE_CHECKING:
     from lag2fmu.analysis.entry_points import equilibria, linearize, modes
-    from lag2fmu.dynamics import derive
+    from lag2fmu.dynamics.lagrange import derive
     from lag2fmu.errors import Lag2FmuError
-    from lag2fmu.fmu import Fmu, export
+    from lag2fmu.fmu.exporting import Fmu, export
     from lag2fmu.formats.loading import load
-    from lag2fmu.mechanism import Mechanism
-    from lag2fmu.reference import Trajectory
-    from lag2fmu.verify import Report, simulate, validate
+    from lag2fmu.mechanism.record import Mechanism
+    from lag2fmu.reference.trajectory import Trajectory
+    from lag2fmu.verify.entry_points import simulate, validate
+    from lag2fmu.verify.report import Report
 
 _HOME = {
-    "Fmu": "lag2fmu.fmu",
+    "Fmu": "lag2fmu.fmu.exporting",
     "Lag2FmuError": "lag2fmu.errors",
-    "Mechanism": "lag2fmu.mechanism",
-    "Report": "lag2fmu.verify",
-    "Trajectory": "lag2fmu.reference",
-    "derive": "lag2fmu.dynamics",
+    "Mechanism": "lag2fmu.mechanism.record",
+    "Report": "lag2fmu.verify.report",
+    "Trajectory": "lag2fmu.reference.trajectory",
+    "derive": "lag2fmu.dynamics.lagrange",
     "equilibria": "lag2fmu.analysis.entry_points",
-    "export": "lag2fmu.fmu",
+    "export": "lag2fmu.fmu.exporting",
     "linearize": "lag2fmu.analysis.entry_points",
     "load": "lag2fmu.formats.loading",
     "modes": "lag2fmu.analysis.entry_points",
-    "simulate": "lag2fmu.verify",
-    "validate": "lag2fmu.verify",
+    "simulate": "lag2fmu.verify.entry_points",
+    "validate": "lag2fmu.verify.entry_points",
 }
 
 __all__ = [
@@ -55,11 +56,7 @@ __all__ = [
 ]
 
 
-def __getattr__(name: str) -> object:
-    """Import a public name where it is first used, so that the command line starts at once."""
-    if name not in _HOME:
-        raise AttributeError(f"module 'lag2fmu' has no attribute '{name}'; there are {', '.join(_HOME)}")
-    return getattr(import_module(_HOME[name]), name)
+__getattr__ = offered(__name__, _HOME)
 
 
 def __dir__() -> list[str]:
