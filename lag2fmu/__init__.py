@@ -13,29 +13,28 @@ from lag2fmu.version import VERSION as __version__
 
 if TYPE_CHECKING:
     from lag2fmu.analysis.entry_points import equilibria, linearize, modes
-    from lag2fmu.dynamics.lagrange import derive
+    from lag2fmu.dynamics import derive
     from lag2fmu.errors import Lag2FmuError
-    from lag2fmu.fmu.exporting import Fmu, export
+    from lag2fmu.fmu import Fmu, export
     from lag2fmu.formats.loading import load
-    from lag2fmu.mechanism.record import Mechanism
-    from lag2fmu.reference.trajectory import Trajectory
-    from lag2fmu.verify.entry_points import simulate, validate
-    from lag2fmu.verify.report import Report
+    from lag2fmu.mechanism import Mechanism
+    from lag2fmu.reference import Trajectory
+    from lag2fmu.verify import Report, simulate, validate
 
 _HOME = {
-    "Fmu": "lag2fmu.fmu.exporting",
+    "Fmu": "lag2fmu.fmu",
     "Lag2FmuError": "lag2fmu.errors",
-    "Mechanism": "lag2fmu.mechanism.record",
-    "Report": "lag2fmu.verify.report",
-    "Trajectory": "lag2fmu.reference.trajectory",
-    "derive": "lag2fmu.dynamics.lagrange",
+    "Mechanism": "lag2fmu.mechanism",
+    "Report": "lag2fmu.verify",
+    "Trajectory": "lag2fmu.reference",
+    "derive": "lag2fmu.dynamics",
     "equilibria": "lag2fmu.analysis.entry_points",
-    "export": "lag2fmu.fmu.exporting",
+    "export": "lag2fmu.fmu",
     "linearize": "lag2fmu.analysis.entry_points",
     "load": "lag2fmu.formats.loading",
     "modes": "lag2fmu.analysis.entry_points",
-    "simulate": "lag2fmu.verify.entry_points",
-    "validate": "lag2fmu.verify.entry_points",
+    "simulate": "lag2fmu.verify",
+    "validate": "lag2fmu.verify",
 }
 
 __all__ = [
