@@ -219,3 +219,13 @@ def _compiled(
         return out.reshape(len(outputs), *rows.shape[1:])
 
     return evaluate
+
+
+def in_blocks(evaluate: Callable[[Array], Array], rows: Array, count: int, width: int = 1) -> Array:
+    """``evaluate`` (rows, N) -> (count, N) for rows of any shape, at most BLOCK / width points a call."""
+    flat, size = rows.reshape(len(rows), -1), max(1, BLOCK // width)
+    out = np.empty((count, flat.shape[1]), rows.dtype)
+    with np.errstate(all="ignore"):
+        for start in range(0, flat.shape[1], size):
+            out[:, start : start + size] = evaluate(flat[:, start : start + size])
+    return out.reshape(count, *rows.shape[1:])
