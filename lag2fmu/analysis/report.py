@@ -24,8 +24,11 @@ from lag2fmu.dynamics.lagrange import derive
 from lag2fmu.errors import DerivationError
 from lag2fmu.graph.batches import Floats
 from lag2fmu.language.expressions import to_text
+from lag2fmu.language.units import Unit
 from lag2fmu.mechanism import Mechanism
 
+ROUNDING = 1e-9
+"""Numbers that are smaller than this beside others of their kind are shown as 0."""
 _MODES, _MATRIX, _INPUTS = 12, 8, 6
 """The most modes that are listed, states of a linearization whose matrices are printed, and inputs that are named."""
 
@@ -105,17 +108,17 @@ def _conserved(equations: EquationsOfMotion) -> Iterator[Line]:
         yield Line("No momentum is conserved.")
 
 
-def _inputs(equations: EquationsOfMotion) -> str:
+def with_inputs(equations: EquationsOfMotion) -> str:
     """The values of the user's inputs that operating points are for, as a part of a sentence; empty without any."""
     inputs = equations.mechanism.plain_inputs
-    values = [f"{u.name} = {_number(u.start)} {u.unit.si_name if u.unit else ''}".rstrip() for u in inputs[:_INPUTS]]
+    values = [f"{u.name} = {_quantity(u.start, u.unit)}" for u in inputs[:_INPUTS]]
     more = ["..."] if len(inputs) > _INPUTS else []
     return f" with the inputs at their start values, {', '.join([*values, *more])}" if inputs else ""
 
 
 def _equilibria(equations: EquationsOfMotion, found: Sequence[Equilibrium]) -> Iterator[Line]:
-    if _inputs(equations):
-        yield Line(f"Rest{_inputs(equations)}:")
+    if with_inputs(equations):
+        yield Line(f"Rest{with_inputs(equations)}:")
     if not found:
         yield Line("None was found, neither from the start nor from places around it.")
     for item in found:
@@ -140,11 +143,16 @@ def _stability(equations: EquationsOfMotion, item: Equilibrium) -> str:
 
 
 def _place(equations: EquationsOfMotion, item: Equilibrium) -> str:
-    nominal = [c.nominal for c in equations.mechanism.coordinates]
-    values = (_number(x, size) for x, size in zip(item.q, nominal, strict=True))
-    units = (c.unit.si_name if c.unit is not None else "" for c in equations.mechanism.coordinates)
-    labels = (c.name for c in equations.mechanism.coordinates)
-    return ", ".join(f"{q} = {x} {u}".rstrip() for q, x, u in zip(labels, values, units, strict=True))
+    coordinates = equations.mechanism.coordinates
+    return ", ".join(f"{c.name} = {_quantity(x, c.unit, c.nominal)}" for c, x in zip(coordinates, item.q, strict=True))
+
+
+def _quantity(x: float, unit: Unit | None, size: float = 0.0) -> str:
+    """``x`` (SI) in its declared unit; what is rounding beside ``size`` (SI) is 0."""
+    if unit is None:
+        return _number(x, size)
+    rounding = abs(x) <= ROUNDING * size
+    return f"{_number(unit.from_si(0.0 if rounding else x))} {unit.name}".rstrip()
 
 
 def _about(equations: EquationsOfMotion, item: Equilibrium) -> Linearization:
@@ -155,7 +163,7 @@ def _small_motions(equations: EquationsOfMotion, found: Sequence[Equilibrium]) -
     if not found:
         yield Line("There is no equilibrium to look at.")
         return
-    yield Line(f"About {_place(equations, found[0])}{_inputs(equations)}:")
+    yield Line(f"About {_place(equations, found[0])}{with_inputs(equations)}:")
     if driven_by_time(equations):
         yield from _exponents(equations, found[0])
         return
@@ -213,11 +221,11 @@ def _matrices(equations: EquationsOfMotion, found: Sequence[Equilibrium]) -> Ite
     if found:
         about = _about(equations, found[0])
         time = ", at the time 0" if driven_by_time(equations) else ""
-        yield Line(f"About {_place(equations, found[0])}{time}{_inputs(equations)}:")
+        yield Line(f"About {_place(equations, found[0])}{time}{with_inputs(equations)}:")
     else:
         about = linearize(equations)
-        yield Line(f"About the start, there being no equilibrium{_inputs(equations)}:")
-    yield Line(f"z = ({', '.join(about.states)}), u = ({', '.join(about.inputs)}), y = ({', '.join(about.outputs)})")
+        yield Line(f"About the start, there being no equilibrium{with_inputs(equations)}:")
+    yield Line(f"z = ({', '.join(about.states)}), u = ({', '.join(about.inputs)}), y = ({', '.join(about.outputs)}), in SI units")
     if len(about.states) > _MATRIX:
         yield Line(f"A has {len(about.states)} rows and is not printed; lag2fmu.analysis.linearize returns it.")
         return
@@ -256,7 +264,7 @@ def _routhian(equations: EquationsOfMotion) -> Iterator[Line]:
 
 def _number(x: float, size: float = 0.0) -> str:
     """Six digits; what is rounding beside ``size`` is 0."""
-    return "0" if abs(x) <= 1e-9 * size else f"{x:.6g}"
+    return "0" if abs(x) <= ROUNDING * size else f"{x:.6g}"
 
 
 def _complex(x: complex, size: float) -> str:

@@ -13,6 +13,7 @@ from matplotlib.patches import Circle, Polygon
 
 from lag2fmu.analysis import Mode, equilibria, linearize, normal_modes
 from lag2fmu.analysis.evaluation import at, driven_by_time, operating_inputs
+from lag2fmu.analysis.report import with_inputs
 from lag2fmu.dynamics import EquationsOfMotion, derive
 from lag2fmu.errors import DerivationError, LoadError
 from lag2fmu.graph.batches import Floats, evaluate
@@ -100,7 +101,7 @@ def _modes(equations: EquationsOfMotion) -> tuple[tuple[Mode, ...], dict[str, An
     rest = f"; {still} without a restoring force" if still else ""
     if not moving:
         return nothing, {}, f"About the equilibrium {place} no motion has a restoring force."
-    return moving, values, f"Normal modes about the equilibrium {place}{rest}."
+    return moving, values, f"Normal modes about the equilibrium {place}{with_inputs(equations)}{rest}."
 
 
 def _place(mechanism: Mechanism, q: Floats) -> str:
