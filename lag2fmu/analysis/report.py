@@ -225,7 +225,8 @@ def _matrices(equations: EquationsOfMotion, found: Sequence[Equilibrium]) -> Ite
     else:
         about = linearize(equations)
         yield Line(f"About the start, there being no equilibrium{with_inputs(equations)}:")
-    yield Line(f"z = ({', '.join(about.states)}), u = ({', '.join(about.inputs)}), y = ({', '.join(about.outputs)}), in SI units")
+    vectors = {"z": about.states, "u": about.inputs, "y": about.outputs}
+    yield Line(", ".join(f"{name} = ({', '.join(entries)})" for name, entries in vectors.items()) + ", in SI units")
     if len(about.states) > _MATRIX:
         yield Line(f"A has {len(about.states)} rows and is not printed; lag2fmu.analysis.linearize returns it.")
         return

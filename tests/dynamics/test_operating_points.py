@@ -63,7 +63,7 @@ def test_operating_points_are_shown_in_declared_units() -> None:
     report = analysis_report(read(pushed, "pushed.toml"))
     assert "theta = 30 deg" in report
     assert report.count("with the inputs at their start values, M = 0.004 kN.m") == 3
-    assert "y = (theta, theta_dot), in SI units" in report
+    assert report.count(", in SI units") == 1
 
 
 def test_where_nothing_can_move_it_is_rigid() -> None:
