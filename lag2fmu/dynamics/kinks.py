@@ -17,12 +17,13 @@ from dataclasses import dataclass, replace
 
 from lag2fmu.dynamics.functions import EventFunction, Function
 from lag2fmu.dynamics.samples import start_values
-from lag2fmu.dynamics.variables import Variables
+from lag2fmu.dynamics.tables import in_pieces
+from lag2fmu.dynamics.variables import Variables, further_states
 from lag2fmu.graph.autodiff import reverse
 from lag2fmu.graph.fingerprint import PRIME
 from lag2fmu.graph.graph import Graph, Node
-from lag2fmu.graph.operations import KINKS, OPERATIONS
-from lag2fmu.graph.to_sympy import written
+from lag2fmu.graph.operations import CHOICE, KINKS, OPERATIONS
+from lag2fmu.graph.to_sympy import written, written_operations
 from lag2fmu.mechanism.record import Mechanism
 
 _WITHOUT_EFFECT = ("mechanism_locals", "mechanism_locals_tangent", "mechanism_locals_second", "mechanism_dependent")
@@ -30,6 +31,9 @@ _WITHOUT_EFFECT = ("mechanism_locals", "mechanism_locals_tangent", "mechanism_lo
 
 _LIMITED = ("sqrt", "log", "asin", "acos", "power", "power_or_zero")
 """Operations that have values for some operands only."""
+_ROOTS = ("sqrt", "power", "power_or_zero")
+_READABLE = 200
+"""The most operations of a margin that a message writes out."""
 
 
 @dataclass(frozen=True)
@@ -53,8 +57,9 @@ def switched(
     ``conditions`` are further margins, whose switches stand behind those of kinks; no kink need contain them. The
     functions stay as they are where there are neither. Nodes are added to ``graph``.
     """
-    effective = [node for f in functions if f.name not in _WITHOUT_EFFECT for *_, node in f.results]
     moving = {variables.t, *variables.states, *variables.signals}
+    functions = in_pieces(graph, functions, _effective(functions), moving)
+    effective = _effective(functions)
     kinks = _Kinks(graph, moving, {*variables.unknowns})
     margins = kinks.margins([*effective, *conditions])
     if not margins and not conditions and not masks:
@@ -69,6 +74,10 @@ def switched(
     with graph.as_written():
         new = kinks.replaced(dict(zip(margins, switches, strict=False)), [*functions, margin_function])
     return Switched(tuple(_with_modes(graph, f, switches, masks) for f in new), described)
+
+
+def _effective(functions: Sequence[Function]) -> list[Node]:
+    return [node for f in functions if f.name not in _WITHOUT_EFFECT for *_, node in f.results]
 
 
 class _Kinks:
@@ -94,11 +103,13 @@ class _Kinks:
         known = {self._key(margin): switch for margin, switch in switches.items()}
         entries = [node for f in functions for a in f.arguments for node in a.entries]
         cone = graph.cone([*entries, *(node for f in functions for *_, node in f.results)])
-        kept = self._kept(cone)
+        kept, bases = self._kept(cone), self._bases(cone)
         new: dict[Node, Node] = {}
         for node in cone:
             operands = graph.operands[node]
             moved = [new[operand] for operand in operands]
+            if OPERATIONS[graph.code[node]].name in _ROOTS and operands[0] in bases:
+                moved[0] = graph.apply("max", moved[0], graph.zero)
             margin = None if node in kept else self._margin(node)
             switch = None if margin is None else self._switch(known, margin)
             if switch is not None:
@@ -131,6 +142,15 @@ class _Kinks:
         limited = [node for node in cone if OPERATIONS[g.code[node]].name in _LIMITED]
         below = g.cone(operand for node in limited for operand in g.operands[node])
         return {node for node in below if OPERATIONS[g.code[node]].name in ("abs", "min", "max")}
+
+    def _bases(self, cone: Sequence[Node]) -> set[Node]:
+        """What roots and powers in the branches of choices in ``cone`` are of: to be taken as 0 where it is negative.
+
+        A branch is evaluated a little beyond the place where it ends, by rounding and in trial steps.
+        """
+        g = self.graph
+        branches = g.cone(b for n in cone if g.code[n] == CHOICE for b in g.operands[n][1:])
+        return {g.operands[node][0] for node in branches if OPERATIONS[g.code[node]].name in _ROOTS}
 
     def _passed(self, margin: Node) -> bool:
         """Whether ``margin`` is a number, or made of what ``smooth`` says that kinks of may be passed."""
@@ -183,21 +203,27 @@ def _with_modes(graph: Graph, function: Function, switches: tuple[Node, ...], ma
 
 def _described(graph: Graph, v: Variables, mechanism: Mechanism, margins: Sequence[Node]) -> tuple[EventFunction, ...]:
     """The name, nominal size and kind of each margin."""
-    texts = [str(expression) for expression in written(graph, margins)]
     return tuple(
-        EventFunction(text, nominal_size(graph, v, mechanism, margin), _timed(graph, v, margin))
-        for text, margin in zip(texts, margins, strict=True)
+        EventFunction(_text(graph, margin), nominal_size(graph, v, mechanism, margin), _timed(graph, v, margin))
+        for margin in margins
     )
+
+
+def _text(graph: Graph, margin: Node) -> str:
+    """``margin`` as one writes it; of a long one its length."""
+    operations = written_operations(graph, [margin])
+    return str(written(graph, [margin])[0]) if operations <= _READABLE else f"an expression of {operations} operations"
 
 
 def nominal_size(graph: Graph, v: Variables, mechanism: Mechanism, margin: Node) -> float:
     """What ``margin`` changes by if every variable changes by its nominal value at the start; 1 if that is 0."""
     sizes = [mechanism.experiment.stop_time]
     sizes += 2 * [c.nominal for c in mechanism.coordinates]
+    sizes += [state.nominal for state in further_states(mechanism)]
     values = start_values(mechanism)
     inputs = v.signals
     sizes += [abs(values.get(str(graph.leaf[u]), 0.0)) or 1.0 for u in inputs]
-    gradient = graph.evaluate(reverse(graph, {margin: graph.one}, (v.t, *v.q, *v.qd, *inputs)), values)
+    gradient = graph.evaluate(reverse(graph, {margin: graph.one}, (v.t, *v.states, *inputs)), values)
     found = sum(abs(slope) * size for slope, size in zip(gradient, sizes, strict=True))
     return found if math.isfinite(found) and found > 0.0 else 1.0
 

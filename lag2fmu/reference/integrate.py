@@ -110,6 +110,7 @@ def _hybrid(
             continue
         states = [c.name for c in mechanism.coordinates]
         states += [velocity(c) for c in states]
+        states += [z.name for z in mechanism.states]
         return Reference(
             trajectory=Trajectory.of(grid, found.columns),
             work=found.work,

@@ -85,7 +85,7 @@ def test_tangents_against_central_differences(name: str) -> None:
     values = random_values(equations.mechanism, generator)
     program = lower(equations)
     v = equations.variables
-    variables = [v.t, *v.q, *v.qd, *v.signals, *v.parameters]
+    variables = [v.t, *v.states, *v.signals, *v.parameters]
     seeds = {str(g.leaf[node]): generator.uniform(-1, 1) for node in variables}
     own = g.evaluate([*tangent.residual, *tangent.locals], values | {f"d {k}": x for k, x in seeds.items()} | {
         f"d {g.leaf[node]}": 0.0 for node in v.unknowns

@@ -7,7 +7,7 @@ import math
 import numpy as np
 import pytest
 from stepping import Stepping
-from sympy import Abs, Heaviside, Max, cos, sign, sin
+from sympy import Abs, Heaviside, Max, Rational, cos, sign, sin
 
 from lag2fmu import simulate
 from lag2fmu.codegen import METHODS
@@ -15,7 +15,7 @@ from lag2fmu.dynamics import derive, lower
 from lag2fmu.errors import ExportError, SimulationError
 from lag2fmu.fmu.exporting import export
 from lag2fmu.language.expressions import TIME, parse
-from lag2fmu.language.vocabulary import Smooth
+from lag2fmu.language.vocabulary import Choice, Smooth
 from lag2fmu.mechanism import Energy, Experiment, Mechanism, coordinate, parameter, signal
 
 pytestmark = pytest.mark.fmu
@@ -163,6 +163,23 @@ def test_a_switch_follows_an_input_at_once(exported) -> None:
         fmu.set({"gate": 1.0})
         assert fmu.get(["b_ddot"])[0] > before + 0.9
         assert fmu.repeats(5, 0.01)
+
+
+@pytest.mark.parametrize("solver", ["dopri5", "radau5"])
+def test_a_branch_without_a_value_beyond_its_end(exported, solver: str) -> None:
+    """Hertz's contact as a choice: (-x)**(3/2) is not real while the ball is above the ground. Energy is kept."""
+    x = coordinate("x", start=0.1)
+    mechanism = Mechanism(
+        "hertz_by_choice",
+        coordinates=[x],
+        energy=Energy(kinetic=x.dot**2 / 2, potential=G * x),
+        forces={x: Choice(-x, 1e4 * (-x) ** Rational(3, 2), 0)},
+        experiment=Experiment(stop_time=3.0, step=0.01),
+    )
+    run = simulate(exported(mechanism, solver=solver).path, step=0.01, tolerance=1e-9)
+    stored = 1e4 / 2.5 * np.maximum(-run["x"], 0.0) ** 2.5
+    assert run["x"].min() < -0.005
+    assert np.abs(run["x_dot"] ** 2 / 2 + G * run["x"] + stored - 0.1 * G).max() < 1e-6
 
 
 def test_friction_by_sign_is_named_with_its_remedy(exported) -> None:

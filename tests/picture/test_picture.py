@@ -271,6 +271,12 @@ def test_a_load_hangs_from_its_trolley() -> None:
     assert found.stretches["l"] == ends["load"]
 
 
+def test_a_sleeve_hangs_on_both_rods_of_its_governor() -> None:
+    found = layout("governor").skeleton
+    rods = {link.ends for link in found.links if link.part == "sleeve"}
+    assert rods == {(found.place[weight], found.place["sleeve"]) for weight in ("weight1", "weight2")}
+
+
 BODIES = ("first", "second", "third")
 TOWER = """
 [mechanism]

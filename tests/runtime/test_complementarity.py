@@ -259,6 +259,29 @@ def test_painleve(laws: Laws, angle: float) -> None:
         assert closed[2][0] == (0.0 if above else 1.0)
 
 
+@pytest.mark.parametrize("pull", [1e-15, 1e-12, 1e-9])
+def test_a_contact_does_not_pull(laws: Laws, pull: float) -> None:
+    """One that holds at present opens when its force would be negative, however little."""
+    jacobian = np.array([[1.0, 0], [1, 1]])
+    rows = [normal(0.0, True), normal(0.0, True)]
+    solved, forces, w = laws.solve(jacobian @ jacobian.T, jacobian @ np.array([-G, pull * G]), rows)
+    assert solved
+    assert forces.min() >= 0.0
+    assert w[1] == pytest.approx(pull * G, rel=1e-3, abs=1e-14)
+
+
+@pytest.mark.parametrize("slips", [1, 2])
+@pytest.mark.parametrize("excess", [1e-12, 1e-10])
+def test_a_contact_does_not_stick_beyond_its_cone(laws: Laws, slips: int, excess: float) -> None:
+    """One that sticks at present slides when it would need more friction, however little."""
+    rows = [normal(0.0, True)] + [tangential(0, 0.5, holds=True)] * slips
+    for factor, slides in ((1 - excess, False), (1 + excess, True)):
+        solved, forces, w = laws.solve(np.eye(1 + slips), np.array([-G, 0.5 * G * factor, 0][: 1 + slips]), rows)
+        assert solved
+        assert (w[1] > 0.0) == slides
+        assert forces[1] >= -0.5 * G * (1 + 1e-15)
+
+
 def test_a_block_with_dry_friction(laws: Laws) -> None:
     """Mass 2 under a force: it is held up to the greatest holding force, then the sliding force acts."""
     for force, expected in ((4.9, 0.0), (5.1, (5.1 - 3) / 2), (-7.0, -2.0)):

@@ -69,7 +69,7 @@ def test_what_begins_at_zero(descent: Descent) -> None:
     assert descent(lambda x: x * (0.5 - x) - 1e-15, 1e-14) == pytest.approx(0.5)
     assert descent(lambda x: -x + 1e-15, 1e-14) == 0.0
     assert descent(lambda x: x**2 * (0.25 - x)) == pytest.approx(0.25)
-    assert descent(lambda x: -(x**3)) == 0.0
+    assert descent(lambda x: -(x**3), 1e-15) == 0.0
     assert descent(lambda x: x**3) == NONE
     assert descent(lambda x: 0.0 * x) == NONE
     assert descent(lambda x: 1e-15 * np.cos(9 * x), 1e-14) == NONE

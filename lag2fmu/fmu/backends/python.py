@@ -108,7 +108,7 @@ def python_fmu(
 
     Raises ExportError for equations that this backend cannot print, BuildError if PythonFMU is not installed.
     """
-    if equations.mechanism.constraints or program.hybrid or not printable(program):
+    if equations.mechanism.constraints or program.contact_events or program.latches or not printable(program):
         raise ExportError(
             f"the python backend cannot write the equations of '{equations.mechanism.name}': "
             "it knows M qdd = f without constraints and events, with energies and outputs; use --backend c"

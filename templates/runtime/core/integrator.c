@@ -103,6 +103,17 @@ bool integrator_catch_up(Instance *instance) {
     return true;
 }
 
+/* A step that cannot be completed however short (s) may end where its mode does, as that of a root that has no value
+   beyond. */
+static bool pass_event_ahead(Instance *instance, double shortest) {
+    State *state = &instance->state;
+    if (N_EVENTS == 0 || !events_at_hand(instance, 4.0 * shortest) || !pass_event(instance)) {
+        return false;
+    }
+    state->next_step = first_step(instance);
+    return true;
+}
+
 /* The error of a trial step in units of the tolerance, HUGE_VAL if the step could not be computed. Above 1 the step
    is to be rejected and instance->failure holds the reason. */
 static double try_step(Instance *instance, Step step) {
@@ -160,7 +171,7 @@ static bool step_adaptively(Instance *instance, double end) {
         } else {
             rejected = true;
             propose_shorter(state, tried, error);
-            if (state->next_step < shortest) {
+            if (state->next_step < shortest && !pass_event_ahead(instance, shortest)) {
                 return false;
             }
         }
@@ -175,7 +186,7 @@ static bool integrate_adaptively(Instance *instance, double end) {
         if (!integrator_catch_up(instance)) {
             return false;
         }
-        state->ahead = 0;
+        state->ahead = state->event_pending = 0;
         state->first_stage_valid = 0;
     }
     if (state->ahead && state->dense.end <= end) {

@@ -30,6 +30,9 @@ bool events_begin(Instance *instance);
    Applications 39, 2000. */
 bool events_end_step(Instance *instance, Step *step);
 
+/* Does the motion come to an event within this span (s) of the present point? If so, the event is due here. */
+bool events_at_hand(Instance *instance, double span);
+
 /* Passes the event that the present point is at. Fails if there is no end of events at one time. */
 bool events_pass(Instance *instance);
 

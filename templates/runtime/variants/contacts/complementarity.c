@@ -1,6 +1,7 @@
 /* Eliminates what is linear, solves the laws that are left, spreads forces over redundant rows. */
 #include "complementarity.h"
 
+#include <math.h>
 #include <string.h>
 
 #include "cones.h"
@@ -27,7 +28,8 @@ static bool solve_laws(const Elimination *e, const Laws *laws, double x[]) {
     Choice present;
     memset(x, 0, (size_t)laws->size * sizeof(double));
     choose_present(e, &present);
-    return laws_try(laws, &present, x) || (in_space(laws) ? cones_solve(laws, x) : polyhedral_solve(laws, x));
+    const bool goes_on = laws_try(laws, &present, x) && laws_bounded(laws, &present, x);
+    return goes_on || (in_space(laws) ? cones_solve(laws, x) : polyhedral_solve(laws, x));
 }
 
 /* Rows of friction that slip fall from the greatest holding force to that of sliding; returns whether any did. */
@@ -61,7 +63,7 @@ static void spread(const Laws *laws, double x[]) {
             choice.value[k] = side * laws->base[k];
         }
     }
-    if (laws_try(laws, &choice, other)) {
+    if (laws_try(laws, &choice, other) && laws_bounded(laws, &choice, other)) {
         memcpy(x, other, (size_t)laws->size * sizeof(double));
     }
 }
@@ -81,6 +83,9 @@ bool complementarity_solve(const Problem *problem, double lambda[], double w[]) 
         }
     } while (let_slip(&elimination, x, &laws));
     spread(&laws, x);
+    for (int i = 0; i < laws.size; i++) {
+        x[i] = laws.width[i] == 0 ? fmax(x[i], 0.0) : x[i];
+    }
     recover_rows(&elimination, x, lambda, w);
     return true;
 }

@@ -1,6 +1,7 @@
 /* The equations of a choice, and whether a solution obeys the laws. */
 #include "laws.h"
 
+#include <float.h>
 #include <math.h>
 #include <string.h>
 
@@ -10,6 +11,9 @@
 /* Violations of this part of the terms in a row are rounding errors, in a solution and in a vanishing w. */
 static const double OBEYED = 1e-9;
 static const double AT_REST = 1e-11;
+
+/* Of the terms in a row, too. */
+static const double ROUNDING = 8.0 * DBL_EPSILON;
 
 void laws_evaluate(const Laws *laws, const double x[], double w[]) {
     for (int i = 0; i < laws->size; i++) {
@@ -91,6 +95,19 @@ bool laws_obeyed(const Laws *laws, const double x[]) {
         obeyed = law_obeyed(laws, x, w, k);
     }
     return obeyed;
+}
+
+bool laws_bounded(const Laws *laws, const Choice *choice, const double x[]) {
+    bool bounded = true;
+    for (int k = 0; k < laws->size && bounded; k++) {
+        if (laws->width[k] == 0) {
+            bounded = x[k] >= 0.0;
+        } else if (laws->width[k] > 0 && choice->held[k]) {
+            const double most = laws_limit(laws, x, k) + ROUNDING * terms(laws, x, k);
+            bounded = vector_length(x + k, laws->width[k]) <= most;
+        }
+    }
+    return bounded;
 }
 
 bool laws_try(const Laws *laws, const Choice *choice, double x[]) {

@@ -38,6 +38,10 @@ bool laws_obeyed(const Laws *laws, const double x[]);
    least norm. Returns whether x obeys all laws. */
 bool laws_try(const Laws *laws, const Choice *choice, double x[]);
 
+/* Is x of all rows that are held within its bounds, not only to the accuracy of a solution? A contact that pulls and
+   one that sticks beyond its cone do not go on, by however little. */
+bool laws_bounded(const Laws *laws, const Choice *choice, const double x[]);
+
 /* The greatest magnitude of x[k] of a row of friction. */
 double laws_limit(const Laws *laws, const double x[], int k);
 

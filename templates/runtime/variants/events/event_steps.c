@@ -12,7 +12,9 @@
 
 enum { MOST_CORRECTIONS = 8, MOST_EVENTS_AT_ONCE = 20 };
 
-static const double FAR = 0.5;                  /* a function that keeps this part of its greatest value is far from 0 */
+/* A function that keeps this part of its greatest value at the nodes is far from 0 between them, too: the sum of
+   Lagrange's polynomials is less than 2.1. */
+static const double FAR = 0.5;
 static const double SHORTEST_PART = 1.0 / 64.0; /* of a step, in which event functions are taken for polynomials */
 
 /* Where the event functions come down in a trial step: theta of its length, NO_ROOT for those that do not; the first
@@ -49,13 +51,24 @@ static bool all_resolved(double values[][ROOT_NODES]) {
     return true;
 }
 
-/* Is the function greater than this throughout? */
-static bool all_clear(const double bernstein[], double level) {
-    bool clear = true;
+/* Are all these numbers greater than the level? */
+static bool all_above(const double numbers[], double level) {
+    bool above = true;
     for (int i = 0; i < ROOT_NODES; i++) {
-        clear = clear && bernstein[i] > level;
+        above = above && numbers[i] > level;
     }
-    return clear;
+    return above;
+}
+
+/* Does a function that begins at 0 rise from there? The polynomial through its values may dip below 0 between them by
+   its own error, where the function rises with a high power of the time, as a gap does from which the last force has
+   vanished. */
+static bool rises(const double values[], double noise) {
+    bool positive = fabs(values[0]) <= noise;
+    for (int i = 1; i < ROOT_NODES; i++) {
+        positive = positive && values[i] > 0.0;
+    }
+    return positive;
 }
 
 /* The descents in a part of the step, into *found. Rounding of the time counts as 0, too. */
@@ -67,7 +80,8 @@ static void search(const Instance *instance, double from, double width, double v
         double bernstein[ROOT_NODES];
         roots_fit(values[k], bernstein);
         const double noise = events_noise(instance, k) + rounding * fabs(roots_slope(bernstein, 0.0));
-        const double root = all_clear(bernstein, noise) ? NO_ROOT : roots_first_descent(bernstein, noise);
+        const bool none = all_above(bernstein, noise) || rises(values[k], noise);
+        const double root = none ? NO_ROOT : roots_first_descent(bernstein, noise);
         found->theta[k] = root <= 1.0 ? from + width * root : NO_ROOT;
         if (root <= 1.0 && (found->first < 0 || found->theta[k] < found->theta[found->first])) {
             found->first = k;
@@ -79,7 +93,7 @@ static void search(const Instance *instance, double from, double width, double v
 /* Are all functions so far from 0 on Hermite's cubic that a better interpolant makes no difference? Most steps end with
    this question. */
 static bool far_from_events(Instance *instance, Step step, bool *far) {
-    double values[SIZE_EVENTS][ROOT_NODES], start[SIZE_EVENTS], bernstein[ROOT_NODES];
+    double values[SIZE_EVENTS][ROOT_NODES], start[SIZE_EVENTS];
     dense_begin_cubic(instance, step);
     if (!events_evaluate(instance, instance->state.time, instance->state.states, start)) {
         return false;
@@ -93,11 +107,10 @@ static bool far_from_events(Instance *instance, Step step, bool *far) {
     *far = all_resolved(values);
     for (int k = 0; k < N_EVENTS; k++) {
         double greatest = 0.0;
-        roots_fit(values[k], bernstein);
         for (int i = 0; i < ROOT_NODES; i++) {
-            greatest = larger(greatest, bernstein[i]);
+            greatest = larger(greatest, values[k][i]);
         }
-        *far = *far && all_clear(bernstein, FAR * greatest);
+        *far = *far && all_above(values[k], FAR * greatest);
     }
     return true;
 }
@@ -209,6 +222,24 @@ bool events_end_step(Instance *instance, Step *step) {
         note_due(instance, &found, *step, values);
     }
     return true;
+}
+
+bool events_at_hand(Instance *instance, double span) {
+    State *state = &instance->state;
+    double states[N_STATES], values[SIZE_EVENTS];
+    for (int i = 0; i < N_STATES; i++) {
+        states[i] = state->states[i] + span * state->first_stage[i];
+    }
+    if (!events_evaluate(instance, state->time + span, states, values)) {
+        return false;
+    }
+    state->event_pending = 0;
+    for (int k = 0; k < N_EVENTS; k++) {
+        state->due[k] = values[k] <= 0.0;
+        state->event_rests[k] = state->due[k] ? 4.0 * fabs(values[k]) : state->event_rests[k];
+        state->event_pending = state->event_pending || state->due[k];
+    }
+    return state->event_pending != 0;
 }
 
 /* Counts events at one time; there are too many if modes do not settle. */

@@ -73,7 +73,9 @@ static bool glance_ahead(Instance *instance, double margins[]) {
     }
     for (int i = 0; i < N; i++) {
         states[i] = state->states[i] + h * (state->states[N + i] + 0.5 * h * derivatives[N + i]);
-        states[N + i] = state->states[N + i] + h * derivatives[N + i];
+    }
+    for (int i = N; i < N_STATES; i++) {
+        states[i] = state->states[i] + h * derivatives[i];
     }
     return evaluate_margins(instance, state->time + h, states, margins);
 }

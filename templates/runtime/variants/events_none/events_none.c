@@ -35,6 +35,12 @@ bool events_end_step(Instance *instance, Step *step) {
     return true;
 }
 
+bool events_at_hand(Instance *instance, double span) {
+    (void)instance;
+    (void)span;
+    return false;
+}
+
 bool events_pass(Instance *instance) {
     (void)instance;
     return true;
