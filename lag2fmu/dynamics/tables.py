@@ -14,11 +14,11 @@ from dataclasses import replace
 import numpy as np
 from numpy.typing import NDArray
 
+from lag2fmu.description.tables import Table
 from lag2fmu.dynamics.functions import Function
 from lag2fmu.graph.graph import Graph, Node
 from lag2fmu.graph.interpolants import Interpolant
 from lag2fmu.graph.operations import CODE, LOOKUP
-from lag2fmu.mechanism import Table
 
 Floats = NDArray[np.float64]
 
