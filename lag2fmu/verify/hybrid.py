@@ -193,14 +193,18 @@ def _impact_checks(
         expected = reference.trajectory[names.impacts(c.name)][rows]
         missed += int(np.sum(expected[watched] != run[names.impacts(c.name)][watched]))
         gap = reference.trajectory[names.gap(c.name)]
-        rate = np.gradient(gap, reference.trajectory.time)[rows]
+        slope = np.diff(gap) / np.diff(reference.trajectory.time)
+        rate = np.append(slope, slope[-1])[rows]  # ahead: behind an impact it has its new value
         off = np.abs(run[names.gap(c.name)] - gap[rows])
+        flies = (reference.trajectory[names.mode(c.name)][rows] == Mode.OPEN) & (rate > 0)
         for event in reference.events:
             behind = np.flatnonzero(watched & (run.time > event.time))
             if event.element != c.name or event.kind != "impact" or not len(behind):
                 continue
             at, count = int(behind[0]), count + 1
-            late = float(off[at] / max(abs(rate[at]), 1e-300)) / _width(task, reference, event.time)
+            if not flies[at]:  # it closes at once
+                continue
+            late = float(off[at] / rate[at]) / _width(task, reference, event.time)
             if late > worst:
                 worst, where = late, f"{c.name} at t = {event.time:.4g} s"
     yield Check("impacts counted", float(missed), 0.0, f"{count} impacts; points with another count, {label}")

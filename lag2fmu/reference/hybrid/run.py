@@ -176,7 +176,7 @@ class _Follower:
         return y, new
 
     def _measure_rebounds(self, state: State, modes: Modes, logged: int) -> None:
-        """Say of the impacts logged since how high they rebound."""
+        """Say of the impacts logged since how high they rebound; those without restitution do not try to."""
         events, system = self.memory.events, self.run.system
         if not any(event.kind == "impact" for event in events[logged:]):
             return
@@ -185,8 +185,9 @@ class _Follower:
         sizes, v = gap_sizes(system, point), point.rows.velocities
         for j, event in enumerate(events[logged:], logged):
             i = system.elements.contacts.index(event.element) if event.kind == "impact" else -1
-            if i >= 0 and (modes.contacts[i] is not Mode.OPEN or a[i] < 0):
-                high = 0.0 if modes.contacts[i] is not Mode.OPEN else v[i] ** 2 / (-2 * a[i])
+            closed = i >= 0 and modes.contacts[i] is not Mode.OPEN
+            if i >= 0 and (point.rows.restitution[i] > 0 if closed else a[i] < 0):
+                high = 0.0 if closed else v[i] ** 2 / (-2 * a[i])
                 events[j] = replace(event, height=float(high / sizes[i]))
 
     def _first_step(self, t: float, y: Floats, modes: Modes) -> float | None:
