@@ -5,6 +5,8 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
+from lag2fmu.verify.simulate import Run, simulate_fmu
+
 pytestmark = pytest.mark.fmu
 
 G = 9.81
@@ -140,6 +142,14 @@ def test_a_rod_that_cannot_slide_stops_at_once(motion) -> None:
         run = motion("falling_rod", 1e-6, 1, 1e-9, ("x_dot", "y_dot", "phi_dot"), **starts)
         expected = [0.0, 0.0, 1.5 * np.sin(phi)] if stops else [-1.0, 0.0, 0.0]
         assert run.values[-1] == pytest.approx(expected, abs=5e-3)
+
+
+def test_the_log_says_that_a_rod_could_not_slide(exported) -> None:
+    sentences: list[str] = []
+    values = {"phi": np.arctan(2.0), "x_dot": -1.0, "mu": 1.4}
+    simulate_fmu(exported("falling_rod").path, Run(stop_time=0.1, step=0.05, values=values, warned=sentences.append))
+    (sentence,) = sentences
+    assert "sliding friction left no forces that obey their laws (Painleve's paradox; foot" in sentence
 
 
 # ------------------------------------------------------------------------------------------------- stack of blocks

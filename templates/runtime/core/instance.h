@@ -122,7 +122,8 @@ typedef enum {
     NOTICE_UNEQUAL = 2, /* the steps of a variational method are not of the same length any more */
     NOTICE_UNRESOLVED = 4, /* steps do not resolve an undamped vibration: the method damps it or misses it */
     NOTICE_MOTION = 8,  /* of a motion input only the position moves */
-    NOTICE_RANGE = 16   /* a coordinate left its range */
+    NOTICE_RANGE = 16,  /* a coordinate left its range */
+    NOTICE_NO_FORCES = 32 /* a contact could not bear its sliding friction (Painleve's paradox) */
 } NoticeKind;
 
 /* notice_sentence (notices.h) puts it in words. */
@@ -133,7 +134,7 @@ typedef struct {
     int index;   /* of MOTION: that of the motion; of RANGE: that in BOUNDED */
 } Notice;
 
-enum { MOST_NOTICES = 4 + SIZE_BOUNDED }; /* each kind once, that of ranges once a coordinate */
+enum { MOST_NOTICES = 5 + SIZE_BOUNDED }; /* each kind once, that of ranges once a coordinate */
 
 /* The longest message, with its end; what is longer is cut. */
 enum { SENTENCE_SIZE = 1024 };

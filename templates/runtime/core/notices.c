@@ -7,6 +7,7 @@
 #include <stdio.h>
 #include <string.h>
 
+#include "events.h"
 #include "names.h"
 
 static const double SAME_LENGTH = 1e-6;    /* relative difference by which importers' rounding may change steps */
@@ -155,6 +156,10 @@ static void motion_sentence(const Notice *notice, char text[], size_t size) {
              notice->time, variable_name(VARIABLE_INPUT, input + 1), variable_name(VARIABLE_INPUT, input + 2));
 }
 
+void note_no_forces(Instance *instance, int event) {
+    give_notice(instance, NOTICE_NO_FORCES, 0.0, event);
+}
+
 void notice_sentence(const Notice *notice, char text[], size_t size) {
     switch (notice->kind) {
     case NOTICE_STIFF:
@@ -175,6 +180,11 @@ void notice_sentence(const Notice *notice, char text[], size_t size) {
         snprintf(text, size, "the coordinate %s leaves its range from %.6g to %.6g before time %.17g s; the bounds are "
                  "no stops, and the motion goes on without them", state_name(BOUNDED[notice->index]),
                  RANGES[notice->index][0], RANGES[notice->index][1], notice->time);
+        break;
+    case NOTICE_NO_FORCES:
+        snprintf(text, size, "at time %.17g s sliding friction left no forces that obey their laws (Painleve's paradox; "
+                 "%.400s): an impact without a collision stopped the slip; check the coefficient of friction",
+                 notice->time, events_name(notice->index));
         break;
     case NOTICE_NONE:
     default:

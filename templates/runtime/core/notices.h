@@ -34,6 +34,9 @@ void keep_motions(State *state);
 /* Notices coordinates that are out of their ranges at the present point. */
 void watch_ranges(Instance *instance);
 
+/* Notices that the sliding friction at an event function's contact left no forces, so that an impact stopped the slip. */
+void note_no_forces(Instance *instance, int event);
+
 /* The rounding error (s) of the difference of two times up to this one. */
 double rounding_of_length(double time);
 

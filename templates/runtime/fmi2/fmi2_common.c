@@ -164,6 +164,7 @@ fmi2Status fmi2ExitInitializationMode(fmi2Component c) {
         return report_failure(component, fmi2Error);
     }
     massless_keep(&component->instance.state);
+    report_notices(component);
     set_mode(component, component->type == fmi2ModelExchange ? MODE_EVENT : MODE_STEP_COMPLETE);
     return fmi2OK;
 }

@@ -46,4 +46,7 @@ void events_sentence(const Failure *failure, char text[], size_t size);
 /* The next time (s) at which a switch that depends on nothing but the time changes; HUGE_VAL if there is none. */
 double events_next_time(Instance *instance);
 
+/* What an event function belongs to, for sentences. */
+const char *events_name(int k);
+
 #endif

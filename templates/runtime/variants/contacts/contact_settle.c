@@ -198,5 +198,5 @@ bool contacts_settle(Instance *instance, const bool due[], bool *jumped) {
     }
     update_latches(&settling);
     find_touching(&settling);
-    return settling_impacts(&settling, jumped) && settling_modes(&settling) && move_onto_modes(&settling, jumped);
+    return settling_impacts(&settling, jumped) && settling_modes(&settling, jumped) && move_onto_modes(&settling, jumped);
 }

@@ -6,6 +6,7 @@
 
 #include "accelerations.h"
 #include "inputs.h"
+#include "notices.h"
 #include "settling.h"
 
 enum { N = N_COORDINATES, K = N_CONSTRAINTS };
@@ -102,32 +103,60 @@ static void keep_result(Settling *settling, const ImpactResult *result, const in
     }
 }
 
-bool settling_impacts(Settling *settling, bool *jumped) {
-    Instance *instance = settling->instance;
-    const State *state = &instance->state;
-    bool loaded[SIZE_UNILATERALS], bilateral[K];
+/* An impact at this point, of which loaded[] take part without an approach; where nothing collides, sliding friction
+   has left no forces. Returns false if there is no solution. */
+static bool perform(Settling *settling, const bool loaded[], bool collision, bool *jumped) {
+    const State *state = &settling->instance->state;
+    bool bilateral[K];
     ImpactContact contact[SIZE_CONTACTS];
     ImpactResult result;
     int which[SIZE_CONTACTS];
-    if (!something_approaches(settling)) {
-        return true;
-    }
-    if (!find_loads(settling, loaded)) {
-        return false;
-    }
     memcpy(bilateral, settling->permanent, sizeof bilateral);
     for (int row = FIRST_LATCH; row < N_ROWS; row++) {
         bilateral[ROW_PLACES[row]] = row_active(state, row);
     }
     const int count = gather_contacts(settling, loaded, contact, which);
     const ImpactProblem problem = {K, settling->delassus, settling->velocity, bilateral, count, contact};
-    if (!impacts_solve(&problem, SIMULTANEOUS_IMPACTS ? IMPACTS_SIMULTANEOUS : IMPACTS_SEQUENTIAL, &result)) {
-        instance->failure.kind = FAILURE_MODES;
-        instance->failure.time = state->time;
+    const ImpactOrder order = SIMULTANEOUS_IMPACTS ? IMPACTS_SIMULTANEOUS : IMPACTS_SEQUENTIAL;
+    if (!(collision ? impacts_solve(&problem, order, &result) : impacts_without_collision(&problem, &result))) {
         return false;
     }
     move(settling, result.impulses);
     keep_result(settling, &result, which, count);
     *jumped = true;
     return settling_measure(settling);
+}
+
+bool settling_impacts(Settling *settling, bool *jumped) {
+    Instance *instance = settling->instance;
+    bool loaded[SIZE_UNILATERALS];
+    if (!something_approaches(settling)) {
+        return true;
+    }
+    if (!find_loads(settling, loaded)) {
+        return false;
+    }
+    if (!perform(settling, loaded, true, jumped)) {
+        instance->failure.kind = FAILURE_MODES;
+        instance->failure.time = instance->state.time;
+        return false;
+    }
+    return true;
+}
+
+bool settling_without_collision(Settling *settling, bool *jumped) {
+    bool loaded[SIZE_UNILATERALS] = {false};
+    for (int i = 0; i < N_UNILATERALS; i++) {
+        loaded[i] = settling->row[ROW_PLACES[i]].law == ROW_UNILATERAL;
+    }
+    if (!perform(settling, loaded, false, jumped)) {
+        return false;
+    }
+    for (int i = N_UNILATERALS - 1; i >= 0; i--) {
+        if (settling->rebounds[i]) {
+            note_no_forces(settling->instance, N_SWITCHES + 2 * i);
+        }
+        settling->rebounds[i] = false;
+    }
+    return true;
 }

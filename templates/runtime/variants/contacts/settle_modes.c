@@ -174,9 +174,9 @@ static void carry_out_friction(Settling *settling, int friction) {
     }
 }
 
-bool settling_modes(Settling *settling) {
+bool settling_modes(Settling *settling, bool *jumped) {
     Instance *instance = settling->instance;
-    bool solved = solve_laws(settling);
+    bool solved = solve_laws(settling) || (settling_without_collision(settling, jumped) && solve_laws(settling));
     if (solved && begin_cascades(settling)) {
         solved = solve_laws(settling);
     }

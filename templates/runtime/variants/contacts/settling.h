@@ -40,8 +40,12 @@ bool settling_due(const Settling *settling, int function);
 /* Impacts: changes velocities until nothing approaches, and latches hold. *jumped is set if velocities changed. */
 bool settling_impacts(Settling *settling, bool *jumped);
 
-/* Chooses which touching contacts stay closed and what sticks, by forces and accelerations. Returns false, with
-   instance->failure, if no modes obey the laws. */
-bool settling_modes(Settling *settling);
+/* An impact without a collision, where sliding friction leaves no forces that obey the laws: it stops a slip. Returns
+   false if that is not the reason. */
+bool settling_without_collision(Settling *settling, bool *jumped);
+
+/* Chooses which touching contacts stay closed and what sticks, by forces and accelerations; *jumped is set if an impact
+   without a collision was needed. Returns false, with instance->failure, if no modes obey the laws. */
+bool settling_modes(Settling *settling, bool *jumped);
 
 #endif

@@ -212,3 +212,7 @@ void events_sentence(const Failure *failure, char text[], size_t size) {
                  "within a small width, as tanh(s/width) for sign(s)", failure->time, name);
     }
 }
+
+const char *events_name(int k) {
+    return EVENT_NAMES[k];
+}
