@@ -31,13 +31,8 @@ def draw_forces(canvas: Canvas, layout: Layout) -> None:
 
 def _attached(canvas: Canvas, layout: Layout, part: Spring | Damper, attachment: Attachment | None) -> None:
     kind = "spring" if isinstance(part, Spring) else "damper"
-<<<<<<< HEAD
     label, measure = f"{kind}s.{part.name}", part.stiffness if isinstance(part, Spring) else part.damping
     letter = part.name if measure is None else to_text(measure)
-=======
-    factor = part.stiffness if isinstance(part, Spring) else part.damping
-    label, letter = f"{kind}s.{part.name}", part.name if factor is None else to_text(factor)
->>>>>>> finish
     text = pretty(letter if len(letter) <= _LETTERS else part.name)
     if attachment is None:
         written = part.elongation if isinstance(part, Spring) else part.rate
