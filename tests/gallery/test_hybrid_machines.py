@@ -16,16 +16,17 @@ OPEN, SLIDES = 1, 3
 
 def test_a_gripper_takes_lifts_and_throws(motion) -> None:
     """The part rests, moves with the hand from t1 to t2, flies on with its velocity and stays on the table."""
-    H, w, t1, t2 = 0.4, 3.0, 2 * np.pi / 3, 2.8
+    H, w, t1, t2 = 0.4, 3.0, 2.1, 2.8
     run = motion("gripper", 4.0, 200, 1e-10, ("z", "table_mode", "table_impacts"))
-    hand, speed = H / 2 * (1 - np.cos(w * t2)), H / 2 * w * np.sin(w * t2)
+    hand, speed = H / 2 * (np.cos(w * t1) - np.cos(w * t2)), H / 2 * w * np.sin(w * t2)
     flight = hand + speed * (run.time - t2) - G * (run.time - t2) ** 2 / 2
     land = t2 + (speed + np.sqrt(speed**2 + 2 * G * hand)) / G
-    held = H / 2 * (1 - np.cos(w * run.time))
+    held = H / 2 * (np.cos(w * t1) - np.cos(w * run.time))
     known = np.select([run.time < t1, run.time < t2, run.time < land], [0.0, held, flight], 0.0)
     assert run["z"] == pytest.approx(known, abs=1e-7)
     assert run["table_impacts"][-1] == 1
-    assert (run["table_mode"] == np.where((run.time > t1) & (run.time < land), OPEN, SLIDES)).all()
+    clear = abs(run.time - t1) > 1e-9  # a communication point
+    assert (run["table_mode"] == np.where((run.time > t1) & (run.time < land), OPEN, SLIDES))[clear].all()
 
 
 def test_a_motor_runs_up_against_a_table(motion) -> None:
