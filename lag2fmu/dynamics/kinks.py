@@ -18,7 +18,7 @@ from dataclasses import dataclass, replace
 from lag2fmu.dynamics.functions import EventFunction, Function
 from lag2fmu.dynamics.samples import start_values
 from lag2fmu.dynamics.tables import in_pieces
-from lag2fmu.dynamics.variables import Variables, further_states
+from lag2fmu.dynamics.variables import Variables, integrated_states
 from lag2fmu.graph.autodiff import reverse
 from lag2fmu.graph.fingerprint import PRIME
 from lag2fmu.graph.graph import Graph, Node
@@ -219,7 +219,7 @@ def nominal_size(graph: Graph, v: Variables, mechanism: Mechanism, margin: Node)
     """What ``margin`` changes by if every variable changes by its nominal value at the start; 1 if that is 0."""
     sizes = [mechanism.experiment.stop_time]
     sizes += 2 * [c.nominal for c in mechanism.coordinates]
-    sizes += [state.nominal for state in further_states(mechanism)]
+    sizes += [state.nominal for state in integrated_states(mechanism)]
     values = start_values(mechanism)
     inputs = v.signals
     sizes += [abs(values.get(str(graph.leaf[u]), 0.0)) or 1.0 for u in inputs]

@@ -18,7 +18,7 @@ import sympy as sp
 from lag2fmu.description import names
 from lag2fmu.description.parts import Constraint
 from lag2fmu.dynamics.elimination import Entries, null_vectors
-from lag2fmu.dynamics.variables import Variables, further_states
+from lag2fmu.dynamics.variables import Variables, integrated_states
 from lag2fmu.errors import DerivationError
 from lag2fmu.graph.autodiff import forward
 from lag2fmu.graph.graph import Graph, Node
@@ -76,7 +76,7 @@ def continuous_states(mechanism: Mechanism) -> tuple[int, ...]:
     n = len(mechanism.coordinates)
     pairs = list(zip(mechanism.constraints, determined(mechanism), strict=True))
     following = {i for c, i in pairs if c.holonomic} | {n + i for _, i in pairs if i is not None}
-    return tuple(i for i in range(2 * n + len(further_states(mechanism))) if i not in following)
+    return tuple(i for i in range(2 * n + len(integrated_states(mechanism))) if i not in following)
 
 
 def _shortest(expression: sp.Expr) -> sp.Expr:

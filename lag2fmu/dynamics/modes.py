@@ -15,6 +15,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
+from lag2fmu.description import names
 from lag2fmu.dynamics.constraints import Constraints
 from lag2fmu.dynamics.equations import EquationsOfMotion
 from lag2fmu.dynamics.rows import Rows
@@ -89,8 +90,22 @@ def with_rows(equations: EquationsOfMotion) -> tuple[EquationsOfMotion, Modes, t
         *(g.subtract(r, force) for r, force in zip(equations.residual[:n], forces, strict=True)),
         *accelerating(constraints.velocities),
     )
+    taken = g.symbol(names.DISSIPATED_ENERGY, "state")
+    variables = replace(
+        variables,
+        further=(*variables.further, taken),
+        further_rates=(*variables.further_rates, _dissipated_power(equations)),
+    )
     found = replace(equations, constraints=constraints, variables=variables, residual=residual, solution=None)
     return found, modes, tuple(place[row] for row in range(len(rows)))
+
+
+def _dissipated_power(equations: EquationsOfMotion) -> Node:
+    """What dampers and the rows that rub take: qd dR/dqd - sum of force times slip velocity, in W."""
+    g, v, rows = equations.graph, equations.variables, equations.rows
+    drag = reverse(g, {equations.parts.dissipation: g.one}, v.qd)
+    rubbing = [g.multiply(rows.forces[k], rows.velocities[k]) for k in rows.frictional]
+    return g.subtract(g.dot(v.qd, drag), g.total(rubbing))
 
 
 def _modes(graph: Graph, rows: Rows) -> Modes:

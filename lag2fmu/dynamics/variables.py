@@ -6,11 +6,14 @@ from collections.abc import Iterable
 from dataclasses import dataclass, replace
 from graphlib import TopologicalSorter
 
+import sympy as sp
+
 from lag2fmu.description import names
 from lag2fmu.description.events import State
 from lag2fmu.dynamics.tables import interpolant
 from lag2fmu.graph.from_sympy import Translator
 from lag2fmu.graph.graph import Graph, Node
+from lag2fmu.language.units import JOULE
 from lag2fmu.mechanism.record import Mechanism
 
 
@@ -81,6 +84,14 @@ class Variables:
 def further_states(mechanism: Mechanism) -> tuple[State, ...]:
     """The further states in the order of the vector z: those of the user."""
     return mechanism.states
+
+
+def integrated_states(mechanism: Mechanism) -> tuple[State, ...]:
+    """The further states that an FMU integrates: those of the user, and of a hybrid mechanism the dissipated energy."""
+    if not mechanism.hybrid:
+        return further_states(mechanism)
+    doc = "energy that friction, dampers and impacts have taken since the start"
+    return (*further_states(mechanism), State(names.DISSIPATED_ENERGY, JOULE, 0.0, sp.S.Zero, 1.0, doc))
 
 
 def declare(graph: Graph, mechanism: Mechanism) -> Variables:

@@ -8,7 +8,7 @@ from lag2fmu.description import names
 from lag2fmu.dynamics.blocks import united
 from lag2fmu.dynamics.equations import EquationsOfMotion
 from lag2fmu.dynamics.massless import continuous_states
-from lag2fmu.dynamics.variables import further_states
+from lag2fmu.dynamics.variables import integrated_states
 
 
 def dependencies(equations: EquationsOfMotion) -> dict[str, frozenset[str]]:
@@ -22,13 +22,13 @@ def dependencies(equations: EquationsOfMotion) -> dict[str, frozenset[str]]:
     coordinates = [q.name for q in m.coordinates]
     unknowns = (*map(names.acceleration, coordinates), *(names.multiplier(c.name) for c in m.constraints))
     x = [*coordinates, *map(names.velocity, coordinates)]
-    further = [state.name for state in further_states(m)]
+    further = [state.name for state in integrated_states(m)]
     x += further
     states = [x[i] for i in continuous_states(m)]
     following = _following(equations, {*x} - {*states})
     blocks = dict(zip(unknowns, equations.unknown_dependencies(), strict=True))
+    everything = frozenset().union(*blocks.values(), equations.rows.symbols(graph))
     if len(equations.rows):  # an impact or a mode ties everything
-        everything = frozenset().union(*blocks.values(), equations.rows.symbols(graph))
         blocks = dict.fromkeys((*unknowns, *equations.forces), everything)
     blocks = {name: _without(found, following) for name, found in blocks.items()}
     known = blocks | following
@@ -38,8 +38,10 @@ def dependencies(equations: EquationsOfMotion) -> dict[str, frozenset[str]]:
     for q in coordinates:
         found[names.derivative(q)] = _without([names.velocity(q)], known)
         found[names.derivative(names.velocity(q))] = blocks[names.acceleration(q)]
-    rates = zip(further, equations.variables.further_rates, strict=True)
+    rates = zip(further, equations.variables.further_rates, strict=False)
     found |= {names.derivative(name): _without(graph.symbols([node]), known) for name, node in rates}
+    if len(equations.rows):
+        found[names.derivative(names.DISSIPATED_ENERGY)] = everything
     found |= {state: frozenset([state]) for state in states}
     return {name: frozenset("time" if used == "t" else used for used in uses) for name, uses in found.items()}
 

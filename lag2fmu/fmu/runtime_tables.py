@@ -9,7 +9,7 @@ from lag2fmu.codegen.sources import RuntimeTables, Slot
 from lag2fmu.description import names
 from lag2fmu.dynamics.functions import Program
 from lag2fmu.dynamics.massless import continuous_states, determined
-from lag2fmu.dynamics.variables import further_states
+from lag2fmu.dynamics.variables import integrated_states
 from lag2fmu.fmu.elements import element_names
 from lag2fmu.fmu.scalar_variable import ScalarVariable
 from lag2fmu.mechanism.record import Mechanism
@@ -22,7 +22,7 @@ def runtime_tables(
 
     ``variables`` are those of the FMU with their dependencies, of which the colours of the Jacobian follow.
     """
-    q, z = mechanism.coordinates, further_states(mechanism)
+    q, z = mechanism.coordinates, integrated_states(mechanism)
     unilaterals, frictions = element_names(mechanism)
     starts: Mapping[str, float] = {v.name: v.start for v in variables if v.start is not None}
     nominal = tuple(c.nominal for c in q)
@@ -91,7 +91,7 @@ def _columns(mechanism: Mechanism, variables: Sequence[ScalarVariable]) -> list[
     Where there are constraints these are all states.
     """
     q = [c.name for c in mechanism.coordinates]
-    z = [state.name for state in further_states(mechanism)]
+    z = [state.name for state in integrated_states(mechanism)]
     if mechanism.constraints or mechanism.hybrid:
         return [range(2 * len(q) + len(z))] * (len(q) + len(z))
     column = {name: i for i, name in enumerate([*q, *map(names.velocity, q), *z])}

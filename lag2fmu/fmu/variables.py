@@ -8,7 +8,7 @@ Citations are of the FMI 2.0.5 specification.
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Collection, Iterable, Sequence
 from dataclasses import dataclass, replace
 from difflib import get_close_matches
 
@@ -20,7 +20,7 @@ from lag2fmu.dynamics.constraints import ambiguous
 from lag2fmu.dynamics.equations import EquationsOfMotion
 from lag2fmu.dynamics.functions import Program
 from lag2fmu.dynamics.massless import continuous_states
-from lag2fmu.dynamics.variables import further_states
+from lag2fmu.dynamics.variables import integrated_states
 from lag2fmu.errors import ExportError
 from lag2fmu.fmu.builder import Builder
 from lag2fmu.fmu.dependencies import dependencies
@@ -69,7 +69,7 @@ def build_table(equations: EquationsOfMotion, program: Program) -> VariableTable
     mechanism = equations.mechanism
     builder = Builder()
     builder.add(ScalarVariable("time", 0, "independent", "continuous", unit=SECOND, doc="time"), "VARIABLE_TIME", 0)
-    _add_states(builder, mechanism)
+    _add_states(builder, mechanism, program.outputs)
     for index, variable in enumerate(_inputs(mechanism)):
         builder.add(variable, "VARIABLE_INPUT", index)
     _add_parameters(builder, mechanism, program)
@@ -92,12 +92,13 @@ def promotable(equations: EquationsOfMotion, wanted: Sequence[str]) -> frozenset
     """
     mechanism = equations.mechanism
     states = {name for q in mechanism.coordinates for name in (q.name, names.velocity(q.name))}
-    states |= {z.name for z in further_states(mechanism)}
+    states |= {z.name for z in mechanism.states}
     known = [names.acceleration(q.name) for q in mechanism.coordinates]
     known += [names.multiplier(c.name) for c in mechanism.constraints]
     known += [name for name, *_ in row_forces(mechanism)]
     known += [name for name, _ in equations.locals() if name not in mechanism.output_names]
     known += [variable.name for variable, _, _ in element_variables(mechanism)]
+    known += [names.DISSIPATED_ENERGY] if mechanism.hybrid else []
     if "all" in wanted:
         wanted = [*known, *(name for name in wanted if name != "all")]
     for name in sorted({*wanted} - {*known, *states, *mechanism.output_names}):
@@ -119,7 +120,7 @@ def _velocity(q: Coordinate, state: bool) -> ScalarVariable:
     )
 
 
-def _add_states(builder: Builder, mechanism: Mechanism) -> None:
+def _add_states(builder: Builder, mechanism: Mechanism, outputs: Collection[str]) -> None:
     """Add q, qd and the further states, all of them outputs.
 
     Those that an equilibrium of a coordinate without mass gives are no states.
@@ -143,10 +144,12 @@ def _add_states(builder: Builder, mechanism: Mechanism) -> None:
         builder.add(state, _STATE[i in states], i)
     for i, q in enumerate(mechanism.coordinates, len(mechanism.coordinates)):
         builder.add(_velocity(q, i in states), _STATE[i in states], i)
-    for i, z in enumerate(further_states(mechanism), 2 * len(mechanism.coordinates)):
+    for i, z in enumerate(integrated_states(mechanism), 2 * len(mechanism.coordinates)):
         doc = z.doc or f"further state {z.name}"
+        shown = z.name != names.DISSIPATED_ENERGY or z.name in outputs
+        causality = "output" if shown else "local"
         state = ScalarVariable(
-            z.name, 0, "output", "continuous", "exact", z.start, _resolved(z.unit), doc, nominal=z.nominal, state=True
+            z.name, 0, causality, "continuous", "exact", z.start, _resolved(z.unit), doc, nominal=z.nominal, state=True
         )
         builder.add(state, "VARIABLE_STATE", i)
 
@@ -280,7 +283,7 @@ def _add_derivatives(builder: Builder, mechanism: Mechanism) -> None:
                 derivative_of=state,
             )
         )
-    for i, z in enumerate(further_states(mechanism)):
+    for i, z in enumerate(integrated_states(mechanism)):
         unit, doc = _per(_resolved(z.unit), SECOND), f"time derivative of {z.name}"
         label = names.derivative(z.name)
         slope = ScalarVariable(label, 0, "local", "continuous", "calculated", None, unit, doc, derivative_of=z.name)

@@ -5,9 +5,9 @@ from __future__ import annotations
 from matplotlib.axes import Axes
 
 from lag2fmu.fmu.elements import ENUMERATIONS, MODE, element_modes
-from lag2fmu.mechanism import Mechanism
-from lag2fmu.picture import pretty
-from lag2fmu.reference import Trajectory
+from lag2fmu.mechanism.record import Mechanism
+from lag2fmu.picture.labels import pretty
+from lag2fmu.reference.trajectory import Trajectory
 from lag2fmu.verify.plots.figures import LINE, MOST_CURVES, dressed
 
 _APART = 0.06

@@ -9,6 +9,7 @@
 #include "instance.h"
 
 enum {
+    DISSIPATED = N_STATES - 1, /* among the states: the energy that dampers, friction and impacts have taken */
     FIRST_SLIP = N_UNILATERALS,
     FIRST_FRICTION = N_UNILATERALS + N_SLIPS,
     FIRST_LATCH = FIRST_FRICTION + N_FRICTIONS,

@@ -11,7 +11,7 @@
 
 enum { N = N_COORDINATES, K = N_CONSTRAINTS };
 
-/* A force that is as good as 0, relative to the greatest one. */
+/* A force or impulse that is as good as 0, relative to the greatest one. */
 static const double NO_FORCE = 1e-9;
 
 static bool approaches(const Settling *settling, int contact) {
@@ -93,10 +93,14 @@ static void move(Settling *settling, const double impulses[]) {
 
 static void keep_result(Settling *settling, const ImpactResult *result, const int which[], int count) {
     State *state = &settling->instance->state;
+    double greatest = 0.0;
+    for (int i = 0; i < count; i++) {
+        greatest = fmax(greatest, result->impulses[ROW_PLACES[which[i]]]);
+    }
     for (int i = 0; i < count; i++) {
         const double impulse = result->impulses[ROW_PLACES[which[i]]];
-        settling->rebounds[which[i]] = impulse > 0.0;
-        if (impulse > 0.0) {
+        settling->rebounds[which[i]] = impulse > NO_FORCE * greatest;
+        if (settling->rebounds[which[i]]) {
             state->impacts[which[i]]++;
             state->impulses[which[i]] = impulse;
         }
@@ -122,6 +126,7 @@ static bool perform(Settling *settling, const bool loaded[], bool collision, boo
         return false;
     }
     move(settling, result.impulses);
+    settling->instance->state.states[DISSIPATED] += result.lost;
     keep_result(settling, &result, which, count);
     *jumped = true;
     return settling_measure(settling);

@@ -134,6 +134,7 @@ static bool begin_cascades(Settling *settling) {
         if (settling->rebounds[i] && settling->row[k].law == ROW_FREE && a < 0.0 && e < 1.0 &&
             v * v <= -2.0 * a * lowest) {
             state->cascading[i] = 1;
+            state->states[DISSIPATED] += 0.5 * v * v / settling->delassus[k * K + k];
             state->rest_time[i] = state->time + 2.0 * v / (-a * (1.0 - e));
             found = true;
         }
