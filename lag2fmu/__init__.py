@@ -6,9 +6,9 @@
 True
 """
 
-from importlib import import_module
 from typing import TYPE_CHECKING
 
+from lag2fmu.lazy import offered
 from lag2fmu.version import VERSION as __version__
 
 if TYPE_CHECKING:
@@ -66,11 +66,7 @@ __all__ = [
 ]
 
 
-def __getattr__(name: str) -> object:
-    """Import a public name where it is first used, so that the command line starts at once."""
-    if name not in _HOME:
-        raise AttributeError(f"module 'lag2fmu' has no attribute '{name}'; there are {', '.join(_HOME)}")
-    return getattr(import_module(_HOME[name]), name)
+__getattr__ = offered(__name__, _HOME)
 
 
 def __dir__() -> list[str]:

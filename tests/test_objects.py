@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import sys
+from importlib.util import find_spec
 
 import numpy as np
 import pytest
@@ -63,5 +64,7 @@ def test_results_in_other_forms(monkeypatch) -> None:
             patch.setitem(sys.modules, package, None)
             with pytest.raises(SimulationError, match=f"pip install {package}"):
                 export()
+    if find_spec("xarray"):
+        assert float(RUN.to_xarray()["theta"].sel(time=1.0)) == -2.0
     table = pytest.importorskip("pandas") and RUN.to_pandas()
     assert table["theta"].loc[1.0] == -2.0

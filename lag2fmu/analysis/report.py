@@ -28,6 +28,8 @@ from lag2fmu.language.expressions import to_text
 from lag2fmu.language.units import Unit
 from lag2fmu.mechanism.record import Mechanism
 
+ROUNDING = 1e-9
+"""Numbers that are smaller than this beside others of their kind are shown as 0."""
 _MODES, _MATRIX, _INPUTS = 12, 8, 6
 """At most this many modes are listed, states of a linearization have their matrices printed, and inputs are named."""
 
@@ -110,17 +112,17 @@ def _conserved(equations: EquationsOfMotion) -> Iterator[Line]:
         yield Line("No momentum is conserved.")
 
 
-def _inputs(equations: EquationsOfMotion) -> str:
+def with_inputs(equations: EquationsOfMotion) -> str:
     """The values of the user's inputs that operating points are for, as a part of a sentence; empty without any."""
     inputs = equations.mechanism.plain_inputs
-    values = [f"{u.name} = {_number(u.start)} {u.unit.si_name if u.unit else ''}".rstrip() for u in inputs[:_INPUTS]]
+    values = [f"{u.name} = {_quantity(u.start, u.unit)}" for u in inputs[:_INPUTS]]
     more = ["..."] if len(inputs) > _INPUTS else []
     return f" with the inputs at their start values, {', '.join([*values, *more])}" if inputs else ""
 
 
 def _equilibria(equations: EquationsOfMotion, found: Sequence[Equilibrium]) -> Iterator[Line]:
-    if _inputs(equations):
-        yield Line(f"Rest{_inputs(equations)}:")
+    if with_inputs(equations):
+        yield Line(f"Rest{with_inputs(equations)}:")
     if not found:
         yield Line("None was found, neither from the start nor from places around it.")
     for item in found:
@@ -148,10 +150,17 @@ def _place(equations: EquationsOfMotion, item: Equilibrium) -> str:
     m = equations.mechanism
     parts = [(c.name, c.nominal, c.unit) for c in m.coordinates]
     parts += [(z.name, z.nominal, z.unit if isinstance(z.unit, Unit) else None) for z in further_states(m)]
-    values = (_number(x, nominal) for x, (_, nominal, _) in zip(item.place, parts, strict=True))
-    units = (unit.si_name if unit is not None else "" for *_, unit in parts)
-    labels = (name for name, *_ in parts)
-    return ", ".join(f"{q} = {x} {u}".rstrip() for q, x, u in zip(labels, values, units, strict=True))
+    return ", ".join(
+        f"{name} = {_quantity(x, unit, nominal)}" for x, (name, nominal, unit) in zip(item.place, parts, strict=True)
+    )
+
+
+def _quantity(x: float, unit: Unit | None, size: float = 0.0) -> str:
+    """``x`` (SI) in its declared unit; what is rounding beside ``size`` (SI) is 0."""
+    if unit is None:
+        return _number(x, size)
+    rounding = abs(x) <= ROUNDING * size
+    return f"{_number(unit.from_si(0.0 if rounding else x))} {unit.name}".rstrip()
 
 
 def _about(equations: EquationsOfMotion, item: Equilibrium) -> Linearization:
@@ -162,7 +171,7 @@ def _small_motions(equations: EquationsOfMotion, found: Sequence[Equilibrium]) -
     if not found:
         yield Line("There is no equilibrium to look at.")
         return
-    yield Line(f"About {_place(equations, found[0])}{_inputs(equations)}:")
+    yield Line(f"About {_place(equations, found[0])}{with_inputs(equations)}:")
     if driven_by_time(equations):
         yield from _exponents(equations, found[0])
         return
@@ -220,11 +229,12 @@ def _matrices(equations: EquationsOfMotion, found: Sequence[Equilibrium]) -> Ite
     if found:
         about = _about(equations, found[0])
         time = ", at the time 0" if driven_by_time(equations) else ""
-        yield Line(f"About {_place(equations, found[0])}{time}{_inputs(equations)}:")
+        yield Line(f"About {_place(equations, found[0])}{time}{with_inputs(equations)}:")
     else:
         about = linearize(equations)
-        yield Line(f"About the start, there being no equilibrium{_inputs(equations)}:")
-    yield Line(f"z = ({', '.join(about.states)}), u = ({', '.join(about.inputs)}), y = ({', '.join(about.outputs)})")
+        yield Line(f"About the start, there being no equilibrium{with_inputs(equations)}:")
+    vectors = {"z": about.states, "u": about.inputs, "y": about.outputs}
+    yield Line(", ".join(f"{name} = ({', '.join(entries)})" for name, entries in vectors.items()) + ", in SI units")
     if len(about.states) > _MATRIX:
         yield Line(f"A has {len(about.states)} rows and is not printed; lag2fmu.analysis.linearize returns it.")
         return
@@ -263,7 +273,7 @@ def _routhian(equations: EquationsOfMotion) -> Iterator[Line]:
 
 def _number(x: float, size: float = 0.0) -> str:
     """Six digits; what is rounding beside ``size`` is 0."""
-    return "0" if abs(x) <= 1e-9 * size else f"{x:.6g}"
+    return "0" if abs(x) <= ROUNDING * size else f"{x:.6g}"
 
 
 def _complex(x: complex, size: float) -> str:

@@ -107,7 +107,10 @@ def _broken(name: str, problem: str) -> Finding:
 
 
 def archive_findings(archive: Archive) -> Iterator[Finding]:
-    """The broken rules on the archive itself: names, kinds and compression of its entries."""
+    """The broken rules on the archive itself: names, kinds and compression of its entries.
+
+    Source: FMI 2.0.5 specification, section 2.3.
+    """
     yield from archive.broken
     if archive.path.suffix != ".fmu":
         yield Finding("suffix", archive.path.name, "the name does not end in .fmu", "rename the file")

@@ -165,7 +165,10 @@ def _mach_o(binary: Any) -> Library:
 
 
 def binary_findings(archive: Archive, description: Description) -> Iterator[Finding]:
-    """The broken rules on every library in binaries/ that bears the name of the model."""
+    """The broken rules on every library in binaries/ that bears the name of the model.
+
+    Source: FMI 2.0.5 specification, sections 2.1.1 and 2.3.
+    """
     for name, folder in libraries(archive, description).items():
         data = archive.read(name)
         found = read_libraries(data)

@@ -73,7 +73,10 @@ class ScalarVariable:
 
     @property
     def initial(self) -> str:
-        """What 'initial' is or defaults to; '' for inputs and the independent variable."""
+        """What 'initial' is or defaults to; '' for inputs and the independent variable.
+
+        The defaults are those of the FMI 2.0.5 specification, section 2.2.7.
+        """
         return self.element.get("initial") or _INITIAL.get((self.causality, self.variability), "")
 
     @property

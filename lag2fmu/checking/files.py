@@ -32,7 +32,10 @@ _XML = ("sources/buildDescription.xml", "terminalsAndIcons/terminalsAndIcons.xml
 
 
 def file_findings(archive: Archive, description: Description) -> Iterator[Finding]:
-    """The broken rules on libraries and sources as files, and on the XML of the standard beside the description."""
+    """The broken rules on libraries and sources as files, and on the XML of the standard beside the description.
+
+    Source: FMI 2.0.5 specification, section 2.3.
+    """
     yield from _libraries(archive, description)
     yield from _sources(archive, description)
     for name in _XML:
@@ -49,7 +52,10 @@ def file_findings(archive: Archive, description: Description) -> Iterator[Findin
 
 
 def libraries(archive: Archive, description: Description) -> dict[str, str]:
-    """The libraries that importers would load: name in the archive -> folder in binaries/."""
+    """The libraries that importers would load: name in the archive -> folder in binaries/.
+
+    Source: FMI 2.0.5 specification, section 2.3.
+    """
     found = {}
     for folder, suffix in SUFFIXES.items():
         for identifier in description.identifiers.values():

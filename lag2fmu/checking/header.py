@@ -19,7 +19,10 @@ _NUMBERS = {"min", "max", "nominal", "factor", "offset", "startTime", "stopTime"
 
 
 def header_findings(description: Description) -> Iterator[Finding]:
-    """The broken rules on everything before the variables, and on numbers anywhere."""
+    """The broken rules on everything before the variables, and on numbers anywhere.
+
+    Source: FMI 2.0.5 specification, sections 2.2.1 to 2.2.6.
+    """
     for rule in (_attributes, _identifiers, _capabilities, _experiment, _log_categories, _units, _types, _numbers):
         yield from rule(description)
 

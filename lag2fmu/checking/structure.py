@@ -10,7 +10,10 @@ from lag2fmu.fmu.pack import DESCRIPTION
 
 
 def structure_findings(description: Description) -> Iterator[Finding]:
-    """The broken rules on the three lists and on their dependencies."""
+    """The broken rules on the three lists and on their dependencies.
+
+    Source: FMI 2.0.5 specification, section 2.2.8 (ModelStructure).
+    """
     for group in STRUCTURE:
         yield from _list(description, group)
     yield from _sets(description)

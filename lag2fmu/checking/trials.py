@@ -20,7 +20,10 @@ ONCE = "canBeInstantiatedOnlyOncePerProcess"
 
 
 def instantiate(model: Model) -> Iterator[Finding]:
-    """The versions, and one instance that is made and freed."""
+    """The versions, and one instance that is made and freed.
+
+    Source: FMI 2.0.5 specification, sections 2.1.4 and 2.1.5.
+    """
     for function, expected in (("GetVersion", b"2.0"), ("GetTypesPlatform", b"default")):
         found = model.library(function)
         if found != expected:
@@ -31,7 +34,10 @@ def instantiate(model: Model) -> Iterator[Finding]:
 
 
 def run(model: Model) -> Iterator[Finding]:
-    """A run of some steps: every call is answered, outputs are finite, folder and locale stay as they are."""
+    """A run of some steps: every call is answered, outputs are finite, folder and locale stay as they are.
+
+    Source: FMI 2.0.5 specification, sections 3.2.3 and 4.2.4.
+    """
     before = Path.cwd(), locale.setlocale(locale.LC_ALL)
     with model.session() as session:
         session.start()
@@ -65,7 +71,10 @@ def _no_items(session: Session) -> Iterator[Finding]:
 
 
 def start_values(model: Model) -> Iterator[Finding]:
-    """After initialization, exact variables have the values that modelDescription.xml gives them."""
+    """After initialization, exact variables have the values that modelDescription.xml gives them.
+
+    Source: FMI 2.0.5 specification, section 2.2.7.
+    """
     with model.session() as session:
         session.enter().instance.do("ExitInitializationMode")
         for v in model.description.variables:
@@ -90,7 +99,10 @@ def _same(v: ScalarVariable, found: Any) -> bool:
 
 
 def repeat(model: Model) -> Iterator[Finding]:
-    """Two runs one after the other are equal bit for bit, and so is one after fmi2Reset."""
+    """Two runs one after the other are equal bit for bit, and so is one after fmi2Reset.
+
+    Source: FMI 2.0.5 specification, section 2.1.6 (fmi2Reset).
+    """
     with model.session() as session:
         first = session.start().steps(STEPS)
         again = None
@@ -117,7 +129,7 @@ def _bits(values: list[list[Any]]) -> list[bytes]:
 
 
 def instances(model: Model) -> Iterator[Finding]:
-    """Two instances that take turns do not disturb each other."""
+    """Two instances that take turns do not disturb each other. Source: FMI 2.0.5 specification, section 2.1.5."""
     if model.can(ONCE):
         return
     with model.session() as alone:
@@ -136,7 +148,10 @@ def instances(model: Model) -> Iterator[Finding]:
 
 
 def state(model: Model) -> Iterator[Finding]:
-    """A saved FMU state, restored, leads to the same values bit for bit; freeing it clears the pointer."""
+    """A saved FMU state, restored, leads to the same values bit for bit; freeing it clears the pointer.
+
+    Source: FMI 2.0.5 specification, section 2.1.8.
+    """
     if not model.can("canGetAndSetFMUstate"):
         return
     with model.session() as session:
@@ -155,7 +170,10 @@ def state(model: Model) -> Iterator[Finding]:
 
 
 def serialize(model: Model) -> Iterator[Finding]:
-    """A serialized FMU state, restored in another instance, leads to the same values bit for bit."""
+    """A serialized FMU state, restored in another instance, leads to the same values bit for bit.
+
+    Source: FMI 2.0.5 specification, section 2.1.8.
+    """
     if not model.can("canSerializeFMUstate") or model.can(ONCE):
         return
     with model.session("first") as first:
@@ -184,7 +202,10 @@ def serialize(model: Model) -> Iterator[Finding]:
 
 
 def signals(model: Model) -> Iterator[Finding]:
-    """Co-simulation: derivatives of inputs are taken and those of outputs given, where that is declared."""
+    """Co-simulation: derivatives of inputs are taken and those of outputs given, where that is declared.
+
+    Source: FMI 2.0.5 specification, section 4.2.1.
+    """
     if model.kind != "CoSimulation":
         return
     order = number(model.description.kinds[model.kind].get("maxOutputDerivativeOrder", "0"))
@@ -208,7 +229,10 @@ def _is_continuous(v: ScalarVariable) -> bool:
 
 
 def equations(model: Model) -> Iterator[Finding]:
-    """Model exchange: derivatives and event indicators are finite, nominal values positive."""
+    """Model exchange: derivatives and event indicators are finite, nominal values positive.
+
+    Source: FMI 2.0.5 specification, section 3.2.2.
+    """
     if model.kind != "ModelExchange":
         return
     size = len(model.derivatives)

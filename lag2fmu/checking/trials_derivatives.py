@@ -17,7 +17,10 @@ _BAR = 1e-3
 
 
 def directional(model: Model) -> Iterator[Finding]:
-    """In Continuous-Time Mode or, for co-simulation, in Initialization Mode; there is an answer after steps as well."""
+    """In Continuous-Time Mode or, for co-simulation, in Initialization Mode; there is an answer after steps as well.
+
+    Source: FMI 2.0.5 specification, section 2.1.9.
+    """
     if not model.can("providesDirectionalDerivative"):
         return
     knowns, unknowns = _knowns(model), _unknowns(model)

@@ -19,7 +19,7 @@ Call = Callable[[Session], int | None]
 
 
 def wrong_guid(model: Model) -> Iterator[Finding]:
-    """An instance for another modelDescription.xml is refused."""
+    """An instance for another modelDescription.xml is refused. Source: FMI 2.0.5 specification, section 2.1.5."""
     with model.instance(guid="{00000000-0000-0000-0000-000000000000}") as instance:
         if instance.alive:
             problem = "fmi2Instantiate accepts a guid that is not its own"
@@ -27,13 +27,13 @@ def wrong_guid(model: Model) -> Iterator[Finding]:
 
 
 def free_nothing(model: Model) -> Iterator[Finding]:
-    """fmi2FreeInstance of a null pointer has no effect."""
+    """fmi2FreeInstance of a null pointer has no effect. Source: FMI 2.0.5 specification, section 2.1.5."""
     model.library("FreeInstance", None)
     yield from ()
 
 
 def free_no_state(model: Model) -> Iterator[Finding]:
-    """fmi2FreeFMUstate of a null pointer has no effect."""
+    """fmi2FreeFMUstate of a null pointer has no effect. Source: FMI 2.0.5 specification, section 2.1.8."""
     if model.can("canGetAndSetFMUstate"):
         with model.session() as session:
             session.start().instance.do("FreeFMUstate", byref(c_void_p()))
@@ -41,7 +41,7 @@ def free_no_state(model: Model) -> Iterator[Finding]:
 
 
 def read_nothing(model: Model) -> Iterator[Finding]:
-    """The values of no variables can be asked for."""
+    """The values of no variables can be asked for. Source: FMI 2.0.5 specification, section 2.1.7."""
     with model.session() as session:
         session.start().instance.status("GetReal", references([]), 0, doubles([]))
     yield from ()
@@ -170,5 +170,8 @@ _OWN: dict[str, dict[str, tuple[Call, Severity]]] = {
 
 
 def forbidden_trials(kind: str) -> dict[str, Trial]:
-    """What is forbidden in ``kind`` -> its trial."""
+    """What is forbidden in ``kind`` -> its trial.
+
+    Source: FMI 2.0.5 specification, the tables of sections 3.2.3 and 4.2.4.
+    """
     return {what: partial(_forbidden, what, *entry) for what, entry in (_ANY | _OWN[kind]).items()}

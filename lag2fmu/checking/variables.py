@@ -15,7 +15,10 @@ _BASE = ("kg", "m", "s", "A", "K", "mol", "cd")
 
 
 def variable_findings(description: Description) -> Iterator[Finding]:
-    """The broken rules on variables, one by one and as sets of aliases."""
+    """The broken rules on variables, one by one and as sets of aliases.
+
+    Source: FMI 2.0.5 specification, section 2.2.7 (ModelVariables).
+    """
     for variable in description.variables:
         yield from _name(variable)
         yield from _initial(variable)

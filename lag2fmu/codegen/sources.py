@@ -123,8 +123,8 @@ def lookups_of(program: Program) -> list[tuple[int, Interpolant]]:
     """The tables that ``program`` looks something up in, with their numbers."""
     graph = program.graph
     nodes = graph.cone(node for f in program.functions for *_, node in f.results)
-    used = {table.name for table, *_ in lookups(graph, nodes)}
-    return [(number, table) for number, table in enumerate(graph.tables) if table.name in used]
+    used = [table for table, *_ in lookups(graph, nodes)]
+    return [(number, table) for number, table in enumerate(graph.tables) if table in used]
 
 
 _INCLUDED = re.compile(r'^#include "(\w+)\.h"', re.MULTILINE)

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass, field
 
-from lag2fmu.description.keys import BORNE, OWN, doc_key, key, unit_key
+from lag2fmu.description.keys import ANY, OWN, doc_key, key, unit_key
 from lag2fmu.description.places import AXES, End, Expression, Frame, axes_key, normalise
 from lag2fmu.language.units import DIMENSIONLESS, METRE, RADIAN, SECOND, Unit
 
@@ -44,7 +44,7 @@ class Output:
         "expression",
         "In t, coordinates, velocities, accelerations, inputs, parameters.",
         default=None,
-        names=BORNE | {"acceleration"},
+        names=ANY | {"acceleration", "multiplier"},
         unit=OWN,
     )
     unit: Unit | str | None = unit_key(order=1)

@@ -17,6 +17,7 @@ from dataclasses import dataclass, replace
 
 from lag2fmu.dynamics.functions import EventFunction, Function
 from lag2fmu.dynamics.samples import start_values
+from lag2fmu.dynamics.tables import in_pieces
 from lag2fmu.dynamics.variables import Variables, further_states
 from lag2fmu.graph.autodiff import reverse
 from lag2fmu.graph.fingerprint import PRIME
@@ -56,8 +57,9 @@ def switched(
     ``conditions`` are further margins, whose switches stand behind those of kinks; no kink need contain them. The
     functions stay as they are where there are neither. Nodes are added to ``graph``.
     """
-    effective = [node for f in functions if f.name not in _WITHOUT_EFFECT for *_, node in f.results]
     moving = {variables.t, *variables.states, *variables.signals}
+    functions = in_pieces(graph, functions, _effective(functions), moving)
+    effective = _effective(functions)
     kinks = _Kinks(graph, moving, {*variables.unknowns})
     margins = kinks.margins([*effective, *conditions])
     if not margins and not conditions and not masks:
@@ -72,6 +74,10 @@ def switched(
     with graph.as_written():
         new = kinks.replaced(dict(zip(margins, switches, strict=False)), [*functions, margin_function])
     return Switched(tuple(_with_modes(graph, f, switches, masks) for f in new), described)
+
+
+def _effective(functions: Sequence[Function]) -> list[Node]:
+    return [node for f in functions if f.name not in _WITHOUT_EFFECT for *_, node in f.results]
 
 
 class _Kinks:

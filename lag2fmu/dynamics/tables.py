@@ -7,15 +7,18 @@ continuous third ones (not-a-knot): C. de Boor, A Practical Guide to Splines, ch
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+import math
+from collections.abc import Collection, Iterator, Sequence
+from dataclasses import replace
 
 import numpy as np
 from numpy.typing import NDArray
 
+from lag2fmu.description.tables import Table
+from lag2fmu.dynamics.functions import Function
 from lag2fmu.graph.graph import Graph, Node
 from lag2fmu.graph.interpolants import Interpolant
-from lag2fmu.graph.operations import CODE
-from lag2fmu.mechanism import Table
+from lag2fmu.graph.operations import CODE, LOOKUP
 
 Floats = NDArray[np.float64]
 
@@ -55,15 +58,80 @@ def lookups(graph: Graph, nodes: list[Node]) -> Iterator[tuple[Interpolant, tupl
             yield graph.tables[int(graph.value(table))], orders, tuple(rest[arity:])
 
 
-def kinks(graph: Graph, nodes: list[Node]) -> dict[Node, Floats]:
-    """{argument: where the first derivative of a table jumps along it} of the lookups among ``nodes``.
+MOST_KINKS = 64
+"""A table with more kinks than this is passed by solvers without a stop at each."""
 
-    Solvers have to stop there: the margins of such a switch are argument - knot.
+
+def in_pieces(
+    graph: Graph, functions: Sequence[Function], effective: Sequence[Node], moving: Collection[Node]
+) -> tuple[Function, ...]:
+    """``functions`` whose tables of one argument with kinks are choices between smooth pieces.
+
+    Those that ``effective`` nodes need, with arguments that contain ``moving`` variables: their kinks then are
+    switches like others. A linear table with an error outside stays as it is, for a piece has no end.
     """
-    found: dict[Node, Floats] = {}
-    for table, _, arguments in lookups(graph, nodes):
-        for axis, argument in enumerate(arguments):
-            knots = table.kinks(axis)
-            if len(knots) and not graph.is_constant(argument):
-                found[argument] = np.union1d(found.get(argument, np.empty(0)), knots)
-    return found
+    chosen = {node for node in graph.cone(effective) if _has_pieces(graph, node, {*moving})}
+    if not chosen:
+        return tuple(functions)
+    new: dict[Node, Node] = {}
+    entries = [node for f in functions for a in f.arguments for node in a.entries]
+    with graph.as_written():
+        for node in graph.cone([*entries, *(node for f in functions for *_, node in f.results)]):
+            operands = [new[operand] for operand in graph.operands[node]]
+            if node in chosen:
+                new[node] = _pieced(graph, operands)
+            else:
+                new[node] = node if list(graph.operands[node]) == operands else graph.rebuild(node, operands)
+    return tuple(
+        replace(
+            f,
+            arguments=tuple(replace(a, entries=tuple(new[node] for node in a.entries)) for a in f.arguments),
+            results=tuple((array, index, new[node]) for array, index, node in f.results),
+        )
+        for f in functions
+    )
+
+
+def _has_pieces(graph: Graph, node: Node, moving: set[Node]) -> bool:
+    if graph.code[node] != LOOKUP:
+        return False
+    table, argument = graph.tables[int(graph.value(graph.operands[node][0]))], graph.operands[node][-1]
+    located = table.outside != "error" and 0 < len(table.kinks()) <= MOST_KINKS
+    return located and graph.code[argument] != CODE["passed"] and not moving.isdisjoint(graph.cone([argument]))
+
+
+def _pieced(graph: Graph, operands: Sequence[Node]) -> Node:
+    """A lookup of ``operands`` as choices, at each kink between what is above and below it."""
+    number, order, x = operands
+    table, count = graph.tables[int(graph.value(number))], int(graph.value(order))
+    (knots,) = table.knots
+    if table.degree == 1:
+        pieces = [_piece(graph, table, i, count, x) for i in range(len(knots) - 1)]
+        bounds = [float(knot) for knot in knots[1:-1]]
+    else:
+        pieces, bounds = [graph.lookup(_continued(graph, table), (order,), (x,))], []
+    if table.outside == "hold":
+        first, last = (graph.constant(0 if count else float(table((0,), knots[i]))) for i in (0, -1))
+        pieces, bounds = [first, *pieces, last], [float(knots[0]), *bounds, float(knots[-1])]
+    result = pieces[0]
+    for bound, piece in zip(bounds, pieces[1:], strict=True):
+        result = graph.choose(graph.subtract(x, graph.constant(bound)), piece, result)
+    return result
+
+
+def _piece(graph: Graph, table: Interpolant, i: int, order: int, x: Node) -> Node:
+    """The derivative of the polynomial of interval ``i``, wherever x is, by Horner's rule."""
+    distance, value = graph.subtract(x, graph.constant(float(table.knots[0][i]))), graph.zero
+    for k in range(table.degree, order - 1, -1):
+        factor = graph.constant(math.perm(k, order) * float(table.coefficients[i, k]))
+        value = graph.add(graph.multiply(value, distance), factor)
+    return value
+
+
+def _continued(graph: Graph, table: Interpolant) -> Node:
+    """The number of the same table that goes on beyond its ends."""
+    for number, known in enumerate(graph.tables):
+        if known.coefficients is table.coefficients and known.outside == "extrapolate":
+            return graph.constant(number)
+    graph.tables.append(replace(table, outside="extrapolate"))
+    return graph.constant(len(graph.tables) - 1)

@@ -1,7 +1,22 @@
 """FMUs: variables and model description, compilers, packing."""
 
-from lag2fmu.fmu.advice import suited_solver
-from lag2fmu.fmu.exporting import MECHANISM_ENTRY, Fmu, export, read_mechanism
-from lag2fmu.fmu.model_description import ModelDescription
+from typing import TYPE_CHECKING
+
+from lag2fmu.lazy import offered
+
+if TYPE_CHECKING:
+    from lag2fmu.fmu.advice import suited_solver
+    from lag2fmu.fmu.exporting import MECHANISM_ENTRY, Fmu, export, read_mechanism
+    from lag2fmu.fmu.model_description import ModelDescription
 
 __all__ = ["MECHANISM_ENTRY", "Fmu", "ModelDescription", "export", "read_mechanism", "suited_solver"]
+
+_EXPORTING = dict.fromkeys(("MECHANISM_ENTRY", "Fmu", "export", "read_mechanism"), "lag2fmu.fmu.exporting")
+__getattr__ = offered(
+    __name__,
+    {
+        **_EXPORTING,
+        "ModelDescription": "lag2fmu.fmu.model_description",
+        "suited_solver": "lag2fmu.fmu.advice",
+    },
+)

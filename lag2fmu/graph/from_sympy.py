@@ -11,7 +11,7 @@ import sympy as sp
 
 from lag2fmu.errors import DerivationError
 from lag2fmu.graph.graph import Graph, Node
-from lag2fmu.graph.operations import KINKS, OPERATIONS
+from lag2fmu.graph.operations import KINKS, LOOKUP, LOOKUP_2, OPERATIONS
 from lag2fmu.language.vocabulary import Choice, Smooth, TableCall
 
 FUNCTIONS = {
@@ -33,6 +33,13 @@ FUNCTIONS = {
     sp.Min: "min",
     sp.Max: "max",
 }
+
+
+def _located(code: int) -> range:
+    """Which operands of an operation say where its kinks are."""
+    if code in (LOOKUP, LOOKUP_2):
+        return range(2, 3) if code == LOOKUP else range(3, 5)
+    return range(KINKS.get(OPERATIONS[code].name, 0))
 
 
 class Translator:
@@ -98,7 +105,7 @@ class Translator:
         new: dict[Node, Node] = {}
         for below in g.cone([node]):
             operands = [new[operand] for operand in g.operands[below]]
-            for i in range(KINKS.get(OPERATIONS[g.code[below]].name, 0)):
+            for i in _located(g.code[below]):
                 operands[i] = g.apply("passed", operands[i])
             new[below] = below if operands == list(g.operands[below]) else g.rebuild(below, operands)
         return new[node]

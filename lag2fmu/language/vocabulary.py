@@ -277,14 +277,17 @@ def _refuse_foreign(expression: sp.Expr, where: str) -> None:
         raise MechanismError(f"{where}: '{expression}' is not finite (a division by zero?)")
     if expression.has(sp.I):
         raise MechanismError(f"{where}: '{expression}' is not real (a root or logarithm of a negative number?)")
+    if expression.atoms(sp.Derivative, sp.Integral, sp.Piecewise):
+        raise MechanismError(
+            f"{where}: '{expression}' has a derivative, integral or case distinction; write it out, cases as "
+            "Choice(margin, a, b): a where margin > 0, else b"
+        )
     for node in expression.atoms(sp.Function, sp.Min, sp.Max):
         if node.func not in NAME_OF and not isinstance(node, _Own):
             raise MechanismError(
                 f"{where}: the function '{node.func}' is not supported; known are "
                 f"{', '.join([*FUNCTIONS, 'if', 'smooth'])}"
             )
-    if expression.atoms(sp.Derivative, sp.Integral, sp.Piecewise):
-        raise MechanismError(f"{where}: '{expression}' has a derivative, integral or case distinction; write it out")
 
 
 def free_names(expressions: Iterable[sp.Expr]) -> set[str]:

@@ -7,10 +7,12 @@ from lag2fmu.description.parts import Constraint, Damper, Definition, Energy, Fo
 from lag2fmu.description.places import Body, Frame, Point, Rotation
 from lag2fmu.description.symbols import Coordinate, Input, Parameter, coordinate, parameter, signal
 from lag2fmu.description.tables import Table
+from lag2fmu.language.vocabulary import Choice, Smooth
 from lag2fmu.mechanism.record import Mechanism, complete
 
 __all__ = [
     "Body",
+    "Choice",
     "Constraint",
     "Contact",
     "Coordinate",
@@ -30,6 +32,7 @@ __all__ = [
     "Parameter",
     "Point",
     "Rotation",
+    "Smooth",
     "Spring",
     "State",
     "Stop",

@@ -178,10 +178,13 @@ def _driving(m: Description, values: Values) -> Iterator[str]:
     elements += [
         (f"dampers.{d.name}.damping", d.damping, "drives the motion") for d in m.dampers if d.damping is not None
     ]
+    units = {p.name: p.unit for p in m.parameters}
     for where, expression, effect in elements:
         numbers = _numbers((expression,), values)
         if numbers is not None and numbers[0] < 0:
-            yield f"{where}: '{expression}' is {numbers[0]:g} at the values given; negative, it {effect}"
+            unit = units.get(str(expression))
+            shown = f"{numbers[0]:g}" if unit is None else f"{unit.from_si(numbers[0]):g} {unit.name}"
+            yield f"{where}: '{expression}' is {shown} at the values given; negative, it {effect}"
 
 
 def values_of(m: Description) -> Values:

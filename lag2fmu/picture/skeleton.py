@@ -128,9 +128,11 @@ class Skeleton:
         if not self.reads:
             return here
         found = steps(tuple(map(self.written, position)), self.order)
-        carrier = self._carrier(here) if found and found[-1].kind == ARM and not self._rigid_step(found[-1]) else None
-        if carrier is not None:
-            self.join(part, carrier, here, arm=True)
+        carriers = self._carriers(here) if found and found[-1].kind == ARM and not self._rigid_step(found[-1]) else []
+        if carriers:
+            carrier = carriers[0]
+            for spot in carriers:
+                self.join(part, spot, here, arm=True)
             for name in found[-1].names:
                 self.hinges.setdefault(name, carrier)
             for name in found[-1].lengths:
@@ -143,11 +145,18 @@ class Skeleton:
     def _rigid_step(self, step: Step) -> bool:
         return self._apart(*(self.spot(self.put.vector(x)) for x in (step.start, step.end)))
 
-    def _carrier(self, here: int) -> int | None:
-        """The first place that moves and from which ``here`` stays as far as it is, as a load from a trolley."""
+    def _carriers(self, here: int) -> list[int]:
+        """The places that move and from which ``here`` stays as far as it is, as a load from a trolley.
+
+        Of those that keep their distance from each other the first one: more rods would carry nothing.
+        """
         still = self.still() if self.place else set()
-        places = dict.fromkeys(self.place.values())
-        return next((i for i in places if i != here and i not in still and self._apart(i, here)), None)
+        found: list[int] = []
+        for i in dict.fromkeys(self.place.values()):
+            carries = i != here and i not in still and self._apart(i, here)
+            if carries and not any(self._apart(i, other) for other in found):
+                found.append(i)
+        return found
 
     def _apart(self, one: int, other: int) -> bool:
         """Whether two spots keep their distance whatever the coordinates are, motions being held."""

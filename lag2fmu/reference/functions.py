@@ -78,6 +78,11 @@ def minimum(*values: Any) -> Any:
     return reduce(lambda a, b: np.where(np.real(a) <= np.real(b), a, b), values)
 
 
+def choice(margin: Any, a: Any, b: Any) -> Any:
+    """``a`` where the real part of ``margin`` is above 0, else ``b``; any shape."""
+    return np.where(np.real(margin) > 0, a, b)
+
+
 def maximum(*values: Any) -> Any:
     """The greatest of ``values`` by their real parts."""
     return reduce(lambda a, b: np.where(np.real(a) >= np.real(b), a, b), values)
@@ -101,8 +106,8 @@ NUMERIC: dict[str, Function] = {
     "heaviside": lambda z: np.heaviside(np.real(z), 0.5),
     "min": minimum,
     "max": maximum,
+    "choice": choice,
     "atan2": atan2,
-    "choice": lambda margin, a, b: np.where(np.real(margin) > 0, a, b),
     "power": power,
     "tabulated": tabulated,
     "pi": np.pi,  # type: ignore[dict-item]
@@ -214,3 +219,13 @@ def _compiled(
         return out.reshape(len(outputs), *rows.shape[1:])
 
     return evaluate
+
+
+def in_blocks(evaluate: Callable[[Array], Array], rows: Array, count: int, width: int = 1) -> Array:
+    """``evaluate`` (rows, N) -> (count, N) for rows of any shape, at most BLOCK / width points a call."""
+    flat, size = rows.reshape(len(rows), -1), max(1, BLOCK // width)
+    out = np.empty((count, flat.shape[1]), rows.dtype)
+    with np.errstate(all="ignore"):
+        for start in range(0, flat.shape[1], size):
+            out[:, start : start + size] = evaluate(flat[:, start : start + size])
+    return out.reshape(count, *rows.shape[1:])

@@ -20,8 +20,8 @@ from lag2fmu.errors import LoadError, SimulationError
 from lag2fmu.mechanism.record import Mechanism
 from lag2fmu.reference.composition import composition_of
 from lag2fmu.reference.equations import Equations
-from lag2fmu.reference.hybrid import is_hybrid
 from lag2fmu.reference.hybrid.integration import integrate_hybrid
+from lag2fmu.reference.hybrid.kinks import is_hybrid
 from lag2fmu.reference.initial_value_problem import SCIPY_METHODS, InitialValueProblem
 from lag2fmu.reference.record import Reference
 from lag2fmu.reference.signals import Inputs, Signals, signals_of
@@ -110,6 +110,7 @@ def _hybrid(
             continue
         states = [c.name for c in mechanism.coordinates]
         states += [velocity(c) for c in states]
+        states += [z.name for z in mechanism.states]
         return Reference(
             trajectory=Trajectory.of(grid, found.columns),
             work=found.work,

@@ -20,7 +20,7 @@ from typing import Any
 import numpy as np
 import sympy as sp
 
-from lag2fmu.language.vocabulary import NAME_OF, TIME, Choice
+from lag2fmu.language.vocabulary import NAME_OF, TIME, Choice, Smooth
 from lag2fmu.mechanism.record import Mechanism
 from lag2fmu.reference.composition import composition_of
 from lag2fmu.reference.constraints import constraint_expressions
@@ -142,7 +142,7 @@ def _named(value: object) -> str:
 
 
 def native_terms(mechanism: Mechanism) -> Function | None:
-    """The function ``terms`` of native.c for ``mechanism``, None where there is no compiler, or a table.
+    """The function ``terms`` of native.c for ``mechanism``, None where there is no compiler, a table or a choice.
 
     What loads on frames do to Q is left out of it. Values are in SI units.
     """
@@ -152,7 +152,8 @@ def native_terms(mechanism: Mechanism) -> Function | None:
 @lru_cache(maxsize=16)
 def _compiled(mechanism: Mechanism, *_derived: object) -> Function | None:
     """Mechanisms are equal whatever has been derived of them, so that the constraints are named too."""
-    if find_spec("ziglang") is None or mechanism.tables:  # which SciPy evaluates
+    choices = any(entry.expression.has(Choice, Smooth) for entry in mechanism.entries())
+    if find_spec("ziglang") is None or mechanism.tables or choices:  # which SciPy and NumPy evaluate
         return None
     target = ["-target", f"{machine()}-linux-gnu.2.17"] if sys.platform == "linux" else []
     # complex products without care for infinite ones: with it clang takes ten times as long

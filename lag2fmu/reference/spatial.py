@@ -8,7 +8,7 @@ D. Levinson, Dynamics, section 4.4). v and w are affine in the velocities: unit 
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from typing import Any
 
@@ -21,7 +21,7 @@ from lag2fmu.description.places import WORLD, Body
 from lag2fmu.language.vocabulary import TIME
 from lag2fmu.reference.composition import Composition
 from lag2fmu.reference.frames import Pose, Slots, Spot, apply, apply_transposed, dot, links_of, poses_of, spot_of
-from lag2fmu.reference.functions import BLOCK, STEP, Array, Compiled, atan2, compiled
+from lag2fmu.reference.functions import STEP, Array, Compiled, atan2, compiled, in_blocks
 from lag2fmu.reference.quaternions import Quaternions
 
 _RATE = sp.Dummy("rate", real=True)
@@ -102,7 +102,7 @@ class Spatial:
             values = self._local(block, self._constants)
             return np.stack(np.broadcast_arrays(*self.terms(values, np.sqrt, np.zeros(block.shape[1:], block.dtype))))
 
-        return _in_blocks(evaluate, rows, 3)
+        return in_blocks(evaluate, rows, 3)
 
     def symbolic(self) -> Energies:
         """The same as expressions, which grow with every frame: for small mechanisms only."""
@@ -129,7 +129,7 @@ class Spatial:
             poses = poses_of(self._links, values)
             return self._generalized(poses, values, at) - self._resisting(poses, values, given)
 
-        return _in_blocks(evaluate, np.concatenate([rows, arguments, entries]), n, width=n + 1)
+        return in_blocks(evaluate, np.concatenate([rows, arguments, entries]), n, width=n + 1)
 
     def symbolic_forces(self) -> list[sp.Expr]:
         """Q of the loads on frames as expressions, (n,)."""
@@ -170,7 +170,7 @@ class Spatial:
             return np.concatenate([np.broadcast_to(x, (len(x), block.shape[1])) for x in found])
 
         both = np.concatenate([rows, rates])
-        return dict(zip(names, _in_blocks(evaluate, both, len(names)), strict=True)) if names else {}
+        return dict(zip(names, in_blocks(evaluate, both, len(names)), strict=True)) if names else {}
 
     def position(self, rows: Array, name: str) -> Array:
         """The position (m) in world axes of the point or body ``name`` on a frame, (3, *shape)."""
@@ -179,7 +179,7 @@ class Spatial:
             values = self._local(block, self._constants)
             return self._spots[name].motion(poses_of(self._links, values), values)[0]
 
-        return _in_blocks(evaluate, rows, 3)
+        return in_blocks(evaluate, rows, 3)
 
     # -------------------------------------------------------------------------------------------------- how it is done
 
@@ -298,17 +298,3 @@ def _rotational(w: Array, inertia: Array) -> Array:
     x, y, z = w
     product: Array = xx * x * x + yy * y * y + zz * z * z + 2 * (xy * x * y + xz * x * z + yz * y * z)
     return product
-
-
-def _in_blocks(evaluate: Callable[[Array], Array], rows: Array, count: int, width: int = 1) -> Array:
-    """``evaluate`` (rows, N) -> (count, N) for rows of any shape, at most BLOCK / width points a call."""
-    flat, size = rows.reshape(len(rows), -1), max(1, BLOCK // width)
-    out = np.empty((count, flat.shape[1]), rows.dtype)
-    with np.errstate(all="ignore"):
-        for block in _blocks(flat.shape[1], size):
-            out[:, block] = evaluate(flat[:, block])
-    return out.reshape(count, *rows.shape[1:])
-
-
-def _blocks(count: int, size: int) -> Iterator[slice]:
-    return (slice(start, start + size) for start in range(0, count, size))

@@ -56,6 +56,16 @@ def test_operating_points_are_those_of_the_inputs() -> None:
     assert analysis_report(read(PUSHED, "pushed.toml")).count("with the inputs at their start values, M = 4 N.m") == 3
 
 
+def test_operating_points_are_shown_in_declared_units() -> None:
+    pushed = PUSHED.replace('"rad", start = 0.2', '"deg", start = 10').replace(
+        '"N.m", start = 4.0', '"kN.m", start = 0.004'
+    )
+    report = analysis_report(read(pushed, "pushed.toml"))
+    assert "theta = 30 deg" in report
+    assert report.count("with the inputs at their start values, M = 0.004 kN.m") == 3
+    assert report.count(", in SI units") == 1
+
+
 def test_where_nothing_can_move_it_is_rigid() -> None:
     lines = [str(line) for section in analysis_sections(derive(platform())) for line in section.lines]
     assert any(line.endswith(": rigid, nothing can move there.") for line in lines)

@@ -18,7 +18,7 @@ from lag2fmu.analysis import equilibria
 from lag2fmu.codegen import METHODS
 from lag2fmu.dynamics import derive
 from lag2fmu.fmu import Fmu
-from lag2fmu.mechanism import Body, Constraint, Energy, Mechanism, Spring, State, coordinate, parameter, signal
+from lag2fmu.mechanism import Body, Constraint, Contact, Energy, Mechanism, Spring, State, coordinate, parameter, signal
 from lag2fmu.reference import integrate
 
 pytestmark = pytest.mark.fmu
@@ -153,6 +153,25 @@ def test_constraints_and_what_has_no_mass_go_along(
     found = integrate(derive(mechanism).completed, run.time)
     states = list(found.scales)
     assert np.abs(run.columns(states) - found.trajectory.columns(states)).max() < 1e-7
+
+
+def test_they_go_through_impacts(exported: Callable[..., Fmu]) -> None:
+    """A bouncing ball that a filter of its height pulls: y jumps in its velocity, the filter does not."""
+    y = coordinate("y", "m", start=1.0)
+    ball = Mechanism(
+        "filtered_ball",
+        coordinates=[y],
+        bodies=[Body("ball", 1.0, (0, y))],
+        gravity=9.81,
+        contacts=[Contact("floor", gap=y, restitution=0.7)],
+        forces={y: -2 * z},
+        states=[State("z", "m", start=0.2, derivative=3 * (y - z))],
+    )
+    run = simulate(exported(ball), stop_time=1.2, step=0.1, tolerance=1e-11)
+    found = integrate(derive(ball).completed, run.time)
+    names = ["y", "y_dot", "z"]
+    assert np.abs(run.columns(names) - found.trajectory.columns(names)).max() < 1e-8
+    assert len(found.events) >= 2
 
 
 def test_validate_agrees(exported: Callable[..., Fmu]) -> None:

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable
 from pathlib import Path
 
+import fmpy
 import numpy as np
 import pytest
 from fmpy.fmi1 import FMICallException
@@ -14,7 +15,9 @@ from scipy.interpolate import CubicSpline, PchipInterpolator, RectBivariateSplin
 from stepping import Stepping
 
 from lag2fmu import export, simulate
+from lag2fmu.dynamics import derive, lower
 from lag2fmu.fmu import Fmu
+from lag2fmu.language.vocabulary import Smooth
 from lag2fmu.mechanism import Energy, Mechanism, Output, Table, coordinate, signal
 
 pytestmark = pytest.mark.fmu
@@ -91,10 +94,10 @@ def test_beyond_the_data_a_value_is_held_or_continued(exported: Callable[..., Fm
         assert slopes[4] == 0.0
 
 
-def fan(outside: str = "hold") -> Mechanism:
+def fan(outside: str = "hold", kind: str = "pchip") -> Mechanism:
     """A wheel on a motor of a measured torque curve."""
     theta = coordinate("theta", "rad", velocity=1.0)
-    torque = Table("torque", columns=[SPEED, TORQUE], interpolation="pchip", outside=outside, units=["rad/s", "N.m"])
+    torque = Table("torque", columns=[SPEED, TORQUE], interpolation=kind, outside=outside, units=["rad/s", "N.m"])
     return Mechanism(
         "fan",
         coordinates=[theta],
@@ -118,7 +121,44 @@ def test_a_motor_runs_up_as_its_torque_curve_says(solver: str, exported: Callabl
     assert run["theta"][-1] == pytest.approx(angle, rel=1e-8)
 
 
-FAN = fan()
+@pytest.mark.parametrize("kind", ["co-simulation", "model-exchange"])
+def test_a_linear_table_is_followed_from_knot_to_knot(kind: str, exported: Callable[..., Fmu]) -> None:
+    """Between knots dw/dt = a + b w; a step that passed over a knot would be off by 1e-5 at this tolerance."""
+    run = simulate(
+        exported(BROKEN), stop_time=1.4, step=0.1, tolerance=1e-7 if kind == "co-simulation" else 1e-10, kind=kind
+    )
+    assert run["theta_dot"] == pytest.approx([run_up(t) for t in run.time], rel=1e-7)
+    assert run["theta_dot"][-1] > 60
+
+
+def run_up(t: float) -> float:
+    """The speed after ``t``, torque linear between the knots and held beyond the last one."""
+    w, inertia = 1.0, 0.02
+    for i in range(4):
+        slope = (TORQUE[i + 1] - TORQUE[i]) / (SPEED[i + 1] - SPEED[i])
+        torque = TORQUE[i] + slope * (w - SPEED[i])
+        needed = inertia / slope * float(np.log(TORQUE[i + 1] / torque))
+        if needed > t:
+            return w + torque / slope * float(np.expm1(slope * t / inertia))
+        w, t = SPEED[i + 1], t - needed
+    return w + TORQUE[-1] * t / inertia
+
+
+def test_kinks_are_event_indicators(exported: Callable[..., Fmu]) -> None:
+    """A linear table: those inside and the ends where the value is held; smooth(...) has none."""
+    assert fmpy.read_model_description(exported(BROKEN).path).numberOfEventIndicators == 5
+    theta = coordinate("theta", "rad", velocity=1.0)
+    smooth = Mechanism(
+        "smooth_fan",
+        coordinates=[theta],
+        tables=BROKEN.tables,
+        energy=Energy(kinetic=theta.dot**2 / 100),
+        forces={theta: Smooth(BROKEN.tables[0](theta.dot))},
+    )
+    assert lower(derive(smooth)).switches == 0
+
+
+FAN, BROKEN = fan(), fan(kind="linear")
 SETTINGS = {"gauss4": {"solver_step": 1e-4}}
 
 

@@ -259,7 +259,7 @@ def test_a_plain_number_is_a_value_in_si_and_fits_everywhere() -> None:
 
 def test_masses_are_positive_and_what_drives_is_said() -> None:
     """At the values of the parameters; what depends on coordinates is not known there."""
-    x, m, k = coordinate("x", "m"), parameter("m", -2.0, "kg"), parameter("k", -3.0)
+    x, m, k = coordinate("x", "m"), parameter("m", -2.0, "kg"), parameter("k", -3.0, "N/mm")
     with pytest.raises(MechanismError, match=r"bodies\.b\.mass: 'm' is -2 kg at the values given, and negative"):
         Mechanism("negative", coordinates=[x], parameters=[m], bodies=[Body("b", m, (x, 0))])
     with pytest.raises(MechanismError, match=r"bodies\.b\.inertia: '-1' is -1 kg\.m2"):
@@ -273,8 +273,8 @@ def test_masses_are_positive_and_what_drives_is_said() -> None:
         dampers=[Damper("d", k / 2, rate=x.dot)],
     )
     assert found.warnings[-2:] == (
-        "springs.s.stiffness: 'k' is -3 at the values given; negative, it pushes away from rest",
-        "dampers.d.damping: 'k/2' is -1.5 at the values given; negative, it drives the motion",
+        "springs.s.stiffness: 'k' is -3 N/mm at the values given; negative, it pushes away from rest",
+        "dampers.d.damping: 'k/2' is -1500 at the values given; negative, it drives the motion",
     )
     kinetic = Mechanism("negative", coordinates=[x], parameters=[m], energy=Energy(m * x.dot**2 / 2, x**2))
     with pytest.raises(DerivationError, match="what moves along x has the mass or inertia -2"):

@@ -15,7 +15,7 @@ from lag2fmu.dynamics import derive
 from lag2fmu.errors import DerivationError
 from lag2fmu.formats.loading import bundled, load
 from lag2fmu.formats.text import read
-from lag2fmu.mechanism import Body, Gravity, Load, Mechanism, Point, Spring, coordinate, parameter, signal
+from lag2fmu.mechanism import Body, Damper, Gravity, Load, Mechanism, Point, Spring, coordinate, parameter, signal
 from lag2fmu.picture import Disc, Layout, Scene, Stroke, draw, drawable, layout_of, posture, pretty
 from lag2fmu.picture.arms import ARM, CONSTANT, SHIFT, steps
 from lag2fmu.picture.attachments import attach, attachments
@@ -195,6 +195,13 @@ def test_springs_are_put_where_their_elongation_says() -> None:
     assert [np.sign(x) for x, _, _ in along] == [-1, 1]
 
 
+def test_a_damper_with_a_force_has_its_own_name() -> None:
+    x, rate = coordinate("x", "m", start=0.2), sp.Symbol("rate")
+    damper = Damper("shock", force=rate**3, rate=x.dot)
+    scene = draw(layout_of(Mechanism("damped", coordinates=[x], bodies=[Body("b", 1, (x, 0))], dampers=[damper])))
+    assert [label.text for label in scene.labels if label.style == "damper"] == ["shock"]
+
+
 def test_hinges_have_torsion_springs() -> None:
     arm = layout("humanoid_planar")
     knee = next(a for part, a in arm.attached if isinstance(part, Spring) and part.name == "knee_l")
@@ -269,6 +276,12 @@ def test_a_load_hangs_from_its_trolley() -> None:
     assert ends["load"] == (found.place["trolley"], found.place["load"])
     assert found.hinges["a"] == found.place["trolley"]
     assert found.stretches["l"] == ends["load"]
+
+
+def test_a_sleeve_hangs_on_both_rods_of_its_governor() -> None:
+    found = layout("governor").skeleton
+    rods = {link.ends for link in found.links if link.part == "sleeve"}
+    assert rods == {(found.place[weight], found.place["sleeve"]) for weight in ("weight1", "weight2")}
 
 
 BODIES = ("first", "second", "third")

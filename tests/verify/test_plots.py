@@ -67,6 +67,10 @@ def test_what_does_not_apply_is_told(model: str, sentence: str) -> None:
     assert sentence in foot(mechanism_figure(load(model)))
 
 
+def test_the_inputs_that_modes_are_about_are_named() -> None:
+    assert "with the inputs at their start values, F = 0 N" in foot(mechanism_figure(load("cart_pole")))
+
+
 def test_slow_modes_come_first_and_the_others_are_counted() -> None:
     figure = mechanism_figure(load("n_pendulum", {"n": 10}))
     assert len(titles(figure)) == 8

@@ -108,16 +108,16 @@ def python_fmu(
 
     Raises ExportError for equations that this backend cannot print, BuildError if PythonFMU is not installed.
     """
-    if program.switches and not program.contact_events and not equations.mechanism.constraints:
+    if equations.mechanism.constraints or program.contact_events or program.latches or not printable(program):
+        raise ExportError(
+            f"the python backend cannot write the equations of '{equations.mechanism.name}': "
+            "it knows M qdd = f without constraints and events, with energies and outputs; use --backend c"
+        )
+    if program.hybrid:
         found = ", ".join(event.name for event in program.event_functions)
         raise ExportError(
             f"the python backend does not locate events, and the equations of '{equations.mechanism.name}' change at "
             f"the signs of {found}; use --backend c, or smooth(...) around kinks that a solver step may pass over"
-        )
-    if equations.mechanism.constraints or program.hybrid or not printable(program):
-        raise ExportError(
-            f"the python backend cannot write the equations of '{equations.mechanism.name}': "
-            "it knows M qdd = f without constraints and events, with energies and outputs; use --backend c"
         )
     table = build_table(equations, program)
     description = replace(blank, variables=table.variables)

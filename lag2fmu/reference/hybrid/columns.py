@@ -16,10 +16,10 @@ from lag2fmu.reference.state import Floats, State
 
 def columns_of(run: Run, track: Track) -> dict[str, Floats]:
     """q, qd, qdd, outputs, multipliers, residuals, energies and what elements show, (m,) each, in SI units."""
-    system, n, times = run.system, run.n, run.times
+    system, times = run.system, run.times
     q = [c.name for c in system.mechanism.coordinates]
     states, answers, missed = _answers(run, track)
-    columns = dict(zip((*q, *map(names.velocity, q)), track.values.T, strict=False))
+    columns = dict(zip((*q, *map(names.velocity, q), *run.further), track.values.T, strict=False))
     columns |= dict(zip(map(names.acceleration, q), np.array([a.qdd for a in answers]).T, strict=True))
     columns |= _by_sides(run, track, states, answers)
     multipliers = np.array([a.multipliers for a in answers]).reshape(len(times), -1)
@@ -28,7 +28,7 @@ def columns_of(run: Run, track: Track) -> dict[str, Floats]:
     columns |= dict(zip(map(names.residual, constraints), np.array(missed).reshape(len(times), -1).T, strict=True))
     columns |= _elements(run, track, states, answers)
     if system.elements.k:
-        columns[names.DISSIPATED_ENERGY] = track.values[:, 2 * n + 1]
+        columns[names.DISSIPATED_ENERGY] = track.values[:, run.size + 1]
     return columns
 
 

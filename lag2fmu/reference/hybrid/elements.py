@@ -78,7 +78,13 @@ class Elements:
         forces += [symbol(name) for name in self.force_names]
         capacities = [written(x) for f in frictions for x in (f.force, f.force if f.static is None else f.static)]
         self.load_dependent = any(x.free_symbols & set(forces) for x in capacities)
-        self._capacities = compiled((*arguments[: -len(s.parameters) or None], *forces, *s.parameters), capacities)
+        self._capacities = compiled(
+            (*arguments[: len(arguments) - len(s.parameters)], *forces, *s.parameters), capacities
+        )
+        qdd = [symbol(names.acceleration(c.name)) for c in mechanism.coordinates]
+        self.f_states = len(composition.further)
+        of_states = (*arguments[: len(arguments) - len(s.parameters)], *qdd, *forces, *s.parameters)
+        self._further = compiled(of_states, composition.further)
         self._damping = compiled(arguments, [composition.damper_power()])
         self._first_side = len(energies.constants) - self.sides
 
@@ -108,6 +114,12 @@ class Elements:
         values = self._events(state.rows, self._constants)
         c = self.sides + len(self.latches)
         return values[: self.sides], values[self.sides : c], values[c : c + self.u], values[c + self.u :]
+
+    def further(self, state: State, qdd: Floats, multipliers: Floats, forces: Floats) -> Floats:
+        """The derivatives of the further states, (f,), where constraints (m,) and rows (k,) bear these forces."""
+        if not self.f_states:
+            return np.zeros(0)
+        return self._further(np.concatenate([state.rows, qdd, multipliers, forces]), self._constants)
 
     def damper_power(self, state: State) -> float:
         """What dampers with a law of force dissipate, in W."""

@@ -19,7 +19,7 @@ class Piece:
 
     def __init__(self, system: System, modes: Modes, inputs: Callable[[float], Floats], damping: float) -> None:
         self.system, self.modes, self.inputs, self.damping = system, modes, inputs, damping
-        self.n = system.n
+        self.n, self.size = system.n, system.size
         e = system.elements
         labels = [("side", i) for i in range(e.sides)] + [("condition", j) for j in range(len(e.latches))]
         labels += [("gap", i) for i, mode in enumerate(modes.contacts) if mode is Mode.OPEN]
@@ -37,11 +37,16 @@ class Piece:
         return self.modes.contacts[i] in SENSE or i in self.modes.directions
 
     def state(self, t: float, y: Floats) -> State:
-        """The state at ``y`` (2 n + 2,)."""
-        return State(np.float64(t), y[: self.n], y[self.n : 2 * self.n], self.inputs(t))
+        """The state at ``y`` (s + 2,)."""
+        return State(np.float64(t), y[: self.n], y[self.n : 2 * self.n], self.with_further(self.inputs(t), y))
+
+    def with_further(self, inputs: Floats, y: Floats) -> Floats:
+        """``inputs`` (i, *batch) with the further states of y (s + 2, *batch) among them."""
+        f = self.size - 2 * self.n
+        return np.concatenate([inputs[: len(inputs) - f], y[2 * self.n : self.size]]) if f else inputs
 
     def slope(self, t: float, y: Floats) -> Floats:
-        """dy/dt, (2 n + 2,): velocities, accelerations, power of work, power that is dissipated."""
+        """dy/dt, (s + 2,): velocities, accelerations, further states, power of work, power that is dissipated."""
         system, n = self.system, self.n
         point = system.point(self.state(t, y))
         answer = system.answer(point, self.modes, self.damping)
@@ -56,14 +61,15 @@ class Piece:
             rubbing = slice(e.u, e.k - len(e.latches))
             lost -= float(answer.forces[rubbing] @ velocities[rubbing])
         found = np.empty_like(y)
-        found[:n], found[n : 2 * n], found[2 * n], found[2 * n + 1] = qd, answer.qdd, power, lost
+        found[:n], found[n : 2 * n], found[self.size :] = qd, answer.qdd, [power, lost]
+        found[2 * n : self.size] = e.further(point.state, answer.qdd, answer.multipliers, answer.forces)
         return found
 
     def events(self, times: Floats, y: Floats) -> Floats:
-        """The event functions at ``times`` (b,) and y (b, 2 n + 2): (count, b)."""
+        """The event functions at ``times`` (b,) and y (b, s + 2): (count, b)."""
         n, e, modes = self.n, self.system.elements, self.modes
         inputs = np.stack([self.inputs(float(t)) for t in times], axis=-1)
-        batch = State(times, y[:, :n].T, y[:, n : 2 * n].T, inputs)
+        batch = State(times, y[:, :n].T, y[:, n : 2 * n].T, self.with_further(inputs, y.T))
         margins, conditions, gaps, velocities = e.events(batch)
         out = np.empty((len(self.labels), len(times)))
         for row, (kind, i) in zip(out, self.labels[: self.plain], strict=False):
@@ -85,7 +91,7 @@ class Piece:
         return out
 
     def _forceful(self, t: float, y: Floats) -> Floats:
-        """The event functions that need forces at y (2 n + 2,): normal forces, margins of cones and of holding."""
+        """The event functions that need forces at y (s + 2,): normal forces, margins of cones and of holding."""
         e = self.system.elements
         point = self.system.point(self.state(t, y))
         answer = self.system.answer(point, self.modes)

@@ -28,9 +28,9 @@ STUCK = 200
 
 @dataclass(frozen=True, eq=False)
 class Track:
-    """A run at m times: q, qd, work, dissipated energy (m, 2 n + 2), modes, counts and last impulses (m, u), events.
+    """A run at m times: q, qd, further states, work, dissipated energy (m, s + 2); modes, events; impacts (m, u).
 
-    ``since``: impacts since the contact was closed last, (m, u).
+    ``impacts`` counts them, ``impulses`` are the last ones, ``since`` counts them since the contact was closed.
     """
 
     values: Floats
@@ -47,6 +47,8 @@ class Run:
 
     def __init__(self, system: System, signals: Signals, times: Floats) -> None:
         self.system, self.signals, self.times, self.n = system, signals, times, system.n
+        self.size, self.further = system.size, [z.name for z in system.mechanism.states]
+        self.nominal = np.concatenate([system.nominal, system.nominal, [z.nominal for z in system.mechanism.states]])
         self.end = np.inf
         needs = system.constraints.m or system.elements.k
         longest = LONGEST_PART * float(times[-1] - times[0])
@@ -60,15 +62,18 @@ class Run:
         return self.system.energies.input_values(values)
 
     def state(self, t: float, y: Floats) -> State:
-        """The state at y (2 n + 2,)."""
-        return State(np.float64(t), y[: self.n], y[self.n : 2 * self.n], self.inputs(t))
+        """The state at y (s + 2,)."""
+        inputs, f = self.inputs(t), len(self.further)
+        if f:
+            inputs[len(inputs) - f :] = y[2 * self.n : self.size]
+        return State(np.float64(t), y[: self.n], y[self.n : 2 * self.n], inputs)
 
     def follow(self, start: Floats, method: str, rtol: float) -> Track:
-        """The run from ``start`` (2 n,); raises SimulationError with the time reached."""
+        """The run from ``start`` (s,); raises SimulationError with the time reached."""
         return _Follower(self, method, rtol).follow(start)
 
     def started(self, start: Floats) -> Modes:
-        """The modes to begin with at ``start`` (2 n,), before anything is decided: what closes is not closed yet."""
+        """The modes to begin with at ``start`` (s,), before anything is decided: what closes is not closed yet."""
         e, state = self.system.elements, self.state(float(self.times[0]), start)
         sides = (1,) * e.sides
         for _ in range(e.sides + 1):
@@ -88,11 +93,10 @@ class _Follower:
         self.memory = Memory([0] * system.elements.u, np.zeros(system.elements.u))
         self.settling = Settling(system, self.memory, max(LOW, rtol))
         first, last = float(run.times[0]), float(run.times[-1])
-        nominal = np.concatenate([system.nominal, system.nominal])
-        weights = np.append(nominal, [self._energy_scale()] * 2)
+        weights = np.append(run.nominal, [self._energy_scale()] * 2)
         self.stepper = Stepper(method, rtol, rtol * weights, LONGEST_PART * (last - first))
         m, u = len(run.times), system.elements.u
-        self.values = np.full((m, 2 * self.n + 2), np.nan)
+        self.values = np.full((m, run.size + 2), np.nan)
         self.modes: list[Modes | None] = [None] * m
         self.counts, self.impulses, self.since = (np.zeros((m, u)) for _ in range(3))
         self.closings = np.zeros(u)  # counts of impacts when each contact was closed last
@@ -102,7 +106,8 @@ class _Follower:
         """An energy (J) to weigh the error of work with: T at nominal velocities."""
         system = self.run.system
         q, qd = (np.array([getattr(c, x) for c in system.mechanism.coordinates]) for x in ("start", "velocity"))
-        state = self.run.state(float(self.run.times[0]), np.concatenate([q, qd]))
+        further = [z.start for z in system.mechanism.states]
+        state = self.run.state(float(self.run.times[0]), np.concatenate([q, qd, further]))
         scale = float(0.5 * np.abs(np.diagonal(system.equations.terms(state).mass_matrix) * system.nominal**2).sum())
         return scale if scale > 0 else 1.0
 
@@ -164,14 +169,14 @@ class _Follower:
         for i, (a, b) in enumerate(zip(modes.contacts, new.contacts, strict=True)):
             if b is not Mode.OPEN and a is Mode.OPEN:
                 self.closings[i] = self.memory.impacts[i]
-        y = np.concatenate([state.q, state.qd, y[2 * self.n :] + gained])
+        y = np.concatenate([state.q, state.qd, y[2 * self.n : -2], y[-2:] + gained])
         self._measure_rebounds(state, new, logged)
         for row in np.flatnonzero(self.run.times == t).tolist():
             self._remember(row, y, new)
         return y, new
 
     def _measure_rebounds(self, state: State, modes: Modes, logged: int) -> None:
-        """Say of the impacts logged since how high they rebound."""
+        """Say of the impacts logged since how high they rebound; those without restitution do not try to."""
         events, system = self.memory.events, self.run.system
         if not any(event.kind == "impact" for event in events[logged:]):
             return
@@ -180,8 +185,9 @@ class _Follower:
         sizes, v = gap_sizes(system, point), point.rows.velocities
         for j, event in enumerate(events[logged:], logged):
             i = system.elements.contacts.index(event.element) if event.kind == "impact" else -1
-            if i >= 0 and (modes.contacts[i] is not Mode.OPEN or a[i] < 0):
-                high = 0.0 if modes.contacts[i] is not Mode.OPEN else v[i] ** 2 / (-2 * a[i])
+            closed = i >= 0 and modes.contacts[i] is not Mode.OPEN
+            if i >= 0 and (point.rows.restitution[i] > 0 if closed else a[i] < 0):
+                high = 0.0 if closed else v[i] ** 2 / (-2 * a[i])
                 events[j] = replace(event, height=float(high / sizes[i]))
 
     def _first_step(self, t: float, y: Floats, modes: Modes) -> float | None:

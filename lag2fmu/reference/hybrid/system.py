@@ -62,6 +62,7 @@ class System:
         self.energies, self.n = self.equations.energies, self.equations.n
         self.elements = Elements(self.energies)
         self.constraints = self.energies.constraints
+        self.size = 2 * self.n + len(mechanism.states)  # of the states: q, qd, further ones
         self.nominal = np.array([c.nominal for c in mechanism.coordinates])
 
     def latched(self, modes: Modes, position: bool) -> list[int]:

@@ -15,6 +15,7 @@ from lag2fmu.analysis.equilibria import equilibria
 from lag2fmu.analysis.evaluation import at, driven_by_time, operating_inputs
 from lag2fmu.analysis.linearization import linearize
 from lag2fmu.analysis.modes import Mode, normal_modes
+from lag2fmu.analysis.report import with_inputs
 from lag2fmu.description.symbols import Coordinate
 from lag2fmu.dynamics.equations import EquationsOfMotion
 from lag2fmu.dynamics.lagrange import derive
@@ -107,7 +108,7 @@ def _modes(equations: EquationsOfMotion) -> tuple[tuple[Mode, ...], dict[str, An
     rest = f"; {still} without a restoring force" if still else ""
     if not moving:
         return nothing, {}, f"About the equilibrium {place} no motion has a restoring force."
-    return moving, values, f"Normal modes about the equilibrium {place}{rest}."
+    return moving, values, f"Normal modes about the equilibrium {place}{with_inputs(equations)}{rest}."
 
 
 def _place(mechanism: Mechanism, q: Floats) -> str:

@@ -102,15 +102,18 @@ static void state_sentence(const Failure *failure, char text[], size_t size) {
     }
 }
 
-/* The kinds that concern the mass matrix. */
-static void mass_sentence(const Failure *failure, const char names[], char text[], size_t size) {
+/* The kinds that leave accelerations without a value. */
+static void accelerations_sentence(const Failure *failure, const char names[], char text[], size_t size) {
     if (failure->kind == FAILURE_SINGULAR) {
         snprintf(text, size, "at time %.17g the mass matrix becomes singular and does not determine the acceleration "
                  "of %s; check the masses and inertias, or start elsewhere", failure->time, names);
-    } else {
+    } else if (failure->kind == FAILURE_NEARLY_SINGULAR) {
         snprintf(text, size, "at time %.17g the mass matrix is nearly singular and hardly determines the acceleration "
                  "of %s; if the run ends here, this is why: check the masses and inertias, or start elsewhere",
                  failure->time, names);
+    } else {
+        snprintf(text, size, "at time %.17g the equations of motion give no finite acceleration of %s; "
+                 "the motion has left the range where they are defined%s", failure->time, names, fixed_step_remedy());
     }
 }
 
@@ -120,11 +123,8 @@ void failure_sentence(const Failure *failure, char text[], size_t size) {
     switch (failure->kind) {
     case FAILURE_SINGULAR:
     case FAILURE_NEARLY_SINGULAR:
-        mass_sentence(failure, names, text, size);
-        break;
     case FAILURE_NOT_FINITE:
-        snprintf(text, size, "at time %.17g the equations of motion give no finite acceleration of %s; "
-                 "the motion has left the range where they are defined%s", failure->time, names, fixed_step_remedy());
+        accelerations_sentence(failure, names, text, size);
         break;
     case FAILURE_FURTHER:
     case FAILURE_OVERFLOW:

@@ -122,6 +122,7 @@ static bool find_descents(Instance *instance, Descents *found) {
     double values[SIZE_EVENTS][ROOT_NODES], start[SIZE_EVENTS];
     double from = 0.0, width = 1.0;
     found->first = -1;
+    found->slope = 0.0;
     if (!events_evaluate(instance, state->time, state->states, start)) {
         return false;
     }

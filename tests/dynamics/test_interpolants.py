@@ -11,7 +11,8 @@ from scipy.interpolate import CubicSpline, PchipInterpolator, RectBivariateSplin
 from sympy import cos, sin
 
 from lag2fmu.dynamics import derive
-from lag2fmu.dynamics.tables import interpolant, kinks
+from lag2fmu.dynamics.functions import Array, Function
+from lag2fmu.dynamics.tables import in_pieces, interpolant
 from lag2fmu.errors import MechanismError
 from lag2fmu.graph.autodiff import forward
 from lag2fmu.graph.batches import evaluate
@@ -118,10 +119,24 @@ def test_the_formulas_call_the_tables() -> None:
     assert "well(2*theta)" in str(derive(swing()).sympy.lagrangian)
 
 
-def test_kinks_are_the_knots_of_linear_tables_and_held_ends() -> None:
-    equations = derive(swing())
+@pytest.mark.parametrize("kind", ["linear", "pchip", "cubic"])
+def test_pieces_are_the_table(kind: str) -> None:
+    """Choices at the kinks have the values and derivatives that the lookup has, inside, at and beyond the knots."""
+    theta = coordinate("theta", "rad")
+    m = Mechanism(
+        "m",
+        coordinates=[theta],
+        tables=[line(kind)],
+        energy=Energy(kinetic=theta.dot**2 / 2),
+        forces={theta: line(kind)(theta)},
+    )
+    equations = derive(m).apart()
     g, v = equations.graph, equations.variables
-    found = kinks(g, g.cone(equations.forcing))
-    assert set(found) >= {v.qd[0]}
-    assert found[v.qd[0]] == pytest.approx(X)
-    assert len(found) == 2
+    rows = [*equations.forcing, *forward(g, equations.forcing, {v.q[0]: g.one})]
+    results = tuple(("f", i, node) for i, node in enumerate(rows))
+    whole = Function("f", "", (Array("x", v.states),), ("f",), results)
+    (pieces,) = in_pieces(g, [whole], rows, {v.q[0]})
+    new = [node for *_, node in pieces.results]
+    assert new != rows
+    values = {"t": 0.0, "Q_theta": 0.0, "theta_dot": 0.0, "theta": np.concatenate([INSIDE, OUTSIDE])}
+    assert evaluate(g, new, values) == pytest.approx(evaluate(g, rows, values), rel=1e-13, abs=1e-13)

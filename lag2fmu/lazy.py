@@ -1,0 +1,20 @@
+"""Names that a package offers without importing their modules, so that one of its modules does not load them all."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from importlib import import_module
+
+
+def offered(package: str, homes: Mapping[str, str]) -> Callable[[str], object]:
+    """The ``__getattr__`` of ``package``, which finds the names in ``homes`` {name: module} where they are first used.
+
+    It raises AttributeError for any other name. No name may be that of a module of the package: PEP 562.
+    """
+
+    def find(name: str) -> object:
+        if name not in homes:
+            raise AttributeError(f"module '{package}' has no attribute '{name}'; there are {', '.join(homes)}")
+        return getattr(import_module(homes[name]), name)
+
+    return find

@@ -1,0 +1,99 @@
+"""What validation says of hybrid mechanisms: times that compare, and each law by a run that breaks it."""
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from lag2fmu.mechanism import Mechanism
+from lag2fmu.reference import Reference, Trajectory, integrate
+from lag2fmu.verify.hybrid import comparable, extent, row_checks
+from lag2fmu.verify.task import Task
+from tests.reference import hybrid_mechanisms as known
+
+LABEL = "co-simulation"
+
+
+def compared(mechanism: Mechanism, end: float) -> tuple[Task, Reference]:
+    """A task to ``end`` (s) and its direct integration; there is no FMU."""
+    task = Task(mechanism, Path(), end, 1e-6, None)
+    return task, integrate(mechanism, np.linspace(0, end, 1001), rtol=1e-9)
+
+
+@pytest.fixture(scope="module")
+def bouncing() -> tuple[Task, Reference]:
+    return compared(known.ball(0.5), 2.0)
+
+
+@pytest.fixture(scope="module")
+def sliding() -> tuple[Task, Reference]:
+    return compared(known.sliding_sphere(0.4), 1.5)
+
+
+def failed(task: Task, reference: Reference, **columns: np.ndarray) -> set[str]:
+    """The checks that fail for the direct integration itself with other ``columns``."""
+    own = reference.trajectory
+    changed = {name: columns.get(name, own[name]) for name in own.names}
+    rows = np.arange(len(own))
+    checks = row_checks(task, {LABEL: Trajectory.of(own.time, changed)}, reference, {LABEL: rows})
+    return {check.name for check in checks if not check.passed}
+
+
+def test_a_run_that_obeys_the_laws_passes(bouncing: tuple[Task, Reference], sliding: tuple[Task, Reference]) -> None:
+    assert failed(*bouncing) == set()
+    assert failed(*sliding) == set()
+
+
+def test_times_around_impacts_and_low_rebounds_are_not_compared(bouncing: tuple[Task, Reference]) -> None:
+    task, reference = bouncing
+    seen, time = comparable(task, reference), reference.trajectory.time
+    assert seen[time < 0.45].all()
+    assert seen[time > 1.4].all()
+    assert not seen[(time > 1.351) & (time < 1.354)].any()
+    (check,) = extent(task, reference, 2.0)
+    assert 0 < check.value < 0.02
+    assert "impacts)" in check.detail
+
+
+def test_penetration_is_seen(bouncing: tuple[Task, Reference]) -> None:
+    task, reference = bouncing
+    gap = reference.trajectory["floor_gap"].copy()
+    gap[100] = -1e-5
+    assert "no penetration" in failed(task, reference, floor_gap=gap)
+
+
+def test_pulling_forces_and_forces_at_open_contacts_are_seen(bouncing: tuple[Task, Reference]) -> None:
+    task, reference = bouncing
+    force = reference.trajectory["floor_force"].copy()
+    force[10] = 1e-3
+    assert "laws of contact" in failed(task, reference, floor_force=force)
+    force[10], force[-1] = 0.0, -1e-3
+    assert "laws of contact" in failed(task, reference, floor_force=force)
+
+
+def test_friction_beyond_its_cone_is_seen(sliding: tuple[Task, Reference]) -> None:
+    task, reference = sliding
+    friction = reference.trajectory["plane_friction_1"].copy()
+    friction[5] *= 1.01
+    assert "laws of contact" in failed(task, reference, plane_friction_1=friction)
+
+
+def test_an_impact_that_gains_energy_is_seen(bouncing: tuple[Task, Reference]) -> None:
+    task, reference = bouncing
+    energy = reference.trajectory["generalized_energy"].copy()
+    energy[reference.trajectory.time > 1] += 0.1
+    assert "energy never grows" in failed(task, reference, generalized_energy=energy)
+
+
+def test_late_and_missing_impacts_are_seen(bouncing: tuple[Task, Reference]) -> None:
+    task, reference = bouncing
+    late = np.interp(reference.trajectory.time - 0.005, reference.trajectory.time, reference.trajectory["floor_gap"])
+    assert "times of impacts" in failed(task, reference, floor_gap=np.maximum(late, 0.0))
+    fewer = np.maximum(reference.trajectory["floor_impacts"] - 1, 0)
+    assert "impacts counted" in failed(task, reference, floor_impacts=fewer)
+
+
+def test_another_acceleration_than_the_modes_ask_for_is_seen(sliding: tuple[Task, Reference]) -> None:
+    task, reference = sliding
+    x = 1.001 * reference.trajectory["x_ddot"]
+    assert "accelerations and forces of the run" in failed(task, reference, x_ddot=x)
