@@ -185,6 +185,16 @@ static bool stop_slips(Settling *settling, bool *jumped) {
     return !found || move_onto_modes(settling, jumped);
 }
 
+/* In model exchange the states have drifted off what has held so far: put back, a closed contact is at rest. */
+static bool undo_drift(Settling *settling, bool *jumped) {
+    const State *state = &settling->instance->state;
+    bool closed = false;
+    for (int i = 0; i < N_UNILATERALS; i++) {
+        closed = closed || contact_closed(state, i);
+    }
+    return !closed || !settling->instance->policy->stabilise || move_onto_modes(settling, jumped);
+}
+
 bool contacts_settle(Instance *instance, const bool due[], bool *jumped) {
     Settling settling = {.instance = instance};
     if (due == NULL) {
@@ -193,7 +203,7 @@ bool contacts_settle(Instance *instance, const bool due[], bool *jumped) {
         memcpy(settling.due, due, (2 * N_UNILATERALS + N_FRICTIONS) * sizeof(bool));
     }
     end_cascades(&settling);
-    if (!stop_slips(&settling, jumped) || !settling_measure(&settling)) {
+    if (!undo_drift(&settling, jumped) || !stop_slips(&settling, jumped) || !settling_measure(&settling)) {
         return false;
     }
     update_latches(&settling);
