@@ -177,8 +177,8 @@ void notice_sentence(const Notice *notice, char text[], size_t size) {
         motion_sentence(notice, text, size);
         break;
     case NOTICE_RANGE:
-        snprintf(text, size, "the coordinate %s leaves its range from %.6g to %.6g before time %.17g s; the bounds are "
-                 "no stops, and the motion goes on without them", state_name(BOUNDED[notice->index]),
+        snprintf(text, size, "the coordinate %s leaves its range from %.6g to %.6g (SI) before time %.17g s; the bounds "
+                 "are no stops, and the motion goes on without them", state_name(BOUNDED[notice->index]),
                  RANGES[notice->index][0], RANGES[notice->index][1], notice->time);
         break;
     case NOTICE_NO_FORCES:
