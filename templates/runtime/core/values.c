@@ -9,10 +9,15 @@ bool value_is_integer(VariableKind kind) {
     return kind == VARIABLE_MODE || kind == VARIABLE_IMPACTS;
 }
 
+/* While the rest of accumulating impacts lasts, a contact is open, though they are not followed one by one. */
+static int64_t mode_of(const State *state, int element) {
+    return element < N_UNILATERALS && state->cascading[element] ? MODE_OPEN : state->modes[element];
+}
+
 int value_integer(const Instance *instance, const Variable *variable) {
     const State *state = &instance->state;
     const int64_t value =
-        variable->kind == VARIABLE_MODE ? state->modes[variable->index] : state->impacts[variable->index];
+        variable->kind == VARIABLE_MODE ? mode_of(state, variable->index) : state->impacts[variable->index];
     return value < INT_MAX ? (int)value : INT_MAX;
 }
 
