@@ -33,7 +33,12 @@ FAMILIES = [
 ]
 
 
-@pytest.mark.parametrize("model", bundled())
+UNDECIDED = frozenset(("newtons_cradle",))
+"""Balls that touch pass elastic impacts on: which pair collides first is decided by rounding, and runs part at once.
+tests/gallery/test_impacts.py has closed forms."""
+
+
+@pytest.mark.parametrize("model", models(UNDECIDED))
 def test_the_fmu_agrees_with_the_direct_integration(model: str) -> None:
     report = lag2fmu.validate(model)
     assert report.passed, str(report)
