@@ -287,9 +287,9 @@ def test_bad_usage_gets_one_sentence(run, arguments: list[str], sentence: str) -
 
 
 def test_a_file_beside_the_name_is_suggested(run) -> None:
-    write("crane.toml", "")
-    result = run("show", "crane")
-    assert (result.exit_code, "did you mean the file 'crane.toml'?" in result.stderr) == (2, True)
+    write("winch.toml", "")
+    result = run("show", "winch")
+    assert (result.exit_code, "did you mean the file 'winch.toml'?" in result.stderr) == (2, True)
 
 
 @pytest.mark.fmu

@@ -20,9 +20,9 @@ from lag2fmu.verify.plan import Floats, Kind, Plan, Run, planned
 _FMI_TYPES = {"co-simulation": "CoSimulation", "model-exchange": "ModelExchange"}
 _INTEGERS = ("Integer", "Enumeration")
 _LOGGER = logging.getLogger("lag2fmu")
-MOST_STEPS = 100_000
-"""The steps that CVode may take from one communication point to the next; its own bound, 500, is for slow motions."""
 """Gets what an FMU warns of; without a handler of the user's it goes to standard error."""
+MOST_STEPS = 20_000
+"""The steps that CVode may take from one communication point to the next; its own bound, 500, is for slow motions."""
 
 
 def simulate_fmu(path: Path, run: Run) -> Trajectory:

@@ -141,9 +141,9 @@ def test_sets_and_order_of_the_model_structure(model: str, outputs: tuple[str, .
     assert list(unknowns(root, "InitialUnknowns")) == sorted(expected)
 
     massless = {"x"} if model == "slides_problem_5_small" else set()
-    assert {variables[i - 1].get("name") for i in states} == {
-        name for q in mechanism.coordinates if q.name not in massless for name in (q.name, f"{q.name}_dot")
-    }
+    names = {name for q in mechanism.coordinates if q.name not in massless for name in (q.name, f"{q.name}_dot")}
+    names |= {z.name for z in mechanism.states} | ({"dissipated_energy"} if mechanism.hybrid else set())
+    assert {variables[i - 1].get("name") for i in states} == names
     for derivative, state in derivatives.items():
         assert variables[derivative - 1].get("name") == f"der_{variables[state - 1].get('name')}"
     inputs = {number[v.get("name")] for v in variables if v.get("causality") in ("input", "independent")}

@@ -276,8 +276,10 @@ def test_forces_without_an_equilibrium_stop_the_run_with_a_sentence(exported) ->
 
 
 @pytest.mark.fmu
+@pytest.mark.filterwarnings("ignore::pytest.PytestUnraisableExceptionWarning")  # fmpy's callback, when CVode tries on
 def test_a_run_of_the_importer_that_comes_to_a_singular_position_hears_why() -> None:
-    with pytest.raises(SimulationError, match=r"nearly singular and hardly determines the acceleration of x, phi;"):
+    reason = r"singular and (hardly determines|does not determine) the acceleration of x, phi;"
+    with pytest.raises(SimulationError, match=reason):
         simulate(load("slides_problem_5_massless"), stop_time=1.0, step=0.01, kind="model-exchange")
 
 
