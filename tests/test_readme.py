@@ -11,6 +11,7 @@ from pathlib import Path
 import pytest
 
 from lag2fmu.formats.loading import bundled
+from lag2fmu.formats.text import read
 
 ROOT = Path(__file__).parents[1]
 README = (ROOT / "README.md").read_text("utf-8")
@@ -64,6 +65,17 @@ def test_the_repository_table_is_true() -> None:
     assert rooms <= set(places)
     for place in places:
         assert any((ROOT / above / place).is_dir() for above in ("", "lag2fmu", "templates/runtime")), place
+
+
+def test_what_docs_hybrid_shows_is_read_and_runs(tmp_path: Path) -> None:
+    """About 5 s, nearly all of it for the export of the Python example."""
+    text = (ROOT / "docs" / "hybrid.md").read_text("utf-8")
+    blocks = dict(re.findall(r"```(\w+)\n(.*?)```", text, re.DOTALL))
+    machine = read(blocks["toml"], "machine.toml")
+    assert [u.name for u in machine.unilaterals] == ["floor", "wall_upper"]
+    assert set(re.findall(r"^\| `(\w+)`", text.split("## Models")[1], re.MULTILINE)) <= set(bundled())
+    output = _run([sys.executable, "-c", blocks["python"]], tmp_path).stdout
+    assert output == "rests at 4.06 s, force 4.905 N, lost 4.905 J\n"
 
 
 def test_the_readme_is_short() -> None:
