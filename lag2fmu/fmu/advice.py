@@ -8,6 +8,7 @@ from lag2fmu.analysis.stiffness import Vibration, stiffness, undamped_vibrations
 from lag2fmu.dynamics.equations import EquationsOfMotion
 from lag2fmu.errors import ExportError
 from lag2fmu.mechanism.record import Mechanism
+from lag2fmu.solvers.collocation import Collocation
 from lag2fmu.solvers.methods import DEFAULT_SOLVER, METHODS, STIFF_SOLVER, Method, takes
 
 _SEEN, _MOST = 1e-9, 6
@@ -67,6 +68,12 @@ def missed_vibrations(equations: EquationsOfMotion, method: Method) -> tuple[Vib
 
 def check_solver(mechanism: Mechanism, method: Method) -> None:
     """Raise ExportError for a method that does not take the constraints; the message names methods that do."""
+    if mechanism.hybrid and isinstance(method, Collocation) and method.variational:
+        others = [name for name, other in METHODS.items() if not (isinstance(other, Collocation) and other.variational)]
+        raise ExportError(
+            f"solver '{method.solver}' discretises an action, and mechanism '{mechanism.name}' has contacts, stops, "
+            f"dry friction or latches, whose impacts and forces belong to none; take one of {', '.join(others)}"
+        )
     kinds = sorted({c.kind for c in mechanism.constraints if not takes(method, c.kind)})
     if not kinds:
         return

@@ -142,6 +142,10 @@ void failure_sentence(const Failure *failure, char text[], size_t size) {
         snprintf(text, size, "at time %.17g the equations of an implicit solver step of %.3g s are not solved by "
                  "iteration; %s", failure->time, failure->step, solver_iteration_remedy());
         break;
+    case FAILURE_PENETRATION:
+        snprintf(text, size, "at the start, time %.17g, the gap of %.400s is %.6g (SI); expected 0 or more: start where "
+                 "nothing penetrates", failure->time, CONSTRAINT_NAMES[failure->count], failure->amount);
+        break;
     case FAILURE_SLIDING:
         snprintf(text, size, "at time %.17g no forces of sliding friction are in equilibrium with the forces that they "
                  "depend on; check the coefficients of friction", failure->time);

@@ -93,6 +93,7 @@ typedef enum {
     FAILURE_ITERATION,       /* the equations of an implicit step were not solved */
     FAILURE_CONSTRAINTS,     /* no states were found that meet the constraints */
     FAILURE_SLIDING,         /* no forces of sliding friction were found */
+    FAILURE_PENETRATION,     /* the start leaves a gap negative */
     FAILURE_MODES,           /* no modes were found that obey the laws of contact */
     FAILURE_MASSLESS,        /* the flagged coordinates, which have no mass, do not follow from the others */
     FAILURE_EVENT_VALUE,     /* an event function has no finite value */
@@ -123,7 +124,9 @@ typedef enum {
     NOTICE_UNRESOLVED = 4, /* steps do not resolve an undamped vibration: the method damps it or misses it */
     NOTICE_MOTION = 8,  /* of a motion input only the position moves */
     NOTICE_RANGE = 16,  /* a coordinate left its range */
-    NOTICE_NO_FORCES = 32 /* a contact could not bear its sliding friction (Painleve's paradox) */
+    NOTICE_NO_FORCES = 32, /* a contact could not bear its sliding friction (Painleve's paradox) */
+    NOTICE_POISSON = 64, /* Newton's law would have made the energy grow in an impact */
+    NOTICE_CLOSED = 128  /* the rounds of an impact had no end */
 } NoticeKind;
 
 /* notice_sentence (notices.h) puts it in words. */

@@ -156,8 +156,24 @@ static void motion_sentence(const Notice *notice, char text[], size_t size) {
              notice->time, variable_name(VARIABLE_INPUT, input + 1), variable_name(VARIABLE_INPUT, input + 2));
 }
 
-void note_no_forces(Instance *instance, int event) {
-    give_notice(instance, NOTICE_NO_FORCES, 0.0, event);
+void note_impact(Instance *instance, NoticeKind kind, int event) {
+    give_notice(instance, kind, 0.0, event);
+}
+
+static void impact_sentence(const Notice *notice, char text[], size_t size) {
+    const char *name = events_name(notice->index);
+    if (notice->kind == NOTICE_NO_FORCES) {
+        snprintf(text, size, "at time %.17g s sliding friction left no forces that obey their laws (Painleve's paradox; "
+                 "%.400s): an impact without a collision stopped the slip; check the coefficient of friction",
+                 notice->time, name);
+    } else if (notice->kind == NOTICE_POISSON) {
+        snprintf(text, size, "at time %.17g s Newton's law of impact would have made the kinetic energy grow, or had no "
+                 "solution (%.400s): Poisson's law was taken there; lower the restitution or the friction if that is "
+                 "not meant", notice->time, name);
+    } else {
+        snprintf(text, size, "at time %.17g s the rounds of an impact had no end (%.400s): it was closed without "
+                 "restitution; export with impacts = \"simultaneous\" if the contacts share it", notice->time, name);
+    }
 }
 
 void notice_sentence(const Notice *notice, char text[], size_t size) {
@@ -182,9 +198,9 @@ void notice_sentence(const Notice *notice, char text[], size_t size) {
                  RANGES[notice->index][0], RANGES[notice->index][1], notice->time);
         break;
     case NOTICE_NO_FORCES:
-        snprintf(text, size, "at time %.17g s sliding friction left no forces that obey their laws (Painleve's paradox; "
-                 "%.400s): an impact without a collision stopped the slip; check the coefficient of friction",
-                 notice->time, events_name(notice->index));
+    case NOTICE_POISSON:
+    case NOTICE_CLOSED:
+        impact_sentence(notice, text, size);
         break;
     case NOTICE_NONE:
     default:

@@ -34,8 +34,8 @@ void keep_motions(State *state);
 /* Notices coordinates that are out of their ranges at the present point. */
 void watch_ranges(Instance *instance);
 
-/* Notices that the sliding friction at an event function's contact left no forces, so that an impact stopped the slip. */
-void note_no_forces(Instance *instance, int event);
+/* Gives notice of an impact: NO_FORCES, POISSON or CLOSED; event is an event function of the contact. */
+void note_impact(Instance *instance, NoticeKind kind, int event);
 
 /* The rounding error (s) of the difference of two times up to this one. */
 double rounding_of_length(double time);

@@ -15,6 +15,9 @@ enum { N = N_COORDINATES, K = N_CONSTRAINTS };
 /* A gap is closed, and a velocity 0, to this part of nominal values. */
 static const double TOUCHING = 1e-10, AT_REST = 1e-10;
 
+/* A start may be typed with few digits: a gap that is negative by less than this part of nominal values is closed. */
+static const double CLOSED_AT_START = 1e-6;
+
 bool settling_due(const Settling *settling, int function) {
     return settling->due[function];
 }
@@ -111,7 +114,7 @@ static bool update_latches(Settling *settling) {
 static void find_touching(Settling *settling) {
     const State *state = &settling->instance->state;
     for (int i = 0; i < N_UNILATERALS; i++) {
-        const bool near = fabs(settling->rows.positions[i]) <= TOUCHING * row_size(&settling->rows, i);
+        const bool near = settling->rows.positions[i] <= TOUCHING * row_size(&settling->rows, i);
         settling->touching[i] = contact_closed(state, i) || near || settling_due(settling, 2 * i);
     }
 }
@@ -195,6 +198,21 @@ static bool undo_drift(Settling *settling, bool *jumped) {
     return !closed || !settling->instance->policy->stabilise || move_onto_modes(settling, jumped);
 }
 
+/* Is no gap negative at the start? Gaps that are closed but for a part of nominal values are. */
+static bool starts_apart(Settling *settling) {
+    Failure *failure = &settling->instance->failure;
+    for (int i = 0; i < N_UNILATERALS; i++) {
+        if (settling->rows.positions[i] < -CLOSED_AT_START * row_size(&settling->rows, i)) {
+            failure->kind = FAILURE_PENETRATION;
+            failure->time = settling->instance->state.time;
+            failure->count = ROW_PLACES[i];
+            failure->amount = settling->rows.positions[i];
+            return false;
+        }
+    }
+    return true;
+}
+
 bool contacts_settle(Instance *instance, const bool due[], bool *jumped) {
     Settling settling = {.instance = instance};
     if (due == NULL) {
@@ -204,6 +222,9 @@ bool contacts_settle(Instance *instance, const bool due[], bool *jumped) {
     }
     end_cascades(&settling);
     if (!undo_drift(&settling, jumped) || !stop_slips(&settling, jumped) || !settling_measure(&settling)) {
+        return false;
+    }
+    if (due == NULL && !starts_apart(&settling)) {
         return false;
     }
     update_latches(&settling);

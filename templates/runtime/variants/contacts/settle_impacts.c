@@ -128,6 +128,9 @@ static bool perform(Settling *settling, const bool loaded[], bool collision, boo
     move(settling, result.impulses);
     settling->instance->state.states[DISSIPATED] += result.lost;
     keep_result(settling, &result, which, count);
+    if (collision && count > 0 && (result.poisson || result.closed)) {
+        note_impact(settling->instance, result.closed ? NOTICE_CLOSED : NOTICE_POISSON, N_SWITCHES + 2 * which[0]);
+    }
     *jumped = true;
     return settling_measure(settling);
 }
@@ -159,7 +162,7 @@ bool settling_without_collision(Settling *settling, bool *jumped) {
     }
     for (int i = N_UNILATERALS - 1; i >= 0; i--) {
         if (settling->rebounds[i]) {
-            note_no_forces(settling->instance, N_SWITCHES + 2 * i);
+            note_impact(settling->instance, NOTICE_NO_FORCES, N_SWITCHES + 2 * i);
         }
         settling->rebounds[i] = false;
     }
