@@ -75,7 +75,7 @@ def test_what_docs_hybrid_shows_is_read_and_runs(tmp_path: Path) -> None:
     assert [u.name for u in machine.unilaterals] == ["floor", "wall_upper"]
     assert set(re.findall(r"^\| `(\w+)`", text.split("## Models")[1], re.MULTILINE)) <= set(bundled())
     output = _run([sys.executable, "-c", blocks["python"]], tmp_path).stdout
-    assert output == "rests at 4.06 s, force 4.905 N, lost 4.905 J\n"
+    assert output == "rests at 4.07 s, force 4.905 N, lost 4.905 J\n"
 
 
 def test_the_readme_is_short() -> None:
