@@ -63,13 +63,13 @@ USERS = {
 """package -> the modules or rooms that use it: one each, but compilers and strangers' FMUs are different programs, and
 the independent path shares no compiler with what it checks"""
 
-MOST_LAYERS = 38
+MOST_LAYERS = 33
 """Modules in the longest chain of imports, from ``errors`` to ``cli.__main__``; it is 27 without hybrid motions."""
 
-MOST_LINES, MOST_LONG_MODULES = 300, 10
+MOST_LINES, MOST_LONG_MODULES = 300, 5
 """Lines that a module should fit in, and how many modules may be longer; none has half as many again."""
 
-MOST_LINES_OF_A_FUNCTION = 70
+MOST_LINES_OF_A_FUNCTION = 60
 """Without its docstring; 50 are what a screen takes in at once."""
 
 MOST_WAYS, MOST_WIDE_FUNCTIONS = 12, 25

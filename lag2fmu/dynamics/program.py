@@ -28,10 +28,10 @@ def lower(equations: EquationsOfMotion, promoted: Collection[str] = (), variatio
 
     The arguments of the functions are t; x = (q, qd) with the f further states behind, (2n + f,); u, the inputs: Q,
     then the user's, then y0, y0_dot, y0_ddot of each motion; p, numbers of modes, the switches of kinks and behind them
-    the independent parameters; qdd, (n,), with the m
-    multipliers behind it. Where coordinates without mass follow from forces, the rates of the inputs stand behind the
-    inputs in u. Of M, which is row-major, only the lower triangle is written. All values are in SI units. Raises
-    DerivationError if a function would need a variable that is none of its arguments.
+    the independent parameters; qdd, (n,), with the m multipliers behind it. Where coordinates without mass follow from
+    forces, the rates of the inputs stand behind the inputs in u. Of M, which is row-major, only the lower triangle is
+    written. All values are in SI units. Raises DerivationError if a function would need a variable that is none of its
+    arguments.
     """
     equations = equations.apart()
     modes = Modes((), (), ())
@@ -39,46 +39,17 @@ def lower(equations: EquationsOfMotion, promoted: Collection[str] = (), variatio
     if len(equations.rows):
         equations, modes, places = with_rows(equations)
     g, v = equations.graph, equations.variables
-    sliding = sliding_forces(g, equations.rows, modes)
-    p = Array("p", v.parameters)
-    state = (Array("t", (v.t,), True), Array("x", v.states), Array("u", v.signals), p)
-    factor, solution = _factor_and_solve(equations, state)
     outputs = frozenset((*equations.mechanism.output_names, *promoted))
-    qdd = Array("qdd", v.unknowns)
-    functions = (
-        _function("mechanism_dependent", "Dependent parameters c.", (p,), c=equations.dependent.values()),
-        _accelerations(equations, state),
-        _dynamics(equations, state),
-        factor,
-        solution,
-        *_constraints(equations, state, factor),
-        *_further(equations, state, qdd),
-        *(_canonical(equations, state) if variational else ()),
-        _function(
-            "mechanism_locals",
-            "Momenta, energies and outputs y.",
-            (*state, qdd),
-            y=(node for _, node in equations.locals()),
-        ),
-        *_rows(equations, sliding, state, qdd),
-        *_tangents(
-            differentiate(equations, sliding), state, qdd, len(equations.constraints) > 0, len(equations.rows) > 0
-        ),
-        *_second_derivatives(differentiate_twice(equations, outputs), state, qdd),
-    )
-    arguments = _arguments(g, functions, state)
-    if arguments:
-        doc = "Arguments a of tables that have no value outside their data."
-        functions = (*functions, _function("mechanism_arguments", doc, state, a=(node for node, _ in arguments)))
+    functions, arguments, factor_size = _functions(equations, modes, outputs, variational)
     found = switched(
         g, v, equations.mechanism, functions, masks=len(modes.numbers), conditions=equations.rows.conditions
     )
     return Program(
         graph=g,
         functions=tuple(function.check(g) for function in found.functions),
-        arguments=tuple(argument for _, argument in arguments),
+        arguments=arguments,
         method=equations.method,
-        factor_size=len(factor.results) - len(v.q),
+        factor_size=factor_size,
         inputs=tuple(str(g.leaf[node]) for node in v.inputs),
         signals=len(v.signals),
         locals=tuple(name for name, _ in equations.locals()),
@@ -95,6 +66,39 @@ def lower(equations: EquationsOfMotion, promoted: Collection[str] = (), variatio
         switches=len(found.margins),
         event_functions=(*found.margins, *_contact_events(equations)),
     )
+
+
+def _functions(
+    equations: EquationsOfMotion, modes: Modes, outputs: Collection[str], variational: bool
+) -> tuple[tuple[Function, ...], tuple[TableArgument, ...], int]:
+    """The functions with kinks in them, the arguments of tables that are watched, and the length of w, see Program."""
+    g, v = equations.graph, equations.variables
+    sliding = sliding_forces(g, equations.rows, modes)
+    p, qdd = Array("p", v.parameters), Array("qdd", v.unknowns)
+    state = (Array("t", (v.t,), True), Array("x", v.states), Array("u", v.signals), p)
+    factor, solution = _factor_and_solve(equations, state)
+    doc = "Momenta, energies and outputs y."
+    functions = (
+        _function("mechanism_dependent", "Dependent parameters c.", (p,), c=equations.dependent.values()),
+        _accelerations(equations, state),
+        _dynamics(equations, state),
+        factor,
+        solution,
+        *_constraints(equations, state, factor),
+        *_further(equations, state, qdd),
+        *(_canonical(equations, state) if variational else ()),
+        _function("mechanism_locals", doc, (*state, qdd), y=(node for _, node in equations.locals())),
+        *_rows(equations, sliding, state, qdd),
+        *_tangents(
+            differentiate(equations, sliding), state, qdd, len(equations.constraints) > 0, len(equations.rows) > 0
+        ),
+        *_second_derivatives(differentiate_twice(equations, outputs), state, qdd),
+    )
+    watched = _arguments(g, functions, state)
+    if watched:
+        doc = "Arguments a of tables that have no value outside their data."
+        functions = (*functions, _function("mechanism_arguments", doc, state, a=(node for node, _ in watched)))
+    return functions, tuple(argument for _, argument in watched), len(factor.results) - len(v.q)
 
 
 def _arguments(

@@ -7,6 +7,7 @@ Source: Ch. Glocker, Set-Valued Force Laws, Springer 2001, chapters 5 and 6.
 
 from __future__ import annotations
 
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 
 from lag2fmu.dynamics.variables import Variables
@@ -85,24 +86,11 @@ def compose_rows(graph: Graph, mechanism: Mechanism, put: Translator, v: Variabl
         *forward(graph, held[:holonomic], direction),
         *held[holonomic:],
     ]
-    jacobian = [tuple(reverse(graph, {velocity: graph.one}, v.qd)) for velocity in velocities]
-    labels = [
-        *(contact.where for contact in contacts),
-        *(f"{contact.where}, slip" for contact in contacts for _ in contact.slips),
-        *(f"frictions.{friction.name}, on" for friction in frictions),
-        *(f"constraints.{latch.kind}.{latch.name}" for latch in latches),
-    ]
-    for label, row in zip(labels, jacobian, strict=True):
-        if any(v.moves(graph, entry) for entry in row):
-            raise DerivationError(
-                f"{label}: it is not affine in the velocities; write it as a sum of velocities with factors that "
-                "contain none"
-            )
     return Rows(
         positions=(*gaps, *held[:holonomic]),
         velocities=tuple(velocities),
         accelerations=tuple(forward(graph, velocities, direction)),
-        jacobian=tuple(jacobian),
+        jacobian=_jacobian(graph, mechanism, v, velocities),
         forces=v.forces,
         slips=tuple(len(contact.slips) for contact in contacts),
         restitution=tuple(put(contact.restitution) for contact in contacts),
@@ -112,3 +100,26 @@ def compose_rows(graph: Graph, mechanism: Mechanism, put: Translator, v: Variabl
         holding=tuple(put(friction.force if friction.static is None else friction.static) for friction in frictions),
         conditions=tuple(put(latch.while_) for latch in latches),
     )
+
+
+def _jacobian(
+    graph: Graph, mechanism: Mechanism, v: Variables, velocities: Sequence[Node]
+) -> tuple[tuple[Node, ...], ...]:
+    """G (R, n) of the rows; raises DerivationError for one that is not affine in the velocities."""
+    jacobian = tuple(tuple(reverse(graph, {velocity: graph.one}, v.qd)) for velocity in velocities)
+    for label, row in zip(_labels(mechanism), jacobian, strict=True):
+        if any(v.moves(graph, entry) for entry in row):
+            raise DerivationError(
+                f"{label}: it is not affine in the velocities; write it as a sum of velocities with factors that "
+                "contain none"
+            )
+    return jacobian
+
+
+def _labels(mechanism: Mechanism) -> Iterator[str]:
+    """Where each row is written."""
+    contacts = mechanism.unilaterals
+    yield from (contact.where for contact in contacts)
+    yield from (f"{contact.where}, slip" for contact in contacts for _ in contact.slips)
+    yield from (f"frictions.{friction.name}, on" for friction in mechanism.frictions)
+    yield from (f"constraints.{latch.kind}.{latch.name}" for latch in mechanism.latches)
