@@ -85,9 +85,12 @@ def energy_rate(equations: EquationsOfMotion) -> Node:
 def conserved(equations: EquationsOfMotion) -> tuple[Conserved, ...]:
     """The conserved quantities of ``equations``, each confirmed at random states; external forces are zero.
 
-    Those that symmetries give (cyclic coordinates, L without t), and the momenta of all bodies. Source: Landau,
-    Lifshitz, Mechanics, sections 6, 7 and 9.
+    Those that symmetries give (cyclic coordinates, L without t), and the momenta of all bodies. None where contacts,
+    stops, dry friction or latches act, whose forces are not among the ``equations``. Source: Landau, Lifshitz,
+    Mechanics, sections 6, 7 and 9.
     """
+    if equations.mechanism.hybrid:
+        return ()
     equations = equations.apart()
     found: dict[Node, tuple[str, str]] = {}
     for name, meaning, node in [*_by_symmetry(equations), *_of_bodies(equations)]:
@@ -108,6 +111,8 @@ def conserved(equations: EquationsOfMotion) -> tuple[Conserved, ...]:
 
 def why_energy_changes(equations: EquationsOfMotion) -> str:
     """What makes h change, as a phrase; empty if it is conserved."""
+    if equations.mechanism.hybrid:
+        return "contacts, stops, dry friction or latches act"
     equations = equations.apart()
     g, v = equations.graph, equations.variables
     rate = _silent(equations, energy_rate(equations))

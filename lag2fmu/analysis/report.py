@@ -108,7 +108,9 @@ def _conserved(equations: EquationsOfMotion) -> Iterator[Line]:
             yield Line(item.name, item.expression)
     if not any(item.name == "generalized_energy" for item in found):
         yield Line(f"The generalized energy h changes: {why_energy_changes(equations)}.")
-    if not any(item.name != "generalized_energy" for item in found):
+    if equations.mechanism.hybrid:
+        yield Line("Momenta may be conserved between impacts; this is not looked for.")
+    elif not any(item.name != "generalized_energy" for item in found):
         yield Line("No momentum is conserved.")
 
 
@@ -123,6 +125,8 @@ def with_inputs(equations: EquationsOfMotion) -> str:
 def _equilibria(equations: EquationsOfMotion, found: Sequence[Equilibrium]) -> Iterator[Line]:
     if with_inputs(equations):
         yield Line(f"Rest{with_inputs(equations)}:")
+    if equations.mechanism.hybrid:
+        yield Line("Without contacts, stops, dry friction and latches, which this analysis leaves out:")
     if not found:
         yield Line("None was found, neither from the start nor from places around it.")
     for item in found:

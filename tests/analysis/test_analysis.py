@@ -497,3 +497,12 @@ def test_the_report_has_the_modes_in_text_and_latex() -> None:
     latex = analysis_report(load("double_pendulum"), "latex")
     assert latex.count("\\paragraph{") == 6
     assert "\\cos{\\left(\\theta_{1} \\right)}" in latex
+
+
+def test_nothing_is_called_conserved_where_friction_acts() -> None:
+    """The equations that are analysed lack its forces, and the report says so."""
+    equations = derive(load("block_on_belt"))
+    assert conserved(equations) == ()
+    report = analysis_report(load("block_on_belt"))
+    assert "contacts, stops, dry friction or latches act" in report
+    assert "which this analysis leaves out" in report
