@@ -48,6 +48,8 @@ def test_the_fmu_agrees_with_the_direct_integration(model: str) -> None:
 @pytest.mark.slow
 @pytest.mark.parametrize("model", models(CHAOTIC))
 def test_the_fmu_agrees_at_a_sharp_tolerance(model: str, exported) -> None:
+    if load(model).hybrid:
+        pytest.skip("importers locate events to the hysteresis of the indicators; tests/gallery has sharp bars")
     report = lag2fmu.validate(exported(model), tolerance=1e-10)
     assert report.passed, str(report)
 

@@ -32,6 +32,11 @@ class Model:
         """Whether the flag is declared for this kind."""
         return self.description.can(self.kind, capability)
 
+    @property
+    def indicators(self) -> int:
+        """The number of event indicators."""
+        return int(number(self.description.root.get("numberOfEventIndicators", "0")))
+
     def instance(self, guid: str | None = None, name: str = "check") -> Instance:
         """A new instance; not alive if the FMU refused."""
         resources = (self.folder / "resources").resolve().as_uri()

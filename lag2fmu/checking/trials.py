@@ -236,10 +236,9 @@ def equations(model: Model) -> Iterator[Finding]:
     if model.kind != "ModelExchange":
         return
     size = len(model.derivatives)
-    indicators = int(number(model.description.root.get("numberOfEventIndicators", "0")))
     with model.session() as session:
         session.start()
-        for function, count in (("GetDerivatives", size), ("GetEventIndicators", indicators)):
+        for function, count in (("GetDerivatives", size), ("GetEventIndicators", model.indicators)):
             if not all(map(math.isfinite, session.instance.vector(function, count))):
                 problem = f"fmi2{function} gives what is no finite number at t = {session.time:g} s"
                 yield Finding("value-finite", model.kind, problem, "make the model computable at its default values")

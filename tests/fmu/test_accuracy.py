@@ -62,6 +62,8 @@ def regular(reference: Reference) -> Reference:
 @pytest.mark.parametrize("model", models(QUICK))
 def test_error_against_direct_integration(model: str, exported, directly) -> None:
     """Below its bar for three communication steps, and proportional to the tolerance from 1e-3 to 1e-10."""
+    if load(model).hybrid:
+        pytest.skip("velocities jump at impacts, whose times differ by the error; tests/gallery has closed forms")
     fmu, reference = exported(model), regular(directly(model))
     for tolerance, bar in BARS.items():
         errors = {points: error(fmu, reference, points, tolerance) for points in STEPS}
