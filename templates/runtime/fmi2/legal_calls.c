@@ -35,6 +35,8 @@ static const Row SETTABLE[N_VARIABLE_KINDS] = {
     [VARIABLE_MODE]         = {"mode",         ". . . . . .",   ". . . . . ."},
     [VARIABLE_IMPACTS]      = {"impacts",      ". . . . . .",   ". . . . . ."},
     [VARIABLE_IMPULSE]      = {"impulse",      ". . . . . .",   ". . . . . ."},
+    [VARIABLE_INDICATOR]    = {"indicator",    ". . . . . .",   ". . . . . ."},
+    [VARIABLE_CLOCK]        = {"clock",        ". . . . . .",   ". . . . . ."},
 };
 
 /* The modes' names and their columns in the tables, one for each type of instance; -1 where the type has no
