@@ -24,6 +24,7 @@ class Version:
 
     ``gate`` is the folder of its functions in templates/runtime, and what their names begin with. ``interface`` says
     what its FMUs offer, ``to_xml`` writes modelDescription.xml, ``folders`` are those of a platform in binaries/.
+    ``has_ports``: value references are those of ``ports``, and event indicators and clocks are variables.
     """
 
     name: str
@@ -31,6 +32,7 @@ class Version:
     interface: Interface
     to_xml: Callable[[ModelDescription], bytes]
     folders: Callable[[Platform], tuple[str, ...]]
+    has_ports: bool = False
 
     @property
     def header(self) -> str:
