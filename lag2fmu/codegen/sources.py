@@ -172,7 +172,7 @@ def runtime_files(method: Method, kind: Mapping[str, bool], further: Sequence[st
     family = f"solvers/{method.family}"
     whole = ("fmi2", *(f"variants/{name}" for name in variants), family, *(f"{family}/{name}" for name in variants))
     wanted = set(texts := _texts(*whole))
-    texts |= _texts("core", "variants", "solvers", "solvers/common")
+    texts |= _texts("gate", "core", "variants", "solvers", "solvers/common")
     wanted |= set(further)
     needed: dict[str, str] = {}
     while wanted:
