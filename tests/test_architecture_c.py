@@ -17,7 +17,12 @@ MOST_LINES = 50
 SIZES = re.compile(r"^ *#if.*\b(N|SIZE)_\w+", re.MULTILINE)
 FUNCTION = re.compile(r"^\w[^;{}=]*\) \{\n.*?^\}\n", re.MULTILINE | re.DOTALL)
 
-ROOMS = {"core": {"variants", "solvers"}, "variants": {"core", "solvers"}, "solvers": {"core", "variants"}}
+ROOMS = {
+    "core": {"variants", "solvers"},
+    "variants": {"core", "solvers"},
+    "solvers": {"core", "variants"},
+    "adjoints": {"core", "variants"},
+}
 """room -> the others whose headers it may include; the interfaces of variants and solvers are theirs"""
 
 

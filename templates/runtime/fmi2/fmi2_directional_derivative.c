@@ -1,5 +1,5 @@
-/* fmi2GetDirectionalDerivative (FMI 2.0, section 2.1.9): dv_unknown = J dv_known. The derivative of a coordinate has the
-   value reference of its velocity. */
+/* fmi2GetDirectionalDerivative (FMI 2.0, section 2.1.9): dv_unknown = J dv_known. The derivative of a coordinate has
+   the value reference of its velocity. */
 #include <string.h>
 
 #include "gated_derivatives.h"

@@ -34,8 +34,8 @@ Status evaluate(Component *component, const Variable *variable) {
         variable->name, value, component->instance.state.time);
 }
 
-/* STATUS_OK if a variable of this kind may be set now. Where only importers do it, and the standard does not foresee it,
-   the first time is noted. */
+/* STATUS_OK if a variable of this kind may be set now. Where only importers do it, and the standard does not foresee
+   it, the first time is noted. */
 static Status check_settable(Component *component, const Variable *variable) {
     const Mode mode = (Mode)component->session.mode;
     const Verdict verdict = legal_set(variable->kind, component->type, mode);

@@ -47,8 +47,8 @@ void note(Component *component, const char *format, ...) PRINTF_LIKE(2, 3);
 /* Logs the sentence on the failure of the instance, as fail() or discard() do, according to status. */
 Status report_failure(Component *component, Status status);
 
-/* Says what was noticed for the first time in the step of the importer that is complete. The step's status stays STATUS_OK:
-   some importers end a run at STATUS_WARNING. */
+/* Says what was noticed for the first time in the step of the importer that is complete. The step's status stays
+   STATUS_OK: some importers end a run at a warning. */
 void report_notices(Component *component);
 
 /* Logs that no instance is made; there is none yet, so neither loggingOn nor categories are asked. */

@@ -113,7 +113,7 @@ Status get_derivatives(void *handle, Call call, double derivatives[], size_t nx)
     if (!component->noted_singularity &&
         runs_into_singularity(&component->instance, component->instance.cache.accelerations)) {
         component->noted_singularity = true;
-        report_failure(component, STATUS_WARNING); /* the status stays STATUS_OK: some importers end a run at a warning */
+        report_failure(component, STATUS_WARNING); /* but STATUS_OK: some importers end a run at a warning */
     }
     return STATUS_OK;
 }

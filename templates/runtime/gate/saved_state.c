@@ -6,8 +6,8 @@
 
 #include "logging.h"
 
-/* What the importer holds: a header that tells what the block is, and copies of the Session and the State. The block is plain
-   data; its bytes in memory are also its serialized form. */
+/* What the importer holds: a header that tells what the block is, and copies of the Session and the State. The block is
+   plain data; its bytes in memory are also its serialized form. */
 typedef struct {
     uint64_t magic;   /* MAGIC; reads backwards, and is refused, on a big-endian machine */
     uint64_t version; /* of this layout */
@@ -70,7 +70,7 @@ static const char *fault_of(const Component *component, const Block *block) {
     return NULL;
 }
 
-/* Checks a block that the importer handed in; returns STATUS_OK, or STATUS_ERROR after reporting what is wrong with it. */
+/* Checks a block that the importer handed in: STATUS_OK, or STATUS_ERROR after saying what is wrong with it. */
 static Status check(Component *component, const Block *block) {
     if (block == NULL) {
         return fail(component, "the state is NULL; expected one made by " GET_STATE " or " DESERIALIZE_STATE);
