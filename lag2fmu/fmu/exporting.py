@@ -10,7 +10,7 @@ from pathlib import Path
 from lag2fmu.dynamics.lagrange import complete, derive
 from lag2fmu.dynamics.program import lower
 from lag2fmu.errors import ExportError
-from lag2fmu.fmu.advice import check_solver, damping, moved_starts, suited_solver
+from lag2fmu.fmu.advice import check_solver, damping, moved_starts, steps_over_impacts, suited_solver
 from lag2fmu.fmu.backends import BACKENDS
 from lag2fmu.fmu.backends.backend import Choices
 from lag2fmu.fmu.compilers import Progress
@@ -24,7 +24,7 @@ from lag2fmu.formats.loading import as_mechanism
 from lag2fmu.formats.text import read
 from lag2fmu.formats.write import write
 from lag2fmu.mechanism.record import Mechanism
-from lag2fmu.solvers.methods import DEFAULT_SOLVER, METHODS
+from lag2fmu.solvers.methods import DEFAULT_SOLVER, METHODS, TimeStepping
 
 MECHANISM_ENTRY = "extra/org.lag2fmu/mechanism.toml"
 _NOT_IN_XML = re.compile("[^\t\n\r -\ud7ff\ue000-\ufffd\U00010000-\U0010ffff]")
@@ -106,7 +106,9 @@ def export(  # noqa: PLR0913 (choices of the user)
     suited, reason = suited_solver(equations, BACKENDS[backend].solvers)
     solver, choice = (solver, "") if solver else (suited, reason)
     check_solver(equations.mechanism, METHODS[solver])
-    program = lower(equations, promotable(equations, outputs), METHODS[solver].variational)
+    method = METHODS[solver]
+    time_stepping = isinstance(method, TimeStepping)
+    program = lower(equations, promotable(equations, outputs), method.variational, time_stepping)
     mechanism = complete(mechanism, equations)
     content = build(mechanism, equations, program, solver)
     files = {
@@ -118,7 +120,7 @@ def export(  # noqa: PLR0913 (choices of the user)
         **(extra or {}),
     }
     pack(files, target)
-    remarks = "; ".join(filter(None, [choice, damping(equations, METHODS[solver])]))
+    remarks = "; ".join(filter(None, [choice, damping(equations, method), steps_over_impacts(mechanism, method)]))
     return Fmu(target, content.description, remarks, moved_starts(mechanism, equations))
 
 

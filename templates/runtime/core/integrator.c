@@ -19,11 +19,15 @@ static const double FARTHEST = 1000.0;       /* communication steps that a solve
 static const double MOST_STEPS = 1e12;       /* of a fixed-step method in a communication step */
 static const int64_t MOST_TRIALS = 10000000; /* of an adaptive method likewise: so motions that blow up end */
 
-/* Makes state->first_stage the derivative at the present point, on the constraints as the inputs now move them. */
+/* Are there events that end steps? Time stepping takes them within its steps. */
+enum { ENDS_AT_EVENTS = N_EVENTS > 0 && !TIME_STEPPING };
+
+/* Makes state->first_stage the derivative at the present point, on the constraints as the inputs now move them. Time
+   stepping does without. */
 static bool update_first_stage(Instance *instance) {
     State *state = &instance->state;
     double *derivatives = instance->scratch.new_derivatives; /* which a failure may leave half done */
-    if (!state->first_stage_valid) {
+    if (!TIME_STEPPING && !state->first_stage_valid) {
         if (!bring_back(instance, state->time, state->states, derivatives) ||
             !equations_derivative(instance, state->time, state->states, derivatives)) {
             return false;
@@ -37,19 +41,19 @@ static bool update_first_stage(Instance *instance) {
 /* A trial step begins that may have to be repeated. */
 static void begin_trial(Instance *instance, Step step) {
     instance->scratch.trial_length = step.length;
-    if (N_EVENTS > 0) {
+    if (ENDS_AT_EVENTS) {
         instance->scratch.solver_before = instance->state.solver;
     }
 }
 
 /* If there are events in the good trial step, repeats it so that it ends at the first one. */
 static bool end_at_event(Instance *instance, Step *step) {
-    return N_EVENTS == 0 || events_end_step(instance, step);
+    return !ENDS_AT_EVENTS || events_end_step(instance, step);
 }
 
 /* If the present point is at an event, passes it: the equations of motion change. */
 static bool pass_event(Instance *instance) {
-    return N_EVENTS == 0 || !instance->state.event_pending ||
+    return !ENDS_AT_EVENTS || !instance->state.event_pending ||
            (events_pass(instance) && update_first_stage(instance));
 }
 
@@ -262,7 +266,7 @@ bool integrate(Instance *instance, double end) {
     inputs_begin(instance);
     watch_motions(instance);
     const bool completed =
-        (N_EVENTS == 0 || events_begin(instance)) &&
+        (!ENDS_AT_EVENTS || events_begin(instance)) &&
         (METHOD.error_order > 0 ? integrate_adaptively(instance, end) : integrate_in_equal_steps(instance, end));
     if (completed) {
         instance->state.time = end;
