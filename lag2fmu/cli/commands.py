@@ -10,7 +10,7 @@ from typing import Any
 
 import click
 
-from lag2fmu.cli.options import HOLD, INPUT, SET, STOP_TIME
+from lag2fmu.cli.options import FMI, HOLD, INPUT, SET, STOP_TIME
 from lag2fmu.cli.terminal import console
 from lag2fmu.formats.starting import write_start
 from lag2fmu.resources import bundled, summary
@@ -93,6 +93,8 @@ def show(**choices: Any) -> None:
     show_default=True,
     help="Native library, or readable Python (needs Python on the importing side).",
 )
+@FMI
+@click.option("--arrays", is_flag=True, help="FMI 3.0: coordinates, velocities, accelerations and forces as arrays.")
 @click.option("--reference", is_flag=True, help="Put a reference trajectory in, to check the FMU with.")
 @click.option("--force", is_flag=True, help="Overwrite FILE also where it holds another mechanism.")
 @SET
@@ -127,6 +129,7 @@ def simulate(**choices: Any) -> None:
 @INPUT
 @HOLD
 @click.option("--solver", metavar="NAME", help="Integrator of co-simulation, as in export.")
+@FMI
 @click.option(
     "--report",
     "reports",

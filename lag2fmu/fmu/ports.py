@@ -99,6 +99,12 @@ def _groups(mechanism: Mechanism) -> list[list[_Group]]:
     return [motion, [forces], [multipliers]]
 
 
+def array_elements(mechanism: Mechanism) -> dict[str, tuple[str, ...]]:
+    """{array: the scalars that it stands for} of all arrays that FMUs of ``mechanism`` may have, aliases among them."""
+    groups = [group for together in _groups(mechanism) for group in together]
+    return {group.name: group.elements for group in groups}
+
+
 def _can_join(group: _Group, ports: Mapping[str, Port]) -> bool:
     """Whether the elements can be one variable: slots in a row, alike in all that a variable says once.
 

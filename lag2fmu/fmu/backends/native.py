@@ -84,7 +84,9 @@ def describe(
     tables = replace(tables, ports=port_table(ports) if ports else None)
     identifier = identifier_of(mechanism.name)
     interface = replace(version.interface, event_indicators=len(program.event_functions))
-    blank = ModelDescription(mechanism, table.variables, identifier, "", solver, VERSION, interface, ports=ports)
+    blank = ModelDescription(
+        mechanism, table.variables, identifier, "", solver, VERSION, interface, ports=ports, fmi=version.name
+    )
     texts = render_sources(program, tables, METHODS[solver], _BLANK, version.gate)
     guid = _guid(blank, texts)
     sources = {file: text.replace(_BLANK, guid) for file, text in texts.items()}
