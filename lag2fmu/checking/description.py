@@ -9,7 +9,7 @@ from functools import cached_property
 
 from lag2fmu.errors import LoadError
 from lag2fmu.fmu.pack import DESCRIPTION
-from lag2fmu.fmu.xml_tree import Document, Element, parse
+from lag2fmu.xml_tree import Document, Element, parse
 
 KINDS = ("ModelExchange", "CoSimulation")
 TYPES = ("Real", "Integer", "Boolean", "String", "Enumeration")

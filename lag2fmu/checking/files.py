@@ -9,7 +9,7 @@ from lag2fmu.checking.description import Description
 from lag2fmu.checking.findings import Finding, Severity
 from lag2fmu.errors import BuildError, LoadError
 from lag2fmu.fmu.compilers import host_platform
-from lag2fmu.fmu.xml_tree import parse
+from lag2fmu.xml_tree import parse
 
 SUFFIXES = {
     "linux32": ".so",
