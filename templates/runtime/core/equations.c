@@ -117,6 +117,16 @@ bool equations_locals(Instance *instance) {
     return cache->locals_valid;
 }
 
+bool equations_indicators(Instance *instance) {
+    Cache *cache = &instance->cache;
+    bool jumped;
+    if (!equations_massless(instance) || (modes_follow(instance) && !events_refresh(instance, &jumped))) {
+        return false;
+    }
+    cache->indicators_valid = cache->indicators_valid || events_indicate(instance, cache->indicators);
+    return cache->indicators_valid;
+}
+
 bool equations_settle_seed(Instance *instance, Seed *seed) {
     const bool solving = instance->state.phase == PHASE_SOLVING_START;
     if (N_CONSTRAINTS == 0 || (N_MASSLESS == 0 && !solving)) {
