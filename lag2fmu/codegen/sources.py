@@ -154,15 +154,19 @@ def render_sources(program: Program, tables: RuntimeTables, method: Method, guid
         "further": bool(tables.further),
         "tables": bool(program.arguments),
     }
-    files = runtime_files(method, kind, ("lookup.c", "lookup.h") if context["lookups"] else ())
+    needed = ("lookup.c", "lookup.h") if context["lookups"] else ()
+    files = runtime_files(method, kind, needed, program.has_adjoints)
     files |= {name: render(f"mechanism/{name}.jinja", context) for name in (*GENERATED, *method.generated_files)}
     return dict(sorted(files.items()))
 
 
-def runtime_files(method: Method, kind: Mapping[str, bool], further: Sequence[str] = ()) -> dict[str, str]:
+def runtime_files(
+    method: Method, kind: Mapping[str, bool], further: Sequence[str] = (), adjoints: bool = False
+) -> dict[str, str]:
     """{file name: text} of the runtime, as far as a solver and a kind of mechanism need it; folders are left out.
 
-    ``kind`` says of each variant whether the mechanism has it; ``further`` names files that generated code needs.
+    ``kind`` says of each variant whether the mechanism has it; ``further`` names files that generated code needs,
+    ``adjoints`` says whether this code has functions for adjoint derivatives.
 
     The gate of FMI, the folders of the chosen variants and the folder of the solver's family are taken as a whole, the
     latter with its own folders for these variants. Any other file is taken if an #include asks for it; NAME.h brings
@@ -171,6 +175,8 @@ def runtime_files(method: Method, kind: Mapping[str, bool], further: Sequence[st
     variants = [name if has else f"{name}_none" for name, has in kind.items()]
     family = f"solvers/{method.family}"
     whole = ("fmi2", *(f"variants/{name}" for name in variants), family, *(f"{family}/{name}" for name in variants))
+    if adjoints:
+        whole += ("adjoints", *(f"adjoints/{name}" for name in variants))
     wanted = set(texts := _texts(*whole))
     texts |= _texts("core", "variants", "solvers", "solvers/common")
     wanted |= set(further)
