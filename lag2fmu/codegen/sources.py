@@ -130,10 +130,13 @@ def lookups_of(program: Program) -> list[tuple[int, Interpolant]]:
 _INCLUDED = re.compile(r'^#include "(\w+)\.h"', re.MULTILINE)
 
 
-def render_sources(program: Program, tables: RuntimeTables, method: Method, guid: str) -> Mapping[str, str]:
+def render_sources(
+    program: Program, tables: RuntimeTables, method: Method, guid: str, gate: str = "fmi2"
+) -> Mapping[str, str]:
     """{file name: text} of all C sources and headers, sorted; the headers of FMI are not among them.
 
-    The runtime's files stand as they are in templates/runtime; ``guid`` is what the generated ones carry.
+    The runtime's files stand as they are in templates/runtime; ``guid`` is what the generated ones carry. ``gate`` is
+    the folder of the functions of a version of FMI.
     """
     used = {
         program.graph.code[node] for f in program.functions for node in program.graph.cone(n for *_, n in f.results)
@@ -155,13 +158,17 @@ def render_sources(program: Program, tables: RuntimeTables, method: Method, guid
         "tables": bool(program.arguments),
     }
     needed = ("lookup.c", "lookup.h") if context["lookups"] else ()
-    files = runtime_files(method, kind, needed, program.has_adjoints)
+    files = runtime_files(method, kind, needed, gate, program.has_adjoints)
     files |= {name: render(f"mechanism/{name}.jinja", context) for name in (*GENERATED, *method.generated_files)}
     return dict(sorted(files.items()))
 
 
 def runtime_files(
-    method: Method, kind: Mapping[str, bool], further: Sequence[str] = (), adjoints: bool = False
+    method: Method,
+    kind: Mapping[str, bool],
+    further: Sequence[str] = (),
+    gate: str = "fmi2",
+    adjoints: bool = False,
 ) -> dict[str, str]:
     """{file name: text} of the runtime, as far as a solver and a kind of mechanism need it; folders are left out.
 
@@ -174,11 +181,10 @@ def runtime_files(
     """
     variants = [name if has else f"{name}_none" for name, has in kind.items()]
     family = f"solvers/{method.family}"
-    whole = ("fmi2", *(f"variants/{name}" for name in variants), family, *(f"{family}/{name}" for name in variants))
-    if adjoints:
-        whole += ("adjoints", *(f"adjoints/{name}" for name in variants))
+    rooms = ("variants", family, *(("adjoints",) if adjoints else ()))
+    whole = (gate, *rooms[1:], *(f"{room}/{name}" for room in rooms for name in variants))
     wanted = set(texts := _texts(*whole))
-    texts |= _texts("core", "variants", "solvers", "solvers/common")
+    texts |= _texts("core", "gate", "variants", "solvers", "solvers/common")
     wanted |= set(further)
     needed: dict[str, str] = {}
     while wanted:

@@ -17,7 +17,7 @@ from fmpy.fmi2 import FMU2Slave
 from lag2fmu.checking import check_fmu
 from lag2fmu.errors import ExportError
 from lag2fmu.fmu import Fmu, export
-from lag2fmu.fmu.model_description import to_xml
+from lag2fmu.fmu.versions.fmi2 import to_xml
 from lag2fmu.formats.loading import load
 from lag2fmu.formats.text import read
 from lag2fmu.mechanism import Mechanism
