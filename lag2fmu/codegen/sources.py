@@ -5,6 +5,7 @@ from __future__ import annotations
 import re
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
+from itertools import accumulate
 
 from lag2fmu.codegen.colours import Colouring
 from lag2fmu.codegen.templates import render
@@ -16,6 +17,8 @@ from lag2fmu.resources import resource_folder
 from lag2fmu.solvers.methods import Method
 
 GENERATED = ("mechanism.h", "mechanism.c", "tables.c")
+PORTS = ("ports_size.h", "ports.c")
+"""The generated files that say what value references stand for, where they are no slots."""
 
 _HELPERS = {
     "sign": "static double sign(double x) { return (double)((x > 0.0) - (x < 0.0)); }",
@@ -41,6 +44,23 @@ class Slot:
 
 
 @dataclass(frozen=True)
+class PortTable:
+    """What value references stand for: (name, first slot, number of slots) of each.
+
+    ``dependencies`` has for each of them the (index of the known, whether it enters with a constant factor) that it
+    depends on.
+    """
+
+    ports: tuple[tuple[str, int, int], ...]
+    dependencies: tuple[tuple[tuple[int, bool], ...], ...]
+
+    @property
+    def first_dependencies(self) -> tuple[int, ...]:
+        """Where the dependencies of each port begin in the list of all, and the end of the list."""
+        return tuple(accumulate(map(len, self.dependencies), initial=0))
+
+
+@dataclass(frozen=True)
 class RuntimeTables:
     """The numbers and names of one mechanism; values in SI units, states are (q, qd), slots in value reference order.
 
@@ -53,7 +73,8 @@ class RuntimeTables:
     last inputs. ``default_solver_step`` (s) is the step of methods of fixed step, ``default_duration`` (s) the stop
     time of the experiment. ``stabilisation`` (1/s) is the rate at which the drift of constraints decays.
     ``unilateral_names`` are those of contacts and stops, ``friction_names`` those of dry frictions.
-    ``further_names`` are the further states, which stand behind (q, qd).
+    ``further_names`` are the further states, which stand behind (q, qd). ``ports`` is None where value references are
+    the slots.
     """
 
     model_name: str
@@ -77,6 +98,7 @@ class RuntimeTables:
     unilateral_names: tuple[str, ...] = ()
     friction_names: tuple[str, ...] = ()
     further_names: tuple[str, ...] = ()
+    ports: PortTable | None = None
 
     @property
     def element_names(self) -> tuple[str, ...]:
@@ -159,7 +181,8 @@ def render_sources(
     }
     needed = ("lookup.c", "lookup.h") if context["lookups"] else ()
     files = runtime_files(method, kind, needed, gate, program.has_adjoints)
-    files |= {name: render(f"mechanism/{name}.jinja", context) for name in (*GENERATED, *method.generated_files)}
+    generated = (*GENERATED, *(PORTS if tables.ports else ()), *method.generated_files)
+    files |= {name: render(f"mechanism/{name}.jinja", context) for name in generated}
     return dict(sorted(files.items()))
 
 
