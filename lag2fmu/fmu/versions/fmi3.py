@@ -177,4 +177,6 @@ def _uses(unknown: Unknown, reference: Mapping[str, str]) -> dict[str, str]:
     return found | ({"dependenciesKind": kinds} if unknown.constant and kinds else {})
 
 
-FMI3 = Version("3.0", "fmi3", INTERFACE, to_xml, folders=lambda platform: platform.tuples, has_ports=True)
+FMI3 = Version(
+    "3.0", "fmi3", INTERFACE, to_xml, folders=lambda platform: platform.tuples, has_ports=True, has_adjoints=True
+)
