@@ -39,19 +39,26 @@ Progress = Callable[[int, int, str], None]
 class Platform:
     """A platform: its folders in ``binaries/``, the suffix of its libraries, its targets as zig calls them.
 
-    The libraries of several targets are joined in one file.
+    The libraries of several targets are joined in one file. ``folders`` are those of FMI 2.0, ``tuples`` those of
+    FMI 3.0 for the same processors, in the same order.
     """
 
     folders: tuple[str, ...]
+    tuples: tuple[str, ...]
     suffix: str
     targets: tuple[str, ...]
 
 
 PLATFORMS = {
-    "linux64": Platform(("linux64",), ".so", ("x86_64-linux-gnu.2.17",)),
-    "win64": Platform(("win64",), ".dll", ("x86_64-windows-gnu",)),
-    "darwin": Platform(("aarch64-darwin", "darwin64"), ".dylib", ("x86_64-macos.11.0", "aarch64-macos.11.0")),
-    "aarch64-linux": Platform(("aarch64-linux",), ".so", ("aarch64-linux-gnu.2.17",)),
+    "linux64": Platform(("linux64",), ("x86_64-linux",), ".so", ("x86_64-linux-gnu.2.17",)),
+    "win64": Platform(("win64",), ("x86_64-windows",), ".dll", ("x86_64-windows-gnu",)),
+    "darwin": Platform(
+        ("aarch64-darwin", "darwin64"),
+        ("aarch64-darwin", "x86_64-darwin"),
+        ".dylib",
+        ("x86_64-macos.11.0", "aarch64-macos.11.0"),
+    ),
+    "aarch64-linux": Platform(("aarch64-linux",), ("aarch64-linux",), ".so", ("aarch64-linux-gnu.2.17",)),
 }
 """Name -> platform. Importers on Apple silicon look in either folder, hence the same file stands in both."""
 
@@ -88,7 +95,7 @@ def choose_platforms(choice: str, compiler: str = "zig") -> tuple[Platform, ...]
     if (
         platform.machine() == "x86_64" and len(host.folders) > 1
     ):  # what an Intel Mac builds does not run on Apple silicon
-        host = replace(host, folders=host.folders[1:])
+        host = replace(host, folders=host.folders[1:], tuples=host.tuples[1:])
     return (host,)
 
 
@@ -222,11 +229,11 @@ def _has_cache() -> bool:
     return os.access(folder, os.W_OK)
 
 
-def binaries_text(platforms: Iterable[Platform], compiler: str) -> str:
-    """Which libraries there are and what they need, as a phrase."""
-    folders = ", ".join(sorted(folder for target in platforms for folder in target.folders))
+def binaries_text(folders: Iterable[str], compiler: str) -> str:
+    """Which libraries there are in the ``folders`` of binaries/ and what they need, as a phrase."""
+    listed = ", ".join(sorted(folders))
     if compiler == "host":
         name, version = platform.libc_ver()
         needed = f"{name} {version}" if name else "the C library"
-        return f"{folders}; built by the compiler of one machine, it needs {needed} as there or newer"
-    return f"{folders}; they need the C library of the system only (on Linux glibc 2.17 or newer, on macOS 11 or newer)"
+        return f"{listed}; built by the compiler of one machine, it needs {needed} as there or newer"
+    return f"{listed}; they need the C library of the system only (on Linux glibc 2.17 or newer, on macOS 11 or newer)"

@@ -15,10 +15,11 @@ from lag2fmu.fmu.backends import BACKENDS
 from lag2fmu.fmu.backends.backend import Choices
 from lag2fmu.fmu.compilers import Progress
 from lag2fmu.fmu.documentation import documentation
-from lag2fmu.fmu.model_description import ModelDescription, to_xml
+from lag2fmu.fmu.model_description import ModelDescription
 from lag2fmu.fmu.pack import pack, read_text
 from lag2fmu.fmu.terminals import terminals
 from lag2fmu.fmu.variables import promotable
+from lag2fmu.fmu.versions import VERSIONS
 from lag2fmu.formats.loading import as_mechanism
 from lag2fmu.formats.text import read
 from lag2fmu.formats.write import write
@@ -63,7 +64,7 @@ class Fmu:
         return self.description.mechanism
 
 
-def export(
+def export(  # noqa: PLR0913 (choices of the user)
     model: Mechanism | str | Path,
     path: str | Path | None = None,
     *,
@@ -74,13 +75,16 @@ def export(
     outputs: Sequence[str] = (),
     extra: Mapping[str, bytes] | None = None,
     progress: Progress | None = None,
+    fmi: str = "2.0",
+    arrays: bool = False,
 ) -> Fmu:
     """Write the FMU of ``model``, a mechanism or what ``load`` takes, to ``path`` (default: NAME.fmu here).
 
     ``solver`` is the integrator of co-simulation (see METHODS), by default one that suits the motion at the start;
     ``compiler`` is 'zig' or 'host', ``platform`` 'host', a name in PLATFORMS or 'all', ``backend`` 'c' or 'python' (a
     slave of PythonFMU). ``outputs`` names local variables to be outputs too ('all' for each of them), ``extra`` holds
-    further files {name in the archive: content}, ``progress`` is told how the compiler gets on.
+    further files {name in the archive: content}, ``progress`` is told how the compiler gets on. ``fmi`` is the version
+    of the standard, a name in VERSIONS; with ``arrays``, of FMI 3.0, coordinates and what belongs to them are arrays.
     Raises LoadError, ExportError, DerivationError or BuildError.
     """
     mechanism = as_mechanism(model)
@@ -88,7 +92,13 @@ def export(
         raise ExportError(f"unknown solver '{solver}'; known are {', '.join(METHODS)}")
     if backend not in BACKENDS:
         raise ExportError(f"unknown backend '{backend}'; known are {', '.join(BACKENDS)}")
-    build = BACKENDS[backend].prepare(Choices(solver or DEFAULT_SOLVER, platform, compiler, progress))
+    if fmi not in VERSIONS:
+        raise ExportError(f"unknown version '{fmi}' of FMI; known are {', '.join(VERSIONS)}")
+    version = VERSIONS[fmi]
+    if arrays and not version.has_ports:
+        raise ExportError(f"--arrays: FMI {fmi} has no arrays; add --fmi 3.0, or leave --arrays out")
+    choices = Choices(solver or DEFAULT_SOLVER, platform, compiler, progress, version, arrays)
+    build = BACKENDS[backend].prepare(choices)
     target = Path(path) if path is not None else Path(f"{mechanism.name}.fmu")
     _check_target(target)
     _check_texts(mechanism)
@@ -101,7 +111,7 @@ def export(
     content = build(mechanism, equations, program, solver)
     files = {
         **content.files,
-        "modelDescription.xml": to_xml(content.description),
+        "modelDescription.xml": version.to_xml(content.description),
         MECHANISM_ENTRY: write(mechanism).encode(),
         "terminalsAndIcons/terminalsAndIcons.xml": terminals(mechanism),
         **documentation(content.description, equations, program, (content.binaries, content.resources), reason),

@@ -8,8 +8,6 @@ from collections.abc import Iterable, Mapping
 
 from lag2fmu.fmu.xml_text import document
 
-HEADER = '#include "fmi2Functions.h"'
-NO_PREFIX = "FMI2_OVERRIDE_FUNCTION_PREFIX"
 PREFIX_HEADER = "prefix.h"
 _DECLARATION = re.compile(r"^(?!typedef|static)[A-Za-z][\w *]*?(\w+)(?:\(|\[|;)", re.MULTILINE)
 """A function or variable that a header of the runtime declares: it begins in the first column."""
@@ -20,20 +18,22 @@ def compiled_files(sources: Mapping[str, str]) -> tuple[str, ...]:
     return tuple(sorted(file for file in sources if file.endswith(".c")))
 
 
-def source_files(sources: Mapping[str, str], identifier: str) -> dict[str, bytes]:
+def source_files(sources: Mapping[str, str], identifier: str, gate: str) -> dict[str, bytes]:
     """{name in the archive: content} of ``sources`` {file name: text} with buildDescription.xml.
 
     Where FMI's header is included its functions get the prefix IDENTIFIER_, so that several FMUs can be linked into
-    one program; for a shared library, whose functions have plain names, FMI2_OVERRIDE_FUNCTION_PREFIX takes it back.
+    one program; for a shared library, whose functions have plain names, FMI2_OVERRIDE_FUNCTION_PREFIX takes it back
+    (or that of FMI3: ``gate`` is what the names of the functions begin with).
     All other names that the linker sees have the prefix always, by prefix.h: in a shared library of an importer that
     hides no symbols they would else give way to those of the same name in the program and its libraries.
     """
-    prefixed = f"#define FMI2_FUNCTION_PREFIX {identifier}_\n{HEADER}"
-    texts = {file: text.replace(HEADER, prefixed) for file, text in sources.items()}
+    header = f'#include "{gate}Functions.h"'
+    prefixed = f"#define {gate.upper()}_FUNCTION_PREFIX {identifier}_\n{header}"
+    texts = {file: text.replace(header, prefixed) for file, text in sources.items()}
     texts |= {file: f'#include "{PREFIX_HEADER}"\n{texts[file]}' for file in compiled_files(sources)}
     texts[PREFIX_HEADER] = _prefix_header(sources, identifier)
     files = {f"sources/{file}": text.encode() for file, text in texts.items()}
-    return files | {"sources/buildDescription.xml": build_description(compiled_files(sources), identifier)}
+    return files | {"sources/buildDescription.xml": build_description(compiled_files(sources), identifier, gate)}
 
 
 def _prefix_header(sources: Mapping[str, str], identifier: str) -> str:
@@ -45,7 +45,7 @@ def _prefix_header(sources: Mapping[str, str], identifier: str) -> str:
     return "\n".join([comment, "#ifndef PREFIX_H", "#define PREFIX_H", "", *lines, "", "#endif", ""])
 
 
-def build_description(files: Iterable[str], identifier: str) -> bytes:
+def build_description(files: Iterable[str], identifier: str, gate: str) -> bytes:
     """sources/buildDescription.xml, in the format of FMI 3.0, section 2.4.10, as FMI 2.0.4 takes it over."""
     root = ET.Element("fmiBuildDescription", {"fmiVersion": "3.0"})
     configuration = ET.SubElement(root, "BuildConfiguration", {"modelIdentifier": identifier})
@@ -53,8 +53,7 @@ def build_description(files: Iterable[str], identifier: str) -> bytes:
     for file in files:
         ET.SubElement(file_set, "SourceFile", {"name": file})
     remark = "a shared library exports the functions of FMI by their plain names"
-    ET.SubElement(
-        file_set, "PreprocessorDefinition", {"name": NO_PREFIX, "value": "", "optional": "true", "description": remark}
-    )
+    macro = {"name": f"{gate.upper()}_OVERRIDE_FUNCTION_PREFIX", "value": "", "optional": "true"}
+    ET.SubElement(file_set, "PreprocessorDefinition", macro | {"description": remark})
     ET.SubElement(configuration, "Library", {"name": "m", "external": "true", "description": "libm, except on Windows"})
     return document(root)

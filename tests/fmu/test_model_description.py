@@ -14,7 +14,7 @@ from stepping import Stepping, bits
 import lag2fmu
 from lag2fmu.errors import ExportError
 from lag2fmu.fmu import Fmu, export, read_mechanism
-from lag2fmu.fmu.model_description import to_xml
+from lag2fmu.fmu.versions.fmi2 import to_xml
 from lag2fmu.formats.loading import bundled, load
 from lag2fmu.mechanism import Energy, Mechanism, coordinate, parameter
 from lag2fmu.verify.simulate import problems

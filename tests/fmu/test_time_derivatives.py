@@ -215,7 +215,7 @@ def test_what_is_declared() -> None:
     from lag2fmu.codegen import DEFAULT_SOLVER
     from lag2fmu.dynamics import derive, lower
     from lag2fmu.fmu.backends.native import describe
-    from lag2fmu.fmu.model_description import to_xml
+    from lag2fmu.fmu.versions.fmi2 import to_xml
 
     equations = derive(load("pendulum"))
     text = to_xml(describe(load("pendulum"), equations, lower(equations), DEFAULT_SOLVER)[0]).decode()

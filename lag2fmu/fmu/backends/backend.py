@@ -11,6 +11,7 @@ from lag2fmu.dynamics.equations import EquationsOfMotion
 from lag2fmu.dynamics.functions import Program
 from lag2fmu.fmu.compilers import Progress
 from lag2fmu.fmu.model_description import ModelDescription
+from lag2fmu.fmu.versions.version import Version
 from lag2fmu.mechanism.record import Mechanism
 
 
@@ -18,13 +19,15 @@ from lag2fmu.mechanism.record import Mechanism
 class Choices:
     """What the user chose of an export: ``solver`` and ``platform`` by name, ``compiler`` 'zig' or 'host'.
 
-    ``progress`` is told how a compiler gets on.
+    ``progress`` is told how a compiler gets on, ``version`` is that of FMI; ``arrays`` are asked for.
     """
 
     solver: str
     platform: str
     compiler: str
     progress: Progress | None
+    version: Version
+    arrays: bool
 
 
 @dataclass(frozen=True)

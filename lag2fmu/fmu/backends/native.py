@@ -10,42 +10,27 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 
 from lag2fmu.codegen.sources import render_sources
+from lag2fmu.dynamics.adjoint import with_adjoints
 from lag2fmu.dynamics.equations import EquationsOfMotion
 from lag2fmu.dynamics.functions import Program
 from lag2fmu.errors import BuildError
 from lag2fmu.fmu.advice import missed_vibrations
 from lag2fmu.fmu.backends.backend import Build, Choices, Content, identifier_of
 from lag2fmu.fmu.compilers import binaries_text, choose_platforms, compile_libraries
-from lag2fmu.fmu.model_description import Interface, ModelDescription
+from lag2fmu.fmu.model_description import ModelDescription
+from lag2fmu.fmu.ports import port_table, ports_of
 from lag2fmu.fmu.sources import compiled_files, source_files
 from lag2fmu.fmu.variables import build_table
+from lag2fmu.fmu.versions.fmi2 import FMI2
+from lag2fmu.fmu.versions.version import Version
 from lag2fmu.mechanism.record import Mechanism
 from lag2fmu.solvers.methods import METHODS
 from lag2fmu.version import VERSION
 
-INTERFACE = Interface(
-    capabilities={
-        "ModelExchange": {"providesDirectionalDerivative": "true", "completedIntegratorStepNotNeeded": "true"},
-        "CoSimulation": {
-            "providesDirectionalDerivative": "true",
-            "canHandleVariableCommunicationStepSize": "true",
-            "canInterpolateInputs": "true",
-            "maxOutputDerivativeOrder": "2",
-        },
-    },
-    log_categories={
-        "logSingularLinearSystems": "states in which the mass matrix is singular",
-        "logStatusWarning": "warnings",
-        "logStatusDiscard": "calls that could not be done and may be repeated with other values",
-        "logStatusError": "errors",
-        "logAll": "everything, tolerated calls included",
-    },
-    event_indicators=0,
-)
 _BLANK = "{00000000-0000-0000-0000-000000000000}"
 """A placeholder that stands in the sources until their GUID is known."""
 _SOURCES = (
-    "<code>sources/</code>: all of it in C99, with <code>buildDescription.xml</code>; needs the headers of FMI 2.0 and "
+    "<code>sources/</code>: all of it in C99, with <code>buildDescription.xml</code>; needs the headers of FMI {} and "
     "libm"
 )
 
@@ -59,15 +44,19 @@ class _Native:
         platforms = choose_platforms(choices.platform, choices.compiler)
 
         def build(mechanism: Mechanism, equations: EquationsOfMotion, program: Program, solver: str) -> Content:
-            description, sources = describe(mechanism, equations, program, solver)
+            version = choices.version
+            description, sources = describe(mechanism, equations, program, solver, version, arrays=choices.arrays)
             identifier = description.model_identifier
             libraries = compile_libraries(
-                sources, fmi_headers(), identifier, platforms, choices.compiler, choices.progress
+                sources, fmi_headers(version), identifier, platforms, choices.compiler, choices.progress
             )
-            files = source_files(sources, identifier)
+            files = source_files(sources, identifier, version.gate)
             for built_for, library in zip(platforms, libraries, strict=True):
-                files |= {f"binaries/{folder}/{identifier}{built_for.suffix}": library for folder in built_for.folders}
-            return Content(description, files, binaries_text(platforms, choices.compiler), (_SOURCES,))
+                folders = version.folders(built_for)
+                files |= {f"binaries/{folder}/{identifier}{built_for.suffix}": library for folder in folders}
+            places = [folder for built_for in platforms for folder in version.folders(built_for)]
+            binaries = binaries_text(places, choices.compiler)
+            return Content(description, files, binaries, (_SOURCES.format(version.name),))
 
         return build
 
@@ -76,17 +65,29 @@ NATIVE = _Native()
 
 
 def describe(
-    mechanism: Mechanism, equations: EquationsOfMotion, program: Program, solver: str
+    mechanism: Mechanism,
+    equations: EquationsOfMotion,
+    program: Program,
+    solver: str,
+    version: Version = FMI2,
+    *,
+    arrays: bool = False,
 ) -> tuple[ModelDescription, Mapping[str, str]]:
-    """The model description and the C sources {file name: text}; they share the GUID, which is a hash of both."""
-    table = build_table(equations, program)
+    """The model description and the C sources {file name: text}; they share the GUID, which is a hash of both.
+
+    ``arrays``: coordinates and what belongs to them are arrays, which FMI 2.0 does not have.
+    """
+    table = build_table(equations, program, events=version.has_ports)
     index = {c.name: i for i, c in enumerate(mechanism.coordinates)}
     vibrations = tuple((v.frequency, index[v.coordinate]) for v in missed_vibrations(equations, METHODS[solver]))
     tables = replace(table.tables, vibrations=vibrations)
+    ports = ports_of(mechanism, table, arrays=arrays) if version.has_ports else ()
+    tables = replace(tables, ports=port_table(ports) if ports else None)
     identifier = identifier_of(mechanism.name)
-    interface = replace(INTERFACE, event_indicators=len(program.event_functions))
-    blank = ModelDescription(mechanism, table.variables, identifier, "", solver, VERSION, interface)
-    texts = render_sources(program, tables, METHODS[solver], _BLANK)
+    interface = replace(version.interface, event_indicators=len(program.event_functions))
+    blank = ModelDescription(mechanism, table.variables, identifier, "", solver, VERSION, interface, ports=ports)
+    program = with_adjoints(program) if version.has_adjoints else program
+    texts = render_sources(program, tables, METHODS[solver], _BLANK, version.gate)
     guid = _guid(blank, texts)
     sources = {file: text.replace(_BLANK, guid) for file, text in texts.items()}
     return replace(blank, guid=guid, source_files=compiled_files(sources)), sources
@@ -101,9 +102,11 @@ def _guid(blank: ModelDescription, sources: Mapping[str, str]) -> str:
     return "{" + str(uuid.UUID(bytes=digest.digest()[:16], version=5)) + "}"
 
 
-def fmi_headers() -> Path:
-    """The folder of fmi2Functions.h, found in the installed fmpy without importing it; raises BuildError."""
+def fmi_headers(version: Version = FMI2) -> Path:
+    """The folder of the headers of ``version``, found in the installed fmpy without importing it; raises BuildError."""
     for file in importlib.metadata.files("fmpy") or ():
-        if file.name == "fmi2Functions.h":
+        if file.name == version.header:
             return Path(str(file.locate())).parent
-    raise BuildError("the headers of FMI 2.0 are missing: the installed fmpy has no fmi2Functions.h; reinstall fmpy")
+    raise BuildError(
+        f"the headers of FMI {version.name} are missing: the installed fmpy has no {version.header}; reinstall fmpy"
+    )

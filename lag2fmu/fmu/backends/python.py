@@ -24,6 +24,7 @@ from lag2fmu.fmu.compilers import PLATFORMS, host_platform
 from lag2fmu.fmu.model_description import Interface, ModelDescription
 from lag2fmu.fmu.scalar_variable import ScalarVariable
 from lag2fmu.fmu.variables import build_table
+from lag2fmu.fmu.versions.fmi2 import FMI2
 from lag2fmu.mechanism.record import Mechanism
 from lag2fmu.solvers.tableaus import TABLEAUS
 from lag2fmu.version import VERSION
@@ -62,6 +63,11 @@ class _Python:
     solvers: tuple[str, ...] = SOLVERS
 
     def prepare(self, choices: Choices) -> Build:
+        if choices.version != FMI2:
+            raise ExportError(
+                f"--fmi {choices.version.name}: the python backend writes FMI 2.0 only, as PythonFMU does; "
+                "leave --fmi out, or use --backend c"
+            )
         platforms = check_choices(choices.solver, choices.platform, choices.compiler)
 
         def build(mechanism: Mechanism, equations: EquationsOfMotion, program: Program, solver: str) -> Content:

@@ -79,13 +79,6 @@ bool importer_updates_states(Instance *instance, bool *changed) {
     return true;
 }
 
-bool importer_indicates(Instance *instance, double indicators[]) {
-    bool jumped;
-    const bool starts = instance->state.phase == PHASE_SOLVING_START;
-    return equations_massless(instance) && (!starts || events_refresh(instance, &jumped)) &&
-           events_indicate(instance, indicators);
-}
-
 double importer_next_event(Instance *instance) {
     return events_next_time(instance);
 }

@@ -18,9 +18,6 @@ void importer_enters_event(Instance *instance);
    that fails. */
 bool importer_updates_states(Instance *instance, bool *changed);
 
-/* indicators[N_EVENTS] for the importer's solver, which stops where one comes down to 0. Returns false likewise. */
-bool importer_indicates(Instance *instance, double indicators[]);
-
 /* The time (s) of the next event that depends on nothing but the time; HUGE_VAL if there is none. */
 double importer_next_event(Instance *instance);
 

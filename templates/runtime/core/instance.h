@@ -52,12 +52,13 @@ typedef struct {
 /* Values that follow from the State, each with a flag whether they do at present. */
 typedef struct {
     bool states_behind; /* those in the State are of an earlier time: integrator_catch_up */
-    bool dependent_valid, least_pivots_valid, accelerations_valid, locals_valid, system_valid;
+    bool dependent_valid, least_pivots_valid, accelerations_valid, locals_valid, system_valid, indicators_valid;
     double dependent[SIZE_DEPENDENT];
     double accelerations[N_UNKNOWNS]; /* with the multipliers behind them, those of redundant constraints being 0 */
     double reported[N_UNKNOWNS];      /* the same with multipliers of least norm */
     double further[SIZE_FURTHER];     /* derivatives of further states; valid with the accelerations */
     double locals[SIZE_LOCALS];
+    double indicators[SIZE_EVENTS];     /* of events, see events.h */
     double least_pivots[N_COORDINATES]; /* of the generated solution of M qdd = f; smaller ones are suspicious */
     System system;                      /* at the present point, for tangents */
 } Cache;

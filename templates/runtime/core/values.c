@@ -9,6 +9,10 @@ bool value_is_integer(VariableKind kind) {
     return kind == VARIABLE_MODE || kind == VARIABLE_IMPACTS;
 }
 
+bool value_is_real(VariableKind kind) {
+    return !value_is_integer(kind) && kind != VARIABLE_CLOCK;
+}
+
 /* While the rest of accumulating impacts lasts, a contact is open, though they are not followed one by one. */
 static int64_t mode_of(const State *state, int element) {
     const bool contact = N_UNILATERALS > 0 && element < N_UNILATERALS;
@@ -38,6 +42,8 @@ double *value_slot(Instance *instance, const Variable *variable) {
     case VARIABLE_DEPENDENT:       return &cache->dependent[variable->index];
     case VARIABLE_LOCAL:           return &cache->locals[variable->index];
     case VARIABLE_IMPULSE:         return &state->impulses[variable->index];
+    case VARIABLE_INDICATOR:       return &cache->indicators[variable->index];
+    case VARIABLE_CLOCK:
     case VARIABLE_MODE:
     case VARIABLE_IMPACTS:
     case VARIABLE_TIME:
@@ -55,6 +61,9 @@ bool value_update(Instance *instance, VariableKind kind) {
     }
     if (kind == VARIABLE_ACCELERATION || kind == VARIABLE_FURTHER_RATE || kind == VARIABLE_MULTIPLIER) {
         return equations_accelerations(instance);
+    }
+    if (kind == VARIABLE_INDICATOR) {
+        return equations_indicators(instance);
     }
     return kind != VARIABLE_LOCAL || equations_locals(instance);
 }

@@ -4,8 +4,11 @@
 
 #include "instance.h"
 
-/* Is this kind of variable an integer or an enumeration, and no real number? */
+/* Is this kind of variable an integer or an enumeration? */
 bool value_is_integer(VariableKind kind);
+
+/* Is it a real number? */
+bool value_is_real(VariableKind kind);
 
 /* The value of such a variable; a count stops at the greatest int. */
 int value_integer(const Instance *instance, const Variable *variable);

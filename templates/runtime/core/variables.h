@@ -20,6 +20,8 @@ typedef enum {
     VARIABLE_MODE,         /* ElementMode of a contact, stop or dry friction; an enumeration */
     VARIABLE_IMPACTS,      /* number of impacts of a contact or stop so far; an integer */
     VARIABLE_IMPULSE,      /* of its last impact */
+    VARIABLE_INDICATOR,    /* of an event; the solver of the importer stops where one comes down to 0 */
+    VARIABLE_CLOCK,        /* of a contact or stop: ticks at its impacts */
     N_VARIABLE_KINDS
 } VariableKind;
 

@@ -123,6 +123,7 @@ static bool settle_switches(Instance *instance, const bool due[], bool *turned) 
 static bool note_rests(Instance *instance) {
     State *state = &instance->state;
     double values[SIZE_EVENTS];
+    instance->cache.indicators_valid = false;
     if (!events_evaluate(instance, state->time, state->states, values)) {
         return false;
     }

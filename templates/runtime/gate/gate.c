@@ -12,8 +12,9 @@ static void hear(void *owner, const char sentence[]) {
 }
 
 void component_start(Component *component) {
-    component->instance.policy = component->type == fmi2ModelExchange ? &IMPORTERS_SOLVER : &OWN_SOLVER;
-    component->instance.listener = (Listener){hear, component};
+    component->instance.policy = component->type == MODEL_EXCHANGE ? &IMPORTERS_SOLVER : &OWN_SOLVER;
+    component->instance.listener.hear = hear;
+    component->instance.listener.owner = component;
     instance_start(&component->instance);
     memset(&component->session, 0, sizeof component->session);
     component->session.type = component->type;
@@ -28,7 +29,7 @@ void component_start(Component *component) {
 static void report_illegal_call(Component *component, Call call) {
     char modes[160];
     legal_modes(call, component->type, modes, sizeof modes);
-    const char *type = component->type == fmi2ModelExchange ? "model exchange" : "co-simulation";
+    const char *type = type_name(component->type);
     if (modes[0] == '\0') {
         fail(component, "an instance for %s has no use for this function in any state; do not call it", type);
     } else {
@@ -37,8 +38,8 @@ static void report_illegal_call(Component *component, Call call) {
     }
 }
 
-Component *enter(fmi2Component c, Call call) {
-    Component *component = c;
+Component *enter(void *handle, Call call) {
+    Component *component = handle;
     if (component == NULL) {
         return NULL;
     }
@@ -56,10 +57,19 @@ Component *enter(fmi2Component c, Call call) {
     return component;
 }
 
-Component *enter_present(fmi2Component c, Call call) {
-    Component *component = enter(c, call);
+Component *enter_present(void *handle, Call call) {
+    Component *component = enter(handle, call);
     if (component != NULL && !integrator_catch_up(&component->instance) && component->session.mode != MODE_ERROR) {
-        report_failure(component, fmi2Error);
+        report_failure(component, STATUS_ERROR);
+        return NULL;
+    }
+    return component;
+}
+
+Component *enter_with(void *handle, Call call, const void *address, const char *what) {
+    Component *component = enter(handle, call);
+    if (component != NULL && address == NULL) {
+        fail(component, "the argument %s is NULL; expected an address", what);
         return NULL;
     }
     return component;

@@ -1,19 +1,17 @@
-/* Which function may be called when: the state machines of FMI 2.0, sections 3.2.3 and 4.2.4, as one table.
-
-   A column is a mode of the instance, a row is a function, so that a row can be held against the row of the standard:
-
-       x   legal
-       d   legal for debugging only (the values may be of little use)
-       o   beyond the standard's table, but importers do it and it is harmless: accepted, noted once in category logAll
-       .   illegal: fmi2Error
+/* What the gate has to know of FMI 2.0: types, modes, and which function may be called when, which are the state
+   machines of sections 3.2.3 and 4.2.4 as one table, see call_rows.h.
 
    Compiled from the masks in Reference-FMUs, src/fmi2Functions.c, and from stricter notes on FMI 2.0.5: fmi2SetTime is
    illegal in event mode (it is for purely discrete FMUs), fmi2GetDirectionalDerivative after the end.
 
    The modes stepInProgress, stepCanceled and fatal do not occur: fmi2DoStep returns when the step is done. */
-#ifndef LEGAL_CALLS_H
-#define LEGAL_CALLS_H
+#ifndef VERSION_H
+#define VERSION_H
 
+#include <stdbool.h>
+#include <stdint.h>
+
+#include "call_rows.h"
 #include "fmi2Functions.h"
 #include "variables.h"
 
@@ -84,24 +82,46 @@ typedef enum {
     N_MODES
 } Mode;
 
-typedef enum { VERDICT_ILLEGAL = '.', VERDICT_LEGAL = 'x', VERDICT_DEBUG = 'd', VERDICT_TOLERATED = 'o' } Verdict;
+extern const CallRow CALLS[N_CALLS];
+extern const CallRow SETTABLE[N_VARIABLE_KINDS]; /* what fmi2SetReal may set */
+extern const ModeColumns MODES[N_MODES];
 
-/* May this function be called for an instance of this type in this mode? */
-Verdict legal_call(Call call, fmi2Type type, Mode mode);
+/* Names of functions, for sentences. */
+#define INSTANTIATE "fmi2Instantiate"
+#define GET_STATE "fmi2GetFMUstate"
+#define DESERIALIZE_STATE "fmi2DeSerializeFMUstate"
+#define SERIALIZE_STATE "fmi2SerializeFMUstate"
+#define SERIALIZED_STATE_SIZE "fmi2SerializedFMUstateSize"
+#define EXIT_INITIALIZATION "fmi2ExitInitializationMode"
+#define CHANGES_TIME "fmi2DoStep or fmi2SetTime"
 
-/* May fmi2SetReal set a variable of this kind in this mode? */
-Verdict legal_set(VariableKind kind, fmi2Type type, Mode mode);
+typedef fmi2Status Status;
+#define STATUS_OK fmi2OK
+#define STATUS_WARNING fmi2Warning
+#define STATUS_DISCARD fmi2Discard
+#define STATUS_ERROR fmi2Error
 
-/* Can fmi2SetReal set a variable of this kind in any mode at all? */
-int ever_settable(VariableKind kind, fmi2Type type);
+typedef fmi2ValueReference Reference;
 
-/* "fmi2SetReal" */
-const char *call_name(Call call);
+/* The importer's side of an instance. */
+typedef fmi2CallbackFunctions Importer;
 
-/* "initialization mode" */
-const char *mode_name(Mode mode);
+/* What changes with calls and is saved with the State: int64_t only, so that there is no padding. */
+typedef struct {
+    int64_t type;               /* InterfaceType; a saved session fits instances of the same type only */
+    int64_t mode;               /* Mode of the state machine */
+    int64_t experiment_defined; /* fmi2SetupExperiment was called */
+    int64_t step_failed;        /* the last fmi2DoStep returned fmi2Discard */
+} Session;
 
-/* Writes the modes where the call is legal as "event mode, continuous-time mode"; empty if there are none. */
-void legal_modes(Call call, fmi2Type type, char text[], size_t size);
+/* Hands a message to the importer's logger, if it has one. */
+void deliver(const Importer *importer, const char *name, Status status, const char *category, const char *text);
+
+/* Is a message of this status delivered with logging off, too? Errors are, and what is said of a step's results. */
+static inline bool told_always(Status status, Call call) {
+    return status == fmi2Error ||
+           (status != fmi2OK && (call == CALL_DoStep || call == CALL_CompletedIntegratorStep ||
+                                 call == CALL_NewDiscreteStates));
+}
 
 #endif
