@@ -16,7 +16,7 @@ from typing import Any
 
 from lag2fmu.errors import LoadError, SimulationError
 from lag2fmu.fmu.pack import DESCRIPTION, opened
-from lag2fmu.fmu.xml_tree import parse
+from lag2fmu.xml_tree import parse
 
 _WARNING, _OK = 1, 0
 _KEPT = 4

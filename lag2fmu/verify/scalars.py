@@ -76,15 +76,16 @@ def _elements(description: Any, path: Path) -> Mapping[str, Sequence[str]]:
         return {}
 
 
-def whole(values: Mapping[str, float], scalars: Mapping[str, Scalar]) -> dict[str, list[float]]:
-    """{variable: all its elements} of the variables that ``values`` of scalars belong to, others at their starts."""
-    found: dict[str, list[float]] = {}
+def whole(values: Mapping[str, float], scalars: Mapping[str, Scalar]) -> dict[str, float | list[float]]:
+    """``values`` of scalars by variable: those of an array as a list, in which other elements have their starts."""
+    found: dict[str, float | list[float]] = {}
     for name, value in values.items():
         scalar = scalars[name]
-        variable = scalar.variable.name
-        if variable not in found:
-            found[variable] = starts_of(scalar.variable, scalars.values())
-        found[variable][scalar.element] = value
+        if not getattr(scalar.variable, "shape", ()):
+            found[name] = value
+            continue
+        elements = found.setdefault(scalar.variable.name, starts_of(scalar.variable, scalars.values()))
+        elements[scalar.element] = value  # type: ignore[index]
     return found
 
 

@@ -26,6 +26,7 @@ class Version:
     what its FMUs offer, ``to_xml`` writes modelDescription.xml, ``folders`` are those of a platform in binaries/.
     ``icon`` is where the FMU's picture stands in the archive. ``has_ports``: value references are those of ``ports``,
     and event indicators and clocks are variables.
+    ``has_adjoints``: its functions ask for adjoint derivatives.
     """
 
     name: str
@@ -35,6 +36,7 @@ class Version:
     folders: Callable[[Platform], tuple[str, ...]]
     icon: str
     has_ports: bool = False
+    has_adjoints: bool = False
 
     @property
     def header(self) -> str:
