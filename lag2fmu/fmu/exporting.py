@@ -76,6 +76,7 @@ def export(  # noqa: PLR0913 (choices of the user)
     extra: Mapping[str, bytes] | None = None,
     progress: Progress | None = None,
     fmi: str = "2.0",
+    arrays: bool = False,
 ) -> Fmu:
     """Write the FMU of ``model``, a mechanism or what ``load`` takes, to ``path`` (default: NAME.fmu here).
 
@@ -83,7 +84,7 @@ def export(  # noqa: PLR0913 (choices of the user)
     ``compiler`` is 'zig' or 'host', ``platform`` 'host', a name in PLATFORMS or 'all', ``backend`` 'c' or 'python' (a
     slave of PythonFMU). ``outputs`` names local variables to be outputs too ('all' for each of them), ``extra`` holds
     further files {name in the archive: content}, ``progress`` is told how the compiler gets on. ``fmi`` is the version
-    of the standard, a name in VERSIONS.
+    of the standard, a name in VERSIONS; with ``arrays``, of FMI 3.0, coordinates and what belongs to them are arrays.
     Raises LoadError, ExportError, DerivationError or BuildError.
     """
     mechanism = as_mechanism(model)
@@ -94,7 +95,10 @@ def export(  # noqa: PLR0913 (choices of the user)
     if fmi not in VERSIONS:
         raise ExportError(f"unknown version '{fmi}' of FMI; known are {', '.join(VERSIONS)}")
     version = VERSIONS[fmi]
-    build = BACKENDS[backend].prepare(Choices(solver or DEFAULT_SOLVER, platform, compiler, progress, version))
+    if arrays and not version.has_ports:
+        raise ExportError(f"--arrays: FMI {fmi} has no arrays; add --fmi 3.0, or leave --arrays out")
+    choices = Choices(solver or DEFAULT_SOLVER, platform, compiler, progress, version, arrays)
+    build = BACKENDS[backend].prepare(choices)
     target = Path(path) if path is not None else Path(f"{mechanism.name}.fmu")
     _check_target(target)
     _check_texts(mechanism)

@@ -4,12 +4,12 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 
-from lag2fmu.checking.description import STRUCTURE, Description, ScalarVariable, Unknown
 from lag2fmu.checking.findings import Finding, Severity
+from lag2fmu.checking.fmi2.description import STRUCTURE, Description2, ScalarVariable, Unknown
 from lag2fmu.fmu.pack import DESCRIPTION
 
 
-def structure_findings(description: Description) -> Iterator[Finding]:
+def structure_findings(description: Description2) -> Iterator[Finding]:
     """The broken rules on the three lists and on their dependencies.
 
     Source: FMI 2.0.5 specification, section 2.2.8 (ModelStructure).
@@ -26,7 +26,7 @@ def structure_findings(description: Description) -> Iterator[Finding]:
         yield from _knowns(description, unknown, variable)
 
 
-def _list(description: Description, group: str) -> Iterator[Finding]:
+def _list(description: Description2, group: str) -> Iterator[Finding]:
     """Indices of variables, each once; those of InitialUnknowns in order."""
     seen: set[int] = set()
     last = 0
@@ -45,7 +45,7 @@ def _list(description: Description, group: str) -> Iterator[Finding]:
 # ------------------------------------------------------------------------------------------------------------ sets
 
 
-def _sets(description: Description) -> Iterator[Finding]:
+def _sets(description: Description2) -> Iterator[Finding]:
     listed = {group: {u.index for u in description.structure(group)} for group in STRUCTURE}
     outputs = {v.index for v in description.variables if v.causality == "output"}
     yield from _compared(description, "Outputs", listed["Outputs"], outputs, "are the variables of causality 'output'")
@@ -62,7 +62,7 @@ def _sets(description: Description) -> Iterator[Finding]:
 
 
 def _compared(
-    description: Description, group: str, listed: set[int], expected: set[int], rule: str
+    description: Description2, group: str, listed: set[int], expected: set[int], rule: str
 ) -> Iterator[Finding]:
     for indices, what, remedy in (
         (expected - listed, "lacks", "add them"),
@@ -75,7 +75,7 @@ def _compared(
             yield Finding(rule_name, f"{DESCRIPTION} <{group}>", f"{what} {shown}", f"{remedy}: these {rule}")
 
 
-def _derivatives(description: Description, listed: set[int]) -> Iterator[Finding]:
+def _derivatives(description: Description2, listed: set[int]) -> Iterator[Finding]:
     owners: dict[int, int] = {}
     for unknown in description.structure("Derivatives"):
         variable = description.variable(unknown.index)
@@ -98,7 +98,7 @@ def _derivatives(description: Description, listed: set[int]) -> Iterator[Finding
 # ---------------------------------------------------------------------------------------------------- dependencies
 
 
-def _form(description: Description, unknown: Unknown) -> Iterator[Finding]:
+def _form(description: Description2, unknown: Unknown) -> Iterator[Finding]:
     dependencies = unknown.dependencies or ()
     if len(set(dependencies)) < len(dependencies):
         yield Finding("dependencies-duplicate", unknown.place, "a dependency is listed twice", "list it once")
@@ -110,7 +110,7 @@ def _form(description: Description, unknown: Unknown) -> Iterator[Finding]:
             yield Finding("dependencies-index", unknown.place, problem, "indices count the ScalarVariables from 1")
 
 
-def _kinds(description: Description, unknown: Unknown, variable: ScalarVariable) -> Iterator[Finding]:
+def _kinds(description: Description2, unknown: Unknown, variable: ScalarVariable) -> Iterator[Finding]:
     kinds = unknown.kinds or ()
     if unknown.kinds is not None and len(kinds) != len(unknown.dependencies or ()):
         problem = f"{len(kinds)} dependenciesKind for {len(unknown.dependencies or ())} dependencies"
@@ -123,7 +123,7 @@ def _kinds(description: Description, unknown: Unknown, variable: ScalarVariable)
         yield Finding("kinds-type", unknown.place, problem, "factors are for Reals; use 'dependent'", "warning")
 
 
-def _knowns(description: Description, unknown: Unknown, variable: ScalarVariable) -> Iterator[Finding]:
+def _knowns(description: Description2, unknown: Unknown, variable: ScalarVariable) -> Iterator[Finding]:
     """What an unknown may depend on: inputs, time and states; at initialization inputs, time and what is exact."""
     own_state = unknown.index in description.states and unknown.group == "Outputs"
     for index in unknown.dependencies or ():

@@ -5,9 +5,9 @@ from __future__ import annotations
 from collections.abc import Iterator, Sequence
 
 from lag2fmu.checking.binding import RefusedError, doubles, references
-from lag2fmu.checking.description import ScalarVariable
 from lag2fmu.checking.findings import Finding
-from lag2fmu.checking.session import Model, Session
+from lag2fmu.checking.fmi2.description import ScalarVariable
+from lag2fmu.checking.fmi2.session import Model2, Session2
 
 _MOST_KNOWNS, _MOST_UNKNOWNS = 12, 60
 _STEP = 1e-4
@@ -16,7 +16,7 @@ _BAR = 1e-3
 """Differences and derivative must agree to this, relative to the greater one and the size of the unknown."""
 
 
-def directional(model: Model) -> Iterator[Finding]:
+def directional(model: Model2) -> Iterator[Finding]:
     """In Continuous-Time Mode or, for co-simulation, in Initialization Mode; there is an answer after steps as well.
 
     In Initialization Mode a moved start may be in another mode of an FMU that has events: differences then say nothing.
@@ -48,9 +48,9 @@ def directional(model: Model) -> Iterator[Finding]:
         yield from _after_a_step(model)
 
 
-def _after_a_step(model: Model) -> Iterator[Finding]:
+def _after_a_step(model: Model2) -> Iterator[Finding]:
     inputs = [v for v in model.description.variables if v.causality == "input" and v.type == "Real"]
-    outputs = [v for v in model.outputs if v.variability == "continuous"]
+    outputs = [v for v in model.description.variables if v.causality == "output" and v.is_continuous]
     if inputs and outputs:
         with model.session() as session:
             if session.start().step():
@@ -58,7 +58,7 @@ def _after_a_step(model: Model) -> Iterator[Finding]:
     yield from ()
 
 
-def _knowns(model: Model) -> list[ScalarVariable]:
+def _knowns(model: Model2) -> list[ScalarVariable]:
     """States and continuous inputs; in Initialization Mode states that are exact."""
     description = model.description
     inputs = [
@@ -72,7 +72,7 @@ def _knowns(model: Model) -> list[ScalarVariable]:
     return (states + inputs)[:_MOST_KNOWNS]
 
 
-def _unknowns(model: Model) -> list[ScalarVariable]:
+def _unknowns(model: Model2) -> list[ScalarVariable]:
     """Continuous outputs and derivatives; in Initialization Mode those that are not exact."""
     groups = ("InitialUnknowns",) if model.kind == "CoSimulation" else ("Outputs", "Derivatives")
     listed = (model.description.variable(u.index) for group in groups for u in model.description.structure(group))
@@ -80,7 +80,7 @@ def _unknowns(model: Model) -> list[ScalarVariable]:
     return found[:_MOST_UNKNOWNS]
 
 
-def _derivative(session: Session, unknowns: Sequence[ScalarVariable], known: ScalarVariable) -> list[float]:
+def _derivative(session: Session2, unknowns: Sequence[ScalarVariable], known: ScalarVariable) -> list[float]:
     """The derivatives of ``unknowns`` by ``known`` as the FMU gives them: (len(unknowns),)."""
     values = doubles([0.0] * len(unknowns))
     which = references([v.reference for v in unknowns])
@@ -91,7 +91,7 @@ def _derivative(session: Session, unknowns: Sequence[ScalarVariable], known: Sca
 
 
 def _differences(
-    session: Session, unknowns: Sequence[ScalarVariable], known: ScalarVariable, step: float
+    session: Session2, unknowns: Sequence[ScalarVariable], known: ScalarVariable, step: float
 ) -> list[float]:
     """The same by central differences; the known gets its value back."""
     which, model = [v.reference for v in unknowns], session.model
@@ -110,7 +110,7 @@ def _differences(
 
 
 def _compared(
-    session: Session, unknowns: Sequence[ScalarVariable], known: ScalarVariable, given: Sequence[float]
+    session: Session2, unknowns: Sequence[ScalarVariable], known: ScalarVariable, given: Sequence[float]
 ) -> Iterator[Finding]:
     """Where two differences agree with one another, the derivative must agree with them."""
     (value,) = session.instance.get("Real", [known.reference])
