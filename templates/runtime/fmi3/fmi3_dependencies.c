@@ -24,7 +24,7 @@ fmi3Status fmi3GetVariableDependencies(fmi3Instance instance, fmi3ValueReference
                                        size_t elementIndicesOfIndependents[], fmi3DependencyKind dependencyKinds[],
                                        size_t nDependencies) {
     Component *component = enter(instance, CALL_GetVariableDependencies);
-    size_t count;
+    size_t count = 0;
     if (component == NULL || count_dependencies(component, dependent, &count) != fmi3OK) {
         return fmi3Error;
     }
