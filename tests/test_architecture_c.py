@@ -69,7 +69,7 @@ def test_functions_fit_a_screen(path: Path) -> None:
 
 
 def test_the_names_of_files_are_unique() -> None:
-    """All of an FMU stand in one folder. Families of solvers have own memories, events sizes, versions of FMI tables."""
+    """All of an FMU stand in one folder: families of solvers have own memories, events sizes, versions tables."""
     names = [path.name for path in FILES if path.name not in SEVERAL]
     assert len(names) == len(set(names))
 
