@@ -47,8 +47,9 @@ class Probe:
         for file, text in {**sources, PROBE.name: PROBE.read_text("utf-8")}.items():
             (folder / file).write_text(text, "utf-8")
         units = [file for file in (*sources, PROBE.name) if file.endswith(".c")]
-        command = [*COMPILERS.get("gcc", COMPILERS["zig"]), *STRICT, "-fPIC", "-shared", f"-I{fmi_headers()}", "-o", str(library)]
-        done = subprocess.run([*command, *units, "-lm"], cwd=folder, capture_output=True, text=True, check=False)
+        compiler = COMPILERS.get("gcc", COMPILERS["zig"])
+        command = [*compiler, *STRICT, "-fPIC", "-shared", f"-I{fmi_headers()}", "-o", str(library), *units, "-lm"]
+        done = subprocess.run(command, cwd=folder, capture_output=True, text=True, check=False)
         assert done.returncode == 0, done.stderr
         self.folder, self.library = folder, ctypes.CDLL(str(library))
         found = re.search(r"#define N_CONTINUOUS (\d+)", sources["mechanism.h"])
