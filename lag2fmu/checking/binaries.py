@@ -1,6 +1,6 @@
 """Rules on the shared libraries, read from their bytes by LIEF: ELF, PE and Mach-O.
 
-Source: FMI 2.0.5, sections 2.1.1 and 2.3; what importers were seen to stumble over.
+Source: FMI 2.0.5, sections 2.1.1 and 2.3; FMI 3.0.2, section 2.5.1; what importers were seen to stumble over.
 """
 
 from __future__ import annotations
@@ -17,25 +17,10 @@ from typing import Any
 
 from lag2fmu.checking.archive import Archive
 from lag2fmu.checking.description import Description
-from lag2fmu.checking.files import host_folders, libraries
 from lag2fmu.checking.findings import Finding
+from lag2fmu.checking.rulebook import Rulebook
 
 Version = tuple[int, ...]
-
-_COMMON = (
-    "GetTypesPlatform GetVersion SetDebugLogging Instantiate FreeInstance SetupExperiment EnterInitializationMode "
-    "ExitInitializationMode Terminate Reset GetReal GetInteger GetBoolean GetString SetReal SetInteger SetBoolean "
-    "SetString GetFMUstate SetFMUstate FreeFMUstate SerializedFMUstateSize SerializeFMUstate DeSerializeFMUstate "
-    "GetDirectionalDerivative"
-)
-_OWN = {
-    "ModelExchange": "EnterEventMode NewDiscreteStates EnterContinuousTimeMode CompletedIntegratorStep SetTime "
-    "SetContinuousStates GetDerivatives GetEventIndicators GetContinuousStates GetNominalsOfContinuousStates",
-    "CoSimulation": "SetRealInputDerivatives GetRealOutputDerivatives DoStep CancelStep GetStatus GetRealStatus "
-    "GetIntegerStatus GetBooleanStatus GetStringStatus",
-}
-FUNCTIONS = {kind: frozenset(f"fmi2{name}" for name in f"{_COMMON} {own}".split()) for kind, own in _OWN.items()}
-"""Kind -> the functions its library must export, optional ones included (section 2.3)."""
 
 _OF_LINKERS = {"_init", "_fini", "_edata", "_end", "__bss_start", "__dso_handle", "_mh_dylib_header"}
 _PARTS_OF_SYSTEMS = (
@@ -53,11 +38,13 @@ _OLD_GLIBC: Version = (2, 28)
 
 _FOLDERS = {
     "linux32": ("ELF", "i386"),
+    "x86-linux": ("ELF", "i386"),
     "linux64": ("ELF", "x86_64"),
     "x86_64-linux": ("ELF", "x86_64"),
     "aarch64-linux": ("ELF", "aarch64"),
     "aarch32-linux": ("ELF", "arm"),
     "win32": ("PE", "i386"),
+    "x86-windows": ("PE", "i386"),
     "win64": ("PE", "amd64"),
     "x86_64-windows": ("PE", "amd64"),
     "aarch64-windows": ("PE", "arm64"),
@@ -164,12 +151,12 @@ def _mach_o(binary: Any) -> Library:
 # ----------------------------------------------------------------------------------------------------------- rules
 
 
-def binary_findings(archive: Archive, description: Description) -> Iterator[Finding]:
+def binary_findings(archive: Archive, description: Description, rules: Rulebook) -> Iterator[Finding]:
     """The broken rules on every library in binaries/ that bears the name of the model.
 
-    Source: FMI 2.0.5 specification, sections 2.1.1 and 2.3.
+    Source: FMI 2.0.5 specification, sections 2.1.1 and 2.3; FMI 3.0.2 specification, section 2.5.1.
     """
-    for name, folder in libraries(archive, description).items():
+    for name, folder in rules.libraries(archive, description).items():
         data = archive.read(name)
         found = read_libraries(data)
         wanted, processors = _FOLDERS[folder]
@@ -181,24 +168,24 @@ def binary_findings(archive: Archive, description: Description) -> Iterator[Find
             problem = f"is for {', '.join(part.processor for part in found)}"
             yield Finding("binary-processor", name, problem, f"{folder} wants {processors.replace(' ', ' or ')}")
         for part in found:
-            yield from _functions(name, part, description)
+            yield from _functions(name, part, description, rules)
             yield from _imports(name, part, archive)
-            yield from _hazards(name, part, on_this_machine=folder in host_folders())
-        guid = description.root.get("guid").encode()
+            yield from _hazards(name, part, on_this_machine=folder in rules.hosts())
+        guid = description.token.encode()
         if guid.strip(b"{} ") and guid.strip(b"{} ") not in data:
-            problem = "does not hold the guid of modelDescription.xml as text"
+            problem = f"does not hold the {description.token_name} of modelDescription.xml as text"
             yield Finding("binary-guid", name, problem, "build library and description together", "warning")
 
 
-def _functions(name: str, part: Library, description: Description) -> Iterator[Finding]:
+def _functions(name: str, part: Library, description: Description, rules: Rulebook) -> Iterator[Finding]:
     stem = PurePosixPath(name).stem
     kinds = [kind for kind, identifier in description.identifiers.items() if identifier == stem]
     for kind in kinds:
-        missing = sorted(FUNCTIONS[kind] - part.exported)
+        missing = sorted(rules.functions[kind] - part.exported)
         if missing:
             problem = f"does not export {_some(missing)} of {kind}"
-            yield Finding("binary-functions", name, problem, "export all, also those that only return fmi2Error")
-    others = sorted(part.exported - frozenset().union(*FUNCTIONS.values()) - _OF_LINKERS)
+            yield Finding("binary-functions", name, problem, "export all, also those that only return an error")
+    others = sorted(part.exported - frozenset().union(*rules.functions.values()) - _OF_LINKERS)
     if others:
         problem = f"exports {_some(others)}, which may clash with other libraries"
         yield Finding("binary-exports", name, problem, "hide all but the functions of FMI", "warning")
@@ -244,11 +231,11 @@ def _host_glibc() -> Version:
     return tuple(int(part) for part in version.split(".")) if library == "glibc" else ()
 
 
-def glibc_notes(archive: Archive, description: Description) -> list[str]:
+def glibc_notes(archive: Archive, description: Description, rules: Rulebook) -> list[str]:
     """A sentence on the glibc that each library for Linux needs."""
     return [
         f"{name} needs glibc {_dotted(part.glibc)}"
-        for name, folder in libraries(archive, description).items()
+        for name, folder in rules.libraries(archive, description).items()
         if _FOLDERS[folder][0] == "ELF"
         for part in read_libraries(archive.read(name))
         if part.glibc

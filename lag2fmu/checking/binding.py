@@ -1,108 +1,72 @@
-"""The functions of FMI 2.0 by ctypes, and one instance to call them on. Imported by the process that runs an FMU.
-
-Source: FMI 2.0.5, sections 2.1, 3.2 and 4.2.
-"""
+"""A library by ctypes, and one instance to call its functions on. Imported by the process that runs an FMU."""
 
 from __future__ import annotations
 
 import ctypes
-import os
 import struct
 import sys
-from collections.abc import Sequence
-from ctypes import CFUNCTYPE, POINTER, Structure, byref, c_char_p, c_double, c_int, c_size_t, c_uint, c_void_p
+from collections.abc import Mapping, Sequence
+from ctypes import POINTER, byref, c_char, c_char_p, c_double, c_float, c_int, c_size_t, c_uint, c_void_p
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
-OK, WARNING, DISCARD, ERROR, FATAL, PENDING = range(6)
-STATUS = ("fmi2OK", "fmi2Warning", "fmi2Discard", "fmi2Error", "fmi2Fatal", "fmi2Pending")
-KIND = {"ModelExchange": 0, "CoSimulation": 1}
+OK, WARNING, DISCARD, ERROR, FATAL = range(5)
+_STATUS = ("OK", "Warning", "Discard", "Error", "Fatal", "Pending")
 
-_Logger = CFUNCTYPE(None, c_void_p, c_char_p, c_int, c_char_p, c_char_p)
-_Allocate = CFUNCTYPE(c_void_p, c_size_t, c_size_t)
-_Free = CFUNCTYPE(None, c_void_p)
-
-
-class _Callbacks(Structure):
-    _fields_ = (
-        ("logger", _Logger),
-        ("allocateMemory", _Allocate),
-        ("freeMemory", _Free),
-        ("stepFinished", c_void_p),
-        ("componentEnvironment", c_void_p),
-    )
-
-
-class EventInfo(Structure):
-    """fmi2EventInfo."""
-
-    _fields_ = (
-        ("newDiscreteStatesNeeded", c_int),
-        ("terminateSimulation", c_int),
-        ("nominalsOfContinuousStatesChanged", c_int),
-        ("valuesOfContinuousStatesChanged", c_int),
-        ("nextEventTimeDefined", c_int),
-        ("nextEventTime", c_double),
-    )
-
-
-_LETTERS: dict[str, Any] = {
+LETTERS: dict[str, Any] = {
     **{"p": c_void_p, "P": POINTER(c_void_p), "s": c_char_p, "S": POINTER(c_char_p), "i": c_int, "I": POINTER(c_int)},
     **{"d": c_double, "D": POINTER(c_double), "U": POINTER(c_uint), "n": c_size_t, "N": POINTER(c_size_t)},
-    **{"E": POINTER(EventInfo), "C": POINTER(_Callbacks)},
+    **{"u": c_uint, "b": ctypes.c_bool, "B": POINTER(ctypes.c_bool), "f": POINTER(c_float)},
+    **{"h": POINTER(ctypes.c_int8), "H": POINTER(ctypes.c_uint8), "w": POINTER(ctypes.c_int16)},
+    **{"W": POINTER(ctypes.c_uint16), "l": POINTER(ctypes.c_int32), "L": POINTER(ctypes.c_uint32)},
+    **{"q": POINTER(ctypes.c_int64), "Q": POINTER(ctypes.c_uint64)},
 }
-_ARGUMENTS = {
-    **{"GetTypesPlatform": "", "GetVersion": "", "Instantiate": "sissCii", "FreeInstance": "p", "Reset": "p"},
-    **{"SetDebugLogging": "pinS", "SetupExperiment": "piddid", "Terminate": "p"},
-    **{"EnterInitializationMode": "p", "ExitInitializationMode": "p", "GetDirectionalDerivative": "pUnUnDD"},
-    **{
-        f"{verb}{type_}": f"pUn{letter}"
-        for verb in ("Get", "Set")
-        for type_, letter in zip(("Real", "Integer", "Boolean", "String"), "DIIS", strict=True)
-    },
-    **{"GetFMUstate": "pP", "SetFMUstate": "pp", "FreeFMUstate": "pP", "SerializedFMUstateSize": "ppN"},
-    **{"SerializeFMUstate": "ppsn", "DeSerializeFMUstate": "psnP"},
-    **{"EnterEventMode": "p", "NewDiscreteStates": "pE", "EnterContinuousTimeMode": "p", "SetTime": "pd"},
-    **{"CompletedIntegratorStep": "piII", "SetContinuousStates": "pDn", "GetDerivatives": "pDn"},
-    **{"GetEventIndicators": "pDn", "GetContinuousStates": "pDn", "GetNominalsOfContinuousStates": "pDn"},
-    **{"SetRealInputDerivatives": "pUnID", "GetRealOutputDerivatives": "pUnID", "DoStep": "pddi", "CancelStep": "p"},
-    **{"GetStatus": "piI", "GetRealStatus": "piD"},
-}
-"""Function -> its arguments as _LETTERS."""
-
-_RESULTS = {"GetTypesPlatform": c_char_p, "GetVersion": c_char_p, "Instantiate": c_void_p, "FreeInstance": None}
+"""The types of arguments, a letter each."""
 
 
 class RefusedError(Exception):
-    """A legal call was answered with fmi2Discard, fmi2Error or fmi2Fatal."""
+    """A legal call was answered with Discard, Error or Fatal."""
 
     def __init__(self, function: str, status: int, reason: str) -> None:
-        super().__init__(f"fmi2{function} returned {name_of(status)}{f' ({reason})' if reason else ''}")
+        super().__init__(f"{function} returned {name_of(function, status)}{f' ({reason})' if reason else ''}")
         self.function, self.status = function, status
 
 
-def name_of(status: int) -> str:
-    """The name of a status, or what it is if it is none."""
-    return STATUS[status] if 0 <= status < len(STATUS) else f"{status}, which is no fmi2Status"
+def name_of(function: str, status: int) -> str:
+    """The name of a status as ``function`` returns it, or what it is if it is none."""
+    prefix = function[:4]
+    return f"{prefix}{_STATUS[status]}" if 0 <= status < len(_STATUS) else f"{status}, which is no {prefix}Status"
+
+
+@dataclass(frozen=True)
+class Binding:
+    """The functions of a version: ``arguments`` are {name without ``prefix``: the types of its arguments as LETTERS}.
+
+    ``results`` are the types of what they return where that is no status. ``state`` is what the version calls the
+    state of an FMU in names, ``deserialize`` the first word of the function that reads a serialized one.
+    """
+
+    prefix: str
+    arguments: Mapping[str, str]
+    results: Mapping[str, Any]
+    state: str
+    deserialize: str
 
 
 class Library:
     """The shared library at ``path``; raises OSError if it cannot be loaded."""
 
-    def __init__(self, path: Path) -> None:
+    def __init__(self, path: Path, binding: Binding) -> None:
         self._library = ctypes.CDLL(str(path))
+        self.binding = binding
 
     def __call__(self, name: str, *arguments: Any) -> Any:
-        """Call fmi2<name>; raises AttributeError if the library lacks it."""
-        function = getattr(self._library, f"fmi2{name}")
-        function.argtypes = [_LETTERS[letter] for letter in _ARGUMENTS[name]]
-        function.restype = _RESULTS.get(name, c_int)
+        """Call the function ``name``, given without prefix; raises AttributeError if the library lacks it."""
+        function = getattr(self._library, f"{self.binding.prefix}{name}")
+        function.argtypes = [LETTERS[letter] for letter in self.binding.arguments[name]]
+        function.restype = self.binding.results.get(name, c_int)
         return function(*arguments)
-
-
-def _c_library() -> Any:
-    return ctypes.cdll.msvcrt if os.name == "nt" else ctypes.CDLL(None)
 
 
 def doubles(values: Sequence[float]) -> Any:
@@ -121,8 +85,8 @@ class Log:
 
     sentences: list[tuple[int, str, str]] = field(default_factory=list)
 
-    def hear(self, _: object, __: object, status: int, category: bytes | None, message: bytes | None) -> None:
-        """The logger of FMI; the arguments of the format are not looked at."""
+    def add(self, status: int, category: bytes | None, message: bytes | None) -> None:
+        """Take down a sentence."""
         texts = [(text or b"").decode("utf-8", "replace") for text in (category, message)]
         if len(self.sentences) < 10_000:
             self.sentences.append((status, texts[0], texts[1]))
@@ -133,67 +97,67 @@ class Log:
 
 
 class Instance:
-    """An instance of ``kind`` ('ModelExchange', 'CoSimulation'); ``alive`` says whether there is one."""
+    """An instance of a library; ``alive`` says whether there is one. Each version makes it in its own way."""
 
-    def __init__(self, library: Library, kind: str, guid: str, resources: str, log: Log, name: str = "check") -> None:
-        self._call, self._log = library, log
-        c = _c_library()
-        self._callbacks = _Callbacks(
-            _Logger(log.hear), ctypes.cast(c.calloc, _Allocate), ctypes.cast(c.free, _Free), None, None
-        )
-        self._component = library(
-            "Instantiate", name.encode(), KIND[kind], guid.encode(), resources.encode(), byref(self._callbacks), 0, 1
-        )
-        self.alive = bool(self._component)
-
-    def __enter__(self) -> Instance:
-        return self
-
-    def __exit__(self, *_: object) -> None:
-        self.free()
+    def __init__(self, library: Library, log: Log, component: Any) -> None:
+        self._call, self._log, self._component = library, log, component
+        self.alive = bool(component)
 
     def free(self) -> None:
-        """Free it, unless it is gone or dead (fmi2Fatal)."""
+        """Free it, unless it is gone or dead (Fatal)."""
         if self.alive:
             self._call("FreeInstance", self._component)
         self.alive = False
 
     def status(self, name: str, *arguments: Any) -> int:
-        """Call fmi2<name> on the instance and return its status."""
+        """Call a function, named without prefix, on the instance and return its status."""
         found: int = self._call(name, self._component, *arguments)
         if found == FATAL:
             self.alive = False
         return found
 
     def do(self, name: str, *arguments: Any) -> None:
-        """Call fmi2<name> on the instance; raises RefusedError unless the status is fmi2OK or fmi2Warning."""
+        """Call a function on the instance; raises RefusedError unless the status is OK or Warning."""
         status = self.status(name, *arguments)
         if status not in (OK, WARNING):
-            raise RefusedError(name, status, self._log.last())
-
-    def get(self, type_: str, which: Sequence[int]) -> list[Any]:
-        """The values of the variables ``which`` (value references) of one type; strings as bytes.
-
-        Raises RefusedError as ``do`` does.
-        """
-        kind = "Integer" if type_ == "Enumeration" else type_
-        element: Any = {"Real": c_double, "String": c_char_p}.get(kind, c_int)
-        values = (element * max(len(which), 1))()
-        self.do(f"Get{kind}", references(which), len(which), values)
-        return list(values)[: len(which)]
-
-    def set_reals(self, which: Sequence[int], values: Sequence[float]) -> None:
-        """Set variables of the type Real. Raises RefusedError as ``do`` does."""
-        self.do("SetReal", references(which), len(which), doubles(values))
+            raise RefusedError(f"{self._call.binding.prefix}{name}", status, self._log.last())
 
     def vector(self, name: str, size: int) -> list[float]:
-        """What a function of model exchange such as GetDerivatives writes: (size,).
+        """What a function of model exchange such as GetContinuousStates writes: (size,).
 
         Raises RefusedError as ``do`` does.
         """
         values = doubles([0.0] * size)
         self.do(name, values, size)
         return list(values)[:size]
+
+    def saved(self) -> c_void_p:
+        """The state of the FMU, to be freed. Raises RefusedError as ``do`` does."""
+        pointer = c_void_p()
+        self.do(f"Get{self._call.binding.state}", byref(pointer))
+        return pointer
+
+    def restore(self, saved: c_void_p) -> None:
+        """Go back to a saved state. Raises RefusedError as ``do`` does."""
+        self.do(f"Set{self._call.binding.state}", saved)
+
+    def drop(self, saved: c_void_p) -> None:
+        """Free a saved state. Raises RefusedError as ``do`` does."""
+        self.do(f"Free{self._call.binding.state}", byref(saved))
+
+    def serialized(self, saved: c_void_p) -> Any:
+        """A saved state as an array of bytes of C. Raises RefusedError as ``do`` does."""
+        size = c_size_t()
+        self.do(f"Serialized{self._call.binding.state}Size", saved, byref(size))
+        block = (c_char * size.value)()
+        self.do(f"Serialize{self._call.binding.state}", saved, block, size)
+        return block
+
+    def deserialized(self, block: Any) -> c_void_p:
+        """The saved state in the bytes ``block``, to be freed. Raises RefusedError as ``do`` does."""
+        pointer = c_void_p()
+        self.do(f"{self._call.binding.deserialize}{self._call.binding.state}", block, len(block), byref(pointer))
+        return pointer
 
 
 def bits(values: Sequence[Any]) -> bytes:

@@ -15,10 +15,12 @@ from pathlib import Path
 from typing import TextIO
 
 from lag2fmu.checking.binding import RefusedError, bounded
-from lag2fmu.checking.catalogue import ESSENTIAL, trials_of
-from lag2fmu.checking.description import Description, read_description
+from lag2fmu.checking.description import Description, read_document
 from lag2fmu.checking.findings import Finding
+from lag2fmu.checking.rulebook import Rulebook
+from lag2fmu.checking.rulebooks import rulebook_of
 from lag2fmu.checking.session import Model
+from lag2fmu.checking.trials import ESSENTIAL
 from lag2fmu.fmu.pack import DESCRIPTION
 
 
@@ -28,13 +30,15 @@ def main(folder: Path, journal: Path, libraries: dict[str, Path], labels: list[s
     Raises LoadError where the FMU cannot be read.
     """
     bounded()
-    description = read_description((folder / DESCRIPTION).read_bytes())
+    document = read_document((folder / DESCRIPTION).read_bytes())
+    rules = rulebook_of(document)
+    description = rules.describe(document)
     with journal.open("a", encoding="utf-8") as stream:
         for label in labels:
             kind, name = label.split(": ", 1)
             _write(stream, {"begin": label})
             failed = False
-            for finding in _try(description, kind, name, folder, libraries[kind]):
+            for finding in _try(rules, description, kind, name, folder, libraries[kind]):
                 failed |= finding.rule in ("load", "refused")
                 _write(stream, {"finding": asdict(finding)})
             _write(stream, {"end": label, "failed": failed})
@@ -48,20 +52,22 @@ def _write(stream: TextIO, record: object) -> None:
     stream.flush()
 
 
-def _try(description: Description, kind: str, name: str, folder: Path, library: Path) -> Iterator[Finding]:
+def _try(
+    rules: Rulebook, description: Description, kind: str, name: str, folder: Path, library: Path
+) -> Iterator[Finding]:
     """The findings of a trial; an error that stops it is one of them."""
     try:
-        model = Model(description, kind, folder, library)
+        model = rules.model(description, kind, folder, library)
     except OSError as error:
         remedy = "build it for this machine, with all that it needs"
         yield Finding("load", kind, f"the library cannot be loaded: {error}", remedy)
         return
     try:
-        yield from trials_of(kind)[name](model)
+        yield from rules.trials(kind)[name](model)
     except RefusedError as refused:
-        yield Finding("refused", kind, f"in the trial '{name}', {refused}", "answer legal calls with fmi2OK")
+        yield Finding("refused", kind, f"in the trial '{name}', {refused}", f"answer legal calls with {model.prefix}OK")
     except RecursionError as error:
-        yield Finding("events", kind, str(error), "clear newDiscreteStatesNeeded when nothing changes any more")
+        yield Finding("events", kind, str(error), "ask for no further event iteration when nothing changes any more")
     except AttributeError as error:
         yield Finding("refused", kind, f"in the trial '{name}', a function is missing: {error}", "export all functions")
     except OSError as error:

@@ -1,42 +1,28 @@
-"""modelDescription.xml as records with places, tolerant of faults: what is malformed is left to the schema."""
+"""modelDescription.xml as records with places, tolerant of faults: what is malformed is left to the schema.
+
+Here stands what both versions of the standard share; each has records of its own below these.
+"""
 
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator, Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property
+from typing import ClassVar
 
 from lag2fmu.errors import LoadError
 from lag2fmu.fmu.pack import DESCRIPTION
-from lag2fmu.fmu.xml_tree import Document, Element, parse
+from lag2fmu.xml_tree import Document, Element, parse
 
-KINDS = ("ModelExchange", "CoSimulation")
-TYPES = ("Real", "Integer", "Boolean", "String", "Enumeration")
-STRUCTURE = ("Outputs", "Derivatives", "InitialUnknowns")
-
-_INITIAL = {
-    ("parameter", "fixed"): "exact",
-    ("parameter", "tunable"): "exact",
-    ("output", "constant"): "exact",
-    ("local", "constant"): "exact",
-    ("calculatedParameter", "fixed"): "calculated",
-    ("calculatedParameter", "tunable"): "calculated",
-    ("output", "discrete"): "calculated",
-    ("output", "continuous"): "calculated",
-    ("local", "fixed"): "calculated",
-    ("local", "tunable"): "calculated",
-    ("local", "discrete"): "calculated",
-    ("local", "continuous"): "calculated",
-}
-"""(causality, variability) -> the default of 'initial' (FMI 2.0.5, section 2.2.7)."""
+NOTHING = Element("", {}, 0)
+"""Stands for an element that is absent."""
 
 
 @dataclass(frozen=True)
-class ScalarVariable:
-    """A ScalarVariable: ``index`` counts from 1; ``initial`` is effective, with its default; ``value`` is its type."""
+class Variable:
+    """A variable: ``value`` is the element that holds start and bounds, ``declared`` its type among the definitions."""
 
-    index: int
     element: Element
     value: Element
     declared: Element | None
@@ -53,7 +39,7 @@ class ScalarVariable:
 
     @property
     def type(self) -> str:
-        """One of TYPES."""
+        """Its type as the version calls it."""
         return self.value.tag
 
     @property
@@ -68,16 +54,13 @@ class ScalarVariable:
 
     @property
     def variability(self) -> str:
-        """Its variability, with the default."""
-        return self.element.get("variability", "continuous")
+        """Its variability, with the default of the version."""
+        raise NotImplementedError
 
     @property
     def initial(self) -> str:
-        """What 'initial' is or defaults to; '' for inputs and the independent variable.
-
-        The defaults are those of the FMI 2.0.5 specification, section 2.2.7.
-        """
-        return self.element.get("initial") or _INITIAL.get((self.causality, self.variability), "")
+        """What 'initial' is or defaults to; '' where there is none."""
+        raise NotImplementedError
 
     @property
     def start(self) -> str | None:
@@ -85,9 +68,14 @@ class ScalarVariable:
         return self.value.attributes.get("start")
 
     @property
-    def derivative(self) -> int:
-        """The index of the state it is the derivative of, or 0."""
-        return whole(self.value.get("derivative"), 0)
+    def starts(self) -> list[str]:
+        """The start values of the elements as texts, none where there is no start."""
+        return [] if self.start is None else [self.start]
+
+    @property
+    def is_continuous(self) -> bool:
+        """Whether it is a number that varies in continuous time."""
+        raise NotImplementedError
 
     def attribute(self, name: str) -> str:
         """An attribute of the type, inherited from the declared type where absent; '' if neither has it."""
@@ -100,36 +88,28 @@ class ScalarVariable:
 
 
 @dataclass(frozen=True)
-class Unknown:
-    """An entry of ModelStructure; ``dependencies`` and ``kinds`` are None where the attribute is absent."""
-
-    group: str
-    element: Element
-    index: int
-    dependencies: tuple[int, ...] | None
-    kinds: tuple[str, ...] | None
-
-    @property
-    def place(self) -> str:
-        """Where it stands."""
-        return f"{DESCRIPTION}:{self.element.line} {self.group}, index {self.index}"
-
-
-@dataclass(frozen=True)
 class Description:
     """modelDescription.xml."""
 
     document: Document
+    kinds_known: ClassVar[Sequence[str]] = ("ModelExchange", "CoSimulation")
+    token_name: ClassVar[str]
+    """The attribute by which library and description know each other."""
 
     @property
     def root(self) -> Element:
         """The root element."""
         return self.document.root
 
+    @property
+    def token(self) -> str:
+        """What library and description know each other by."""
+        return self.root.get(self.token_name)
+
     @cached_property
     def kinds(self) -> Mapping[str, Element]:
-        """The declared kinds, 'ModelExchange' and 'CoSimulation', with their elements."""
-        return {tag: element for tag in KINDS if (element := self.root.child(tag)) is not None}
+        """The declared kinds, such as 'ModelExchange', with their elements."""
+        return {tag: element for tag in self.kinds_known if (element := self.root.child(tag)) is not None}
 
     def can(self, kind: str, capability: str) -> bool:
         """Whether ``kind`` is declared with the flag ``capability``."""
@@ -142,13 +122,8 @@ class Description:
 
     @cached_property
     def types(self) -> Mapping[str, Element]:
-        """Name -> the element in a SimpleType."""
-        return {
-            t.get("name"): c
-            for t in self.root.all("TypeDefinitions", "SimpleType")
-            for c in t.children
-            if c.tag in TYPES
-        }
+        """Name -> the element that holds the attributes of a declared type."""
+        raise NotImplementedError
 
     @cached_property
     def units(self) -> Mapping[str, Element]:
@@ -156,43 +131,9 @@ class Description:
         return {unit.get("name"): unit for unit in self.root.all("UnitDefinitions", "Unit")}
 
     @cached_property
-    def variables(self) -> tuple[ScalarVariable, ...]:
-        """The variables in order; the one of index i is ``variables[i - 1]``."""
-        nothing = Element("", {}, 0)
-        found = []
-        for index, element in enumerate(self.root.all("ModelVariables", "ScalarVariable"), start=1):
-            value = next((c for c in element.children if c.tag in TYPES), nothing)
-            found.append(ScalarVariable(index, element, value, self.types.get(value.get("declaredType"))))
-        return tuple(found)
-
-    def variable(self, index: int) -> ScalarVariable | None:
-        """The variable of ``index``, None if there is none."""
-        return self.variables[index - 1] if 1 <= index <= len(self.variables) else None
-
-    @cached_property
-    def states(self) -> frozenset[int]:
-        """The indices of the continuous states: what variables with the attribute 'derivative' derive."""
-        return frozenset(v.derivative for v in self.variables if v.derivative)
-
-    def structure(self, group: str) -> list[Unknown]:
-        """The entries of one of STRUCTURE."""
-        return [_unknown(group, e) for e in self.root.all("ModelStructure", group, "Unknown")]
-
-    def unknowns(self) -> Iterator[Unknown]:
-        """All entries of ModelStructure."""
-        for group in STRUCTURE:
-            yield from self.structure(group)
-
-
-def _unknown(group: str, element: Element) -> Unknown:
-    dependencies, kinds = (element.attributes.get(name) for name in ("dependencies", "dependenciesKind"))
-    return Unknown(
-        group,
-        element,
-        whole(element.get("index"), 0),
-        None if dependencies is None else tuple(whole(text, 0) for text in dependencies.split()),
-        None if kinds is None else tuple(kinds.split()),
-    )
+    def variables(self) -> Sequence[Variable]:
+        """The variables in order."""
+        raise NotImplementedError
 
 
 def whole(text: str, otherwise: int) -> int:
@@ -211,12 +152,9 @@ def number(text: str) -> float:
         return math.nan
 
 
-def read_description(data: bytes) -> Description:
-    """modelDescription.xml from its bytes; raises LoadError if it is no XML or not of FMI 2.0."""
+def read_document(data: bytes) -> Document:
+    """modelDescription.xml from its bytes; raises LoadError if it is no XML or describes no FMU."""
     document = parse(data, DESCRIPTION)
-    version = document.root.get("fmiVersion")
     if document.root.tag != "fmiModelDescription":
         raise LoadError(f"'{DESCRIPTION}' begins with <{document.root.tag}>, not <fmiModelDescription>; it is no FMU")
-    if not version.startswith("2."):
-        raise LoadError(f"the FMU is of FMI {version or '(no fmiVersion)'}; 'check' reads FMI 2.0")
-    return Description(document)
+    return document

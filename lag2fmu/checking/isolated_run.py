@@ -12,11 +12,11 @@ from pathlib import Path, PurePosixPath
 from typing import Any
 
 from lag2fmu.checking.archive import Archive
-from lag2fmu.checking.catalogue import ESSENTIAL, trials_of
 from lag2fmu.checking.description import Description
-from lag2fmu.checking.files import host_folders, libraries
 from lag2fmu.checking.findings import Finding
 from lag2fmu.checking.process import Run, watched
+from lag2fmu.checking.rulebook import Rulebook
+from lag2fmu.checking.trials import ESSENTIAL
 from lag2fmu.errors import SimulationError
 from lag2fmu.fmu.pack import DESCRIPTION
 
@@ -33,20 +33,22 @@ class _Progress:
     deleted: bool = False
 
 
-def run_findings(archive: Archive, description: Description, timeout: float) -> tuple[list[Finding], str]:
+def run_findings(
+    archive: Archive, description: Description, rules: Rulebook, timeout: float
+) -> tuple[list[Finding], str]:
     """The findings of a run of the FMU on this machine, and a note on what was run.
 
     ``timeout`` (s) is what a trial may take. The FMU is unpacked to a temporary folder that goes away at the end.
     Raises LoadError if it cannot be unpacked.
     """
-    names = _libraries_of_host(archive, description)
+    names = _libraries_of_host(archive, description, rules)
     if not names:
         return [], "not run: there is no library for this machine"
     with tempfile.TemporaryDirectory(prefix="lag2fmu-", ignore_cleanup_errors=True) as temporary:
         folder = Path(temporary) / "fmu"
         beside = [n for library in names.values() for n in archive.below(str(PurePosixPath(library).parent))]
         files = [DESCRIPTION, *beside, *archive.below("resources")]
-        progress = _Progress([f"{kind}: {trial}" for kind in names for trial in trials_of(kind)])
+        progress = _Progress([f"{kind}: {trial}" for kind in names for trial in rules.trials(kind)])
         count = len(progress.waiting)
         arguments = [f"{kind}={folder / name}" for kind, name in names.items()]
         once = any(description.can(kind, "canBeInstantiatedOnlyOncePerProcess") for kind in names)
@@ -61,13 +63,13 @@ def run_findings(archive: Archive, description: Description, timeout: float) -> 
     return _for_tools(description, list(dict.fromkeys(found))), note
 
 
-def _libraries_of_host(archive: Archive, description: Description) -> dict[str, str]:
+def _libraries_of_host(archive: Archive, description: Description, rules: Rulebook) -> dict[str, str]:
     """{kind of FMU: name in the archive} of the libraries that this machine can load."""
     return {
         kind: name
         for kind, identifier in description.identifiers.items()
-        for name, platform in libraries(archive, description).items()
-        if platform in host_folders() and PurePosixPath(name).stem == identifier
+        for name, platform in rules.libraries(archive, description).items()
+        if platform in rules.hosts() and PurePosixPath(name).stem == identifier
     }
 
 

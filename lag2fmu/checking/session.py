@@ -1,22 +1,23 @@
-"""A run of an FMU, step by step, in the order the standard asks for: the same words for both kinds."""
+"""A run of an FMU, step by step: the same words for both versions and all kinds, which fill in the calls."""
 
 from __future__ import annotations
 
 import math
-from ctypes import byref, c_int
+from abc import ABC, abstractmethod
+from collections.abc import Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
-from lag2fmu.checking.binding import DISCARD, EventInfo, Instance, Library, Log, RefusedError, doubles
-from lag2fmu.checking.description import Description, ScalarVariable, number
+from lag2fmu.checking.binding import Instance, Library, Log
+from lag2fmu.checking.description import Description, Variable, number
 
-_MOST_EVENTS = 1000
+MOST_EVENTS = 1000
 """Event iterations at one time after which a model does not come to rest."""
 
 
 @dataclass
-class Model:
+class Model(ABC):
     """An FMU of one kind that is unpacked in ``folder``: what the trials are given."""
 
     description: Description
@@ -26,29 +27,38 @@ class Model:
     log: Log = field(default_factory=Log)
 
     def __post_init__(self) -> None:
-        self.library = Library(self.path)
+        self.library = self.load()
+
+    @abstractmethod
+    def load(self) -> Library:
+        """The library; raises OSError if it cannot be loaded."""
+
+    @abstractmethod
+    def instance(self, key: str | None = None, name: str = "check") -> Instance:
+        """A new instance; not alive if the FMU refused. ``key`` stands in for what proves which FMU is meant."""
+
+    @abstractmethod
+    def session(self, name: str = "check") -> Session:
+        """A new instance, not yet initialized; raises RefusedError if there is none."""
+
+    @property
+    def prefix(self) -> str:
+        """How the names of functions begin."""
+        return self.library.binding.prefix
+
+    @property
+    def saves(self) -> bool:
+        """Whether the state of the FMU can be saved and restored."""
+        return self.can(f"canGetAndSet{self.library.binding.state}")
+
+    @property
+    def serializes(self) -> bool:
+        """Whether a saved state can be written as bytes."""
+        return self.can(f"canSerialize{self.library.binding.state}")
 
     def can(self, capability: str) -> bool:
         """Whether the flag is declared for this kind."""
         return self.description.can(self.kind, capability)
-
-    @property
-    def indicators(self) -> int:
-        """The number of event indicators."""
-        return int(number(self.description.root.get("numberOfEventIndicators", "0")))
-
-    def instance(self, guid: str | None = None, name: str = "check") -> Instance:
-        """A new instance; not alive if the FMU refused."""
-        resources = (self.folder / "resources").resolve().as_uri()
-        own = self.description.root.get("guid")
-        return Instance(self.library, self.kind, own if guid is None else guid, resources, self.log, name)
-
-    def session(self, name: str = "check") -> Session:
-        """A new instance, not yet initialized; raises RefusedError if there is none."""
-        instance = self.instance(name=name)
-        if not instance.alive:
-            raise RefusedError("Instantiate", -1, self.log.last())
-        return Session(self, instance)
 
     @property
     def start_time(self) -> float:
@@ -67,18 +77,17 @@ class Model:
         return value if math.isfinite(value) and (name != "stepSize" or value > 0) else otherwise
 
     @property
-    def outputs(self) -> list[ScalarVariable]:
-        """The outputs of the type Real."""
-        return [v for v in self.description.variables if v.causality == "output" and v.type == "Real"]
+    def outputs(self) -> list[Variable]:
+        """The outputs that are floating point numbers."""
+        return [v for v in self.description.variables if v.causality == "output" and v.type in self.floats]
 
     @property
-    def derivatives(self) -> list[ScalarVariable]:
-        """The derivatives in the order of ModelStructure, which is that of the states."""
-        found = (self.description.variable(u.index) for u in self.description.structure("Derivatives"))
-        return [v for v in found if v is not None]
+    @abstractmethod
+    def floats(self) -> frozenset[str]:
+        """The types of floating point numbers."""
 
 
-class Session:
+class Session(ABC):
     """An instance on its way through a run; a context that frees it at the end. ``time`` in s."""
 
     def __init__(self, model: Model, instance: Instance) -> None:
@@ -90,84 +99,44 @@ class Session:
     def __exit__(self, *_: object) -> None:
         self.instance.free()
 
+    @abstractmethod
     def enter(self, stop_time: float | None = None) -> Session:
         """Go to Initialization Mode. Raises RefusedError if the FMU does not go there."""
-        self.time = self.model.start_time
-        self.instance.do("SetupExperiment", 0, 0.0, self.time, int(stop_time is not None), stop_time or 0.0)
-        self.instance.do("EnterInitializationMode")
-        return self
 
+    @abstractmethod
     def start(self, stop_time: float | None = None) -> Session:
         """Go to where steps are taken: Continuous-Time Mode, or the first communication point.
 
-        Raises RefusedError, and RecursionError as ``rest`` does.
+        Raises RefusedError, and RecursionError where events do not come to an end.
         """
-        self.enter(stop_time).instance.do("ExitInitializationMode")
-        if self.model.kind == "ModelExchange":
-            self.rest()
-            self.instance.do("EnterContinuousTimeMode")
-        return self
 
-    def rest(self) -> EventInfo:
-        """Iterate events until no more is needed; raises RecursionError if there is no end."""
-        info = EventInfo()
-        for _ in range(_MOST_EVENTS):
-            self.instance.do("NewDiscreteStates", byref(info))
-            if not info.newDiscreteStatesNeeded or info.terminateSimulation:
-                return info
-        raise RecursionError(f"{_MOST_EVENTS} event iterations at t = {self.time:g} s and no end")
+    @abstractmethod
+    def step(self) -> bool:
+        """Take a step of the model's length; False if a co-simulation ends the run.
+
+        Raises RefusedError, and RecursionError as ``start`` does.
+        """
+
+    @abstractmethod
+    def get(self, variable: Variable) -> list[Any]:
+        """The values of the elements of a variable; strings as bytes. Raises RefusedError."""
+
+    @abstractmethod
+    def values(self) -> list[Any]:
+        """The values of all variables that can be read, in an order of its own. Raises RefusedError."""
+
+    def numbers(self, variables: Sequence[Variable]) -> list[float]:
+        """The values of floating point variables, their elements one after the other. Raises RefusedError."""
+        return [x for v in variables for x in self.get(v)]
 
     def steps(self, count: int) -> list[list[Any]]:
-        """All values after each of ``count`` steps; fewer if the FMU ends the run by fmi2Discard.
+        """All values after each of ``count`` steps; fewer if the FMU ends the run.
 
-        Raises RefusedError, and RecursionError as ``rest`` does.
+        Raises RefusedError, and RecursionError as ``start`` does.
         """
         found = []
         for _ in range(count):
             if not self.step():
                 break
             found.append(self.values())
-        return found
-
-    def step(self) -> bool:
-        """Take a step of the model's length; False if a co-simulation says fmi2Discard.
-
-        Raises RefusedError, and RecursionError as ``rest`` does.
-        """
-        if self.model.kind == "ModelExchange":
-            self._euler(self.model.step / 10)
-            return True
-        try:
-            self.instance.do("DoStep", self.time, self.model.step, 1)
-        except RefusedError as refused:
-            if refused.status == DISCARD:
-                return False
-            raise
-        self.time += self.model.step
-        return True
-
-    def _euler(self, step: float) -> None:
-        """A step of model exchange by Euler's method, with the event it may lead to."""
-        size = len(self.model.derivatives)
-        x, dx = self.instance.vector("GetContinuousStates", size), self.instance.vector("GetDerivatives", size)
-        self.time += step
-        self.instance.do("SetTime", self.time)
-        if size:
-            x = [value + step * rate for value, rate in zip(x, dx, strict=True)]
-            self.instance.do("SetContinuousStates", doubles(x), size)
-        event, end = c_int(), c_int()
-        if not self.model.can("completedIntegratorStepNotNeeded"):
-            self.instance.do("CompletedIntegratorStep", 1, byref(event), byref(end))
-        if event.value:
-            self.instance.do("EnterEventMode")
-            self.rest()
-            self.instance.do("EnterContinuousTimeMode")
-
-    def values(self) -> list[Any]:
-        """The values of all variables, in the order of their types."""
-        found: list[Any] = []
-        for type_ in ("Real", "Integer", "Boolean", "String", "Enumeration"):
-            which = [v.reference for v in self.model.description.variables if v.type == type_]
-            if which:
-                found += self.instance.get(type_, which)
         return found

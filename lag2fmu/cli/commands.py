@@ -10,7 +10,7 @@ from typing import Any
 
 import click
 
-from lag2fmu.cli.options import HOLD, INPUT, SET, STOP_TIME
+from lag2fmu.cli.options import BASE, HOLD, INPUT, SET, STOP_TIME, STOPS
 from lag2fmu.cli.terminal import console
 from lag2fmu.formats.starting import write_start
 from lag2fmu.resources import bundled, summary
@@ -58,6 +58,8 @@ def new(name: str) -> None:
 @click.option("--analysis", is_flag=True, help="Conserved quantities, equilibria, modes and more, after the steps.")
 @click.option("--full", is_flag=True, help="Write long formulas to their end.")
 @SET
+@BASE
+@STOPS
 def show(**choices: Any) -> None:
     """Walk the twelve steps of the textbook procedure, or write the mechanism as text (toml)."""
     from lag2fmu.cli.showing import show_mechanism
@@ -103,6 +105,8 @@ def show(**choices: Any) -> None:
 @click.option("--reference", is_flag=True, help="Put a reference trajectory in, to check the FMU with.")
 @click.option("--force", is_flag=True, help="Overwrite FILE also where it holds another mechanism.")
 @SET
+@BASE
+@STOPS
 def export_command(**choices: Any) -> None:
     """Write the FMU of MODEL, by default to a file of the same name here."""
     from lag2fmu.cli.exporting import export_model
@@ -148,6 +152,8 @@ def linearize(**choices: Any) -> None:
 @click.option("-o", "--out", metavar="CSV", help="Write the trajectory; '-' is standard output.")
 @click.option("--plot", type=click.Path(path_type=Path), help="Draw the motion (.png, .svg, .pdf).")
 @SET
+@BASE
+@STOPS
 def simulate(**choices: Any) -> None:
     """Run MODEL or an FMU by fmpy."""
     from lag2fmu.cli.simulating import simulate_model
@@ -170,11 +176,27 @@ def simulate(**choices: Any) -> None:
     help="Write .json, .txt, .png, .svg; repeatable.",
 )
 @SET
+@BASE
+@STOPS
 def validate(**choices: Any) -> None:
     """Compare the FMU with a direct integration of the mechanism on an independent path."""
     from lag2fmu.cli.validating import validate_model
 
     validate_model(**choices)
+
+
+@click.command("import")
+@click.argument("model", metavar="FILE")
+@click.option("-o", "--out", "path", metavar="FILE", help="The text, .toml; default NAME.toml, '-' is standard output.")
+@click.option("--force", is_flag=True, help="Overwrite a file that exists.")
+@SET
+@BASE
+@STOPS
+def import_command(**choices: Any) -> None:
+    """Write the robot (.urdf, MJCF as .xml) or SymPy's mechanics (FILE.py:NAME) in FILE as a mechanism in text."""
+    from lag2fmu.cli.importing import import_model
+
+    import_model(**choices)
 
 
 @click.command()

@@ -78,6 +78,7 @@ def export(  # noqa: PLR0913 (choices of the user)
     extra: Mapping[str, bytes] | None = None,
     progress: Progress | None = None,
     fmi: str = "2.0",
+    arrays: bool = False,
     start: str = "given",
 ) -> Fmu:
     """Write the FMU of ``model``, a mechanism or what ``load`` takes, to ``path`` (default: NAME.fmu here).
@@ -86,7 +87,8 @@ def export(  # noqa: PLR0913 (choices of the user)
     ``compiler`` is 'zig' or 'host', ``platform`` 'host', a name in PLATFORMS or 'all', ``backend`` 'c' or 'python' (a
     slave of PythonFMU). ``outputs`` names local variables to be outputs too ('all' for each of them), ``extra`` holds
     further files {name in the archive: content}, ``progress`` is told how the compiler gets on. ``fmi`` is the version
-    of the standard, a name in VERSIONS. It starts as it is "given", or at rest in the "equilibrium" found from there.
+    of the standard, a name in VERSIONS; with ``arrays``, of FMI 3.0, coordinates and what belongs to them are arrays.
+    It starts as it is "given", or at rest in the "equilibrium" found from there.
     Raises LoadError, ExportError, DerivationError or BuildError.
     """
     mechanism = as_mechanism(model)
@@ -100,7 +102,10 @@ def export(  # noqa: PLR0913 (choices of the user)
         raise ExportError(f"unknown start '{start}'; known are {', '.join(STARTS)}")
     mechanism = resting(mechanism) if start == STARTS[1] else mechanism
     version = VERSIONS[fmi]
-    build = BACKENDS[backend].prepare(Choices(solver or DEFAULT_SOLVER, platform, compiler, progress, version))
+    if arrays and not version.has_ports:
+        raise ExportError(f"--arrays: FMI {fmi} has no arrays; add --fmi 3.0, or leave --arrays out")
+    choices = Choices(solver or DEFAULT_SOLVER, platform, compiler, progress, version, arrays)
+    build = BACKENDS[backend].prepare(choices)
     target = Path(path) if path is not None else Path(f"{mechanism.name}.fmu")
     _check_target(target)
     _check_texts(mechanism)

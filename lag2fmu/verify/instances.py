@@ -19,7 +19,7 @@ from numpy.typing import NDArray
 
 from lag2fmu.errors import LoadError, SimulationError
 from lag2fmu.fmu.pack import DESCRIPTION, opened
-from lag2fmu.fmu.xml_tree import parse
+from lag2fmu.xml_tree import parse
 
 Floats = NDArray[np.float64]
 

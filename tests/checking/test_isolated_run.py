@@ -5,12 +5,14 @@ from __future__ import annotations
 import tempfile
 import time
 from collections.abc import Callable
+from dataclasses import replace
 from pathlib import Path
 
 import pytest
 from faults import DESCRIPTION, files_of, spoiled, variable, written
 
-from lag2fmu.checking import Findings, check_fmu, isolated_run
+from lag2fmu.checking import Findings, check, check_fmu, isolated_run
+from lag2fmu.checking.rulebooks import RULEBOOKS
 from lag2fmu.errors import SimulationError
 from lag2fmu.fmu.backends.native import fmi_headers
 from lag2fmu.fmu.compilers import compile_library, host_platform
@@ -52,6 +54,12 @@ def make(tmp_path: Path) -> Make:
         return written(files, tmp_path / "faulty.fmu")
 
     return build
+
+
+def only(monkeypatch: pytest.MonkeyPatch, *trials: str) -> None:
+    """Ask for these trials of FMI 2.0 alone."""
+    few = replace(RULEBOOKS["2"], trials=lambda kind: dict.fromkeys(trials))
+    monkeypatch.setattr(check, "rulebook_of", lambda document: few)
 
 
 def rules(found: Findings) -> set[tuple[str, str]]:
@@ -147,8 +155,7 @@ def test_only_one_instance_in_a_process(make: Make, tmp_path: Path, monkeypatch:
     def once(root) -> None:
         root.find("CoSimulation").set("canBeInstantiatedOnlyOncePerProcess", "true")
 
-    few = ["run", "several instances", "FMU state"]
-    monkeypatch.setattr(isolated_run, "trials_of", lambda kind: few)
+    only(monkeypatch, "run", "several instances", "FMU state")
     assert check_fmu(spoiled(make(""), tmp_path / "y.fmu", once)).findings == ()
     path = make("SHARED_STATE")
     assert {rule for rule, _ in rules(check_fmu(path))} == {"instances", "state"}
@@ -194,7 +201,7 @@ def test_processes_that_it_leaves_are_ended(
 ) -> None:
     note = tmp_path / "process"
     monkeypatch.setenv("LAG2FMU_TEST_NOTE", str(note))
-    monkeypatch.setattr(isolated_run, "trials_of", lambda kind: ["run"])
+    only(monkeypatch, "run")
     assert check_fmu(make(fault)).findings == ()
     left = [Path("/proc", number, "status") for number in note.read_text("utf-8").split()]
     ends = time.monotonic() + 10

@@ -177,7 +177,7 @@ def test_an_impulse_does_not_change_between_events(fmu: Fmu, slave: FMU2Slave) -
 
 
 def hashed(data: bytes) -> int:
-    """64-bit FNV-1a, as in fmi2_state.c."""
+    """64-bit FNV-1a, as in saved_state.c."""
     value = 0xCBF29CE484222325
     for byte in data:
         value = (value ^ byte) * 0x100000001B3 % 2**64

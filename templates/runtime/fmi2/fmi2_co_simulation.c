@@ -43,16 +43,6 @@ fmi2Status fmi2CancelStep(fmi2Component c) {
     return fmi2Error;
 }
 
-/* The common body of the status functions: NULL if value is NULL or the call illegal. */
-static Component *enter_status(fmi2Component c, Call call, const void *value) {
-    Component *component = enter(c, call);
-    if (component != NULL && value == NULL) {
-        fail(component, "the argument value is NULL; expected an address");
-        return NULL;
-    }
-    return component;
-}
-
 /* The answer to a question that has none in a synchronous FMU (section 4.2.3). */
 static fmi2Status no_status(Component *component, fmi2StatusKind kind) {
     return discard(component, "there is no status of kind %d; only fmi2LastSuccessfulTime (2, Real) and fmi2Terminated "
@@ -60,12 +50,12 @@ static fmi2Status no_status(Component *component, fmi2StatusKind kind) {
 }
 
 fmi2Status fmi2GetStatus(fmi2Component c, const fmi2StatusKind s, fmi2Status *value) {
-    Component *component = enter_status(c, CALL_GetStatus, value);
+    Component *component = enter_with(c, CALL_GetStatus, value, "value");
     return component == NULL ? fmi2Error : no_status(component, s);
 }
 
 fmi2Status fmi2GetRealStatus(fmi2Component c, const fmi2StatusKind s, fmi2Real *value) {
-    Component *component = enter_status(c, CALL_GetRealStatus, value);
+    Component *component = enter_with(c, CALL_GetRealStatus, value, "value");
     if (component == NULL) {
         return fmi2Error;
     }
@@ -77,13 +67,13 @@ fmi2Status fmi2GetRealStatus(fmi2Component c, const fmi2StatusKind s, fmi2Real *
 }
 
 fmi2Status fmi2GetIntegerStatus(fmi2Component c, const fmi2StatusKind s, fmi2Integer *value) {
-    Component *component = enter_status(c, CALL_GetIntegerStatus, value);
+    Component *component = enter_with(c, CALL_GetIntegerStatus, value, "value");
     return component == NULL ? fmi2Error : no_status(component, s);
 }
 
 /* A failed step cannot be completed with a shorter communication step either: the solver has tried that already. */
 fmi2Status fmi2GetBooleanStatus(fmi2Component c, const fmi2StatusKind s, fmi2Boolean *value) {
-    Component *component = enter_status(c, CALL_GetBooleanStatus, value);
+    Component *component = enter_with(c, CALL_GetBooleanStatus, value, "value");
     if (component == NULL) {
         return fmi2Error;
     }
@@ -95,6 +85,6 @@ fmi2Status fmi2GetBooleanStatus(fmi2Component c, const fmi2StatusKind s, fmi2Boo
 }
 
 fmi2Status fmi2GetStringStatus(fmi2Component c, const fmi2StatusKind s, fmi2String *value) {
-    Component *component = enter_status(c, CALL_GetStringStatus, value);
+    Component *component = enter_with(c, CALL_GetStringStatus, value, "value");
     return component == NULL ? fmi2Error : no_status(component, s);
 }

@@ -1,65 +1,40 @@
-/* fmi2GetDirectionalDerivative (FMI 2.0, section 2.1.9): dv_unknown = J dv_known for any choice of
-
-       knowns      time, states, inputs, parameters
-       unknowns    states, coordinates and velocities without mass, accelerations, locals, dependent parameters
-
-   The derivative of a coordinate has the value reference of its velocity. A velocity is a state, so that its change is
-   read from the seed. */
-#include <math.h>
+/* fmi2GetDirectionalDerivative (FMI 2.0, section 2.1.9): dv_unknown = J dv_known. The derivative of a coordinate has
+   the value reference of its velocity. */
 #include <string.h>
 
-#include "equations.h"
-#include "gate.h"
+#include "gated_derivatives.h"
 #include "logging.h"
-#include "values.h"
 
-/* Adds the change of a known to the seed; fmi2Error if the variable is no known. */
-static fmi2Status add_to_seed(Component *component, Seed *seed, fmi2ValueReference reference, double change) {
-    if (reference >= N_VARIABLES) {
-        return fail(component, "there is no variable with value reference %u for a known; expected 0 to %d", reference,
-                    N_VARIABLES - 1);
+/* fmi2OK if the value references are those of variables, which are called what in sentences. */
+static fmi2Status check_references(Component *component, const fmi2ValueReference references[], size_t count,
+                                   const char *what) {
+    for (size_t i = 0; i < count; i++) {
+        if (references[i] >= N_VARIABLES) {
+            return fail(component, "there is no variable with value reference %u for %s; expected 0 to %d",
+                        references[i], what, N_VARIABLES - 1);
+        }
     }
-    const Variable *variable = &VARIABLES[reference];
-    if (!isfinite(change)) {
-        return fail(component, "the seed of %s is %g; expected a finite number", variable->name, change);
-    }
-    double *slot = value_in_seed(seed, variable);
-    if (slot == NULL) {
-        return fail(component, "variable %s is not a known; expected time, states, inputs and parameters",
-                    variable->name);
-    }
-    *slot += change;
     return fmi2OK;
 }
 
-/* fmi2OK if the variable is an unknown. Sets *needs_accelerations if its derivative takes the tangent of the
-   accelerations. */
-static fmi2Status check_unknown(Component *component, fmi2ValueReference reference, bool *needs_accelerations) {
-    if (reference >= N_VARIABLES) {
-        return fail(component, "there is no variable with value reference %u for an unknown; expected 0 to %d",
-                    reference, N_VARIABLES - 1);
+/* Makes the seed of the changes of the knowns, and looks at the unknowns. */
+static fmi2Status prepare(Component *component, const fmi2ValueReference unknowns[], size_t n_unknowns,
+                          const fmi2ValueReference knowns[], size_t n_knowns, const double changes[], Seed *seed,
+                          bool *needs_accelerations) {
+    if (check_references(component, knowns, n_knowns, "a known") != fmi2OK ||
+        check_references(component, unknowns, n_unknowns, "an unknown") != fmi2OK) {
+        return fmi2Error;
     }
-    const Variable *variable = &VARIABLES[reference];
-    *needs_accelerations = *needs_accelerations || value_needs_tangent(variable->kind);
-    if (value_is_unknown(variable->kind)) {
-        return fmi2OK;
-    }
-    return fail(component, "variable %s is not an unknown; expected derivatives, outputs and calculated variables",
-                variable->name);
-}
-
-/* Writes the derivatives of the unknowns to values[count] if all of them are finite, else nothing. */
-static fmi2Status write_unknowns(Component *component, const fmi2ValueReference unknowns[], size_t count,
-                                 const Seed *seed, const Tangent *tangent, double values[]) {
-    for (size_t i = 0; i < count; i++) {
-        const double value = *value_in_tangent(seed, tangent, &VARIABLES[unknowns[i]]);
-        if (!isfinite(value)) {
-            return fail(component, "the derivative of %s is %g at time %.17g; it is not defined for the present states "
-                        "and inputs", VARIABLES[unknowns[i]].name, value, component->instance.state.time);
+    memset(seed, 0, sizeof *seed);
+    for (size_t i = 0; i < n_knowns; i++) {
+        if (add_to_seed(component, seed, &VARIABLES[knowns[i]], changes[i]) != fmi2OK) {
+            return fmi2Error;
         }
     }
-    for (size_t i = 0; i < count; i++) {
-        values[i] = *value_in_tangent(seed, tangent, &VARIABLES[unknowns[i]]);
+    for (size_t i = 0; i < n_unknowns; i++) {
+        if (check_unknown(component, &VARIABLES[unknowns[i]], needs_accelerations) != fmi2OK) {
+            return fmi2Error;
+        }
     }
     return fmi2OK;
 }
@@ -71,6 +46,7 @@ fmi2Status fmi2GetDirectionalDerivative(fmi2Component c, const fmi2ValueReferenc
     Seed seed;
     Tangent tangent;
     bool needs_accelerations = false;
+    double value;
     if (component == NULL) {
         return fmi2Error;
     }
@@ -79,23 +55,18 @@ fmi2Status fmi2GetDirectionalDerivative(fmi2Component c, const fmi2ValueReferenc
         return fail(component, "an array is NULL; expected references and values for %u unknowns and %u knowns",
                     (unsigned)nUnknown, (unsigned)nKnown);
     }
-    memset(&seed, 0, sizeof seed);
-    for (size_t i = 0; i < nKnown; i++) {
-        if (add_to_seed(component, &seed, vKnown_ref[i], dvKnown[i]) != fmi2OK) {
+    if (prepare(component, vUnknown_ref, nUnknown, vKnown_ref, nKnown, dvKnown, &seed, &needs_accelerations) !=
+            fmi2OK ||
+        find_tangent(component, &seed, needs_accelerations, &tangent) != fmi2OK) {
+        return fmi2Error;
+    }
+    for (size_t i = 0; i < nUnknown; i++) {
+        if (read_tangent(component, &seed, &tangent, &VARIABLES[vUnknown_ref[i]], &value) != fmi2OK) {
             return fmi2Error;
         }
     }
     for (size_t i = 0; i < nUnknown; i++) {
-        if (check_unknown(component, vUnknown_ref[i], &needs_accelerations) != fmi2OK) {
-            return fmi2Error;
-        }
+        read_tangent(component, &seed, &tangent, &VARIABLES[vUnknown_ref[i]], &dvUnknown[i]);
     }
-    if (!equations_settle(&component->instance) || !equations_settle_seed(&component->instance, &seed)) {
-        return report_failure(component, fmi2Error);
-    }
-    equations_dependent_tangent(&component->instance, &seed, &tangent);
-    if (needs_accelerations && !equations_tangent(&component->instance, &seed, &tangent)) {
-        return report_failure(component, fmi2Error);
-    }
-    return write_unknowns(component, vUnknown_ref, nUnknown, &seed, &tangent, dvUnknown);
+    return fmi2OK;
 }

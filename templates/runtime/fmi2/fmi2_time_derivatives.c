@@ -1,15 +1,14 @@
 /* Time derivatives of inputs and outputs in co-simulation (FMI 2.0, section 4.2.1). */
 #include <math.h>
 
-#include "equations.h"
 #include "inputs.h"
-#include "gate.h"
 #include "logging.h"
+#include "output_derivatives.h"
 #include "values.h"
 
-/* fmi2OK if the arrays are there, and the references and orders are those of variables. */
+/* fmi2OK if the arrays are there, and the references are those of Real variables. */
 static fmi2Status check_arguments(Component *component, const fmi2ValueReference vr[], size_t nvr,
-                                  const fmi2Integer order[], const void *value, int highest) {
+                                  const fmi2Integer order[], const void *value) {
     if (nvr > 0 && (vr == NULL || order == NULL || value == NULL)) {
         return fail(component, "an array is NULL; expected references, orders and values of %u derivatives",
                     (unsigned)nvr);
@@ -19,10 +18,6 @@ static fmi2Status check_arguments(Component *component, const fmi2ValueReference
             return fail(component, "there is no Real variable with value reference %u; expected 0 to %d", vr[i],
                         N_VARIABLES - 1);
         }
-        if (order[i] < 1 || order[i] > highest) {
-            return fail(component, "the order of the derivative of %s is %d; expected 1 to %d", VARIABLES[vr[i]].name,
-                        (int)order[i], highest);
-        }
     }
     return fmi2OK;
 }
@@ -30,11 +25,14 @@ static fmi2Status check_arguments(Component *component, const fmi2ValueReference
 fmi2Status fmi2SetRealInputDerivatives(fmi2Component c, const fmi2ValueReference vr[], size_t nvr,
                                        const fmi2Integer order[], const fmi2Real value[]) {
     Component *component = enter_present(c, CALL_SetRealInputDerivatives);
-    if (component == NULL || check_arguments(component, vr, nvr, order, value, MAX_INPUT_ORDER) != fmi2OK) {
+    if (component == NULL || check_arguments(component, vr, nvr, order, value) != fmi2OK) {
         return fmi2Error;
     }
     for (size_t i = 0; i < nvr; i++) {
         const Variable *variable = &VARIABLES[vr[i]];
+        if (check_order(component, variable, order[i], MAX_INPUT_ORDER) != fmi2OK) {
+            return fmi2Error;
+        }
         if (variable->kind != VARIABLE_INPUT) {
             return fail(component, "variable %s is not an input; only inputs have derivatives that can be set",
                         variable->name);
@@ -55,32 +53,25 @@ fmi2Status fmi2GetRealOutputDerivatives(fmi2Component c, const fmi2ValueReferenc
     Component *component = enter_present(c, CALL_GetRealOutputDerivatives);
     Motion motion;
     int needed = -1;
-    if (component == NULL || check_arguments(component, vr, nvr, order, value, MAX_OUTPUT_ORDER) != fmi2OK) {
+    double derivative;
+    if (component == NULL || check_arguments(component, vr, nvr, order, value) != fmi2OK) {
         return fmi2Error;
     }
     for (size_t i = 0; i < nvr; i++) {
-        const Variable *variable = &VARIABLES[vr[i]];
-        if (!variable->output) {
-            return fail(component, "variable %s is not an output; only outputs have derivatives that can be read",
-                        variable->name);
+        if (check_output(component, &VARIABLES[vr[i]], order[i], &needed) != fmi2OK) {
+            return fmi2Error;
         }
-        const int order_needed = value_motion_order(variable, order[i]);
-        needed = order_needed > needed ? order_needed : needed;
     }
-    Instance *instance = &component->instance;
-    if (nvr > 0 && !(equations_settle(instance) && equations_motion(instance, needed, &motion))) {
-        return report_failure(component, fmi2Error);
+    if (nvr > 0 && find_motion(component, needed, &motion) != fmi2OK) {
+        return fmi2Error;
     }
     for (size_t i = 0; i < nvr; i++) {
-        const double derivative = value_in_motion(&motion, &VARIABLES[vr[i]], order[i]);
-        if (!isfinite(derivative)) {
-            return fail(component, "the derivative of order %d of %s is %g at time %.17g; it is not defined for the "
-                        "present states and inputs", (int)order[i], VARIABLES[vr[i]].name, derivative,
-                        component->instance.state.time);
+        if (read_motion(component, &motion, &VARIABLES[vr[i]], order[i], &derivative) != fmi2OK) {
+            return fmi2Error;
         }
     }
     for (size_t i = 0; i < nvr; i++) {
-        value[i] = value_in_motion(&motion, &VARIABLES[vr[i]], order[i]);
+        read_motion(component, &motion, &VARIABLES[vr[i]], order[i], &value[i]);
     }
     return fmi2OK;
 }

@@ -1,12 +1,8 @@
 /* Reading and setting variables (FMI 2.0, section 2.1.7). Variables are of type Real; modes and counts of
    contacts are Integers, which can be read only. */
-#include <math.h>
-
 #include "equations.h"
-#include "gate.h"
+#include "gated_values.h"
 #include "logging.h"
-#include "settings.h"
-#include "tables.h"
 #include "values.h"
 
 /* fmi2OK if there is a variable of this type with this value reference. */
@@ -26,35 +22,6 @@ static fmi2Status check_type(Component *component, fmi2ValueReference reference,
 /* fmi2OK if there is a Real variable with this value reference. */
 static fmi2Status check_reference(Component *component, fmi2ValueReference reference) {
     return check_type(component, reference, false);
-}
-
-/* fmi2OK if neither array is NULL where it has elements. */
-static fmi2Status check_arrays(Component *component, const void *references, size_t count, const void *values) {
-    if (count == 0 || (references != NULL && values != NULL)) {
-        return fmi2OK;
-    }
-    return fail(component, "the array of %u %s is NULL", (unsigned)count,
-                references == NULL ? "value references" : "values");
-}
-
-/* fmi2OK if the variable has a finite value now. Otherwise fmi2Discard in model exchange, so that the importer may try
-   a smaller step; in co-simulation the standard leaves fmi2Error only. */
-static fmi2Status evaluate(Component *component, const Variable *variable) {
-    const bool model_exchange = component->type == fmi2ModelExchange;
-    if (!value_update(&component->instance, variable->kind)) {
-        return report_failure(component, model_exchange ? fmi2Discard : fmi2Error);
-    }
-    const double value = *value_slot(&component->instance, variable);
-    if (isfinite(value)) {
-        return fmi2OK;
-    }
-    const State *state = &component->instance.state;
-    if (tables_explain(&component->instance, state->time, state->states, state->inputs)) {
-        return report_failure(component, model_exchange ? fmi2Discard : fmi2Error);
-    }
-    return (model_exchange ? discard : fail)(
-        component, "variable %s is %g at time %.17g; its expression is not defined for the present states and inputs",
-        variable->name, value, component->instance.state.time);
 }
 
 fmi2Status fmi2GetReal(fmi2Component c, const fmi2ValueReference vr[], size_t nvr, fmi2Real value[]) {
@@ -82,63 +49,16 @@ fmi2Status fmi2GetReal(fmi2Component c, const fmi2ValueReference vr[], size_t nv
     return fmi2OK;
 }
 
-/* fmi2OK if a variable of this kind may be set now. Where only importers do it, and the standard does not foresee it,
-   the first time is noted. */
-static fmi2Status check_settable(Component *component, const Variable *variable) {
-    const Mode mode = (Mode)component->session.mode;
-    const Verdict verdict = legal_set(variable->kind, component->type, mode);
-    if (verdict == VERDICT_ILLEGAL && variable->kind == VARIABLE_TIME) {
-        return fail(component, "%s is the independent variable; it is changed by fmi2DoStep or fmi2SetTime only",
-                    variable->name);
-    }
-    if (verdict == VERDICT_ILLEGAL && !ever_settable(variable->kind, component->type)) {
-        return fail(component, "variable %s is calculated from the others and cannot be set", variable->name);
-    }
-    if (verdict == VERDICT_ILLEGAL) {
-        return fail(component, "variable %s is fixed in state \"%s\"; set it before fmi2ExitInitializationMode",
-                    variable->name, mode_name(mode));
-    }
-    if (verdict == VERDICT_TOLERATED && !component->noted_kinds[variable->kind]) {
-        component->noted_kinds[variable->kind] = true;
-        note(component, "setting %s and others of its kind in state \"%s\" is accepted, although the standard does not "
-             "foresee it there", variable->name, mode_name(mode));
-    }
-    return fmi2OK;
-}
-
-/* fmi2OK if the variable may take this value now, fmi2Discard if the value is out of range, else fmi2Error. */
-static fmi2Status check_value(Component *component, fmi2ValueReference reference, double value) {
-    if (check_reference(component, reference) != fmi2OK) {
-        return fmi2Error;
-    }
-    const Variable *variable = &VARIABLES[reference];
-    if (check_settable(component, variable) != fmi2OK) {
-        return fmi2Error;
-    }
-    if (!isfinite(value)) {
-        return fail(component, "variable %s cannot be set to %g; expected a finite number", variable->name, value);
-    }
-    if (value < variable->minimum || value > variable->maximum) {
-        return discard(component, "variable %s cannot be set to %.17g; expected a value from %.17g to %.17g, and "
-                       "nothing was set", variable->name, value, variable->minimum, variable->maximum);
-    }
-    if (variable->kind == VARIABLE_SETTING && variable->index == SETTING_TOLERANCE && value > 0.0 &&
-        value < LEAST_TOLERANCE) {
-        return discard(component, "variable %s cannot be set to %g, which rounding does not allow; expected 0, or a "
-                       "value of at least %g, and nothing was set", variable->name, value, LEAST_TOLERANCE);
-    }
-    return fmi2OK;
-}
-
 fmi2Status fmi2SetReal(fmi2Component c, const fmi2ValueReference vr[], size_t nvr, const fmi2Real value[]) {
     Component *component = enter_present(c, CALL_SetReal);
     if (component == NULL || check_arrays(component, vr, nvr, value) != fmi2OK) {
         return fmi2Error;
     }
     for (size_t i = 0; i < nvr; i++) {
-        const fmi2Status status = check_value(component, vr[i], value[i]);
-        if (status != fmi2OK) {
-            return status;
+        const fmi2Status status = check_reference(component, vr[i]);
+        const fmi2Status verdict = status != fmi2OK ? status : check_value(component, &VARIABLES[vr[i]], value[i]);
+        if (verdict != fmi2OK) {
+            return verdict;
         }
     }
     for (size_t i = 0; i < nvr; i++) {

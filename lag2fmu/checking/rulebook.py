@@ -1,0 +1,46 @@
+"""The record ``Rulebook``: what a version of the standard asks for, and how its FMUs are run."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator, Mapping
+from dataclasses import dataclass
+from typing import Any
+
+from lag2fmu.checking.archive import Archive
+from lag2fmu.checking.description import Description
+from lag2fmu.checking.findings import Finding
+from lag2fmu.checking.session import Model
+from lag2fmu.checking.trials import Trial
+from lag2fmu.xml_tree import Document
+
+
+@dataclass(frozen=True)
+class Rulebook:
+    """The rules of one version, such as '2.0'.
+
+    ``describe`` makes the version's own Description, which ``on_description`` and ``on_files`` take. ``functions``
+    are those that the library of a kind must export, ``headers`` the files that no FMU shall bring. ``suffixes`` are
+    those of libraries in the folders of binaries/ that importers know, ``hosts`` the folders that this machine loads.
+    ``trials`` are those of a kind by name, each takes a ``model``.
+    """
+
+    version: str
+    describe: Callable[[Document], Any]
+    on_description: Callable[[Any], Iterator[Finding]]
+    on_files: Callable[[Archive, Any], Iterator[Finding]]
+    functions: Mapping[str, frozenset[str]]
+    headers: frozenset[str]
+    suffixes: Mapping[str, str]
+    hosts: Callable[[], tuple[str, ...]]
+    model: type[Model]
+    trials: Callable[[str], dict[str, Trial]]
+
+    def libraries(self, archive: Archive, description: Description) -> dict[str, str]:
+        """The libraries that importers would load: name in the archive -> folder in binaries/."""
+        found = {}
+        for folder, suffix in self.suffixes.items():
+            for identifier in description.identifiers.values():
+                name = f"binaries/{folder}/{identifier}{suffix}"
+                if name in archive.files:
+                    found[name] = folder
+        return found

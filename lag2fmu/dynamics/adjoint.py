@@ -1,0 +1,95 @@
+"""The adjoint program: of a weighted sum of unknowns its derivatives by all knowns, in one reverse sweep.
+
+The tangent functions are linear in their seeds, so that the gradient of the weighted sum of their results by the seeds
+is the transposed map: about as many operations, whatever the number of knowns. Accelerations are solved for in between,
+with the factorisation of the equations themselves. As it is the tangents that are transposed, adjoint derivatives
+agree with them in every mode, at kinks, and in tables.
+Source: A. Griewank, A. Walther, Evaluating Derivatives, SIAM 2008, sections 3.3 (the duality of tangents and adjoints)
+and 15.3 (implicit functions).
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import replace
+
+from lag2fmu.dynamics.functions import Array, Function, Program
+from lag2fmu.graph.autodiff import reverse
+from lag2fmu.graph.graph import Graph, Node
+
+_Weights = Mapping[str, tuple[str, str]]
+"""{array of weights: (function, array of its results that they are of)}."""
+
+_CALCULATED: _Weights = {"wdz": ("further_tangent", "d2z"), "wy": ("locals_tangent", "dy")}
+_ALL: _Weights = {"wr": ("residual_tangent", "dr"), **_CALCULATED}
+_DEPENDENT: _Weights = {"wc": ("dependent_tangent", "dc")}
+_MET: _Weights = {"wphi": ("constraints", "phi"), "wv": ("constraints", "v")}
+_MATRICES: _Weights = {"wM": ("dynamics", "M"), "wG": ("constraints", "G")}
+_SLIDING: _Weights = {"ws": ("friction_tangent", "ds")}
+
+
+def with_adjoints(program: Program) -> Program:
+    """``program`` with the functions that adjoint derivatives take behind the others, which stay as they are.
+
+    They work on a copy of the graph. An array of weights has an entry for each result, and gt (1,), gx, gu, gp, gqdd
+    are the derivatives by t, x, u, p, qdd; in gp the entries of modes and switches stay untouched, for these are no
+    knowns. Functions of constraints and of rows that slide are there if the mechanism has such.
+    """
+    graph = program.graph.copy()
+    sweeps = _Sweeps(graph, {f.name.removeprefix("mechanism_"): f for f in program.functions}, program)
+    found = [
+        sweeps.adjoint("unknowns_adjoint", "wdz dz + wy y, further rates and locals,", _CALCULATED, ("dqdd",)),
+        sweeps.adjoint("adjoint", "wr r + wdz dz + wy y, r that of mechanism_residual_tangent,", _ALL, _SEEDS),
+    ]
+    with graph.as_written():  # derivatives of dependent parameters contain no variable but parameters
+        found.append(sweeps.adjoint("dependent_adjoint", "wc c, the dependent parameters,", _DEPENDENT, ("dp",)))
+    if program.constraints:
+        found.append(sweeps.adjoint("constraints_adjoint", "wphi phi + wv v of the constraints", _MET, _VARIABLES))
+        what = "wM M + wG G, mass matrix (lower triangle) and constraints' Jacobian,"
+        found.append(sweeps.adjoint("matrices_adjoint", what, _MATRICES, _VARIABLES))
+    if program.places:
+        what = "ws s, the forces of the rows that slide,"
+        found.append(sweeps.adjoint("friction_adjoint", what, _SLIDING, (*_SEEDS, "dqdd")))
+    return replace(program, graph=graph, functions=(*program.functions, *(f.check(graph) for f in found)))
+
+
+_VARIABLES = ("t", "x", "u", "p")
+_SEEDS = tuple(f"d{name}" for name in _VARIABLES)
+
+
+class _Sweeps:
+    """What the reverse sweeps go through: the functions of ``program`` by name without prefix, on a ``graph``."""
+
+    def __init__(self, graph: Graph, functions: Mapping[str, Function], program: Program) -> None:
+        self.graph, self.functions = graph, functions
+        self.resting = program.masks + program.switches
+
+    def adjoint(self, name: str, what: str, weights: _Weights, by: tuple[str, ...]) -> Function:
+        """The derivatives of the sum of ``weights``, said by ``what``, ``by`` arrays of arguments or of seeds."""
+        of_weights, seeds = [], dict[Node, Node]()
+        for array, (function, result) in weights.items():
+            nodes = self._results(function, result)
+            entries = tuple(self.graph.symbol(f"{name} {array} {k}") for k in range(1 + max(nodes, default=-1)))
+            of_weights.append(Array(array, entries))
+            for index, node in nodes.items():
+                seeds[node] = self.graph.add(seeds.get(node, self.graph.zero), entries[index])
+        arguments = {a.name: a for f, _ in weights.values() if f in self.functions for a in self.functions[f].arguments}
+        gradient = iter(reverse(self.graph, seeds, [node for array in by for node in arguments[array].entries]))
+        places = [f"g{array.removeprefix('d')}" for array in by]
+        results = [
+            (place, k, next(gradient))
+            for place, array in zip(places, by, strict=True)
+            for k in range(len(arguments[array].entries))
+        ]
+        return Function(
+            name=f"mechanism_{name}",
+            doc=f"Derivatives of {what} by {', '.join(place.removeprefix('g') for place in places)}.",
+            arguments=(*(a for a in arguments.values() if not a.name.startswith("d")), *of_weights),
+            arrays=tuple(places),
+            results=tuple(result for result in results if result[0] != "gp" or result[1] >= self.resting),
+        )
+
+    def _results(self, function: str, array: str) -> dict[int, Node]:
+        """The entries of an ``array`` that a ``function`` fills; none if there is no such function."""
+        found = self.functions.get(function)
+        return {} if found is None else {index: node for name, index, node in found.results if name == array}

@@ -1,0 +1,78 @@
+"""ModelStructure for every version: the unknowns in order, each with what it depends on by name."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+from lag2fmu.fmu.scalar_variable import ScalarVariable
+
+KNOWN = frozenset({"input", "parameter", "independent"})
+"""The causalities of what others depend on; states are knowns, too."""
+
+
+@dataclass(frozen=True)
+class Unknown:
+    """An entry of ModelStructure; ``dependencies`` by name, None where they are not listed: it depends on everything.
+
+    ``constant``: the only dependency enters with a constant factor.
+    """
+
+    name: str
+    dependencies: tuple[str, ...] | None
+    constant: bool = False
+
+
+@dataclass(frozen=True)
+class Structure:
+    """The lists of ModelStructure: outputs, derivatives of the states, unknowns at initialization.
+
+    Behind them all that is ``calculated``: what ModelStructure does not list has dependencies likewise.
+    """
+
+    outputs: tuple[Unknown, ...]
+    derivatives: tuple[Unknown, ...]
+    initial: tuple[Unknown, ...]
+    calculated: tuple[Unknown, ...]
+
+
+def structure(variables: Sequence[ScalarVariable], *, known_parameters: bool) -> Structure:
+    """The structure of ``variables``, whose dependencies stand in their order.
+
+    ``known_parameters``: outputs and derivatives list the parameters they depend on, too (FMI 3.0.2, section 2.4.8; in
+    FMI 2.0.5, section 2.2.8, they do not).
+    """
+    known = KNOWN if known_parameters else KNOWN - {"parameter"}
+    continuous = {v.name for v in variables if v.causality in known or v.state}
+    exact = {v.name for v in variables if v.causality in ("input", "independent") or v.state or v.initial == "exact"}
+    # states whose starts constraints determine: what depends on them depends on everything, which no list says
+    solved = {v.name for v in variables if v.initial == "approx" and v.state}
+    return Structure(
+        tuple(_unknown(v, continuous, set()) for v in variables if v.causality == "output"),
+        tuple(_unknown(v, continuous, set()) for v in variables if v.derivative_of is not None),
+        tuple(_unknown(v, exact, solved) for v in variables if _is_initial_unknown(v)),
+        tuple(_unknown(v, continuous, set()) for v in variables if v.causality not in KNOWN),
+    )
+
+
+def _is_initial_unknown(v: ScalarVariable) -> bool:
+    """Whether ``v`` is computed at initialization and listed: an output, a dependent parameter or a derivative."""
+    listed = v.causality in ("output", "calculatedParameter") or v.derivative_of is not None
+    return listed and v.initial in ("calculated", "approx")
+
+
+def _unknown(v: ScalarVariable, knowns: set[str], solved: set[str]) -> Unknown:
+    """The entry of ``v``, its dependencies left out where it needs what is ``solved``.
+
+    What changes at events may depend on everything then, which no list says.
+    """
+    if v.variability == "discrete" or v.dependencies is None or solved & {v.name, *v.dependencies}:
+        return Unknown(v.name, None)
+    dependencies = tuple(name for name in v.dependencies if name in knowns)
+    is_velocity = v.derivative_of is not None and len(dependencies) == 1 and _is_velocity(v)
+    return Unknown(v.name, dependencies, v.state or is_velocity)
+
+
+def _is_velocity(v: ScalarVariable) -> bool:
+    """Whether the derivative is a state itself (der_theta = theta_dot): its dependency has the constant factor 1."""
+    return v.dependencies == (f"{v.derivative_of}_dot",)

@@ -1,0 +1,51 @@
+#include "gated_derivatives.h"
+
+#include <math.h>
+
+#include "equations.h"
+#include "logging.h"
+#include "values.h"
+
+Status add_to_seed(Component *component, Seed *seed, const Variable *variable, double change) {
+    if (!isfinite(change)) {
+        return fail(component, "the seed of %s is %g; expected a finite number", variable->name, change);
+    }
+    double *slot = value_in_seed(seed, variable);
+    if (slot == NULL) {
+        return fail(component, "variable %s is not a known; expected time, states, inputs and parameters",
+                    variable->name);
+    }
+    *slot += change;
+    return STATUS_OK;
+}
+
+Status check_unknown(Component *component, const Variable *variable, bool *needs_accelerations) {
+    *needs_accelerations = *needs_accelerations || value_needs_tangent(variable->kind);
+    if (value_is_unknown(variable->kind)) {
+        return STATUS_OK;
+    }
+    return fail(component, "variable %s is not an unknown; expected derivatives, outputs and calculated variables",
+                variable->name);
+}
+
+Status find_tangent(Component *component, Seed *seed, bool needs_accelerations, Tangent *tangent) {
+    Instance *instance = &component->instance;
+    if (!equations_settle(instance) || !equations_settle_seed(instance, seed)) {
+        return report_failure(component, STATUS_ERROR);
+    }
+    equations_dependent_tangent(instance, seed, tangent);
+    if (needs_accelerations && !equations_tangent(instance, seed, tangent)) {
+        return report_failure(component, STATUS_ERROR);
+    }
+    return STATUS_OK;
+}
+
+Status read_tangent(Component *component, const Seed *seed, const Tangent *tangent, const Variable *variable,
+                    double *value) {
+    *value = *value_in_tangent(seed, tangent, variable);
+    if (!isfinite(*value)) {
+        return fail(component, "the derivative of %s is %g at time %.17g; it is not defined for the present states "
+                    "and inputs", variable->name, *value, component->instance.state.time);
+    }
+    return STATUS_OK;
+}

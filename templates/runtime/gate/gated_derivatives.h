@@ -1,0 +1,26 @@
+/* Derivatives of unknowns by knowns, for any choice of
+
+       knowns      time, states, inputs, parameters
+       unknowns    states, coordinates and velocities without mass, accelerations, locals, dependent parameters
+
+   The derivative of a coordinate is its velocity, which is a state: its change is read from the seed. */
+#ifndef GATED_DERIVATIVES_H
+#define GATED_DERIVATIVES_H
+
+#include "gate.h"
+
+/* Adds the change of a known to the seed; STATUS_ERROR if the variable is no known. */
+Status add_to_seed(Component *component, Seed *seed, const Variable *variable, double change);
+
+/* STATUS_OK if the variable is an unknown. Sets *needs_accelerations if its derivative takes the tangent of the
+   accelerations. */
+Status check_unknown(Component *component, const Variable *variable, bool *needs_accelerations);
+
+/* The derivatives along the seed, which is settled first. */
+Status find_tangent(Component *component, Seed *seed, bool needs_accelerations, Tangent *tangent);
+
+/* STATUS_OK if the derivative of the unknown, then in *value, is finite. */
+Status read_tangent(Component *component, const Seed *seed, const Tangent *tangent, const Variable *variable,
+                    double *value);
+
+#endif
