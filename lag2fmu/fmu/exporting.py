@@ -92,14 +92,12 @@ def export(  # noqa: PLR0913 (choices of the user)
     Raises LoadError, ExportError, DerivationError or BuildError.
     """
     mechanism = as_mechanism(model)
-    if solver is not None and solver not in METHODS:
-        raise ExportError(f"unknown solver '{solver}'; known are {', '.join(METHODS)}")
-    if backend not in BACKENDS:
-        raise ExportError(f"unknown backend '{backend}'; known are {', '.join(BACKENDS)}")
-    if fmi not in VERSIONS:
-        raise ExportError(f"unknown version '{fmi}' of FMI; known are {', '.join(VERSIONS)}")
-    if start not in STARTS:
-        raise ExportError(f"unknown start '{start}'; known are {', '.join(STARTS)}")
+    known = {"solver": METHODS, "backend": BACKENDS, "version of FMI": VERSIONS, "start": STARTS}
+    for (what, words), word in zip(
+        known.items(), (DEFAULT_SOLVER if solver is None else solver, backend, fmi, start), strict=True
+    ):
+        if word not in words:
+            raise ExportError(f"unknown {what} '{word}'; known are {', '.join(words)}")
     mechanism = resting(mechanism) if start == STARTS[1] else mechanism
     version = VERSIONS[fmi]
     if arrays and not version.has_ports:
