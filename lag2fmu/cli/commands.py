@@ -97,6 +97,13 @@ def show(**choices: Any) -> None:
 )
 @FMI
 @click.option("--arrays", is_flag=True, help="FMI 3.0: coordinates, velocities, accelerations and forces as arrays.")
+@click.option(
+    "--start",
+    type=click.Choice(["given", "equilibrium"]),
+    default="given",
+    show_default=True,
+    help="Start as the model says, or at rest in the equilibrium found from there.",
+)
 @click.option("--reference", is_flag=True, help="Put a reference trajectory in, to check the FMU with.")
 @click.option("--force", is_flag=True, help="Overwrite FILE also where it holds another mechanism.")
 @SET
@@ -107,6 +114,34 @@ def export_command(**choices: Any) -> None:
     from lag2fmu.cli.exporting import export_model
 
     export_model(**choices)
+
+
+@click.command()
+@click.argument("model")
+@click.option(
+    "--at",
+    default="start",
+    show_default=True,
+    metavar="start|equilibrium|S",
+    help="About the start, the equilibrium found from there, or the state reached after S seconds.",
+)
+@click.option("--input", "inputs", multiple=True, metavar="NAME", help="An input u; repeatable; by default all.")
+@click.option(
+    "--output",
+    "outputs",
+    multiple=True,
+    metavar="NAME",
+    help="An output y, any variable that is calculated; repeatable; by default those of the FMU.",
+)
+@click.option(
+    "-o", "--out", "path", type=click.Path(path_type=Path), metavar="FILE", help="Write .json, .mat or .npz too."
+)
+@SET
+def linearize(**choices: Any) -> None:
+    """Print the state space dx/dt = A x + B u, y = C x + D u of small motions, and its poles."""
+    from lag2fmu.cli.linearizing import linearize_model
+
+    linearize_model(**choices)
 
 
 @click.command()

@@ -6,6 +6,7 @@ from pathlib import Path
 
 import click
 
+from lag2fmu.analysis.entry_points import resting
 from lag2fmu.cli.settings import load_mechanism
 from lag2fmu.cli.terminal import build_progress
 from lag2fmu.errors import ExportError, Lag2FmuError
@@ -25,12 +26,14 @@ def export_model(  # noqa: PLR0913, PLR0917 (an option each)
     outputs: tuple[str, ...],
     fmi: str | None,
     arrays: bool,
+    start: str,
     reference: bool,
     force: bool,
     settings: tuple[str, ...],
 ) -> None:
     """Write the FMU of ``model`` and say which solver it has; raises Lag2FmuError."""
     mechanism, extra = load_mechanism(model, settings), {}
+    mechanism = resting(mechanism) if start == "equilibrium" else mechanism
     path = Path(f"{Path(model).stem}.fmu") if path is None else path
     if not force:
         _refuse_to_overwrite(path, mechanism)

@@ -7,6 +7,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
+from lag2fmu.analysis.entry_points import resting
 from lag2fmu.dynamics.lagrange import complete, derive
 from lag2fmu.dynamics.program import lower
 from lag2fmu.errors import ExportError
@@ -28,6 +29,7 @@ from lag2fmu.resources import resource_folder
 from lag2fmu.solvers.methods import DEFAULT_SOLVER, METHODS
 
 TERMINALS = "terminalsAndIcons/terminalsAndIcons.xml"
+STARTS = ("given", "equilibrium")
 _NOT_IN_XML = re.compile("[^\t\n\r -\ud7ff\ue000-\ufffd\U00010000-\U0010ffff]")
 """Characters that no XML document can hold (XML 1.0, production 2)."""
 
@@ -78,6 +80,7 @@ def export(  # noqa: PLR0913 (choices of the user)
     progress: Progress | None = None,
     fmi: str = "2.0",
     arrays: bool = False,
+    start: str = "given",
 ) -> Fmu:
     """Write the FMU of ``model``, a mechanism or what ``load`` takes, to ``path`` (default: NAME.fmu here).
 
@@ -86,15 +89,17 @@ def export(  # noqa: PLR0913 (choices of the user)
     slave of PythonFMU). ``outputs`` names local variables to be outputs too ('all' for each of them), ``extra`` holds
     further files {name in the archive: content}, ``progress`` is told how the compiler gets on. ``fmi`` is the version
     of the standard, a name in VERSIONS; with ``arrays``, of FMI 3.0, coordinates and what belongs to them are arrays.
+    It starts as it is "given", or at rest in the "equilibrium" found from there.
     Raises LoadError, ExportError, DerivationError or BuildError.
     """
     mechanism = as_mechanism(model)
-    if solver is not None and solver not in METHODS:
-        raise ExportError(f"unknown solver '{solver}'; known are {', '.join(METHODS)}")
-    if backend not in BACKENDS:
-        raise ExportError(f"unknown backend '{backend}'; known are {', '.join(BACKENDS)}")
-    if fmi not in VERSIONS:
-        raise ExportError(f"unknown version '{fmi}' of FMI; known are {', '.join(VERSIONS)}")
+    known = {"solver": METHODS, "backend": BACKENDS, "version of FMI": VERSIONS, "start": STARTS}
+    for (what, words), word in zip(
+        known.items(), (DEFAULT_SOLVER if solver is None else solver, backend, fmi, start), strict=True
+    ):
+        if word not in words:
+            raise ExportError(f"unknown {what} '{word}'; known are {', '.join(words)}")
+    mechanism = resting(mechanism) if start == STARTS[1] else mechanism
     version = VERSIONS[fmi]
     if arrays and not version.has_ports:
         raise ExportError(f"--arrays: FMI {fmi} has no arrays; add --fmi 3.0, or leave --arrays out")
