@@ -5,7 +5,7 @@ from __future__ import annotations
 from lag2fmu.checking.fmi2.rulebook import FMI2
 from lag2fmu.checking.rulebook import Rulebook
 from lag2fmu.errors import LoadError
-from lag2fmu.fmu.xml_tree import Document
+from lag2fmu.xml_tree import Document
 
 RULEBOOKS: dict[str, Rulebook] = {"2": FMI2}
 """The major version -> its rules."""

@@ -179,18 +179,24 @@ def render_sources(
         "further": bool(tables.further),
         "tables": bool(program.arguments),
     }
-    files = runtime_files(method, kind, ("lookup.c", "lookup.h") if context["lookups"] else (), gate)
+    needed = ("lookup.c", "lookup.h") if context["lookups"] else ()
+    files = runtime_files(method, kind, needed, gate, program.has_adjoints)
     generated = (*GENERATED, *(PORTS if tables.ports else ()), *method.generated_files)
     files |= {name: render(f"mechanism/{name}.jinja", context) for name in generated}
     return dict(sorted(files.items()))
 
 
 def runtime_files(
-    method: Method, kind: Mapping[str, bool], further: Sequence[str] = (), gate: str = "fmi2"
+    method: Method,
+    kind: Mapping[str, bool],
+    further: Sequence[str] = (),
+    gate: str = "fmi2",
+    adjoints: bool = False,
 ) -> dict[str, str]:
     """{file name: text} of the runtime, as far as a solver and a kind of mechanism need it; folders are left out.
 
-    ``kind`` says of each variant whether the mechanism has it; ``further`` names files that generated code needs.
+    ``kind`` says of each variant whether the mechanism has it; ``further`` names files that generated code needs,
+    ``adjoints`` says whether this code has functions for adjoint derivatives.
 
     The gate of FMI, the folders of the chosen variants and the folder of the solver's family are taken as a whole, the
     latter with its own folders for these variants. Any other file is taken if an #include asks for it; NAME.h brings
@@ -198,7 +204,8 @@ def runtime_files(
     """
     variants = [name if has else f"{name}_none" for name, has in kind.items()]
     family = f"solvers/{method.family}"
-    whole = (gate, *(f"variants/{name}" for name in variants), family, *(f"{family}/{name}" for name in variants))
+    rooms = ("variants", family, *(("adjoints",) if adjoints else ()))
+    whole = (gate, *rooms[1:], *(f"{room}/{name}" for room in rooms for name in variants))
     wanted = set(texts := _texts(*whole))
     texts |= _texts("core", "gate", "variants", "solvers", "solvers/common")
     wanted |= set(further)

@@ -10,6 +10,7 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 
 from lag2fmu.codegen.sources import render_sources
+from lag2fmu.dynamics.adjoint import with_adjoints
 from lag2fmu.dynamics.equations import EquationsOfMotion
 from lag2fmu.dynamics.functions import Program
 from lag2fmu.errors import BuildError
@@ -84,7 +85,10 @@ def describe(
     tables = replace(tables, ports=port_table(ports) if ports else None)
     identifier = identifier_of(mechanism.name)
     interface = replace(version.interface, event_indicators=len(program.event_functions))
-    blank = ModelDescription(mechanism, table.variables, identifier, "", solver, VERSION, interface, ports=ports)
+    blank = ModelDescription(
+        mechanism, table.variables, identifier, "", solver, VERSION, interface, ports=ports, fmi=version.name
+    )
+    program = with_adjoints(program) if version.has_adjoints else program
     texts = render_sources(program, tables, METHODS[solver], _BLANK, version.gate)
     guid = _guid(blank, texts)
     sources = {file: text.replace(_BLANK, guid) for file, text in texts.items()}
