@@ -1,7 +1,7 @@
 """Adjoint derivatives beside the evaluation of what they are the derivatives of: operations and run time.
 
-Run with `make bench` or `python -m benchmarks.adjoints [MODEL ...]`. An evaluation gives the accelerations and everything
-that is calculated; an adjoint gives the derivatives of their weighted sum by the time and all states, inputs and
+Run with `make bench` or `python -m benchmarks.adjoints [MODEL ...]`. An evaluation gives the accelerations and all that
+is calculated; an adjoint gives the derivatives of their weighted sum by the time and all states, inputs and
 parameters. The bar: at most 4 times the operations of the generated code. Times are the least of many short rounds, in
 turn: of an evaluation with the first adjoint where nothing is known at the point, of a further adjoint there, and of
 a directional derivative. Where mechanisms are small, the dense solvers of constraints take most of them.
@@ -51,11 +51,12 @@ def build(model: str, folder: Path) -> tuple[Path, Program]:
 def measure(host: Path) -> list[float]:
     """The least times (ns) of an evaluation, one with its adjoint, a further adjoint, and a further tangent."""
     done = subprocess.run([str(host), str(CALLS), str(ROUNDS)], check=True, capture_output=True, text=True)
-    return [min(column) for column in zip(*(map(float, line.split()) for line in done.stdout.splitlines()), strict=True)]
+    rounds = [[float(word) for word in line.split()] for line in done.stdout.splitlines()]
+    return [min(column) for column in zip(*rounds, strict=True)]
 
 
 def operations(program: Program) -> float:
-    """Those of the functions of an adjoint by those of an evaluation; a factorisation at run time is in both or none."""
+    """Those of the generated functions of an adjoint, as a multiple of those of an evaluation."""
     system = "constrained" if program.constraints else "factor"
     known = {f.name for f in program.functions}
 
