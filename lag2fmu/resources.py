@@ -18,6 +18,7 @@ def resource_folder(name: str) -> Path:
 
 
 MODEL_SUFFIXES = (".py", ".toml")
+"""The endings of bundled models; ``load`` knows others too."""
 
 
 def bundled() -> dict[str, Path]:

@@ -21,6 +21,7 @@ from lag2fmu.analysis.linearization import Linearizer
 from lag2fmu.dynamics.equations import EquationsOfMotion
 from lag2fmu.errors import DerivationError
 from lag2fmu.graph.batches import Floats
+from lag2fmu.language.definitions import calls, separated, written_out
 from lag2fmu.language.vocabulary import TIME
 
 STEPS = 128
@@ -116,20 +117,19 @@ def _step(matrices: list[Floats], h: float) -> Floats:
 def drive_period(equations: EquationsOfMotion) -> float:
     """The least common period (s) of the sines and cosines of time in the mechanism; raises DerivationError."""
     m = equations.mechanism
-    definitions = {sp.Symbol(d.name, real=True): d.expression for d in m.definitions}
+    definitions = written_out({d.name: d.expression for d in m.definitions})
     values = _parameter_values(equations)
     rates: set[float] = set()
     for where, expression in m.expressions():
-        written = expression
-        for _ in definitions:
-            written = written.xreplace(definitions)
-        outside = written
-        for wave in written.atoms(sp.sin, sp.cos):
+        written = expression.xreplace(definitions)
+        parts = [written, *(call.meaning for call in calls([written]))]
+        outside = separated(parts)[1]
+        for wave in {wave for part in parts for wave in part.atoms(sp.sin, sp.cos)}:
             rate = sp.diff(wave.args[0], TIME)
             if rate != 0:
-                outside = outside.xreplace({wave: sp.Dummy()})
+                outside = [part.xreplace({wave: sp.Dummy()}) for part in outside]
                 rates.add(_rate(m.name, where, rate, values))
-        if outside.has(TIME) and not where.startswith(("definitions", "outputs")):
+        if any(part.has(TIME) for part in outside) and not where.startswith(("definitions", "outputs")):
             raise DerivationError(
                 f"mechanism '{m.name}': {where} has the time outside of sines and cosines, the drive is not periodic"
             )

@@ -13,7 +13,7 @@ from typing import ClassVar
 
 from lag2fmu.errors import LoadError
 from lag2fmu.fmu.pack import DESCRIPTION
-from lag2fmu.fmu.xml_tree import Document, Element, parse
+from lag2fmu.xml_tree import Document, Element, parse
 
 NOTHING = Element("", {}, 0)
 """Stands for an element that is absent."""

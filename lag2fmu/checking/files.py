@@ -12,7 +12,7 @@ from lag2fmu.checking.description import Description
 from lag2fmu.checking.findings import Finding, Severity
 from lag2fmu.checking.rulebook import Rulebook
 from lag2fmu.errors import LoadError
-from lag2fmu.fmu.xml_tree import parse
+from lag2fmu.xml_tree import parse
 
 _XML = ("sources/buildDescription.xml", "terminalsAndIcons/terminalsAndIcons.xml")
 

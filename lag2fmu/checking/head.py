@@ -10,7 +10,7 @@ from collections.abc import Iterator
 from lag2fmu.checking.description import Description, number, whole
 from lag2fmu.checking.findings import Finding
 from lag2fmu.fmu.pack import DESCRIPTION
-from lag2fmu.fmu.xml_tree import Element
+from lag2fmu.xml_tree import Element
 
 _TIME = re.compile(r"\d{4}-\d\d-\d\dT\d\d:\d\d:\d\dZ")
 _IDENTIFIER = re.compile(r"[A-Za-z_][A-Za-z_0-9]*")

@@ -11,7 +11,7 @@ from lag2fmu.checking.description import Description
 from lag2fmu.checking.findings import Finding
 from lag2fmu.checking.session import Model
 from lag2fmu.checking.trials import Trial
-from lag2fmu.fmu.xml_tree import Document
+from lag2fmu.xml_tree import Document
 
 
 @dataclass(frozen=True)

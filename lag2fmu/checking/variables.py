@@ -7,7 +7,7 @@ from collections.abc import Iterator
 
 from lag2fmu.checking.description import Description, Variable, number
 from lag2fmu.checking.findings import Finding
-from lag2fmu.fmu.xml_tree import Element
+from lag2fmu.xml_tree import Element
 
 _BASE = ("kg", "m", "s", "A", "K", "mol", "cd")
 """The base units that a derivative is compared in; rad counts as 1."""

@@ -11,7 +11,18 @@ from typing import Any
 
 import click
 
-from lag2fmu.cli.commands import check, demo, export_command, models, new, show, simulate, validate
+from lag2fmu.cli.commands import (
+    check,
+    demo,
+    export_command,
+    import_command,
+    linearize,
+    models,
+    new,
+    show,
+    simulate,
+    validate,
+)
 from lag2fmu.errors import Lag2FmuError
 from lag2fmu.version import VERSION
 
@@ -61,10 +72,10 @@ def _exit_when_terminated() -> None:
 def main() -> None:
     """From the Lagrangian of a mechanism to a validated FMI 2.0 FMU.
 
-    MODEL is a bundled name (see 'lag2fmu models'), a .py file or a .toml file. A .py file is run as a program, with
-    all that it may do; a .toml file is read and never run.
+    MODEL is a bundled name (see 'lag2fmu models'), a .py, .toml or .urdf file. A .py file is run as a program, with all
+    that it may do; the others are read and never run.
     """
 
 
-for _command in (demo, models, new, show, export_command, simulate, validate, check):
+for _command in (demo, models, new, import_command, show, export_command, linearize, simulate, validate, check):
     main.add_command(_command)

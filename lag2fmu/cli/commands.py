@@ -10,7 +10,7 @@ from typing import Any
 
 import click
 
-from lag2fmu.cli.options import HOLD, INPUT, SET, STOP_TIME
+from lag2fmu.cli.options import BASE, FMI, HOLD, INPUT, SET, STOP_TIME, STOPS
 from lag2fmu.cli.terminal import console
 from lag2fmu.formats.starting import write_start
 from lag2fmu.resources import bundled, summary
@@ -58,6 +58,8 @@ def new(name: str) -> None:
 @click.option("--analysis", is_flag=True, help="Conserved quantities, equilibria, modes and more, after the steps.")
 @click.option("--full", is_flag=True, help="Write long formulas to their end.")
 @SET
+@BASE
+@STOPS
 def show(**choices: Any) -> None:
     """Walk the twelve steps of the textbook procedure, or write the mechanism as text (toml)."""
     from lag2fmu.cli.showing import show_mechanism
@@ -93,14 +95,53 @@ def show(**choices: Any) -> None:
     show_default=True,
     help="Native library, or readable Python (needs Python on the importing side).",
 )
+@FMI
+@click.option("--arrays", is_flag=True, help="FMI 3.0: coordinates, velocities, accelerations and forces as arrays.")
+@click.option(
+    "--start",
+    type=click.Choice(["given", "equilibrium"]),
+    default="given",
+    show_default=True,
+    help="Start as the model says, or at rest in the equilibrium found from there.",
+)
 @click.option("--reference", is_flag=True, help="Put a reference trajectory in, to check the FMU with.")
 @click.option("--force", is_flag=True, help="Overwrite FILE also where it holds another mechanism.")
 @SET
+@BASE
+@STOPS
 def export_command(**choices: Any) -> None:
     """Write the FMU of MODEL, by default to a file of the same name here."""
     from lag2fmu.cli.exporting import export_model
 
     export_model(**choices)
+
+
+@click.command()
+@click.argument("model")
+@click.option(
+    "--at",
+    default="start",
+    show_default=True,
+    metavar="start|equilibrium|S",
+    help="About the start, the equilibrium found from there, or the state reached after S seconds.",
+)
+@click.option("--input", "inputs", multiple=True, metavar="NAME", help="An input u; repeatable; by default all.")
+@click.option(
+    "--output",
+    "outputs",
+    multiple=True,
+    metavar="NAME",
+    help="An output y, any variable that is calculated; repeatable; by default those of the FMU.",
+)
+@click.option(
+    "-o", "--out", "path", type=click.Path(path_type=Path), metavar="FILE", help="Write .json, .mat or .npz too."
+)
+@SET
+def linearize(**choices: Any) -> None:
+    """Print the state space dx/dt = A x + B u, y = C x + D u of small motions, and its poles."""
+    from lag2fmu.cli.linearizing import linearize_model
+
+    linearize_model(**choices)
 
 
 @click.command()
@@ -113,6 +154,8 @@ def export_command(**choices: Any) -> None:
 @click.option("-o", "--out", metavar="CSV", help="Write the trajectory; '-' is standard output.")
 @click.option("--plot", type=click.Path(path_type=Path), help="Draw the motion (.png, .svg, .pdf).")
 @SET
+@BASE
+@STOPS
 def simulate(**choices: Any) -> None:
     """Run MODEL or an FMU by fmpy."""
     from lag2fmu.cli.simulating import simulate_model
@@ -127,6 +170,7 @@ def simulate(**choices: Any) -> None:
 @INPUT
 @HOLD
 @click.option("--solver", metavar="NAME", help="Integrator of co-simulation, as in export.")
+@FMI
 @click.option(
     "--report",
     "reports",
@@ -135,11 +179,27 @@ def simulate(**choices: Any) -> None:
     help="Write .json, .txt, .png, .svg; repeatable.",
 )
 @SET
+@BASE
+@STOPS
 def validate(**choices: Any) -> None:
     """Compare the FMU with a direct integration of the mechanism on an independent path."""
     from lag2fmu.cli.validating import validate_model
 
     validate_model(**choices)
+
+
+@click.command("import")
+@click.argument("model", metavar="FILE")
+@click.option("-o", "--out", "path", metavar="FILE", help="The text, .toml; default NAME.toml, '-' is standard output.")
+@click.option("--force", is_flag=True, help="Overwrite a file that exists.")
+@SET
+@BASE
+@STOPS
+def import_command(**choices: Any) -> None:
+    """Write the robot (.urdf, MJCF as .xml) or SymPy's mechanics (FILE.py:NAME) in FILE as a mechanism in text."""
+    from lag2fmu.cli.importing import import_model
+
+    import_model(**choices)
 
 
 @click.command()

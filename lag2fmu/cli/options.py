@@ -8,12 +8,32 @@ import click
 
 from lag2fmu.errors import ExportError
 
+STRUCTURAL = "lag2fmu.structural"
+"""Where the context keeps the structural arguments that options of their own gave, as NAME=VALUE."""
+
+
+def _keep(context: click.Context, option: click.Parameter, value: object) -> None:
+    """Keep a structural argument that was given for the loading of the model."""
+    if value:
+        context.meta.setdefault(STRUCTURAL, []).append(f"{option.name}={str(value).lower()}")
+
+
 SET = click.option(
     "--set",
     "settings",
     multiple=True,
     metavar="NAME=VALUE",
     help="Parameter, start value (in its declared unit, or '30 deg') or structural argument; repeatable.",
+)
+BASE = click.option(
+    "--base",
+    type=click.Choice(["fixed", "floating", "planar"]),
+    expose_value=False,
+    callback=_keep,
+    help="How the base of a robot stands; by default fixed.",
+)
+STOPS = click.option(
+    "--stops", is_flag=True, expose_value=False, callback=_keep, help="Limits of a robot's joints are hard stops."
 )
 STOP_TIME = click.option("--stop-time", type=float, metavar="S", help="Stop time in seconds.")
 INPUT = click.option(
@@ -24,6 +44,9 @@ INPUT = click.option(
     help="Signals: time,name [unit],...; linear between; a column without a unit is in SI.",
 )
 HOLD = click.option("--hold", is_flag=True, help="Hold the signals during each communication step.")
+FMI = click.option(
+    "--fmi", type=click.Choice(["2.0", "3.0"]), help="Version of FMI of the FMU that is exported; default 2.0."
+)
 PICTURES = (".png", ".svg", ".pdf")
 CSV = (".csv", ".txt", "")
 

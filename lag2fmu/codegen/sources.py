@@ -5,6 +5,7 @@ from __future__ import annotations
 import re
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
+from itertools import accumulate
 
 from lag2fmu.codegen.colours import Colouring
 from lag2fmu.codegen.templates import render
@@ -16,6 +17,8 @@ from lag2fmu.resources import resource_folder
 from lag2fmu.solvers.methods import Method
 
 GENERATED = ("mechanism.h", "mechanism.c", "tables.c")
+PORTS = ("ports_size.h", "ports.c")
+"""The generated files that say what value references stand for, where they are no slots."""
 
 _HELPERS = {
     "sign": "static double sign(double x) { return (double)((x > 0.0) - (x < 0.0)); }",
@@ -41,6 +44,23 @@ class Slot:
 
 
 @dataclass(frozen=True)
+class PortTable:
+    """What value references stand for: (name, first slot, number of slots) of each.
+
+    ``dependencies`` has for each of them the (index of the known, whether it enters with a constant factor) that it
+    depends on.
+    """
+
+    ports: tuple[tuple[str, int, int], ...]
+    dependencies: tuple[tuple[tuple[int, bool], ...], ...]
+
+    @property
+    def first_dependencies(self) -> tuple[int, ...]:
+        """Where the dependencies of each port begin in the list of all, and the end of the list."""
+        return tuple(accumulate(map(len, self.dependencies), initial=0))
+
+
+@dataclass(frozen=True)
 class RuntimeTables:
     """The numbers and names of one mechanism; values in SI units, states are (q, qd), slots in value reference order.
 
@@ -53,7 +73,8 @@ class RuntimeTables:
     last inputs. ``default_solver_step`` (s) is the step of methods of fixed step, ``default_duration`` (s) the stop
     time of the experiment. ``stabilisation`` (1/s) is the rate at which the drift of constraints decays.
     ``unilateral_names`` are those of contacts and stops, ``friction_names`` those of dry frictions.
-    ``further_names`` are the further states, which stand behind (q, qd).
+    ``further_names`` are the further states, which stand behind (q, qd). ``ports`` is None where value references are
+    the slots.
     """
 
     model_name: str
@@ -77,6 +98,7 @@ class RuntimeTables:
     unilateral_names: tuple[str, ...] = ()
     friction_names: tuple[str, ...] = ()
     further_names: tuple[str, ...] = ()
+    ports: PortTable | None = None
 
     @property
     def element_names(self) -> tuple[str, ...]:
@@ -157,17 +179,24 @@ def render_sources(
         "further": bool(tables.further),
         "tables": bool(program.arguments),
     }
-    files = runtime_files(method, kind, ("lookup.c", "lookup.h") if context["lookups"] else (), gate)
-    files |= {name: render(f"mechanism/{name}.jinja", context) for name in (*GENERATED, *method.generated_files)}
+    needed = ("lookup.c", "lookup.h") if context["lookups"] else ()
+    files = runtime_files(method, kind, needed, gate, program.has_adjoints)
+    generated = (*GENERATED, *(PORTS if tables.ports else ()), *method.generated_files)
+    files |= {name: render(f"mechanism/{name}.jinja", context) for name in generated}
     return dict(sorted(files.items()))
 
 
 def runtime_files(
-    method: Method, kind: Mapping[str, bool], further: Sequence[str] = (), gate: str = "fmi2"
+    method: Method,
+    kind: Mapping[str, bool],
+    further: Sequence[str] = (),
+    gate: str = "fmi2",
+    adjoints: bool = False,
 ) -> dict[str, str]:
     """{file name: text} of the runtime, as far as a solver and a kind of mechanism need it; folders are left out.
 
-    ``kind`` says of each variant whether the mechanism has it; ``further`` names files that generated code needs.
+    ``kind`` says of each variant whether the mechanism has it; ``further`` names files that generated code needs,
+    ``adjoints`` says whether this code has functions for adjoint derivatives.
 
     The gate of FMI, the folders of the chosen variants and the folder of the solver's family are taken as a whole, the
     latter with its own folders for these variants. Any other file is taken if an #include asks for it; NAME.h brings
@@ -175,7 +204,8 @@ def runtime_files(
     """
     variants = [name if has else f"{name}_none" for name, has in kind.items()]
     family = f"solvers/{method.family}"
-    whole = (gate, *(f"variants/{name}" for name in variants), family, *(f"{family}/{name}" for name in variants))
+    rooms = ("variants", family, *(("adjoints",) if adjoints else ()))
+    whole = (gate, *rooms[1:], *(f"{room}/{name}" for room in rooms for name in variants))
     wanted = set(texts := _texts(*whole))
     texts |= _texts("core", "gate", "variants", "solvers", "solvers/common")
     wanted |= set(further)

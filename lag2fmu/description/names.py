@@ -130,3 +130,23 @@ def mode(element: str) -> str:
 def impacts(contact: str) -> str:
     """Name of the count of impacts at the ``contact``, or at the side of a stop."""
     return f"{contact}_impacts"
+
+
+def impact(contact: str) -> str:
+    """Name of the clock that ticks at impacts of the ``contact``, or of the side of a stop; in FMI 3.0."""
+    return f"{contact}_impact"
+
+
+def indicator(contact: str) -> str:
+    """Name of the indicator of the events at which the ``contact``, or the side of a stop, closes or opens."""
+    return f"indicator({contact})"
+
+
+def slip_indicator(element: str) -> str:
+    """Name of the indicator of the events at which a contact or a friction element begins to stick or to slide."""
+    return f"indicator({element}, slip)"
+
+
+def switch_indicator(number: int) -> str:
+    """Name of the indicator of the switch with this ``number``, counted from 0."""
+    return f"indicator(switch {number + 1})"

@@ -141,6 +141,11 @@ class Program:
         """Whether the equations of motion change at events."""
         return bool(self.event_functions)
 
+    @property
+    def has_adjoints(self) -> bool:
+        """Whether there are functions for adjoint derivatives, see ``adjoint.with_adjoints``."""
+        return any(f.name == "mechanism_adjoint" for f in self.functions)
+
     def contains(self, variable: str) -> bool:
         """Whether the equations of motion or constraints contain the ``variable``; the time is 't'."""
         functions = {f"mechanism_{name}" for name in ("dynamics", "constrained", "switches", "rows", "further")}

@@ -2,14 +2,19 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterable
 from functools import cache
 
 import sympy as sp
+
+from lag2fmu.language.definitions import calls
 
 MAX_OPERATIONS = 400
 """Lagrangians with more operations than this are not differentiated on paper."""
 MAX_ON_PAPER = 20_000
 """Formulas with more symbols, numbers and operations than this are not written at all."""
+MAX_DEFINITIONS = 20
+"""At most this many long definitions are shown."""
 
 
 def tidy(expression: sp.Expr) -> sp.Expr:
@@ -36,7 +41,7 @@ def _shorter(angular: sp.Expr) -> sp.Expr:
 
 @cache
 def operations(expression: sp.Expr) -> int:
-    """The operations of ``expression`` written out; what definitions share may make that a number of many digits."""
+    """The operations of ``expression`` as it is printed, where long definitions stand by their names."""
     size: dict[sp.Basic, int] = {}
     stack: list[sp.Basic] = [expression]
     while stack:
@@ -47,3 +52,22 @@ def operations(expression: sp.Expr) -> int:
         else:
             size[stack.pop()] = 1 + sum(size[below] for below in top.args)
     return size[expression] if size[expression] > MAX_ON_PAPER else int(sp.count_ops(expression))
+
+
+def rounded(count: int) -> str:
+    """``count`` as text; three digits of a long one."""
+    return str(count) if count <= MAX_ON_PAPER else f"{count:.3g}"
+
+
+def why_not_differentiated(lagrangian: sp.Expr) -> str:
+    """What the Lagrangian has that keeps it from being differentiated on paper, as a predicate; else empty."""
+    if operations(lagrangian) > MAX_OPERATIONS:
+        return f"has {rounded(operations(lagrangian))} operations"
+    long = calls([lagrangian])
+    return f"uses the long definition {long[-1].definition}" if long else ""
+
+
+def long_definitions(expressions: Iterable[sp.Expr]) -> list[tuple[str, sp.Expr]]:
+    """(name, meaning) of the definitions that ``expressions`` name, each after those it uses."""
+    found = calls(expressions)
+    return [(call.definition, call.meaning) for call in found if not call.by and call.args == call.parameters]

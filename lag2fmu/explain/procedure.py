@@ -20,10 +20,17 @@ from lag2fmu.dynamics.equations import EquationsOfMotion
 from lag2fmu.dynamics.formulas import Expressions, expressions
 from lag2fmu.dynamics.lagrange import complete, derive
 from lag2fmu.explain.hybrid import Hybrid, Law
-from lag2fmu.explain.length import MAX_ON_PAPER, MAX_OPERATIONS, operations, tidy
+from lag2fmu.explain.length import (
+    MAX_DEFINITIONS,
+    MAX_ON_PAPER,
+    long_definitions,
+    operations,
+    rounded,
+    tidy,
+    why_not_differentiated,
+)
 from lag2fmu.explain.notation import LATEX, TEXT, Notation
-from lag2fmu.explain.words import amount, pose, unit_text, vector
-from lag2fmu.language.expressions import to_text
+from lag2fmu.explain.words import amount, axes, pose, unit_text, vector
 from lag2fmu.language.vocabulary import symbol
 from lag2fmu.mechanism.record import Mechanism
 from lag2fmu.reference.composition import Composition
@@ -86,20 +93,19 @@ class _Steps:
                 for q, new in zip(m.coordinates, self.equations.mechanism.coordinates, strict=True)
             ],
         )
-        yield "Coordinate system", [self._say(self._axes())]
+        yield "Coordinate system", [self._say(axes(m))]
         if m.frames:
             yield from self._on_frames()
             return
-        positions = self._formulas(self._positions())
-        yield "Transformation equations", [*positions, *self._constraints(), *self._laws(self._hybrid.contacts())]
+        yield "Transformation equations", [*self._placed(), *self._constraints(), *self._laws(self._hybrid.contacts())]
         yield "Velocities", self._formulas(self._velocities())
         yield "Kinetic energy", self._formulas([("T", tidy(self.composition.kinetic))])
         yield "Potential energy", self._formulas([("V", tidy(self.composition.potential))])
         yield "Lagrangian L = T - V", self._formulas([("L", self._lagrangian)])
         yield "Non-potential forces", [*self._formulas(self._forces()), *self._laws(self._hybrid.forces())]
-        if operations(self._lagrangian) > MAX_OPERATIONS:
-            count = f"L has {_rounded(operations(self._lagrangian))} operations: its derivatives are not written out"
-            yield "Derivatives of L", [self._say(count)]
+        why_not = why_not_differentiated(self._lagrangian)
+        if why_not:
+            yield "Derivatives of L", [self._say(f"L {why_not}: its derivatives are not written out")]
             yield "Equations of motion", self._on_graph()
             return
         yield "Derivatives of L", self._formulas(self._derivatives())
@@ -132,6 +138,16 @@ class _Steps:
         """The loads with where they act, and the coordinates that forces act on."""
         loads = [f"{load.name} at {load.point or load.body}" for load in self.mechanism.loads]
         return ", ".join([*loads, *(f"on {f.coordinate}" for f in self.mechanism.forces)]) or "none"
+
+    def _placed(self) -> list[str]:
+        """Where the bodies are, after the long definitions that formulas name instead of writing them out."""
+        c, positions = self.composition, list(self._positions())
+        constraints = (c.written(item.expression) for item in self.mechanism.constraints)
+        found = long_definitions([*(x for _, x in positions), c.kinetic, c.potential, *c.forces, *constraints])
+        shown = [(self.notation.name(name), x) for name, x in found[-MAX_DEFINITIONS:]]
+        left_out = len(found) - len(shown)
+        sentence = self._say(f"{left_out} definitions come before these and are not shown")
+        return [sentence] * (left_out > 0) + self._formulas([*shown, *positions])
 
     # ------------------------------------------------------------------------------------------------- the steps
 
@@ -220,16 +236,6 @@ class _Steps:
             for v, force in zip(s.qd, borne, strict=True)
         ]
 
-    def _axes(self) -> str:
-        m = self.mechanism
-        dimension = m.dimension
-        axes = "fixed Cartesian axes " + "xyz"[:dimension]
-        if m.gravity is None:
-            return axes
-        if m.gravity.direction is None:
-            return f"{axes}, gravity along -{'xyz'[dimension - 1]}"
-        return f"{axes}, gravity along ({', '.join(to_text(d) for d in m.gravity.direction)})"
-
     def _positions(self) -> Iterator[Formula]:
         for body in self.mechanism.bodies:
             for axis, position in zip("xyz", body.position or (), strict=False):
@@ -273,7 +279,7 @@ class _Steps:
         for left, right in formulas:
             count = operations(right)
             if count > MAX_ON_PAPER:
-                text = f"{left} has {_rounded(count)} operations when it is written out, and is not shown"
+                text = f"{left} has {rounded(count)} operations when it is written out, and is not shown"
                 lines.append(self._say(text))
             else:
                 lines.append(self._shortened(self.notation.formula(left, self.notation.expression(right))))
@@ -286,11 +292,6 @@ class _Steps:
 
     def _say(self, sentence: str) -> str:
         return self.notation.remark(sentence)
-
-
-def _rounded(count: int) -> str:
-    """``count`` as text; three digits of a long one."""
-    return str(count) if count <= MAX_ON_PAPER else f"{count:.3g}"
 
 
 def _listed(items: Sequence[str]) -> str:

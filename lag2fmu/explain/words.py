@@ -10,6 +10,7 @@ from lag2fmu.description.places import Frame
 from lag2fmu.description.symbols import Coordinate
 from lag2fmu.language.expressions import to_text
 from lag2fmu.language.units import Unit
+from lag2fmu.mechanism.record import Mechanism
 
 
 def amount(value: float, q: Coordinate) -> str:
@@ -37,3 +38,13 @@ def pose(frame: Frame) -> str:
         f"{axis if isinstance(axis, str) else vector(axis)} by {to_text(angle)}" for axis, angle in frame.rotations
     ]
     return f"origin {vector(frame.origin)}" + (f", turned about {', then '.join(turns)}" if turns else "")
+
+
+def axes(m: Mechanism) -> str:
+    """The coordinate system and the direction of gravity."""
+    fixed = "fixed Cartesian axes " + "xyz"[: m.dimension]
+    if m.gravity is None:
+        return fixed
+    if m.gravity.direction is None:
+        return f"{fixed}, gravity along -{'xyz'[m.dimension - 1]}"
+    return f"{fixed}, gravity along ({', '.join(to_text(d) for d in m.gravity.direction)})"

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import dataclass
 
+from lag2fmu.fmu.ports import Port
 from lag2fmu.fmu.scalar_variable import ScalarVariable
 from lag2fmu.mechanism.record import Mechanism
 
@@ -25,7 +26,9 @@ class Interface:
 class ModelDescription:
     """What modelDescription.xml says: the mechanism, its variables in order, the identifier and the GUID.
 
-    ``source_files`` are the names of the files in sources/ that have to be compiled.
+    ``fmi`` is the version of the standard, ``version`` that of lag2fmu.
+    ``source_files`` are the names of the files in sources/ that have to be compiled; ``ports`` are what value
+    references stand for since FMI 3.0.
     """
 
     mechanism: Mechanism
@@ -36,6 +39,8 @@ class ModelDescription:
     version: str
     interface: Interface
     source_files: tuple[str, ...] = ()
+    ports: tuple[Port, ...] = ()
+    fmi: str = "2.0"
 
 
 def heeds_steps(mechanism: Mechanism) -> bool:

@@ -25,6 +25,7 @@ from lag2fmu.errors import ExportError
 from lag2fmu.fmu.builder import Builder
 from lag2fmu.fmu.dependencies import dependencies
 from lag2fmu.fmu.elements import add_elements, element_variables
+from lag2fmu.fmu.event_variables import add_event_variables, indicator_dependencies
 from lag2fmu.fmu.row_forces import row_forces
 from lag2fmu.fmu.runtime_tables import runtime_tables
 from lag2fmu.fmu.scalar_variable import ScalarVariable
@@ -61,9 +62,10 @@ class VariableTable:
         return next(v for v in self.variables if v.name == name)
 
 
-def build_table(equations: EquationsOfMotion, program: Program) -> VariableTable:
+def build_table(equations: EquationsOfMotion, program: Program, *, events: bool = False) -> VariableTable:
     """The variables of the FMU of ``equations``; ``program.outputs`` are outputs beside q and qd.
 
+    With ``events`` there are event indicators and clocks among them, for which FMI 2.0 has no words.
     Causality, variability and initial are those that FMI 2.0.5, section 2.2.7, allows together.
     """
     mechanism = equations.mechanism
@@ -76,8 +78,12 @@ def build_table(equations: EquationsOfMotion, program: Program) -> VariableTable
     _add_calculated(builder, equations, program)
     add_elements(builder, mechanism, program.outputs)
     _add_derivatives(builder, mechanism)
+    if events:
+        add_event_variables(builder, mechanism, program)
     found = dependencies(equations)
     order = {v.name: i for i, v in enumerate(builder.variables)}
+    if events:
+        found |= indicator_dependencies(mechanism, program, found, order)
     variables = tuple(
         replace(v, dependencies=tuple(sorted(found[v.name], key=order.__getitem__))) if v.name in found else v
         for v in builder.variables

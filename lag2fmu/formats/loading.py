@@ -19,6 +19,7 @@ from lag2fmu.description.names import suggestion
 from lag2fmu.description.record import Description
 from lag2fmu.description.symbols import Coordinate
 from lag2fmu.errors import LoadError
+from lag2fmu.formats.robots import READERS, robot
 from lag2fmu.formats.text import read_file
 from lag2fmu.language.units import Unit
 from lag2fmu.mechanism.display import display_units, value_in_si
@@ -38,18 +39,18 @@ def as_mechanism(model: Mechanism | str | Path) -> Mechanism:
 
 
 def load(model: str | Path, arguments: Mapping[str, object] | None = None) -> Mechanism:
-    """The mechanism called ``model``: a bundled name, a .py file or a .toml file.
+    """The mechanism called ``model``: a bundled name, or a .py, .toml or .urdf file.
 
-    ``arguments`` are the structural ones of a family (``n`` of ``n_pendulum``); strings are converted to the type that
-    the model function declares. Raises LoadError if the model is missing, fails or does not take the arguments, and
-    MechanismError (TextError) for what is wrong in a text.
+    ``arguments`` are the structural ones of a family (``n`` of ``n_pendulum``), or those of ``robot``; strings are
+    converted to the type that the function declares. Raises LoadError if the model is missing, fails or does not take
+    the arguments, and MechanismError (TextError) for what is wrong in a text.
     """
     path, arguments = find(model), dict(arguments or {})
     if path.suffix == ".toml":
         if arguments:
             raise LoadError(f"{path}: a mechanism as text has no structural arguments, got {', '.join(arguments)}")
         return read_file(path)
-    function = _model_function(path)
+    function = _function_of(path)
     taken = _arguments_of(path, function)
     unknown = next((name for name in arguments if name not in taken), None)
     if unknown is not None:
@@ -61,7 +62,7 @@ def load(model: str | Path, arguments: Mapping[str, object] | None = None) -> Me
         raise LoadError(
             f"{path}: {function.__name__} needs the structural argument(s) {', '.join(missing)}; give NAME=VALUE"
         )
-    mechanism = _guarded(path, lambda: function(**converted))
+    mechanism = function(**converted) if path.suffix in READERS else _guarded(path, lambda: function(**converted))
     if not isinstance(mechanism, Mechanism):
         raise LoadError(f"{path}: {function.__name__} returned {type(mechanism).__name__} instead of a Mechanism")
     return mechanism
@@ -76,12 +77,13 @@ def find(model: str | Path) -> Path:
         exists = path.is_file()
     except (OSError, ValueError) as error:
         raise LoadError(f"{str(model)[:60]!r} is no model: {error}") from None
-    if path.suffix not in MODEL_SUFFIXES:
-        beside = next((f for suffix in MODEL_SUFFIXES if (f := Path(f"{model}{suffix}")).is_file()), None)
+    known = (*MODEL_SUFFIXES, *READERS)
+    if path.suffix not in known:
+        beside = next((f for suffix in known if (f := Path(f"{model}{suffix}")).is_file()), None)
         if beside is not None:
             raise LoadError(f"unknown model '{model}'; did you mean the file '{beside}'?")
         remedy = suggestion(str(model), bundled())
-        raise LoadError(f"unknown model '{model}'; {remedy} (or give a .py or .toml file)")
+        raise LoadError(f"unknown model '{model}'; {remedy} (or give a file: {', '.join(known)})")
     if not exists:
         raise LoadError(f"model file '{path}' {'is not a file' if path.exists() else 'does not exist'}")
     return path
@@ -90,10 +92,21 @@ def find(model: str | Path) -> Path:
 def structural_arguments(model: str | Path) -> dict[str, inspect.Parameter]:
     """The keyword arguments of the model function of ``model``, empty for a text; raises LoadError as ``load``."""
     path = find(model)
-    return {} if path.suffix == ".toml" else _arguments_of(path, _model_function(path))
+    return {} if path.suffix == ".toml" else _arguments_of(path, _function_of(path))
 
 
 # --------------------------------------------------------------------------------------------------- model files
+
+
+def _function_of(path: Path) -> Callable[..., object]:
+    """What makes the mechanism of the file ``path``, which is no text, from structural arguments."""
+    if path.suffix not in READERS:
+        return _model_function(path)
+
+    def read(base: str = "fixed", stops: bool = False) -> Mechanism:
+        return robot(path, base=base, stops=stops)
+
+    return read
 
 
 def _model_function(path: Path) -> Callable[..., object]:

@@ -12,6 +12,7 @@ import sympy as sp
 from lag2fmu.errors import DerivationError
 from lag2fmu.graph.graph import Graph, Node
 from lag2fmu.graph.operations import KINKS, LOOKUP, LOOKUP_2, OPERATIONS
+from lag2fmu.language.definitions import calls
 from lag2fmu.language.vocabulary import Choice, Smooth, TableCall
 
 FUNCTIONS = {
@@ -64,6 +65,8 @@ class Translator:
         node = self._memory.get(expression)
         if node is None:
             with self.graph.as_written():
+                for call in calls([expression]):
+                    self._memory[call] = self._memory.get(call) or self._translate(call.meaning)
                 node = self._memory[expression] = self._translate(expression)
         return node
 

@@ -44,7 +44,13 @@ class _TextPrinter(StrPrinter):  # type: ignore[misc]
         """1/(5*(x + y)) is written 1/(x + y)/5, because 1/(5*(x + y)) would be read as 1/(5*x + 5*y)."""
         coefficient, rest = expr.as_coeff_Mul()
         below = [a for a in sp.Mul.make_args(rest) if a.is_Pow and a.exp.is_Rational and a.exp.is_negative]
-        if coefficient.q == 1 or len(below) != 1 or not below[0].base.is_Add or below[0].exp != -1:
+        if (
+            not coefficient.is_Rational
+            or coefficient.q == 1
+            or len(below) != 1
+            or not below[0].base.is_Add
+            or below[0].exp != -1
+        ):
             return str(super()._print_Mul(expr))
         return f"{self._print(coefficient.p * rest)}/{coefficient.q}"
 

@@ -26,7 +26,6 @@ from lag2fmu.language.vocabulary import (
     MAX_POWER,
     Choice,
     Smooth,
-    depth,
     excess,
     symbol,
     table_function,
@@ -265,7 +264,7 @@ class _Parser:
             if fault := excess(part):
                 raise self.fail(fault)
         if value.is_number:
-            if depth(value) > MAX_NUMBER_DEPTH:
+            if _depth(value) > MAX_NUMBER_DEPTH:
                 raise self.fail("a number with roots and functions nested too deeply; write its value")
             try:
                 finite = math.isfinite(value_of(value))
@@ -287,3 +286,8 @@ def parse(
     are the names that are called as functions beside FUNCTIONS. Raises ExpressionError with ``where`` and the column.
     """
     return _Parser(text, resolve or symbol, where, tables).parse()
+
+
+def _depth(number: sp.Expr) -> int:
+    """The depth of the tree of ``number``."""
+    return 1 + max((_depth(a) for a in number.args), default=0)

@@ -18,7 +18,7 @@ TIME = sp.Symbol("t", real=True)
 """The time, in seconds."""
 
 
-class _Own(sp.Function):  # type: ignore[misc]
+class Own(sp.Function):  # type: ignore[misc]
     """A function that SymPy does not know: real, and printed by itself."""
 
     is_real = True
@@ -30,8 +30,12 @@ class _Own(sp.Function):  # type: ignore[misc]
     def _tex(self, printer: LatexPrinter) -> str:
         raise NotImplementedError
 
+    def value(self, values: Mapping[str, float]) -> float:
+        """Its value, ``values`` being those of its symbols; raises KeyError for what has none by itself."""
+        return _FLOAT[self.func](*(value_of(a, values) for a in self.args))
 
-class Choice(_Own):
+
+class Choice(Own):
     """``a`` where ``margin`` > 0, else ``b``: Choice(margin, a, b), what ``if`` and comparisons are made of.
 
     x > y is Choice(x - y, 1, 0), x >= y is Choice(y - x, 0, 1), so that ties are exact.
@@ -58,6 +62,10 @@ class Choice(_Own):
         """Whether it is 1 or 0 always, as a comparison, and as what ``and`` and ``or`` are made of."""
         return all(x in (0, 1) or (isinstance(x, Choice) and x.is_condition) for x in self.args[1:])
 
+    def value(self, values: Mapping[str, float]) -> float:
+        """The value of the chosen one; the other may be undefined."""
+        return value_of(self.args[1 if value_of(self.args[0], values) > 0 else 2], values)
+
     def _sympystr(self, printer: StrPrinter) -> str:
         """The text that reads back to it, see ``parser``."""
         margin, a, b = (printer._print(x) for x in self.args)
@@ -77,7 +85,7 @@ class Choice(_Own):
         return f"\\begin{{cases}} {a} & {margin} > 0 \\\\ {b} & \\text{{otherwise}} \\end{{cases}}"
 
 
-class Smooth(_Own):
+class Smooth(Own):
     """Smooth(e) is e, whose kinks a solver may pass without an event."""
 
     nargs = 1
@@ -97,7 +105,7 @@ class Smooth(_Own):
         return str(printer._print(self.args[0]))
 
 
-class TableCall(_Own):
+class TableCall(Own):
     """A call of the table ``table``, or of its partial derivative of ``orders`` (one for each argument)."""
 
     table: ClassVar[str] = ""
@@ -259,17 +267,11 @@ def value_of(number: sp.Expr, values: Mapping[str, float] | None = None) -> floa
         return int(number.p) / int(number.q)
     if number.is_Symbol:
         return (values or {})[number.name]
+    if isinstance(number, Own):
+        return number.value(values or {})
     if not number.args:
         return float(number)
-    if isinstance(number, Choice):
-        margin, a, b = number.args
-        return value_of(a if value_of(margin, values) > 0 else b, values)
     return _FLOAT[number.func](*(value_of(a, values) for a in number.args))
-
-
-def depth(number: sp.Expr) -> int:
-    """The depth of the tree of ``number``."""
-    return 1 + max((depth(a) for a in number.args), default=0)
 
 
 def _refuse_foreign(expression: sp.Expr, where: str) -> None:
@@ -283,7 +285,7 @@ def _refuse_foreign(expression: sp.Expr, where: str) -> None:
             "Choice(margin, a, b): a where margin > 0, else b"
         )
     for node in expression.atoms(sp.Function, sp.Min, sp.Max):
-        if node.func not in NAME_OF and not isinstance(node, _Own):
+        if node.func not in NAME_OF and not isinstance(node, Own):
             raise MechanismError(
                 f"{where}: the function '{node.func}' is not supported; known are "
                 f"{', '.join([*FUNCTIONS, 'if', 'smooth'])}"

@@ -14,6 +14,7 @@ from lag2fmu.description.names import (
     frictions,
     gap,
     generalized_force,
+    impact,
     impacts,
     impulse,
     mode,
@@ -60,6 +61,7 @@ def _generated_by_events(mechanism: Description) -> Iterator[tuple[str, str]]:
         yield impulse(name), f"the impulse {of}"
         yield mode(name), f"the mode {of}"
         yield impacts(name), f"the count of impacts {of}"
+        yield impact(name), f"the clock of impacts {of}"
     for friction in mechanism.frictions:
         yield force(friction.name), f"the force of the friction element '{friction.name}'"
         yield mode(friction.name), f"the mode of the friction element '{friction.name}'"

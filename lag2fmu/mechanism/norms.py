@@ -4,13 +4,14 @@ from __future__ import annotations
 
 import math
 import random
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator
 
 import sympy as sp
 
-from lag2fmu.description.parts import Constraint, Definition
+from lag2fmu.description.parts import Constraint
 from lag2fmu.description.record import Description
-from lag2fmu.language.vocabulary import free_names, symbol, value_of
+from lag2fmu.language.definitions import written_out
+from lag2fmu.language.vocabulary import free_names, value_of
 from lag2fmu.mechanism.order import in_order
 
 _TRIALS, _ROUNDING = 5, 1e-9
@@ -36,21 +37,14 @@ def _norms(m: Description) -> Iterator[tuple[str, sp.Expr, list[str]]]:
     """(frame, norm^2 - 1, constraints that keep it zero) of every quaternion whose norm is not 1 for all q."""
     coordinates = {q.name for q in m.coordinates}
     turned = [frame for frame in m.frames if frame.quaternion is not None]
-    written = in_order(m.definitions, "definitions") if turned else []
+    written = written_out({d.name: d.expression for d in in_order(m.definitions, "definitions")}) if turned else {}
 
     for frame in turned:
-        entries = [_resolved(entry, written) for entry in frame.quaternion or ()]
+        entries = [sp.sympify(entry).xreplace(written) for entry in frame.quaternion or ()]
         norm = sp.Add(*(entry**2 for entry in entries)) - 1
         if free_names(entries) & coordinates and not vanishes(norm):
-            others = {c.name: _resolved(sp.sympify(c.expression), written) for c in m.holonomic if not c.massless}
+            others = {c.name: sp.sympify(c.expression).xreplace(written) for c in m.holonomic if not c.massless}
             yield frame.name, norm, [name for name, other in others.items() if _says(other, norm, coordinates)]
-
-
-def _resolved(expression: sp.Expr, definitions: Sequence[Definition]) -> sp.Expr:
-    """``expression`` without the ``definitions``, each of which may use those before it."""
-    for definition in reversed(definitions):
-        expression = expression.subs(symbol(definition.name), definition.expression)
-    return expression
 
 
 def _points(names: set[str]) -> Iterator[dict[str, float]]:

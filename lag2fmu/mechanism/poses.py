@@ -19,6 +19,7 @@ from lag2fmu.description.joints import direction
 from lag2fmu.description.places import WORLD, Expression, Frame
 from lag2fmu.description.record import Description
 from lag2fmu.errors import MechanismError
+from lag2fmu.language.definitions import written_out
 from lag2fmu.language.vocabulary import TIME, symbol
 from lag2fmu.mechanism.order import in_order
 
@@ -40,16 +41,14 @@ class Poses:
 
     def __init__(self, m: Description) -> None:
         self.frames = {frame.name: frame for frame in m.frames}
-        self._definitions = [(symbol(d.name), d.expression) for d in reversed(in_order(m.definitions, "definitions"))]
+        self._meaning = written_out({d.name: d.expression for d in in_order(m.definitions, "definitions")})
         moving = [*(q.name for q in m.coordinates), *(u.name for u in m.motions)]
         self._rates = {symbol(name): symbol(names.velocity(name)) for name in moving}
         self._rates[TIME] = sp.S.One
 
     def resolved(self, expression: Expression) -> sp.Expr:
         """``expression`` with its definitions written out."""
-        for name, meaning in self._definitions:
-            expression = sp.sympify(expression).xreplace({name: meaning})
-        return sp.sympify(expression)
+        return sp.sympify(expression).xreplace(self._meaning)
 
     def column(self, place: Iterable[Expression]) -> sp.Matrix:
         """A ``place`` of 2 or 3 entries as (3, 1), definitions written out."""

@@ -21,7 +21,7 @@ from lag2fmu.graph.autodiff import forward
 from lag2fmu.graph.batches import Floats, Values, evaluate
 from lag2fmu.graph.graph import Graph, Node
 from lag2fmu.graph.vectors import Vector
-from lag2fmu.language.vocabulary import symbol
+from lag2fmu.language.definitions import written_out
 from lag2fmu.mechanism.record import Mechanism
 from lag2fmu.picture.arms import ARM, SHIFT, Step, steps
 
@@ -71,7 +71,7 @@ class Skeleton:
         self.graph = Graph()
         self.variables = declare(self.graph, m)
         self.put = translator(self.graph, m, self.variables)
-        self._meaning = _written_out(m)
+        self._meaning = written_out({d.name: d.expression for d in m.definitions})
         self.order = {name: i for i, name in enumerate(("t", *(u.name for u in m.motions)))}
         self.order |= {c.name: len(self.order) + i for i, c in enumerate(m.coordinates)}
         self.frames = Frames(self.graph, m, self.put)
@@ -297,11 +297,3 @@ def _line(slopes: Floats) -> Floats | None:
         return None
     along = left[:, 0]
     return np.asarray(along * np.sign(along[np.argmax(np.abs(along))]), dtype=np.float64)
-
-
-def _written_out(mechanism: Mechanism) -> dict[sp.Symbol, sp.Expr]:
-    """{definition: its expression without definitions}."""
-    named = {symbol(d.name): d.expression for d in mechanism.definitions}
-    for _ in named:
-        named = {key: value.xreplace(named) for key, value in named.items()}
-    return named

@@ -18,6 +18,8 @@ from lag2fmu.description.names import acceleration, generalized_force, velocity
 from lag2fmu.description.outputs import Output
 from lag2fmu.description.parts import Damper, Load
 from lag2fmu.description.places import Body
+from lag2fmu.description.tables import Table
+from lag2fmu.language.definitions import calls, written_out
 from lag2fmu.language.vocabulary import NAME_OF, TIME, symbol
 from lag2fmu.mechanism.record import Mechanism
 from lag2fmu.reference.tables import with_data
@@ -123,9 +125,12 @@ class Composition:
             object.__setattr__(self, name, value)
 
     def written(self, expression: sp.Expr | int | float | None) -> sp.Expr:
-        """``expression`` with definitions written out and tables that know their data; 0 for one that is not given."""
-        written = sp.S.Zero if expression is None else sp.sympify(expression).xreplace(self._meaning)
-        return with_data(written, {table.name: table for table in self.mechanism.tables})
+        """``expression`` with definitions written out and tables that know their data; 0 for one that is not given.
+
+        Long definitions are calls, see ``language.definitions``.
+        """
+        known = sp.S.Zero if expression is None else with_data(sp.sympify(expression), _tables(self.mechanism))
+        return known.xreplace(self._meaning)
 
     def rate(self, expression: sp.Expr) -> sp.Expr:
         """The total time derivative of a function of t, q, qd, further states and motion inputs, by the chain rule."""
@@ -152,9 +157,10 @@ class Composition:
     def jumps(self) -> tuple[str, ...]:
         """The calls of sign and heaviside in forces whose arguments the motion changes, as text: there qdd jumps."""
         moving = {*self.symbols.q, *self.symbols.qd}
-        calls = {call for force in self.forces for call in force.atoms(sp.sign, sp.Heaviside)}
-        found = (call for call in calls if call.args[0].free_symbols & moving)
-        return tuple(sorted(f"{NAME_OF[call.func]}({call.args[0]})" for call in found))
+        everything = (*self.forces, *(call.meaning for call in calls(self.forces)))
+        jumping = {jump for expression in everything for jump in expression.atoms(sp.sign, sp.Heaviside)}
+        found = (jump for jump in jumping if jump.args[0].free_symbols & moving)
+        return tuple(sorted(f"{NAME_OF[jump.func]}({jump.args[0]})" for jump in found))
 
     def place(self, name: str) -> Vector:
         """The position (m) of a point or body, (2,) or (3,). Raises MechanismError for one on a frame."""
@@ -268,12 +274,12 @@ class Composition:
 
 def _meaning(mechanism: Mechanism) -> dict[sp.Symbol, sp.Expr]:
     """Definition -> its expression in which no definition is left (the record refuses cycles)."""
-    pending = {symbol(d.name): sp.sympify(d.expression) for d in mechanism.definitions}
-    done: dict[sp.Symbol, sp.Expr] = {}
-    while pending:
-        for name in [name for name, expression in pending.items() if not expression.free_symbols & pending.keys()]:
-            done[name] = pending.pop(name).xreplace(done)
-    return done
+    tables = _tables(mechanism)
+    return written_out({d.name: with_data(sp.sympify(d.expression), tables) for d in mechanism.definitions})
+
+
+def _tables(mechanism: Mechanism) -> dict[str, Table]:
+    return {table.name: table for table in mechanism.tables}
 
 
 def _angle(mechanism: Mechanism, name: str) -> sp.Expr:

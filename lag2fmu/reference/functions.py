@@ -11,6 +11,7 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Sequence
 from functools import lru_cache, reduce
+from graphlib import TopologicalSorter
 from typing import Any
 
 import numpy as np
@@ -19,6 +20,7 @@ from numpy.typing import NDArray
 from sympy.printing.str import StrPrinter
 from sympy.utilities.iterables import numbered_symbols
 
+from lag2fmu.language.definitions import separated
 from lag2fmu.language.vocabulary import NAME_OF, Choice, Smooth
 from lag2fmu.reference.tables import Tabulated, number_of, tabulated
 
@@ -174,9 +176,22 @@ class NumericPrinter(StrPrinter):  # type: ignore[misc]
         return repr(float(np.e))
 
 
-def shared(expressions: Any) -> Any:
-    """Common subexpressions of ``expressions``, named apart from the arguments a0, a1, ..."""
-    return sp.cse(expressions, symbols=numbered_symbols("c", real=True), list=False, order="none")
+Steps = list[tuple[sp.Symbol, sp.Expr]]
+
+
+def shared(expressions: Sequence[sp.Expr]) -> tuple[Steps, list[sp.Expr]]:
+    """Long definitions (d0, ...) and common subexpressions (c0, ...) of ``expressions``, each after those it uses.
+
+    The rest of the ``expressions`` comes second. The names are apart from the arguments a0, a1, ...
+    """
+    definitions, outputs = separated(expressions, "d")
+    bodies = [*(body for _, body in definitions), *outputs]
+    common, left = sp.cse(bodies, symbols=numbered_symbols("c", real=True), list=False, order="none")
+    steps = dict(common) | dict(zip((name for name, _ in definitions), left, strict=False))
+    if definitions:  # they use common subexpressions, which use other definitions
+        uses = {name: sorted(body.free_symbols & steps.keys(), key=str) for name, body in steps.items()}
+        steps = {name: steps[name] for name in TopologicalSorter(uses).static_order()}
+    return list(steps.items()), left[len(definitions) :]
 
 
 Compiled = Callable[[Array, Sequence[float]], Array]

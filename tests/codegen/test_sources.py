@@ -117,7 +117,7 @@ CONSTRAINED = {
     *("further_none.c", "tables_none.c"),
     *("constrained_accelerations.c", "constrained_system.c", "constraint_factorization.c", "constraint_projection.c"),
     *("contacts_none.c", "events_none.c"),
-    *("constraint_residuals.c", "constraint_start.c", "multiplier_rates.c"),
+    *("constraint_residuals.c", "constraint_start.c", "free_states.c", "multiplier_rates.c"),
 }
 STEPS = "step_failure.c"
 
@@ -141,7 +141,7 @@ STEPS = "step_failure.c"
 def test_the_runtime_files_are_those_that_are_needed(model: str, solver: str, expected: set[str]) -> None:
     """What has no mass is solved for by the L U decomposition of an implicit solver, with an explicit one too."""
     _, sources = sources_of(load(model), solver)
-    folders = ("variants", "solvers")
+    folders = ("variants", "solvers", "adjoints")
     optional = {p.name for folder in folders for p in (RUNTIME / folder).rglob("*.c")} | {"lu.c"}
     assert set(sources) >= NEVER_LEFT_OUT
     assert set(sources) & optional == expected

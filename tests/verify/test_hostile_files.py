@@ -13,8 +13,9 @@ from pathlib import Path
 import pytest
 from click.testing import CliRunner, Result
 
+from lag2fmu import xml_tree
 from lag2fmu.cli import main
-from lag2fmu.fmu import MECHANISM_ENTRY, xml_tree
+from lag2fmu.fmu import MECHANISM_ENTRY
 
 HEAD = '<fmiModelDescription fmiVersion="2.0" modelName="x" guid="1"><CoSimulation modelIdentifier="x"/>'
 VERBS = ("check", "validate", "simulate")

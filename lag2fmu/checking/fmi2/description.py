@@ -8,7 +8,7 @@ from functools import cached_property
 
 from lag2fmu.checking.description import NOTHING, Description, Variable, whole
 from lag2fmu.fmu.pack import DESCRIPTION
-from lag2fmu.fmu.xml_tree import Element
+from lag2fmu.xml_tree import Element
 
 TYPES = ("Real", "Integer", "Boolean", "String", "Enumeration")
 STRUCTURE = ("Outputs", "Derivatives", "InitialUnknowns")

@@ -19,7 +19,7 @@ from lag2fmu.mechanism.record import Mechanism
 class Choices:
     """What the user chose of an export: ``solver`` and ``platform`` by name, ``compiler`` 'zig' or 'host'.
 
-    ``progress`` is told how a compiler gets on, ``version`` is that of FMI.
+    ``progress`` is told how a compiler gets on, ``version`` is that of FMI; ``arrays`` are asked for.
     """
 
     solver: str
@@ -27,6 +27,7 @@ class Choices:
     compiler: str
     progress: Progress | None
     version: Version
+    arrays: bool
 
 
 @dataclass(frozen=True)

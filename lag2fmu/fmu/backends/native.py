@@ -10,6 +10,7 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 
 from lag2fmu.codegen.sources import render_sources
+from lag2fmu.dynamics.adjoint import with_adjoints
 from lag2fmu.dynamics.equations import EquationsOfMotion
 from lag2fmu.dynamics.functions import Program
 from lag2fmu.errors import BuildError
@@ -17,6 +18,7 @@ from lag2fmu.fmu.advice import missed_vibrations
 from lag2fmu.fmu.backends.backend import Build, Choices, Content, identifier_of
 from lag2fmu.fmu.compilers import binaries_text, choose_platforms, compile_libraries
 from lag2fmu.fmu.model_description import ModelDescription
+from lag2fmu.fmu.ports import port_table, ports_of
 from lag2fmu.fmu.sources import compiled_files, source_files
 from lag2fmu.fmu.variables import build_table
 from lag2fmu.fmu.versions.fmi2 import FMI2
@@ -43,7 +45,7 @@ class _Native:
 
         def build(mechanism: Mechanism, equations: EquationsOfMotion, program: Program, solver: str) -> Content:
             version = choices.version
-            description, sources = describe(mechanism, equations, program, solver, version)
+            description, sources = describe(mechanism, equations, program, solver, version, arrays=choices.arrays)
             identifier = description.model_identifier
             libraries = compile_libraries(
                 sources, fmi_headers(version), identifier, platforms, choices.compiler, choices.progress
@@ -63,16 +65,30 @@ NATIVE = _Native()
 
 
 def describe(
-    mechanism: Mechanism, equations: EquationsOfMotion, program: Program, solver: str, version: Version = FMI2
+    mechanism: Mechanism,
+    equations: EquationsOfMotion,
+    program: Program,
+    solver: str,
+    version: Version = FMI2,
+    *,
+    arrays: bool = False,
 ) -> tuple[ModelDescription, Mapping[str, str]]:
-    """The model description and the C sources {file name: text}; they share the GUID, which is a hash of both."""
-    table = build_table(equations, program)
+    """The model description and the C sources {file name: text}; they share the GUID, which is a hash of both.
+
+    ``arrays``: coordinates and what belongs to them are arrays, which FMI 2.0 does not have.
+    """
+    table = build_table(equations, program, events=version.has_ports)
     index = {c.name: i for i, c in enumerate(mechanism.coordinates)}
     vibrations = tuple((v.frequency, index[v.coordinate]) for v in missed_vibrations(equations, METHODS[solver]))
     tables = replace(table.tables, vibrations=vibrations)
+    ports = ports_of(mechanism, table, arrays=arrays) if version.has_ports else ()
+    tables = replace(tables, ports=port_table(ports) if ports else None)
     identifier = identifier_of(mechanism.name)
     interface = replace(version.interface, event_indicators=len(program.event_functions))
-    blank = ModelDescription(mechanism, table.variables, identifier, "", solver, VERSION, interface)
+    blank = ModelDescription(
+        mechanism, table.variables, identifier, "", solver, VERSION, interface, ports=ports, fmi=version.name
+    )
+    program = with_adjoints(program) if version.has_adjoints else program
     texts = render_sources(program, tables, METHODS[solver], _BLANK, version.gate)
     guid = _guid(blank, texts)
     sources = {file: text.replace(_BLANK, guid) for file, text in texts.items()}

@@ -8,8 +8,15 @@ from collections.abc import Iterable
 from lag2fmu.fmu.elements import ENUMERATIONS
 from lag2fmu.fmu.model_description import Interface, ModelDescription, heeds_steps
 from lag2fmu.fmu.scalar_variable import ScalarVariable
-from lag2fmu.fmu.versions.shared import add_categories, add_experiment, add_units, head, unit_attributes
-from lag2fmu.fmu.versions.structure import Unknown, structure
+from lag2fmu.fmu.structure import Unknown, structure
+from lag2fmu.fmu.versions.shared import (
+    add_categories,
+    add_experiment,
+    add_units,
+    head,
+    number_attributes,
+    unit_attributes,
+)
 from lag2fmu.fmu.versions.version import CATEGORIES, Version
 from lag2fmu.fmu.xml_text import document
 
@@ -105,15 +112,9 @@ def _scalar_variable(parent: ET.Element, variable: ScalarVariable, index: dict[s
 
 def _real(variable: ScalarVariable, index: dict[str, int]) -> dict[str, str]:
     """The attributes of <Real>."""
+    nominal = None if variable.nominal == 1.0 else variable.nominal
     real = unit_attributes(variable.unit)
-    for key, number in (
-        ("min", variable.minimum),
-        ("max", variable.maximum),
-        ("nominal", variable.nominal),
-        ("start", variable.start),
-    ):
-        if number is not None and (key != "nominal" or number != 1.0):
-            real[key] = repr(float(number))
+    real |= number_attributes(min=variable.minimum, max=variable.maximum, nominal=nominal, start=variable.start)
     if variable.derivative_of is not None:
         real["derivative"] = str(index[variable.derivative_of])
     return real
@@ -141,4 +142,4 @@ def _unknowns(structure: ET.Element, tag: str, unknowns: Iterable[Unknown], inde
         ET.SubElement(parent, "Unknown", attributes)
 
 
-FMI2 = Version("2.0", "fmi2", INTERFACE, to_xml, folders=lambda platform: platform.folders)
+FMI2 = Version("2.0", "fmi2", INTERFACE, to_xml, folders=lambda platform: platform.folders, icon="model.png")

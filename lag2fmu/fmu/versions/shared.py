@@ -106,3 +106,8 @@ def unit_attributes(unit: Unit | None) -> dict[str, str]:
     found = {"quantity": unit.quantity} if unit.quantity else {}
     shown = display_unit(unit)
     return found | {"unit": unit.si_name} | ({"displayUnit": shown.name} if shown is not None else {})
+
+
+def number_attributes(**numbers: float | None) -> dict[str, str]:
+    """The attributes of ``numbers`` that are given, in full precision."""
+    return {key: repr(float(number)) for key, number in numbers.items() if number is not None}

@@ -14,6 +14,7 @@ from typing import cast
 
 import sympy as sp
 
+from lag2fmu.language.definitions import Defined, calls, define
 from lag2fmu.language.vocabulary import TIME, Choice, Smooth
 from lag2fmu.mechanism.record import Mechanism
 from lag2fmu.reference.composition import Composition, Symbols, composition_of
@@ -34,14 +35,25 @@ class Kinks:
         self.sides: list[sp.Symbol] = []
         self.closed = False
         self._known: dict[sp.Expr, sp.Expr] = {}
+        self._calls: dict[Defined, sp.Expr] = {}
 
     def frozen(self, expression: sp.Expr) -> sp.Expr:
         """``expression`` with the sides in place of its kinks."""
+        for call in calls([expression]):
+            if call not in self._calls:
+                frozen, whole = self._frozen(call.meaning), call.meaning
+                self._calls[call] = call if frozen == whole else define(call.definition, frozen, call.by)
+        return self._frozen(expression)
+
+    def _frozen(self, expression: sp.Expr) -> sp.Expr:
+        """``frozen`` where the definitions that ``expression`` calls are known."""
+        if isinstance(expression, Defined):
+            return self._calls[expression]
         if isinstance(expression, Smooth):
             return expression.args[0]
         if not expression.args or not expression.free_symbols & self.moving:
             return expression
-        arguments = tuple(self.frozen(a) for a in expression.args)
+        arguments = tuple(self._frozen(a) for a in expression.args)
         if isinstance(expression, (sp.Min, sp.Max)):
             return self._extreme(arguments, 1 if isinstance(expression, sp.Max) else -1) or expression
         if isinstance(expression, KINKS):

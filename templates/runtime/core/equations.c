@@ -57,8 +57,7 @@ bool equations_massless(Instance *instance) {
     return instance->policy->project || instance->state.phase != PHASE_RUNNING || massless_settle(instance);
 }
 
-/* Brings the factorisation at the present point up to date; it serves all seeds. */
-static bool update_system(Instance *instance) {
+bool equations_factorize(Instance *instance) {
     Cache *cache = &instance->cache;
     const State *state = &instance->state;
     if (!cache->system_valid) {
@@ -84,7 +83,7 @@ bool equations_accelerations(Instance *instance) {
         const bool unique = multipliers_unique(instance);
         cache->accelerations_valid =
             accelerations_at(instance, state->time, state->states, state->inputs, cache->accelerations) &&
-            (unique || update_system(instance));
+            (unique || equations_factorize(instance));
         memcpy(cache->reported, cache->accelerations, sizeof cache->reported);
         if (cache->accelerations_valid && !unique) {
             multipliers_spread(&cache->system, cache->reported);
@@ -152,7 +151,7 @@ bool equations_tangent(Instance *instance, const Seed *seed, Tangent *tangent) {
     const State *state = &instance->state;
     Cache *cache = &instance->cache;
     double change[N_RESIDUALS];
-    if (!equations_accelerations(instance) || !update_system(instance)) {
+    if (!equations_accelerations(instance) || !equations_factorize(instance)) {
         return false;
     }
     mechanism_residual_tangent(state->time, state->states, state->inputs, state->parameters, cache->accelerations,

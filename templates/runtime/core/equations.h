@@ -23,6 +23,7 @@ void equations_dependent(Instance *instance);
 bool equations_accelerations(Instance *instance);
 bool equations_locals(Instance *instance);
 bool equations_indicators(Instance *instance);
+bool equations_factorize(Instance *instance); /* the system behind the accelerations, for all seeds */
 
 /* Adds to the seed how what has no mass answers to it; in the phase of solving the start, how all start values answer
    that constraints determine. */

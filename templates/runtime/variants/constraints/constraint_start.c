@@ -7,6 +7,7 @@
 #include "constraint_factorization.h"
 #include "constraint_residuals.h"
 #include "constraints.h"
+#include "free_states.h"
 #include "names.h"
 #include "system.h"
 
@@ -16,27 +17,15 @@ static const double MET = 1e-12;      /* relative residuals that are met at the 
 static const double PROJECTED = 1e-6; /* relative residuals that are near enough for given starts to be moved */
 static const double AWAY = 0.1;       /* nominal displacements from a singular position, where it is left behind */
 
-/* Which states may move: those of the level that are guesses, or all of the level. */
-typedef enum { GUESSES, ALL_STATES } Freedom;
-
-static bool is_free(Level level, Freedom freedom, int i) {
-    return freedom == ALL_STATES || !GIVEN_STATES[(level == POSITIONS ? 0 : N) + i];
-}
-
 /* change[n]: the least change of the free states, in nominal values, that takes residuals[rows] away to first order. */
 static void least_change(ConstraintFactorization *work, const double jacobian[], const double residuals[], Level level,
                          Freedom freedom, double damping, double change[]) {
     double right[N_CONSTRAINTS];
     double multipliers[N_CONSTRAINTS];
-    memcpy(work->jacobian, jacobian, sizeof work->jacobian);
     for (int k = 0; k < rows_of(level); k++) {
         right[k] = -residuals[k];
-        for (int i = 0; i < N; i++) {
-            const double weight = is_free(level, freedom, i) ? NOMINAL_STATES[i] * NOMINAL_STATES[i] : 0.0;
-            work->response[k * N + i] = weight * jacobian[k * N + i];
-        }
     }
-    constraints_factorize(work, rows_of(level), NULL, damping);
+    start_factorize(work, jacobian, level, freedom, damping);
     constraints_solve(work, right, NULL, multipliers);
     memset(change, 0, N * sizeof(double));
     constraints_respond(work, multipliers, change);

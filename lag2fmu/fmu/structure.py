@@ -7,6 +7,9 @@ from dataclasses import dataclass
 
 from lag2fmu.fmu.scalar_variable import ScalarVariable
 
+KNOWN = frozenset({"input", "parameter", "independent"})
+"""The causalities of what others depend on; states are knowns, too."""
+
 
 @dataclass(frozen=True)
 class Unknown:
@@ -22,11 +25,15 @@ class Unknown:
 
 @dataclass(frozen=True)
 class Structure:
-    """The lists of ModelStructure: outputs, derivatives of the states, unknowns at initialization."""
+    """The lists of ModelStructure: outputs, derivatives of the states, unknowns at initialization.
+
+    Behind them all that is ``calculated``: what ModelStructure does not list has dependencies likewise.
+    """
 
     outputs: tuple[Unknown, ...]
     derivatives: tuple[Unknown, ...]
     initial: tuple[Unknown, ...]
+    calculated: tuple[Unknown, ...]
 
 
 def structure(variables: Sequence[ScalarVariable], *, known_parameters: bool) -> Structure:
@@ -35,7 +42,7 @@ def structure(variables: Sequence[ScalarVariable], *, known_parameters: bool) ->
     ``known_parameters``: outputs and derivatives list the parameters they depend on, too (FMI 3.0.2, section 2.4.8; in
     FMI 2.0.5, section 2.2.8, they do not).
     """
-    known = {"input", "independent", *(["parameter"] if known_parameters else [])}
+    known = KNOWN if known_parameters else KNOWN - {"parameter"}
     continuous = {v.name for v in variables if v.causality in known or v.state}
     exact = {v.name for v in variables if v.causality in ("input", "independent") or v.state or v.initial == "exact"}
     # states whose starts constraints determine: what depends on them depends on everything, which no list says
@@ -44,6 +51,7 @@ def structure(variables: Sequence[ScalarVariable], *, known_parameters: bool) ->
         tuple(_unknown(v, continuous, set()) for v in variables if v.causality == "output"),
         tuple(_unknown(v, continuous, set()) for v in variables if v.derivative_of is not None),
         tuple(_unknown(v, exact, solved) for v in variables if _is_initial_unknown(v)),
+        tuple(_unknown(v, continuous, set()) for v in variables if v.causality not in KNOWN),
     )
 
 
@@ -58,9 +66,9 @@ def _unknown(v: ScalarVariable, knowns: set[str], solved: set[str]) -> Unknown:
 
     What changes at events may depend on everything then, which no list says.
     """
-    if v.variability == "discrete" or solved & {v.name, *(v.dependencies or ())}:
+    if v.variability == "discrete" or v.dependencies is None or solved & {v.name, *v.dependencies}:
         return Unknown(v.name, None)
-    dependencies = tuple(name for name in v.dependencies or () if name in knowns)
+    dependencies = tuple(name for name in v.dependencies if name in knowns)
     is_velocity = v.derivative_of is not None and len(dependencies) == 1 and _is_velocity(v)
     return Unknown(v.name, dependencies, v.state or is_velocity)
 

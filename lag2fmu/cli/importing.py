@@ -1,0 +1,34 @@
+"""What ``import`` does."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import click
+
+from lag2fmu.cli.options import check_ending
+from lag2fmu.cli.settings import load_mechanism
+from lag2fmu.errors import ExportError
+from lag2fmu.formats.write import write
+
+
+def import_model(model: str, path: str | None, force: bool, settings: tuple[str, ...]) -> None:
+    """Write ``model`` as text to ``path`` and say what it has; raises Lag2FmuError."""
+    target = None if path is None or path == "-" else Path(path)
+    if target is not None:
+        check_ending(target, (".toml",))
+    mechanism = load_mechanism(model, settings)
+    text = write(mechanism)
+    if path == "-":
+        click.echo(text, nl=False)
+        return
+    target = target or Path(f"{mechanism.name}.toml")
+    if target.exists() and not force:
+        raise ExportError(f"'{target}' exists; overwrite it with --force, or choose another name with -o")
+    target.write_text(text, "utf-8")
+    counted = ", ".join(
+        f"{len(getattr(mechanism, kind))} {kind}"
+        for kind in ("coordinates", "bodies", "frictions", "stops", "constraints", "parameters")
+        if getattr(mechanism, kind)
+    )
+    click.echo(f"wrote {target}: {counted}; try 'lag2fmu validate {target}'")

@@ -1,0 +1,174 @@
+"""What the value references of FMI 3.0 stand for: scalars with their aliases, and arrays of the coordinates.
+
+The slots of C stay what they are for FMI 2.0; a port is a range of them. The derivatives of q and qd, which FMI 2.0
+has as variables of their own, are aliases of qd and qdd here, and the attribute ``derivative`` is theirs.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field, replace
+
+from lag2fmu.codegen.sources import PortTable
+from lag2fmu.description import names
+from lag2fmu.fmu.scalar_variable import ScalarVariable
+from lag2fmu.fmu.structure import KNOWN, Structure, Unknown, structure
+from lag2fmu.fmu.variables import VariableTable
+from lag2fmu.mechanism.record import Mechanism
+
+
+@dataclass(frozen=True)
+class Port:
+    """A variable of FMI 3.0: ``members`` are its elements, in slots of one ``kind`` from ``first`` on.
+
+    ``is_array``: it has a dimension, of one element too. ``aliases`` are {name: description}.
+    """
+
+    name: str
+    kind: str
+    first: int
+    members: tuple[ScalarVariable, ...]
+    is_array: bool = False
+    aliases: Mapping[str, str] = field(default_factory=dict)
+
+    @property
+    def one(self) -> ScalarVariable:
+        """The element that tells what all have in common."""
+        return self.members[0]
+
+
+@dataclass(frozen=True)
+class _Group:
+    """An array to be: its name, the names of its elements, and what the array of their aliases is called."""
+
+    name: str
+    elements: tuple[str, ...]
+    alias: str = ""
+
+
+def ports_of(mechanism: Mechanism, table: VariableTable, *, arrays: bool) -> tuple[Port, ...]:
+    """The ports of the variables of ``table`` in the order of their slots; a value reference is an index in it.
+
+    With ``arrays`` coordinates, velocities, accelerations, forces and multipliers are arrays, as far as their elements
+    are alike: see ``_can_join``.
+    """
+    ports = {port.name: port for port in _with_aliases(table)}
+    for together in _groups(mechanism) if arrays else ():
+        groups = [group for group in together if ports.keys() & {*group.elements}]
+        if all(_can_join(group, ports) for group in groups):
+            for group in groups:
+                joined = _joined(group, [ports.pop(name) for name in group.elements])
+                ports[joined.name] = joined
+    return tuple(sorted(ports.values(), key=lambda port: (port.first, port.one.initial == "calculated")))
+
+
+def _with_aliases(table: VariableTable) -> list[Port]:
+    """A port for each variable that shares its slot with none before it, and aliases for those that do.
+
+    An output that is an unknown at initialization has no alias, but a port beside it: fmpy 0.3.32 counts aliases among
+    these unknowns, where the standard wants none of them.
+    """
+    found: dict[int, Port] = {}
+    beside: list[Port] = []
+    for v in table.variables:
+        kind, base = table.tables.slots[v.value_reference].kind, found.get(v.value_reference)
+        if base is None:
+            found[v.value_reference] = Port(v.name, kind, v.value_reference, (v,))
+        elif base.one.causality == "output" and base.one.initial != "exact":
+            beside.append(Port(v.name, kind, v.value_reference, (v,)))
+        else:
+            one = replace(base.one, derivative_of=v.derivative_of)
+            found[v.value_reference] = replace(base, members=(one,), aliases={**base.aliases, v.name: v.doc})
+    return [*found.values(), *beside]
+
+
+def _groups(mechanism: Mechanism) -> list[list[_Group]]:
+    """The arrays; those of a list are made together or not at all, for one is the derivative of another."""
+    q = tuple(c.name for c in mechanism.coordinates)
+    qd, qdd = tuple(map(names.velocity, q)), tuple(map(names.acceleration, q))
+    of_q, of_qd = names.derivative("q"), names.derivative("qd")
+    motion = [
+        _Group("q", q),
+        _Group("qd", qd, of_q),
+        _Group("qdd", qdd, of_qd),
+        _Group(of_q, tuple(map(names.derivative, q))),
+        _Group(of_qd, tuple(map(names.derivative, qd))),
+    ]
+    forces = _Group("Q", tuple(map(names.generalized_force, q)))
+    multipliers = _Group("multiplier", tuple(names.multiplier(c.name) for c in mechanism.constraints))
+    return [motion, [forces], [multipliers]]
+
+
+def array_elements(mechanism: Mechanism) -> dict[str, tuple[str, ...]]:
+    """{array: the scalars that it stands for} of all arrays that FMUs of ``mechanism`` may have, aliases among them."""
+    groups = [group for together in _groups(mechanism) for group in together]
+    return {group.name: group.elements for group in groups}
+
+
+def _can_join(group: _Group, ports: Mapping[str, Port]) -> bool:
+    """Whether the elements can be one variable: slots in a row, alike in all that a variable says once.
+
+    What has no mass is no state, what constraints determine has a guess and no exact start, some accelerations may be
+    outputs: such elements stay scalars, all of them. So do those whose array would take a name that is in use.
+    """
+    others = [port for name, port in ports.items() if name not in group.elements]
+    taken = {name for port in others for name in (port.name, *port.aliases)}
+    if taken & {group.name, group.alias} or not ports.keys() >= {*group.elements}:
+        return False
+    members = [ports[name] for name in group.elements]
+    kinds = {(p.one.causality, p.one.variability, p.one.initial, p.one.state, len(p.aliases)) for p in members}
+    first = members[0].first
+    return len(kinds) == 1 and [p.first for p in members] == list(range(first, first + len(members)))
+
+
+def _joined(group: _Group, elements: Sequence[Port]) -> Port:
+    of = ", ".join(str(element.one.derivative_of) for element in elements)
+    aliases = {group.alias: f"time derivatives of {of}"} if elements[0].aliases else {}
+    members = tuple(element.one for element in elements)
+    return Port(group.name, elements[0].kind, elements[0].first, members, True, aliases)
+
+
+# ----------------------------------------------------------------------------------------------------- dependencies
+
+
+def port_structure(ports: Sequence[Port]) -> Structure:
+    """ModelStructure by the names of ports: an array depends on all that one of its elements depends on."""
+    found = structure([v for port in ports for v in port.members], known_parameters=True)
+    return Structure(
+        _folded(found.outputs, ports),
+        _folded(found.derivatives, ports),
+        _folded(found.initial, ports),
+        _folded(found.calculated, ports),
+    )
+
+
+def _folded(unknowns: Sequence[Unknown], ports: Sequence[Port]) -> tuple[Unknown, ...]:
+    """The unknowns of ``ports`` among ``unknowns``, which are those of their elements."""
+    place = {v.name: i for i, port in enumerate(ports) for v in port.members}
+    found: dict[int, list[Unknown]] = {}
+    for unknown in unknowns:
+        found.setdefault(place[unknown.name], []).append(unknown)
+
+    def joined(i: int, elements: Sequence[Unknown]) -> Unknown:
+        uses = [element.dependencies for element in elements]
+        constant = all(element.constant for element in elements)
+        if None in uses:
+            return Unknown(ports[i].name, None, constant)
+        listed = sorted({place[used] for use in uses for used in use or ()})
+        return Unknown(ports[i].name, tuple(ports[k].name for k in listed), constant)
+
+    return tuple(joined(i, elements) for i, elements in found.items())
+
+
+def port_table(ports: Sequence[Port]) -> PortTable:
+    """The ports and what depends on what, for C: what depends on everything has all knowns listed."""
+    index = {port.name: i for i, port in enumerate(ports)}
+    knowns = [port.name for port in ports if port.one.causality in KNOWN or port.one.state]
+    uses = {unknown.name: unknown for unknown in port_structure(ports).calculated}
+    dependencies = []
+    for port in ports:
+        unknown = uses.get(port.name)
+        listed = () if unknown is None else knowns if unknown.dependencies is None else unknown.dependencies
+        constant = unknown is not None and unknown.constant
+        dependencies.append(tuple((index[name], constant) for name in listed))
+    return PortTable(tuple((port.name, port.first, len(port.members)) for port in ports), tuple(dependencies))

@@ -1,0 +1,133 @@
+"""What all descriptions of robots come down to: links with their inertia, and joints that carry one link on another.
+
+Lengths are in m, angles in rad, masses in kg, inertias in kg.m2; vectors (3,) and matrices (3, 3) are NumPy arrays.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Mapping
+from dataclasses import dataclass, field
+from functools import reduce
+
+import numpy as np
+from numpy.typing import NDArray
+
+Floats = NDArray[np.float64]
+
+MOVING = ("revolute", "prismatic", "planar", "floating")
+"""The kinds of joints that have coordinates; a "fixed" one has none."""
+
+
+@dataclass(frozen=True)
+class Inertia:
+    """The ``mass`` of a rigid body, its ``center`` (3,) and the ``tensor`` (3, 3) about it, in the axes of its link."""
+
+    mass: float
+    center: Floats
+    tensor: Floats
+
+    def moved(self, turn: Floats, place: Floats) -> Inertia:
+        """The same in the axes of a frame in which the link stands at ``place`` (3,), turned by ``turn`` (3, 3)."""
+        return Inertia(self.mass, place + turn @ self.center, turn @ self.tensor @ turn.T)
+
+    def __add__(self, other: Inertia) -> Inertia:
+        """Both as one body; Huygens, Steiner."""
+        mass = self.mass + other.mass
+        if not mass:
+            return Inertia(0.0, self.center, self.tensor + other.tensor)
+        center = (self.mass * self.center + other.mass * other.center) / mass
+        tensors = (part.tensor + part.mass * _offset(part.center - center) for part in (self, other))
+        return Inertia(mass, center, np.sum([*tensors], axis=0))
+
+
+def _offset(d: Floats) -> Floats:
+    """The tensor (3, 3) of a unit mass at a distance ``d`` (3,)."""
+    tensor: Floats = d @ d * np.eye(3) - np.outer(d, d)
+    return tensor
+
+
+@dataclass(frozen=True)
+class Mimic:
+    """A joint's coordinate that is ``factor`` times that of the joint ``leader``, plus ``offset``."""
+
+    leader: str
+    factor: float
+    offset: float
+
+
+@dataclass(frozen=True)
+class Pose:
+    """Where a joint stands in its parent link: ``origin`` (3,) and turns by (axis, angle) about the moving axes."""
+
+    origin: Floats
+    turns: tuple[tuple[str, float], ...] = ()
+
+    @property
+    def matrix(self) -> Floats:
+        """The turns as one matrix (3, 3)."""
+        return reduce(lambda product, turn: product @ about(*turn), self.turns, np.eye(3))
+
+
+def about(axis: str, angle: float) -> Floats:
+    """The matrix (3, 3) of a turn by ``angle`` about the ``axis`` x, y or z; quarter turns are exact."""
+    quarters = round(angle / (np.pi / 2))
+    exact = abs(angle - quarters * np.pi / 2) < QUARTER
+    c, s = ((1, 0, -1, 0)[quarters % 4], (0, 1, 0, -1)[quarters % 4]) if exact else (np.cos(angle), np.sin(angle))
+    i, j = {"x": (1, 2), "y": (2, 0), "z": (0, 1)}[axis]
+    matrix = np.eye(3)
+    matrix[[i, i, j, j], [i, j, i, j]] = c, -s, s, c
+    return matrix
+
+
+QUARTER = 6e-12
+"""rad; an angle so near to quarter turns is one: files round them to 12 digits."""
+
+
+@dataclass(frozen=True)
+class Joint:
+    """A joint of a ``kind`` in ``MOVING``, or "fixed", by which the link ``child`` stands on the link ``parent``.
+
+    ``axis`` is the unit vector (3,) that it turns about or moves along, of a planar one the normal, in the axes of the
+    child. ``lower``, ``upper``: its limits, None without. ``damping`` in N.s/m or N.m.s/rad, ``friction`` in N or N.m.
+    """
+
+    name: str
+    kind: str
+    parent: str
+    child: str
+    pose: Pose
+    axis: Floats
+    lower: float | None = None
+    upper: float | None = None
+    damping: float = 0.0
+    friction: float = 0.0
+    mimic: Mimic | None = None
+    start: float | None = None
+
+
+@dataclass(frozen=True)
+class Robot:
+    """A tree: ``links`` by name with their inertia, None without, the ``root`` among them, ``joints`` parents first.
+
+    ``ignored`` lists what the file says besides and nothing is made of.
+    """
+
+    name: str
+    root: str
+    links: Mapping[str, Inertia | None]
+    joints: tuple[Joint, ...]
+    ignored: tuple[str, ...] = field(default=())
+
+
+def in_order(root: str, joints: Iterable[Joint]) -> tuple[Joint, ...]:
+    """``joints`` that can be reached from the link ``root``, each behind that of its parent, else as they stand."""
+    below: dict[str, list[Joint]] = {}
+    for joint in joints:
+        below.setdefault(joint.parent, []).append(joint)
+    found: list[Joint] = []
+    waiting = [root]
+    while waiting:
+        own = below.get(waiting.pop(), [])
+        found += own
+        waiting += [joint.child for joint in reversed(own)]
+    return tuple(found)

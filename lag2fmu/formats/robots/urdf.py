@@ -1,0 +1,239 @@
+"""Reading URDF, the XML in which ROS describes robots: http://wiki.ros.org/urdf/XML.
+
+Read are links with their inertia, and joints with origin, axis, limit, dynamics and mimic. What is only seen (visual,
+collision, material, sensor) or drives (transmission, gazebo) is left out.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator, Mapping
+from pathlib import Path
+
+import numpy as np
+
+from lag2fmu.description.names import suggestion
+from lag2fmu.errors import LoadError
+from lag2fmu.formats.robots.tree import Floats, Inertia, Joint, Mimic, Pose, Robot, in_order
+from lag2fmu.xml_tree import Element, parse
+
+MOST_BYTES = 64 << 20
+_KINDS = {
+    "revolute": "revolute",
+    "continuous": "revolute",
+    "prismatic": "prismatic",
+    "fixed": "fixed",
+    "planar": "planar",
+    "floating": "floating",
+}
+_DUST = 1e-15
+"""m2; smaller moments of a unit mass are rounding errors of the tool that wrote the file, and may be negative."""
+_READ = {"link", "joint"}
+_SEEN = {"material", "transmission", "gazebo", "sensor", "visual", "collision"}
+
+
+def read_urdf(path: Path) -> Robot:
+    """The robot in the file ``path``; raises LoadError with file, line, element and remedy."""
+    try:
+        if path.stat().st_size > MOST_BYTES:
+            raise LoadError(f"{path}: has {path.stat().st_size} bytes; a robot of more than {MOST_BYTES} is not read")
+        content = path.read_bytes()
+    except OSError as error:
+        raise LoadError(f"{path}: cannot be read: {error.strerror}") from error
+    return _Reader(str(path), parse(content, str(path)).root).robot()
+
+
+class _Reader:
+    """Reads one file; ``where`` names it."""
+
+    def __init__(self, where: str, root: Element) -> None:
+        self._where, self._root = where, root
+
+    def robot(self) -> Robot:
+        if self._root.tag != "robot":
+            raise self._error(self._root, "is no robot: a URDF file has the element <robot> at its top")
+        links = self._links()
+        joints = [self._joint(e, links) for e in self._root.all("joint")]
+        self._check_names([j.name for j in joints], "joint")
+        root = self._root_of(links, joints)
+        ordered = in_order(root, joints)
+        if len(ordered) < len(joints):
+            names = ", ".join(sorted({j.name for j in joints} - {j.name for j in ordered}))
+            raise LoadError(f"{self._where}: the joints {names} make a circle; a URDF robot is a tree of links")
+        self._check_mimics(joints)
+        return Robot(self._root.get("name") or "robot", root, links, ordered, tuple(self._ignored()))
+
+    def _error(self, element: Element, text: str) -> LoadError:
+        label = f" {element.get('name')!r}" if element.get("name") else ""
+        return LoadError(f"{self._where}, line {element.line}, <{element.tag}>{label}: {text}")
+
+    # ------------------------------------------------------------------------------------------------------- links
+
+    def _links(self) -> dict[str, Inertia | None]:
+        elements = list(self._root.all("link"))
+        for e in elements:
+            if not e.get("name"):
+                raise self._error(e, "has no name; give it one")
+        self._check_names([e.get("name") for e in elements], "link")
+        if not elements:
+            raise LoadError(f"{self._where}: the robot has no links")
+        return {e.get("name"): self._inertia(e) for e in elements}
+
+    def _check_names(self, names: list[str], kind: str) -> None:
+        twice = next((name for name in names if names.count(name) > 1), None)
+        if twice is not None:
+            raise LoadError(f"{self._where}: two {kind}s are called '{twice}'; rename one")
+
+    def _inertia(self, link: Element) -> Inertia | None:
+        """The inertia of ``link``; None where it has none, or one of 0."""
+        inertial = link.child("inertial")
+        if inertial is None:
+            return None
+        mass_element, tensor_element = inertial.child("mass"), inertial.child("inertia")
+        if mass_element is None:
+            raise self._error(link, "its <inertial> has no <mass>")
+        mass = self._number(mass_element, "value")
+        if mass < 0.0:
+            raise self._error(link, f"its mass is {mass:g} kg; a mass is not negative")
+        pose = self._pose(inertial)
+        tensor = np.zeros((3, 3)) if tensor_element is None else self._tensor(tensor_element)
+        tensor = np.where(abs(tensor) < _DUST * mass, 0.0, tensor)
+        found = Inertia(mass, np.zeros(3), tensor).moved(pose.matrix, pose.origin)
+        return found if mass or tensor.any() else None
+
+    def _tensor(self, element: Element) -> Floats:
+        xx, xy, xz, yy, yz, zz = (
+            self._number(element, f"i{axes}", 0.0 if axes in ("xy", "xz", "yz") else None)
+            for axes in ("xx", "xy", "xz", "yy", "yz", "zz")
+        )
+        return np.array([[xx, xy, xz], [xy, yy, yz], [xz, yz, zz]])
+
+    # ------------------------------------------------------------------------------------------------------ joints
+
+    def _joint(self, element: Element, links: Mapping[str, Inertia | None]) -> Joint:
+        if not element.get("name"):
+            raise self._error(element, "has no name; give it one")
+        kind = element.get("type")
+        if kind not in _KINDS:
+            raise self._error(element, f"type '{kind}' is unknown; {suggestion(kind, _KINDS)}")
+        parent, child = (self._end(element, end, links) for end in ("parent", "child"))
+        limit = element.child("limit") if kind in ("revolute", "prismatic") else None
+        dynamics, mimic = element.child("dynamics"), element.child("mimic")
+        damping, friction = (
+            0.0 if dynamics is None else self._number(dynamics, name, 0.0) for name in ("damping", "friction")
+        )
+        if damping < 0.0 or friction < 0.0:
+            raise self._error(element, f"damping {damping:g} and friction {friction:g} must not be negative")
+        lower, upper = (None if limit is None else self._number(limit, side, 0.0) for side in ("lower", "upper"))
+        if lower is not None and upper is not None and lower > upper:
+            raise self._error(element, f"its limits have lower = {lower:g} above upper = {upper:g}; exchange them")
+        return Joint(
+            element.get("name"),
+            _KINDS[kind],
+            parent,
+            child,
+            self._pose(element),
+            self._axis(element),
+            lower if lower != upper else None,  # both 0: not given
+            upper if lower != upper else None,
+            damping,
+            friction,
+            None if mimic is None else self._mimic(mimic),
+        )
+
+    def _end(self, joint: Element, tag: str, links: Mapping[str, Inertia | None]) -> str:
+        element = joint.child(tag)
+        name = "" if element is None else element.get("link")
+        if not name:
+            raise self._error(joint, f"has no <{tag} link=...>")
+        if name not in links:
+            raise self._error(joint, f"<{tag}>: there is no link '{name}'; {suggestion(name, links)}")
+        return name
+
+    def _axis(self, joint: Element) -> Floats:
+        element = joint.child("axis")
+        if element is None or joint.get("type") in ("fixed", "floating"):
+            return np.array([1.0, 0.0, 0.0])  # the default of URDF
+        axis = self._vector(element, "xyz", "1 0 0")
+        length = float(np.linalg.norm(axis))
+        if not length:
+            raise self._error(joint, "its axis is 0 0 0; give a direction")
+        return axis / length
+
+    def _mimic(self, element: Element) -> Mimic:
+        factor, offset = self._number(element, "multiplier", 1.0), self._number(element, "offset", 0.0)
+        return Mimic(element.get("joint"), factor, offset)
+
+    def _check_mimics(self, joints: list[Joint]) -> None:
+        """Raise LoadError for a mimic of no joint, of one with other coordinates, and for circles."""
+        known = {j.name: j for j in joints if j.kind in ("revolute", "prismatic")}
+        for joint in (j for j in joints if j.mimic is not None):
+            passed = [joint.name]
+            while (mimic := known[passed[-1]].mimic if passed[-1] in known else None) is not None:
+                if mimic.leader not in known:
+                    remedy = suggestion(mimic.leader, known)
+                    raise LoadError(
+                        f"{self._where}: joint '{passed[-1]}' mimics '{mimic.leader}': no such joint; {remedy}"
+                    )
+                if mimic.leader in passed:
+                    raise LoadError(f"{self._where}: the joints {', '.join(passed)} mimic each other in a circle")
+                passed.append(mimic.leader)
+
+    # -------------------------------------------------------------------------------------------------------- tree
+
+    def _root_of(self, links: Mapping[str, Inertia | None], joints: list[Joint]) -> str:
+        carried: dict[str, str] = {}
+        for joint in joints:
+            if joint.child in carried:
+                raise LoadError(
+                    f"{self._where}: the link '{joint.child}' is the child of two joints, '{carried[joint.child]}' and "
+                    f"'{joint.name}'; a robot is a tree: leave one out and close the loop by a constraint in the text"
+                )
+            carried[joint.child] = joint.name
+        roots = [name for name in links if name not in carried]
+        if not roots:
+            raise LoadError(f"{self._where}: every link is the child of a joint, so that they make a circle")
+        if len(roots) > 1:
+            raise LoadError(
+                f"{self._where}: {len(roots)} links have no parent ({', '.join(roots)}); a robot has one root: connect "
+                "the others by joints, fixed ones perhaps"
+            )
+        return roots[0]
+
+    def _ignored(self) -> Iterator[str]:
+        """Elements that are neither read nor known to be without meaning for the motion."""
+        others = {e.tag for e in self._root.children} - _READ - _SEEN
+        yield from (f"<{tag}>" for tag in sorted(others))
+
+    # ----------------------------------------------------------------------------------------------------- numbers
+
+    def _pose(self, element: Element) -> Pose:
+        """That of its <origin>: turned by roll, pitch, yaw about fixed axes, which is by z, y, x about moving ones."""
+        origin = element.child("origin")
+        if origin is None:
+            return Pose(np.zeros(3))
+        roll, pitch, yaw = self._vector(origin, "rpy", "0 0 0")
+        turns = tuple((axis, float(angle)) for axis, angle in (("z", yaw), ("y", pitch), ("x", roll)) if angle)
+        return Pose(self._vector(origin, "xyz", "0 0 0"), turns)
+
+    def _vector(self, element: Element, name: str, default: str) -> Floats:
+        words = element.get(name, default).split()
+        if len(words) != 3:
+            raise self._error(element, f"{name} = '{element.get(name)}' has {len(words)} numbers; expected 3")
+        return np.array([self._finite(element, name, word) for word in words])
+
+    def _number(self, element: Element, name: str, default: float | None = None) -> float:
+        if name not in element.attributes:
+            if default is None:
+                raise self._error(element, f"the attribute '{name}' is missing")
+            return default
+        return self._finite(element, name, element.get(name))
+
+    def _finite(self, element: Element, name: str, text: str) -> float:
+        try:
+            number = float(text)
+        except ValueError:
+            raise self._error(element, f"{name} = '{text}' is no number") from None
+        if not math.isfinite(number):
+            raise self._error(element, f"{name} = '{text}' is not finite")
+        return number

@@ -1,0 +1,71 @@
+/* massless_settle_seed backwards: velocities first, then positions. */
+#include "adjoint_constraints.h"
+#include "adjoint_parts.h"
+#include "constraint_residuals.h"
+#include "failure.h"
+#include "lu.h"
+#include "massless.h"
+
+enum { N = N_COORDINATES };
+
+/* rows[size] = - A^-T weights[size] for the square part A of the Jacobian; false if there is no definite answer. */
+static bool solve_transposed(const double jacobian[], int size, const double weights[], double rows[]) {
+    double matrix[N_MASSLESS * N_MASSLESS];
+    int order[N_MASSLESS];
+    for (int k = 0; k < size; k++) {
+        for (int i = 0; i < size; i++) {
+            matrix[i * size + k] = jacobian[MASSLESS_CONSTRAINTS[k] * N + MASSLESS_COORDINATES[i]];
+        }
+    }
+    if (!lu_factorize(matrix, order, size)) {
+        return false;
+    }
+    lu_solve(matrix, order, size, weights, rows);
+    for (int k = 0; k < size; k++) {
+        rows[k] = -rows[k];
+    }
+    return true;
+}
+
+/* As massless_settle_seed says. */
+static bool report(Instance *instance, const double residuals[], int size) {
+    Failure *failure = &instance->failure;
+    bool concerned[N_COORDINATES] = {false};
+    for (int k = 0; k < size; k++) {
+        concerned[MASSLESS_COORDINATES[k]] = true;
+        failure->constraints[k] = MASSLESS_CONSTRAINTS[k];
+        failure->residuals[k] = residuals[MASSLESS_CONSTRAINTS[k]];
+    }
+    failure->count = size;
+    return report_coordinates(instance, FAILURE_MASSLESS, instance->state.time, concerned);
+}
+
+/* The answers of positions or velocities: their weights go to what they follow from. */
+static bool level_adjoint(Instance *instance, const Values *values, Level level, Seed *sensitivity) {
+    const int size = level == POSITIONS ? N_MASSLESS_POSITIONS : N_MASSLESS;
+    double *states = sensitivity->states + (level == POSITIONS ? 0 : N);
+    double weights[N_MASSLESS], found[N_MASSLESS], rows[N_CONSTRAINTS] = {0.0}, nothing[N_CONSTRAINTS] = {0.0};
+    for (int i = 0; i < size; i++) {
+        weights[i] = states[MASSLESS_COORDINATES[i]];
+    }
+    if (!solve_transposed(values->jacobian, size, weights, found)) {
+        return report(instance, level == POSITIONS ? values->positions : values->velocities, size);
+    }
+    for (int k = 0; k < size; k++) {
+        rows[MASSLESS_CONSTRAINTS[k]] = found[k];
+    }
+    add_constraints_adjoint(instance, level == POSITIONS ? rows : nothing, level == POSITIONS ? nothing : rows,
+                            sensitivity);
+    for (int i = 0; i < size; i++) {
+        states[MASSLESS_COORDINATES[i]] = 0.0;
+    }
+    return true;
+}
+
+bool massless_settle_adjoint(Instance *instance, Seed *sensitivity) {
+    const State *state = &instance->state;
+    Values values;
+    residuals_evaluate(instance, state->time, state->states, state->inputs, &values);
+    return level_adjoint(instance, &values, VELOCITIES, sensitivity) &&
+           (N_MASSLESS_POSITIONS == 0 || level_adjoint(instance, &values, POSITIONS, sensitivity));
+}
