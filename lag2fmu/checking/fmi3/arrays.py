@@ -8,7 +8,7 @@ from lag2fmu.checking.description import whole
 from lag2fmu.checking.findings import Finding
 from lag2fmu.checking.fmi3.description import Description3, Variable3
 from lag2fmu.fmu.pack import DESCRIPTION
-from lag2fmu.fmu.xml_tree import Element
+from lag2fmu.xml_tree import Element
 
 
 def array_findings(description: Description3, variable: Variable3) -> Iterator[Finding]:

@@ -10,7 +10,7 @@ from lag2fmu.checking.archive import Archive
 from lag2fmu.checking.findings import Finding
 from lag2fmu.checking.fmi3.description import Description3
 from lag2fmu.errors import LoadError
-from lag2fmu.fmu.xml_tree import Element, parse
+from lag2fmu.xml_tree import Element, parse
 
 _NAME = "sources/buildDescription.xml"
 _UNITS = (".c", ".cpp", ".cc")

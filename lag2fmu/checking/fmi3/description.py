@@ -9,7 +9,7 @@ from math import prod
 
 from lag2fmu.checking.description import Description, Variable, whole
 from lag2fmu.fmu.pack import DESCRIPTION
-from lag2fmu.fmu.xml_tree import Element
+from lag2fmu.xml_tree import Element
 
 FLOATS = frozenset({"Float32", "Float64"})
 INTEGERS = ("Int8", "UInt8", "Int16", "UInt16", "Int32", "UInt32", "Int64", "UInt64")

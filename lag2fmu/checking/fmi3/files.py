@@ -13,7 +13,7 @@ from lag2fmu.checking.fmi3.build import build_findings
 from lag2fmu.checking.fmi3.description import Description3
 from lag2fmu.checking.fmi3.terminals import terminal_findings
 from lag2fmu.errors import LoadError
-from lag2fmu.fmu.xml_tree import Element, parse
+from lag2fmu.xml_tree import Element, parse
 
 OLD_FOLDERS = {
     "win32": "x86-windows",

@@ -11,7 +11,7 @@ from lag2fmu.checking.description import number
 from lag2fmu.checking.findings import Finding
 from lag2fmu.checking.fmi3.description import Description3
 from lag2fmu.errors import LoadError
-from lag2fmu.fmu.xml_tree import Element, parse
+from lag2fmu.xml_tree import Element, parse
 
 _FOLDER = "terminalsAndIcons"
 _NAME = f"{_FOLDER}/terminalsAndIcons.xml"
