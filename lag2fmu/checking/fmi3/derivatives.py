@@ -139,11 +139,7 @@ def _compared(
     if fine is None or coarse is None:
         return
     owners = [(v, i) for v in place.unknowns for i in range(v.size)]
-    listed = {
-        u.reference: u.dependencies
-        for u in session.model.description.unknowns()
-        if u.dependencies is not None and (u.group == "InitialUnknown") == (place.mode == "Initialization Mode")
-    }
+    listed = _listed(session.model, place)
     for (v, i), size, own, a, b in zip(owners, sizes, given, fine, coarse, strict=True):
         bar = _BAR * (max(abs(a), abs(own)) + 1e-3 * abs(size) + 1e-6)
         if not abs(a - b) < bar / 10 or abs(own - a) <= bar:  # the former also where differences are no numbers
@@ -155,6 +151,16 @@ def _compared(
             of, by = _element(v, i), _element(known, element)
             problem = f"in {place.mode}, d {of} / d {by} = {own:.6g}, but differences give {a:.6g}"
             yield Finding("directional", session.model.kind, problem, "check the derivative and the dependencies")
+
+
+def _listed(model: Model3, place: Place) -> dict[int, tuple[int, ...]]:
+    """Unknown -> the knowns that modelDescription.xml lists for it at a place, as value references."""
+    initial = place.mode == "Initialization Mode"
+    return {
+        u.reference: u.dependencies
+        for u in model.description.unknowns()
+        if u.dependencies is not None and (u.group == "InitialUnknown") == initial
+    }
 
 
 def _element(v: Variable3, index: int) -> str:

@@ -33,14 +33,20 @@ def output_derivatives(model: Model3) -> Iterator[Finding]:
             if not all(map(math.isfinite, found)):
                 problem = f"a derivative of order {each} of an output is no finite number"
                 yield Finding("output-derivatives", model.kind, problem, "declare the order that is given exactly")
-        first = iter(_output_derivatives(session, outputs, 1))
-        rates = {v.derivative: v for v in model.description.listed("ContinuousStateDerivative")}
-        for v in outputs:
-            given = [next(first) for _ in range(v.size)]
-            expected = session.get(rates[v.reference]) if v.reference in rates else given
-            if not all(math.isclose(a, b, rel_tol=1e-6, abs_tol=1e-9) for a, b in zip(given, expected, strict=True)):
-                problem = f"d {v.name} / dt = {given[0]:.6g}, but its state derivative is {expected[0]:.6g}"
-                yield Finding("output-derivatives", model.kind, problem, "give the derivative at the end of the step")
+        yield from _of_states(session, outputs)
+
+
+def _of_states(session: Session3, outputs: Sequence[Variable3]) -> Iterator[Finding]:
+    """Outputs that are states, whose first derivatives are variables too."""
+    first = iter(_output_derivatives(session, outputs, 1))
+    rates = {v.derivative: v for v in session.model.description.listed("ContinuousStateDerivative")}
+    for v in outputs:
+        given = [next(first) for _ in range(v.size)]
+        expected = session.get(rates[v.reference]) if v.reference in rates else given
+        if not all(math.isclose(a, b, rel_tol=1e-6, abs_tol=1e-9) for a, b in zip(given, expected, strict=True)):
+            problem = f"d {v.name} / dt = {given[0]:.6g}, but its state derivative is {expected[0]:.6g}"
+            remedy = "give the derivative at the end of the step"
+            yield Finding("output-derivatives", session.model.kind, problem, remedy)
 
 
 def _output_derivatives(session: Session3, outputs: Sequence[Variable3], order: int) -> list[float]:

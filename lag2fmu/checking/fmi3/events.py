@@ -187,18 +187,7 @@ def intermediate_update(model: Model3) -> Iterator[Finding]:
     with model.session(manner=manner) as session:
         begun = session.start().time
         session.steps(2)
-        span = session.time - begun
-    declared = model.can("providesIntermediateUpdate")
-    if heard and not declared:
-        problem = "calls intermediateUpdate, but providesIntermediateUpdate is not true"
-        yield Finding("intermediate-update", model.kind, problem, "declare it")
-    elif declared and not heard:
-        problem = "does not call intermediateUpdate in two steps, but providesIntermediateUpdate is true"
-        yield Finding("intermediate-update", model.kind, problem, "call it at the ends of solver steps", "warning")
-    times = [u.time for u in heard]
-    if times != sorted(times) or any(not begun - 1e-9 * span <= t <= session.time + 1e-9 * span for t in times):
-        problem = "calls intermediateUpdate at times that go back or lie outside of the step"
-        yield Finding("intermediate-time", model.kind, problem, "give the time that the solver has reached")
+        yield from _updates(model, [u.time for u in heard], begun, session.time)
     if any(u.can_return for u in heard):
         problem = "offers an early return to an importer that does not allow it"
         yield Finding("early-return", model.kind, problem, "say canReturnEarly only where earlyReturnAllowed is true")
@@ -207,6 +196,20 @@ def intermediate_update(model: Model3) -> Iterator[Finding]:
         yield Finding("environment-pointer", model.kind, problem, "pass it on unchanged")
     if model.can("canReturnEarlyAfterIntermediateUpdate"):
         yield from _asked_to_return(model)
+
+
+def _updates(model: Model3, times: list[float], begun: float, ended: float) -> Iterator[Finding]:
+    """Whether the FMU called back as it declares, and at times (s) within its steps."""
+    declared, slack = model.can("providesIntermediateUpdate"), 1e-9 * (ended - begun)
+    if times and not declared:
+        problem = "calls intermediateUpdate, but providesIntermediateUpdate is not true"
+        yield Finding("intermediate-update", model.kind, problem, "declare it")
+    elif declared and not times:
+        problem = "does not call intermediateUpdate in two steps, but providesIntermediateUpdate is true"
+        yield Finding("intermediate-update", model.kind, problem, "call it at the ends of solver steps", "warning")
+    if times != sorted(times) or any(not begun - slack <= t <= ended + slack for t in times):
+        problem = "calls intermediateUpdate at times that go back or lie outside of the step"
+        yield Finding("intermediate-time", model.kind, problem, "give the time that the solver has reached")
 
 
 def _asked_to_return(model: Model3) -> Iterator[Finding]:

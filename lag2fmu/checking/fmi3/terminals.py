@@ -83,19 +83,23 @@ def _terminal(terminal: Element, description: Description3) -> Iterator[Finding]
     for member in members:
         yield from _member(member, description)
     if rule in ("plug", "bus"):
-        names = Counter(m.get("memberName") for m in members)
-        for member in (m for m in members if not m.get("memberName")):
-            problem = f"no memberName, which matchingRule='{rule}' asks for"
-            yield Finding("terminal-member-name", _at(member), problem, "name the member")
-        for name in (n for n, count in names.items() if n and count > 1):
-            problem = f"two members are named '{name}'"
-            yield Finding("terminal-member-name", _at(terminal), problem, "rename one")
+        yield from _member_names(terminal, members)
     streams = list(terminal.all("TerminalStreamMemberVariable"))
     for stream in streams:
         yield from _stream(stream, description)
     if streams and sum(m.get("variableKind") in _FLOWS for m in members) != 1:
         problem = "a stream without exactly one member that is inflow or outflow"
         yield Finding("terminal-stream", _at(terminal), problem, "give the terminal one flow")
+
+
+def _member_names(terminal: Element, members: list[Element]) -> Iterator[Finding]:
+    """Names by which the members of a plug or a bus are matched."""
+    names = Counter(m.get("memberName") for m in members)
+    for member in (m for m in members if not m.get("memberName")):
+        problem = f"no memberName, which matchingRule='{terminal.get('matchingRule')}' asks for"
+        yield Finding("terminal-member-name", _at(member), problem, "name the member")
+    for name in (n for n, count in names.items() if n and count > 1):
+        yield Finding("terminal-member-name", _at(terminal), f"two members are named '{name}'", "rename one")
 
 
 def _member(member: Element, description: Description3) -> Iterator[Finding]:
