@@ -8,8 +8,8 @@ from pathlib import Path
 import numpy as np
 import pytest
 import sympy as sp
-from kkt import solve
 from numpy.typing import NDArray
+from of_kane import accelerations, rates_of_speeds, speeds_of_kane
 from sympy.physics.mechanics import (
     KanesMethod,
     LagrangesMethod,
@@ -23,10 +23,9 @@ from sympy.physics.mechanics import (
     inertia,
 )
 
-from lag2fmu import derive, load
+from lag2fmu import load
 from lag2fmu.errors import LoadError
-from lag2fmu.formats.mechanics.equations import T, from_kane
-from lag2fmu.mechanism.record import Mechanism
+from lag2fmu.formats.mechanics.equations import T
 
 Floats = NDArray[np.float64]
 m, length, g, r, c = sp.symbols("m length g r c", positive=True)
@@ -36,30 +35,6 @@ NUMBERS = {"m": 1.3, "length": 0.7, "g": 9.81, "r": 0.4, "c": 0.2}
 def values_of(*names: str) -> dict[str, float]:
     """The numbers of some constants."""
     return {name: NUMBERS[name] for name in names}
-
-
-def accelerations(mechanism: Mechanism, q: Sequence[float], qd: Sequence[float], **values: float) -> Floats:
-    """The accelerations (n,) of a mechanism at a state, its constraints held by multipliers."""
-    names = [x.name for x in mechanism.coordinates]
-    at = {"t": 0.0, **{p.name: p.value for p in mechanism.parameters}, **{f"Q_{name}": 0.0 for name in names}}
-    at |= dict(zip(names, q, strict=True)) | dict(zip((f"{name}_dot" for name in names), qd, strict=True)) | values
-    return solve(derive(mechanism), at)[0]
-
-
-def speeds_of_kane(method: KanesMethod, values: Mapping[sp.Expr, float]) -> tuple[Floats, Floats]:
-    """SymPy's own q' and u' of a ``KanesMethod`` whose constants and states have ``values``."""
-    mass, forcing = (np.array(x.xreplace(values), float) for x in (method.mass_matrix_full, method.forcing_full))
-    rates = np.linalg.solve(mass, forcing).ravel()
-    n = len(method.q)
-    return rates[:n], rates[n:]
-
-
-def rates_of_speeds(method: KanesMethod, values: Mapping[sp.Expr, float], qdd: Floats, qd: Floats) -> Floats:
-    """u' of the same speeds at our accelerations qdd."""
-    problem, put = from_kane(method, "x"), dict(values)
-    for q, rate, second in zip(problem.coordinates, qd, qdd, strict=True):
-        put |= {q.diff(T): rate, q.diff(T, 2): second}
-    return np.array([float(problem.speeds[u].diff(T).doit().xreplace(put)) for u in method.u])
 
 
 def disagreement(method: KanesMethod, constants: Mapping[str, float], q: Sequence[float], u: Sequence[float]) -> float:

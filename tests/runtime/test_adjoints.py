@@ -1,0 +1,140 @@
+"""Adjoint derivatives of the compiled core are the transposed directional ones, in all phases and modes."""
+
+import ctypes
+import re
+import subprocess
+from collections import defaultdict
+from collections.abc import Iterator
+from pathlib import Path
+
+import fmpy
+import numpy as np
+import pytest
+from chosen import models
+from compiling import COMPILERS
+from fmpy.fmi2 import FMU2Model, FMU2Slave
+from numpy.typing import NDArray
+
+from lag2fmu.dynamics import derive, lower
+from lag2fmu.dynamics.adjoint import with_adjoints
+from lag2fmu.dynamics.lagrange import complete
+from lag2fmu.fmu.advice import suited_solver
+from lag2fmu.fmu.backends.native import describe, fmi_headers
+from lag2fmu.formats.loading import load
+from lag2fmu.solvers.methods import METHODS
+
+Floats = NDArray[np.float64]
+
+SAMPLE = frozenset({"falling_rod", "slides_problem_5_small"})
+"""Redundant rows, sliding in several modes; constraints, solved starts and what has no mass."""
+STRICT = ["-std=c99", "-O0", "-Wall", "-Wextra", "-Wpedantic", "-Wconversion", "-Werror", "-ffp-contract=off"]
+PROBE = Path(__file__).with_name("adjoint_probe.c")
+STEPS, POINTS, PRODUCTS = 30, 12, 20
+EQUAL = 1e-13
+
+
+class Probe:
+    """A model compiled with adjoint_probe.c in ``folder``: its instances, and both Jacobians of each."""
+
+    def __init__(self, model: str, folder: Path) -> None:
+        equations = derive(load(model))
+        solver, _ = suited_solver(equations, tuple(METHODS))
+        program = with_adjoints(lower(equations, variational=METHODS[solver].variational))
+        self.description, sources = describe(complete(load(model), equations), equations, program, solver)
+        name = self.description.model_identifier
+        library = folder / "binaries" / fmpy.platform / f"{name}{fmpy.sharedLibraryExtension}"
+        library.parent.mkdir(parents=True)
+        for file, text in {**sources, PROBE.name: PROBE.read_text("utf-8")}.items():
+            (folder / file).write_text(text, "utf-8")
+        units = [file for file in (*sources, PROBE.name) if file.endswith(".c")]
+        compiler = COMPILERS.get("gcc", COMPILERS["zig"])
+        command = [*compiler, *STRICT, "-fPIC", "-shared", f"-I{fmi_headers()}", "-o", str(library), *units, "-lm"]
+        done = subprocess.run(command, cwd=folder, capture_output=True, text=True, check=False)
+        assert done.returncode == 0, done.stderr
+        self.folder, self.library = folder, ctypes.CDLL(str(library))
+        found = re.search(r"#define N_CONTINUOUS (\d+)", sources["mechanism.h"])
+        assert found is not None
+        self.states = int(found[1])
+        space = (ctypes.c_int * len(self.description.variables) * 2)()
+        self.shape = (self.library.probe_unknowns(space), self.library.probe_knowns(space))
+
+    def instance(self, kind: type) -> FMU2Slave | FMU2Model:
+        """An instance in initialization mode."""
+        about = self.description
+        unit = kind(
+            guid=about.guid,
+            unzipDirectory=str(self.folder),
+            modelIdentifier=about.model_identifier,
+            instanceName=about.model_identifier,
+        )
+        unit.instantiate()
+        unit.setupExperiment(startTime=0.0)
+        unit.enterInitializationMode()
+        return unit
+
+    def jacobian(self, way: str, component: int) -> Floats | None:
+        """d(unknowns)/d(knowns) by 'tangents' or 'adjoints'; None where there is none."""
+        found = np.full(self.shape, np.nan)
+        place = found.ctypes.data_as(ctypes.POINTER(ctypes.c_double))
+        return found if getattr(self.library, f"probe_{way}")(ctypes.c_void_p(component), place) else None
+
+    def modes(self, component: int) -> tuple[int, ...]:
+        """The modes of contacts and dry frictions."""
+        modes = (ctypes.c_int * 1000)()
+        return tuple(modes[: self.library.probe_element_modes(ctypes.c_void_p(component), modes)])
+
+
+def difference(tangents: Floats, adjoints: Floats) -> float:
+    """The greatest difference of products with random weights and seeds, relative to the sum of their terms."""
+    random = np.random.default_rng(7)
+    greatest = 0.0
+    for _ in range(PRODUCTS):
+        weights, seed = random.normal(size=tangents.shape[0]), random.normal(size=tangents.shape[1])
+        scale = np.abs(weights) @ np.abs(tangents) @ np.abs(seed)
+        greatest = max(greatest, abs(weights @ tangents @ seed - weights @ (adjoints @ seed)) / (scale or 1.0))
+    return greatest
+
+
+def visit(probe: Probe) -> Iterator[tuple[str, int]]:
+    """(phase, component) in all phases: start, along co-simulation with its events, at random states."""
+    slave = probe.instance(FMU2Slave)
+    yield "initialization", slave.component
+    slave.exitInitializationMode()
+    step = probe.description.mechanism.experiment.stop_time / STEPS
+    for i in range(STEPS):
+        slave.doStep(i * step, step)
+        yield "step", slave.component
+    slave.terminate()
+    yield "terminated", slave.component
+    slave.freeInstance()
+    model = probe.instance(FMU2Model)
+    model.exitInitializationMode()
+    yield "event", model.component
+    model.newDiscreteStates()
+    model.enterContinuousTimeMode()
+    random = np.random.default_rng(3)
+    states = (ctypes.c_double * probe.states)()
+    model.getContinuousStates(states, probe.states)
+    start = np.array(states)
+    for _ in range(POINTS):
+        there = start + 0.3 * random.normal(size=start.shape)
+        model.setContinuousStates((ctypes.c_double * probe.states)(*there), probe.states)
+        yield "continuous", model.component
+    model.freeInstance()
+
+
+@pytest.mark.parametrize("model", models(SAMPLE))
+def test_adjoints_are_the_transposed_tangents(model: str, tmp_path: Path) -> None:
+    """All unknowns by all knowns: time, states, inputs, parameters."""
+    probe = Probe(model, tmp_path)
+    worst: dict[str, float] = defaultdict(float)
+    modes = set()
+    for phase, component in visit(probe):
+        tangents, adjoints = (probe.jacobian(way, component) for way in ("tangents", "adjoints"))
+        assert (tangents is None) == (adjoints is None), phase
+        if tangents is not None and adjoints is not None and np.isfinite(tangents).all():
+            modes.add(probe.modes(component))
+            worst[phase] = max(worst[phase], difference(tangents, adjoints))
+    assert max(worst.values()) <= EQUAL, worst
+    assert {"initialization", "step", "event", "continuous"} <= worst.keys()
+    assert len(modes) > 1 or model not in SAMPLE or not probe.description.mechanism.unilaterals
