@@ -12,7 +12,7 @@ from lag2fmu.lazy import offered
 from lag2fmu.version import VERSION as __version__
 
 if TYPE_CHECKING:
-    from lag2fmu.analysis.entry_points import equilibria, linearize, modes
+    from lag2fmu.analysis.entry_points import equilibria, modes
     from lag2fmu.description.events import Contact, Friction, State, Stop, Table
     from lag2fmu.dynamics import derive
     from lag2fmu.errors import Lag2FmuError
@@ -20,7 +20,7 @@ if TYPE_CHECKING:
     from lag2fmu.formats.loading import load
     from lag2fmu.mechanism import Mechanism
     from lag2fmu.reference import Trajectory
-    from lag2fmu.verify import Report, simulate, validate
+    from lag2fmu.verify import Report, linearize, simulate, validate
 
 _HOME = {
     "Contact": "lag2fmu.description.events",
@@ -36,7 +36,7 @@ _HOME = {
     "derive": "lag2fmu.dynamics",
     "equilibria": "lag2fmu.analysis.entry_points",
     "export": "lag2fmu.fmu",
-    "linearize": "lag2fmu.analysis.entry_points",
+    "linearize": "lag2fmu.verify",
     "load": "lag2fmu.formats.loading",
     "modes": "lag2fmu.analysis.entry_points",
     "simulate": "lag2fmu.verify",

@@ -80,19 +80,26 @@ def compiled_anew(monkeypatch: pytest.MonkeyPatch) -> None:
 
 @pytest.fixture(scope="session")
 def exported(tmp_path_factory: pytest.TempPathFactory) -> Exported:
-    """``exported(name_or_mechanism, solver=..., outputs=..., **arguments)``: an FMU, built once a session."""
+    """``exported(name_or_mechanism, solver=..., outputs=..., fmi=..., **arguments)``: an FMU, built once a session."""
     built: dict[object, Fmu] = {}
     seen: list[str | Mechanism] = []  # kept, so that no other mechanism gets the id of one that is in use
 
     def build(
-        model: str | Mechanism, *, solver: str = DEFAULT_SOLVER, outputs: tuple[str, ...] = (), **arguments: object
+        model: str | Mechanism,
+        *,
+        solver: str = DEFAULT_SOLVER,
+        outputs: tuple[str, ...] = (),
+        fmi: str = "2.0",
+        arrays: bool = False,
+        **arguments: object,
     ) -> Fmu:
-        key = (model if isinstance(model, str) else id(model), solver, outputs, tuple(sorted(arguments.items())))
+        chosen = (solver, outputs, fmi, arrays)
+        key = (model if isinstance(model, str) else id(model), *chosen, tuple(sorted(arguments.items())))
         if key not in built:
             mechanism = load(model, arguments) if isinstance(model, str) else model
             path: Path = tmp_path_factory.mktemp("fmu") / f"{mechanism.name}.fmu"
             seen.append(model)
-            built[key] = export(mechanism, path, solver=solver, outputs=outputs)
+            built[key] = export(mechanism, path, solver=solver, outputs=outputs, fmi=fmi, arrays=arrays)
         return built[key]
 
     return build

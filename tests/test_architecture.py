@@ -27,7 +27,7 @@ ROOMS = {
     "dynamics": ({"errors", "language", "description", "mechanism", "formats", "graph"}, {"sympy", "numpy", "scipy"}),
     "analysis": (
         {"errors", "language", "description", "mechanism", "formats", "graph", "dynamics"},
-        {"sympy", "numpy"},
+        {"sympy", "numpy", "scipy", "control"},
     ),
     "picture": ({"errors", "language", "description", "mechanism", "graph", "dynamics"}, {"sympy", "numpy"}),
     "explain": (

@@ -13,6 +13,7 @@ RUNTIME = resource_folder("templates") / "runtime"
 FILES = sorted(RUNTIME.rglob("*.[ch]"))
 GATES = ("fmi2", "fmi3", "gate")
 PHYSICS = [path for path in FILES if path.relative_to(RUNTIME).parts[0] not in GATES]
+SEVERAL = ("solver_memory.h", "event_sizes.h", "version.h", "version.c")
 MOST_LINES = 50
 SIZES = re.compile(r"^ *#if.*\b(N|SIZE)_\w+", re.MULTILINE)
 FUNCTION = re.compile(r"^\w[^;{}=]*\) \{\n.*?^\}\n", re.MULTILINE | re.DOTALL)
@@ -47,6 +48,15 @@ def test_only_the_gate_knows_the_standard(path: Path) -> None:
     assert used <= ROOMS[_room(path)] | {_room(path)}
 
 
+@pytest.mark.parametrize("path", [path for path in FILES if _room(path) in GATES], ids=_name)
+def test_the_versions_share_what_names_no_function_of_theirs(path: Path) -> None:
+    """gate/ knows a version by its version.h alone, and no version knows another."""
+    other = {"gate": "fmi[23]", "fmi2": "fmi3", "fmi3": "fmi2"}[_room(path)]
+    assert re.search(other, path.read_text("utf-8")) is None
+    rooms = {other.stem: _room(other) for other in FILES if other.suffix == ".h" and other.name not in SEVERAL}
+    assert {rooms[stem] for stem in _included(path) if stem in rooms} <= {_room(path), "gate", *ROOMS}
+
+
 @pytest.mark.parametrize("path", FILES, ids=_name)
 def test_the_mechanism_is_no_question_of_the_preprocessor(path: Path) -> None:
     assert SIZES.search(path.read_text("utf-8")) is None
@@ -59,8 +69,8 @@ def test_functions_fit_a_screen(path: Path) -> None:
 
 
 def test_the_names_of_files_are_unique() -> None:
-    """All of an FMU stand in one folder; each family of solvers has its own solver_memory.h, events their sizes."""
-    names = [path.name for path in FILES if path.name not in ("solver_memory.h", "event_sizes.h")]
+    """All of an FMU stand in one folder: families of solvers have own memories, events sizes, versions tables."""
+    names = [path.name for path in FILES if path.name not in SEVERAL]
     assert len(names) == len(set(names))
 
 

@@ -68,6 +68,25 @@ def test_show_latex_and_toml(run) -> None:
     assert again.output == toml.output
 
 
+def test_linearize_prints_and_writes_the_state_space(run) -> None:
+    """A pendulum of 1 m swings with sqrt(g / l), at 0.498 Hz, about the bottom."""
+    result = run("linearize", "pendulum", "--at", "equilibrium", "--input", "Q_theta", "-o", "a.json")
+    assert result.exit_code == 0
+    assert "0 ± 3.13209 i            3.13209  0.498488        0" in result.output
+    assert "theta_dot  -9.81" in result.output
+    assert "wrote a.json" in result.stderr
+    assert json.loads(Path("a.json").read_text("utf-8"))["outputs"][:2] == ["theta", "theta_dot"]
+    assert "about its state at 0 s" in run("linearize", "pendulum").output
+    for arguments, sentence in (
+        (("-o", "a.csv"), "its ending must be one of .json, .mat, .npz"),
+        (("--at", "rest"), "cannot linearize at 'rest'; give 'start', 'equilibrium' or a time"),
+        (("--output", "zeta"), "'zeta' is no output"),
+    ):
+        refused = run("linearize", "pendulum", *arguments)
+        assert refused.exit_code == 2
+        assert sentence in refused.stderr
+
+
 def test_show_analysis(run) -> None:
     text = run("show", "pendulum", "--analysis").output
     assert "generalized_energy: energy T + V." in text

@@ -1,29 +1,25 @@
-"""``linearize``, ``equilibria`` and ``modes`` of the package, for whatever stands for a mechanism."""
+"""``equilibria`` and ``modes`` of the package, and the equilibrium as a start, for whatever stands for a mechanism."""
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
 from lag2fmu.analysis.equilibria import Equilibrium
 from lag2fmu.analysis.equilibria import equilibria as equilibria_of
-from lag2fmu.analysis.linearization import Linearization
 from lag2fmu.analysis.linearization import linearize as linearization_of
 from lag2fmu.analysis.modes import Mode, normal_modes
+from lag2fmu.description import names
 from lag2fmu.dynamics.equations import EquationsOfMotion
 from lag2fmu.dynamics.lagrange import derive
+from lag2fmu.dynamics.variables import further_states
+from lag2fmu.errors import DerivationError
+from lag2fmu.formats.loading import as_mechanism, with_values
 from lag2fmu.mechanism.record import Mechanism
 
 Model = EquationsOfMotion | Mechanism | str | Path
 """Derived equations, a mechanism, or the name or path of a model."""
-
-
-def linearize(model: Model, **about: Any) -> Linearization:
-    """The linearization of ``model`` about its start, or ``about`` q=, qd= (n,), further= (f,) in SI units and t= in s.
-
-    See ``lag2fmu.analysis.linearize``. Raises DerivationError where M is singular or nothing is finite.
-    """
-    return linearization_of(_equations(model), **about)
 
 
 def equilibria(model: Model, **options: Any) -> tuple[Equilibrium, ...]:
@@ -44,6 +40,30 @@ def modes(model: Model, **about: Any) -> tuple[Mode, ...]:
     if not about and (found := equilibria_of(equations, most=1)):
         about = {"q": found[0].q, "further": found[0].further}
     return normal_modes(linearization_of(equations, **about))
+
+
+def resting(model: Mechanism | str | Path) -> Mechanism:
+    """``model`` starting at rest in the equilibrium found from its start; raises DerivationError if there is none."""
+    equations = derive(model)
+    found, coordinates = the_equilibrium(equations), equations.mechanism.coordinates
+    starts = {c.name: float(x) for c, x in zip(coordinates, found.q, strict=True)}
+    starts |= {names.velocity(c.name): 0.0 for c in coordinates}
+    starts |= {z.name: float(x) for z, x in zip(further_states(equations.mechanism), found.further, strict=True)}
+    return with_values(as_mechanism(model), starts)
+
+
+def the_equilibrium(equations: EquationsOfMotion, inputs: Mapping[str, float] | None = None) -> Equilibrium:
+    """The equilibrium found from the start, or from places around it, with the ``inputs`` {name: SI value}.
+
+    Raises DerivationError if there is none.
+    """
+    found = equilibria_of(equations, most=1, inputs=inputs)
+    if not found:
+        raise DerivationError(
+            f"mechanism '{equations.mechanism.name}': no equilibrium was found, neither from the start nor from places "
+            "around it; set other start values, or begin at the start"
+        )
+    return found[0]
 
 
 def _equations(model: Model) -> EquationsOfMotion:

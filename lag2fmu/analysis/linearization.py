@@ -20,14 +20,17 @@ from functools import cached_property
 import numpy as np
 
 from lag2fmu.analysis.evaluation import at, further_names, operating_inputs, saddle, unknowns
+from lag2fmu.analysis.state_space import Quantity, StateSpace
+from lag2fmu.analysis.subspaces import RANK, independent_rows, null_space
 from lag2fmu.description import names
+from lag2fmu.description.names import suggestion
 from lag2fmu.dynamics.equations import EquationsOfMotion
 from lag2fmu.dynamics.tangent import Tangent, differentiate
 from lag2fmu.errors import DerivationError
 from lag2fmu.graph.batches import Floats, Values, evaluate, matrix
 from lag2fmu.graph.graph import Node
-
-RANK = 1e-9
+from lag2fmu.mechanism.display import display_units
+from lag2fmu.mechanism.record import Mechanism
 
 
 @dataclass(frozen=True, eq=False)
@@ -35,12 +38,14 @@ class Linearization:
     """dz/dt = A z + B u and y = C z + D u about the state ``values`` {variable: SI value}.
 
     ``states``: the k states z, independent coordinates and velocities, then further states; ``inputs``: names of u
-    (r,); ``outputs``: names of y (o,), the mechanism's. A (k, k), B (k, r), C (o, k), D (o, r). ``shape`` (2 n + f, k):
+    (r,); ``outputs``: names of y (o,). A (k, k), B (k, r), C (o, k), D (o, r). ``drift`` (k,) is dz/dt at the state
+    itself, 0 at rest in equilibrium, and ``level`` (o,) is y there. ``shape`` (2 n + f, k):
     all of q, qd and the f further states for each z. ``mass``, ``damping``, ``stiffness`` (n, n) and ``action`` (n, r)
     are those of M d2q + damping dq' + stiffness dq = action u + G^T dmultiplier, before constraints are used;
-    ``tangent`` (n, f) spans the motions that these let free.
+    ``tangent`` (n, f) spans the motions that these let free. ``mechanism`` is what was linearized.
     """
 
+    mechanism: Mechanism
     values: Values
     states: tuple[str, ...]
     inputs: tuple[str, ...]
@@ -49,6 +54,8 @@ class Linearization:
     B: Floats
     C: Floats
     D: Floats
+    drift: Floats
+    level: Floats
     shape: Floats
     mass: Floats
     damping: Floats
@@ -62,16 +69,59 @@ class Linearization:
         found = np.linalg.eigvals(self.A)
         return found[np.lexsort((found.real, found.imag))]
 
+    def state_space(self, inputs: Sequence[str] | None = None) -> StateSpace:
+        """A, B, C, D with names, units and operating point, of these ``inputs``, by default of all.
+
+        Raises DerivationError for a name that is no input.
+        """
+        chosen = self.inputs if inputs is None else tuple(inputs)
+        for name in chosen:
+            if name not in self.inputs:
+                raise DerivationError(
+                    f"mechanism '{self.mechanism.name}': '{name}' is no input; {suggestion(name, self.inputs)}"
+                )
+        columns = [self.inputs.index(name) for name in chosen]
+        units = display_units(self.mechanism)
+
+        def quantities(labels: Sequence[str], level: Floats | None = None) -> tuple[Quantity, ...]:
+            values = [self.values[x] for x in labels] if level is None else level
+            named = zip(labels, values, strict=True)
+            return tuple(Quantity(x, units[x].si_name if x in units else "", float(value)) for x, value in named)
+
+        return StateSpace(
+            name=self.mechanism.name,
+            time=float(self.values["t"]),
+            states=quantities(self.states),
+            inputs=quantities(chosen),
+            outputs=quantities(self.outputs, self.level),
+            A=self.A,
+            B=self.B[:, columns],
+            C=self.C,
+            D=self.D[:, columns],
+            drift=self.drift,
+        )
+
 
 class Linearizer:
-    """The tangent program of ``equations``, derived once for many states; a call is ``linearize`` at one of them."""
+    """The tangent program of ``equations``, derived once for many states; a call is ``linearize`` at one of them.
 
-    def __init__(self, equations: EquationsOfMotion) -> None:
+    ``outputs`` names what y is, see ``linearize``; raises DerivationError for a name that is nothing.
+    """
+
+    def __init__(self, equations: EquationsOfMotion, outputs: Sequence[str] | None = None) -> None:
         self.equations = equations = equations.apart()
         self.tangent: Tangent = differentiate(equations)
         v, g = equations.variables, equations.graph
         self.inputs = tuple(str(g.leaf[node]) for node in v.inputs)
         self.size = len(v.states)
+        self.outputs = tuple(equations.outputs) if outputs is None else tuple(outputs)
+        self.nodes = dict(equations.locals())
+        self.tangents = dict(zip(self.nodes, self.tangent.locals, strict=True))
+        self.variables = [str(g.leaf[node]) for node in (*v.states, *v.unknowns)]
+        for name in self.outputs:
+            if name not in self.nodes and name not in self.variables:
+                remedy = suggestion(name, [*self.variables, *self.nodes])
+                raise DerivationError(f"mechanism '{equations.mechanism.name}': '{name}' is no output; {remedy}")
 
     def __call__(self, values: Values) -> Linearization:
         """The linearization about the state ``values``; raises DerivationError where M is singular or not finite.
@@ -97,20 +147,24 @@ class Linearizer:
         further = self._moved(self.tangent.further, values, moved)
         rate = np.concatenate([np.eye(n, self.size + len(self.inputs), n), moved[:n], further])
         by_state, by_input = rate[:, : self.size], rate[:, self.size :]
-        by_name = dict(zip((name for name, _ in e.locals()), self.tangent.locals, strict=True))
-        y = self._moved([by_name[name] for name in e.outputs], values, moved)
+        y = self._outputs(values, moved)
         C, D = y[:, : self.size], y[:, self.size :]
         coordinates = [c.name for c in e.mechanism.coordinates]
         everything = [*coordinates, *map(names.velocity, coordinates), *further_names(e)]
+        rates = [*(values[name] for name in map(names.velocity, coordinates)), *qdd]
+        rates += evaluate(e.graph, e.variables.further_rates, values).tolist()
         return Linearization(
+            mechanism=e.mechanism,
             values=values,
             states=tuple(everything[i] for i in chosen),
             inputs=self.inputs,
-            outputs=tuple(e.outputs),
+            outputs=self.outputs,
             A=(by_state @ shape)[chosen],
             B=(by_input + by_state @ push)[chosen],
             C=C @ shape,
             D=D + C @ push,
+            drift=np.array(rates, dtype=np.float64)[chosen],
+            level=self._levels(values),
             shape=shape,
             mass=M,
             damping=rows[:n, n : 2 * n],
@@ -118,6 +172,21 @@ class Linearizer:
             action=-rows[:n, self.size :],
             tangent=shape[:n, : sum(i < n for i in chosen)],
         )
+
+    def _outputs(self, values: Values, moved: Floats) -> Floats:
+        """The outputs by q, qd, z and u, (o, s + r); ``moved`` (n + m, s + r) are accelerations and multipliers."""
+        seeds = np.eye(self.size, self.size + len(self.inputs))
+        known = dict(zip(self.variables, [*seeds, *moved], strict=True))
+        calculated = [name for name in self.outputs if name in self.tangents]
+        known |= zip(calculated, self._moved([self.tangents[x] for x in calculated], values, moved), strict=True)
+        return np.array([known[name] for name in self.outputs]).reshape(-1, seeds.shape[1])
+
+    def _levels(self, values: Values) -> Floats:
+        """The values of the outputs, (o,)."""
+        calculated = [name for name in self.outputs if name in self.nodes]
+        found = evaluate(self.equations.graph, [self.nodes[name] for name in calculated], values)
+        known = {**values, **dict(zip(calculated, found, strict=True))}
+        return np.array([known[name] for name in self.outputs], dtype=np.float64)
 
     def _check_mass(self, M: Floats, G: Floats) -> None:
         """Raise DerivationError unless M (n, n) is regular on the motions that G (m, n) lets free."""
@@ -187,6 +256,7 @@ class Linearizer:
                 "choose another"
             )
         shape = nominal[:, None] * null @ np.linalg.inv(nominal[chosen][:, None] * null[chosen])
+        shape[chosen] = np.eye(len(chosen))  # as it is, without rounding
         # what inputs move the manifold by: a particular solution, brought to z = 0
         push = -nominal[:, None] * np.linalg.pinv(rows, rcond=RANK) @ (by_input / np.where(length > 0, length, 1.0))
         return chosen, shape, push - shape @ push[chosen]
@@ -199,40 +269,18 @@ def linearize(
     t: float = 0.0,
     inputs: Mapping[str, float] | None = None,
     further: Floats | None = None,
+    outputs: Sequence[str] | None = None,
 ) -> Linearization:
     """The linearization about q, qd (n,) and ``further`` states (f,) in SI units, by default the start, at ``t`` (s).
 
-    Inputs have their start values, or those of ``inputs`` {name: SI value}; u is what they differ by. Raises
-    DerivationError where M is singular or nothing is finite, and for a name that is no input. Source: J. G. de
+    Inputs have their start values, or those of ``inputs`` {name: SI value}; u is what they differ by. ``outputs`` are
+    names of states, accelerations, multipliers and of what else is calculated, by default the mechanism's outputs.
+    Raises DerivationError where M is singular or nothing is finite, and for a name that is none. Source: J. G. de
     Jalon, E. Bayo, Kinematic and Dynamic Simulation of Multibody Systems, 1994, section 5.3, under constraints.
     """
     coordinates = equations.mechanism.coordinates
     place = np.array([c.start for c in coordinates]) if q is None else np.asarray(q, dtype=np.float64)
     rate = np.array([c.velocity for c in coordinates]) if qd is None else np.asarray(qd, dtype=np.float64)
-    return Linearizer(equations)(at(equations, operating_inputs(equations, inputs) | {"t": t}, place, rate, further))
-
-
-def null_space(rows: Floats) -> Floats:
-    """An orthonormal basis, (n, k), of what ``rows`` (m, n) of unit length map to zero: right singular vectors.
-
-    Source: Golub, Van Loan, Matrix Computations, 4th edition, section 2.4.
-    """
-    _, singular, right = np.linalg.svd(rows, full_matrices=True)
-    basis: Floats = right[int(np.sum(singular > RANK)) :].T
-    return basis
-
-
-def independent_rows(basis: Floats) -> list[int]:
-    """The k rows of ``basis`` (n, k) that are most independent, ascending; the earlier one of equals.
-
-    The longest remainder is taken in turn: Q R with column pivoting of its transpose. Source: Golub, Van Loan, Matrix
-    Computations, 4th edition, section 5.4.
-    """
-    rest, chosen = basis.copy(), []
-    for _ in range(basis.shape[1]):
-        size = np.linalg.norm(rest, axis=1)
-        best = int(np.argmax(size > 0.999999 * size.max()))
-        chosen.append(best)
-        direction = rest[best] / size[best]
-        rest = rest - np.outer(rest @ direction, direction)
-    return sorted(chosen)
+    return Linearizer(equations, outputs)(
+        at(equations, operating_inputs(equations, inputs) | {"t": t}, place, rate, further)
+    )

@@ -11,7 +11,8 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from lag2fmu.analysis.linearization import Linearization, independent_rows
+from lag2fmu.analysis.linearization import Linearization
+from lag2fmu.analysis.subspaces import independent_rows
 from lag2fmu.graph.batches import Floats
 
 _ZERO = 1e-7

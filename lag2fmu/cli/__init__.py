@@ -11,7 +11,18 @@ from typing import Any
 
 import click
 
-from lag2fmu.cli.commands import check, demo, export_command, import_command, models, new, show, simulate, validate
+from lag2fmu.cli.commands import (
+    check,
+    demo,
+    export_command,
+    import_command,
+    linearize,
+    models,
+    new,
+    show,
+    simulate,
+    validate,
+)
 from lag2fmu.errors import Lag2FmuError
 from lag2fmu.version import VERSION
 
@@ -66,5 +77,5 @@ def main() -> None:
     """
 
 
-for _command in (demo, models, new, import_command, show, export_command, simulate, validate, check):
+for _command in (demo, models, new, import_command, show, export_command, linearize, simulate, validate, check):
     main.add_command(_command)

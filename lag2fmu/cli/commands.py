@@ -10,7 +10,7 @@ from typing import Any
 
 import click
 
-from lag2fmu.cli.options import BASE, HOLD, INPUT, SET, STOP_TIME, STOPS
+from lag2fmu.cli.options import BASE, FMI, HOLD, INPUT, SET, STOP_TIME, STOPS
 from lag2fmu.cli.terminal import console
 from lag2fmu.formats.starting import write_start
 from lag2fmu.resources import bundled, summary
@@ -95,6 +95,15 @@ def show(**choices: Any) -> None:
     show_default=True,
     help="Native library, or readable Python (needs Python on the importing side).",
 )
+@FMI
+@click.option("--arrays", is_flag=True, help="FMI 3.0: coordinates, velocities, accelerations and forces as arrays.")
+@click.option(
+    "--start",
+    type=click.Choice(["given", "equilibrium"]),
+    default="given",
+    show_default=True,
+    help="Start as the model says, or at rest in the equilibrium found from there.",
+)
 @click.option("--reference", is_flag=True, help="Put a reference trajectory in, to check the FMU with.")
 @click.option("--force", is_flag=True, help="Overwrite FILE also where it holds another mechanism.")
 @SET
@@ -105,6 +114,34 @@ def export_command(**choices: Any) -> None:
     from lag2fmu.cli.exporting import export_model
 
     export_model(**choices)
+
+
+@click.command()
+@click.argument("model")
+@click.option(
+    "--at",
+    default="start",
+    show_default=True,
+    metavar="start|equilibrium|S",
+    help="About the start, the equilibrium found from there, or the state reached after S seconds.",
+)
+@click.option("--input", "inputs", multiple=True, metavar="NAME", help="An input u; repeatable; by default all.")
+@click.option(
+    "--output",
+    "outputs",
+    multiple=True,
+    metavar="NAME",
+    help="An output y, any variable that is calculated; repeatable; by default those of the FMU.",
+)
+@click.option(
+    "-o", "--out", "path", type=click.Path(path_type=Path), metavar="FILE", help="Write .json, .mat or .npz too."
+)
+@SET
+def linearize(**choices: Any) -> None:
+    """Print the state space dx/dt = A x + B u, y = C x + D u of small motions, and its poles."""
+    from lag2fmu.cli.linearizing import linearize_model
+
+    linearize_model(**choices)
 
 
 @click.command()
@@ -133,6 +170,7 @@ def simulate(**choices: Any) -> None:
 @INPUT
 @HOLD
 @click.option("--solver", metavar="NAME", help="Integrator of co-simulation, as in export.")
+@FMI
 @click.option(
     "--report",
     "reports",

@@ -1,4 +1,4 @@
-"""``simulate`` and ``validate`` for whatever stands for a mechanism: a record, a model's name or file, an FMU."""
+"""``simulate``, ``validate`` and ``linearize`` for whatever stands for a mechanism: a record, a model, an FMU."""
 
 from __future__ import annotations
 
@@ -6,10 +6,20 @@ import tempfile
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from pathlib import Path
+from typing import Any
 
+import numpy as np
+
+from lag2fmu.analysis.entry_points import the_equilibrium
+from lag2fmu.analysis.linearization import Linearization
+from lag2fmu.analysis.linearization import linearize as linearization_of
 from lag2fmu.description.names import velocity
-from lag2fmu.errors import ExportError, TextError
-from lag2fmu.fmu.exporting import Fmu, export, read_mechanism
+from lag2fmu.dynamics.equations import EquationsOfMotion
+from lag2fmu.dynamics.lagrange import derive
+from lag2fmu.dynamics.variables import further_states
+from lag2fmu.errors import DerivationError, ExportError, TextError
+from lag2fmu.fmu.carried import read_mechanism
+from lag2fmu.fmu.exporting import Fmu, export
 from lag2fmu.formats.loading import as_mechanism, with_values
 from lag2fmu.mechanism.record import Mechanism
 from lag2fmu.reference.trajectory import Trajectory
@@ -21,6 +31,9 @@ from lag2fmu.verify.validate import validate_fmu
 
 Model = Mechanism | Fmu | str | Path
 """A mechanism, an exported FMU, the path of an FMU, or the name or path of a model."""
+
+_TOLERANCE = 1e-9
+"""Of the run to the state that is linearized about."""
 
 
 def simulate(  # noqa: PLR0913 (the fields of Run)
@@ -59,16 +72,17 @@ def validate(
     inputs: Inputs | None = None,
     hold: bool = False,
     solver: str | None = None,
+    fmi: str = "2.0",
     progress: Callable[[float], None] | None = None,
 ) -> Report:
     """Compare the FMU of ``model`` with the direct integration of its mechanism until ``stop_time`` (s).
 
-    ``values`` are parameters and start values (SI) for a model that is no FMU yet. An FMU of lag2fmu carries its
-    mechanism inside. ``inputs`` and ``hold`` are those of ``simulate``; ``progress`` is told the share that is done, 0
-    to 1. Raises Lag2FmuError; differences are in the Report.
+    ``values`` are parameters and start values (SI) for a model that is no FMU yet, ``solver`` and ``fmi`` choices of
+    its export. An FMU of lag2fmu carries its mechanism inside. ``inputs`` and ``hold`` are those of ``simulate``;
+    ``progress`` is told the share that is done, 0 to 1. Raises Lag2FmuError; differences are in the Report.
     """
-    source = model if is_fmu(model) else with_values(as_mechanism(model), values or {})  # type: ignore[arg-type]
-    with as_fmu(source, solver) as path:
+    source = model if is_fmu(model) else with_values(as_mechanism(model), values or {})
+    with as_fmu(source, solver, fmi) as path:
         mechanism = read_mechanism(path)
         signals = trajectory_of(inputs, *times_of(path, stop_time, None))
         return validate_fmu(
@@ -80,6 +94,53 @@ def validate(
             hold=hold,
             progress=progress,
         )
+
+
+def linearize(
+    model: EquationsOfMotion | Mechanism | str | Path, at: str | float = "start", **about: Any
+) -> Linearization:
+    """The linearization of ``model`` ``at`` its "start", the "equilibrium" found from there, or a time (s) of its run.
+
+    ``about`` are the other arguments of ``lag2fmu.analysis.linearize``: q=, qd= (n,) and further= (f,) in SI units and
+    t= (s) instead of ``at``, inputs= {name: SI value}, outputs= names of y. Its ``state_space`` gives A, B, C, D as
+    files and other packages take them. Raises DerivationError where there is no such state, or M is singular there.
+    """
+    equations = model if isinstance(model, EquationsOfMotion) else derive(model)
+    return linearization_of(equations, **{**state_at(equations, at, about.get("inputs")), **about})
+
+
+def state_at(equations: EquationsOfMotion, at: str | float, inputs: Any = None) -> dict[str, Any]:
+    """The state called ``at``, see ``linearize``, as the arguments of ``lag2fmu.analysis.linearize``."""
+    if at == "start":
+        return {}
+    if at == "equilibrium":
+        found = the_equilibrium(equations, inputs)
+        return {"q": found.q, "qd": np.zeros_like(found.q), "further": found.further}
+    try:
+        time = float(at)
+    except ValueError:
+        time = np.nan
+    if not 0 <= time < np.inf:
+        raise DerivationError(f"cannot linearize at '{at}'; give 'start', 'equilibrium' or a time in s, not negative")
+    return _reached(equations, time, inputs) if time > 0 else {}
+
+
+def _reached(equations: EquationsOfMotion, time: float, inputs: Any) -> dict[str, Any]:
+    """The state that the FMU reaches at ``time``, with constant inputs."""
+    mechanism = equations.mechanism
+    coordinates = [q.name for q in mechanism.coordinates]
+    further = [z.name for z in further_states(mechanism)]
+    rates = [velocity(x) for x in coordinates]
+    run = simulate(
+        mechanism,
+        stop_time=time,
+        step=time,
+        tolerance=_TOLERANCE,
+        values=inputs,
+        outputs=[*coordinates, *rates, *further],
+    )
+    q, qd, z = (np.array([run[x][-1] for x in group]) for group in (coordinates, rates, further))
+    return {"q": q, "qd": qd, "further": z, "t": time}
 
 
 def is_fmu(model: Model) -> bool:
@@ -98,7 +159,7 @@ def mechanism_of(model: Model, values: Mapping[str, float] | None = None) -> Mec
     Raises LoadError for an unknown model or value.
     """
     if not is_fmu(model):
-        return with_values(as_mechanism(model), values or {})  # type: ignore[arg-type]
+        return with_values(as_mechanism(model), values or {})
     try:
         mechanism = read_mechanism(fmu_path(model))
     except (ExportError, TextError):  # of another tool, or a text that this version does not read
@@ -110,7 +171,7 @@ def mechanism_of(model: Model, values: Mapping[str, float] | None = None) -> Mec
 
 
 @contextmanager
-def as_fmu(model: Model, solver: str | None = None) -> Iterator[Path]:
+def as_fmu(model: Model, solver: str | None = None, fmi: str = "2.0") -> Iterator[Path]:
     """The path of an FMU of ``model``; a model that is none is exported to a folder that goes away at the end.
 
     Raises Lag2FmuError where there is no such model, or where it cannot be exported.
@@ -118,6 +179,6 @@ def as_fmu(model: Model, solver: str | None = None) -> Iterator[Path]:
     if is_fmu(model):
         yield fmu_path(model)
         return
-    mechanism = as_mechanism(model)  # type: ignore[arg-type]
+    mechanism = as_mechanism(model)
     with tempfile.TemporaryDirectory(prefix="lag2fmu-") as folder:
-        yield export(mechanism, Path(folder) / f"{mechanism.name}.fmu", solver=solver).path
+        yield export(mechanism, Path(folder) / f"{mechanism.name}.fmu", solver=solver, fmi=fmi).path

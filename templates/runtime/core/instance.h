@@ -77,6 +77,7 @@ typedef struct {
     SolverMemory solver_before;    /* what the solver remembered when that step began, if there are events */
     bool inputs_move;              /* some input is not constant in the running communication step */
     double step_start;             /* s; the time at which that step began */
+    double step_end;               /* s; where it ends, if no event comes before */
     double inputs[3 * N_INPUTS];   /* at a stage of the solver, with their first and second derivatives */
 } Scratch;
 
@@ -143,9 +144,12 @@ enum { MOST_NOTICES = 5 + SIZE_BOUNDED }; /* each kind once, that of ranges once
 /* The longest message, with its end; what is longer is cut. */
 enum { SENTENCE_SIZE = 1024 };
 
-/* Who hears remarks on calls that succeed, as finished sentences. */
+/* The gate: it hears remarks on calls that succeed, as finished sentences, and may follow communication steps. */
 typedef struct {
     void (*hear)(void *owner, const char sentence[]);
+    double (*follow)(void *owner, double end); /* the present point is the end of a solver step in a communication step
+                                                  with this end (s); the answer is its new end, no later; or NULL */
+    bool awaits_events; /* a communication step ends at the first event; integrator_settle passes it */
     void *owner;
 } Listener;
 

@@ -13,54 +13,12 @@
 #include "notices.h"
 #include "projection.h"
 #include "settings.h"
+#include "solver_steps.h"
 #include "step_size.h"
 
 static const double FARTHEST = 1000.0;       /* communication steps that a solver step may pass */
 static const double MOST_STEPS = 1e12;       /* of a fixed-step method in a communication step */
 static const int64_t MOST_TRIALS = 10000000; /* of an adaptive method likewise: so motions that blow up end */
-
-/* Makes state->first_stage the derivative at the present point, on the constraints as the inputs now move them. */
-static bool update_first_stage(Instance *instance) {
-    State *state = &instance->state;
-    double *derivatives = instance->scratch.new_derivatives; /* which a failure may leave half done */
-    if (!state->first_stage_valid) {
-        if (!bring_back(instance, state->time, state->states, derivatives) ||
-            !equations_derivative(instance, state->time, state->states, derivatives)) {
-            return false;
-        }
-        memcpy(state->first_stage, derivatives, sizeof state->first_stage);
-        state->first_stage_valid = 1;
-    }
-    return true;
-}
-
-/* A trial step begins that may have to be repeated. */
-static void begin_trial(Instance *instance, Step step) {
-    instance->scratch.trial_length = step.length;
-    if (N_EVENTS > 0) {
-        instance->scratch.solver_before = instance->state.solver;
-    }
-}
-
-/* If there are events in the good trial step, repeats it so that it ends at the first one. */
-static bool end_at_event(Instance *instance, Step *step) {
-    return N_EVENTS == 0 || events_end_step(instance, step);
-}
-
-/* If the present point is at an event, passes it: the equations of motion change. */
-static bool pass_event(Instance *instance) {
-    return N_EVENTS == 0 || !instance->state.event_pending ||
-           (events_pass(instance) && update_first_stage(instance));
-}
-
-/* Makes the result of a trial step the present point. */
-static void accept(Instance *instance, Step step) {
-    State *state = &instance->state;
-    state->time = step.end;
-    memcpy(state->states, instance->scratch.new_states, sizeof state->states);
-    memcpy(state->first_stage, instance->scratch.new_derivatives, sizeof state->first_stage);
-    state->first_stage_valid = 1;
-}
 
 /* The time (s) up to which steps may go. It is beyond the end of the communication step only if the same inputs may
    well hold there: they do not if they move, and are not expected to if something was changed before this communication
@@ -71,7 +29,7 @@ static double horizon_of(const Instance *instance, double end) {
     if (TIME_DEPENDENT || METHOD.dense_order == 0 || !state->undisturbed || instance->scratch.inputs_move) {
         return end;
     }
-    const double farthest = end + FARTHEST * (end - state->time);
+    const double farthest = end + FARTHEST * larger(end - state->time, state->interrupted);
     return state->stop_time_defined ? larger(end, smaller(farthest, state->stop_time)) : farthest;
 }
 
@@ -110,7 +68,7 @@ static bool pass_event_ahead(Instance *instance, double shortest) {
     if (N_EVENTS == 0 || !events_at_hand(instance, 4.0 * shortest) || !pass_event(instance)) {
         return false;
     }
-    state->next_step = first_step(instance);
+    state->next_step = step_waits(instance) ? 0.0 : first_step(instance);
     return true;
 }
 
@@ -136,15 +94,16 @@ static double try_step(Instance *instance, Step step) {
 
 /* Adaptive steps to the end or beyond, with dense output for the one that goes beyond. Fails when the step would fall
    below 16 units in the last place of the time. */
-static bool step_adaptively(Instance *instance, double end) {
+static bool step_adaptively(Instance *instance) {
     State *state = &instance->state;
-    const double horizon = horizon_of(instance, end);
+    const double end = instance->scratch.step_end, horizon = horizon_of(instance, end);
     bool rejected = false;
     int64_t trials = 0;
     if (!(state->next_step > 0.0)) {
         state->next_step = state->settings[SETTING_STEP] > 0.0 ? state->settings[SETTING_STEP] : first_step(instance);
     }
-    while (state->time < end) {
+    state->interrupted = larger(end - state->time, state->interrupted);
+    while (step_goes_on(instance)) {
         const double shortest = 16.0 * DBL_EPSILON * larger(fabs(state->time), fabs(end));
         state->next_step = larger(state->next_step, shortest);
         if (++trials > MOST_TRIALS) {
@@ -153,19 +112,19 @@ static bool step_adaptively(Instance *instance, double end) {
             instance->failure.amount = (double)MOST_TRIALS;
             return false;
         }
-        const Step tried = choose_step(state, end, horizon);
+        const Step tried = choose_step(state, instance->scratch.step_end, horizon);
         Step step = tried;
         const double error = try_step(instance, step);
         if (error <= 1.0 && bring_back_result(instance, step) && end_at_event(instance, &step) &&
-            (step.end <= end || prepare_interpolation(instance, step))) {
+            (step.end <= instance->scratch.step_end || prepare_interpolation(instance, step))) {
             propose(state, tried, error, rejected);
             watch_stiffness(instance, step);
             watch_vibrations(instance, step.length);
-            accept(instance, step);
+            accept_step(instance, step);
             watch_ranges(instance);
-            state->ahead = step.end > end;
+            state->ahead = step.end > instance->scratch.step_end;
             rejected = false;
-            if (!state->ahead && !pass_event(instance)) {
+            if (!state->ahead && !end_solver_step(instance)) {
                 return false;
             }
         } else {
@@ -180,7 +139,7 @@ static bool step_adaptively(Instance *instance, double end) {
 }
 
 /* Goes on from where the solver is. If that is beyond the end, the states at the end can be interpolated. */
-static bool integrate_adaptively(Instance *instance, double end) {
+static bool integrate_adaptively(Instance *instance) {
     State *state = &instance->state;
     if (state->ahead && instance->scratch.inputs_move) {
         if (!integrator_catch_up(instance)) {
@@ -189,16 +148,17 @@ static bool integrate_adaptively(Instance *instance, double end) {
         state->ahead = state->event_pending = 0;
         state->first_stage_valid = 0;
     }
-    if (state->ahead && state->dense.end <= end) {
+    if (state->ahead && state->dense.end <= instance->scratch.step_end) {
         state->time = state->dense.end;
         memcpy(state->states, state->dense.end_states, sizeof state->states);
         state->ahead = 0;
-        if (!pass_event(instance)) {
+        instance->cache.states_behind = false;
+        if (!end_solver_step(instance)) {
             return false;
         }
     }
     instance->cache.states_behind = false;
-    if (!state->ahead && !(update_first_stage(instance) && step_adaptively(instance, end))) {
+    if (!state->ahead && step_goes_on(instance) && !(update_first_stage(instance) && step_adaptively(instance))) {
         return false;
     }
     instance->cache.states_behind = state->ahead != 0;
@@ -213,16 +173,36 @@ static bool take_step(Instance *instance, Step step) {
         return false;
     }
     watch_stiffness(instance, step);
-    accept(instance, step);
+    accept_step(instance, step);
     watch_ranges(instance);
-    return pass_event(instance);
+    return end_solver_step(instance);
+}
+
+/* A step of this length (s) to the next time (s), in parts if events come, or to where the communication step ends. */
+static bool step_to(Instance *instance, double next, double length) {
+    const Scratch *scratch = &instance->scratch;
+    State *state = &instance->state;
+    Step step = {length, next, false};
+    do { /* until the step is no more than rounding */
+        if (scratch->step_end < step.end) {
+            step = (Step){scratch->step_end - state->time, scratch->step_end, false};
+        }
+        if (!take_step(instance, step)) {
+            return false;
+        }
+        step.length = step.end - state->time;
+    } while (step.length > rounding_of_length(next) && step_goes_on(instance));
+    if (!step_waits(instance)) {
+        state->time = smaller(step.end, scratch->step_end);
+    }
+    return true;
 }
 
 /* Equal steps to the end, as many as make them no longer than solver_step. Times are computed from the start of the
    communication step, so that they do not drift. */
-static bool integrate_in_equal_steps(Instance *instance, double end) {
+static bool integrate_in_equal_steps(Instance *instance) {
     const State *state = &instance->state;
-    const double start = state->time;
+    const double start = state->time, end = instance->scratch.step_end;
     const double setting = state->settings[SETTING_STEP];
     const double longest = smaller(setting > 0.0 ? setting : DEFAULT_SOLVER_STEP, longest_step(state));
     const double whole = (end - start) * (1.0 - 1e-9) - rounding_of_length(end); /* less: H = 10 h takes 10 steps */
@@ -241,34 +221,48 @@ static bool integrate_in_equal_steps(Instance *instance, double end) {
         watch_length(instance, length);
     }
     watch_vibrations(instance, length);
-    for (double i = 1.0; i <= count; i++) {
-        const double next = i < count ? start + (end - start) * (i / count) : end;
-        Step step = {length, next, false};
-        do { /* until the step is no more than rounding */
-            if (!take_step(instance, step)) {
-                return false;
-            }
-            step.length = next - state->time;
-        } while (step.length > rounding_of_length(next));
-        instance->state.time = next;
+    for (double i = 1.0; i <= count && step_goes_on(instance); i++) {
+        if (!step_to(instance, i < count ? start + (end - start) * (i / count) : end, length)) {
+            return false;
+        }
     }
     return true;
 }
 
+/* The importer goes on from an event without having it passed: it is passed now. */
+static bool begin_events(Instance *instance) {
+    const State *state = &instance->state;
+    const bool passes = state->event_held && state->event_pending;
+    return N_EVENTS == 0 || ((!passes || events_pass(instance)) && events_begin(instance));
+}
+
 bool integrate(Instance *instance, double end) {
+    State *state = &instance->state;
+    const bool adaptive = METHOD.error_order > 0;
     instance->failure.kind = FAILURE_NONE;
+    instance->scratch.step_end = end;
     begin_notices(instance);
     instance_forget_motion(instance);
     inputs_begin(instance);
     watch_motions(instance);
-    const bool completed =
-        (N_EVENTS == 0 || events_begin(instance)) &&
-        (METHOD.error_order > 0 ? integrate_adaptively(instance, end) : integrate_in_equal_steps(instance, end));
+    const bool completed = begin_events(instance) &&
+                           (adaptive ? integrate_adaptively(instance) : integrate_in_equal_steps(instance));
     if (completed) {
-        instance->state.time = end;
-        instance->state.undisturbed = 1;
+        state->event_held = step_waits(instance);
+        state->time = state->event_held ? state->time : instance->scratch.step_end;
+        state->interrupted = state->time < end ? state->interrupted : 0.0;
+        state->undisturbed = 1;
     }
     inputs_end(instance);
     keep_motions(&instance->state);
     return completed;
+}
+
+bool integrator_settle(Instance *instance) {
+    State *state = &instance->state;
+    begin_notices(instance);
+    instance_forget_motion(instance);
+    const bool settled = state->event_held && state->event_pending ? events_pass(instance) : events_begin(instance);
+    instance_forget_motion(instance);
+    return settled;
 }

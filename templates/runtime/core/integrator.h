@@ -4,7 +4,8 @@
 
 #include "instance.h"
 
-/* Advances time, states and inputs of instance->state to exactly end, s. Returns false if a step could not be
+/* Advances time, states and inputs of instance->state to exactly end, s; where the listener follows or awaits events,
+   to an earlier end. Returns false if a step could not be
    completed; time, states and inputs are then those at the end of the last completed step, and instance->failure tells
    why. Where the solver has gone beyond the end, the states stay behind until something asks for them: most
    communication steps then only move the time. Lengths of steps by Hairer, Norsett, Wanner, Solving Ordinary
@@ -14,6 +15,10 @@ bool integrate(Instance *instance, double end);
 /* Brings the states to the present time if they are behind. Returns false, with instance->failure set, if constraints
    cannot be met there. */
 bool integrator_catch_up(Instance *instance);
+
+/* Passes the event that the last communication step ended at, and brings the modes up to date with what was assigned.
+   Returns false, with instance->failure set, if that fails. */
+bool integrator_settle(Instance *instance);
 
 /* The most frequent communication step, made short work of: like the last one it ends within a solver step, and only
    the time moves. Returns whether that is so. Such a solver step does not pass the stop time. */

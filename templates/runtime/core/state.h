@@ -82,6 +82,7 @@ typedef struct {
     double rest_time[SIZE_UNILATERALS]; /* s */
     int64_t modes_settled;              /* the modes belong to the present point: nothing was assigned since */
     int64_t event_pending;              /* the solver has come to an event and has not passed it yet */
+    int64_t event_held;                 /* the communication step ended at an event, before it was passed */
     int64_t due[SIZE_EVENTS];           /* the event functions that came down there */
     double event_rests[SIZE_EVENTS];    /* how far each of them was from 0 at its last event, by rounding */
     double event_time;                  /* s; of the last event */
@@ -101,6 +102,8 @@ typedef struct {
                                      solver is ahead, to the end of the step in dense */
     int64_t ahead;                /* the solver goes on from the end of the step in dense */
     int64_t undisturbed;          /* nothing was changed since the end of the last communication step */
+    double interrupted;           /* s; what was left of a communication step that ended early, when the solver began to
+                                     step; else 0 */
     double first_stage[N_STATES]; /* dx/dt */
     SolverMemory solver;
     Dense dense;

@@ -6,16 +6,23 @@
 #include "logging.h"
 #include "values.h"
 
+Status check_known(Component *component, const Variable *variable) {
+    Seed seed;
+    if (value_in_seed(&seed, variable) == NULL) {
+        return fail(component, "variable %s is not a known; expected time, states, inputs and parameters",
+                    variable->name);
+    }
+    return STATUS_OK;
+}
+
 Status add_to_seed(Component *component, Seed *seed, const Variable *variable, double change) {
     if (!isfinite(change)) {
         return fail(component, "the seed of %s is %g; expected a finite number", variable->name, change);
     }
-    double *slot = value_in_seed(seed, variable);
-    if (slot == NULL) {
-        return fail(component, "variable %s is not a known; expected time, states, inputs and parameters",
-                    variable->name);
+    if (check_known(component, variable) != STATUS_OK) {
+        return STATUS_ERROR;
     }
-    *slot += change;
+    *value_in_seed(seed, variable) += change;
     return STATUS_OK;
 }
 

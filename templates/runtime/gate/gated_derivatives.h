@@ -12,6 +12,9 @@
 /* Adds the change of a known to the seed; STATUS_ERROR if the variable is no known. */
 Status add_to_seed(Component *component, Seed *seed, const Variable *variable, double change);
 
+/* STATUS_OK if the variable is a known. */
+Status check_known(Component *component, const Variable *variable);
+
 /* STATUS_OK if the variable is an unknown. Sets *needs_accelerations if its derivative takes the tangent of the
    accelerations. */
 Status check_unknown(Component *component, const Variable *variable, bool *needs_accelerations);

@@ -15,7 +15,7 @@ Verdict legal_set(VariableKind kind, InterfaceType type, Mode mode);
 /* Can a variable of this kind be set in any mode at all? */
 int ever_settable(VariableKind kind, InterfaceType type);
 
-/* "fmi2Reset" */
+/* "fmi...Reset" */
 const char *call_name(Call call);
 
 /* "initialization mode" */

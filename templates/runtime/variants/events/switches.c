@@ -150,6 +150,7 @@ bool events_settle(Instance *instance, const bool due[], bool *jumped) {
         turned = turned || moved;
     }
     instance->state.modes_settled = 1;
+    instance->state.event_held = 0;
     return note_rests(instance);
 }
 
@@ -168,7 +169,8 @@ bool events_refresh(Instance *instance, bool *jumped) {
         return false;
     }
     for (int k = 0; k < N_EVENTS; k++) {
-        due[k] = values[k] < -events_noise(instance, k);
+        const double noise = events_noise(instance, k);
+        due[k] = values[k] < -noise || (state->event_held && state->due[k] && values[k] <= noise);
     }
     return events_settle(instance, due, jumped);
 }

@@ -1,0 +1,112 @@
+"""What ``linearize`` does."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from math import pi
+from pathlib import Path
+
+import click
+from rich.markup import escape
+from rich.table import Table
+
+from lag2fmu.analysis.state_space import FORMATS, Quantity, StateSpace
+from lag2fmu.cli.options import check_ending
+from lag2fmu.cli.settings import load_mechanism
+from lag2fmu.cli.terminal import console
+from lag2fmu.description import names
+from lag2fmu.dynamics.equations import EquationsOfMotion
+from lag2fmu.dynamics.lagrange import derive
+from lag2fmu.reference.trajectory import Floats
+from lag2fmu.verify.entry_points import linearize
+
+_ROWS = ("states", "states", "outputs", "outputs")
+_COLUMNS = ("states", "inputs", "states", "inputs")
+"""What the rows and columns of A, B, C and D stand for."""
+
+_ROUNDING = 1e-13
+"""Entries below this share of the largest one of a matrix are shown as 0."""
+
+_MOST = 12
+"""Matrices of more columns are not printed."""
+
+
+def linearize_model(
+    model: str,
+    at: str,
+    inputs: tuple[str, ...],
+    outputs: tuple[str, ...],
+    path: Path | None,
+    settings: tuple[str, ...],
+) -> None:
+    """Print the state space of ``model`` about the state ``at``, and write it to ``path``; raises Lag2FmuError."""
+    if path is not None:
+        check_ending(path, FORMATS)
+    equations = derive(load_mechanism(model, settings))
+    about = linearize(equations, at, outputs=outputs or _outputs(equations))
+    found = about.state_space(inputs or None)
+    for title, table in _tables(found):
+        click.echo(title)
+        console().print(table)
+    if not found.resting:
+        click.echo(f"the state at {found.time:g} s is no equilibrium: dx/dt = drift + A x + B u")
+    if path is not None:
+        found.save(path)
+        click.echo(f"wrote {path}", err=True)
+
+
+def _outputs(equations: EquationsOfMotion) -> list[str]:
+    """The names of the outputs of the FMU: coordinates, velocities, further states and the user's."""
+    m = equations.mechanism
+    coordinates = [q.name for q in m.coordinates]
+    return [*coordinates, *map(names.velocity, coordinates), *(z.name for z in m.states), *equations.outputs]
+
+
+def _tables(found: StateSpace) -> Iterator[tuple[str, Table]]:
+    """Titles and tables: the operating point, the poles, and the matrices where they fit on a screen."""
+    yield f"{found.name} about its state at {found.time:g} s", _of_quantities(found)
+    yield "poles", _of_poles(found)
+    letters = {"states": "x", "inputs": "u", "outputs": "y"}
+    for name, of_rows, of_columns in zip("ABCD", _ROWS, _COLUMNS, strict=True):
+        rows, columns = getattr(found, of_rows), getattr(found, of_columns)
+        if rows and columns and len(columns) <= _MOST:
+            by = letters[of_columns]
+            title = f"{name}: dy/d{by}" if of_rows == "outputs" else f"{name}: d(dx/dt)/d{by}"
+            yield title, _of_matrix(getattr(found, name), rows, columns)
+
+
+def _of_quantities(found: StateSpace) -> Table:
+    table = _table("", "name", "unit", "value there", right=1)
+    for kind in ("states", "inputs", "outputs"):
+        for i, x in enumerate(getattr(found, kind)):
+            table.add_row(kind if i == 0 else "", x.name, escape(x.unit), f"{x.value:.9g}")
+    return table
+
+
+def _of_poles(found: StateSpace) -> Table:
+    table = _table("pole [1/s]", "frequency [rad/s]", "[Hz]", "damping", right=4)
+    size = max((pole.frequency for pole in found.poles), default=0.0)
+    for pole in found.poles:
+        value = pole.value
+        if value.imag < 0:
+            continue  # stands with its conjugate
+        shown = f"{value.real:.6g}" if value.imag == 0 else f"{value.real:.6g} ± {value.imag:.6g} i"
+        damping = "" if pole.frequency <= 1e-9 * size else f"{pole.damping:.4g}"
+        table.add_row(shown, f"{pole.frequency:.6g}", f"{pole.frequency / (2 * pi):.6g}", damping)
+    return table
+
+
+def _of_matrix(values: Floats, rows: Sequence[Quantity], columns: Sequence[Quantity]) -> Table:
+    table = _table("", *(x.name for x in columns), right=len(columns))
+    size = abs(values).max(initial=0.0)
+    for x, row in zip(rows, values, strict=True):
+        table.add_row(x.name, *(f"{value if abs(value) > _ROUNDING * size else 0.0:.6g}" for value in row))
+    return table
+
+
+def _table(*headings: str, right: int) -> Table:
+    """A table whose last ``right`` columns are numbers."""
+    table = Table(box=None, pad_edge=False)
+    for i, heading in enumerate(headings):
+        table.add_column(escape(heading), justify="right" if i >= len(headings) - right else "left")
+    return table

@@ -1,0 +1,49 @@
+/* The tables of FMI 3.0, and messages to its logger. */
+#include "version.h"
+
+#include <stddef.h>
+
+#define CALL_ROW(name, model_exchange, co_simulation) {"fmi3" #name, model_exchange, co_simulation},
+const CallRow CALLS[N_CALLS] = {FMI3_CALLS(CALL_ROW)};
+#undef CALL_ROW
+
+/* An o stands for a habit of importers, see the table of FMI 2.0. */
+const CallRow SETTABLE[N_VARIABLE_KINDS] = {
+    /*                                         model exchange   co-simulation
+                                               i z e c t x      i z e s u t x  */
+    [VARIABLE_TIME]         = {"time",         ". . . . . .",   ". . . . . . ."},
+    [VARIABLE_STATE]        = {"state",        "x x x x . .",   "x x . . . . ."},
+    [VARIABLE_MASSLESS]     = {"output",       "x x . . . .",   "x x . . . . ."},
+    [VARIABLE_ACCELERATION] = {"acceleration", ". . . . . .",   ". . . . . . ."},
+    [VARIABLE_FURTHER_RATE] = {"derivative",   ". . . . . .",   ". . . . . . ."},
+    [VARIABLE_MULTIPLIER]   = {"multiplier",   ". . . . . .",   ". . . . . . ."},
+    [VARIABLE_INPUT]        = {"input",        "x x x x . .",   "x x x x x . ."},
+    [VARIABLE_PARAMETER]    = {"parameter",    "x x x o . .",   "x x x x . . ."},
+    [VARIABLE_FIXED_PARAMETER] = {"parameter", "x x . . . .",   "x x . . . . ."},
+    [VARIABLE_SETTING]      = {"setting",      "x x . . . .",   "x x . . . . ."},
+    [VARIABLE_DEPENDENT]    = {"dependent",    ". . . . . .",   ". . . . . . ."},
+    [VARIABLE_LOCAL]        = {"local",        ". . . . . .",   ". . . . . . ."},
+    [VARIABLE_MODE]         = {"mode",         ". . . . . .",   ". . . . . . ."},
+    [VARIABLE_IMPACTS]      = {"impacts",      ". . . . . .",   ". . . . . . ."},
+    [VARIABLE_IMPULSE]      = {"impulse",      ". . . . . .",   ". . . . . . ."},
+    [VARIABLE_INDICATOR]    = {"indicator",    ". . . . . .",   ". . . . . . ."},
+    [VARIABLE_CLOCK]        = {"clock",        ". . . . . .",   ". . . . . . ."},
+};
+
+const ModeColumns MODES[N_MODES] = {
+    [MODE_INSTANTIATED]        = {"instantiated",              0,  0},
+    [MODE_INITIALIZATION]      = {"initialization mode",       1,  1},
+    [MODE_EVENT]               = {"event mode",                2,  2},
+    [MODE_CONTINUOUS_TIME]     = {"continuous-time mode",      3, -1},
+    [MODE_STEP]                = {"step mode",                -1,  3},
+    [MODE_INTERMEDIATE_UPDATE] = {"intermediate update mode", -1,  4},
+    [MODE_TERMINATED]          = {"terminated",                4,  5},
+    [MODE_ERROR]               = {"terminated by an error",    5,  6},
+};
+
+void deliver(const Importer *importer, const char *name, Status status, const char *category, const char *text) {
+    (void)name; /* the environment tells whose message it is */
+    if (importer->log_message != NULL) {
+        importer->log_message(importer->environment, status, category, text);
+    }
+}

@@ -1,0 +1,175 @@
+"""A, B, C, D with names and units: closed forms, small motions of the FMU, files, other packages."""
+
+from __future__ import annotations
+
+import json
+import sys
+from collections.abc import Callable
+from pathlib import Path
+from types import ModuleType, SimpleNamespace
+
+import numpy as np
+import pytest
+from scipy.io import loadmat
+from scipy.signal import lsim
+from sympy import cos, sin
+
+import lag2fmu
+from lag2fmu.analysis import linearize
+from lag2fmu.dynamics import derive
+from lag2fmu.errors import DerivationError, ExportError
+from lag2fmu.fmu import Fmu
+from lag2fmu.mechanism import Body, Constraint, Energy, Mechanism, Output, coordinate, signal
+from lag2fmu.verify import simulate
+
+G = 9.81
+
+
+def cart(**more: object) -> Mechanism:
+    """A cart of 2 kg, a pole of 0.5 kg with its mass at the tip, 0.8 m below; F pulls the cart."""
+    x, theta, F = coordinate("x", "m"), coordinate("theta", "rad", **more), signal("F", "N")
+    tip = (x + 0.8 * sin(theta), -0.8 * cos(theta))
+    return Mechanism(
+        "cart",
+        coordinates=[x, theta],
+        inputs=[F],
+        bodies=[Body("cart", 2, (x, 0)), Body("tip", 0.5, tip)],
+        gravity=G,
+        forces={x: F},
+        outputs=[Output("x_tip", tip[0], "mm")],
+    )
+
+
+@pytest.mark.parametrize(("start", "side"), [(0.1, -1), (3.0, 1)])
+def test_a_pole_on_a_cart_hanging_and_upright(start: float, side: int) -> None:
+    """(M + m) x" + m l th" = F, l th" + x" = side g th th from the equilibrium; up, x counts the other way."""
+    M, m, length = 2.0, 0.5, 0.8
+    outputs = ["x", "x_tip", "theta_ddot"]
+    found = lag2fmu.linearize(cart(start=start), "equilibrium", outputs=outputs).state_space(["F"])
+    assert [x.name for x in found.states] == ["x", "theta", "x_dot", "theta_dot"]
+    assert found.states[1].value == pytest.approx(0.0 if side < 0 else np.pi, abs=1e-12)
+    turned = -side  # cos(theta) there
+    A = np.zeros((4, 4))
+    A[:2, 2:] = np.eye(2)
+    A[2, 1], A[3, 1] = m * G / M, side * (M + m) * G / (M * length)
+    B = np.array([[0], [0], [1 / M], [-turned / (M * length)]])
+    assert pytest.approx(A, abs=1e-12) == found.A
+    assert pytest.approx(B, abs=1e-12) == found.B
+    assert pytest.approx(np.array([[1, 0, 0, 0], [1, turned * length, 0, 0], A[3]]), abs=1e-12) == found.C
+    assert pytest.approx(np.array([[0], [0], B[3]]), abs=1e-12) == found.D
+    assert found.resting
+    rate = np.sqrt((M + m) * G / (M * length))
+    fast = [pole for pole in found.poles if pole.frequency > 1e-6]
+    assert [pole.frequency for pole in fast] == pytest.approx([rate, rate], rel=1e-9)
+    assert [pole.damping for pole in fast] == pytest.approx([0, 0] if side < 0 else [1, -1], abs=1e-9)
+
+
+def test_a_pendulum_about_a_state_that_does_not_rest() -> None:
+    a = 0.7
+    theta = coordinate("theta", "rad", start=a)
+    pendulum = Mechanism("p", coordinates=[theta], bodies=[Body("b", 1, (2 * sin(theta), -2 * cos(theta)))], gravity=G)
+    found = lag2fmu.linearize(pendulum, outputs=["potential_energy"]).state_space()
+    assert pytest.approx(np.array([[0, 1], [-G / 2 * np.cos(a), 0]]), abs=1e-12) == found.A
+    assert found.drift == pytest.approx([0, -G / 2 * np.sin(a)], abs=1e-12)
+    assert not found.resting
+    assert pytest.approx(np.array([[2 * G * np.sin(a), 0]]), abs=1e-12) == found.C
+    assert found.outputs[0] == ("potential_energy", "J", pytest.approx(-2 * G * np.cos(a)))
+
+
+def test_a_four_bar_linkage_in_minimal_form() -> None:
+    """A parallelogram's coupler does not turn: (2 I + (m / 2 + mc) l^2) th" = M - (m + mc) g l th."""
+    m, mc, length, base, inertia = 0.4, 0.9, 0.3, 0.7, 0.01
+    a, M = coordinate("a", "rad", start=0.1), signal("M", "N.m")
+    b, c = coordinate("b", "rad", guess=0.1), coordinate("c", "rad", guess=0.0)
+    pin = (length * sin(a), -length * cos(a))
+    loop = [pin[0] + base * cos(c) - base - length * sin(b), pin[1] + base * sin(c) + length * cos(b)]
+    linkage = Mechanism(
+        "parallelogram",
+        coordinates=[a, b, c],
+        inputs=[M],
+        bodies=[
+            Body("first", m, (pin[0] / 2, pin[1] / 2), angle=a, inertia=inertia),
+            Body("second", m, (base + length * sin(b) / 2, -length * cos(b) / 2), angle=b, inertia=inertia),
+            Body("coupler", mc, (pin[0] + base * cos(c) / 2, pin[1] + base * sin(c) / 2), angle=c, inertia=inertia),
+        ],
+        gravity=G,
+        forces={a: M},
+        constraints=[Constraint(f"loop_{i}", x) for i, x in zip("xy", loop, strict=True)],
+    )
+    found = lag2fmu.linearize(linkage, "equilibrium", outputs=["a", "b", "c"]).state_space(["M"])
+    J = 2 * inertia + (m / 2 + mc) * length**2
+    assert len(found.states) == 2
+    assert found.states[0].name in "ab"
+    assert pytest.approx(np.array([[0, 1], [-(m + mc) * G * length / J, 0]]), rel=1e-9, abs=1e-10) == found.A
+    assert pytest.approx(np.array([[0], [1 / J]]), rel=1e-9) == found.B
+    assert pytest.approx(np.array([[1, 0], [1, 0], [0, 0]]), abs=1e-10) == found.C
+
+
+def chain(n: int) -> Mechanism:
+    """``n`` masses of 2 kg in a row between walls, with springs of 50 N/m."""
+    x = [coordinate(f"x{i}", "m", start=0.01) for i in range(n)]
+    ends = [0, *x, 0]
+    V = sum(25 * (ends[i + 1] - ends[i]) ** 2 for i in range(n + 1))
+    return Mechanism("chain", coordinates=x, energy=Energy(kinetic=sum(y.dot**2 for y in x), potential=V))
+
+
+def test_a_chain_of_springs_and_masses() -> None:
+    """Frequencies 2 sqrt(k/m) sin(i pi / (2 n + 2)); start at rest in equilibrium."""
+    found = lag2fmu.linearize(chain(5), "equilibrium").state_space()
+    expected = 10 * np.sin(np.arange(1, 6) * np.pi / 12)
+    assert [pole.frequency for pole in found.poles[::2]] == pytest.approx(expected, rel=1e-9)
+    assert all(pole.value.imag > 0 and abs(pole.damping) < 1e-9 for pole in found.poles[::2])
+
+
+def test_steps_of_the_linear_system_are_small_motions_of_the_fmu(exported: Callable[..., Fmu]) -> None:
+    """A step of the force on the cart, hanging pole with friction; the rest is of third order in the amplitude."""
+    found = lag2fmu.linearize("cart_pole", "equilibrium", outputs=["x", "theta"])
+    time, step = np.linspace(0, 3, 301), 1e-3
+    run = simulate(
+        exported("cart_pole"),
+        stop_time=3.0,
+        step=0.01,
+        tolerance=1e-11,
+        values={"theta": 0.0},
+        inputs={"time": time, "F": np.full(301, step)},
+    )
+    _, y, _ = lsim(found.state_space(["F"]).scipy(), np.full(301, step), time)
+    for i, name in enumerate(("x", "theta")):
+        assert run[name] == pytest.approx(y[:, i], abs=2e-7 * np.abs(y[:, i]).max())
+
+
+def test_files_and_other_packages(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    found = linearize(derive(cart()), outputs=["x_tip"]).state_space(["F"])
+    for ending in (".json", ".npz", ".mat"):
+        found.save(tmp_path / f"abcd{ending}")
+    plain = json.loads((tmp_path / "abcd.json").read_text("utf-8"))
+    assert (plain["inputs"], plain["input_units"], plain["input_values"]) == (["F"], ["N"], [0.0])
+    arrays, cells = np.load(tmp_path / "abcd.npz"), loadmat(tmp_path / "abcd.mat", simplify_cells=True)
+    assert list(arrays["states"]) == list(cells["states"]) == plain["states"] == ["x", "theta", "x_dot", "theta_dot"]
+    for name in "ABCD":
+        assert np.array_equal(arrays[name], getattr(found, name))
+        assert np.array_equal(np.squeeze(cells[name]), np.squeeze(arrays[name]))
+        assert np.array_equal(np.array(plain[name]), arrays[name])
+    with pytest.raises(ExportError, match=r"its ending must be one of \.json, \.mat, \.npz"):
+        found.save(tmp_path / "abcd.csv")
+    monkeypatch.setitem(sys.modules, "control", None)
+    with pytest.raises(ExportError, match="pip install control"):
+        found.control()
+    stand_in = ModuleType("control")
+    vars(stand_in)["ss"] = lambda *matrices, **names: SimpleNamespace(matrices=matrices, **names)
+    monkeypatch.setitem(sys.modules, "control", stand_in)
+    assert found.control().inputs == ["F"]
+
+
+def test_names_and_places_that_are_none() -> None:
+    equations = derive(cart())
+    with pytest.raises(DerivationError, match="'thta' is no output; did you mean 'theta'"):
+        linearize(equations, outputs=["thta"])
+    with pytest.raises(DerivationError, match="'G' is no input; known are Q_x, Q_theta, F"):
+        linearize(equations).state_space(["G"])
+    with pytest.raises(DerivationError, match="give 'start', 'equilibrium' or a time"):
+        lag2fmu.linearize(equations, "-1")
+    x = coordinate("x", "m")
+    falling = Mechanism("falling", coordinates=[x], bodies=[Body("b", 1, (0, x))], gravity=G)
+    with pytest.raises(DerivationError, match="'falling': no equilibrium was found"):
+        lag2fmu.linearize(falling, "equilibrium")
