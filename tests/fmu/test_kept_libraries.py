@@ -46,5 +46,5 @@ def test_without_a_folder_and_by_other_compilers_nothing_is_kept(commands, monke
 def test_a_folder_that_cannot_be_used_is_named(commands, monkeypatch, tmp_path) -> None:
     (tmp_path / "file").write_text("no folder")
     monkeypatch.setenv(kept_libraries.VARIABLE, str(tmp_path / "file"))
-    with pytest.raises(BuildError, match="file' of LAG2FMU_LIBRARIES cannot be used: .*name another one, or none"):
+    with pytest.raises(BuildError, match=r"file' of LAG2FMU_LIBRARIES cannot be used: .*name another one, or none"):
         compiled("1")
