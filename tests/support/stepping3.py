@@ -65,7 +65,9 @@ class Stepping3:
     def _hear(self, environment: object, status: int, category: bytes | None, message: bytes) -> None:
         self.log.append((status, (category or b"").decode(), message.decode()))
 
-    def _update(self, _: object, time: float, sets: bool, gets: bool, done: bool, may: bool, early: Any, at: Any) -> None:
+    def _update(
+        self, _: object, time: float, sets: bool, gets: bool, done: bool, may: bool, early: Any, at: Any
+    ) -> None:
         assert sets != gets == done
         assert self._follow is not None
         wanted = self._follow(time, sets, may)
