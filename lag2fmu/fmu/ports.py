@@ -99,6 +99,12 @@ def _groups(mechanism: Mechanism) -> list[list[_Group]]:
     return [motion, [forces], [multipliers]]
 
 
+def array_elements(mechanism: Mechanism) -> dict[str, tuple[str, ...]]:
+    """{array: the scalars that it stands for} of all arrays that FMUs of ``mechanism`` may have, aliases among them."""
+    groups = [group for together in _groups(mechanism) for group in together]
+    return {group.name: group.elements for group in groups}
+
+
 def _can_join(group: _Group, ports: Mapping[str, Port]) -> bool:
     """Whether the elements can be one variable: slots in a row, alike in all that a variable says once.
 
@@ -138,18 +144,20 @@ def port_structure(ports: Sequence[Port]) -> Structure:
 
 def _folded(unknowns: Sequence[Unknown], ports: Sequence[Port]) -> tuple[Unknown, ...]:
     """The unknowns of ``ports`` among ``unknowns``, which are those of their elements."""
-    of = {v.name: port.name for port in ports for v in port.members}
-    order = {port.name: i for i, port in enumerate(ports)}
-    found: dict[str, list[Unknown]] = {}
+    place = {v.name: i for i, port in enumerate(ports) for v in port.members}
+    found: dict[int, list[Unknown]] = {}
     for unknown in unknowns:
-        found.setdefault(of[unknown.name], []).append(unknown)
-    folded = []
-    for name, members in found.items():
-        uses = [member.dependencies for member in members]
-        listed = None if None in uses else {of[used] for use in uses for used in use or ()}
-        dependencies = None if listed is None else tuple(sorted(listed, key=order.__getitem__))
-        folded.append(Unknown(name, dependencies, all(member.constant for member in members)))
-    return tuple(folded)
+        found.setdefault(place[unknown.name], []).append(unknown)
+
+    def joined(i: int, elements: Sequence[Unknown]) -> Unknown:
+        uses = [element.dependencies for element in elements]
+        constant = all(element.constant for element in elements)
+        if None in uses:
+            return Unknown(ports[i].name, None, constant)
+        listed = sorted({place[used] for use in uses for used in use or ()})
+        return Unknown(ports[i].name, tuple(ports[k].name for k in listed), constant)
+
+    return tuple(joined(i, elements) for i, elements in found.items())
 
 
 def port_table(ports: Sequence[Port]) -> PortTable:
