@@ -47,7 +47,6 @@ def test_adjoint_products_are_transposed_directional_ones(exported, model: str, 
 def test_dependencies_are_those_of_the_description(exported) -> None:
     with Stepping3(exported("bouncing_ball", fmi="3.0").path) as unit:
         structure = unit.description
-        listed = structure.outputs + structure.derivatives + structure.initialUnknowns
         checked = 0
         for unknown in structure.outputs + structure.derivatives:
             if unknown.dependencies is None:
@@ -58,4 +57,4 @@ def test_dependencies_are_those_of_the_description(exported) -> None:
             assert [known for known, _ in found] == expected
             assert not kinds or [kind for _, kind in found] == kinds
             checked += 1
-        assert listed and checked
+        assert checked > 0
