@@ -14,8 +14,6 @@ from fmpy.fmi3 import (
     FMU3Model,
     FMU3Slave,
     fmi3DependencyKind,
-    fmi3IntermediateUpdateCallback,
-    fmi3LogMessageCallback,
     fmi3ValueReference,
 )
 
@@ -65,14 +63,12 @@ class Stepping3:
     def _hear(self, environment: object, status: int, category: bytes | None, message: bytes) -> None:
         self.log.append((status, (category or b"").decode(), message.decode()))
 
-    def _update(
-        self, _: object, time: float, sets: bool, gets: bool, done: bool, may: bool, early: Any, at: Any
-    ) -> None:
+    def _update(self, _: object, time: float, sets: bool, gets: bool, done: bool, may: bool, *early: Any) -> None:
         assert sets != gets == done
         assert self._follow is not None
         wanted = self._follow(time, sets, may)
         if wanted is not None:
-            early[0], at[0] = True, wanted
+            early[0][0], early[1][0] = True, wanted
 
     def __enter__(self) -> Stepping3:
         return self
@@ -113,7 +109,8 @@ class Stepping3:
     def run(self, times: Sequence[float], names: Sequence[str]) -> tuple[list[list[float]], list[float]]:
         """The values of ``names`` at ``times`` (s), the first of which is the start, and the times of events (s)."""
         rows, events = [self.get(names)], []
-        for time, end in itertools.pairwise(times):
+        for start, end in itertools.pairwise(times):
+            time = start
             while True:
                 event, terminate, early, last = self.unit.doStep(time, end - time)
                 assert not terminate
@@ -137,5 +134,5 @@ class Stepping3:
         self.unit.fmi3GetVariableDependencies(
             self.unit.component, reference, indices, knowns, others, kinds, count.value
         )
-        assert not any(indices) and not any(others)
+        assert not any([*indices, *others])
         return list(zip(knowns, kinds, strict=True))
