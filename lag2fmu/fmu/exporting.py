@@ -113,8 +113,8 @@ def export(  # noqa: PLR0913 (choices of the user)
     solver, choice = (solver, "") if solver else (suited, reason)
     check_solver(equations.mechanism, METHODS[solver])
     method = METHODS[solver]
-    time_stepping = isinstance(method, TimeStepping)
-    program = lower(equations, promotable(equations, outputs), method.variational, time_stepping)
+    promoted = promotable(equations, outputs, events=version.has_ports)
+    program = lower(equations, promoted, method.variational, isinstance(method, TimeStepping))
     mechanism = complete(mechanism, equations)
     content = build(mechanism, equations, program, solver)
     files = {

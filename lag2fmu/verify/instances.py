@@ -179,6 +179,11 @@ def offers_model_exchange(path: Path) -> bool:
     return description_of(path).modelExchange is not None
 
 
+def has_event_mode(path: Path) -> bool:
+    """Whether the FMU ``path`` lets its importer see events in co-simulation, which FMI 3.0 has; raises LoadError."""
+    return bool(getattr(description_of(path).coSimulation, "hasEventMode", False))
+
+
 def is_fmi3(description: Any) -> bool:
     """Whether an FMU with this description, as fmpy reads it, is one of FMI 3.0."""
     return bool(description.fmiVersion.startswith("3."))
