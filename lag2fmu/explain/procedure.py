@@ -83,10 +83,7 @@ class _Steps:
                 self._say(
                     f"n_p = {len(particles)} particles{_listed(particles)}, n_r = {len(rigid)} bodies{_listed(rigid)}"
                 ),
-                *(
-                    self._say(f"names {part.prefix}... are of the part {part.name}: {part.of.title}")
-                    for part in m.description.parts
-                ),
+                *(self._say(f"{p.prefix}... are names of the part {p.of.title}") for p in m.description.parts),
             ],
         )
         yield "Degrees of freedom", [self._say(self._freedom())]

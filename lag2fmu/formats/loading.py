@@ -244,19 +244,8 @@ def with_values(mechanism: Mechanism, settings: Mapping[str, float]) -> Mechanis
     parameters = tuple(replace(p, value=left.get(p.name, p.value)) for p in d.parameters)
     inputs = tuple(replace(u, start=left.get(u.name, u.start)) for u in d.inputs)
     states = tuple(replace(z, start=left.get(z.name, z.start)) for z in d.states)
-    parts = tuple(part.setting(_of_part(part.name, mechanism, left)) for part in d.parts)
     changed: Any = {"coordinates": coordinates, "parameters": parameters, "inputs": inputs, "states": states}
-    return complete(replace(d, **changed, parts=parts))
-
-
-def _of_part(part: str, mechanism: Mechanism, settings: Mapping[str, float]) -> dict[str, float]:
-    """Those of ``settings`` that are for what the ``part`` brings."""
-    tables = ("coordinates", "parameters", "inputs", "states")
-    return {
-        name: value
-        for name, value in settings.items()
-        if part in {mechanism.part_of(f"{table}.{x}") for table in tables for x in (name, name.removesuffix("_dot"))}
-    }
+    return complete(replace(d, **changed, parts=mechanism.parts_with(left)))
 
 
 def _writing_out(mechanism: Mechanism, settings: Iterable[str]) -> Description:
