@@ -25,6 +25,7 @@ PLOTS = ("--folder", "build/benchmarks")
 BENCHMARKS: dict[str, tuple[str, ...]] = {
     "export": (),
     "stepping": (),
+    "adjoints": (),
     "constraints": (),
     "repeating": (),
     "integrators": PLOTS,

@@ -31,7 +31,7 @@ def check_fmu(path: str | Path, *, run: bool = True, timeout: float = 60.0) -> F
     found = any(f.severity == "error" for f in in_xml)
     findings: list[Finding] = [
         *archive_findings(archive),
-        *schema_findings(path, found=found),
+        *schema_findings(path, rules, found=found),
         *in_xml,
         *file_findings(archive, description, rules),
         *binary_findings(archive, description, rules),

@@ -21,11 +21,15 @@ NOTHING = Element("", {}, 0)
 
 @dataclass(frozen=True)
 class Variable:
-    """A variable: ``value`` is the element that holds start and bounds, ``declared`` its type among the definitions."""
+    """A variable: ``value`` is the element that holds start and bounds, ``declared`` its type among the definitions.
+
+    ``size`` counts its elements, 0 where that is unknown.
+    """
 
     element: Element
     value: Element
     declared: Element | None
+    size: int = 1
 
     @property
     def name(self) -> str:
@@ -71,6 +75,11 @@ class Variable:
     def starts(self) -> list[str]:
         """The start values of the elements as texts, none where there is no start."""
         return [] if self.start is None else [self.start]
+
+    @property
+    def readable(self) -> bool:
+        """Whether it can be read between events."""
+        return True
 
     @property
     def is_continuous(self) -> bool:

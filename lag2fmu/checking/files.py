@@ -47,6 +47,8 @@ def _libraries(archive: Archive, description: Description, rules: Rulebook) -> I
         problem = "there is neither a library nor a source"
         yield Finding("binaries-missing", "binaries/", problem, "put binaries/<platform>/<modelIdentifier>.<suffix> in")
     for folder in sorted(present):
+        if rules.holds_no_library(folder):
+            continue
         if folder not in rules.suffixes:
             problem = "importers know no such platform"
             yield Finding(

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 
@@ -20,8 +20,10 @@ class Rulebook:
 
     ``describe`` makes the version's own Description, which ``on_description`` and ``on_files`` take. ``functions``
     are those that the library of a kind must export, ``headers`` the files that no FMU shall bring. ``suffixes`` are
-    those of libraries in the folders of binaries/ that importers know, ``hosts`` the folders that this machine loads.
-    ``trials`` are those of a kind by name, each takes a ``model``.
+    those of libraries in the folders of binaries/ that importers know, ``hosts`` the folders that this machine loads,
+    ``holds_no_library`` tells of other folders that ``on_files`` looks at.
+    ``trials`` are those of a kind by name, each takes a ``model``. ``sentences`` tell which of fmpy's findings are
+    passed on: (what a sentence contains, the rule it tells of, the remedy).
     """
 
     version: str
@@ -33,7 +35,9 @@ class Rulebook:
     suffixes: Mapping[str, str]
     hosts: Callable[[], tuple[str, ...]]
     model: type[Model]
+    holds_no_library: Callable[[str], bool]
     trials: Callable[[str], dict[str, Trial]]
+    sentences: Sequence[tuple[str, str, str]]
 
     def libraries(self, archive: Archive, description: Description) -> dict[str, str]:
         """The libraries that importers would load: name in the archive -> folder in binaries/."""

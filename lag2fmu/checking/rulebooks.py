@@ -3,11 +3,12 @@
 from __future__ import annotations
 
 from lag2fmu.checking.fmi2.rulebook import FMI2
+from lag2fmu.checking.fmi3.rulebook import FMI3
 from lag2fmu.checking.rulebook import Rulebook
 from lag2fmu.errors import LoadError
 from lag2fmu.xml_tree import Document
 
-RULEBOOKS: dict[str, Rulebook] = {"2": FMI2}
+RULEBOOKS: dict[str, Rulebook] = {"2": FMI2, "3": FMI3}
 """The major version -> its rules."""
 
 

@@ -63,7 +63,7 @@ def _not_finite(session: Session, variables: Sequence[Variable]) -> Iterator[Fin
 def _no_items(session: Session) -> Iterator[Finding]:
     """Enumerations whose value is that of no item."""
     for v in session.model.description.variables:
-        if v.type == "Enumeration" and v.declared is not None:
+        if v.type == "Enumeration" and v.declared is not None and v.readable:
             items = {item.get("value") for item in v.declared.all("Item")}
             for value in session.get(v):
                 if str(value) not in items:
@@ -81,7 +81,7 @@ def start_values(model: Model) -> Iterator[Finding]:
         session.enter().instance.do("ExitInitializationMode")
         for v in model.description.variables:
             exact = v.initial == "exact" or v.causality == "input"
-            if not exact or not v.starts:
+            if not exact or not v.starts or not v.readable:
                 continue
             found = session.get(v)
             starts = v.starts * len(found) if len(v.starts) == 1 else v.starts
@@ -100,6 +100,8 @@ def _same(v: Variable, found: Any, start: str) -> bool:
         return bool(found == struct.unpack("f", struct.pack("f", number(start)))[0])
     if isinstance(found, float):
         return found == number(start)
+    if v.type == "Binary":
+        return bool(found.hex() == start.lower())
     if v.type == "Boolean":
         return bool(found) == (start in ("true", "1"))
     return (found or b"").decode("utf-8", "replace") == start if v.type == "String" else str(found) == start

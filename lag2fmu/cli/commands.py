@@ -10,7 +10,7 @@ from typing import Any
 
 import click
 
-from lag2fmu.cli.options import BASE, HOLD, INPUT, SET, STOP_TIME, STOPS
+from lag2fmu.cli.options import BASE, FMI, HOLD, INPUT, SET, STOP_TIME, STOPS
 from lag2fmu.cli.terminal import console
 from lag2fmu.formats.starting import write_start
 from lag2fmu.resources import bundled, summary
@@ -95,6 +95,8 @@ def show(**choices: Any) -> None:
     show_default=True,
     help="Native library, or readable Python (needs Python on the importing side).",
 )
+@FMI
+@click.option("--arrays", is_flag=True, help="FMI 3.0: coordinates, velocities, accelerations and forces as arrays.")
 @click.option(
     "--start",
     type=click.Choice(["given", "equilibrium"]),
@@ -168,6 +170,7 @@ def simulate(**choices: Any) -> None:
 @INPUT
 @HOLD
 @click.option("--solver", metavar="NAME", help="Integrator of co-simulation, as in export.")
+@FMI
 @click.option(
     "--report",
     "reports",

@@ -10,7 +10,8 @@ from lag2fmu.analysis.entry_points import resting
 from lag2fmu.cli.settings import load_mechanism
 from lag2fmu.cli.terminal import build_progress
 from lag2fmu.errors import ExportError, Lag2FmuError
-from lag2fmu.fmu.exporting import export, read_mechanism
+from lag2fmu.fmu.carried import read_mechanism
+from lag2fmu.fmu.exporting import export
 from lag2fmu.mechanism.record import Mechanism
 from lag2fmu.verify.reference_files import reference_files
 
@@ -23,6 +24,8 @@ def export_model(  # noqa: PLR0913, PLR0917 (an option each)
     compiler: str,
     backend: str,
     outputs: tuple[str, ...],
+    fmi: str | None,
+    arrays: bool,
     start: str,
     reference: bool,
     force: bool,
@@ -47,6 +50,8 @@ def export_model(  # noqa: PLR0913, PLR0917 (an option each)
             outputs=outputs,
             extra=extra,
             progress=progress,
+            fmi=fmi or "2.0",
+            arrays=arrays,
         )
     click.echo(f"wrote {fmu.path}, solver {fmu.description.solver}{fmu.solver_choice and f': {fmu.solver_choice}'}")
     if fmu.moved_starts:

@@ -44,6 +44,9 @@ INPUT = click.option(
     help="Signals: time,name [unit],...; linear between; a column without a unit is in SI.",
 )
 HOLD = click.option("--hold", is_flag=True, help="Hold the signals during each communication step.")
+FMI = click.option(
+    "--fmi", type=click.Choice(["2.0", "3.0"]), help="Version of FMI of the FMU that is exported; default 2.0."
+)
 PICTURES = (".png", ".svg", ".pdf")
 CSV = (".csv", ".txt", "")
 

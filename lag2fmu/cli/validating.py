@@ -49,6 +49,7 @@ def validate_model(
     inputs: Path | None,
     hold: bool,
     solver: str | None,
+    fmi: str | None,
     reports: tuple[Path, ...],
     settings: tuple[str, ...],
 ) -> None:
@@ -58,8 +59,8 @@ def validate_model(
     source: entry_points.Model = Path(model)
     if not entry_points.is_fmu(source):
         source = load_mechanism(model, settings)
-    elif settings or solver:
-        raise ExportError(f"'{model}' is an FMU: --set and --solver belong to its export; give a MODEL")
+    elif settings or solver or fmi:
+        raise ExportError(f"'{model}' is an FMU: --set, --solver and --fmi belong to its export; give a MODEL")
     mechanism = entry_points.mechanism_of(source)
     signals = None if inputs is None else read_csv(inputs, {} if mechanism is None else display_units(mechanism))
     with progress_bar("validating", 1.0) as progress:
@@ -70,6 +71,7 @@ def validate_model(
             inputs=signals,
             hold=hold,
             solver=solver,
+            fmi=fmi or "2.0",
             progress=progress,
         )
     console().print(report.table())

@@ -10,7 +10,7 @@ and 15.3 (implicit functions).
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import replace
 
 from lag2fmu.dynamics.functions import Array, Function, Program
@@ -66,30 +66,34 @@ class _Sweeps:
 
     def adjoint(self, name: str, what: str, weights: _Weights, by: tuple[str, ...]) -> Function:
         """The derivatives of the sum of ``weights``, said by ``what``, ``by`` arrays of arguments or of seeds."""
-        of_weights, seeds = [], dict[Node, Node]()
-        for array, (function, result) in weights.items():
-            nodes = self._results(function, result)
-            entries = tuple(self.graph.symbol(f"{name} {array} {k}") for k in range(1 + max(nodes, default=-1)))
-            of_weights.append(Array(array, entries))
-            for index, node in nodes.items():
-                seeds[node] = self.graph.add(seeds.get(node, self.graph.zero), entries[index])
-        arguments = {a.name: a for f, _ in weights.values() if f in self.functions for a in self.functions[f].arguments}
-        gradient = iter(reverse(self.graph, seeds, [node for array in by for node in arguments[array].entries]))
-        places = [f"g{array.removeprefix('d')}" for array in by]
-        results = [
-            (place, k, next(gradient))
-            for place, array in zip(places, by, strict=True)
-            for k in range(len(arguments[array].entries))
-        ]
+        seeds = dict[Node, Node]()
+        of_weights = [self._weigh(f"{name} {array}", array, *place, seeds) for array, place in weights.items()]
+        known = [self.functions[function] for function, _ in weights.values() if function in self.functions]
+        arguments = {argument.name: argument for function in known for argument in function.arguments}
+        places = [array.removeprefix("d") for array in by]
         return Function(
             name=f"mechanism_{name}",
-            doc=f"Derivatives of {what} by {', '.join(place.removeprefix('g') for place in places)}.",
+            doc=f"Derivatives of {what} by {', '.join(places)}.",
             arguments=(*(a for a in arguments.values() if not a.name.startswith("d")), *of_weights),
-            arrays=tuple(places),
-            results=tuple(result for result in results if result[0] != "gp" or result[1] >= self.resting),
+            arrays=tuple(f"g{place}" for place in places),
+            results=self._gradient(seeds, [arguments[array] for array in by]),
         )
 
-    def _results(self, function: str, array: str) -> dict[int, Node]:
-        """The entries of an ``array`` that a ``function`` fills; none if there is no such function."""
+    def _gradient(self, seeds: Mapping[Node, Node], by: Sequence[Array]) -> tuple[tuple[str, int, Node], ...]:
+        """The results of a function: the derivatives of the sum of the ``seeds`` {node: weight} by all entries."""
+        places = [(f"g{array.name.removeprefix('d')}", k) for array in by for k in range(len(array.entries))]
+        found = reverse(self.graph, seeds, [node for array in by for node in array.entries])
+        results = ((place, k, node) for (place, k), node in zip(places, found, strict=True))
+        return tuple(result for result in results if result[0] != "gp" or result[1] >= self.resting)
+
+    def _weigh(self, label: str, name: str, function: str, array: str, seeds: dict[Node, Node]) -> Array:
+        """The weights, called ``name``, of an ``array`` that a ``function`` fills; adds them to ``seeds`` of nodes.
+
+        It is empty if there is no such function.
+        """
         found = self.functions.get(function)
-        return {} if found is None else {index: node for name, index, node in found.results if name == array}
+        nodes = {} if found is None else {index: node for filled, index, node in found.results if filled == array}
+        weights = tuple(self.graph.symbol(f"{label} {k}") for k in range(1 + max(nodes, default=-1)))
+        for index, node in nodes.items():
+            seeds[node] = self.graph.add(seeds.get(node, self.graph.zero), weights[index])
+        return Array(name, weights)

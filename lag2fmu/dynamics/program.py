@@ -10,12 +10,11 @@ from lag2fmu.dynamics.functions import Array, EventFunction, Function, Program, 
 from lag2fmu.dynamics.kinks import nominal_size, switched
 from lag2fmu.dynamics.modes import Modes, sliding_forces, with_rows
 from lag2fmu.dynamics.schur_complement import solve_constrained
-from lag2fmu.dynamics.tables import lookups
+from lag2fmu.dynamics.tables import watched_arguments
 from lag2fmu.dynamics.tangent import Tangent, differentiate
 from lag2fmu.dynamics.terms import canonical
 from lag2fmu.dynamics.time_derivatives import SecondDerivatives, differentiate_twice
-from lag2fmu.graph.graph import Graph, Node
-from lag2fmu.graph.operations import SYMBOL
+from lag2fmu.graph.graph import Node
 
 __all__ = ["Array", "Function", "Program", "lower"]
 
@@ -92,29 +91,13 @@ def _functions(
         *_tangents(
             differentiate(equations, sliding), state, qdd, len(equations.constraints) > 0, len(equations.rows) > 0
         ),
-        *_second_derivatives(differentiate_twice(equations, outputs), state, qdd),
+        *_second_derivatives(differentiate_twice(equations, outputs, sliding), state, qdd, len(equations.rows) > 0),
     )
-    watched = _arguments(g, functions, state)
+    watched = watched_arguments(g, functions, state)
     if watched:
         doc = "Arguments a of tables that have no value outside their data."
         functions = (*functions, _function("mechanism_arguments", doc, state, a=(node for node, _ in watched)))
     return functions, tuple(argument for _, argument in watched), len(factor.results) - len(v.q)
-
-
-def _arguments(
-    graph: Graph, functions: Iterable[Function], state: tuple[Array, ...]
-) -> list[tuple[Node, TableArgument]]:
-    """The arguments, functions of the ``state``, of tables that have no value outside their data."""
-    given = {entry for array in state for entry in array.entries}
-    nodes = graph.cone(node for f in functions for *_, node in f.results)
-    found: dict[tuple[Node, str], TableArgument] = {}
-    for table, _, arguments in lookups(graph, nodes):
-        for axis, argument in enumerate(arguments):
-            symbols = {node for node in graph.cone([argument]) if graph.code[node] == SYMBOL}
-            if table.outside == "error" and symbols <= given:
-                knots = table.knots[axis]
-                found[argument, table.name] = TableArgument(table.name, axis + 1, float(knots[0]), float(knots[-1]))
-    return [(argument, range_of) for (argument, _), range_of in found.items()]
 
 
 def _function(name: str, doc: str, arguments: tuple[Array, ...], **arrays: Iterable[Node]) -> Function:
@@ -280,20 +263,25 @@ def _tangents(
         yield _function("mechanism_friction_tangent", doc, (*state, qdd, *seed, dqdd), ds=tangent.sliding)
 
 
-def _second_derivatives(second: SecondDerivatives, state: tuple[Array, ...], qdd: Array) -> tuple[Function, Function]:
-    """Second time derivatives along a motion: of the residual for d4q, then of the outputs."""
+def _second_derivatives(
+    second: SecondDerivatives, state: tuple[Array, ...], qdd: Array, rows: bool
+) -> Iterator[Function]:
+    """Second time derivatives along a motion: of the residual and of sliding forces for d4q, then of the outputs."""
     motion = (*state, qdd, Array("du", second.du), Array("d2u", second.d2u), Array("d3q", second.d3q))
-    residual = _function(
+    further = (*motion, Array("d4q", second.d4q))
+    yield _function(
         "mechanism_residual_second",
         "Second time derivative d2r of r = M qdd - f without M d4q, the inputs moving with du and d2u.",
         motion,
         d2r=second.residual,
     )
-    outputs = Function(
+    yield Function(
         "mechanism_locals_second",
         "Second time derivatives d2y of those momenta, energies and outputs that are outputs of the FMU.",
-        (*motion, Array("d4q", second.d4q)),
+        further,
         ("d2y",),
         tuple(("d2y", index, node) for index, node in second.locals.items()),
     )
-    return residual, outputs
+    if rows:
+        doc = "Second time derivatives d2s of the forces of the rows that slide."
+        yield _function("mechanism_friction_second", doc, further, d2s=second.sliding)

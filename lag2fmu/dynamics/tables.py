@@ -8,17 +8,17 @@ continuous third ones (not-a-knot): C. de Boor, A Practical Guide to Splines, ch
 from __future__ import annotations
 
 import math
-from collections.abc import Collection, Iterator, Sequence
+from collections.abc import Collection, Iterable, Iterator, Sequence
 from dataclasses import replace
 
 import numpy as np
 from numpy.typing import NDArray
 
 from lag2fmu.description.tables import Table
-from lag2fmu.dynamics.functions import Function
+from lag2fmu.dynamics.functions import Array, Function, TableArgument
 from lag2fmu.graph.graph import Graph, Node
 from lag2fmu.graph.interpolants import Interpolant
-from lag2fmu.graph.operations import CODE, LOOKUP
+from lag2fmu.graph.operations import CODE, LOOKUP, SYMBOL
 
 Floats = NDArray[np.float64]
 
@@ -56,6 +56,22 @@ def lookups(graph: Graph, nodes: list[Node]) -> Iterator[tuple[Interpolant, tupl
             table, *rest = graph.operands[node]
             orders = tuple(int(graph.value(order)) for order in rest[:arity])
             yield graph.tables[int(graph.value(table))], orders, tuple(rest[arity:])
+
+
+def watched_arguments(
+    graph: Graph, functions: Iterable[Function], state: tuple[Array, ...]
+) -> list[tuple[Node, TableArgument]]:
+    """The arguments, functions of the ``state``, of tables that have no value outside their data."""
+    given = {entry for array in state for entry in array.entries}
+    nodes = graph.cone(node for f in functions for *_, node in f.results)
+    found: dict[tuple[Node, str], TableArgument] = {}
+    for table, _, arguments in lookups(graph, nodes):
+        for axis, argument in enumerate(arguments):
+            symbols = {node for node in graph.cone([argument]) if graph.code[node] == SYMBOL}
+            if table.outside == "error" and symbols <= given:
+                knots = table.knots[axis]
+                found[argument, table.name] = TableArgument(table.name, axis + 1, float(knots[0]), float(knots[-1]))
+    return [(argument, range_of) for (argument, _), range_of in found.items()]
 
 
 MOST_KINKS = 64

@@ -21,7 +21,8 @@ class SecondDerivatives:
 
     Behind the derivatives of the inputs stand those of the inputs' rates, if the equations contain any.
 
-    ``residual``: (n + m,), d2r with d4q = 0; ``locals``: {index in ``EquationsOfMotion.locals()``: second derivative}.
+    ``residual``: (n + m,), d2r with d4q = 0; ``locals``: {index in ``EquationsOfMotion.locals()``: second derivative};
+    ``sliding``: those of the forces of rows that slide.
     """
 
     du: tuple[Node, ...]
@@ -30,10 +31,13 @@ class SecondDerivatives:
     d4q: tuple[Node, ...]
     residual: tuple[Node, ...]
     locals: dict[int, Node]
+    sliding: tuple[Node, ...] = ()
 
 
-def differentiate_twice(equations: EquationsOfMotion, outputs: Collection[str]) -> SecondDerivatives:
-    """The second total time derivatives of the residual and of the locals named in ``outputs``.
+def differentiate_twice(
+    equations: EquationsOfMotion, outputs: Collection[str], sliding: tuple[Node, ...] = ()
+) -> SecondDerivatives:
+    """The second total time derivatives of the residual, the locals named in ``outputs``, and the forces ``sliding``.
 
     Each input moves with a rate of its own, a motion y0 and its y0_dot too, for an importer gives each of them its
     own polynomial. The result has (n + m,) nodes for the residual and one for each local. Source: A. Griewank, A.
@@ -59,4 +63,5 @@ def differentiate_twice(equations: EquationsOfMotion, outputs: Collection[str]) 
         d4q=d4q,
         residual=tuple(forward(g, forward(g, equations.residual, along), along)),
         locals=dict(zip(chosen, second, strict=True)),
+        sliding=tuple(forward(g, forward(g, sliding, further), further)),
     )

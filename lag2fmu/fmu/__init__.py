@@ -6,16 +6,18 @@ from lag2fmu.lazy import offered
 
 if TYPE_CHECKING:
     from lag2fmu.fmu.advice import suited_solver
-    from lag2fmu.fmu.exporting import MECHANISM_ENTRY, Fmu, export, read_mechanism
+    from lag2fmu.fmu.carried import MECHANISM_ENTRY, read_mechanism
+    from lag2fmu.fmu.exporting import Fmu, export
     from lag2fmu.fmu.model_description import ModelDescription
 
 __all__ = ["MECHANISM_ENTRY", "Fmu", "ModelDescription", "export", "read_mechanism", "suited_solver"]
 
-_EXPORTING = dict.fromkeys(("MECHANISM_ENTRY", "Fmu", "export", "read_mechanism"), "lag2fmu.fmu.exporting")
+_HOMES = dict.fromkeys(("Fmu", "export"), "lag2fmu.fmu.exporting")
+_HOMES |= dict.fromkeys(("MECHANISM_ENTRY", "read_mechanism"), "lag2fmu.fmu.carried")
 __getattr__ = offered(
     __name__,
     {
-        **_EXPORTING,
+        **_HOMES,
         "ModelDescription": "lag2fmu.fmu.model_description",
         "suited_solver": "lag2fmu.fmu.advice",
     },

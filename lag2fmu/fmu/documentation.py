@@ -1,4 +1,4 @@
-"""The folder ``documentation/`` of an FMU, and its icon: a page to read offline, and the licences."""
+"""The folder ``documentation/`` of an FMU: a page to read offline, and the licences."""
 
 from __future__ import annotations
 
@@ -29,7 +29,7 @@ def documentation(
     inside: tuple[str, Sequence[str]],
     stiffness: str,
 ) -> dict[str, bytes]:
-    """{name in the archive: content} of the page, the licences and the icon; where they stand: FMI 2.0.5, section 2.3.
+    """{name in the archive: content} of the page and the licences; where they stand: FMI 2.0.5, section 2.3.
 
     ``inside`` has a phrase on the binaries and lines of HTML on further files. ``stiffness`` is a phrase on the
     stiffness of the motion, "" if it is not known.
@@ -50,12 +50,13 @@ def documentation(
         "binaries": inside[0],
         "resources": inside[1],
         "version": description.version,
+        "fmi": description.fmi,
+        "arrays": [(port.name, [v.name for v in port.members]) for port in description.ports if port.is_array],
     }
     folder = resource_folder("templates") / "documentation"
     return {
         "documentation/index.html": render("documentation/index.html.jinja", context).encode(),
         "documentation/licenses/license.txt": (folder / "license.txt").read_text("utf-8").encode(),
-        "model.png": (folder / "model.png").read_bytes(),
     }
 
 

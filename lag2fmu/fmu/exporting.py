@@ -14,20 +14,21 @@ from lag2fmu.errors import ExportError
 from lag2fmu.fmu.advice import check_solver, damping, moved_starts, suited_solver
 from lag2fmu.fmu.backends import BACKENDS
 from lag2fmu.fmu.backends.backend import Choices
+from lag2fmu.fmu.carried import MECHANISM_ENTRY
 from lag2fmu.fmu.compilers import Progress
 from lag2fmu.fmu.documentation import documentation
 from lag2fmu.fmu.model_description import ModelDescription
-from lag2fmu.fmu.pack import pack, read_text
+from lag2fmu.fmu.pack import pack
 from lag2fmu.fmu.terminals import terminals
 from lag2fmu.fmu.variables import promotable
 from lag2fmu.fmu.versions import VERSIONS
 from lag2fmu.formats.loading import as_mechanism
-from lag2fmu.formats.text import read
 from lag2fmu.formats.write import write
 from lag2fmu.mechanism.record import Mechanism
+from lag2fmu.resources import resource_folder
 from lag2fmu.solvers.methods import DEFAULT_SOLVER, METHODS
 
-MECHANISM_ENTRY = "extra/org.lag2fmu/mechanism.toml"
+TERMINALS = "terminalsAndIcons/terminalsAndIcons.xml"
 STARTS = ("given", "equilibrium")
 _NOT_IN_XML = re.compile("[^\t\n\r -\ud7ff\ue000-\ufffd\U00010000-\U0010ffff]")
 """Characters that no XML document can hold (XML 1.0, production 2)."""
@@ -111,25 +112,22 @@ def export(  # noqa: PLR0913 (choices of the user)
     suited, reason = suited_solver(equations, BACKENDS[backend].solvers)
     solver, choice = (solver, "") if solver else (suited, reason)
     check_solver(equations.mechanism, METHODS[solver])
-    program = lower(equations, promotable(equations, outputs), METHODS[solver].variational)
+    promoted = promotable(equations, outputs, events=version.has_ports)
+    program = lower(equations, promoted, METHODS[solver].variational)
     mechanism = complete(mechanism, equations)
     content = build(mechanism, equations, program, solver)
     files = {
         **content.files,
         "modelDescription.xml": version.to_xml(content.description),
         MECHANISM_ENTRY: write(mechanism).encode(),
-        "terminalsAndIcons/terminalsAndIcons.xml": terminals(mechanism),
+        TERMINALS: terminals(content.description, icon=Path(version.icon).parent == Path(TERMINALS).parent),
+        version.icon: (resource_folder("templates") / "documentation" / "model.png").read_bytes(),
         **documentation(content.description, equations, program, (content.binaries, content.resources), reason),
         **(extra or {}),
     }
     pack(files, target)
     remarks = "; ".join(filter(None, [choice, damping(equations, METHODS[solver])]))
     return Fmu(target, content.description, remarks, moved_starts(mechanism, equations))
-
-
-def read_mechanism(path: Path) -> Mechanism:
-    """The mechanism that the FMU ``path`` carries; raises ExportError if it is no FMU of lag2fmu."""
-    return read(read_text(path, MECHANISM_ENTRY), f"{path}/{MECHANISM_ENTRY}")
 
 
 def _check_target(path: Path) -> None:

@@ -26,6 +26,7 @@ class Interface:
 class ModelDescription:
     """What modelDescription.xml says: the mechanism, its variables in order, the identifier and the GUID.
 
+    ``fmi`` is the version of the standard, ``version`` that of lag2fmu.
     ``source_files`` are the names of the files in sources/ that have to be compiled; ``ports`` are what value
     references stand for since FMI 3.0.
     """
@@ -39,6 +40,7 @@ class ModelDescription:
     interface: Interface
     source_files: tuple[str, ...] = ()
     ports: tuple[Port, ...] = ()
+    fmi: str = "2.0"
 
 
 def heeds_steps(mechanism: Mechanism) -> bool:

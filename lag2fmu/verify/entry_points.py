@@ -18,7 +18,8 @@ from lag2fmu.dynamics.equations import EquationsOfMotion
 from lag2fmu.dynamics.lagrange import derive
 from lag2fmu.dynamics.variables import further_states
 from lag2fmu.errors import DerivationError, ExportError, TextError
-from lag2fmu.fmu.exporting import Fmu, export, read_mechanism
+from lag2fmu.fmu.carried import read_mechanism
+from lag2fmu.fmu.exporting import Fmu, export
 from lag2fmu.formats.loading import as_mechanism, with_values
 from lag2fmu.mechanism.record import Mechanism
 from lag2fmu.reference.trajectory import Trajectory
@@ -71,16 +72,17 @@ def validate(
     inputs: Inputs | None = None,
     hold: bool = False,
     solver: str | None = None,
+    fmi: str = "2.0",
     progress: Callable[[float], None] | None = None,
 ) -> Report:
     """Compare the FMU of ``model`` with the direct integration of its mechanism until ``stop_time`` (s).
 
-    ``values`` are parameters and start values (SI) for a model that is no FMU yet. An FMU of lag2fmu carries its
-    mechanism inside. ``inputs`` and ``hold`` are those of ``simulate``; ``progress`` is told the share that is done, 0
-    to 1. Raises Lag2FmuError; differences are in the Report.
+    ``values`` are parameters and start values (SI) for a model that is no FMU yet, ``solver`` and ``fmi`` choices of
+    its export. An FMU of lag2fmu carries its mechanism inside. ``inputs`` and ``hold`` are those of ``simulate``;
+    ``progress`` is told the share that is done, 0 to 1. Raises Lag2FmuError; differences are in the Report.
     """
-    source = model if is_fmu(model) else with_values(as_mechanism(model), values or {})  # type: ignore[arg-type]
-    with as_fmu(source, solver) as path:
+    source = model if is_fmu(model) else with_values(as_mechanism(model), values or {})
+    with as_fmu(source, solver, fmi) as path:
         mechanism = read_mechanism(path)
         signals = trajectory_of(inputs, *times_of(path, stop_time, None))
         return validate_fmu(
@@ -157,7 +159,7 @@ def mechanism_of(model: Model, values: Mapping[str, float] | None = None) -> Mec
     Raises LoadError for an unknown model or value.
     """
     if not is_fmu(model):
-        return with_values(as_mechanism(model), values or {})  # type: ignore[arg-type]
+        return with_values(as_mechanism(model), values or {})
     try:
         mechanism = read_mechanism(fmu_path(model))
     except (ExportError, TextError):  # of another tool, or a text that this version does not read
@@ -169,7 +171,7 @@ def mechanism_of(model: Model, values: Mapping[str, float] | None = None) -> Mec
 
 
 @contextmanager
-def as_fmu(model: Model, solver: str | None = None) -> Iterator[Path]:
+def as_fmu(model: Model, solver: str | None = None, fmi: str = "2.0") -> Iterator[Path]:
     """The path of an FMU of ``model``; a model that is none is exported to a folder that goes away at the end.
 
     Raises Lag2FmuError where there is no such model, or where it cannot be exported.
@@ -177,6 +179,6 @@ def as_fmu(model: Model, solver: str | None = None) -> Iterator[Path]:
     if is_fmu(model):
         yield fmu_path(model)
         return
-    mechanism = as_mechanism(model)  # type: ignore[arg-type]
+    mechanism = as_mechanism(model)
     with tempfile.TemporaryDirectory(prefix="lag2fmu-") as folder:
-        yield export(mechanism, Path(folder) / f"{mechanism.name}.fmu", solver=solver).path
+        yield export(mechanism, Path(folder) / f"{mechanism.name}.fmu", solver=solver, fmi=fmi).path

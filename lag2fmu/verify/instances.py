@@ -9,19 +9,14 @@ from __future__ import annotations
 import atexit
 import tempfile
 import threading
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
 from typing import Any
 
-import numpy as np
-from numpy.typing import NDArray
-
 from lag2fmu.errors import LoadError, SimulationError
 from lag2fmu.fmu.pack import DESCRIPTION, opened
 from lag2fmu.xml_tree import parse
-
-Floats = NDArray[np.float64]
 
 _WARNING, _OK = 1, 0
 _KEPT = 4
@@ -42,6 +37,10 @@ class Log:
         if status == _WARNING:
             self.warnings.append(self.sentences[-1])
 
+    def of_fmi3(self, environment: object, status: int, category: bytes, message: bytes) -> None:
+        """The logger of FMI 3.0.2, section 2.2.3.1."""
+        self(environment, b"", status, category, message)
+
     def clear(self) -> None:
         """Forget everything, before another run."""
         self.sentences.clear()
@@ -55,8 +54,8 @@ class Log:
 class Instance:
     """An instance of the FMU ``path``: ``fmu`` of fmpy, its ``description``, its ``log``."""
 
-    def __init__(self, path: Path, description: Any, kind: str) -> None:
-        """Unpack and instantiate; raises SimulationError."""
+    def __init__(self, path: Path, description: Any, kind: str, *, events: bool) -> None:
+        """Unpack and instantiate; ``events``: with event mode and early return. Raises SimulationError."""
         import fmpy
         from fmpy.simulation import instantiate_fmu
 
@@ -65,7 +64,15 @@ class Instance:
         self.folder = self._files.name
         try:
             fmpy.extract(str(path), self.folder)
-            self.fmu = instantiate_fmu(self.folder, description, kind, logger=self.log, debug_logging=True)
+            self.fmu = instantiate_fmu(
+                self.folder,
+                description,
+                kind,
+                logger=self.log.of_fmi3 if is_fmi3(description) else self.log,
+                debug_logging=True,
+                event_mode_used=events,
+                early_return_allowed=events,
+            )
         except Exception as error:  # fmpy raises bare exceptions
             self._files.cleanup()
             raise SimulationError(f"'{path}': cannot be instantiated: {error}; {self.log.tail()}") from error
@@ -91,15 +98,16 @@ _lock = threading.Lock()
 
 
 @contextmanager
-def instance_of(path: Path, kind: str) -> Iterator[Instance]:
+def instance_of(path: Path, kind: str, *, events: bool = False) -> Iterator[Instance]:
     """An instance of the FMU ``path`` to run from its start, for ``kind`` CoSimulation or ModelExchange of fmpy.
 
-    Raises LoadError for a file that is no FMU, SimulationError for one that cannot be instantiated.
+    ``events``: co-simulation by FMI 3.0 uses event mode and early return. Raises LoadError for a file that is no FMU,
+    SimulationError for one that cannot be instantiated.
     """
-    key = (*_state_of(path), kind)
+    key = (*_state_of(path), kind, events)
     with _lock:
         found = _waiting.pop(key, None)
-    instance = Instance(path, description_of(path), kind) if found is None else found
+    instance = Instance(path, description_of(path), kind, events=events) if found is None else found
     try:
         if found is not None:
             instance.reset()
@@ -171,43 +179,11 @@ def offers_model_exchange(path: Path) -> bool:
     return description_of(path).modelExchange is not None
 
 
-class Evaluation:
-    """An instance in a mode where states can be set, for evaluating the FMU's equations at single states."""
-
-    def __init__(self, instance: Instance) -> None:
-        self._instance = instance
-        self._references = {v.name: v.valueReference for v in instance.description.modelVariables}
-        self._has_modes = bool(instance.description.numberOfEventIndicators)
-
-    def evaluate(self, values: Mapping[str, float], names: Sequence[str]) -> Floats:
-        """Set ``values`` (states, inputs and parameters, SI) and get ``names``: (len(names),).
-
-        Raises SimulationError where the FMU refuses.
-        """
-        fmu = self._instance.fmu
-        try:
-            fmu.setReal([self._references[name] for name in values], list(values.values()))
-            if self._has_modes:
-                fmu.enterEventMode()
-                fmu.newDiscreteStates()
-                fmu.enterContinuousTimeMode()
-            return np.array(fmu.getReal([self._references[name] for name in names]))
-        except Exception as error:  # fmpy raises bare exceptions
-            raise SimulationError(f"the FMU could not be evaluated: {error}; {self._instance.log.tail()}") from error
+def has_event_mode(path: Path) -> bool:
+    """Whether the FMU ``path`` lets its importer see events in co-simulation, which FMI 3.0 has; raises LoadError."""
+    return bool(getattr(description_of(path).coSimulation, "hasEventMode", False))
 
 
-@contextmanager
-def evaluation(path: Path) -> Iterator[Evaluation]:
-    """An ``Evaluation`` of the FMU ``path``; raises SimulationError if it cannot be made.
-
-    In continuous-time mode of model exchange or, where the FMU has none, in initialization mode of co-simulation.
-    """
-    kind = "ModelExchange" if offers_model_exchange(path) else "CoSimulation"
-    with instance_of(path, kind) as instance:
-        instance.fmu.setupExperiment(startTime=0.0)
-        instance.fmu.enterInitializationMode()
-        if kind == "ModelExchange":
-            instance.fmu.exitInitializationMode()
-            instance.fmu.newDiscreteStates()
-            instance.fmu.enterContinuousTimeMode()
-        yield Evaluation(instance)
+def is_fmi3(description: Any) -> bool:
+    """Whether an FMU with this description, as fmpy reads it, is one of FMI 3.0."""
+    return bool(description.fmiVersion.startswith("3."))

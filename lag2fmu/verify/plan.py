@@ -16,6 +16,7 @@ from lag2fmu.errors import LoadError
 from lag2fmu.reference.signals import Pieces, interpolated
 from lag2fmu.reference.trajectory import Trajectory
 from lag2fmu.verify.instances import description_of
+from lag2fmu.verify.scalars import Scalar, scalars_of
 
 Floats = NDArray[np.float64]
 Kind = Literal["co-simulation", "model-exchange"]
@@ -29,7 +30,7 @@ class Run:
     of parameters, states and inputs in SI; ``inputs`` are linear between their times, and a motion given by position
     alone is a spline; with ``hold`` they keep their value during a communication step. ``outputs`` are recorded
     (default: all). ``progress`` is called with the time reached, ``warned`` with each warning of the FMU (default: they
-    are logged).
+    are logged). With ``events``, co-simulation by FMI 3.0 uses event mode and early return.
     """
 
     stop_time: float | None = None
@@ -42,17 +43,20 @@ class Run:
     kind: Kind = "co-simulation"
     progress: Callable[[float], None] | None = None
     warned: Callable[[str], None] | None = None
+    events: bool = False
 
 
 @dataclass(frozen=True)
 class Plan:
     """A run that was checked: ``grid`` of communication points (k,) in s, the ``names`` recorded, the inputs.
 
-    ``pieces`` are the inputs between communication points, None where there are none or they are held.
+    ``scalars`` are all numbers of the FMU by name. ``pieces`` are the inputs between communication points, None where
+    there are none or they are held.
     """
 
     grid: Floats
     names: Sequence[str]
+    scalars: Mapping[str, Scalar]
     pieces: Pieces | None
     held: Trajectory | None
 
@@ -66,25 +70,33 @@ class Plan:
         return np.union1d(grid, breaks[np.abs(breaks - nearest) > 1e-9 * grid[-1]])
 
 
-def planned(description: Any, run: Run) -> Plan:
-    """What ``run`` means for an FMU; raises LoadError."""
+def planned(description: Any, path: Path, run: Run) -> Plan:
+    """What ``run`` means for the FMU ``path``; raises LoadError."""
     stop_time, step = _times(description, run.stop_time, run.step)
     _check_times(stop_time, step)
-    all_outputs = [v.name for v in description.modelVariables if v.causality == "output"]
+    scalars = scalars_of(description, path)
+    all_outputs = [s.name for s in scalars.values() if s.variable.causality == "output" and not s.variable.alias]
     names = all_outputs if run.outputs is None else list(run.outputs)
-    _check_known(names, [v.name for v in description.modelVariables], "variable")
-    _check_values(run.values or {}, description)
+    _check_known(names, list(scalars), "variable")
+    _check_values(run.values or {}, scalars)
     grid: Floats = np.minimum(step * np.arange(math.ceil(stop_time / step * (1 - 1e-9)) + 1), stop_time)
     if run.inputs is None:
-        return Plan(grid, names, None, None)
-    known = [v.name for v in description.modelVariables if v.causality == "input"]
+        return Plan(grid, names, scalars, None, None)
+    known = [s.name for s in scalars.values() if s.variable.causality == "input"]
     _check_known(run.inputs.names, known, "input")
     motions = [name for name in known if {velocity(name), acceleration(name)} <= set(known)]
     pieces = interpolated(run.inputs, motions, stop_time)
     if run.hold or not takes_derivatives(description, run.kind):
         values = np.array([pieces.derivatives(t)[0] for t in grid])
-        return Plan(grid, names, None, Trajectory(grid, pieces.names, values))
-    return Plan(grid, names, pieces, None)
+        return Plan(grid, names, scalars, None, Trajectory(grid, pieces.names, values))
+    return Plan(grid, names, scalars, pieces, None)
+
+
+def first_inputs(plan: Plan) -> dict[str, float]:
+    """The inputs at the start."""
+    if plan.pieces is not None:
+        return dict(zip(plan.pieces.names, plan.pieces.derivatives(0.0)[0].tolist(), strict=True))
+    return {} if plan.held is None else dict(zip(plan.held.names, plan.held.values[0].tolist(), strict=True))
 
 
 def times_of(path: Path, stop_time: float | None, step: float | None) -> tuple[float, float]:
@@ -102,10 +114,10 @@ def _times(description: Any, stop_time: float | None, step: float | None) -> tup
 
 
 def takes_derivatives(description: Any, kind: Kind = "co-simulation") -> bool:
-    """Whether inputs can change between communication points: always in model exchange of FMI 2.0."""
-    if description.fmiVersion != "2.0":
-        return False
-    return kind == "model-exchange" or bool(description.coSimulation.canInterpolateInputs)
+    """Whether inputs can change between communication points: always in model exchange since FMI 2.0."""
+    if kind == "model-exchange":
+        return not description.fmiVersion.startswith("1")
+    return description.fmiVersion == "2.0" and bool(description.coSimulation.canInterpolateInputs)
 
 
 def _check_times(stop_time: float, step: float) -> None:
@@ -122,8 +134,8 @@ def _check_known(names: Sequence[str], known: Sequence[str], what: str) -> None:
         raise LoadError(f"the FMU has no {what} '{unknown[0]}'; there are {', '.join(known)}")
 
 
-def _check_values(values: Mapping[str, float], description: Any) -> None:
-    settable = {v.name: v for v in description.modelVariables if v.start is not None}
+def _check_values(values: Mapping[str, float], scalars: Mapping[str, Scalar]) -> None:
+    settable = {name: scalar.variable for name, scalar in scalars.items() if scalar.start is not None}
     _check_known(list(values), list(settable), "settable variable")
     for name, value in values.items():
         low, high = (float(x) if x is not None else None for x in (settable[name].min, settable[name].max))

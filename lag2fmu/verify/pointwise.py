@@ -15,7 +15,7 @@ from lag2fmu.mechanism.record import Mechanism
 from lag2fmu.reference.equations import Equations
 from lag2fmu.reference.record import Reference
 from lag2fmu.reference.symbolic import sympy_accelerations
-from lag2fmu.verify.instances import Evaluation, evaluation
+from lag2fmu.verify.evaluation import Evaluation, evaluation
 from lag2fmu.verify.report import Check
 from lag2fmu.verify.task import ROUNDING, Floats, Task
 

@@ -6,7 +6,6 @@ format of the Modelica Association, MA-HS-Experiments, that it refers to.
 
 from __future__ import annotations
 
-import hashlib
 import xml.etree.ElementTree as ET
 
 import numpy as np
@@ -42,7 +41,7 @@ def reference_files(mechanism: Mechanism) -> dict[str, bytes]:
     trajectory = Trajectory.of(reference.trajectory.time, {name: reference.trajectory[name] for name in columns})
     files = {_RESULT: trajectory.to_csv().encode(), _EXPERIMENT: _experiment(mechanism)}
     return {f"{_FOLDER}/{name}": content for name, content in files.items()} | {
-        f"{_FOLDER}/fmi-ls-manifest.xml": _manifest(files),
+        f"{_FOLDER}/fmi-ls-manifest.xml": _manifest(),
         "documentation/fmi-ls-ref.txt": _remarks(mechanism, reference).encode(),
     }
 
@@ -63,7 +62,7 @@ def _experiment(mechanism: Mechanism) -> bytes:
     return document(root)
 
 
-def _manifest(files: dict[str, bytes]) -> bytes:
+def _manifest() -> bytes:
     """fmi-ls-manifest.xml: the role of each file."""
     ET.register_namespace("fmi-ls", _NAMESPACE)
     root = ET.Element("fmiReferences", {f"{{{_NAMESPACE}}}fmi-ls-{key}": value for key, value in _HEAD.items()})
@@ -77,10 +76,7 @@ def _manifest(files: dict[str, bytes]) -> bytes:
         ("text/csv", _RESULT, "result", "its results by direct integration on an independent path"),
         ("application/toml", "../org.lag2fmu/mechanism.toml", "model", "the mechanism that this FMU was made of"),
     ):
-        attributes = {"type": kind, "source": source, "role": role, "description": text}
-        if source in files:
-            attributes |= {"checksum": hashlib.sha3_256(files[source]).hexdigest(), "checksumType": "SHA3-256"}
-        ET.SubElement(root, "Related", attributes)
+        ET.SubElement(root, "Related", {"type": kind, "source": source, "role": role, "description": text})
     return document(root)
 
 

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import logging
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Mapping
 from ctypes import c_double, c_int, c_uint
 from functools import partial
 from pathlib import Path
@@ -11,11 +11,12 @@ from typing import Any
 
 import numpy as np
 
-from lag2fmu.errors import SimulationError
-from lag2fmu.reference.signals import Pieces
+from lag2fmu.errors import LoadError, SimulationError
 from lag2fmu.reference.trajectory import Trajectory
-from lag2fmu.verify.instances import Instance, description_of, instance_of
-from lag2fmu.verify.plan import Floats, Kind, Plan, Run, planned
+from lag2fmu.verify.co_simulation import Writer, co_simulation
+from lag2fmu.verify.instances import Instance, description_of, instance_of, is_fmi3
+from lag2fmu.verify.plan import Floats, Kind, Plan, Run, first_inputs, planned
+from lag2fmu.verify.scalars import whole
 
 _FMI_TYPES = {"co-simulation": "CoSimulation", "model-exchange": "ModelExchange"}
 _INTEGERS = ("Integer", "Enumeration")
@@ -33,14 +34,13 @@ def simulate_fmu(path: Path, run: Run) -> Trajectory:
     own words if the run fails.
     """
     description = description_of(path)
-    plan = planned(description, run)
+    plan = planned(description, path, run)
     warned = run.warned or partial(_LOGGER.warning, "warning: '%s': %s", path.name)
     if plan.held is not None and not run.hold:
         warned("the FMU takes no derivatives of inputs: they are held during each communication step")
-    with instance_of(path, _FMI_TYPES[run.kind]) as instance:
+    with instance_of(path, _FMI_TYPES[run.kind], events=run.events) as instance:
         try:
-            native = run.kind == "co-simulation" and _is_plain(description, plan.names)
-            time, values = (_steps if native else _by_fmpy)(instance, run, plan)
+            time, values = _loop(description, run, plan)(instance, run, plan)
         except Exception as error:  # fmpy raises bare exceptions
             raise SimulationError(f"'{path}': the simulation failed: {error}; {instance.log.tail()}") from error
         for sentence in instance.log.warnings:
@@ -53,10 +53,13 @@ def simulate_fmu(path: Path, run: Run) -> Trajectory:
     return Trajectory(time, tuple(plan.names), values)
 
 
-def _is_plain(description: Any, names: Sequence[str]) -> bool:
-    """Whether the steps can be made here: FMI 2.0, and numbers only."""
-    kinds = {v.name: v.type for v in description.modelVariables}
-    return description.fmiVersion == "2.0" and all(kinds[name] in ("Real", *_INTEGERS) for name in names)
+def _loop(description: Any, run: Run, plan: Plan) -> Callable[[Instance, Run, Plan], tuple[Floats, Floats]]:
+    """Who makes the steps: we, in co-simulation by FMI 2.0 of numbers and by FMI 3.0; in other runs fmpy."""
+    kinds = {plan.scalars[name].variable.type for name in plan.names}
+    if run.kind == "co-simulation" and is_fmi3(description):
+        return _steps3
+    plain = description.fmiVersion == "2.0" and kinds <= {"Real", *_INTEGERS}
+    return _steps if run.kind == "co-simulation" and plain else _by_fmpy
 
 
 # ------------------------------------------------------------------------------------------------------ co-simulation
@@ -83,6 +86,27 @@ def _steps(instance: Instance, run: Run, plan: Plan) -> tuple[Floats, Floats]:
     return plan.grid, values
 
 
+def _steps3(instance: Instance, run: Run, plan: Plan) -> tuple[Floats, Floats]:
+    """The same by FMI 3.0."""
+    from fmpy.simulation import apply_start_values, settable_in_instantiated
+
+    fmu, description = instance.fmu, instance.description
+    values = whole({**(run.values or {}), **first_inputs(plan)}, plan.scalars)
+    apply_start_values(fmu, description, values, settable=settable_in_instantiated)
+    tolerance = _tolerance(instance, run)
+    fmu.enterInitializationMode(tolerance=tolerance, startTime=0.0, stopTime=float(plan.grid[-1]))
+    fmu.exitInitializationMode()
+    return co_simulation(fmu, run, plan)
+
+
+def _tolerance(instance: Instance, run: Run) -> float | None:
+    """That of the run, or else of the default experiment, None if there is none."""
+    experiment = instance.description.defaultExperiment
+    if run.tolerance is not None or experiment is None:
+        return run.tolerance
+    return float(experiment.tolerance or 0.0) or None
+
+
 def _recorder(instance: Instance, plan: Plan, references: Mapping[str, int]) -> Callable[[Floats], None]:
     """What writes the present values of what is recorded, enumerations as numbers, into a row (outputs,)."""
     fmu, component = instance.fmu, instance.fmu.component
@@ -107,22 +131,12 @@ def _initialize(instance: Instance, run: Run, plan: Plan) -> None:
     from fmpy.simulation import apply_start_values, settable_in_initialization_mode, settable_in_instantiated
 
     fmu, description = instance.fmu, instance.description
-    tolerance = run.tolerance
-    if tolerance is None and description.defaultExperiment is not None:
-        tolerance = float(description.defaultExperiment.tolerance or 0.0) or None
-    fmu.setupExperiment(tolerance=tolerance, startTime=0.0, stopTime=float(plan.grid[-1]))
-    values = {**(run.values or {}), **_first(plan)}
+    fmu.setupExperiment(tolerance=_tolerance(instance, run), startTime=0.0, stopTime=float(plan.grid[-1]))
+    values = {**(run.values or {}), **first_inputs(plan)}
     values = apply_start_values(fmu, description, values, settable=settable_in_instantiated)
     fmu.enterInitializationMode()
     apply_start_values(fmu, description, values, settable=settable_in_initialization_mode)
     fmu.exitInitializationMode()
-
-
-def _first(plan: Plan) -> dict[str, float]:
-    """The inputs at the start."""
-    if plan.pieces is not None:
-        return dict(zip(plan.pieces.names, plan.pieces.derivatives(0.0)[0].tolist(), strict=True))
-    return {} if plan.held is None else dict(zip(plan.held.names, plan.held.values[0].tolist(), strict=True))
 
 
 def _setter(instance: Instance, plan: Plan, references: Mapping[str, int]) -> Callable[[float], None]:
@@ -161,8 +175,10 @@ def _by_fmpy(instance: Instance, run: Run, plan: Plan) -> tuple[Floats, Floats]:
     cvode = sundials.CVodeSolver
     sundials.CVodeSolver = partial(cvode, maxNumSteps=MOST_STEPS)  # simulate_fmu has no argument for it
     if plan.pieces is not None:
-        fmu.setTime = _driven(instance, plan.pieces)
-    constants = _constant_inputs(description, run, plan)
+        fmu.setTime = _driven(instance, plan)
+    constants = _constant_inputs(run, plan)
+    start = {**(run.values or {}), **(first_inputs(plan) if plan.pieces is not None else {})}
+    recorded = [plan.scalars[name] for name in plan.names]
     try:
         result = fmpy.simulate_fmu(
             instance.folder,
@@ -172,9 +188,9 @@ def _by_fmpy(instance: Instance, run: Run, plan: Plan) -> tuple[Floats, Floats]:
             output_interval=float(plan.grid[1]),
             relative_tolerance=run.tolerance,
             fmi_type=_FMI_TYPES[run.kind],
-            start_values={**(run.values or {}), **(_first(plan) if plan.pieces is not None else {})},
-            input=None if plan.held is None else _signals(plan.held, constants, run.kind),
-            output=list(plan.names),
+            start_values=whole(start, plan.scalars),
+            input=None if plan.held is None else _signals(plan, constants, run.kind),
+            output=sorted({s.variable.name for s in recorded}),
             record_events=False,
             step_finished=None if run.progress is None else _progress(run.progress),
             model_description=description,
@@ -183,44 +199,54 @@ def _by_fmpy(instance: Instance, run: Run, plan: Plan) -> tuple[Floats, Floats]:
     finally:
         sundials.CVodeSolver = cvode
         fmu.__dict__.pop("setTime", None)
-    return result["time"], np.stack([result[name] for name in plan.names], axis=1)
+    columns = [result[s.variable.name].reshape(len(result), -1)[:, s.element] for s in recorded]
+    return result["time"], np.stack(columns, axis=1)
 
 
-def _driven(instance: Instance, pieces: Pieces) -> Callable[[float], None]:
+def _driven(instance: Instance, plan: Plan) -> Callable[[float], None]:
     """fmpy's setTime that sets the inputs too: its CVode would hold them between communication points."""
-    references = {v.name: v.valueReference for v in instance.description.modelVariables}
-    set_time, set_real = instance.fmu.setTime, instance.fmu.setReal
-    inputs = [references[name] for name in pieces.names]
+    fmu, pieces = instance.fmu, plan.pieces
+    set_time, names = fmu.setTime, pieces.names  # type: ignore[union-attr]
+    if is_fmi3(instance.description):
+        set_inputs = Writer(fmu, plan.scalars, names).write
+    else:
+        set_inputs = partial(fmu.setReal, [plan.scalars[name].reference for name in names])
 
     def driven(t: float) -> None:
         set_time(t)
-        set_real(inputs, pieces.derivatives(t)[0].tolist())
+        set_inputs(pieces.derivatives(t)[0].tolist())  # type: ignore[union-attr]
 
     return driven
 
 
-def _constant_inputs(description: Any, run: Run, plan: Plan) -> dict[str, float]:
+def _constant_inputs(run: Run, plan: Plan) -> dict[str, float]:
     """The inputs without a signal, with their values: fmpy prints a warning for each that it is not given."""
     given, values = plan.held or (), run.values or {}
-    variables = [v for v in description.modelVariables if v.causality == "input" and v.name not in given]
-    return {v.name: float(values.get(v.name, v.start)) for v in variables}
+    inputs = [s for s in plan.scalars.values() if s.variable.causality == "input" and s.name not in given]
+    return {s.name: float(values.get(s.name, s.start or 0.0)) for s in inputs}
 
 
-def _signals(inputs: Trajectory, constants: Mapping[str, float], kind: Kind) -> Any:
-    """The structured array fmpy wants for ``inputs`` at the communication points.
+def _signals(plan: Plan, constants: Mapping[str, float], kind: Kind) -> Any:
+    """The structured array fmpy wants for the inputs that are held, at the communication points.
 
     fmpy's CVode does not see inputs change between communication points, so that it gets stairs: two rows at each
-    point, where fmpy starts it anew.
+    point, where fmpy starts it anew. Raises LoadError for inputs of different sizes, which fmpy cannot take.
     """
-    times, columns = inputs.time, dict(zip(inputs.names, inputs.values.T, strict=True))
+    held = plan.held
+    times, columns = held.time, dict(zip(held.names, held.values.T, strict=True))  # type: ignore[union-attr]
     if kind == "model-exchange":
         times = np.repeat(times, 2)[1:-1]
         columns = {name: np.repeat(x[:-1], 2) for name, x in columns.items()}
     columns |= {name: np.full(len(times), value) for name, value in constants.items()}
-    table = np.empty(len(times), dtype=[("time", float), *((name, float) for name in columns)])
+    variables = {plan.scalars[name].variable.name: plan.scalars[name].variable for name in columns}
+    shapes = {v.name: tuple(getattr(v, "shape", None) or ()) for v in variables.values()}
+    if len({*shapes.values()}) > 1:
+        raise LoadError("fmpy cannot hold inputs of different sizes in model exchange; export without --arrays")
+    table = np.empty(len(times), dtype=[("time", float), *((name, float, shape) for name, shape in shapes.items())])
     table["time"] = times
     for name, column in columns.items():
-        table[name] = column
+        scalar = plan.scalars[name]
+        table[scalar.variable.name].reshape(len(times), -1)[:, scalar.element] = column
     return table
 
 

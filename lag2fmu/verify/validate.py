@@ -27,7 +27,7 @@ from lag2fmu.reference.record import Reference
 from lag2fmu.reference.trajectory import Trajectory
 from lag2fmu.solvers.methods import METHODS
 from lag2fmu.verify.hybrid import comparable, extent, has_rows, row_checks, row_outputs
-from lag2fmu.verify.instances import description_of, offers_model_exchange
+from lag2fmu.verify.instances import description_of, has_event_mode, offers_model_exchange
 from lag2fmu.verify.invariants import action_note, drift_checks, hamilton_checks
 from lag2fmu.verify.plan import Kind, Run, takes_derivatives
 from lag2fmu.verify.pointwise import pointwise_checks
@@ -65,19 +65,15 @@ def validate_fmu(
     task = Task(mechanism, path, stop_time or experiment.stop_time, tolerance or experiment.tolerance, inputs, hold)
     found = problems(path)
     checks = [Check("findings of fmpy's validation", float(len(found)), 0.0, "; ".join(found)[:200])]
-    plan: list[tuple[Kind, float]] = [("co-simulation", step) for step in task.steps]
-    if offers_model_exchange(path):
-        plan.append(("model-exchange", task.steps[1]))
     references = _References(task, progress or (lambda share: None))
     runs: dict[str, Trajectory] = {}
     warnings: dict[str, list[str]] = {}
-    for kind, step in plan:
-        label = f"co-simulation, step {step:.3g} s" if kind == "co-simulation" else "model exchange, CVode of fmpy"
+    for label, kind, step, events in _plan(task):
         reference = references.of(step)
-        runs[label] = run = _run(task, kind, step, warnings.setdefault(label, []).append)
+        runs[label] = run = _run(task, kind, step, events, warnings.setdefault(label, []).append)
         if step <= _horizon(task, reference) * (1 + 1e-9):  # else only the start could be compared
             checks.append(_compare(task, label, run, reference))
-        if (kind, step) == ("co-simulation", task.steps[1]):
+        if (kind, step, events) == ("co-simulation", task.steps[1], False):
             energy = _energy_checks(task, run, reference)
             analysis, analysis_notes = _analysis(task, run, reference)
     checks += [
@@ -101,6 +97,19 @@ def validate_fmu(
         trajectories={DIRECT: reference.trajectory, **runs},
         units=display_units(mechanism),
     )
+
+
+def _plan(task: Task) -> list[tuple[str, Kind, float, bool]]:
+    """(label, kind, communication step in s, whether by event mode with early return) of the runs of the FMU."""
+    middle = task.steps[1]
+    plan: list[tuple[str, Kind, float, bool]] = [
+        (f"co-simulation, step {step:.3g} s", "co-simulation", step, False) for step in task.steps
+    ]
+    if has_event_mode(task.path):
+        plan.append((f"co-simulation with event mode, step {middle:.3g} s", "co-simulation", middle, True))
+    if offers_model_exchange(task.path):
+        plan.append(("model exchange, CVode of fmpy", "model-exchange", middle, False))
+    return plan
 
 
 class _References:
@@ -127,7 +136,7 @@ class _References:
         return self._found[step]
 
 
-def _run(task: Task, kind: Kind, step: float, warned: Callable[[str], None]) -> Trajectory:
+def _run(task: Task, kind: Kind, step: float, events: bool, warned: Callable[[str], None]) -> Trajectory:
     """One run of the FMU, whose warnings go to ``warned``.
 
     CVode gets a hundredth of the tolerance, for its global errors exceed its local ones.
@@ -145,6 +154,7 @@ def _run(task: Task, kind: Kind, step: float, warned: Callable[[str], None]) -> 
         outputs=outputs,
         kind=kind,
         warned=warned,
+        events=events,
     )
     try:
         return simulate_fmu(task.path, options)

@@ -83,7 +83,7 @@ REFUSED = {
     "unknown encoding": (lambda: archive(description=b'<?xml version="1.0" encoding="foo"?><a/>'), "well-formed"),
     "another root": (lambda: archive(description=b"<a/>"), "it is no FMU"),
     "FMI 1": (lambda: archive(description=fmi("1.0")), "reads FMI 2.0"),
-    "FMI 3": (lambda: archive(description=fmi("3.0")), "reads FMI 2.0"),
+    "FMI 4": (lambda: archive(description=fmi("4.0")), "reads FMI 2.0 and 3.0"),
     "no version": (lambda: archive(description=b"<fmiModelDescription/>"), "reads FMI 2.0"),
     "XML bomb": (lambda: archive(description=BOMB), "document type"),
     "out by ..": (lambda: archive(("resources/../../x", b""), description=fmi("2.0")), "outside of the folder"),

@@ -34,7 +34,7 @@ _INITIAL = {
 class ScalarVariable(Variable):
     """A ScalarVariable: ``index`` counts from 1."""
 
-    index: int
+    index: int = 0
 
     @property
     def variability(self) -> str:
@@ -98,7 +98,7 @@ class Description2(Description):
         found = []
         for index, element in enumerate(self.root.all("ModelVariables", "ScalarVariable"), start=1):
             value = next((c for c in element.children if c.tag in TYPES), NOTHING)
-            found.append(ScalarVariable(element, value, self.types.get(value.get("declaredType")), index))
+            found.append(ScalarVariable(element, value, self.types.get(value.get("declaredType")), index=index))
         return tuple(found)
 
     def variable(self, index: int) -> ScalarVariable | None:

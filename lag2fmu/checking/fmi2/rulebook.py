@@ -49,6 +49,18 @@ _FUNCTIONS = {kind: frozenset(f"fmi2{name}" for name in f"{_COMMON} {own}".split
 """Kind -> the functions its library must export, optional ones included (section 2.3)."""
 
 
+_SENTENCES = (
+    (r"^ERROR \(line", "schema", "follow the schema fmi2ModelDescription.xsd"),
+    (r"The combination causality", "combination", "see the table in section 2.2.7 of the standard"),
+    (r"has no start value", "start-missing", "give it a start value"),
+    (r"must have variability != \"continuous\"", "variability", "only Reals are continuous; say 'discrete'"),
+    (r"but provides a start value", "start-forbidden", "remove the start value"),
+    (r"variable name .* is not unique", "name-duplicate", "give each variable a name of its own"),
+    (r"not a legal variable name|contains an illegal", "name-grammar", "rename it, or use the convention 'flat'"),
+)
+"""What a sentence of fmpy contains, the rule it tells of, the remedy."""
+
+
 def _description_findings(description: Description2) -> Iterator[Finding]:
     return chain(header_findings(description), variable_findings(description), structure_findings(description))
 
@@ -83,6 +95,8 @@ FMI2 = Rulebook(
     headers=frozenset({"fmi2Functions.h", "fmi2FunctionTypes.h", "fmi2TypesPlatform.h"}),
     suffixes=_SUFFIXES,
     hosts=_host_folders,
+    holds_no_library=lambda folder: False,
     model=Model2,
     trials=trials_of,
+    sentences=_SENTENCES,
 )

@@ -85,7 +85,9 @@ def describe(
     tables = replace(tables, ports=port_table(ports) if ports else None)
     identifier = identifier_of(mechanism.name)
     interface = replace(version.interface, event_indicators=len(program.event_functions))
-    blank = ModelDescription(mechanism, table.variables, identifier, "", solver, VERSION, interface, ports=ports)
+    blank = ModelDescription(
+        mechanism, table.variables, identifier, "", solver, VERSION, interface, ports=ports, fmi=version.name
+    )
     program = with_adjoints(program) if version.has_adjoints else program
     texts = render_sources(program, tables, METHODS[solver], _BLANK, version.gate)
     guid = _guid(blank, texts)

@@ -142,4 +142,4 @@ def _unknowns(structure: ET.Element, tag: str, unknowns: Iterable[Unknown], inde
         ET.SubElement(parent, "Unknown", attributes)
 
 
-FMI2 = Version("2.0", "fmi2", INTERFACE, to_xml, folders=lambda platform: platform.folders)
+FMI2 = Version("2.0", "fmi2", INTERFACE, to_xml, folders=lambda platform: platform.folders, icon="model.png")

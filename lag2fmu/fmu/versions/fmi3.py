@@ -98,26 +98,29 @@ def _types(root: ET.Element, variables: Iterable[ScalarVariable]) -> None:
 def _variable(parent: ET.Element, port: Port, reference: str, references: Mapping[str, str], jumps: bool) -> None:
     """The element of ``port`` with its value ``reference``; ``jumps``: states may change at events."""
     one = port.one
-    attributes = {"name": port.name, "valueReference": reference}
     doc = _array_doc(port) if port.is_array else one.doc
-    attributes |= {"description": doc} if doc else {}
+    attributes = {"name": port.name, "valueReference": reference} | ({"description": doc} if doc else {})
     attributes |= {"causality": one.causality, "variability": one.variability}
     attributes |= {} if one.initial is None or one.type == CLOCK else {"initial": one.initial}
-    element = ET.SubElement(parent, _TYPES.get(one.type, "Enumeration"), attributes)
-    if one.type == "Real":
-        element.attrib.update(_real(port, references))
-    elif one.type == "Integer":
-        element.attrib.update({} if one.minimum is None else {"min": str(int(one.minimum))})
-    else:
-        element.attrib.update({"intervalVariability": "triggered"} if one.type == CLOCK else {"declaredType": one.type})
-    if one.state and jumps:
-        element.set("reinit", "true")
+    attributes |= _of_type(port, references)
+    attributes |= {"reinit": "true"} if one.state and jumps else {}
     if one.causality in _INTERMEDIATE and one.variability == "continuous":
-        element.set("intermediateUpdate", "true")
+        attributes["intermediateUpdate"] = "true"
+    element = ET.SubElement(parent, _TYPES.get(one.type, "Enumeration"), attributes)
     if port.is_array:
         ET.SubElement(element, "Dimension", {"start": str(len(port.members))})
     for name, text in port.aliases.items():
         ET.SubElement(element, "Alias", {"name": name, "description": text})
+
+
+def _of_type(port: Port, references: Mapping[str, str]) -> dict[str, str]:
+    """The attributes that variables of the type of ``port`` have."""
+    kind = port.one.type
+    if kind == "Real":
+        return _real(port, references)
+    if kind == "Integer":
+        return {} if port.one.minimum is None else {"min": str(int(port.one.minimum))}
+    return {"intervalVariability": "triggered"} if kind == CLOCK else {"declaredType": kind}
 
 
 def _array_doc(port: Port) -> str:
@@ -169,14 +172,19 @@ def _structure(root: ET.Element, ports: Sequence[Port]) -> None:
 
 
 def _uses(unknown: Unknown, reference: Mapping[str, str]) -> dict[str, str]:
-    """The attributes dependencies and dependenciesKind, where they are listed."""
-    if unknown.dependencies is None:
-        return {}
-    found = {"dependencies": " ".join(reference[name] for name in unknown.dependencies)}
-    kinds = " ".join("constant" for _ in unknown.dependencies)
-    return found | ({"dependenciesKind": kinds} if unknown.constant and kinds else {})
+    """The attributes dependencies and, where all enter with a constant factor, dependenciesKind."""
+    listed = unknown.dependencies or ()
+    kinds = {"dependenciesKind": " ".join("constant" for _ in listed)} if unknown.constant and listed else {}
+    return {"dependencies": " ".join(reference[name] for name in listed)} | kinds
 
 
 FMI3 = Version(
-    "3.0", "fmi3", INTERFACE, to_xml, folders=lambda platform: platform.tuples, has_ports=True, has_adjoints=True
+    "3.0",
+    "fmi3",
+    INTERFACE,
+    to_xml,
+    folders=lambda platform: platform.tuples,
+    icon="terminalsAndIcons/icon.png",
+    has_ports=True,
+    has_adjoints=True,
 )

@@ -24,7 +24,8 @@ class Version:
 
     ``gate`` is the folder of its functions in templates/runtime, and what their names begin with. ``interface`` says
     what its FMUs offer, ``to_xml`` writes modelDescription.xml, ``folders`` are those of a platform in binaries/.
-    ``has_ports``: value references are those of ``ports``, and event indicators and clocks are variables.
+    ``icon`` is where the FMU's picture stands in the archive. ``has_ports``: value references are those of ``ports``,
+    and event indicators and clocks are variables.
     ``has_adjoints``: its functions ask for adjoint derivatives.
     """
 
@@ -33,6 +34,7 @@ class Version:
     interface: Interface
     to_xml: Callable[[ModelDescription], bytes]
     folders: Callable[[Platform], tuple[str, ...]]
+    icon: str
     has_ports: bool = False
     has_adjoints: bool = False
 

@@ -169,7 +169,8 @@ bool equations_tangent(Instance *instance, const Seed *seed, Tangent *tangent) {
     return true;
 }
 
-/* Differentiating r = 0 twice along the motion gives d4q = -M^-1 d2r, where d2r is the second derivative at d4q = 0. */
+/* Differentiating r = 0 twice along the motion gives d4q = -M^-1 d2r, where d2r is the second derivative at d4q = 0 and
+   with constant forces of sliding. */
 bool equations_motion(Instance *instance, int order, Motion *motion) {
     const State *state = &instance->state;
     const Cache *cache = &instance->cache;
@@ -202,6 +203,7 @@ bool equations_motion(Instance *instance, int order, Motion *motion) {
         mechanism_residual_second(state->time, state->states, state->inputs, state->parameters, cache->reported,
                                   du, d2u, motion->q[3], change);
         system_answer(&cache->system, change, motion->q[4]);
+        contacts_answer_twice(instance, &cache->system, du, d2u, motion->q[3], motion->q[4]);
         mechanism_locals_second(state->time, state->states, state->inputs, state->parameters, cache->reported,
                                 du, d2u, motion->q[3], motion->q[4], motion->locals[1]);
     }

@@ -115,19 +115,40 @@ bool contacts_slide(Instance *instance, const System *system, double time, const
     return true;
 }
 
+/* Adds to the answer the forces z of z = s whose part with constant z is the change[N_FRICTIONAL] of s. */
+static void add_answers(const Sliding *sliding, const Slope *slope, const double change[], double answer[]) {
+    double rest[SIZE_FRICTIONAL], z[SIZE_FRICTIONAL];
+    for (int k = 0; k < sliding->count; k++) {
+        rest[k] = change[sliding->row[k] - FIRST_SLIP];
+    }
+    lu_solve(slope->matrix, slope->order, sliding->count, rest, z);
+    add_forces(sliding, z, answer);
+}
+
 void contacts_answer(Instance *instance, const System *system, double time, const double states[],
                      const double inputs[], const double unknowns[], const Seed *seed, double answer[]) {
     Sliding sliding;
     Slope slope;
-    double change[SIZE_FRICTIONAL], rest[SIZE_FRICTIONAL], z[SIZE_FRICTIONAL];
+    double change[SIZE_FRICTIONAL];
     sliding_evaluate(instance, system, time, states, inputs, &sliding);
-    if (sliding.count == 0 || !factorize(instance, time, states, inputs, unknowns, &sliding, &slope)) {
-        return;
+    if (sliding.count > 0 && factorize(instance, time, states, inputs, unknowns, &sliding, &slope)) {
+        sliding_change(instance, time, states, inputs, unknowns, seed, answer, change);
+        add_answers(&sliding, &slope, change, answer);
     }
-    sliding_change(instance, time, states, inputs, unknowns, seed, answer, change);
-    for (int k = 0; k < sliding.count; k++) {
-        rest[k] = change[sliding.row[k] - FIRST_SLIP];
+}
+
+void contacts_answer_twice(Instance *instance, const System *system, const double du[], const double d2u[],
+                           const double rates[], double answer[]) {
+    const State *state = &instance->state;
+    const double *unknowns = instance->cache.reported;
+    Sliding sliding;
+    Slope slope;
+    double change[SIZE_FRICTIONAL];
+    sliding_evaluate(instance, system, state->time, state->states, state->inputs, &sliding);
+    if (sliding.count > 0 &&
+        factorize(instance, state->time, state->states, state->inputs, unknowns, &sliding, &slope)) {
+        mechanism_friction_second(state->time, state->states, state->inputs, state->parameters, unknowns, du, d2u,
+                                  rates, answer, change);
+        add_answers(&sliding, &slope, change, answer);
     }
-    lu_solve(slope.matrix, slope.order, sliding.count, rest, z);
-    add_forces(&sliding, z, answer);
 }

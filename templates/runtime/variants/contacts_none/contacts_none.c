@@ -43,3 +43,13 @@ void contacts_answer(Instance *instance, const System *system, double time, cons
     (void)seed;
     (void)answer;
 }
+
+void contacts_answer_twice(Instance *instance, const System *system, const double du[], const double d2u[],
+                           const double rates[], double answer[]) {
+    (void)instance;
+    (void)system;
+    (void)du;
+    (void)d2u;
+    (void)rates;
+    (void)answer;
+}

@@ -1,10 +1,10 @@
-"""Adjoint derivatives of the compiled core are the transposed directional ones, in all phases and modes."""
+"""Derivatives of the compiled core: adjoints are transposed tangents in all phases; outputs while contacts slide."""
 
 import ctypes
 import re
 import subprocess
 from collections import defaultdict
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from pathlib import Path
 
 import fmpy
@@ -20,6 +20,7 @@ from lag2fmu.dynamics.adjoint import with_adjoints
 from lag2fmu.dynamics.lagrange import complete
 from lag2fmu.fmu.advice import suited_solver
 from lag2fmu.fmu.backends.native import describe, fmi_headers
+from lag2fmu.fmu.variables import promotable
 from lag2fmu.formats.loading import load
 from lag2fmu.solvers.methods import METHODS
 
@@ -28,18 +29,20 @@ Floats = NDArray[np.float64]
 SAMPLE = frozenset({"falling_rod", "slides_problem_5_small"})
 """Redundant rows, sliding in several modes; constraints, solved starts and what has no mass."""
 STRICT = ["-std=c99", "-O0", "-Wall", "-Wextra", "-Wpedantic", "-Wconversion", "-Werror", "-ffp-contract=off"]
-PROBE = Path(__file__).with_name("adjoint_probe.c")
+PROBE = Path(__file__).with_name("derivatives_probe.c")
 STEPS, POINTS, PRODUCTS = 30, 12, 20
 EQUAL = 1e-13
+STICKS = 2
 
 
 class Probe:
-    """A model compiled with adjoint_probe.c in ``folder``: its instances, and both Jacobians of each."""
+    """A model, all variables being outputs, compiled with derivatives_probe.c in ``folder``."""
 
     def __init__(self, model: str, folder: Path) -> None:
         equations = derive(load(model))
         solver, _ = suited_solver(equations, tuple(METHODS))
-        program = with_adjoints(lower(equations, variational=METHODS[solver].variational))
+        outputs = promotable(equations, ("all",))
+        program = with_adjoints(lower(equations, outputs, METHODS[solver].variational))
         self.description, sources = describe(complete(load(model), equations), equations, program, solver)
         name = self.description.model_identifier
         library = folder / "binaries" / fmpy.platform / f"{name}{fmpy.sharedLibraryExtension}"
@@ -58,7 +61,7 @@ class Probe:
         space = (ctypes.c_int * len(self.description.variables) * 2)()
         self.shape = (self.library.probe_unknowns(space), self.library.probe_knowns(space))
 
-    def instance(self, kind: type) -> FMU2Slave | FMU2Model:
+    def instance(self, kind: type, tolerance: float | None = None) -> FMU2Slave | FMU2Model:
         """An instance in initialization mode."""
         about = self.description
         unit = kind(
@@ -68,7 +71,7 @@ class Probe:
             instanceName=about.model_identifier,
         )
         unit.instantiate()
-        unit.setupExperiment(startTime=0.0)
+        unit.setupExperiment(tolerance=tolerance, startTime=0.0)
         unit.enterInitializationMode()
         return unit
 
@@ -123,10 +126,23 @@ def visit(probe: Probe) -> Iterator[tuple[str, int]]:
     model.freeInstance()
 
 
+@pytest.fixture(scope="module")
+def built(tmp_path_factory: pytest.TempPathFactory) -> Callable[[str], Probe]:
+    """A model -> its probe, compiled once."""
+    known: dict[str, Probe] = {}
+
+    def build(model: str) -> Probe:
+        if model not in known:
+            known[model] = Probe(model, tmp_path_factory.mktemp(model))
+        return known[model]
+
+    return build
+
+
 @pytest.mark.parametrize("model", models(SAMPLE))
-def test_adjoints_are_the_transposed_tangents(model: str, tmp_path: Path) -> None:
+def test_adjoints_are_the_transposed_tangents(model: str, built: Callable[[str], Probe]) -> None:
     """All unknowns by all knowns: time, states, inputs, parameters."""
-    probe = Probe(model, tmp_path)
+    probe = built(model)
     worst: dict[str, float] = defaultdict(float)
     modes = set()
     for phase, component in visit(probe):
@@ -138,3 +154,27 @@ def test_adjoints_are_the_transposed_tangents(model: str, tmp_path: Path) -> Non
     assert max(worst.values()) <= EQUAL, worst
     assert {"initialization", "step", "event", "continuous"} <= worst.keys()
     assert len(modes) > 1 or model not in SAMPLE or not probe.description.mechanism.unilaterals
+
+
+@pytest.mark.parametrize(
+    ("model", "at"), [("falling_rod", 0.3), pytest.param("sliding_sphere", 0.1, marks=pytest.mark.all_models)]
+)
+def test_second_derivatives_of_outputs_while_a_contact_slides(
+    model: str, at: float, built: Callable[[str], Probe]
+) -> None:
+    """Forces, accelerations, energies: against differences of order 6 along the motion."""
+    probe, spacing = built(model), 2e-3
+    slave = probe.instance(FMU2Slave, tolerance=1e-13)
+    slave.exitInitializationMode()
+    names = [v for v in probe.description.variables if v.causality == "output" and v.type == "Real"]
+    references = [v.value_reference for v in names]
+    time, values, found = 0.0, [], []
+    for k in range(-3, 4):
+        slave.doStep(time, at + k * spacing - time)
+        time = at + k * spacing
+        values.append(slave.getReal(references))
+        found += [slave.getRealOutputDerivatives(references, [2] * len(references))] if k == 0 else []
+    expected = np.array([2, -27, 270, -490, 270, -27, 2]) / 180 @ np.array(values) / spacing**2
+    assert any(mode > STICKS for mode in probe.modes(slave.component))
+    assert found[0] == pytest.approx(expected, abs=1e-6 * np.abs(expected).max())
+    slave.freeInstance()

@@ -1,0 +1,237 @@
+"""Directional derivatives against differences of the FMU itself, adjoint ones against directional ones."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
+
+from lag2fmu.checking.binding import OK, WARNING, RefusedError, doubles
+from lag2fmu.checking.findings import Finding
+from lag2fmu.checking.fmi3.description import Variable3
+from lag2fmu.checking.fmi3.session import Model3, Session3, size_of
+
+_MOST_KNOWNS, _MOST_UNKNOWNS = 16, 60
+_STEP = 1e-4
+"""Of the differences, relative to the value or, if it is small, to 1; the error of smooth functions is about 1e-8."""
+_BAR = 1e-3
+"""Differences and derivative must agree to this, relative to the greater one and the size of the unknown."""
+_ADJOINT_BAR = 1e-9
+"""Adjoint and directional derivatives must agree to this, relative to the sum of the products' sizes."""
+
+
+@dataclass(frozen=True)
+class Place:
+    """A mode in which derivatives are asked for, the unknowns and knowns there, and whether differences say something.
+
+    In Initialization Mode a moved start may be in another mode of an FMU that has events.
+    """
+
+    mode: str
+    unknowns: Sequence[Variable3]
+    knowns: Sequence[Variable3]
+    compared: bool
+
+    def reach(self, session: Session3) -> None:
+        """Lead a new session there. Raises RefusedError, and RecursionError where events do not come to rest."""
+        session.enter() if self.mode == "Initialization Mode" else session.start()
+        if self.mode == "Step Mode":
+            session.step()
+
+
+def _places(model: Model3) -> Iterator[Place]:
+    description = model.description
+    smooth = not description.structure("EventIndicator")
+    inputs = [v for v in model.of("input") if v.is_continuous]
+    exact = [v for v in model.states if v.initial == "exact"]
+    parameters = [v for v in model.of("parameter") if v.type == "Float64"]
+    first = _numbers(description.listed("InitialUnknown"))
+    yield Place("Initialization Mode", first, _few([*exact, *inputs, *parameters]), smooth)
+    later = _numbers([*description.listed("Output"), *description.listed("ContinuousStateDerivative")])
+    if model.kind == "ModelExchange":
+        yield Place("Continuous-Time Mode", later, _few([*model.states, *inputs]), compared=True)
+    else:
+        yield Place("Step Mode", later, _few([*model.states, *inputs]), compared=False)
+
+
+def _numbers(variables: Sequence[Variable3]) -> list[Variable3]:
+    """The Float64 variables among some, each once, and not too many of them."""
+    found = {v.reference: v for v in variables if v.type == "Float64" and v.variability != "discrete" and v.readable}
+    return list(found.values())[:_MOST_UNKNOWNS]
+
+
+def _few(variables: Sequence[Variable3]) -> list[Variable3]:
+    """The first of some Float64 variables with a bounded number of elements in all."""
+    found: list[Variable3] = []
+    for v in variables:
+        if v.type == "Float64" and v.readable and size_of(found) + v.size <= _MOST_KNOWNS:
+            found.append(v)
+    return found
+
+
+def directional(model: Model3) -> Iterator[Finding]:
+    """fmi3GetDirectionalDerivative in every mode; one call for several knowns is the sum of one for each.
+
+    Source: FMI 3.0.2 specification, section 2.2.11 (fmi3GetDirectionalDerivative).
+    """
+    if model.can("providesDirectionalDerivatives"):
+        for place in _places(model):
+            for known in place.knowns if place.unknowns else ():
+                yield from _along(model, place, known)
+            yield from _summed(model, place)
+
+
+def _along(model: Model3, place: Place, known: Variable3) -> Iterator[Finding]:
+    """The derivatives by the elements of one known."""
+    with model.session() as session:
+        place.reach(session)
+        for element in range(known.size):
+            try:
+                given = _column(session, place.unknowns, known, element)
+            except RefusedError as refused:
+                problem = f"for '{known.name}' in {place.mode}, {refused}"
+                yield Finding("directional", model.kind, problem, "answer for every unknown and known")
+                return
+            if place.compared:
+                yield from _compared(session, place, known, element, given)
+
+
+def _column(session: Session3, unknowns: Sequence[Variable3], known: Variable3, element: int) -> list[float]:
+    """The derivatives of the elements of all ``unknowns`` by one element of ``known``."""
+    seed = [float(i == element) for i in range(known.size)]
+    which = [v.reference for v in unknowns]
+    return session.instance.derivative("GetDirectionalDerivative", which, [known.reference], seed, size_of(unknowns))
+
+
+def _shifted(session: Session3, place: Place, known: Variable3, element: int, by: float) -> bool:
+    """Move one element of a known; False if the FMU does not take that."""
+    states = session.model.states
+    if place.mode == "Continuous-Time Mode" and known in states:
+        x = session.instance.vector("GetContinuousStates", size_of(states))
+        x[size_of(states[: states.index(known)]) + element] += by
+        session.instance.do("SetContinuousStates", doubles(x), len(x))
+        return True
+    values = session.get(known)
+    values[element] += by
+    return session.instance.set(known.type, known.reference, values) in (OK, WARNING)
+
+
+def _differences(session: Session3, place: Place, known: Variable3, element: int, step: float) -> list[float] | None:
+    """The derivatives by central differences; the known gets its value back. None if it cannot be moved."""
+    found = []
+    for by in (step, -2 * step):
+        if not _shifted(session, place, known, element, by):
+            return None
+        found.append(session.numbers(place.unknowns))
+    _shifted(session, place, known, element, step)
+    return [(a - b) / (2 * step) for a, b in zip(found[0], found[1], strict=True)]
+
+
+def _compared(
+    session: Session3, place: Place, known: Variable3, element: int, given: Sequence[float]
+) -> Iterator[Finding]:
+    """Where two differences agree with one another, the derivative must agree with them."""
+    sizes = session.numbers(place.unknowns)
+    step = _STEP * max(abs(session.get(known)[element]), 1.0)
+    try:
+        fine, coarse = (_differences(session, place, known, element, h) for h in (step, 2 * step))
+    except RefusedError:
+        return  # start values that constraints tie to others may be refused when they are moved alone
+    if fine is None or coarse is None:
+        return
+    owners = [(v, i) for v in place.unknowns for i in range(v.size)]
+    listed = _listed(session.model, place)
+    for (v, i), size, own, a, b in zip(owners, sizes, given, fine, coarse, strict=True):
+        bar = _BAR * (max(abs(a), abs(own)) + 1e-3 * abs(size) + 1e-6)
+        if not abs(a - b) < bar / 10 or abs(own - a) <= bar:  # the former also where differences are no numbers
+            continue
+        if known.reference not in listed.get(v.reference, (known.reference,)) and known is not v:
+            problem = f"'{v.name}' varies with '{known.name}' in {place.mode}, which is not among its dependencies"
+            yield Finding("dependency-missing", v.place, problem, "list it", "warning")
+        else:
+            of, by = _element(v, i), _element(known, element)
+            problem = f"in {place.mode}, d {of} / d {by} = {own:.6g}, but differences give {a:.6g}"
+            yield Finding("directional", session.model.kind, problem, "check the derivative and the dependencies")
+
+
+def _listed(model: Model3, place: Place) -> dict[int, tuple[int, ...]]:
+    """Unknown -> the knowns that modelDescription.xml lists for it at a place, as value references."""
+    initial = place.mode == "Initialization Mode"
+    return {
+        u.reference: u.dependencies
+        for u in model.description.unknowns()
+        if u.dependencies is not None and (u.group == "InitialUnknown") == initial
+    }
+
+
+def _element(v: Variable3, index: int) -> str:
+    return f"{v.name}[{index + 1}]" if v.dimensions else v.name
+
+
+def _columns(session: Session3, place: Place) -> list[list[float]]:
+    """The derivatives by each element of all knowns."""
+    return [_column(session, place.unknowns, known, i) for known in place.knowns for i in range(known.size)]
+
+
+def _weights(count: int) -> list[float]:
+    """Numbers of both signs and different sizes."""
+    return [(-1.0) ** i * (1.0 + 0.25 * (i % 5)) for i in range(count)]
+
+
+def _summed(model: Model3, place: Place) -> Iterator[Finding]:
+    """All knowns in one call."""
+    if not place.unknowns or len(place.knowns) < 2:
+        return
+    with model.session() as session:
+        place.reach(session)
+        try:
+            columns = _columns(session, place)
+        except RefusedError:  # said already
+            return
+        seed, which = _weights(size_of(place.knowns)), [v.reference for v in place.unknowns]
+        knowns = [v.reference for v in place.knowns]
+        given = session.instance.derivative("GetDirectionalDerivative", which, knowns, seed, size_of(place.unknowns))
+    rows = list(zip(*columns, strict=True))
+    yield from _products(model, place, "GetDirectionalDerivative", rows, seed, given)
+
+
+def adjoint(model: Model3) -> Iterator[Finding]:
+    """fmi3GetAdjointDerivative is the transpose of fmi3GetDirectionalDerivative.
+
+    Source: FMI 3.0.2 specification, section 2.2.11 (fmi3GetAdjointDerivative).
+    """
+    if not (model.can("providesAdjointDerivatives") and model.can("providesDirectionalDerivatives")):
+        return
+    for place in _places(model):
+        if not place.unknowns or not place.knowns:
+            continue
+        with model.session() as session:
+            place.reach(session)
+            seed = _weights(size_of(place.unknowns))
+            which, knowns = ([v.reference for v in some] for some in (place.unknowns, place.knowns))
+            try:
+                columns = _columns(session, place)
+                given = session.instance.derivative("GetAdjointDerivative", which, knowns, seed, size_of(place.knowns))
+            except RefusedError as refused:
+                problem = f"in {place.mode}, {refused}"
+                yield Finding("adjoint", model.kind, problem, "answer for every unknown and known")
+                continue
+        yield from _products(model, place, "GetAdjointDerivative", columns, seed, given)
+
+
+def _products(
+    model: Model3,
+    place: Place,
+    function: str,
+    rows: Sequence[Sequence[float]],
+    seed: Sequence[float],
+    given: Sequence[float],
+) -> Iterator[Finding]:
+    """The first element of ``given`` that is not the product of its row and the seed."""
+    for i, (row, own) in enumerate(zip(rows, given, strict=True)):
+        terms = [a * b for a, b in zip(row, seed, strict=True)]
+        bar = _ADJOINT_BAR * (sum(map(abs, terms)) + abs(own)) + 1e-300
+        if not abs(own - sum(terms)) <= bar:
+            rule = "adjoint" if function == "GetAdjointDerivative" else "directional"
+            problem = f"in {place.mode}, element {i + 1} of fmi3{function} is {own:.10g}, not {sum(terms):.10g}"
+            yield Finding(rule, model.kind, problem, "both are products with one Jacobian")
+            return

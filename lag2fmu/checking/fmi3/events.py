@@ -1,0 +1,229 @@
+"""Trials of what is new in FMI 3.0: Event Mode and early return of co-simulation, updates in the middle of a step."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator
+
+from lag2fmu.checking.binding import bits
+from lag2fmu.checking.findings import Finding
+from lag2fmu.checking.fmi3.binding import ENVIRONMENT, Manner, Update
+from lag2fmu.checking.fmi3.session import Model3, Session3, Step, size_of
+from lag2fmu.checking.trials import STEPS, row_bits
+
+_MOST_CALLS = 20
+"""Calls of DoStep that a trial looks at."""
+
+
+def step_results(model: Model3) -> Iterator[Finding]:
+    """Co-simulation: what DoStep tells is what the importer said it can handle.
+
+    Source: FMI 3.0.2 specification, section 4.2.1 (fmi3DoStep).
+    """
+    if model.kind != "CoSimulation":
+        return
+    manners = [model.usual]
+    if model.can("hasEventMode"):
+        manners += [Manner(events=True), Manner(events=True, early=True)]
+    for manner in manners:
+        with model.session(manner=manner) as session:
+            session.start()
+            for _ in range(_MOST_CALLS):
+                done = session.advance(model.step)
+                if found := next(_step_findings(model, manner, done), None):
+                    yield found
+                    break
+                if done.end:
+                    break
+                if done.event:
+                    session.handle()
+
+
+def _step_findings(model: Model3, manner: Manner, done: Step) -> Iterator[Finding]:
+    span = done.asked - done.begun
+    if done.event and not manner.events:
+        problem = "signals an event to an importer that handles none"
+        yield Finding("event-signal", model.kind, problem, "handle events inside where eventModeUsed is false")
+    if done.early and not manner.early:
+        problem = "returns early to an importer that does not allow it"
+        yield Finding("early-return", model.kind, problem, "go to the end of the step where it is not allowed")
+    elif done.early and not model.can("mightReturnEarlyFromDoStep"):
+        problem = "returns early, but mightReturnEarlyFromDoStep is not true"
+        yield Finding("early-return", model.kind, problem, "declare it")
+    if done.early and not done.begun - 1e-9 * span <= done.reached < done.asked:
+        problem = f"returns early at {done.reached:.17g} s from a step from {done.begun:.17g} to {done.asked:.17g} s"
+        yield Finding("last-time", model.kind, problem, "lastSuccessfulTime is where the step ended")
+    loose = "fixedInternalStepSize" in model.description.kinds[model.kind].attributes
+    if not done.early and not loose and not math.isclose(done.reached, done.asked, rel_tol=1e-9, abs_tol=1e-9 * span):
+        problem = f"says lastSuccessfulTime = {done.reached:.17g} at the end of a step to {done.asked:.17g} s"
+        yield Finding("last-time", model.kind, problem, "lastSuccessfulTime is where the step ended")
+
+
+def event_mode(model: Model3) -> Iterator[Finding]:
+    """Event Mode can be entered between steps, comes to rest at once where nothing happens, and keeps the values.
+
+    Source: FMI 3.0.2 specification, sections 2.3.5 (Event Mode), 3.2.1 and 4.2.1.
+    """
+    if model.kind == "CoSimulation" and not model.can("hasEventMode"):
+        return
+    manner = Manner(events=True, early=True)
+    with model.session(manner=manner) as session:
+        session.start().steps(1)
+        session.instance.do("EnterEventMode")
+        first = session.rest()
+        if first.next_defined and first.next_time < session.time - 1e-9 * model.step:
+            problem = f"the next time event is at {first.next_time:.17g} s, before t = {session.time:.17g} s"
+            yield Finding("next-event", model.kind, problem, "give a time to come")
+        yield from _second_iteration(session)
+        for v in model.of("input"):
+            if v.type == "Float64":
+                session.instance.set(v.type, v.reference, session.get(v))
+        session.go_on()
+        session.steps(1)
+
+
+def _second_iteration(session: Session3) -> Iterator[Finding]:
+    """An iteration after events have come to rest changes nothing and says so."""
+    model = session.model
+    before = _states(session)
+    again = session.update()
+    changed = bits(_states(session)) != bits(before)
+    if model.kind == "ModelExchange":
+        if changed and not again.values_changed:
+            problem = "an event iteration changes continuous states without valuesOfContinuousStatesChanged"
+            yield Finding("values-changed", model.kind, problem, "say so, or the importer goes on from old values")
+        elif again.values_changed and not changed:
+            problem = "says valuesOfContinuousStatesChanged where nothing has changed"
+            yield Finding("values-changed", model.kind, problem, "say so for real changes only", "warning")
+    if again.again:
+        problem = "asks for another event iteration after the last one asked for none"
+        yield Finding("event-rest", model.kind, problem, "clear discreteStatesNeedUpdate when nothing happens")
+
+
+def _states(session: Session3) -> list[float]:
+    """The continuous states of model exchange; () for co-simulation."""
+    if session.model.kind != "ModelExchange":
+        return []
+    return session.instance.vector("GetContinuousStates", size_of(session.model.states))
+
+
+def saved_in_every_state(model: Model3) -> Iterator[Finding]:
+    """A state that is saved before, in and after Initialization Mode and in Event Mode leads to the same run.
+
+    Source: FMI 3.0.2 specification, sections 2.2.6 and 2.3.1.
+    """
+    if not model.saves:
+        return
+    manner = Manner(events=model.kind == "ModelExchange" or model.can("hasEventMode"))
+    places = ["Instantiated", "Initialization Mode", *(["Event Mode"] if manner.events else [])]
+    for place in places:
+        with model.session(manner=manner) as session:
+            _go_to(session, place)
+            time, saved = session.time, session.instance.saved()
+            expected = _go_on_from(session, place)
+            session.instance.restore(saved)
+            session.time = time
+            if row_bits(_go_on_from(session, place)) != row_bits(expected):
+                problem = f"a run from a state that was saved in {place} differs"
+                yield Finding("state", model.kind, problem, "save everything, the mode too")
+            session.instance.drop(saved)
+
+
+def _go_to(session: Session3, place: str) -> None:
+    if place == "Initialization Mode":
+        session.enter()
+    elif place == "Event Mode":
+        session.start().steps(2)
+        session.instance.do("EnterEventMode")
+
+
+def _go_on_from(session: Session3, place: str) -> list[list[object]]:
+    if place == "Instantiated":
+        session.enter()
+    if place == "Event Mode":
+        session.rest()
+        session.go_on()
+    else:
+        session.instance.do("ExitInitializationMode")
+        if session.has_events:
+            session.rest()
+            session.go_on()
+    return session.steps(3)
+
+
+def reset_everywhere(model: Model3) -> Iterator[Finding]:
+    """fmi3Reset leads back from every state, and the run afterwards is that of a new instance.
+
+    Source: FMI 3.0.2 specification, section 2.3.1 (fmi3Reset).
+    """
+    manner = Manner(events=model.kind == "ModelExchange" or model.can("hasEventMode"))
+    with model.session(manner=manner) as session:
+        expected = session.start().steps(STEPS)
+        session.instance.do("Terminate")
+        for place in ("Instantiated", "Initialization Mode", "Event Mode" if manner.events else "Instantiated"):
+            session.instance.do("Reset")
+            _go_to(session, place)
+        session.instance.do("Reset")
+        if row_bits(session.start().steps(STEPS)) != row_bits(expected):
+            problem = "a run after fmi3Reset in other states differs from one of a new instance"
+            yield Finding("reset", model.kind, problem, "reset to what fmi3Instantiate gives")
+
+
+def intermediate_update(model: Model3) -> Iterator[Finding]:
+    """Co-simulation: the FMU calls back within its steps, and returns early where that is asked and allowed.
+
+    Source: FMI 3.0.2 specification, section 4.2.2 (Intermediate Update Mode).
+    """
+    if model.kind != "CoSimulation":
+        return
+    heard: list[Update] = []
+
+    def hear(update: Update) -> bool:
+        heard.append(update)
+        return False
+
+    wanted = [v.reference for v in model.of("output") if v.element.get("intermediateUpdate") == "true" and v.size == 1]
+    manner = Manner(model.usual.events, update=hear, required=wanted)
+    with model.session(manner=manner) as session:
+        begun = session.start().time
+        session.steps(2)
+        yield from _updates(model, [u.time for u in heard], begun, session.time)
+    if any(u.can_return for u in heard):
+        problem = "offers an early return to an importer that does not allow it"
+        yield Finding("early-return", model.kind, problem, "say canReturnEarly only where earlyReturnAllowed is true")
+    if manner.environments - {ENVIRONMENT}:
+        problem = "intermediateUpdate does not get the importer's instanceEnvironment"
+        yield Finding("environment-pointer", model.kind, problem, "pass it on unchanged")
+    if model.can("canReturnEarlyAfterIntermediateUpdate"):
+        yield from _asked_to_return(model)
+
+
+def _updates(model: Model3, times: list[float], begun: float, ended: float) -> Iterator[Finding]:
+    """Whether the FMU called back as it declares, and at times (s) within its steps."""
+    declared, slack = model.can("providesIntermediateUpdate"), 1e-9 * (ended - begun)
+    if times and not declared:
+        problem = "calls intermediateUpdate, but providesIntermediateUpdate is not true"
+        yield Finding("intermediate-update", model.kind, problem, "declare it")
+    elif declared and not times:
+        problem = "does not call intermediateUpdate in two steps, but providesIntermediateUpdate is true"
+        yield Finding("intermediate-update", model.kind, problem, "call it at the ends of solver steps", "warning")
+    if times != sorted(times) or any(not begun - slack <= t <= ended + slack for t in times):
+        problem = "calls intermediateUpdate at times that go back or lie outside of the step"
+        yield Finding("intermediate-time", model.kind, problem, "give the time that the solver has reached")
+
+
+def _asked_to_return(model: Model3) -> Iterator[Finding]:
+    """The importer asks to return early as soon as it is offered."""
+    asked: list[float] = []
+
+    def update(said: Update) -> bool:
+        if said.can_return:
+            asked.append(said.time)
+        return said.can_return
+
+    with model.session(manner=Manner(model.usual.events, early=True, update=update)) as session:
+        session.start()
+        done = session.advance(model.step)
+    if asked and asked[0] < done.asked - 1e-9 * (done.asked - done.begun) and not done.early:
+        problem = f"goes on to the end of the step, though the importer asked to return at {asked[0]:.17g} s"
+        yield Finding("early-return", model.kind, problem, "return where canReturnEarly was said and it is asked")

@@ -1,0 +1,213 @@
+"""A run of an FMU of FMI 3.0, step by step, in the order the standard asks for."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from ctypes import byref, c_bool, c_double
+from dataclasses import dataclass
+from typing import Any
+
+from lag2fmu.checking.binding import DISCARD, Library, RefusedError, doubles
+from lag2fmu.checking.description import Variable, number
+from lag2fmu.checking.fmi3.binding import BINDING, Instance3, Manner
+from lag2fmu.checking.fmi3.description import FLOATS, Description3, Variable3
+from lag2fmu.checking.session import MOST_EVENTS, Model, Session
+
+
+@dataclass(frozen=True)
+class Iteration:
+    """The six results of UpdateDiscreteStates."""
+
+    again: bool
+    end: bool
+    nominals_changed: bool
+    values_changed: bool
+    next_defined: bool
+    next_time: float
+
+
+@dataclass(frozen=True)
+class Step:
+    """The results of DoStep: ``asked`` is where the step was to end, ``reached`` where it did (s)."""
+
+    begun: float
+    asked: float
+    event: bool
+    end: bool
+    early: bool
+    reached: float
+
+
+class Model3(Model):
+    """An FMU of FMI 3.0."""
+
+    description: Description3
+    floats = FLOATS
+
+    def load(self) -> Library:
+        """The library; raises OSError if it cannot be loaded."""
+        return Library(self.path, BINDING)
+
+    @property
+    def step(self) -> float:
+        """A communication step in s: a multiple of the FMU's own step size, where that is fixed."""
+        element, length = self.description.kinds[self.kind], super().step
+        own = number(element.get("fixedInternalStepSize"))
+        return max(round(length / own), 1) * own if own > 0 else length
+
+    @property
+    def usual(self) -> Manner:
+        """What an importer of few abilities asks for: Event Mode only where there are clocks, which need it."""
+        clocks = any(v.type == "Clock" for v in self.description.variables)
+        return Manner(events=clocks and self.can("hasEventMode"))
+
+    def instance(self, key: str | None = None, name: str = "check", manner: Manner | None = None) -> Instance3:
+        """A new instance; not alive if the FMU refused. ``key`` stands in for what proves which FMU is meant."""
+        resources = f"{(self.folder / 'resources').resolve()}/"
+        own = self.description.token
+        return Instance3(
+            self.library, self.kind, own if key is None else key, resources, self.log, name, manner or self.usual
+        )
+
+    def session(self, name: str = "check", manner: Manner | None = None) -> Session3:
+        """A new instance, not yet initialized; raises RefusedError if there is none."""
+        instance = self.instance(name=name, manner=manner)
+        if not instance.alive:
+            raise RefusedError(f"fmi3Instantiate{self.kind}", -1, self.log.last())
+        return Session3(self, instance)
+
+    @property
+    def outputs(self) -> list[Variable]:
+        """The outputs that are floating point numbers and belong to no clock."""
+        return [v for v in self.description.variables if v.causality == "output" and v.type in FLOATS and v.readable]
+
+    @property
+    def states(self) -> list[Variable3]:
+        """The continuous states in the order of ModelStructure."""
+        found = (self.description.by_reference.get(r) for r in self.description.states)
+        return [v for v in found if v is not None]
+
+    def of(self, *causalities: str) -> list[Variable3]:
+        """The variables of some causalities that can be read between events."""
+        return [v for v in self.description.variables if v.causality in causalities and v.readable]
+
+
+def size_of(variables: Sequence[Variable3]) -> int:
+    """The number of elements of all ``variables``."""
+    return sum(v.size for v in variables)
+
+
+class Session3(Session):
+    """An instance of FMI 3.0 on its way through a run."""
+
+    model: Model3
+    instance: Instance3
+
+    def __enter__(self) -> Session3:
+        return self
+
+    def enter(self, stop_time: float | None = None) -> Session3:
+        """Go to Initialization Mode. Raises RefusedError if the FMU does not go there."""
+        self.time = self.model.start_time
+        self.instance.do("EnterInitializationMode", False, 0.0, self.time, stop_time is not None, stop_time or 0.0)
+        return self
+
+    def start(self, stop_time: float | None = None) -> Session3:
+        """Go to Continuous-Time Mode or Step Mode.
+
+        Raises RefusedError, and RecursionError as ``rest`` does.
+        """
+        self.enter(stop_time).instance.do("ExitInitializationMode")
+        if self.has_events:
+            self.rest()
+            self.go_on()
+        return self
+
+    @property
+    def has_events(self) -> bool:
+        """Whether events are the importer's business."""
+        return self.model.kind == "ModelExchange" or self.instance.manner.events
+
+    def go_on(self) -> None:
+        """Leave Event Mode. Raises RefusedError."""
+        self.instance.do("EnterContinuousTimeMode" if self.model.kind == "ModelExchange" else "EnterStepMode")
+
+    def update(self) -> Iteration:
+        """One event iteration. Raises RefusedError."""
+        flags, time = [c_bool() for _ in range(5)], c_double(self.time)
+        self.instance.do("UpdateDiscreteStates", *map(byref, flags), byref(time))
+        again, end, nominals, values, defined = (flag.value for flag in flags)
+        return Iteration(again, end, nominals, values, defined, time.value)
+
+    def rest(self) -> Iteration:
+        """Iterate events until no more is needed; raises RefusedError, and RecursionError if there is no end."""
+        for _ in range(MOST_EVENTS):
+            found = self.update()
+            if not found.again or found.end:
+                return found
+        raise RecursionError(f"{MOST_EVENTS} event iterations at t = {self.time:g} s and no end")
+
+    def step(self) -> bool:
+        """Take a step of the model's length; False if a co-simulation ends the run.
+
+        Raises RefusedError, and RecursionError as ``rest`` does.
+        """
+        if self.model.kind == "ModelExchange":
+            self._euler(self.model.step / 10)
+            return True
+        end = self.time + self.model.step
+        for _ in range(MOST_EVENTS):
+            try:
+                done = self.advance(end - self.time)
+            except RefusedError as refused:
+                if refused.status == DISCARD:
+                    return False
+                raise
+            if done.event and self.has_events:
+                self.handle()
+            if done.end:
+                return False
+            if not done.early or done.reached >= end - 1e-9 * self.model.step:
+                return True
+        raise RecursionError(f"{MOST_EVENTS} early returns before t = {end:g} s")
+
+    def advance(self, length: float) -> Step:
+        """One call of DoStep over ``length`` (s), with its results as they are. Raises RefusedError."""
+        flags, reached, begun = [c_bool() for _ in range(3)], c_double(self.time), self.time
+        self.instance.do("DoStep", begun, length, True, *map(byref, flags), byref(reached))
+        event, end, early = (flag.value for flag in flags)
+        self.time = reached.value if early else begun + length
+        return Step(begun, begun + length, event, end, early, reached.value)
+
+    def handle(self) -> None:
+        """Enter Event Mode, iterate and leave it. Raises RefusedError, and RecursionError as ``rest`` does."""
+        self.instance.do("EnterEventMode")
+        self.rest()
+        self.go_on()
+
+    def _euler(self, step: float) -> None:
+        """A step of model exchange by Euler's method, with the event it may lead to.
+
+        It is shortened so that no state moves by more than a hundredth of its size, for stiff models.
+        """
+        size = size_of(self.model.states)
+        x = self.instance.vector("GetContinuousStates", size)
+        dx = self.instance.vector("GetContinuousStateDerivatives", size)
+        step = min([step, *(0.01 * (abs(a) + 1.0) / abs(b) for a, b in zip(x, dx, strict=True) if b)])
+        self.time += step
+        self.instance.do("SetTime", self.time)
+        if size:
+            x = [value + step * rate for value, rate in zip(x, dx, strict=True)]
+            self.instance.do("SetContinuousStates", doubles(x), size)
+        event, end = c_bool(), c_bool()
+        self.instance.do("CompletedIntegratorStep", True, byref(event), byref(end))
+        if event.value:
+            self.handle()
+
+    def get(self, variable: Variable) -> list[Any]:
+        """The values of the elements of a variable; strings and binaries as bytes. Raises RefusedError."""
+        return self.instance.get(variable.type, variable.reference, variable.size)
+
+    def values(self) -> list[Any]:
+        """The values of all variables that can be read, in the order of the description. Raises RefusedError."""
+        return [x for v in self.model.description.variables if v.readable for x in self.get(v)]

@@ -1,0 +1,159 @@
+"""Rules on ModelVariables that FMI 3.0 alone has (FMI 3.0.2, section 2.4.7); arrays and clocks stand beside."""
+
+from __future__ import annotations
+
+import re
+from collections import Counter
+from collections.abc import Iterator
+
+from lag2fmu.checking.findings import Finding
+from lag2fmu.checking.fmi3.arrays import array_findings
+from lag2fmu.checking.fmi3.clocks import clock_findings
+from lag2fmu.checking.fmi3.description import FLOATS, Description3, Variable3
+from lag2fmu.checking.variables import common_findings, rate_findings
+from lag2fmu.fmu.pack import DESCRIPTION
+
+_FREE = "exact approx calculated"
+_ALLOWED = {
+    **dict.fromkeys([(c, v) for c in ("structuralParameter", "parameter") for v in ("fixed", "tunable")], "exact"),
+    **dict.fromkeys([("input", "discrete"), ("input", "continuous")], "exact"),
+    **dict.fromkeys([("output", "constant"), ("local", "constant")], "exact"),
+    **dict.fromkeys([(c, v) for c in ("output", "local") for v in ("discrete", "continuous")], _FREE),
+    **dict.fromkeys(
+        [(c, v) for c in ("calculatedParameter", "local") for v in ("fixed", "tunable")], "approx calculated"
+    ),
+    ("independent", "continuous"): "",
+}
+"""(causality, variability) -> what 'initial' may be (FMI 3.0.2, tables of section 2.4.7)."""
+
+_HEX = re.compile(r"([0-9a-fA-F]{2})*")
+
+
+def variable_findings(description: Description3) -> Iterator[Finding]:
+    """The broken rules on variables and their aliases.
+
+    Source: FMI 3.0.2 specification, section 2.4.7 (ModelVariables).
+    """
+    for variable in description.variables:
+        yield from common_findings(description, variable)
+        yield from _combination(variable)
+        yield from _start(variable)
+        yield from array_findings(description, variable)
+        yield from clock_findings(description, variable)
+        yield from _settings(description, variable)
+        yield from _aliases(description, variable)
+        if variable.derivative is not None:
+            yield from _derivative(description, variable)
+    yield from _unique(description)
+    yield from _independent(description)
+
+
+def _combination(variable: Variable3) -> Iterator[Finding]:
+    """Causality, variability and initial."""
+    pair = variable.causality, variable.variability
+    remedy = "see the tables in section 2.4.7 of the standard"
+    if pair not in _ALLOWED:
+        problem = f"causality='{pair[0]}' with variability='{pair[1]}'"
+        yield Finding("combination", variable.place, problem, remedy)
+    elif variable.initial and variable.initial not in _ALLOWED[pair]:
+        problem = f"initial='{variable.initial}' for a {pair[1]} {pair[0]}"
+        yield Finding("combination", variable.place, problem, remedy)
+    elif variable.causality == "independent" and "initial" in variable.element.attributes:
+        problem = "initial for the independent variable"
+        yield Finding("initial-given", variable.place, problem, "leave 'initial' away there")
+    if variable.variability == "continuous" and variable.type not in FLOATS:
+        problem = f"a continuous variable of type {variable.type}"
+        yield Finding("variability", variable.place, problem, "only floating point numbers are continuous")
+
+
+def _start(variable: Variable3) -> Iterator[Finding]:
+    has_start = bool(variable.starts) or variable.start is not None
+    if variable.initial in ("exact", "approx") and not has_start:
+        problem = f"no start value, but initial='{variable.initial}'"
+        yield Finding("start-missing", variable.place, problem, "give it a start value")
+    elif has_start and (variable.initial == "calculated" or variable.causality == "independent"):
+        kind = "the independent variable" if variable.causality == "independent" else "initial='calculated'"
+        yield Finding("start-forbidden", variable.place, f"{kind} with a start value", "remove the start value")
+    if variable.type == "Binary":
+        for text in variable.starts:
+            if not _HEX.fullmatch(text):
+                problem = f"the start '{text[:40]}' is no row of hexadecimal bytes"
+                yield Finding("binary-start", variable.place, problem, "write two digits for each byte")
+
+
+def _settings(description: Description3, variable: Variable3) -> Iterator[Finding]:
+    """Attributes that say something about certain variables only."""
+    element = variable.element
+    if element.get("reinit") in ("true", "1") and variable.reference not in description.states:
+        yield Finding("reinit", variable.place, "reinit for a variable that is no state", "remove it")
+    if "canHandleMultipleSetPerTimeInstant" in element.attributes and variable.causality != "input":
+        problem = "canHandleMultipleSetPerTimeInstant for a variable that is no input"
+        yield Finding("multiple-set", variable.place, problem, "remove it")
+    if element.get("intermediateUpdate") in ("true", "1") and variable.variability != "continuous":
+        problem = f"intermediateUpdate for a {variable.variability} variable"
+        yield Finding("intermediate-update", variable.place, problem, "only continuous variables have it")
+
+
+def _aliases(description: Description3, variable: Variable3) -> Iterator[Finding]:
+    """The other names of a variable, and their display units."""
+    unit = description.units.get(variable.attribute("unit"))
+    known = {shown.get("name") for shown in unit.all("DisplayUnit")} if unit is not None else set()
+    for alias in variable.aliases:
+        place = f"{DESCRIPTION}:{alias.line} '{alias.get('name')}'"
+        shown = alias.get("displayUnit")
+        if shown and shown not in known:
+            problem = f"the displayUnit '{shown}' is none of the unit of '{variable.name}'"
+            yield Finding("display-unit", place, problem, "add a DisplayUnit with its factor")
+        if not alias.get("name").strip():
+            yield Finding("name-empty", place, f"an alias of '{variable.name}' without a name", "name it")
+
+
+def _derivative(description: Description3, variable: Variable3) -> Iterator[Finding]:
+    base = description.by_reference.get(variable.derivative if variable.derivative is not None else -1)
+    if base is None or base is variable:
+        what = "itself" if base is variable else "no variable"
+        problem = f"derivative='{variable.derivative}' is the value reference of {what}"
+        yield Finding("derivative", variable.place, problem, "give the value reference of what is derived")
+        return
+    for v, role in ((variable, "derivative"), (base, "state")):
+        if not v.is_continuous:
+            problem = f"the {role} '{v.name}' is {v.variability} {v.type}"
+            yield Finding("derivative", variable.place, problem, "states and derivatives are continuous floats")
+    if base.size != variable.size:
+        problem = f"has {variable.size} elements, but '{base.name}', which it derives, {base.size}"
+        yield Finding("derivative-size", variable.place, problem, "give both the same dimensions")
+    yield from rate_findings(description, base, variable)
+
+
+def _unique(description: Description3) -> Iterator[Finding]:
+    """Names, those of aliases included, and value references that stand twice."""
+    places = [(v.name, v.place) for v in description.variables]
+    places += [
+        (a.get("name"), f"{DESCRIPTION}:{a.line} '{a.get('name')}'") for v in description.variables for a in v.aliases
+    ]
+    seen: set[str] = set()
+    for name, place in places:
+        if name in seen:
+            problem = f"the name '{name}' is taken already"
+            yield Finding("name-duplicate", place, problem, "give each variable and alias a name of its own")
+        seen.add(name)
+    counts = Counter(v.reference for v in description.variables)
+    for variable in description.variables:
+        if counts[variable.reference] > 1 and description.by_reference[variable.reference] is not variable:
+            other = description.by_reference[variable.reference].name
+            problem = f"has the value reference of '{other}'"
+            yield Finding("reference-duplicate", variable.place, problem, "give it its own, or make it an Alias")
+
+
+def _independent(description: Description3) -> Iterator[Finding]:
+    independent = [v for v in description.variables if v.causality == "independent"]
+    if not independent:
+        problem = "no variable has causality='independent'"
+        yield Finding("independent", f"{DESCRIPTION} <ModelVariables>", problem, "declare time, a Float64")
+    for variable in independent[1:]:
+        problem = f"'{independent[0].name}' is an independent variable already"
+        yield Finding("independent", variable.place, problem, "keep one")
+    for variable in independent:
+        if variable.type not in FLOATS or variable.dimensions:
+            problem = f"the independent variable is {'an array' if variable.dimensions else variable.type}"
+            yield Finding("independent", variable.place, problem, "make it a scalar Float64")

@@ -1,0 +1,109 @@
+"""An FMU's equations at single states, without a simulation."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping, Sequence
+from contextlib import contextmanager
+from ctypes import c_double
+from pathlib import Path
+from typing import Protocol
+
+import numpy as np
+from numpy.typing import NDArray
+
+from lag2fmu.errors import SimulationError
+from lag2fmu.verify.co_simulation import Reader, Writer, settle
+from lag2fmu.verify.instances import Instance, instance_of, is_fmi3, offers_model_exchange
+from lag2fmu.verify.scalars import scalars_of
+
+Floats = NDArray[np.float64]
+
+
+class Evaluation(Protocol):
+    """An instance in a mode where states can be set."""
+
+    def evaluate(self, values: Mapping[str, float], names: Sequence[str]) -> Floats:
+        """Set ``values`` (states, inputs and parameters, SI) and get ``names``: (len(names),).
+
+        Raises SimulationError where the FMU refuses.
+        """
+        ...
+
+
+@contextmanager
+def evaluation(path: Path) -> Iterator[Evaluation]:
+    """An ``Evaluation`` of the FMU ``path``; raises SimulationError if it cannot be made.
+
+    In continuous-time mode of model exchange or, where the FMU has none, in initialization mode of co-simulation.
+    """
+    kind = "ModelExchange" if offers_model_exchange(path) else "CoSimulation"
+    with instance_of(path, kind) as instance:
+        fmu = instance.fmu
+        if is_fmi3(instance.description):
+            fmu.enterInitializationMode(startTime=0.0)
+            fmu.exitInitializationMode()
+            yield _OfFmi3(instance, path)
+            return
+        fmu.setupExperiment(startTime=0.0)
+        fmu.enterInitializationMode()
+        if kind == "ModelExchange":
+            fmu.exitInitializationMode()
+            fmu.newDiscreteStates()
+            fmu.enterContinuousTimeMode()
+        yield _OfFmi2(instance)
+
+
+class _OfFmi2:
+    """By FMI 2.0, where every state, input and tunable parameter can be set in continuous-time mode."""
+
+    def __init__(self, instance: Instance) -> None:
+        self._instance = instance
+        self._references = {v.name: v.valueReference for v in instance.description.modelVariables}
+        self._has_modes = bool(instance.description.numberOfEventIndicators)
+
+    def evaluate(self, values: Mapping[str, float], names: Sequence[str]) -> Floats:
+        """As ``Evaluation`` says."""
+        fmu = self._instance.fmu
+        try:
+            fmu.setReal([self._references[name] for name in values], list(values.values()))
+            if self._has_modes:
+                fmu.enterEventMode()
+                fmu.newDiscreteStates()
+                fmu.enterContinuousTimeMode()
+            return np.array(fmu.getReal([self._references[name] for name in names]))
+        except Exception as error:  # fmpy raises bare exceptions
+            raise SimulationError(f"the FMU could not be evaluated: {error}; {self._instance.log.tail()}") from error
+
+
+class _OfFmi3:
+    """By FMI 3.0: inputs and parameters are set in event mode, states in continuous-time mode as one vector."""
+
+    def __init__(self, instance: Instance, path: Path) -> None:
+        self._instance, self._scalars = instance, scalars_of(instance.description, path)
+        derived = [unknown.variable.derivative.valueReference for unknown in instance.description.derivatives]
+        own = [s for s in self._scalars.values() if not s.variable.alias]
+        self._states = [s.name for reference in derived for s in own if s.reference == reference]
+        self._writers: dict[tuple[str, ...], Writer] = {}
+        self._readers: dict[tuple[str, ...], Reader] = {}
+        settle(instance.fmu)
+        self._instance.fmu.enterContinuousTimeMode()
+
+    def evaluate(self, values: Mapping[str, float], names: Sequence[str]) -> Floats:
+        """As ``Evaluation`` says."""
+        fmu, n, found = self._instance.fmu, len(self._states), np.empty(len(names))
+        others = tuple(name for name in values if name not in self._states)
+        writer = self._writers.setdefault(others, Writer(fmu, self._scalars, others))
+        reader = self._readers.setdefault(tuple(names), Reader(fmu, self._scalars, names))
+        x = (c_double * n)()
+        try:
+            fmu.enterEventMode()
+            writer.write([values[name] for name in others])
+            settle(fmu)
+            fmu.enterContinuousTimeMode()
+            fmu.getContinuousStates(x, n)
+            x[:] = [values.get(name, x[i]) for i, name in enumerate(self._states)]
+            fmu.setContinuousStates(x, n)
+            reader.read(found)
+        except Exception as error:  # fmpy raises bare exceptions
+            raise SimulationError(f"the FMU could not be evaluated: {error}; {self._instance.log.tail()}") from error
+        return found

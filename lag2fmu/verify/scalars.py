@@ -1,0 +1,98 @@
+"""Variables of an FMU by the names of their numbers: those of an array of FMI 3.0 one by one.
+
+An FMU of lag2fmu tells what the elements of its arrays are; those of another tool are called NAME[1], NAME[2], as the
+structured naming convention has it.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Iterator, Mapping, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+from lag2fmu.errors import Lag2FmuError
+from lag2fmu.fmu.carried import read_mechanism
+from lag2fmu.fmu.ports import array_elements
+
+
+@dataclass(frozen=True)
+class Scalar:
+    """A number of an FMU: the ``element`` of ``variable``, as fmpy reads it, with its ``start`` value if it has one."""
+
+    name: str
+    variable: Any
+    element: int
+    start: float | None
+
+    @property
+    def reference(self) -> int:
+        """The value reference of the variable."""
+        return int(self.variable.valueReference)
+
+
+def scalars_of(description: Any, path: Path) -> dict[str, Scalar]:
+    """The numbers in the variables of the FMU ``path`` by name, Booleans among them; clocks and texts are left out."""
+    elements = _elements(description, path)
+    found = (s for v in description.modelVariables if _is_number(v) for s in _scalars(v, elements))
+    return {scalar.name: scalar for scalar in found}
+
+
+def _is_number(variable: Any) -> bool:
+    numbers = ("Real", "Integer", "Enumeration", "Boolean")
+    return variable.type in numbers or variable.type.startswith(("Float", "Int", "UInt"))
+
+
+def _scalars(variable: Any, elements: Mapping[str, Sequence[str]]) -> Iterator[Scalar]:
+    starts = str(variable.start).split() if variable.start is not None else []
+    if not getattr(variable, "shape", ()):
+        yield Scalar(variable.name, variable, 0, _number(starts[0]) if starts else None)
+        return
+    size = size_of(variable)
+    named = elements.get(variable.name) or [f"{variable.name}[{i + 1}]" for i in range(size)]
+    for i, name in enumerate(named[:size]):
+        yield Scalar(name, variable, i, _number(starts[i]) if i < len(starts) else None)
+
+
+def _number(text: str) -> float:
+    return float(text == "true") if text in ("true", "false") else float(text)
+
+
+def size_of(variable: Any) -> int:
+    """How many numbers a variable has."""
+    size = 1
+    for dimension in getattr(variable, "shape", None) or ():
+        size *= int(dimension)
+    return size
+
+
+def _elements(description: Any, path: Path) -> Mapping[str, Sequence[str]]:
+    """{array: its elements} of an FMU of lag2fmu, which carries its mechanism."""
+    if not any(getattr(v, "shape", ()) for v in description.modelVariables):
+        return {}
+    try:
+        return array_elements(read_mechanism(path))
+    except Lag2FmuError:
+        return {}
+
+
+def whole(values: Mapping[str, float], scalars: Mapping[str, Scalar]) -> dict[str, float | list[float]]:
+    """``values`` of scalars by variable: those of an array as a list, in which other elements have their starts."""
+    found: dict[str, float | list[float]] = {}
+    for name, value in values.items():
+        scalar = scalars[name]
+        if not getattr(scalar.variable, "shape", ()):
+            found[name] = value
+            continue
+        elements = found.setdefault(scalar.variable.name, starts_of(scalar.variable, scalars.values()))
+        elements[scalar.element] = value  # type: ignore[index]
+    return found
+
+
+def starts_of(variable: Any, scalars: Iterable[Scalar]) -> list[float]:
+    """The start values of all elements of ``variable``, 0 where there are none."""
+    found = [0.0] * size_of(variable)
+    for scalar in scalars:
+        if scalar.variable is variable and scalar.start is not None:
+            found[scalar.element] = scalar.start
+    return found
