@@ -259,7 +259,6 @@ bool integrate(Instance *instance, double end) {
 }
 
 bool integrator_settle(Instance *instance) {
-    State *state = &instance->state;
     begin_notices(instance);
     instance_forget_motion(instance);
     const bool settled = begin_events(instance);
