@@ -86,9 +86,17 @@ class _Reader:
         x, y, z = m.opt.gravity
         name = m.names.split(b"\0", 1)[0].decode()
         return Robot(
-            self._path.stem if name in _NAMELESS else name, _ROOT, links, tuple(joints), tuple(self._ignored), (float(x), float(y), float(z)),
-            actuators, tendons, closures, couplings,
-        )  # fmt: skip
+            self._path.stem if name in _NAMELESS else name,
+            _ROOT,
+            links,
+            tuple(joints),
+            tuple(self._ignored),
+            (float(x), float(y), float(z)),
+            actuators,
+            tendons,
+            closures,
+            couplings,
+        )
 
     def _name(self, kind: str, index: int) -> str:
         found = self._mujoco.mj_id2name(self._m, getattr(self._mujoco.mjtObj, f"mjOBJ_{kind.upper()}"), index)
