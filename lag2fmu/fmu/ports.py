@@ -1,7 +1,8 @@
 """What the value references of FMI 3.0 stand for: scalars with their aliases, and arrays of the coordinates.
 
-The slots of C stay what they are for FMI 2.0; a port is a range of them. The derivatives of q and qd, which FMI 2.0
-has as variables of their own, are aliases of qd and qdd here, and the attribute ``derivative`` is theirs.
+The slots of C stay what they are for FMI 2.0; a port is a range of them. Two ports may be the same slots: no value
+reference stands twice in FMI 3.0. The derivatives of qd, which FMI 2.0 has as variables of their own, are aliases of
+qdd here, and the attribute ``derivative`` is that of qdd.
 """
 
 from __future__ import annotations
@@ -65,8 +66,8 @@ def ports_of(mechanism: Mechanism, table: VariableTable, *, arrays: bool) -> tup
 def _with_aliases(table: VariableTable) -> list[Port]:
     """A port for each variable that shares its slot with none before it, and aliases for those that do.
 
-    An output that is an unknown at initialization has no alias, but a port beside it: fmpy 0.3.32 counts aliases among
-    these unknowns, where the standard wants none of them.
+    An output has no alias, but a port beside it: CasADi 3.8 refuses outputs that are derivatives of states, as
+    velocities are, and fmpy 0.3.32 counts aliases of outputs among the unknowns at initialization.
     """
     found: dict[int, Port] = {}
     beside: list[Port] = []
@@ -74,7 +75,7 @@ def _with_aliases(table: VariableTable) -> list[Port]:
         kind, base = table.tables.slots[v.value_reference].kind, found.get(v.value_reference)
         if base is None:
             found[v.value_reference] = Port(v.name, kind, v.value_reference, (v,))
-        elif base.one.causality == "output" and base.one.initial != "exact":
+        elif base.one.causality == "output":
             beside.append(Port(v.name, kind, v.value_reference, (v,)))
         else:
             one = replace(base.one, derivative_of=v.derivative_of)
@@ -132,17 +133,24 @@ def _joined(group: _Group, elements: Sequence[Port]) -> Port:
 
 
 def port_structure(ports: Sequence[Port]) -> Structure:
-    """ModelStructure by the names of ports: an array depends on all that one of its elements depends on."""
+    """ModelStructure by the names of ports: an array depends on all that one of its elements depends on.
+
+    What depends on everything has all knowns listed, for CasADi 3.8 reads no FMU of FMI 3.0 that leaves a list out.
+    """
     found = structure([v for port in ports for v in port.members], known_parameters=True)
+    clocked = any("time" in (unknown.dependencies or ()) for unknown in found.calculated)
+    candidates = [p for p in ports if p.kind != "VARIABLE_SETTING" and (clocked or p.one.causality != "independent")]
+    knowns = [p.name for p in candidates if p.one.causality in KNOWN or p.one.state]
+    exact = [p.name for p in candidates if p.one.causality in KNOWN or p.one.initial == "exact"]
     return Structure(
-        _folded(found.outputs, ports),
-        _folded(found.derivatives, ports),
-        _folded(found.initial, ports),
-        _folded(found.calculated, ports),
+        _folded(found.outputs, ports, knowns),
+        _folded(found.derivatives, ports, knowns),
+        _folded(found.initial, ports, exact),
+        _folded(found.calculated, ports, knowns),
     )
 
 
-def _folded(unknowns: Sequence[Unknown], ports: Sequence[Port]) -> tuple[Unknown, ...]:
+def _folded(unknowns: Sequence[Unknown], ports: Sequence[Port], everything: Sequence[str]) -> tuple[Unknown, ...]:
     """The unknowns of ``ports`` among ``unknowns``, which are those of their elements."""
     place = {v.name: i for i, port in enumerate(ports) for v in port.members}
     found: dict[int, list[Unknown]] = {}
@@ -151,24 +159,24 @@ def _folded(unknowns: Sequence[Unknown], ports: Sequence[Port]) -> tuple[Unknown
 
     def joined(i: int, elements: Sequence[Unknown]) -> Unknown:
         uses = [element.dependencies for element in elements]
-        constant = all(element.constant for element in elements)
         if None in uses:
-            return Unknown(ports[i].name, None, constant)
+            return Unknown(ports[i].name, tuple(everything))
         listed = sorted({place[used] for use in uses for used in use or ()})
+        constant = all(element.constant for element in elements)
         return Unknown(ports[i].name, tuple(ports[k].name for k in listed), constant)
 
     return tuple(joined(i, elements) for i, elements in found.items())
 
 
 def port_table(ports: Sequence[Port]) -> PortTable:
-    """The ports and what depends on what, for C: what depends on everything has all knowns listed."""
+    """The ports and what depends on what, for C."""
     index = {port.name: i for i, port in enumerate(ports)}
-    knowns = [port.name for port in ports if port.one.causality in KNOWN or port.one.state]
     uses = {unknown.name: unknown for unknown in port_structure(ports).calculated}
     dependencies = []
     for port in ports:
         unknown = uses.get(port.name)
-        listed = () if unknown is None else knowns if unknown.dependencies is None else unknown.dependencies
-        constant = unknown is not None and unknown.constant
-        dependencies.append(tuple((index[name], constant) for name in listed))
-    return PortTable(tuple((port.name, port.first, len(port.members)) for port in ports), tuple(dependencies))
+        listed = () if unknown is None else unknown.dependencies or ()
+        dependencies.append(tuple((index[name], unknown is not None and unknown.constant) for name in listed))
+    firsts = [port.first for port in ports]
+    rows = ((p.name, p.first, len(p.members), p.first in firsts[:i]) for i, p in enumerate(ports))
+    return PortTable(tuple(rows), tuple(dependencies))

@@ -1,24 +1,20 @@
-"""Loading a mechanism by name, from a model file in Python or from text, and setting its values."""
+"""Loading a mechanism from whatever it is written in, and setting its values."""
 
 from __future__ import annotations
 
-import importlib.util
 import inspect
 import math
-import sys
-import traceback
 from collections.abc import Callable, Iterable, Mapping
 from dataclasses import replace
-from functools import lru_cache
-from hashlib import sha256
 from pathlib import Path
-from types import ModuleType
+from typing import Any, NamedTuple
 
 from lag2fmu.description import names
 from lag2fmu.description.names import suggestion
 from lag2fmu.description.record import Description
 from lag2fmu.description.symbols import Coordinate
 from lag2fmu.errors import LoadError
+from lag2fmu.formats.programs import arguments_of, convert, function_of_mechanics, guarded, is_mechanics, model_function
 from lag2fmu.formats.robots import READERS, robot
 from lag2fmu.formats.text import read_file
 from lag2fmu.language.units import Unit
@@ -28,43 +24,44 @@ from lag2fmu.resources import MODEL_SUFFIXES, bundled
 
 __all__ = ["as_mechanism", "bundled", "load", "pairs_of", "split_settings", "values_of", "with_settings", "with_values"]
 
-
-def as_mechanism(model: Mechanism | str | Path) -> Mechanism:
-    """``model`` itself if it is a mechanism, else what ``load`` finds under its name; raises LoadError as that does."""
-    if isinstance(model, Mechanism):
-        return model
-    if not isinstance(model, (str, Path)):
-        raise LoadError(f"expected a Mechanism, a model's name or a path, got {type(model).__name__}")
-    return load(model)
+_PROGRAM = ".py:"
+"""What stands between a file and the name of what in it is meant."""
 
 
-def load(model: str | Path, arguments: Mapping[str, object] | None = None) -> Mechanism:
-    """The mechanism called ``model``: a bundled name, or a .py, .toml or .urdf file.
+def as_mechanism(model: object) -> Mechanism:
+    """``model`` itself if it is a mechanism, else what ``load`` makes of it; raises LoadError as that does."""
+    return model if isinstance(model, Mechanism) else load(model)
 
-    ``arguments`` are the structural ones of a family (``n`` of ``n_pendulum``), or those of ``robot``; strings are
-    converted to the type that the function declares. Raises LoadError if the model is missing, fails or does not take
+
+def load(model: object, arguments: Mapping[Any, object] | None = None) -> Mechanism:
+    """The mechanism that ``model`` is or names.
+
+    ``model`` is a bundled name, a .py, .toml or .urdf file, FILE.py:NAME for what is called NAME in a program, or a
+    LagrangesMethod, KanesMethod or System of SymPy. ``arguments`` are the structural ones of a family (``n`` of
+    ``n_pendulum``), those of ``robot``, or the values of all constants of SymPy's mechanics {symbol or name: number};
+    strings are converted to the type that is declared. Raises LoadError if the model is missing, fails or does not take
     the arguments, and MechanismError (TextError) for what is wrong in a text.
     """
-    path, arguments = find(model), dict(arguments or {})
-    if path.suffix == ".toml":
-        if arguments:
-            raise LoadError(f"{path}: a mechanism as text has no structural arguments, got {', '.join(arguments)}")
+    given = {str(name): value for name, value in (arguments or {}).items()}
+    if isinstance(model, (str, Path)) and (path := find(model)).suffix == ".toml":
+        if given:
+            raise LoadError(f"{path}: a mechanism as text has no structural arguments, got {', '.join(given)}")
         return read_file(path)
-    function = _function_of(path)
-    taken = _arguments_of(path, function)
-    unknown = next((name for name in arguments if name not in taken), None)
+    place, function = _function_of(model)
+    taken = arguments_of(place, function)
+    unknown = next((name for name in given if name not in taken), None)
     if unknown is not None:
         known = ", ".join(taken) or "none"
-        raise LoadError(f"{path}: '{unknown}' is no structural argument of {function.__name__}; known are: {known}")
-    converted = {name: _convert(value, taken[name], f"{path}: {name}") for name, value in arguments.items()}
+        raise LoadError(f"{place}: '{unknown}' is no structural argument of {function.__name__}; known are: {known}")
+    converted = {name: convert(value, taken[name], f"{place}: {name}") for name, value in given.items()}
     missing = [name for name, p in taken.items() if p.default is p.empty and name not in converted]
     if missing:
         raise LoadError(
-            f"{path}: {function.__name__} needs the structural argument(s) {', '.join(missing)}; give NAME=VALUE"
+            f"{place}: {function.__name__} needs the structural argument(s) {', '.join(missing)}; give NAME=VALUE"
         )
-    mechanism = function(**converted) if path.suffix in READERS else _guarded(path, lambda: function(**converted))
+    mechanism = guarded(place, lambda: function(**converted)) if place.suffix == ".py" else function(**converted)
     if not isinstance(mechanism, Mechanism):
-        raise LoadError(f"{path}: {function.__name__} returned {type(mechanism).__name__} instead of a Mechanism")
+        raise LoadError(f"{place}: {function.__name__} returned {type(mechanism).__name__} instead of a Mechanism")
     return mechanism
 
 
@@ -72,7 +69,7 @@ def find(model: str | Path) -> Path:
     """The file of ``model``; raises LoadError, with the names near to it, if there is none."""
     if isinstance(model, str) and model in bundled():
         return bundled()[model]
-    path = Path(model)
+    path = Path(_split(model)[0])
     try:
         exists = path.is_file()
     except (OSError, ValueError) as error:
@@ -90,103 +87,39 @@ def find(model: str | Path) -> Path:
 
 
 def structural_arguments(model: str | Path) -> dict[str, inspect.Parameter]:
-    """The keyword arguments of the model function of ``model``, empty for a text; raises LoadError as ``load``."""
+    """The keyword arguments of what makes ``model``, empty for a text; raises LoadError as ``load``."""
+    return {} if find(model).suffix == ".toml" else arguments_of(*_function_of(model))
+
+
+class _Source(NamedTuple):
+    """Where something is from, for messages, and the function that makes a mechanism of it."""
+
+    place: Path
+    function: Callable[..., object]
+
+
+def _split(model: str | Path) -> tuple[str, str]:
+    """FILE.py:NAME as file and name; the name is empty where none is given."""
+    file, mark, name = str(model).rpartition(_PROGRAM)
+    return (f"{file}.py", name) if mark else (str(model), "")
+
+
+def _function_of(model: object) -> _Source:
+    """What makes the mechanism of ``model``, which is no text, from structural arguments."""
+    if is_mechanics(model):
+        name = type(model).__name__
+        return _Source(Path(name), function_of_mechanics(model, "mechanism"))
+    if not isinstance(model, (str, Path)):
+        got = type(model).__name__
+        raise LoadError(f"expected a Mechanism, a model's name or path, or an object of SymPy's mechanics, got {got}")
     path = find(model)
-    return {} if path.suffix == ".toml" else _arguments_of(path, _function_of(path))
-
-
-# --------------------------------------------------------------------------------------------------- model files
-
-
-def _function_of(path: Path) -> Callable[..., object]:
-    """What makes the mechanism of the file ``path``, which is no text, from structural arguments."""
     if path.suffix not in READERS:
-        return _model_function(path)
+        return _Source(path, model_function(path, _split(model)[1]))
 
     def read(base: str = "fixed", stops: bool = False) -> Mechanism:
         return robot(path, base=base, stops=stops)
 
-    return read
-
-
-def _model_function(path: Path) -> Callable[..., object]:
-    """The public function named like the file, or the only one that is defined there and may return a Mechanism."""
-    try:
-        source, stamp = path.read_bytes(), path.resolve()
-    except OSError as error:
-        raise LoadError(f"{path}: cannot be read: {error.strerror}") from error
-    module = _module(stamp, source)
-    own = {
-        name: item
-        for name, item in vars(module).items()
-        if inspect.isfunction(item) and item.__module__ == module.__name__ and not name.startswith("_")
-    }
-    if path.stem in own:
-        return own[path.stem]
-    declared = {n: f for n, f in own.items() if f.__annotations__.get("return") in (Mechanism, "Mechanism")} or own
-    if len(declared) != 1:
-        found = ", ".join(declared) or "none"
-        raise LoadError(
-            f"{path}: expected a function '{path.stem}' that returns a Mechanism; public functions there: {found}"
-        )
-    return next(iter(declared.values()))
-
-
-@lru_cache(maxsize=64)
-def _module(path: Path, source: bytes) -> ModuleType:
-    """The module of a model file, run under a name of its own and leaving no bytecode behind."""
-    name = f"lag2fmu_model_{path.stem}_{sha256(str(path).encode() + source).hexdigest()[:12]}"
-    spec = importlib.util.spec_from_file_location(name, path)
-    if spec is None:
-        raise LoadError(f"{path}: Python cannot import it")
-    module = importlib.util.module_from_spec(spec)
-    sys.modules[name] = module  # dataclasses look themselves up there while the module runs
-    try:
-        _guarded(path, lambda: exec(compile(source, str(path), "exec"), vars(module)))  # noqa: S102 (the user's program)
-    finally:
-        del sys.modules[name]
-    return module
-
-
-def _guarded(path: Path, action: Callable[[], object]) -> object:
-    """What ``action`` returns; raises LoadError with the line of ``path`` for whatever exception it ends with."""
-    try:
-        return action()
-    except (Exception, SystemExit) as error:
-        if isinstance(error, SyntaxError) and error.filename == str(path.resolve()):
-            line, text = error.lineno, f"{type(error).__name__}: {error.msg}"
-        else:
-            frames = traceback.extract_tb(error.__traceback__)
-            line = next((f.lineno for f in reversed(frames) if Path(f.filename).resolve() == path.resolve()), None)
-            text = f"{type(error).__name__}: {error}"
-        raise LoadError(f"{path}, line {line}: {text}" if line else f"{path}: {text}") from error
-
-
-def _arguments_of(path: Path, function: Callable[..., object]) -> dict[str, inspect.Parameter]:
-    parameters = inspect.signature(function).parameters
-    for p in parameters.values():
-        if p.kind in (p.POSITIONAL_ONLY, p.VAR_POSITIONAL, p.VAR_KEYWORD):
-            raise LoadError(
-                f"{path}: {function.__name__} takes '{p}'; structural arguments are plain keyword arguments"
-            )
-    return dict(parameters)
-
-
-def _convert(value: object, p: inspect.Parameter, where: str) -> object:
-    """``value`` in the type of ``p`` (int, float, str or bool, by annotation or default); raises LoadError."""
-    kinds = {"int": int, "float": float, "str": str, "bool": bool}
-    annotation = p.annotation if isinstance(p.annotation, str) else getattr(p.annotation, "__name__", "")
-    kind = kinds.get(annotation, kinds.get(type(p.default).__name__))
-    if kind is None or type(value) is kind:
-        return value
-    try:
-        if kind is bool:
-            return {"true": True, "1": True, "yes": True, "false": False, "0": False, "no": False}[str(value).lower()]
-        if isinstance(value, bool) or (kind is int and not isinstance(value, str) and value != int(value)):  # type: ignore[call-overload]
-            raise ValueError
-        return kind(value)
-    except (ValueError, TypeError, KeyError, OverflowError):
-        raise LoadError(f"{where} expects {kind.__name__}, got {value!r}") from None
+    return _Source(path, read)
 
 
 # -------------------------------------------------------------------------------------------------------- settings
@@ -243,16 +176,23 @@ def with_values(mechanism: Mechanism, settings: Mapping[str, float]) -> Mechanis
     parameters = tuple(replace(p, value=left.get(p.name, p.value)) for p in d.parameters)
     inputs = tuple(replace(u, start=left.get(u.name, u.start)) for u in d.inputs)
     states = tuple(replace(z, start=left.get(z.name, z.start)) for z in d.states)
-    return complete(replace(d, coordinates=coordinates, parameters=parameters, inputs=inputs, states=states))
+    changed: Any = {"coordinates": coordinates, "parameters": parameters, "inputs": inputs, "states": states}
+    return complete(replace(d, **changed, parts=mechanism.parts_with(left)))
 
 
 def _writing_out(mechanism: Mechanism, settings: Iterable[str]) -> Description:
     """The description of ``mechanism``; parts of joints and loads that ``settings`` name are written out in it."""
-    d, origins = mechanism.description, mechanism.origins
-    if any(f"coordinates.{name}" in origins for item in settings for name in (item, item.removesuffix("_dot"))):
-        d = replace(d, coordinates=(*d.coordinates, *mechanism.coordinates[len(d.coordinates) :]))
-    if any(f"inputs.{name}" in origins for name in settings):
-        d = replace(d, inputs=mechanism.inputs, loads=mechanism.loads)
+    d, settings = mechanism.description, set(settings)
+
+    def brought(table: str) -> tuple[Any, ...]:
+        own = (x for x in getattr(mechanism, table) if mechanism.part_of(f"{table}.{x.name}") is None)
+        return tuple(own)[len(getattr(d, table)) :]
+
+    if any({q.name, names.velocity(q.name)} & settings for q in brought("coordinates")):
+        d = replace(d, coordinates=(*d.coordinates, *brought("coordinates")))
+    if any(u.name in settings for u in brought("inputs")):
+        written = {load.name: load for load in mechanism.loads}
+        d = replace(d, inputs=(*d.inputs, *brought("inputs")), loads=tuple(written[x.name] for x in d.loads))
     return d
 
 

@@ -81,7 +81,7 @@ def validate(
     its export. An FMU of lag2fmu carries its mechanism inside. ``inputs`` and ``hold`` are those of ``simulate``;
     ``progress`` is told the share that is done, 0 to 1. Raises Lag2FmuError; differences are in the Report.
     """
-    source = model if is_fmu(model) else with_values(as_mechanism(model), values or {})  # type: ignore[arg-type]
+    source = model if is_fmu(model) else with_values(as_mechanism(model), values or {})
     with as_fmu(source, solver, fmi) as path:
         mechanism = read_mechanism(path)
         signals = trajectory_of(inputs, *times_of(path, stop_time, None))
@@ -159,7 +159,7 @@ def mechanism_of(model: Model, values: Mapping[str, float] | None = None) -> Mec
     Raises LoadError for an unknown model or value.
     """
     if not is_fmu(model):
-        return with_values(as_mechanism(model), values or {})  # type: ignore[arg-type]
+        return with_values(as_mechanism(model), values or {})
     try:
         mechanism = read_mechanism(fmu_path(model))
     except (ExportError, TextError):  # of another tool, or a text that this version does not read
@@ -179,6 +179,6 @@ def as_fmu(model: Model, solver: str | None = None, fmi: str = "2.0") -> Iterato
     if is_fmu(model):
         yield fmu_path(model)
         return
-    mechanism = as_mechanism(model)  # type: ignore[arg-type]
+    mechanism = as_mechanism(model)
     with tempfile.TemporaryDirectory(prefix="lag2fmu-") as folder:
         yield export(mechanism, Path(folder) / f"{mechanism.name}.fmu", solver=solver, fmi=fmi).path

@@ -281,7 +281,9 @@ def test_the_verbs_take_what_load_takes(tmp_path: Path) -> None:
     path.write_text(write(load("pendulum")), "utf-8")
     for model in ("pendulum", path, str(path), load("pendulum")):
         assert as_mechanism(model).name == derive(model).mechanism.name == "pendulum"
-    with pytest.raises(LoadError, match="expected a Mechanism, a model's name or a path, got int"):
+    with pytest.raises(
+        LoadError, match="expected a Mechanism, a model's name or path, or an object of SymPy's mechanics, got int"
+    ):
         derive(3)  # type: ignore[arg-type]
 
 

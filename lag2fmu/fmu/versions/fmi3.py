@@ -172,12 +172,10 @@ def _structure(root: ET.Element, ports: Sequence[Port]) -> None:
 
 
 def _uses(unknown: Unknown, reference: Mapping[str, str]) -> dict[str, str]:
-    """The attributes dependencies and dependenciesKind, where they are listed."""
-    if unknown.dependencies is None:
-        return {}
-    found = {"dependencies": " ".join(reference[name] for name in unknown.dependencies)}
-    kinds = " ".join("constant" for _ in unknown.dependencies)
-    return found | ({"dependenciesKind": kinds} if unknown.constant and kinds else {})
+    """The attributes dependencies and, where all enter with a constant factor, dependenciesKind."""
+    listed = unknown.dependencies or ()
+    kinds = {"dependenciesKind": " ".join("constant" for _ in listed)} if unknown.constant and listed else {}
+    return {"dependencies": " ".join(reference[name] for name in listed)} | kinds
 
 
 FMI3 = Version(
