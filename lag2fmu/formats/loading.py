@@ -176,16 +176,23 @@ def with_values(mechanism: Mechanism, settings: Mapping[str, float]) -> Mechanis
     parameters = tuple(replace(p, value=left.get(p.name, p.value)) for p in d.parameters)
     inputs = tuple(replace(u, start=left.get(u.name, u.start)) for u in d.inputs)
     states = tuple(replace(z, start=left.get(z.name, z.start)) for z in d.states)
-    return complete(replace(d, coordinates=coordinates, parameters=parameters, inputs=inputs, states=states))
+    changed: Any = {"coordinates": coordinates, "parameters": parameters, "inputs": inputs, "states": states}
+    return complete(replace(d, **changed, parts=mechanism.parts_with(left)))
 
 
 def _writing_out(mechanism: Mechanism, settings: Iterable[str]) -> Description:
     """The description of ``mechanism``; parts of joints and loads that ``settings`` name are written out in it."""
-    d, origins = mechanism.description, mechanism.origins
-    if any(f"coordinates.{name}" in origins for item in settings for name in (item, item.removesuffix("_dot"))):
-        d = replace(d, coordinates=(*d.coordinates, *mechanism.coordinates[len(d.coordinates) :]))
-    if any(f"inputs.{name}" in origins for name in settings):
-        d = replace(d, inputs=mechanism.inputs, loads=mechanism.loads)
+    d, settings = mechanism.description, set(settings)
+
+    def brought(table: str) -> tuple[Any, ...]:
+        own = (x for x in getattr(mechanism, table) if mechanism.part_of(f"{table}.{x.name}") is None)
+        return tuple(own)[len(getattr(d, table)) :]
+
+    if any({q.name, names.velocity(q.name)} & settings for q in brought("coordinates")):
+        d = replace(d, coordinates=(*d.coordinates, *brought("coordinates")))
+    if any(u.name in settings for u in brought("inputs")):
+        written = {load.name: load for load in mechanism.loads}
+        d = replace(d, inputs=(*d.inputs, *brought("inputs")), loads=tuple(written[x.name] for x in d.loads))
     return d
 
 
