@@ -36,6 +36,8 @@ class Place:
         session.enter() if self.mode == "Initialization Mode" else session.start()
         if self.mode == "Step Mode":
             session.step()
+        elif self.mode == "Event Mode":
+            session.instance.do("EnterEventMode")
 
 
 def _places(model: Model3) -> Iterator[Place]:
@@ -52,6 +54,8 @@ def _places(model: Model3) -> Iterator[Place]:
     later = _numbers([*description.listed("Output"), *description.listed("ContinuousStateDerivative")])
     if model.kind == "ModelExchange":
         yield Place("Continuous-Time Mode", later, _few([*model.states, *inputs]), compared=True)
+        tunable = [v for v in parameters if v.variability == "tunable"]
+        yield Place("Event Mode", later, _few([*tunable, *inputs]), compared=True)
     else:
         yield Place("Step Mode", later, _few([*model.states, *inputs]), compared=False)
 
