@@ -3,16 +3,15 @@
 from __future__ import annotations
 
 import os
+import time
 from collections import defaultdict
-from collections.abc import Callable, Iterator
+from collections.abc import Callable
 from pathlib import Path
 
 import pytest
-from building import compiled_once
 
 from lag2fmu.codegen import DEFAULT_SOLVER
-from lag2fmu.fmu import Fmu, export
-from lag2fmu.fmu.compilers import compile_libraries
+from lag2fmu.fmu import Fmu, export, kept_libraries
 from lag2fmu.formats.loading import load
 from lag2fmu.mechanism import Mechanism
 
@@ -23,6 +22,8 @@ SLOW = Path(__file__).with_name("slow.txt")
 """The tests that are left out of 'make test' for their time, beside those that carry the marker slow."""
 LIMIT = 1.0
 """A test that takes longer than this (s) belongs into SLOW."""
+WEEK = 7 * 24 * 3600.0
+"""s"""
 
 _seconds: dict[str, float] = defaultdict(float)
 
@@ -32,6 +33,11 @@ def pytest_addoption(parser: pytest.Parser) -> None:
     parser.addoption("--update", action="store_true", help="write golden files anew; read the diff before you commit")
     parser.addoption("--all-models", action="store_true", help="what takes minutes with every model ('make test-all')")
     parser.addoption("--update-slow", action="store_true", help="list the tests of a whole run that take long anew")
+
+
+def pytest_configure(config: pytest.Config) -> None:
+    """All processes of a run, and later runs, compile the same sources once; ``--cache-clear`` forgets them."""
+    os.environ.setdefault(kept_libraries.VARIABLE, str(config.cache.mkdir("libraries")))
 
 
 @pytest.hookimpl(tryfirst=True)
@@ -53,27 +59,23 @@ def pytest_runtest_logreport(report: pytest.TestReport) -> None:
 
 
 def pytest_sessionfinish(session: pytest.Session) -> None:
-    """With ``--update-slow`` list the tests that took longer than LIMIT, in the process that hears of all of them."""
+    """Drop libraries that no run of this week used; with ``--update-slow`` list the tests that took longer than LIMIT.
+
+    In the process that hears of all tests.
+    """
+    if "PYTEST_XDIST_WORKER" not in os.environ:
+        for file in session.config.cache.mkdir("libraries").iterdir():
+            if time.time() - file.stat().st_mtime > WEEK:
+                file.unlink()
     if session.config.getoption("--update-slow") and "PYTEST_XDIST_WORKER" not in os.environ:
         slow = sorted(name for name, seconds in _seconds.items() if seconds > LIMIT and "test_models.py" not in name)
         SLOW.write_text("".join(f"{name}\n" for name in slow), "utf-8")
 
 
-@pytest.fixture(scope="session", autouse=True)
-def _compiled_once(tmp_path_factory: pytest.TempPathFactory) -> Iterator[None]:
-    """``export`` compiles the same sources once a run, also where pytest-xdist runs it in several processes."""
-    base = tmp_path_factory.getbasetemp()
-    folder = (base.parent if "PYTEST_XDIST_WORKER" in os.environ else base) / "libraries"
-    folder.mkdir(exist_ok=True)
-    with pytest.MonkeyPatch.context() as patch:
-        patch.setattr("lag2fmu.fmu.backends.native.compile_libraries", compiled_once(folder))
-        yield
-
-
 @pytest.fixture
 def compiled_anew(monkeypatch: pytest.MonkeyPatch) -> None:
     """For tests of what the compiler makes: ``export`` compiles, whatever was compiled before."""
-    monkeypatch.setattr("lag2fmu.fmu.backends.native.compile_libraries", compile_libraries)
+    monkeypatch.delenv(kept_libraries.VARIABLE)
 
 
 @pytest.fixture(scope="session")

@@ -117,6 +117,20 @@ def _step(matrices: list[Floats], h: float) -> Floats:
 def drive_period(equations: EquationsOfMotion) -> float:
     """The least common period (s) of the sines and cosines of time in the mechanism; raises DerivationError."""
     m = equations.mechanism
+    rates = _rates(equations)
+    if not rates:
+        raise DerivationError(f"mechanism '{m.name}': no sine or cosine of time drives it; give a period")
+    slowest = min(rates)
+    ratios = [sp.nsimplify(rate / slowest, rational=True, tolerance=1e-10) for rate in rates]
+    common = lcm(*(int(r.q) for r in ratios))
+    if common > 100:
+        raise DerivationError(f"mechanism '{m.name}': its drives have no common period; give one")
+    return float(2 * np.pi / slowest * common)
+
+
+def _rates(equations: EquationsOfMotion) -> set[float]:
+    """The angular frequencies (rad/s) of all sines and cosines of time; raises DerivationError for time elsewhere."""
+    m = equations.mechanism
     definitions = written_out({d.name: d.expression for d in m.definitions})
     values = _parameter_values(equations)
     rates: set[float] = set()
@@ -133,14 +147,7 @@ def drive_period(equations: EquationsOfMotion) -> float:
             raise DerivationError(
                 f"mechanism '{m.name}': {where} has the time outside of sines and cosines, the drive is not periodic"
             )
-    if not rates:
-        raise DerivationError(f"mechanism '{m.name}': no sine or cosine of time drives it; give a period")
-    slowest = min(rates)
-    ratios = [sp.nsimplify(rate / slowest, rational=True, tolerance=1e-10) for rate in rates]
-    common = lcm(*(int(r.q) for r in ratios))
-    if common > 100:
-        raise DerivationError(f"mechanism '{m.name}': its drives have no common period; give one")
-    return float(2 * np.pi / slowest * common)
+    return rates
 
 
 def _rate(name: str, where: str, rate: sp.Expr, values: dict[sp.Symbol, float]) -> float:

@@ -45,13 +45,13 @@ class Slot:
 
 @dataclass(frozen=True)
 class PortTable:
-    """What value references stand for: (name, first slot, number of slots) of each.
+    """What value references stand for: (name, first slot, number of slots, whether these have a port before) of each.
 
     ``dependencies`` has for each of them the (index of the known, whether it enters with a constant factor) that it
     depends on.
     """
 
-    ports: tuple[tuple[str, int, int], ...]
+    ports: tuple[tuple[str, int, int, bool], ...]
     dependencies: tuple[tuple[tuple[int, bool], ...], ...]
 
     @property

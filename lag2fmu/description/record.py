@@ -29,6 +29,7 @@ from lag2fmu.description.parts import (
     in_order_of_kinds,
 )
 from lag2fmu.description.places import WORLD, Body, Frame, Place, Point, Vector, expressions_of
+from lag2fmu.description.subsystems import Part
 from lag2fmu.description.symbols import Coordinate, Declared, Input, Parameter
 from lag2fmu.description.tables import Table
 from lag2fmu.errors import MechanismError
@@ -83,6 +84,9 @@ class Description:
     source: str = key("string", "Where equations and values come from.", default="")
     impacts: str = key(
         IMPACTS, "How contacts share an impact: in rounds, or in one problem over all that touch.", default="sequential"
+    )
+    parts: tuple[Part, ...] = table_key(
+        Part, "tables", "Mechanisms that this one is made of; their names become PART_NAME."
     )
     parameters: tuple[Parameter, ...] = table_key(
         Parameter, "lines", "Constants of the mechanism: NAME = { value = ..., unit = ... }."
@@ -141,11 +145,11 @@ class Description:
         given, gravity = self.forces, self.gravity
         forces = [Force(str(q), Q) for q, Q in given.items()] if isinstance(given, Mapping) else given
         own = {**vars(self), "forces": forces}
-        parts = {name: _records(own[name], name, of.part) for name, of in table_keys().items() if of.many}
-        parts["coordinates"] = _with_declared(parts["coordinates"], parts["joints"])
-        parts["constraints"] = in_order_of_kinds(parts["constraints"])
+        tables = {name: _records(own[name], name, of.part) for name, of in table_keys().items() if of.many}
+        tables["coordinates"] = _with_declared(tables["coordinates"], tables["joints"])
+        tables["constraints"] = in_order_of_kinds(tables["constraints"])
         vars(self).update(
-            parts,
+            tables,
             title=self.title or str(self.name).replace("_", " ").capitalize(),
             energy=self.energy or Energy(),
             gravity=gravity if gravity is None or isinstance(gravity, Gravity) else Gravity(gravity),
@@ -238,10 +242,10 @@ def label_of(part: Any) -> str:
     return str(part.coordinate if isinstance(part, Force) else part.name)
 
 
-Part = TypeVar("Part", Frame, Place)
+Named = TypeVar("Named", Frame, Place)
 
 
-def _named(parts: Iterable[Part], name: str, what: str) -> Part:
+def _named(parts: Iterable[Named], name: str, what: str) -> Named:
     """The one of ``parts`` called ``name``; raises MechanismError that there is no ``what``."""
     found = {part.name: part for part in parts}
     if name not in found:

@@ -2,9 +2,11 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterable
 from dataclasses import dataclass
 from itertools import accumulate
 
+from lag2fmu.dynamics.row_tables import SparseRows
 from lag2fmu.errors import DerivationError
 from lag2fmu.graph.graph import Graph, Node
 from lag2fmu.graph.operations import SYMBOL
@@ -49,6 +51,12 @@ class Function:
         return self
 
 
+def filling(name: str, doc: str, arguments: tuple[Array, ...], **arrays: Iterable[Node]) -> Function:
+    """A function that fills ``arrays`` with nodes."""
+    results = tuple((array, index, node) for array, nodes in arrays.items() for index, node in enumerate(nodes))
+    return Function(name, doc, arguments, tuple(arrays), results)
+
+
 @dataclass(frozen=True)
 class TableArgument:
     """An argument, at ``position`` from 1 on, of a table that has no value outside ``least`` to ``greatest`` (SI)."""
@@ -87,7 +95,7 @@ class Program:
     many ``unilaterals``, contacts and stops; ``frictions`` and ``latches`` are the numbers of the other elements.
     ``event_functions`` are those of switches, and behind them those of contacts and dry frictions. ``offsets`` is the
     number of latches that hold positions; the switches of the latches are the last ones. ``simultaneous`` says how
-    impacts are resolved.
+    impacts are resolved. ``sparse_rows`` are there for time stepping only.
     """
 
     graph: Graph
@@ -110,6 +118,7 @@ class Program:
     latches: int = 0
     offsets: int = 0
     simultaneous: bool = False
+    sparse_rows: SparseRows | None = None
 
     @property
     def unilaterals(self) -> int:

@@ -2,28 +2,35 @@
 
 from __future__ import annotations
 
-from collections.abc import Collection, Iterable, Iterator
+from collections.abc import Collection, Iterator
 
 from lag2fmu.dynamics.elimination import solve
 from lag2fmu.dynamics.equations import EquationsOfMotion
-from lag2fmu.dynamics.functions import Array, EventFunction, Function, Program, TableArgument
-from lag2fmu.dynamics.kinks import nominal_size, switched
+from lag2fmu.dynamics.functions import Array, Function, Program, TableArgument, filling
+from lag2fmu.dynamics.kinks import switched
 from lag2fmu.dynamics.modes import Modes, sliding_forces, with_rows
+from lag2fmu.dynamics.row_functions import contact_events, rows_in_all_modes, time_stepping_rows
+from lag2fmu.dynamics.row_tables import SparseRows
 from lag2fmu.dynamics.schur_complement import solve_constrained
+from lag2fmu.dynamics.sparse_rows import sparse_rows
 from lag2fmu.dynamics.tables import watched_arguments
 from lag2fmu.dynamics.tangent import Tangent, differentiate
 from lag2fmu.dynamics.terms import canonical
 from lag2fmu.dynamics.time_derivatives import SecondDerivatives, differentiate_twice
-from lag2fmu.graph.graph import Node
 
 __all__ = ["Array", "Function", "Program", "lower"]
 
 
-def lower(equations: EquationsOfMotion, promoted: Collection[str] = (), variational: bool = False) -> Program:
+def lower(
+    equations: EquationsOfMotion,
+    promoted: Collection[str] = (),
+    variational: bool = False,
+    time_stepping: bool = False,
+) -> Program:
     """The functions an FMU needs: accelerations, what is calculated from them, the tangents, second time derivatives.
 
     ``promoted`` names the accelerations and locals that are outputs beside those of the mechanism. ``variational``
-    adds the momenta and forces that variational solvers work on.
+    adds the momenta and forces that variational solvers work on, ``time_stepping`` the sparse rows of time stepping.
 
     The arguments of the functions are t; x = (q, qd) with the f further states behind, (2n + f,); u, the inputs: Q,
     then the user's, then y0, y0_dot, y0_ddot of each motion; p, numbers of modes, the switches of kinks and behind them
@@ -39,7 +46,8 @@ def lower(equations: EquationsOfMotion, promoted: Collection[str] = (), variatio
         equations, modes, places = with_rows(equations)
     g, v = equations.graph, equations.variables
     outputs = frozenset((*equations.mechanism.output_names, *promoted))
-    functions, arguments, factor_size = _functions(equations, modes, outputs, variational)
+    sparse = sparse_rows(equations, modes, places) if time_stepping and places else None
+    functions, arguments, factor_size = _functions(equations, modes, outputs, variational, sparse)
     found = switched(
         g, v, equations.mechanism, functions, masks=len(modes.numbers), conditions=equations.rows.conditions
     )
@@ -63,12 +71,17 @@ def lower(equations: EquationsOfMotion, promoted: Collection[str] = (), variatio
         constraints=len(equations.constraints),
         simultaneous=equations.mechanism.impacts == "simultaneous",
         switches=len(found.margins),
-        event_functions=(*found.margins, *_contact_events(equations)),
+        event_functions=(*found.margins, *contact_events(equations)),
+        sparse_rows=sparse,
     )
 
 
 def _functions(
-    equations: EquationsOfMotion, modes: Modes, outputs: Collection[str], variational: bool
+    equations: EquationsOfMotion,
+    modes: Modes,
+    outputs: Collection[str],
+    variational: bool,
+    sparse: SparseRows | None,
 ) -> tuple[tuple[Function, ...], tuple[TableArgument, ...], int]:
     """The functions with kinks in them, the arguments of tables that are watched, and the length of w, see Program."""
     g, v = equations.graph, equations.variables
@@ -78,7 +91,7 @@ def _functions(
     factor, solution = _factor_and_solve(equations, state)
     doc = "Momenta, energies and outputs y."
     functions = (
-        _function("mechanism_dependent", "Dependent parameters c.", (p,), c=equations.dependent.values()),
+        filling("mechanism_dependent", "Dependent parameters c.", (p,), c=equations.dependent.values()),
         _accelerations(equations, state),
         _dynamics(equations, state),
         factor,
@@ -86,8 +99,9 @@ def _functions(
         *_constraints(equations, state, factor),
         *_further(equations, state, qdd),
         *(_canonical(equations, state) if variational else ()),
-        _function("mechanism_locals", doc, (*state, qdd), y=(node for _, node in equations.locals())),
-        *_rows(equations, sliding, state, qdd),
+        filling("mechanism_locals", doc, (*state, qdd), y=(node for _, node in equations.locals())),
+        *rows_in_all_modes(equations, sliding, state, qdd),
+        *time_stepping_rows(equations, sparse, state, factor),
         *_tangents(
             differentiate(equations, sliding), state, qdd, len(equations.constraints) > 0, len(equations.rows) > 0
         ),
@@ -96,14 +110,8 @@ def _functions(
     watched = watched_arguments(g, functions, state)
     if watched:
         doc = "Arguments a of tables that have no value outside their data."
-        functions = (*functions, _function("mechanism_arguments", doc, state, a=(node for node, _ in watched)))
+        functions = (*functions, filling("mechanism_arguments", doc, state, a=(node for node, _ in watched)))
     return functions, tuple(argument for _, argument in watched), len(factor.results) - len(v.q)
-
-
-def _function(name: str, doc: str, arguments: tuple[Array, ...], **arrays: Iterable[Node]) -> Function:
-    """A function that fills ``arrays`` with nodes."""
-    results = tuple((array, index, node) for array, nodes in arrays.items() for index, node in enumerate(nodes))
-    return Function(name, doc, arguments, tuple(arrays), results)
 
 
 def _accelerations(equations: EquationsOfMotion, state: tuple[Array, ...]) -> Function:
@@ -113,7 +121,7 @@ def _accelerations(equations: EquationsOfMotion, state: tuple[Array, ...]) -> Fu
     zeros = (equations.graph.zero,) * len(equations.forcing)
     found = equations.solution
     doc = f"Accelerations qdd by {equations.method}, and its pivots: qdd is usable if all of them are positive."
-    return _function(
+    return filling(
         "mechanism_accelerations", doc, state, qdd=found.x if found else zeros, pivots=found.pivots if found else zeros
     )
 
@@ -131,7 +139,7 @@ def _constrained_accelerations(equations: EquationsOfMotion, state: tuple[Array,
         "Accelerations and behind them the multipliers, with G qdd + gamma + drift = 0. Usable if the pivots of M and "
         "the margins of the constraints are positive, and the squares of their distances have not shrunk."
     )
-    return _function(
+    return filling(
         "mechanism_accelerations",
         doc,
         (*state, Array("drift", drift)),
@@ -158,22 +166,22 @@ def _factor_and_solve(equations: EquationsOfMotion, state: tuple[Array, ...]) ->
     x, pivots = (found.x, found.pivots) if found else (rhs, (g.zero,) * n)
     w = tuple(g.frontier(x, rhs))
     doc = "What the solution a of M a = b takes beside b, w, and the pivots."
-    factor = _function("mechanism_factor", doc, state, w=w, pivots=pivots)
-    return factor, _function("mechanism_solve", "The solution a of M a = b.", (Array("w", w), Array("b", rhs)), a=x)
+    factor = filling("mechanism_factor", doc, state, w=w, pivots=pivots)
+    return factor, filling("mechanism_solve", "The solution a of M a = b.", (Array("w", w), Array("b", rhs)), a=x)
 
 
 def _further(equations: EquationsOfMotion, state: tuple[Array, ...], qdd: Array) -> Iterator[Function]:
     """The derivatives of the further states, if there are any."""
     if equations.variables.further:
         doc = "Derivatives dz of the further states; qdd holds the accelerations and behind them the multipliers."
-        yield _function("mechanism_further", doc, (*state, qdd), dz=equations.variables.further_rates)
+        yield filling("mechanism_further", doc, (*state, qdd), dz=equations.variables.further_rates)
 
 
 def _canonical(equations: EquationsOfMotion, state: tuple[Array, ...]) -> Iterator[Function]:
     """Momenta and forces of Lagrange's equations, for variational methods."""
     momenta, forces = canonical(equations.graph, equations.variables, equations.parts)
     doc = "Momenta m = dL/dqd and forces F = dL/dq - dR/dqd + Q, so that dm/dt = F but for the forces of constraints."
-    yield _function("mechanism_canonical", doc, state, m=momenta, F=forces)
+    yield filling("mechanism_canonical", doc, state, m=momenta, F=forces)
 
 
 def _constraints(equations: EquationsOfMotion, state: tuple[Array, ...], factor: Function) -> tuple[Function, ...]:
@@ -183,10 +191,10 @@ def _constraints(equations: EquationsOfMotion, state: tuple[Array, ...], factor:
         return ()
     jacobian = tuple(entry for row in c.jacobian for entry in row)
     doc_met = "Of the constraints: positions phi, velocities v = G qd + b and their Jacobian G (m x n, row-major)."
-    whole = _function("", "", state, f=equations.forcing, G=jacobian, gamma=c.accelerations)
+    whole = filling("", "", state, f=equations.forcing, G=jacobian, gamma=c.accelerations)
     doc = "What mechanism_factor gives, forcing f, and G and gamma of the constraints G qdd + gamma = 0."
     return (
-        _function("mechanism_constraints", doc_met, state, phi=c.positions, v=c.velocities, G=jacobian),
+        filling("mechanism_constraints", doc_met, state, phi=c.positions, v=c.velocities, G=jacobian),
         Function(
             "mechanism_constrained",
             doc,
@@ -197,42 +205,13 @@ def _constraints(equations: EquationsOfMotion, state: tuple[Array, ...], factor:
     )
 
 
-def _rows(
-    equations: EquationsOfMotion, sliding: tuple[Node, ...], state: tuple[Array, ...], qdd: Array
-) -> Iterator[Function]:
-    """What is to be known about the rows that modes switch, and the forces of those that slide."""
-    rows = equations.rows
-    if not len(rows):
-        return
-    jacobian = [entry for row in rows.jacobian for entry in row]
-    doc = "Of all rows in any mode: positions phi, velocities v, their Jacobian G (row-major), gamma of G qdd + gamma."
-    of_rows = {"phi": rows.positions, "v": rows.velocities, "G": jacobian, "gamma": rows.accelerations}
-    yield _function("mechanism_rows", doc, state, **of_rows)
-    doc = "Coefficients of contacts: restitution e, sliding friction mu, static friction mu_s."
-    of_contacts = {"e": rows.restitution, "mu": rows.friction, "mu_s": rows.static_friction}
-    yield _function("mechanism_contacts", doc, state, **of_contacts)
-    doc = "Forces s of the rows that slide, and of dry frictions the forces F that slide and the largest H that hold."
-    yield _function("mechanism_friction", doc, (*state, qdd), s=sliding, F=rows.sliding, H=rows.holding)
-
-
-def _contact_events(equations: EquationsOfMotion) -> Iterator[EventFunction]:
-    """Two event functions of each contact, of its gap or force and of its slip; one of each dry friction."""
-    g, v, mechanism, rows = equations.graph, equations.variables, equations.mechanism, equations.rows
-    for contact, gap in zip(mechanism.unilaterals, rows.gaps, strict=True):
-        size = nominal_size(g, v, mechanism, gap)
-        yield EventFunction(f"{contact.name}: gap or force", size)
-        yield EventFunction(f"{contact.name}: slip or friction", size)
-    for friction in mechanism.frictions:
-        yield EventFunction(f"{friction.name}: slip or friction", 1.0)
-
-
 def _tangents(
     tangent: Tangent, state: tuple[Array, ...], qdd: Array, constrained: bool, rows: bool
 ) -> Iterator[Function]:
     """Directional derivatives along (dt, dx, du, dp)."""
     p, dp, dqdd = state[-1], Array("dp", tangent.dp), Array("dqdd", tangent.dqdd)
     seed = (Array("dt", (tangent.dt,), True), Array("dx", tangent.dx), Array("du", (*tangent.du, *tangent.drates)), dp)
-    yield _function(
+    yield filling(
         "mechanism_residual_tangent",
         "Directional derivative dr of r = M qdd - f at fixed qdd."
         + (" Behind M qdd - f - G^T multiplier: G qdd + gamma, v, phi." if constrained else ""),
@@ -240,19 +219,19 @@ def _tangents(
         dr=tangent.residual,
     )
     if tangent.further:
-        yield _function(
+        yield filling(
             "mechanism_further_tangent",
             "Directional derivative d2z of the derivatives dz of the further states.",
             (*state, qdd, *seed, dqdd),
             d2z=tangent.further,
         )
-    yield _function(
+    yield filling(
         "mechanism_locals_tangent",
         "Directional derivative dy of the momenta, energies and outputs.",
         (*state, qdd, *seed, dqdd),
         dy=tangent.locals,
     )
-    yield _function(
+    yield filling(
         "mechanism_dependent_tangent",
         "Directional derivative dc of the dependent parameters.",
         (p, dp),
@@ -260,7 +239,7 @@ def _tangents(
     )
     if rows:
         doc = "Directional derivative ds of the forces of the rows that slide."
-        yield _function("mechanism_friction_tangent", doc, (*state, qdd, *seed, dqdd), ds=tangent.sliding)
+        yield filling("mechanism_friction_tangent", doc, (*state, qdd, *seed, dqdd), ds=tangent.sliding)
 
 
 def _second_derivatives(
@@ -269,7 +248,7 @@ def _second_derivatives(
     """Second time derivatives along a motion: of the residual and of sliding forces for d4q, then of the outputs."""
     motion = (*state, qdd, Array("du", second.du), Array("d2u", second.d2u), Array("d3q", second.d3q))
     further = (*motion, Array("d4q", second.d4q))
-    yield _function(
+    yield filling(
         "mechanism_residual_second",
         "Second time derivative d2r of r = M qdd - f without M d4q, the inputs moving with du and d2u.",
         motion,
@@ -284,4 +263,4 @@ def _second_derivatives(
     )
     if rows:
         doc = "Second time derivatives d2s of the forces of the rows that slide."
-        yield _function("mechanism_friction_second", doc, further, d2s=second.sliding)
+        yield filling("mechanism_friction_second", doc, further, d2s=second.sliding)

@@ -82,7 +82,8 @@ class _Steps:
             [
                 self._say(
                     f"n_p = {len(particles)} particles{_listed(particles)}, n_r = {len(rigid)} bodies{_listed(rigid)}"
-                )
+                ),
+                *(self._say(f"{p.prefix}... are names of the part {p.of.title}") for p in m.description.parts),
             ],
         )
         yield "Degrees of freedom", [self._say(self._freedom())]

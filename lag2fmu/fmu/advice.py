@@ -6,10 +6,11 @@ from collections.abc import Collection
 
 from lag2fmu.analysis.stiffness import Vibration, stiffness, undamped_vibrations
 from lag2fmu.dynamics.equations import EquationsOfMotion
+from lag2fmu.dynamics.massless import determined
 from lag2fmu.errors import ExportError
 from lag2fmu.mechanism.record import Mechanism
 from lag2fmu.solvers.collocation import Collocation
-from lag2fmu.solvers.methods import DEFAULT_SOLVER, METHODS, STIFF_SOLVER, Method, takes
+from lag2fmu.solvers.methods import DEFAULT_SOLVER, METHODS, STIFF_SOLVER, Method, TimeStepping, takes
 
 _SEEN, _MOST = 1e-9, 6
 """A start that moves by less than _SEEN of its size is not mentioned; of the others at most _MOST are named."""
@@ -67,7 +68,9 @@ def missed_vibrations(equations: EquationsOfMotion, method: Method) -> tuple[Vib
 
 
 def check_solver(mechanism: Mechanism, method: Method) -> None:
-    """Raise ExportError for a method that does not take the constraints; the message names methods that do."""
+    """Raise ExportError for a method that does not take the mechanism; the message names methods that do."""
+    if isinstance(method, TimeStepping):
+        _check_time_stepping(mechanism, method)
     if mechanism.hybrid and isinstance(method, Collocation) and method.variational:
         others = [name for name, other in METHODS.items() if not (isinstance(other, Collocation) and other.variational)]
         raise ExportError(
@@ -84,3 +87,27 @@ def check_solver(mechanism: Mechanism, method: Method) -> None:
         f"solver '{method.solver}' discretises an action {action}, and mechanism '{mechanism.name}' has "
         f"{' and '.join(kinds)} ones ({listed}); take one of {', '.join(others)}"
     )
+
+
+def _check_time_stepping(mechanism: Mechanism, method: TimeStepping) -> None:
+    """Time stepping is for rows that modes switch, and knows no coordinates without mass."""
+    light = [i for i in determined(mechanism) if i is not None]
+    if not mechanism.hybrid:
+        raise ExportError(
+            f"solver '{method.solver}' steps over impacts with an error of first order, and mechanism "
+            f"'{mechanism.name}' has no contacts, stops, dry friction or latches; take {DEFAULT_SOLVER}"
+        )
+    if light:
+        names = ", ".join(mechanism.coordinates[i].name for i in light)
+        raise ExportError(
+            f"solver '{method.solver}' moves all coordinates by impulses, and mechanism '{mechanism.name}' has some "
+            f"without mass ({names}); give them a mass, or take {DEFAULT_SOLVER}"
+        )
+
+
+def steps_over_impacts(mechanism: Mechanism, method: Method) -> str:
+    """A phrase on impacts in turn that ``method`` resolves at once; "" if it does not, or none are meant."""
+    returning = sum(contact.restitution != 0 for contact in mechanism.unilaterals)
+    if not isinstance(method, TimeStepping) or mechanism.impacts == "simultaneous" or returning < 2:
+        return ""
+    return f'solver {method.solver} resolves the impacts of a step at once, as impacts = "simultaneous" does'

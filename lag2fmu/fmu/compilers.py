@@ -18,11 +18,14 @@ import tempfile
 from collections.abc import Callable, Iterable, Mapping
 from concurrent.futures import Future, ThreadPoolExecutor, as_completed
 from dataclasses import dataclass, replace
+from importlib.metadata import version
 from importlib.util import find_spec
 from pathlib import Path
 
 from lag2fmu.errors import BuildError
+from lag2fmu.fmu.kept_libraries import kept
 from lag2fmu.fmu.mach_exports import hide
+from lag2fmu.fmu.units import units
 from lag2fmu.fmu.universal import universal
 
 FLAGS = ("-std=c99", "-O2", "-fPIC", "-fvisibility=hidden", "-ffp-contract=off", "-fno-math-errno", "-g0", "-DNDEBUG")
@@ -168,16 +171,29 @@ def _report(running: Mapping[tuple[Platform, str], Future[bytes]], progress: Pro
 
 
 def _compile(sources: Mapping[str, str], include: Path, name: str, part: tuple[Platform, str], compiler: str) -> bytes:
-    """The library for one target of a platform."""
+    """The library for one target of a platform; what zig made of the same before may be kept."""
     platform, target = part
-    command = compiler_command(compiler, target)
     library = f"{name}{platform.suffix}"
-    units = sorted(file for file in sources if file.endswith(".c"))
+    joined = units(sources)
     strip = [] if platform.suffix == ".dylib" else ["-s"]
-    command += [*FLAGS, *strip, "-shared", f"-I{include}", "-o", library, *units, "-lm"]
+    command = [*compiler_command(compiler, target), *FLAGS, *strip, "-shared", f"-I{include}", "-o", library]
+    command += [*joined, "-lm"]
+
+    def build() -> bytes:
+        built = _built(command, {**sources, **joined}, library)
+        return hide(built, OF_ZIG) if platform.suffix == ".dylib" and compiler == "zig" else built
+
+    if compiler != "zig":  # other compilers depend on the machine
+        return build()
+    headers = [(file.name, file.read_bytes()) for file in sorted(include.glob("fmi*.h"))]
+    return kept((version("ziglang"), command, headers, sorted(sources.items())), build)
+
+
+def _built(command: list[str], files: Mapping[str, str], library: str) -> bytes:
+    """The ``library`` that ``command`` makes in a folder that holds the ``files`` {name: text}."""
     try:
         with tempfile.TemporaryDirectory(prefix="lag2fmu-") as folder:
-            for file, text in sources.items():
+            for file, text in files.items():
                 (Path(folder) / file).write_text(text, "utf-8", newline="\n")
             _run(command, Path(folder))
             built = Path(folder, library).read_bytes() if Path(folder, library).is_file() else b""
@@ -188,7 +204,7 @@ def _compile(sources: Mapping[str, str], include: Path, name: str, part: tuple[P
         ) from error
     if not built:
         raise BuildError(f"the compiler '{command[0]}' ended without an error but wrote no library")
-    return hide(built, OF_ZIG) if platform.suffix == ".dylib" and compiler == "zig" else built
+    return built
 
 
 def _run(command: list[str], folder: Path) -> None:

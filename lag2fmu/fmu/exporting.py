@@ -11,7 +11,7 @@ from lag2fmu.analysis.entry_points import resting
 from lag2fmu.dynamics.lagrange import complete, derive
 from lag2fmu.dynamics.program import lower
 from lag2fmu.errors import ExportError
-from lag2fmu.fmu.advice import check_solver, damping, moved_starts, suited_solver
+from lag2fmu.fmu.advice import check_solver, damping, moved_starts, steps_over_impacts, suited_solver
 from lag2fmu.fmu.backends import BACKENDS
 from lag2fmu.fmu.backends.backend import Choices
 from lag2fmu.fmu.carried import MECHANISM_ENTRY
@@ -26,7 +26,7 @@ from lag2fmu.formats.loading import as_mechanism
 from lag2fmu.formats.write import write
 from lag2fmu.mechanism.record import Mechanism
 from lag2fmu.resources import resource_folder
-from lag2fmu.solvers.methods import DEFAULT_SOLVER, METHODS
+from lag2fmu.solvers.methods import DEFAULT_SOLVER, METHODS, TimeStepping
 
 TERMINALS = "terminalsAndIcons/terminalsAndIcons.xml"
 STARTS = ("given", "equilibrium")
@@ -112,8 +112,9 @@ def export(  # noqa: PLR0913 (choices of the user)
     suited, reason = suited_solver(equations, BACKENDS[backend].solvers)
     solver, choice = (solver, "") if solver else (suited, reason)
     check_solver(equations.mechanism, METHODS[solver])
+    method = METHODS[solver]
     promoted = promotable(equations, outputs, events=version.has_ports)
-    program = lower(equations, promoted, METHODS[solver].variational)
+    program = lower(equations, promoted, method.variational, isinstance(method, TimeStepping))
     mechanism = complete(mechanism, equations)
     content = build(mechanism, equations, program, solver)
     files = {
@@ -126,7 +127,7 @@ def export(  # noqa: PLR0913 (choices of the user)
         **(extra or {}),
     }
     pack(files, target)
-    remarks = "; ".join(filter(None, [choice, damping(equations, METHODS[solver])]))
+    remarks = "; ".join(filter(None, [choice, damping(equations, method), steps_over_impacts(mechanism, method)]))
     return Fmu(target, content.description, remarks, moved_starts(mechanism, equations))
 
 

@@ -177,4 +177,6 @@ def port_table(ports: Sequence[Port]) -> PortTable:
         unknown = uses.get(port.name)
         listed = () if unknown is None else unknown.dependencies or ()
         dependencies.append(tuple((index[name], unknown is not None and unknown.constant) for name in listed))
-    return PortTable(tuple((port.name, port.first, len(port.members)) for port in ports), tuple(dependencies))
+    firsts = [port.first for port in ports]
+    rows = ((p.name, p.first, len(p.members), p.first in firsts[:i]) for i, p in enumerate(ports))
+    return PortTable(tuple(rows), tuple(dependencies))

@@ -36,11 +36,11 @@ def as_mechanism(model: object) -> Mechanism:
 def load(model: object, arguments: Mapping[Any, object] | None = None) -> Mechanism:
     """The mechanism that ``model`` is or names.
 
-    ``model`` is a bundled name, a .py, .toml or .urdf file, FILE.py:NAME for what is called NAME in a program, or a
-    LagrangesMethod, KanesMethod or System of SymPy. ``arguments`` are the structural ones of a family (``n`` of
-    ``n_pendulum``), those of ``robot``, or the values of all constants of SymPy's mechanics {symbol or name: number};
-    strings are converted to the type that is declared. Raises LoadError if the model is missing, fails or does not take
-    the arguments, and MechanismError (TextError) for what is wrong in a text.
+    ``model`` is a bundled name, a .py, .toml, .urdf or .xml (MJCF) file, FILE.py:NAME for what is called NAME in a
+    program, or a LagrangesMethod, KanesMethod or System of SymPy. ``arguments`` are the structural ones of a family
+    (``n`` of ``n_pendulum``), those of ``robot``, or the values of all constants of SymPy's mechanics {symbol or name:
+    number}; strings are converted to the type that is declared. Raises LoadError if the model is missing, fails or does
+    not take the arguments, and MechanismError (TextError) for what is wrong in a text.
     """
     given = {str(name): value for name, value in (arguments or {}).items()}
     if isinstance(model, (str, Path)) and (path := find(model)).suffix == ".toml":
@@ -176,16 +176,23 @@ def with_values(mechanism: Mechanism, settings: Mapping[str, float]) -> Mechanis
     parameters = tuple(replace(p, value=left.get(p.name, p.value)) for p in d.parameters)
     inputs = tuple(replace(u, start=left.get(u.name, u.start)) for u in d.inputs)
     states = tuple(replace(z, start=left.get(z.name, z.start)) for z in d.states)
-    return complete(replace(d, coordinates=coordinates, parameters=parameters, inputs=inputs, states=states))
+    changed: Any = {"coordinates": coordinates, "parameters": parameters, "inputs": inputs, "states": states}
+    return complete(replace(d, **changed, parts=mechanism.parts_with(left)))
 
 
 def _writing_out(mechanism: Mechanism, settings: Iterable[str]) -> Description:
     """The description of ``mechanism``; parts of joints and loads that ``settings`` name are written out in it."""
-    d, origins = mechanism.description, mechanism.origins
-    if any(f"coordinates.{name}" in origins for item in settings for name in (item, item.removesuffix("_dot"))):
-        d = replace(d, coordinates=(*d.coordinates, *mechanism.coordinates[len(d.coordinates) :]))
-    if any(f"inputs.{name}" in origins for name in settings):
-        d = replace(d, inputs=mechanism.inputs, loads=mechanism.loads)
+    d, settings = mechanism.description, set(settings)
+
+    def brought(table: str) -> tuple[Any, ...]:
+        own = (x for x in getattr(mechanism, table) if mechanism.part_of(f"{table}.{x.name}") is None)
+        return tuple(own)[len(getattr(d, table)) :]
+
+    if any({q.name, names.velocity(q.name)} & settings for q in brought("coordinates")):
+        d = replace(d, coordinates=(*d.coordinates, *brought("coordinates")))
+    if any(u.name in settings for u in brought("inputs")):
+        written = {load.name: load for load in mechanism.loads}
+        d = replace(d, inputs=(*d.inputs, *brought("inputs")), loads=tuple(written[x.name] for x in d.loads))
     return d
 
 

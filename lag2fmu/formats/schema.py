@@ -39,6 +39,8 @@ VALUES: dict[str, Schema] = {
     "names": {"type": "array", "items": {"type": "string"}, "minItems": 1},
     "rotations": {"type": "array", "items": _PAIR},
     "file": {"type": "string"},
+    "settings": {"type": "object", "additionalProperties": _EXPRESSION},
+    "mechanism": {"$ref": "#"},
     "columns": {"type": "array", "items": _COLUMN, "minItems": 1},
     "units": {"type": "array", "items": {"type": "string"}, "minItems": 1},
 }

@@ -16,11 +16,13 @@ from typing import Any
 from lag2fmu.description.keys import keys_of
 from lag2fmu.description.parts import KINDS
 from lag2fmu.description.record import Description, table_keys
+from lag2fmu.description.subsystems import Part
 from lag2fmu.description.symbols import Coordinate, start_or_guess
 from lag2fmu.errors import MechanismError, TextError
 from lag2fmu.formats.keys import CONSTRAINT, NAMED, SINGLE, TABLES
 from lag2fmu.formats.toml_table import Surroundings, TomlTable
 from lag2fmu.language.units import DIMENSIONLESS
+from lag2fmu.mechanism.assembly import Settable, settable
 from lag2fmu.mechanism.record import Mechanism, complete
 
 if sys.version_info >= (3, 11):
@@ -29,12 +31,20 @@ else:
     import tomli as tomllib  # type: ignore[import-not-found,unused-ignore]
 
 MAX_BYTES = 1_000_000
-MAX_KEY_PARTS = 16
+MAX_KEY_PARTS = 32
+MAX_FILES = 8
+"""Files that name each other, one after the other, before it is taken for a circle."""
+
 _DECIMAL_COMMA = re.compile(r"=\s*([+-]?\d+),(\d+)")
 
 
 def read_file(path: Path) -> Mechanism:
     """The mechanism in the file ``path``; raises TextError, its message starting with the path."""
+    return read(_text_in(path), str(path))
+
+
+def _text_in(path: Path) -> str:
+    """The text of the file ``path``; raises TextError, its message starting with the path."""
     try:
         size = path.stat().st_size
         content = b"" if size > MAX_BYTES else path.read_bytes()
@@ -43,12 +53,11 @@ def read_file(path: Path) -> Mechanism:
     if size > MAX_BYTES:
         raise TextError(f"{path}: has {size} bytes; a mechanism of more than {MAX_BYTES} bytes is not read")
     try:
-        text = content.decode("utf-8-sig")
+        return content.decode("utf-8-sig")
     except UnicodeDecodeError as error:
         raise TextError(
             f"{path}: byte {error.start} ({content[error.start]:#04x}) is not UTF-8; save the file as UTF-8"
         ) from None
-    return read(text, str(path))
 
 
 def read(text: str, where: str) -> Mechanism:
@@ -59,7 +68,8 @@ def read(text: str, where: str) -> Mechanism:
     if len(text) > MAX_BYTES:
         raise TextError(f"{where}: has {len(text)} characters; a mechanism of more than {MAX_BYTES} is not read")
     try:
-        return complete(_description(_parse_toml(text), Path(where).parent))
+        path = Path(where)
+        return complete(_description(_parse_toml(text), Surroundings(path.parent, files=(path.absolute(),))))
     except MechanismError as error:
         raise TextError(f"{where}: {error}") from error
 
@@ -102,12 +112,14 @@ _READ: dict[str, Callable[[TomlTable, str], object]] = {
 """Kind of a ``Key`` -> how it is read; numbers need the unit of their table, see ``_values``."""
 
 
-def _description(content: dict[str, Any], folder: Path) -> Description:
-    tables = content.get("tables", {})
-    root = TomlTable("", content, TABLES, Surroundings(folder, tuple(tables) if isinstance(tables, dict) else ()))
+def _description(content: object, around: Surroundings, where: str = "") -> Description:
+    """What the tables ``content``, which stand at ``where`` in a text, describe."""
+    tables = content.get("tables", {}) if isinstance(content, dict) else {}
+    around = around._replace(tables=tuple(tables) if isinstance(tables, dict) else ())
+    root = TomlTable(where, content, TABLES, around)
     root.require("mechanism")
     head = _values(Description, root.table("mechanism", SINGLE["mechanism"]))
-    written = {name: of for name, of in table_keys().items() if name in content}
+    written = {name: of for name, of in table_keys().items() if name in root.content}
     parts: dict[str, Any] = {name: _FORMS[of.form](root, name, of.part) for name, of in written.items()}
     return Description(**head, **parts)
 
@@ -160,6 +172,8 @@ def _part(part: type, table: TomlTable, *label: str, **more: str) -> object:
 
 def _values(part: type, table: TomlTable) -> dict[str, Any]:
     """Field -> value of the keys in ``table``, and of those numbers whose default counts in the unit of the part."""
+    if part is Part:
+        return _of_part(table)
     keys = keys_of(part)
     for name, known in keys.items():
         if known.required:
@@ -188,3 +202,45 @@ def _starts(values: dict[str, Any], where: str) -> dict[str, Any]:
         value, found[given] = start_or_guess(values.get(start), values.get(given), where, start, guess)
         found |= {} if value is None else {start: value}
     return found
+
+
+# ----------------------------------------------------------------------------------------------------------- parts
+
+
+def _of_part(table: TomlTable) -> dict[str, Any]:
+    """Field -> value of a part. The numbers of its settings are in the units that its mechanism declares."""
+    file, content = table.file("file"), table.content
+    if file is not None:
+        of: Any = _mechanism_in(file, table)
+    else:
+        of = _description(content["of"], table.around, table.place("of")) if "of" in content else None
+    found: dict[str, Any] = {"of": of, "file": file, "share": table.names("share") or ()}
+    if "parent" in content:
+        found["parent"] = table.text("parent")
+    settings = table.table("set")
+    known = settable(of) if settings.content and of is not None else {}
+    found["set"] = {name: _setting(settings, name, known.get(name)) for name in settings.content}
+    return found
+
+
+def _setting(settings: TomlTable, name: str, of: Settable | None) -> object:
+    """A number in the unit of what it is ``of``, in SI; or an expression."""
+    if isinstance(settings.content[name], str) or of is None:
+        return settings.expression(name)
+    return settings.number(name, of.unit.difference_to_si if of.rate else of.unit.to_si)
+
+
+def _mechanism_in(file: Path, table: TomlTable) -> Description:
+    """The mechanism in the ``file`` of the part that ``table`` describes; raises TextError with both places."""
+    place, files = table.place("file"), (*table.around.files, file.absolute())
+    if file.suffix != ".toml":
+        raise TextError(f"{place}: '{file.name}' is no .toml file; a mechanism in Python takes other ones as parts")
+    if file.absolute() in table.around.files or len(files) > MAX_FILES:
+        listed = " -> ".join(path.name for path in files)
+        circle = "is in a circle" if file.absolute() in table.around.files else "is nested too deeply"
+        raise TextError(f"{place}: '{file.name}' {circle}: {listed}; leave out one of these parts")
+    try:
+        return _description(_parse_toml(_text_in(file)), Surroundings(file.parent, files=files))
+    except MechanismError as error:
+        text = str(error)
+        raise TextError(f"{place}: {text if text.startswith(str(file)) else f'{file}: {text}'}") from error

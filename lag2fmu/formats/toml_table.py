@@ -19,10 +19,14 @@ MAX_EXPONENT, MAX_BITS, MAX_NUMBER = 330, 1024, 1600
 
 
 class Surroundings(NamedTuple):
-    """What a text is read in: the ``folder`` of files that it names, and the ``tables`` that expressions may call."""
+    """What a text is read in: the ``folder`` of files that it names, and the ``tables`` that expressions may call.
+
+    ``files`` are those of mechanisms that are being read, the first one that of the whole.
+    """
 
     folder: Path = Path()
     tables: tuple[str, ...] = ()
+    files: tuple[Path, ...] = ()
 
 
 class TomlTable:
@@ -144,8 +148,9 @@ class TomlTable:
         text = self.text(key, None)
         if text is None:
             return None
-        if "columns" in self.content:
-            raise TextError(f"{self.where}: 'columns' and '{key}' exclude each other; leave one out")
+        for other in ("columns", "of"):
+            if other in self.content:
+                raise TextError(f"{self.where}: '{other}' and '{key}' exclude each other; leave one out")
         path = PurePath(text)
         if path.is_absolute() or ".." in path.parts or not path.parts:
             raise TextError(f"{self.place(key)}: '{text}' is no file beside the text or below; put it there")

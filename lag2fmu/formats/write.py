@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import json
-from collections.abc import Callable, Iterable, Mapping
+from collections.abc import Callable, Iterable, Iterator, Mapping
 from decimal import Context, Decimal
 from fractions import Fraction
 from typing import Any
@@ -13,11 +13,13 @@ import sympy as sp
 from lag2fmu.description.keys import keys_of
 from lag2fmu.description.outputs import QUANTITIES, Output
 from lag2fmu.description.parts import KINDS, Constraint
-from lag2fmu.description.record import label_of, table_keys
+from lag2fmu.description.record import Description, label_of, table_keys
+from lag2fmu.description.subsystems import Part
 from lag2fmu.description.symbols import Coordinate
 from lag2fmu.description.tables import Table
 from lag2fmu.language.expressions import number_text, to_text
 from lag2fmu.language.units import DIMENSIONLESS, Unit, exact
+from lag2fmu.mechanism.assembly import settable
 from lag2fmu.mechanism.record import Mechanism
 
 Values = Mapping[str, str | None]
@@ -28,21 +30,29 @@ def write(mechanism: Mechanism) -> str:
     """What is written about ``mechanism`` in TOML: ``read(write(mechanism), ...) == mechanism`` exactly.
 
     What follows from it, equilibria of what has no mass too, is not part of the text; nor are defaults, but those of
-    numbers.
+    numbers. The text needs no other file: tables have their columns and parts their mechanisms in it.
     """
-    d = mechanism.description
-    blocks = [_table("mechanism", _values(d))]
+    return "\n".join(block for block in _blocks(mechanism.description) if block)
+
+
+def _blocks(d: Description, prefix: str = "") -> Iterator[str]:
+    """The tables of ``d``, their names behind ``prefix``."""
+    yield _table(f"{prefix}mechanism", _values(d))
     for name, of in table_keys().items():
         content = getattr(d, name)
-        blocks += _FORMS[of.form](name, content if of.many else [content] if content is not None else [])
-    return "\n".join(block for block in blocks if block)
+        yield from _FORMS[of.form](prefix + name, content if of.many else [content] if content is not None else [])
 
 
 # ----------------------------------------------------------------------------------------------------------- tables
 
 
 def _sub_tables(name: str, parts: Iterable[Any]) -> list[str]:
-    return [_table(f"{name}.{label_of(part)}", _values(part), needed=True) for part in parts]
+    blocks = []
+    for part in parts:
+        where = f"{name}.{label_of(part)}"
+        blocks.append(_table(where, _values(part), needed=True))
+        blocks += _blocks(part.of, f"{where}.of.") if isinstance(part, Part) else ()
+    return blocks
 
 
 def _lines(name: str, parts: Iterable[Any]) -> list[str]:
@@ -111,11 +121,23 @@ def _special(part: Any, unit: Unit) -> Values:
             "guess_velocity": rate if part.velocity_given is False else None,
             "nominal": _difference(part.nominal, unit) if part.nominal_from == "given" else None,
         }
+    if isinstance(part, Part):
+        return {"file": None, "of": None, "set": _settings(part) if part.set else None}  # the mechanism follows
     if isinstance(part, Table):
         return {"file": None}  # what it held stands in the columns, so that the text needs no other file
     if isinstance(part, Output) and part.quantity in QUANTITIES and part.unit == QUANTITIES[part.quantity][2]:
         return {"unit": None}
     return {}
+
+
+def _settings(part: Part) -> str:
+    """Numbers in the units of the part, expressions as they are."""
+    known, written = settable(part.of), {}
+    for name, value in part.settings:
+        unit, rate = known[name].unit, known[name].rate
+        number = _difference if rate else _number
+        written[name] = number(float(value), unit) if value.is_number else _string(to_text(value))
+    return _inline(written)
 
 
 def _strings(names: Iterable[object]) -> str:

@@ -1,4 +1,4 @@
-"""What follows from a description: everything that joints, quaternions and loads bring is written out, then checked."""
+"""What follows from a description: what parts, joints, quaternions and loads bring is written out, then checked."""
 
 from __future__ import annotations
 
@@ -12,6 +12,7 @@ from lag2fmu.description.parts import Constraint, Damper, Definition
 from lag2fmu.description.places import Frame
 from lag2fmu.description.record import Description
 from lag2fmu.description.symbols import Coordinate
+from lag2fmu.mechanism.assembly import assembled
 from lag2fmu.mechanism.check import check
 from lag2fmu.mechanism.compliance import compliant_contacts
 from lag2fmu.mechanism.event_check import check_events, check_meaning
@@ -43,18 +44,19 @@ class Completed(NamedTuple):
 
 def completed(written: Description) -> Completed:
     """What follows from what is ``written``. Raises MechanismError (UnitError) for the first fault."""
-    opened, of_places = _with_places(written)
+    whole, of_parts = assembled(written)
+    opened, of_places = _with_places(whole)
     check_geometry(opened)
     check_events(opened)
     pressed, of_contacts = _with_compliance(opened)
     closed, of_joints = _with_joints(pressed)
     scope, warnings = check(closed)
-    expanded, of_norms = _with_norms(closed, written)
+    expanded, of_norms = _with_norms(closed, whole)
     if of_norms:
         check_names(expanded)
         scope = scope.with_constraints(expanded.constraints)
     expanded = replace(expanded, coordinates=_decided(expanded, scope))
-    origins = of_places | of_contacts | of_joints | of_norms
+    origins = of_parts | of_places | of_contacts | of_joints | of_norms
     of_user = {place for table in _BROUGHT for place in _places(table, getattr(written, table))}
     check_meaning(expanded, scope)
     found = tuple(unilaterals(expanded))

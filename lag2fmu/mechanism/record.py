@@ -8,9 +8,10 @@ from dataclasses import dataclass, field, fields
 from inspect import Signature, signature
 from typing import Any, ClassVar
 
-from lag2fmu.description.names import suggestion
+from lag2fmu.description.names import suggestion, velocity
 from lag2fmu.description.parts import Constraint, in_order_of_kinds
 from lag2fmu.description.record import Description
+from lag2fmu.description.subsystems import Part
 from lag2fmu.description.symbols import Coordinate
 from lag2fmu.mechanism.completion import completed
 from lag2fmu.mechanism.name_check import check_names
@@ -26,13 +27,13 @@ class Mechanism(Description):
 
     Built in Python from symbols that ``coordinate``, ``parameter`` and ``signal`` declare, or read from text by
     ``lag2fmu.load``. Its tables are those of the ``description`` that was written, and hold what follows from it too:
-    frames, coordinates and constraints of joints, norms of quaternions, inputs of loads, equilibria of coordinates
-    without mass, starts that meet the constraints. ``origins`` names for each such part the part that brings it, both
-    by their places: {'constraints.hinge_x': 'joints.hinge'}. There are n coordinates and m constraints, the holonomic
-    ones first; expressions compute in SI units. ``warnings`` lists what is odd but allowed: mismatching dimensions,
-    inertia tensors that no body has. ``unilaterals`` are the ideal contacts, then the stops, in normal form;
-    ``latches`` are the constraints that hold only while an expression is positive, which are not among the m. Two
-    mechanisms are equal if the same is written, whatever has been derived since.
+    what ``parts`` bring, of which none are left; frames, coordinates and constraints of joints, norms of quaternions,
+    inputs of loads, equilibria of coordinates without mass, starts that meet the constraints. ``origins`` names for
+    each such thing what brings it, both by their places: {'constraints.hinge_x': 'joints.hinge'}. There are n
+    coordinates and m constraints, the holonomic ones first; expressions compute in SI units. ``warnings`` lists what is
+    odd but allowed: mismatching dimensions, inertia tensors that no body has. ``unilaterals`` are the ideal contacts,
+    then the stops, in normal form; ``latches`` are the constraints that hold only while an expression is positive,
+    which are not among the m. Two mechanisms are equal if the same is written, whatever has been derived since.
     Source of the procedure: Hand, Finch, Analytical Mechanics, section 1.9.
     """
 
@@ -99,6 +100,24 @@ class Mechanism(Description):
     def fixed_parameters(self) -> frozenset[str]:
         """The names of the parameters in holonomic constraints and gaps, see ``scope``: they cannot change in a run."""
         return fixed_parameters(self, self.scope, (unilateral.gap for unilateral in self.unilaterals))
+
+    def part_of(self, place: str) -> str | None:
+        """The name of the part that brings what stands at ``place`` ('coordinates.leg_knee'), None if none does."""
+        while (origin := self.origins.get(place)) is not None:
+            if origin.startswith("parts."):
+                return origin.removeprefix("parts.")
+            place = origin
+        return None
+
+    def parts_with(self, values: Mapping[str, float]) -> tuple[Part, ...]:
+        """The parts that are written, with those of the ``values`` {name: SI value} that are of what they bring."""
+        tables = ("coordinates", "parameters", "inputs", "states")
+        of: dict[str, dict[str, float]] = {part.name: {} for part in self.description.parts}
+        for name, value in values.items():
+            places = (f"{table}.{x}" for table in tables for x in (name, name.removesuffix(velocity(""))))
+            for part in {self.part_of(place) for place in places} & of.keys():
+                of[str(part)][name] = value
+        return tuple(part.setting(of[part.name]) for part in self.description.parts)
 
     def starting_at(self, coordinates: Iterable[Coordinate]) -> Mechanism:
         """The same mechanism with these ``coordinates``, which have other starts only; nothing is checked again."""

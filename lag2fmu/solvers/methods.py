@@ -25,7 +25,24 @@ class LinearlyImplicit:
     dense_rows = dense_order = 0
 
 
-Method = Tableau | LinearlyImplicit | Collocation
+@dataclass(frozen=True)
+class TimeStepping:
+    """A method whose steps contain impacts and changes of modes, in the folder ``family``; letters as in Tableau."""
+
+    solver: str
+    title: str
+    source: str
+    order: int
+    family: str
+    generated_files = ("row_tables.h", "row_tables.c")
+    all_stages = 1
+    implicit = False
+    variational = False
+    error_order = 0
+    dense_rows = dense_order = 0
+
+
+Method = Tableau | LinearlyImplicit | Collocation | TimeStepping
 
 METHODS: dict[str, Method] = {
     **TABLEAUS,
@@ -38,8 +55,18 @@ METHODS: dict[str, Method] = {
         all_stages=2,
     ),
     **COLLOCATIONS,
+    "moreau": TimeStepping(
+        solver="moreau",
+        title="Moreau-Jean time stepping over impacts and changes of modes, fixed step",
+        source="M. Jean, The non-smooth contact dynamics method, Comput. Methods Appl. Mech. Eng. 177 (1999) 235-257",
+        order=1,
+        family="moreau",
+    ),
 }
 """The solvers of co-simulation, by name."""
+
+SMOOTH_METHODS = tuple(name for name, method in METHODS.items() if not isinstance(method, TimeStepping))
+"""The names of those that take mechanisms without contacts, stops and dry friction."""
 
 
 def takes(method: Method, kind: str) -> bool:

@@ -34,7 +34,7 @@ from sympy import (
     tanh,
 )
 
-from lag2fmu.codegen import DEFAULT_SOLVER, METHODS, takes
+from lag2fmu.codegen import DEFAULT_SOLVER, METHODS, SMOOTH_METHODS, takes
 from lag2fmu.codegen.sources import GENERATED
 from lag2fmu.codegen.templates import render
 from lag2fmu.dynamics import Program, derive, lower
@@ -79,7 +79,7 @@ def every_function() -> Mechanism:
 
 def sources_of(mechanism: Mechanism, solver: str = DEFAULT_SOLVER) -> tuple[Program, Mapping[str, str]]:
     equations = derive(mechanism)
-    program = lower(equations, variational=METHODS[solver].variational)
+    program = lower(equations, variational=METHODS[solver].variational, time_stepping=solver == "moreau")
     return program, describe(mechanism, equations, program, solver)[1]
 
 
@@ -94,7 +94,12 @@ def test_every_function_is_used() -> None:
 
 
 @pytest.mark.parametrize(
-    ("model", "solver"), [*((m, "dopri5") for m in sorted(REPRESENTATIVE)), *(("double_pendulum", s) for s in METHODS)]
+    ("model", "solver"),
+    [
+        *((m, "dopri5") for m in sorted(REPRESENTATIVE)),
+        *(("double_pendulum", s) for s in SMOOTH_METHODS),
+        ("woodpecker", "moreau"),
+    ],
 )
 def test_no_mark_of_a_template_survives(model: str, solver: str) -> None:
     _, sources = sources_of(load(model), solver)
@@ -174,13 +179,14 @@ def test_names_of_the_user_stand_in_comments_and_strings_only() -> None:
     ("compiler", "solver"),
     [
         *((c, s) for c in COMPILERS for s in ("dopri5", "radau5", "gauss4", "lobatto4")),
-        *(("zig", s) for s in ("rk4", "dop853", "ros2", "verlet")),
+        *(("zig", s) for s in ("rk4", "dop853", "ros2", "verlet", "moreau")),
     ],
 )
 def test_compilers_have_nothing_to_say(compiler: str, solver: str, tmp_path) -> None:
     """The whole tree, with -Wall -Wextra -Wpedantic -Wconversion -Werror; under constraints too where it takes them."""
     constrained = [load("four_bar_linkage")] if takes(METHODS[solver], "holonomic") else []
-    for mechanism in (*constrained, every_function()):
+    smooth = [*constrained, every_function()]
+    for mechanism in [load("woodpecker"), load("gripper")] if solver == "moreau" else smooth:
         folder = tmp_path / mechanism.name
         folder.mkdir()
         compiled(folder, sources_of(mechanism, solver)[1], compiler)

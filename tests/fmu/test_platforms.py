@@ -105,12 +105,14 @@ class TestAll:
             for text in (str(Path.home()), "/tmp/", "lag2fmu-", ".pdb"):
                 assert text.encode() not in data, (name, text)
 
+    @pytest.mark.usefixtures("compiled_anew")
     def test_another_process_gives_the_same_bytes(self, everywhere, tmp_path) -> None:
         code = "import lag2fmu; lag2fmu.export(lag2fmu.load('double_pendulum'), 'x.fmu', platform='all')"
         environment = os.environ | {"PYTHONHASHSEED": "7", "TMPDIR": str(tmp_path)}
         subprocess.run([sys.executable, "-c", code], cwd=tmp_path, env=environment, check=True)
         assert binaries(tmp_path / "x.fmu") == everywhere
 
+    @pytest.mark.usefixtures("compiled_anew")
     def test_one_platform_gives_the_same_library(self, everywhere, tmp_path) -> None:
         path = export(load("double_pendulum"), tmp_path / "x.fmu", platform="win64").path
         name = "binaries/win64/double_pendulum.dll"
@@ -194,6 +196,7 @@ def test_the_readers_refuse_other_files(reader) -> None:
         reader(json.dumps({"no": "library"}).encode() * 10)
 
 
+@pytest.mark.usefixtures("compiled_anew")
 @pytest.mark.skipif(os.name == "nt", reason="zig asks Windows for its folder")
 def test_a_compiler_without_a_folder_of_its_own(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch, caplog: pytest.LogCaptureFixture
@@ -218,6 +221,7 @@ def test_a_compiler_without_a_folder_of_its_own(
     assert "ZIG_GLOBAL_CACHE_DIR" not in given
 
 
+@pytest.mark.usefixtures("compiled_anew")
 def test_no_room_for_temporary_files(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(tempfile, "tempdir", str(tmp_path / "absent"))
     with pytest.raises(BuildError, match="set TMPDIR to another folder"):

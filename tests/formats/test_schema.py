@@ -82,6 +82,7 @@ VALUES = [
     "true",
     "[]",
     "{}",
+    '{ mechanism = { name = "y" } }',
     "2024-01-01",
     '["y", "y"]',
     "[1, 2]",
@@ -89,7 +90,7 @@ VALUES = [
     "[[1, 1]]",
     "[true]",
 ]
-WRONG_TYPE = re.compile(r"expected (a|an|true|pairs|'x'),? |the array is empty")
+WRONG_TYPE = re.compile(r"expected (a|an|true|pairs|'x'),? |the array is empty|'mechanism' is missing")
 
 
 def sub_tables() -> Iterator[tuple[str, dict[str, Any]]]:

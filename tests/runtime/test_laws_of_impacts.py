@@ -54,6 +54,15 @@ def test_cradle_at_once(laws: Laws) -> None:
     assert impact.counts == (1, 0)
 
 
+@pytest.mark.parametrize("drift", [0.0, 1e-18, -1e-18, 1e-13])
+def test_what_slides_elsewhere_takes_no_part(laws: Laws, drift: float) -> None:
+    """A ball strikes while a block slides that it does not touch, and whose normal velocity is 0 but for rounding."""
+    contacts = smooth(0, 0.8), rough(1, 0.0, 0.2, loaded=True)
+    impact = happens(laws, np.diag([0.5, 1.0, 1.0]), np.eye(3), [-0.3, drift, 5.0], *contacts)
+    np.testing.assert_allclose(impact.velocities, [0.24, max(drift, 0.0), 5.0], rtol=1e-12, atol=1e-15)
+    assert not impact.poisson
+
+
 @pytest.mark.parametrize("order", [SEQUENTIAL, SIMULTANEOUS])
 def test_plastic_impacts_go_on_together(laws: Laws, order: int) -> None:
     impact = happens(laws, np.eye(3), chain(3), [1, 0, 0], smooth(0, 0.0), smooth(1, 0.0), order=order)

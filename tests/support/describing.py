@@ -10,11 +10,14 @@ from lag2fmu.dynamics.lagrange import complete
 from lag2fmu.fmu.backends.native import describe
 from lag2fmu.fmu.model_description import ModelDescription
 from lag2fmu.fmu.variables import promotable
+from lag2fmu.fmu.versions import VERSIONS
 from lag2fmu.mechanism import Mechanism
 
 
-def described(mechanism: Mechanism, outputs: Sequence[str] = ()) -> tuple[ModelDescription, Mapping[str, str]]:
+def described(
+    mechanism: Mechanism, outputs: Sequence[str] = (), *, fmi: str = "2.0", arrays: bool = False
+) -> tuple[ModelDescription, Mapping[str, str]]:
     """The description, ``outputs`` among its outputs, and the C sources {file name: text}."""
-    equations = derive(mechanism)
-    program = lower(equations, promotable(equations, outputs))
-    return describe(complete(mechanism, equations), equations, program, DEFAULT_SOLVER)
+    equations, version = derive(mechanism), VERSIONS[fmi]
+    program = lower(equations, promotable(equations, outputs, events=version.has_ports))
+    return describe(complete(mechanism, equations), equations, program, DEFAULT_SOLVER, version, arrays=arrays)

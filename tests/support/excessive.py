@@ -24,7 +24,7 @@ MASS = 'm = { value = 1.0, unit = "kg" }'
 def excessive() -> dict[str, str]:
     """{name: text}; the first line of a text says as a comment what the error should be, a regular expression."""
     texts = {**dict(_potentials()), **dict(_masses()), **dict(_definitions())}
-    texts["deep_key"] = _text(r"line 15: a key of more than 16 parts", PENDULUM + ".".join("a" * 20_001) + " = 1\n")
+    texts["deep_key"] = _text(r"line 15: a key of more than 32 parts", PENDULUM + ".".join("a" * 20_001) + " = 1\n")
     return texts
 
 

@@ -67,9 +67,11 @@ bool equations_factorize(Instance *instance) {
     return cache->system_valid;
 }
 
-/* Do the modes follow what is assigned at once? Where the importer integrates they wait for an event. */
+/* Do the modes follow what is assigned at once? Where the importer integrates they wait for an event, in time stepping
+   for a step. */
 static bool modes_follow(const Instance *instance) {
-    return N_EVENTS > 0 && (instance->policy->project || instance->state.phase != PHASE_RUNNING);
+    const bool located = instance->policy->project && !TIME_STEPPING;
+    return N_EVENTS > 0 && (located || instance->state.phase != PHASE_RUNNING);
 }
 
 bool equations_accelerations(Instance *instance) {

@@ -128,7 +128,8 @@ typedef enum {
     NOTICE_RANGE = 16,  /* a coordinate left its range */
     NOTICE_NO_FORCES = 32, /* a contact could not bear its sliding friction (Painleve's paradox) */
     NOTICE_POISSON = 64, /* Newton's law would have made the energy grow in an impact */
-    NOTICE_CLOSED = 128  /* the rounds of an impact had no end */
+    NOTICE_CLOSED = 128, /* the rounds of an impact had no end */
+    NOTICE_REDUCED = 256 /* the restitution of an impact was reduced, or the energy would have grown */
 } NoticeKind;
 
 /* notice_sentence (notices.h) puts it in words. */

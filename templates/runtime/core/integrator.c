@@ -233,7 +233,7 @@ static bool integrate_in_equal_steps(Instance *instance) {
 static bool begin_events(Instance *instance) {
     const State *state = &instance->state;
     const bool passes = state->event_held && state->event_pending;
-    return N_EVENTS == 0 || ((!passes || events_pass(instance)) && events_begin(instance));
+    return !ENDS_AT_EVENTS || ((!passes || events_pass(instance)) && events_begin(instance));
 }
 
 bool integrate(Instance *instance, double end) {
@@ -259,10 +259,9 @@ bool integrate(Instance *instance, double end) {
 }
 
 bool integrator_settle(Instance *instance) {
-    State *state = &instance->state;
     begin_notices(instance);
     instance_forget_motion(instance);
-    const bool settled = state->event_held && state->event_pending ? events_pass(instance) : events_begin(instance);
+    const bool settled = begin_events(instance);
     instance_forget_motion(instance);
     return settled;
 }

@@ -170,6 +170,10 @@ static void impact_sentence(const Notice *notice, char text[], size_t size) {
         snprintf(text, size, "at time %.17g s Newton's law of impact would have made the kinetic energy grow, or had no "
                  "solution (%.400s): Poisson's law was taken there; lower the restitution or the friction if that is "
                  "not meant", notice->time, name);
+    } else if (notice->kind == NOTICE_REDUCED) {
+        snprintf(text, size, "at time %.17g s Newton's law of impact would have made the kinetic energy grow (%.400s): "
+                 "the restitution was reduced there; lower the restitution or the friction if that is not meant",
+                 notice->time, name);
     } else {
         snprintf(text, size, "at time %.17g s the rounds of an impact had no end (%.400s): it was closed without "
                  "restitution; export with impacts = \"simultaneous\" if the contacts share it", notice->time, name);
@@ -200,6 +204,7 @@ void notice_sentence(const Notice *notice, char text[], size_t size) {
     case NOTICE_NO_FORCES:
     case NOTICE_POISSON:
     case NOTICE_CLOSED:
+    case NOTICE_REDUCED:
         impact_sentence(notice, text, size);
         break;
     case NOTICE_NONE:

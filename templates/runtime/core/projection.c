@@ -16,5 +16,6 @@ bool bring_back(Instance *instance, double time, double states[], double derivat
 
 bool bring_back_result(Instance *instance, Step step) {
     Scratch *scratch = &instance->scratch;
-    return METHOD.variational || bring_back(instance, step.end, scratch->new_states, scratch->new_derivatives);
+    return METHOD.variational || TIME_STEPPING ||
+           bring_back(instance, step.end, scratch->new_states, scratch->new_derivatives);
 }

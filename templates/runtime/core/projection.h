@@ -12,7 +12,7 @@ bool project(Instance *instance, double time, double states[], bool *moved);
 bool bring_back(Instance *instance, double time, double states[], double derivatives[]);
 
 /* The same for the result of a trial step. Variational methods meet the constraints by themselves, with momenta that
-   belong to these velocities. */
+   belong to these velocities; so does time stepping. */
 bool bring_back_result(Instance *instance, Step step);
 
 #endif

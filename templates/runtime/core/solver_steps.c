@@ -10,7 +10,7 @@
 bool update_first_stage(Instance *instance) {
     State *state = &instance->state;
     double *derivatives = instance->scratch.new_derivatives; /* which a failure may leave half done */
-    if (!state->first_stage_valid) {
+    if (!TIME_STEPPING && !state->first_stage_valid) {
         if (!bring_back(instance, state->time, state->states, derivatives) ||
             !equations_derivative(instance, state->time, state->states, derivatives)) {
             return false;
@@ -23,17 +23,17 @@ bool update_first_stage(Instance *instance) {
 
 void begin_trial(Instance *instance, Step step) {
     instance->scratch.trial_length = step.length;
-    if (N_EVENTS > 0) {
+    if (ENDS_AT_EVENTS) {
         instance->scratch.solver_before = instance->state.solver;
     }
 }
 
 bool end_at_event(Instance *instance, Step *step) {
-    return N_EVENTS == 0 || events_end_step(instance, step);
+    return !ENDS_AT_EVENTS || events_end_step(instance, step);
 }
 
 bool pass_event(Instance *instance) {
-    return N_EVENTS == 0 || !instance->state.event_pending || step_waits(instance) ||
+    return !ENDS_AT_EVENTS || !instance->state.event_pending || step_waits(instance) ||
            (events_pass(instance) && update_first_stage(instance));
 }
 

@@ -5,7 +5,11 @@
 
 #include "solver.h"
 
-/* Makes state->first_stage the derivative at the present point, on the constraints as the inputs now move them. */
+/* Are there events that end steps? Time stepping takes them within its steps. */
+enum { ENDS_AT_EVENTS = N_EVENTS > 0 && !TIME_STEPPING };
+
+/* Makes state->first_stage the derivative at the present point, on the constraints as the inputs now move them. Time
+   stepping does without. */
 bool update_first_stage(Instance *instance);
 
 /* A trial step begins that may have to be repeated. */

@@ -84,7 +84,7 @@ typedef enum {
 
 extern const CallRow CALLS[N_CALLS];
 extern const CallRow SETTABLE[N_VARIABLE_KINDS]; /* what fmi2SetReal may set */
-extern const ModeColumns MODES[N_MODES];
+extern const ModeColumns MODE_COLUMNS[N_MODES];
 
 /* Names of functions, for sentences. */
 #define INSTANTIATE "fmi2Instantiate"

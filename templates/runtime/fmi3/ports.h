@@ -7,11 +7,13 @@
 #include "variables.h"
 
 /* A scalar or an array: VARIABLES[first] to VARIABLES[first + count - 1], row by row, all of one type. Its value
-   reference is its index in PORTS. Aliases share it. */
+   reference is its index in PORTS. Aliases share it. The second port of the same slots is the derivative of a state
+   by its own name: it is calculated and cannot be set. */
 typedef struct {
     const char *name;
     int first;
     int count;
+    int second; /* 1: it is the second one */
 } Port;
 
 /* A port that an unknown depends on, as modelDescription.xml says it. */

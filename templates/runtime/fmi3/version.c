@@ -30,7 +30,7 @@ const CallRow SETTABLE[N_VARIABLE_KINDS] = {
     [VARIABLE_CLOCK]        = {"clock",        ". . . . . .",   ". . . . . . ."},
 };
 
-const ModeColumns MODES[N_MODES] = {
+const ModeColumns MODE_COLUMNS[N_MODES] = {
     [MODE_INSTANTIATED]        = {"instantiated",              0,  0},
     [MODE_INITIALIZATION]      = {"initialization mode",       1,  1},
     [MODE_EVENT]               = {"event mode",                2,  2},

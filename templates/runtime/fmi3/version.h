@@ -115,7 +115,7 @@ typedef enum {
 
 extern const CallRow CALLS[N_CALLS];
 extern const CallRow SETTABLE[N_VARIABLE_KINDS]; /* what fmi3SetFloat64 may set */
-extern const ModeColumns MODES[N_MODES];
+extern const ModeColumns MODE_COLUMNS[N_MODES];
 
 /* Names of functions, for sentences. */
 #define INSTANTIATE "fmi3Instantiate"

@@ -5,7 +5,7 @@
 
 /* The character of a row for a type of instance and a mode. */
 static Verdict look_up(const CallRow *row, InterfaceType type, Mode mode) {
-    const int column = type == MODEL_EXCHANGE ? MODES[mode].model_exchange : MODES[mode].co_simulation;
+    const int column = type == MODEL_EXCHANGE ? MODE_COLUMNS[mode].model_exchange : MODE_COLUMNS[mode].co_simulation;
     const char *text = type == MODEL_EXCHANGE ? row->model_exchange : row->co_simulation;
     return column < 0 ? VERDICT_ILLEGAL : (Verdict)text[2 * column];
 }
@@ -28,7 +28,7 @@ const char *call_name(Call call) {
 }
 
 const char *mode_name(Mode mode) {
-    return MODES[mode].name;
+    return MODE_COLUMNS[mode].name;
 }
 
 const char *type_name(InterfaceType type) {
@@ -42,7 +42,7 @@ void legal_modes(Call call, InterfaceType type, char text[], size_t size) {
         if (legal_call(call, type, (Mode)mode) != VERDICT_LEGAL || used >= size) {
             continue;
         }
-        const int written = snprintf(text + used, size - used, "%s%s", used > 0 ? ", " : "", MODES[mode].name);
+        const int written = snprintf(text + used, size - used, "%s%s", used > 0 ? ", " : "", MODE_COLUMNS[mode].name);
         used += written > 0 ? (size_t)written : 0;
     }
 }

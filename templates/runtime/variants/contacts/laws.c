@@ -76,8 +76,17 @@ double laws_limit(const Laws *laws, const double x[], int k) {
     return laws->base[k] + (normal >= 0 ? laws->slope[k] * fmax(x[normal], 0.0) : 0.0);
 }
 
-static bool law_obeyed(const Laws *laws, const double x[], const double w[], int k) {
-    double size = terms(laws, x, k);
+/* What solving all rows together leaves in a row of its own, as a size whose part OBEYED it is. */
+static double noise(const Laws *laws, const double x[]) {
+    double greatest = 0.0;
+    for (int k = 0; k < laws->size; k++) {
+        greatest = fmax(greatest, terms(laws, x, k));
+    }
+    return ROUNDING / OBEYED * greatest;
+}
+
+static bool law_obeyed(const Laws *laws, const double x[], const double w[], double least_size, int k) {
+    double size = least_size + terms(laws, x, k);
     if (laws->width[k] == 0) {
         const double least = -OBEYED * size;
         return x[k] >= least && w[k] >= least && fmin(x[k], w[k]) <= -least;
@@ -90,9 +99,10 @@ static bool law_obeyed(const Laws *laws, const double x[], const double w[], int
 bool laws_obeyed(const Laws *laws, const double x[]) {
     double w[MOST_ACTIVE];
     bool obeyed = true;
+    const double least_size = noise(laws, x);
     laws_evaluate(laws, x, w);
     for (int k = 0; k < laws->size && obeyed; k++) {
-        obeyed = law_obeyed(laws, x, w, k);
+        obeyed = law_obeyed(laws, x, w, least_size, k);
     }
     return obeyed;
 }

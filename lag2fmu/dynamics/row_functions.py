@@ -1,0 +1,57 @@
+"""The functions of arrays, and the event functions, of the rows that modes switch."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+
+from lag2fmu.dynamics.equations import EquationsOfMotion
+from lag2fmu.dynamics.functions import Array, EventFunction, Function, filling
+from lag2fmu.dynamics.kinks import nominal_size
+from lag2fmu.dynamics.row_tables import SparseRows
+from lag2fmu.graph.graph import Node
+
+
+def rows_in_all_modes(
+    equations: EquationsOfMotion, sliding: tuple[Node, ...], state: tuple[Array, ...], qdd: Array
+) -> Iterator[Function]:
+    """What is to be known about the rows that modes switch, and the forces of those that slide."""
+    rows = equations.rows
+    if not len(rows):
+        return
+    jacobian = [entry for row in rows.jacobian for entry in row]
+    doc = "Of all rows in any mode: positions phi, velocities v, their Jacobian G (row-major), gamma of G qdd + gamma."
+    of_rows = {"phi": rows.positions, "v": rows.velocities, "G": jacobian, "gamma": rows.accelerations}
+    yield filling("mechanism_rows", doc, state, **of_rows)
+    doc = "Coefficients of contacts: restitution e, sliding friction mu, static friction mu_s."
+    of_contacts = {"e": rows.restitution, "mu": rows.friction, "mu_s": rows.static_friction}
+    yield filling("mechanism_contacts", doc, state, **of_contacts)
+    doc = "Forces s of the rows that slide, and of dry frictions the forces F that slide and the largest H that hold."
+    yield filling("mechanism_friction", doc, (*state, qdd), s=sliding, F=rows.sliding, H=rows.holding)
+
+
+def time_stepping_rows(
+    equations: EquationsOfMotion, sparse: SparseRows | None, state: tuple[Array, ...], factor: Function
+) -> Iterator[Function]:
+    """What a time step needs: forces, and the rows with those entries of their Jacobian that are not 0."""
+    if sparse is None:
+        return
+    results = (
+        *(("f", i, node) for i, node in enumerate(equations.forcing)),
+        *(("G", i, node) for i, (*_, node) in enumerate(sparse.entries)),
+        *(("phi", row, node) for row, node in sparse.positions.items()),
+        *(("v", row, node) for row, node in enumerate(sparse.velocities)),
+    )
+    doc = "What mechanism_factor gives, forcing f; of the rows in row_tables.h entries G, positions phi, velocities v."
+    arrays = (*factor.arrays, "f", "G", "phi", "v")
+    yield Function("mechanism_stepping", doc, state, arrays, (*factor.results, *results))
+
+
+def contact_events(equations: EquationsOfMotion) -> Iterator[EventFunction]:
+    """Two event functions of each contact, of its gap or force and of its slip; one of each dry friction."""
+    g, v, mechanism, rows = equations.graph, equations.variables, equations.mechanism, equations.rows
+    for contact, gap in zip(mechanism.unilaterals, rows.gaps, strict=True):
+        size = nominal_size(g, v, mechanism, gap)
+        yield EventFunction(f"{contact.name}: gap or force", size)
+        yield EventFunction(f"{contact.name}: slip or friction", size)
+    for friction in mechanism.frictions:
+        yield EventFunction(f"{friction.name}: slip or friction", 1.0)

@@ -1,0 +1,86 @@
+"""The rows of all constraints for time stepping: the entries of their Jacobian that are not 0, and which rows meet.
+
+A row meets another where a multiplier of the one changes the acceleration along the other: where they share a block of
+coordinates that the mass matrix or a permanent constraint ties. Rows that share none can be tried together, all in one
+solution of M a = b: rows of one colour.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from itertools import accumulate
+
+from lag2fmu.dynamics.blocks import united
+from lag2fmu.dynamics.equations import EquationsOfMotion
+from lag2fmu.dynamics.modes import Modes
+from lag2fmu.dynamics.row_tables import SparseRows
+from lag2fmu.graph.graph import Graph
+
+
+def sparse_rows(equations: EquationsOfMotion, modes: Modes, places: Sequence[int]) -> SparseRows:
+    """The rows of ``equations``, to which ``modes.with_rows`` has added those of contacts at ``places``."""
+    g, rows, permanent = equations.graph, equations.rows, equations.permanent
+    order = [*range(len(permanent)), *(len(permanent) + row for row in _by_contact(rows.slips, len(rows)))]
+    among = [k for k in range(len(equations.constraints)) if k not in places]
+    jacobian = [*permanent.jacobian, *rows.jacobian]
+    velocities = [*permanent.velocities, *rows.velocities]
+    offsets = [*(g.zero,) * len(rows.slips), *modes.offsets]
+    held = [g.subtract(x, offset) for x, offset in zip(rows.positions, offsets, strict=True)]
+    row_of_position = [*range(len(rows.slips)), *rows.latches][: len(held)]
+    positions = dict(enumerate(permanent.positions))
+    positions |= {len(permanent) + row: node for row, node in zip(row_of_position, held, strict=True)}
+    blocks = _blocks(g, equations)
+    touched = [{blocks[i] for i, node in enumerate(jacobian[k]) if node != g.zero} for k in order]
+    return SparseRows(
+        places=tuple([*among, *places][k] for k in order),
+        positions={new: positions[k] for new, k in enumerate(order) if k in positions},
+        velocities=tuple(velocities[k] for k in order),
+        entries=tuple(
+            (new, i, node) for new, k in enumerate(order) for i, node in enumerate(jacobian[k]) if node != g.zero
+        ),
+        contacts=tuple(accumulate((1 + count for count in rows.slips), initial=len(permanent))),
+        blocks=blocks,
+        neighbours=_neighbours(touched),
+        colours=_colours(touched),
+        velocity_forces=not {*g.cone(equations.forcing)}.isdisjoint(equations.variables.qd),
+    )
+
+
+def _by_contact(slips: Sequence[int], count: int) -> list[int]:
+    """The ``count`` rows of ``rows.Rows`` with the slips of each contact behind its gap."""
+    order, first = [], len(slips)
+    for contact, number in enumerate(slips):
+        order += [contact, *range(first, first + number)]
+        first += number
+    return [*order, *range(first, count)]
+
+
+def _blocks(g: Graph, equations: EquationsOfMotion) -> tuple[int, ...]:
+    """The block of each coordinate; blocks are numbered as their first coordinates come."""
+    tied = [*equations.mass_matrix, *equations.permanent.jacobian]
+    own = range(len(equations.mass_matrix))
+    groups = united([[i] for i in own] + [[i for i in own if row[i] != g.zero] for row in tied])
+    number = {i: k for k, group in enumerate(sorted(groups, key=lambda group: min(group, default=-1))) for i in group}
+    return tuple(number[i] for i in own)
+
+
+def _neighbours(touched: Sequence[set[int]]) -> tuple[tuple[int, ...], ...]:
+    rows_at: dict[int, set[int]] = {}
+    for row, blocks in enumerate(touched):
+        for block in blocks:
+            rows_at.setdefault(block, set()).add(row)
+    return tuple(tuple(sorted({row}.union(*(rows_at[b] for b in blocks)))) for row, blocks in enumerate(touched))
+
+
+def _colours(touched: Sequence[set[int]]) -> tuple[tuple[int, ...], ...]:
+    """Each row takes the first colour none of whose rows shares a block with it."""
+    colours: list[tuple[list[int], set[int]]] = []
+    for row, blocks in enumerate(touched):
+        for members, taken in colours:
+            if not taken & blocks:
+                members.append(row)
+                taken.update(blocks)
+                break
+        else:
+            colours.append(([row], set(blocks)))
+    return tuple(tuple(members) for members, _ in colours)

@@ -1,0 +1,61 @@
+/* The memory of time stepping. Rows are numbered as in row_tables.h. */
+#ifndef SOLVER_MEMORY_H
+#define SOLVER_MEMORY_H
+
+#include <stdbool.h>
+
+#include "contact_rows.h"
+#include "mechanism.h"
+#include "row_tables.h"
+
+typedef struct {
+    double forces[N_CONSTRAINTS]; /* impulses of the last step by its length: where the next solution begins */
+} SolverMemory;
+
+/* The forces are a guess that serves as well after a change of the inputs. */
+static inline void solver_forget(SolverMemory *memory, bool motion) {
+    (void)memory;
+    (void)motion;
+}
+
+/* The rows at some states. */
+typedef struct {
+    double entries[SIZE_ENTRIES];   /* of G */
+    double positions[N_CONSTRAINTS]; /* of rows that have one */
+    double velocities[N_CONSTRAINTS];
+} SteppedRows;
+
+/* A complementarity problem of chosen rows, and the memory of its solution. */
+typedef struct {
+    int count;
+    int rows[N_CONSTRAINTS];  /* number in the problem -> row */
+    int index[N_CONSTRAINTS]; /* row -> number in the problem, -1: not chosen */
+    int start[N_CONSTRAINTS + 1];
+    int column[N_MEETINGS];
+    double value[N_MEETINGS];
+    double free[N_CONSTRAINTS];
+    Row row[N_CONSTRAINTS];
+    double lambda[N_CONSTRAINTS];
+    double w[N_CONSTRAINTS];
+    int integers[7 * N_CONSTRAINTS + 1];
+    double numbers[4 * N_CONSTRAINTS + N_CONSTRAINTS * (N_CONSTRAINTS + 1)];
+} ChosenRows;
+
+typedef struct {
+    SteppedRows at;                          /* in the middle of the step */
+    SteppedRows end;                         /* at its end */
+    double factor[SIZE_FACTOR];              /* of M, where only the rows are wanted; and the forcing there */
+    double forcing[N_COORDINATES];
+    double accelerations[N_COORDINATES];     /* without forces of rows, there */
+    double delassus[N_MEETINGS];             /* of active rows */
+    double pace;                             /* the greatest velocity in nominal values, at least 1/s */
+    bool active[N_CONSTRAINTS];              /* obey their laws in this step: contacts if they touch */
+    double restitution[SIZE_UNILATERALS];    /* of contacts that collide in this step; 0 of others */
+    double friction[SIZE_UNILATERALS];       /* what friction bears of the normal force */
+    double dry[N_FRICTIONS + 1];             /* the forces of dry frictions */
+    double impulses[N_CONSTRAINTS];
+    double after[N_CONSTRAINTS];             /* velocities along the rows at the end of the step */
+    ChosenRows chosen;
+} SolverScratch;
+
+#endif

@@ -1,0 +1,125 @@
+/* Evaluating rows by their entries, and trying rows of one colour together. Coleman, More, Estimation of sparse Jacobian
+   matrices and graph coloring problems, SIAM J. Numer. Anal. 20, 1983. */
+#include "stepped_rows.h"
+
+#include <math.h>
+#include <string.h>
+
+#include "inputs.h"
+#include "mass_matrix.h"
+#include "system.h"
+
+enum { N = N_COORDINATES, K = N_CONSTRAINTS };
+
+/* M where the generated factors are not sound: densely, and where it is singular with the permanent constraints added.
+   What modes switch must not be added. */
+static bool factorize_densely(Instance *instance, double time, const double states[], const double inputs[]) {
+    double masks[N_ROWS];
+    double *parameters = instance->state.parameters;
+    memcpy(masks, parameters, sizeof masks);
+    memset(parameters, 0, sizeof masks);
+    const bool regular = system_factorize(instance, time, states, inputs, 0, 0.0, &instance->scratch.system);
+    memcpy(parameters, masks, sizeof masks);
+    return regular;
+}
+
+bool stepped_measure(Instance *instance, double time, const double states[], SteppedRows *at) {
+    System *system = &instance->scratch.system;
+    const double *inputs = inputs_at(instance, time);
+    double pivots[N];
+    memset(at->positions, 0, sizeof at->positions);
+    memset(system->weight, 0, sizeof system->weight);
+    mechanism_stepping(time, states, inputs, instance->state.parameters, system->factor, pivots, system->forcing,
+                       at->entries, at->positions, at->velocities);
+    system->dense = !pivots_sound(instance, pivots);
+    return !system->dense || factorize_densely(instance, time, states, inputs);
+}
+
+void stepped_evaluate(Instance *instance, double time, const double states[], SteppedRows *at) {
+    SolverScratch *scratch = &instance->scratch.solver;
+    double pivots[N];
+    memset(at->positions, 0, sizeof at->positions);
+    mechanism_stepping(time, states, inputs_at(instance, time), instance->state.parameters, scratch->factor, pivots,
+                       scratch->forcing, at->entries, at->positions, at->velocities);
+}
+
+void stepped_accelerate(const Instance *instance, double accelerations[]) {
+    mass_divide(&instance->scratch.system, instance->scratch.system.forcing, accelerations);
+}
+
+double stepped_along(const SteppedRows *at, int row, const double vector[]) {
+    double sum = 0.0;
+    for (int e = ENTRY_STARTS[row]; e < ENTRY_STARTS[row + 1]; e++) {
+        sum += at->entries[e] * vector[ENTRY_COLUMNS[e]];
+    }
+    return sum;
+}
+
+void stepped_add(const SteppedRows *at, int row, double factor, double vector[]) {
+    for (int e = ENTRY_STARTS[row]; e < ENTRY_STARTS[row + 1]; e++) {
+        vector[ENTRY_COLUMNS[e]] += factor * at->entries[e];
+    }
+}
+
+double stepped_size(const SteppedRows *at, int row) {
+    double size = 0.0;
+    for (int e = ENTRY_STARTS[row]; e < ENTRY_STARTS[row + 1]; e++) {
+        size = fmax(size, fabs(at->entries[e]) * NOMINAL_STATES[ENTRY_COLUMNS[e]]);
+    }
+    return size > 0.0 ? size : 1.0;
+}
+
+/* G_row . response[n] in the blocks that belong to the row owner. */
+static double along_in(const SteppedRows *at, int row, const double response[], const int owners[], int owner) {
+    double sum = 0.0;
+    for (int e = ENTRY_STARTS[row]; e < ENTRY_STARTS[row + 1]; e++) {
+        const int column = ENTRY_COLUMNS[e];
+        sum += owners[BLOCKS[column]] == owner ? at->entries[e] * response[column] : 0.0;
+    }
+    return sum;
+}
+
+/* What the active rows of one colour do: each to the rows that it meets. */
+static void meet_colour(Instance *instance, int colour) {
+    SolverScratch *scratch = &instance->scratch.solver;
+    double push[N] = {0.0}, response[N];
+    int owners[N_BLOCKS];
+    memset(owners, -1, sizeof owners);
+    for (int i = COLOUR_STARTS[colour]; i < COLOUR_STARTS[colour + 1]; i++) {
+        const int row = COLOUR_ROWS[i];
+        for (int e = ENTRY_STARTS[row]; e < ENTRY_STARTS[row + 1] && scratch->active[row]; e++) {
+            push[ENTRY_COLUMNS[e]] += scratch->at.entries[e];
+            owners[BLOCKS[ENTRY_COLUMNS[e]]] = row;
+        }
+    }
+    mass_divide(&instance->scratch.system, push, response);
+    for (int i = COLOUR_STARTS[colour]; i < COLOUR_STARTS[colour + 1]; i++) {
+        const int row = COLOUR_ROWS[i];
+        for (int e = MEETING_STARTS[row]; e < MEETING_STARTS[row + 1] && scratch->active[row]; e++) {
+            scratch->delassus[e] = along_in(&scratch->at, MEETING_ROWS[e], response, owners, row);
+        }
+    }
+}
+
+void stepped_meet(Instance *instance) {
+    SolverScratch *scratch = &instance->scratch.solver;
+    for (int colour = 0; colour < N_ROW_COLOURS; colour++) {
+        meet_colour(instance, colour);
+    }
+    for (int row = 0; row < K; row++) { /* as symmetric as it is without rounding */
+        for (int e = MEETING_STARTS[row]; e < MEETING_STARTS[row + 1]; e++) {
+            if (MEETING_ROWS[e] > row && scratch->active[row] && scratch->active[MEETING_ROWS[e]]) {
+                scratch->delassus[MEETING_MIRRORS[e]] = scratch->delassus[e];
+            }
+        }
+    }
+}
+
+void stepped_respond(const Instance *instance, const double impulses[], double start[], double changes[]) {
+    for (int row = 0; row < K; row++) {
+        if (impulses[row] != 0.0) {
+            stepped_add(&instance->scratch.solver.at, row, impulses[row], start);
+        }
+    }
+    mass_divide(&instance->scratch.system, start, changes);
+}

@@ -1,0 +1,34 @@
+/* Time stepping sees each row through the entries of G that are not 0 by structure, so that its cost grows with the
+   active rows and not with their square. */
+#ifndef STEPPED_ROWS_H
+#define STEPPED_ROWS_H
+
+#include "element_rows.h"
+#include "solver.h"
+
+/* The first row of dry frictions and of latches. */
+enum { FIRST_DRY_ROW = N_CONSTRAINTS - N_FRICTIONS - N_LATCHES, FIRST_LATCH_ROW = N_CONSTRAINTS - N_LATCHES };
+
+/* Evaluates the rows at a time (s) and states, and also forces, and M factorised, in scratch.system. Returns false, with instance->failure, if M is singular. */
+bool stepped_measure(Instance *instance, double time, const double states[], SteppedRows *at);
+
+/* Evaluates the rows only. */
+void stepped_evaluate(Instance *instance, double time, const double states[], SteppedRows *at);
+
+/* accelerations[n] without forces of rows, by what stepped_measure found. */
+void stepped_accelerate(const Instance *instance, double accelerations[]);
+
+/* G_row . vector[n], and vector[n] += factor G_row. */
+double stepped_along(const SteppedRows *at, int row, const double vector[]);
+void stepped_add(const SteppedRows *at, int row, double factor, double vector[]);
+
+/* How much a change of the coordinates by their nominal values changes the position of a row. */
+double stepped_size(const SteppedRows *at, int row);
+
+/* The Delassus operator of the active rows in scratch.solver, from M as it was factorised there. */
+void stepped_meet(Instance *instance);
+
+/* changes[n] = M^-1 (start + G^T impulses), overwriting start[n]; impulses of all rows. */
+void stepped_respond(const Instance *instance, const double impulses[], double start[], double changes[]);
+
+#endif

@@ -1,0 +1,210 @@
+"""Solver moreau: closed forms at first order, and exactly where nothing is left to the step (g = 9.81)."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from stepping import Stepping
+
+from lag2fmu import simulate
+from lag2fmu.dynamics import derive
+from lag2fmu.errors import ExportError
+from lag2fmu.fmu.advice import check_solver, steps_over_impacts
+from lag2fmu.formats.loading import load
+from lag2fmu.formats.text import read
+from lag2fmu.reference import Trajectory
+from lag2fmu.solvers.methods import METHODS
+
+pytestmark = pytest.mark.fmu
+
+G = 9.81
+OPEN, STICKS, SLIDES, FORWARD = 1, 2, 3, 4
+ANGLE = 0.4
+"""Of the incline, rad."""
+
+WORKSHOP = read(
+    """
+[mechanism]
+name = "workshop"
+title = "A ball, blocks on an incline, a table, a tower, a rubbing oscillator and a latch, none touching another"
+[parameters]
+g = { value = 9.81, unit = "m/s2" }
+a = { value = 0.4, unit = "rad", doc = "angle of the incline" }
+[coordinates]
+y = { unit = "m", start = 1.0 }
+held = { unit = "m" }
+over = { unit = "m" }
+sliding = { unit = "m" }
+above = { unit = "m" }
+high = { unit = "m" }
+tilt = { unit = "rad" }
+low = { unit = "m", start = 0.1 }
+top = { unit = "m", start = 0.3 }
+x = { unit = "m", start = 5.0 }
+p = { unit = "m", velocity = 1.0 }
+q = { unit = "m", start = 0.5 }
+[bodies]
+ball = { mass = 0.5, position = [0, "y"] }
+resting = { mass = 1, position = ["cos(a)*held + sin(a)*over", "cos(a)*over - sin(a)*held"] }
+sledge = { mass = 1, position = ["cos(a)*sliding + sin(a)*above", "cos(a)*above - sin(a)*sliding"] }
+table = { mass = 8, inertia = 1, position = [0, "high"], angle = "tilt" }
+lower = { mass = 1, position = [0, "low"] }
+upper = { mass = 2, position = [0, "top"] }
+mass = { mass = 1, position = ["x", 0] }
+thrown = { mass = 1, position = ["p", 0] }
+caught = { mass = 1, position = ["q", 0] }
+[gravity]
+acceleration = "g"
+[springs.spring]
+stiffness = 1
+elongation = "x"
+[contacts]
+floor = { gap = "y", restitution = 0.8 }
+rough = { gap = "over", slip = "held_dot", friction = 0.5 }
+smooth = { gap = "above", slip = "sliding_dot", friction = 0.2 }
+left = { gap = "high - sin(tilt)" }
+middle = { gap = "high" }
+right = { gap = "high + sin(tilt)" }
+below = { gap = "low" }
+between = { gap = "top - low" }
+[frictions.bearing]
+on = "x_dot"
+force = 0.3
+[constraints.holonomic]
+catch = { expression = "q - p", while = "t - 0.25" }
+[experiment]
+stop_time = 30.0
+step = 0.1
+""",
+    "workshop",
+)
+
+
+def run_of(exported, step: float, stop: float, count: int = 100) -> Trajectory:
+    modes = ["floor_mode", "rough_mode", "smooth_mode", "bearing_mode"]
+    forces = ["rough_force", "rough_friction", "left_force", "middle_force", "right_force", "below_force"]
+    names = [*(c.name for c in WORKSHOP.coordinates), "y_dot", "x_dot", "p_dot", "between_gap", "bearing_force"]
+    outputs = [*names, *modes, *forces, "between_force", "floor_impacts", "total_energy", "dissipated_energy"]
+    path = exported(WORKSHOP, solver="moreau").path
+    return simulate(path, stop_time=stop, step=stop / count, values={"solver_step": step}, outputs=outputs)
+
+
+def ball(t: float, e: float = 0.8) -> float:
+    """The height of the ball: arcs between the impacts."""
+    start, speed = np.sqrt(2 / G), e * np.sqrt(2 * G)
+    if t < start:
+        return 1 - G * t**2 / 2
+    while t > start + 2 * speed / G and speed > 1e-9:
+        start, speed = start + 2 * speed / G, e * speed
+    return max(speed * (t - start) - G * (t - start) ** 2 / 2, 0.0)
+
+
+def rubbing(t: np.ndarray) -> np.ndarray:
+    """The oscillator: half swings about 0.3 and -0.3; it rests at 0.2 from 8 pi on."""
+    half = np.minimum(np.floor(t / np.pi), 8.0)
+    amplitude = np.where(half < 8, 5.0 - 0.3 - 0.6 * half, 0.0)
+    return np.where(half < 8, 0.3 * (-1) ** half, 0.2) + amplitude * np.cos(t)
+
+
+def test_errors_are_of_first_order(exported) -> None:
+    """About 3 s for the export, which all tests here share."""
+    errors = []
+    for step in (2e-3, 5e-4):
+        run = run_of(exported, step, 30.0, 300)
+        errors.append(
+            [
+                np.abs(run["y"] - [ball(t) for t in run.time]).max(),
+                np.abs(run["x"] - rubbing(run.time)).max(),
+                np.abs(run["p_dot"][run.time > 0.3] - 0.5).max() + step,
+            ]
+        )
+    assert errors[0] == pytest.approx([0.01, 0.002, 0.002], rel=1.0)
+    assert (np.array(errors[0]) / errors[1] > 2.5).all()
+
+
+def test_what_rests_rests_exactly(exported) -> None:
+    """The ball after its last impact, the block on the incline, the oscillator; nothing creeps or chatters."""
+    run = run_of(exported, 1e-3, 30.0, 300)
+    late = run.time > 26.0
+    assert (run["y"][late] == 0.0).all()
+    assert (run["y_dot"][late] == 0.0).all()
+    assert (run["floor_mode"][late] == SLIDES).all()
+    assert (run["floor_impacts"][late] < 60).all()
+    assert (run["held"] == 0.0).all()
+    assert (run["over"] == 0.0).all()
+    assert (run["rough_mode"][1:] == STICKS).all()
+    assert run["rough_force"] == pytest.approx(np.full(301, G * np.cos(ANGLE)), rel=1e-12)
+    assert run["rough_friction"] == pytest.approx(np.full(301, -G * np.sin(ANGLE)), rel=1e-12)
+    assert (run["x_dot"][late] == 0.0).all()
+    assert run["bearing_force"][-1] == pytest.approx(run["x"][-1], rel=1e-12)
+    assert (run["bearing_mode"][late] == STICKS).all()
+
+
+def test_uniform_slides_are_exact_whatever_the_step(exported) -> None:
+    """sliding = (sin a - mu cos a) g t^2/2."""
+    run = run_of(exported, 0.03, 3.0)
+    expected = (np.sin(ANGLE) - 0.2 * np.cos(ANGLE)) * G * run.time**2 / 2
+    assert run["sliding"] == pytest.approx(expected, rel=1e-12)
+    assert (run["smooth_mode"][1:] == FORWARD).all()
+
+
+def test_redundant_contacts_and_towers_bear_the_weight(exported) -> None:
+    """Three legs bear 8 g, those at the sides the same; what falls on a tower stays there."""
+    run = run_of(exported, 1e-3, 2.0)
+    assert run["left_force"][-1] == pytest.approx(run["right_force"][-1], rel=1e-9)
+    assert sum(run[f"{leg}_force"][-1] for leg in ("left", "middle", "right")) == pytest.approx(8 * G, rel=1e-12)
+    assert run["below_force"][-1] == pytest.approx(3 * G, rel=1e-12)
+    assert run["between_force"][-1] == pytest.approx(2 * G, rel=1e-12)
+    assert np.abs([run["high"], run["tilt"]]).max() < 1e-12
+    assert np.abs([run["low"][-1], run["between_gap"][-1]]).max() < 1e-12
+
+
+def test_the_energy_is_balanced(exported) -> None:
+    """What impacts, friction and the latch take: all but the latch's quarter is in dissipated_energy."""
+    for step in (1e-2, 1e-3):
+        run = run_of(exported, step, 10.0)
+        before = run.time < 0.25
+        balance = run["total_energy"] + run["dissipated_energy"]
+        assert balance[before] == pytest.approx(np.full(before.sum(), balance[0]), rel=2e-5 * (step / 1e-3) ** 2)
+        assert balance[-1] == pytest.approx(balance[0] - 0.25, rel=2e-5 * (step / 1e-3) ** 2)
+        assert (np.diff(run["total_energy"]) < 1e-4 * (step / 1e-3) ** 2).all()
+
+
+def test_a_run_rolled_back_over_impacts_repeats_bit_for_bit(exported) -> None:
+    with Stepping(exported(WORKSHOP, solver="moreau").path) as workshop:
+        workshop.start(stop_time=20.0)
+        for _ in range(15):
+            assert workshop.repeats(3, 0.07)
+
+
+def test_model_exchange_is_as_ever(exported) -> None:
+    run = simulate(exported(WORKSHOP, solver="moreau").path, stop_time=2.0, step=0.1, kind="model-exchange")
+    assert run["y"] == pytest.approx([ball(t) for t in run.time], abs=1e-5)
+
+
+def test_impacts_with_friction_in_space(exported) -> None:
+    """The sphere rolls from 2 v0/(7 mu g) on, with 5/7 v0: M of its quaternion is singular."""
+    path = exported("sliding_sphere", solver="moreau").path
+    run = simulate(path, stop_time=1.0, step=0.1, values={"solver_step": 1e-4}, outputs=["x_dot", "table_mode", "z"])
+    assert run["x_dot"] == pytest.approx(np.maximum(5 - 0.2 * G * run.time, 25 / 7), abs=5e-4)
+    assert (run["table_mode"][1:] == np.where(run.time[1:] < 0.72811998, SLIDES, STICKS)).all()
+    assert np.abs(run["z"]).max() < 1e-12
+
+
+@pytest.mark.parametrize(("model", "reason"), [("double_pendulum", "no contacts"), ("crane", "")])
+def test_what_has_no_contacts_is_refused(model: str, reason: str) -> None:
+    mechanism = derive(load(model)).mechanism
+    if reason:
+        with pytest.raises(ExportError, match=f"solver 'moreau' .*{reason}.* take dopri5"):
+            check_solver(mechanism, METHODS["moreau"])
+    else:
+        check_solver(mechanism, METHODS["moreau"])
+
+
+def test_impacts_in_turn_become_impacts_at_once() -> None:
+    cradle = load("newtons_cradle")
+    assert "at once" in steps_over_impacts(cradle, METHODS["moreau"])
+    assert steps_over_impacts(replace(cradle, impacts="simultaneous"), METHODS["moreau"]) == ""
+    assert steps_over_impacts(cradle, METHODS["dopri5"]) == ""
