@@ -93,6 +93,14 @@ def test_stops_dry_friction_and_latches() -> None:
     assert away.poles[0].frequency == pytest.approx(1.5, rel=1e-9)
 
 
+def test_two_frictions_on_one_velocity_add_up() -> None:
+    x = coordinate("x", "m", velocity=1.0)
+    rubs = [Friction("a", on=x.dot, force=1 + x), Friction("b", on=x.dot, force=2 + 3 * x)]
+    found = lag2fmu.linearize(Mechanism("m", coordinates=[x], bodies=[Body("b", 2, (x, 0))], frictions=rubs))
+    assert found.A.tolist() == [[0, 1], [-2, 0]]
+    assert found.drift.tolist() == [1, -1.5]
+
+
 def test_a_sphere_that_slides_in_two_directions_against_differences() -> None:
     """The way of friction turns with the slip; differences of the accelerations of the same mode."""
     equations = derive(load("sliding_sphere"))
