@@ -109,12 +109,13 @@ def export(  # noqa: PLR0913 (choices of the user)
     _check_target(target)
     _check_texts(mechanism)
     equations = derive(mechanism)
-    suited, reason = suited_solver(equations, BACKENDS[backend].solvers)
+    stepping = solver is not None and isinstance(METHODS[solver], TimeStepping)  # so that no decay bounds its steps
+    suited, reason = ("", "") if stepping else suited_solver(equations, BACKENDS[backend].solvers)
     solver, choice = (solver, "") if solver else (suited, reason)
     check_solver(equations.mechanism, METHODS[solver])
     method = METHODS[solver]
     promoted = promotable(equations, outputs, events=version.has_ports)
-    program = lower(equations, promoted, method.variational, isinstance(method, TimeStepping))
+    program = lower(equations, promoted, method.variational, stepping)
     mechanism = complete(mechanism, equations)
     content = build(mechanism, equations, program, solver)
     files = {
