@@ -20,7 +20,7 @@ ROOMS = {
     "mechanism": ({"errors", "language", "description"}, {"sympy"}),
     "formats": (
         {"errors", "resources", "xml_tree", "language", "description", "mechanism"},
-        {"sympy", "numpy", "tomli"},
+        {"sympy", "numpy", "tomli", "mujoco"},
     ),
     "reference": ({"errors", "language", "description", "mechanism"}, {"sympy", "numpy", "scipy"}),
     "graph": ({"errors", "language"}, {"sympy", "numpy"}),
@@ -62,6 +62,7 @@ USERS = {
     "fmpy": {"verify/instances.py", "verify/simulate.py"},
     "lief": {"checking/binaries.py"},
     "matplotlib": {"verify/plots"},
+    "mujoco": {"formats/robots/mjcf.py"},
 }
 """package -> the modules or rooms that use it: one each, but compilers and strangers' FMUs are different programs, and
 the independent path shares no compiler with what it checks"""

@@ -72,8 +72,9 @@ def _exit_when_terminated() -> None:
 def main() -> None:
     """From the Lagrangian of a mechanism to a validated FMI 2.0 FMU.
 
-    MODEL is a bundled name (see 'lag2fmu models'), a .py, .toml or .urdf file. A .py file is run as a program, with all
-    that it may do; the others are read and never run.
+    MODEL is a bundled name (see 'lag2fmu models'), a .py, .toml, .urdf or .xml (MJCF) file, or FILE.py:NAME for a
+    mechanism or an object of SymPy's mechanics. A .py file is run as a program, with all that it may do; the others are
+    read and never run.
     """
 
 

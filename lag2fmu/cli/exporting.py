@@ -38,7 +38,7 @@ def export_model(  # noqa: PLR0913, PLR0917 (an option each)
     if not force:
         _refuse_to_overwrite(path, mechanism)
     if reference:
-        extra = reference_files(mechanism)
+        extra = reference_files(mechanism, arrays=arrays)
     with build_progress() as progress:
         fmu = export(
             mechanism,

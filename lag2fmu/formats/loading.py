@@ -36,11 +36,11 @@ def as_mechanism(model: object) -> Mechanism:
 def load(model: object, arguments: Mapping[Any, object] | None = None) -> Mechanism:
     """The mechanism that ``model`` is or names.
 
-    ``model`` is a bundled name, a .py, .toml or .urdf file, FILE.py:NAME for what is called NAME in a program, or a
-    LagrangesMethod, KanesMethod or System of SymPy. ``arguments`` are the structural ones of a family (``n`` of
-    ``n_pendulum``), those of ``robot``, or the values of all constants of SymPy's mechanics {symbol or name: number};
-    strings are converted to the type that is declared. Raises LoadError if the model is missing, fails or does not take
-    the arguments, and MechanismError (TextError) for what is wrong in a text.
+    ``model`` is a bundled name, a .py, .toml, .urdf or .xml (MJCF) file, FILE.py:NAME for what is called NAME in a
+    program, or a LagrangesMethod, KanesMethod or System of SymPy. ``arguments`` are the structural ones of a family
+    (``n`` of ``n_pendulum``), those of ``robot``, or the values of all constants of SymPy's mechanics {symbol or name:
+    number}; strings are converted to the type that is declared. Raises LoadError if the model is missing, fails or does
+    not take the arguments, and MechanismError (TextError) for what is wrong in a text.
     """
     given = {str(name): value for name, value in (arguments or {}).items()}
     if isinstance(model, (str, Path)) and (path := find(model)).suffix == ".toml":

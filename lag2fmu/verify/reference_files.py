@@ -28,10 +28,11 @@ _HEAD = {
 _EXPERIMENT, _RESULT = "validation.exp", "reference.csv"
 
 
-def reference_files(mechanism: Mechanism) -> dict[str, bytes]:
+def reference_files(mechanism: Mechanism, *, arrays: bool = False) -> dict[str, bytes]:
     """{name in the archive: content}: the default experiment of ``mechanism``, integrated directly, and what it is.
 
-    All inputs keep their start values. Raises SimulationError if the integration fails.
+    All inputs keep their start values. ``arrays``: the FMU has arrays, which the remarks refer to.
+    Raises SimulationError if the integration fails.
     """
     mechanism, experiment = complete(mechanism), mechanism.experiment
     count = max(1, round(experiment.stop_time / experiment.step))
@@ -42,7 +43,7 @@ def reference_files(mechanism: Mechanism) -> dict[str, bytes]:
     files = {_RESULT: trajectory.to_csv().encode(), _EXPERIMENT: _experiment(mechanism)}
     return {f"{_FOLDER}/{name}": content for name, content in files.items()} | {
         f"{_FOLDER}/fmi-ls-manifest.xml": _manifest(),
-        "documentation/fmi-ls-ref.txt": _remarks(mechanism, reference).encode(),
+        "documentation/fmi-ls-ref.txt": _remarks(mechanism, reference, arrays).encode(),
     }
 
 
@@ -80,7 +81,7 @@ def _manifest() -> bytes:
     return document(root)
 
 
-def _remarks(mechanism: Mechanism, reference: Reference) -> str:
+def _remarks(mechanism: Mechanism, reference: Reference, arrays: bool) -> str:
     """What the receiver has to know of the reference: how it was made, and how exact it is."""
     worst, growth = reference.relative_error.max(), reference.amplification.max()
     return (
@@ -90,4 +91,9 @@ def _remarks(mechanism: Mechanism, reference: Reference) -> str:
         f"Estimated error of the reference, relative to the range of each variable: {worst:.1e}.\n"
         f"A disturbance of the start grows up to {growth:.1e} times within this time; so does the error of a solver.\n"
         "Compare with a tolerance that allows for it.\n"
+        + (
+            "The columns are elements of the arrays q and qd, whose descriptions name them in order.\n"
+            if arrays
+            else ""
+        )
     )

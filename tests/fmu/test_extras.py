@@ -14,6 +14,7 @@ from lxml import etree
 import lag2fmu
 from lag2fmu.cli import main
 from lag2fmu.reference.trajectory import parse_csv
+from lag2fmu.verify.reference_files import reference_files
 from lag2fmu.verify.simulate import problems
 
 pytestmark = pytest.mark.fmu
@@ -89,6 +90,17 @@ def test_the_manifest_names_the_files(with_reference: Path) -> None:
     assert "independent" in str(root[1].get("description"))
     assert b"Estimated error" in found["documentation/fmi-ls-ref.txt"]
     assert problems(with_reference) == []
+
+
+def test_the_remarks_tell_where_columns_are_in_arrays() -> None:
+    pendulum = lag2fmu.load("pendulum")
+    plain, joined = (reference_files(pendulum, arrays=arrays) for arrays in (False, True))
+    remarks = "documentation/fmi-ls-ref.txt"
+    assert (
+        joined[remarks] == plain[remarks] + b"The columns are elements of the arrays q and qd, whose descriptions "
+        b"name them in order.\n"
+    )
+    assert {name for name in joined if joined[name] != plain[name]} == {remarks}
 
 
 def test_a_receiver_can_repeat_the_experiment(with_reference: Path) -> None:

@@ -176,7 +176,7 @@ def test_a_model_file_that_fails_is_named_with_its_line(source: str, message: st
         ("", "unknown model ''"),
         ("none.py", "model file 'none.py' does not exist"),
         ("none.toml", "model file 'none.toml' does not exist"),
-        ("none.fmu", "unknown model 'none.fmu'.*give a file: .py, .toml, .urdf"),
+        ("none.fmu", "unknown model 'none.fmu'.*give a file: .py, .toml, .urdf, .xml"),
         ("a\0b.py", "is no model|does not exist"),
         ("x" * 5000 + ".py", "is no model"),
     ],

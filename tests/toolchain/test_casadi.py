@@ -1,4 +1,4 @@
-"""CasADi (DaeBuilder) as an importer of model exchange: its values, Jacobians and CVODES against our own."""
+"""CasADi (DaeBuilder) as an importer of model exchange: its values, Jacobians, adjoints and CVODES against our own."""
 
 from __future__ import annotations
 
@@ -18,6 +18,7 @@ Floats = NDArray[np.float64]
 
 pytestmark = [pytest.mark.toolchain, pytest.mark.fmu]
 
+VERSIONS = ["2.0", "3.0"]
 MODELS = ["cart_pole", "double_pendulum", "elastic_pendulum", "motion_driven_pendulum", "vertically_driven_pendulum"]
 
 
@@ -50,9 +51,10 @@ def dense(matrix: Any) -> Floats:
     return np.array(casadi.DM(matrix).full())
 
 
+@pytest.mark.parametrize("fmi", VERSIONS)
 @pytest.mark.parametrize("model", MODELS)
-def test_variables_have_their_roles(model: str, exported) -> None:
-    imported, mechanism = Imported(exported(model)), load(model)
+def test_variables_have_their_roles(model: str, fmi: str, exported) -> None:
+    imported, mechanism = Imported(exported(model, fmi=fmi)), load(model)
     states = [c.name for c in mechanism.coordinates]
     assert imported.x == [*states, *(f"{name}_dot" for name in states)]
     assert imported.p == [p.name for p in mechanism.parameters if p.expression is None]
@@ -61,10 +63,11 @@ def test_variables_have_their_roles(model: str, exported) -> None:
     assert imported.y == [*imported.x, *(output.name for output in mechanism.outputs)]
 
 
+@pytest.mark.parametrize("fmi", VERSIONS)
 @pytest.mark.parametrize("model", MODELS)
-def test_values_are_those_of_fmpy_and_of_the_direct_equations(model: str, exported) -> None:
+def test_values_are_those_of_fmpy_and_of_the_direct_equations(model: str, fmi: str, exported) -> None:
     fmu = exported(model)
-    imported, n = Imported(fmu), len(fmu.mechanism.coordinates)
+    imported, n = Imported(exported(model, fmi=fmi)), len(fmu.mechanism.coordinates)
     for t, x, u, p in points(imported):
         ode, y = (dense(value)[:, 0] for value in imported.function(t, x, u, p))
         with Stepping(fmu.path, "ModelExchange") as host:
@@ -78,10 +81,11 @@ def test_values_are_those_of_fmpy_and_of_the_direct_equations(model: str, export
         assert ode[n:] == pytest.approx(equations.accelerations(t, x[:n], x[n:], inputs), rel=1e-10, abs=1e-10)
 
 
+@pytest.mark.parametrize("fmi", VERSIONS)
 @pytest.mark.parametrize("model", MODELS)
-def test_jacobians_are_the_limits_of_differences(model: str, exported) -> None:
-    """CasADi asks for them by fmi2GetDirectionalDerivative, with the sparsity of modelDescription.xml."""
-    imported = Imported(exported(model))
+def test_jacobians_are_the_limits_of_differences(model: str, fmi: str, exported) -> None:
+    """CasADi asks for them by directional derivatives, with the sparsity of modelDescription.xml."""
+    imported = Imported(exported(model, fmi=fmi))
     names = [f"jac:{output}:{known}" for output in ("ode", "y") for known in ("x", "u", "p")]
     jacobian = imported.function.factory("J", ["t", "x", "u", "p"], names)
     h = 1e-3
@@ -99,9 +103,10 @@ def test_jacobians_are_the_limits_of_differences(model: str, exported) -> None:
                 assert block[:, column] == pytest.approx(expected, rel=1e-7, abs=1e-7), (names[number], column)
 
 
+@pytest.mark.parametrize("fmi", VERSIONS)
 @pytest.mark.parametrize("model", MODELS)
-def test_cvodes_integrates_to_the_direct_integration(model: str, exported) -> None:
-    imported = Imported(exported(model))
+def test_cvodes_integrates_to_the_direct_integration(model: str, fmi: str, exported) -> None:
+    imported = Imported(exported(model, fmi=fmi))
     x0, p = imported.starts
     t, x = casadi.MX.sym("t"), casadi.MX.sym("x", len(x0))
     ode = imported.function(t, x, np.zeros(len(imported.u)), p)[0]
@@ -112,3 +117,23 @@ def test_cvodes_integrates_to_the_direct_integration(model: str, exported) -> No
     expected = integrate(load(model), times).trajectory.columns(imported.x)[1:]
     assert np.abs(found - expected).max() < 1e-7
     assert np.ptp(expected, axis=0).max() > 0.1, "it moves"
+
+
+@pytest.mark.parametrize("model", [*MODELS, "four_bar_linkage"])
+def test_adjoints_are_transposed_jacobians(model: str, exported) -> None:
+    """CasADi asks for them by fmi3GetAdjointDerivative; for the Jacobian by fmi3GetDirectionalDerivative."""
+    imported = Imported(exported(model, fmi="3.0"))
+    known, found = ["t", "x", "u", "p"], ["ode", "y"]
+    adjoint = imported.function.factory("A", [*known, *(f"adj:{y}" for y in found)], [f"adj:{x}" for x in known[1:]])
+    blocks = [f"jac:{y}:{x}" for y in found for x in known[1:]]
+    jacobian = imported.function.factory("J", known, blocks)
+    generator = np.random.default_rng(3)
+    t, (x, p) = 0.5, imported.starts
+    point = t, x, generator.uniform(-1, 1, len(imported.u)), p
+    weights = [generator.uniform(-1, 1, imported.function.size1_out(k)) for k in range(2)]
+    products = [dense(part)[:, 0] for part in adjoint(*point, *weights)]
+    parts = [dense(block) for block in jacobian(*point)]
+    for k, product in enumerate(products):
+        expected = weights[0] @ parts[k] + weights[1] @ parts[3 + k]
+        scale = max(1.0, np.abs(expected).max())
+        assert np.abs(product - expected).max() < 1e-13 * scale

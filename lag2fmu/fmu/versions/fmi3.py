@@ -22,11 +22,12 @@ from lag2fmu.fmu.versions.shared import (
 from lag2fmu.fmu.versions.version import CATEGORIES, Version
 from lag2fmu.fmu.xml_text import document
 
+_DERIVATIVES = {"providesDirectionalDerivatives": "true", "providesAdjointDerivatives": "true"}
 INTERFACE = Interface(
     capabilities={
-        "ModelExchange": {"providesDirectionalDerivatives": "true"},
+        "ModelExchange": _DERIVATIVES,
         "CoSimulation": {
-            "providesDirectionalDerivatives": "true",
+            **_DERIVATIVES,
             "canHandleVariableCommunicationStepSize": "true",
             "maxOutputDerivativeOrder": "2",
             "providesIntermediateUpdate": "true",
@@ -39,8 +40,8 @@ INTERFACE = Interface(
 )
 _TYPES = {"Real": "Float64", "Integer": "Int32", CLOCK: "Clock"}
 """The elements of variables by the type of the variable table; those of other types are enumerations."""
-_INTERMEDIATE = ("input", "output")
-"""The causalities of what can be read, and of what can be set, in intermediate update mode."""
+_INTERMEDIATE = ("input", "output", "local")
+"""The causalities of what can be read or set in intermediate update mode, if it is continuous."""
 
 
 def to_xml(description: ModelDescription) -> bytes:

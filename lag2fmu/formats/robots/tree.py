@@ -5,8 +5,9 @@ Lengths are in m, angles in rad, masses in kg, inertias in kg.m2; vectors (3,) a
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterable, Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from functools import reduce
 
 import numpy as np
@@ -14,7 +15,7 @@ from numpy.typing import NDArray
 
 Floats = NDArray[np.float64]
 
-MOVING = ("revolute", "prismatic", "planar", "floating")
+MOVING = ("revolute", "prismatic", "planar", "spherical", "floating")
 """The kinds of joints that have coordinates; a "fixed" one has none."""
 
 
@@ -62,6 +63,16 @@ class Pose:
     origin: Floats
     turns: tuple[tuple[str, float], ...] = ()
 
+    @classmethod
+    def of(cls, origin: Floats, matrix: Floats) -> Pose:
+        """The pose of an origin (3,) and a matrix (3, 3) of turns: by yaw, pitch and roll, about z, y and x."""
+        pitch = math.asin(min(1.0, max(-1.0, -matrix[2, 0])))
+        if abs(matrix[2, 0]) < 1 - 1e-12:
+            yaw, roll = math.atan2(matrix[1, 0], matrix[0, 0]), math.atan2(matrix[2, 1], matrix[2, 2])
+        else:  # both turn about the same axis
+            yaw, roll = math.atan2(-matrix[0, 1], matrix[1, 1]), 0.0
+        return cls(origin, tuple((axis, angle) for axis, angle in zip("zyx", (yaw, pitch, roll), strict=True) if angle))
+
     @property
     def matrix(self) -> Floats:
         """The turns as one matrix (3, 3)."""
@@ -89,6 +100,8 @@ class Joint:
 
     ``axis`` is the unit vector (3,) that it turns about or moves along, of a planar one the normal, in the axes of the
     child. ``lower``, ``upper``: its limits, None without. ``damping`` in N.s/m or N.m.s/rad, ``friction`` in N or N.m.
+    It turns or moves by its coordinate less the ``reference``. ``start``: of its coordinates, none where 0 or no turn.
+    ``stiffness`` (N/m, N.m/rad) of a spring at rest at ``rest``; ``armature`` (kg or kg.m2) moves with the coordinate.
     """
 
     name: str
@@ -102,21 +115,77 @@ class Joint:
     damping: float = 0.0
     friction: float = 0.0
     mimic: Mimic | None = None
-    start: float | None = None
+    start: tuple[float, ...] = ()
+    reference: float = 0.0
+    stiffness: float = 0.0
+    rest: float = 0.0
+    armature: float = 0.0
+
+
+Sum = tuple[tuple[str, float], ...]
+"""A length: pairs of a joint and the factor of its coordinate."""
+
+
+@dataclass(frozen=True)
+class Actuator:
+    """A force along the ``length``: gain u + bias[0] + bias[1] length + bias[2] length', u its input within limits."""
+
+    name: str
+    length: Sum
+    gain: float
+    bias: tuple[float, float, float]
+    lower: float | None
+    upper: float | None
+
+
+@dataclass(frozen=True)
+class Tendon:
+    """A spring of ``stiffness`` with the ``rest`` length, and a damper, along the ``length``."""
+
+    name: str
+    length: Sum
+    stiffness: float
+    rest: float
+    damping: float
+
+
+@dataclass(frozen=True)
+class Closure:
+    """The ``kind`` "spherical" or "fixed" of a joint that closes a loop between poses of two links."""
+
+    name: str
+    kind: str
+    first: tuple[str, Pose]
+    second: tuple[str, Pose]
+
+
+@dataclass(frozen=True)
+class Coupling:
+    """The coordinate of ``first`` is the polynomial of that of ``second``, both less their references, or constant."""
+
+    name: str
+    first: tuple[str, float]
+    second: tuple[str, float] | None
+    coefficients: tuple[float, ...]
 
 
 @dataclass(frozen=True)
 class Robot:
     """A tree: ``links`` by name with their inertia, None without, the ``root`` among them, ``joints`` parents first.
 
-    ``ignored`` lists what the file says besides and nothing is made of.
+    ``gravity`` (3,) in m/s2. ``ignored`` lists what the file says besides and nothing is made of.
     """
 
     name: str
     root: str
     links: Mapping[str, Inertia | None]
     joints: tuple[Joint, ...]
-    ignored: tuple[str, ...] = field(default=())
+    ignored: tuple[str, ...] = ()
+    gravity: tuple[float, float, float] = (0.0, 0.0, -9.81)
+    actuators: tuple[Actuator, ...] = ()
+    tendons: tuple[Tendon, ...] = ()
+    closures: tuple[Closure, ...] = ()
+    couplings: tuple[Coupling, ...] = ()
 
 
 def in_order(root: str, joints: Iterable[Joint]) -> tuple[Joint, ...]:

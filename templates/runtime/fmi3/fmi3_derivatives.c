@@ -65,7 +65,7 @@ fmi3Status fmi3GetDirectionalDerivative(fmi3Instance instance, const fmi3ValueRe
 /* Adds the weight of an unknown. */
 static fmi3Status add_weight(Component *component, Tangent *weights, Seed *sensitivity, const Variable *variable,
                              double weight) {
-    bool needs_accelerations;
+    bool needs_accelerations = false; /* nobody asks */
     if (check_unknown(component, variable, &needs_accelerations) != fmi3OK) {
         return fmi3Error;
     }

@@ -34,27 +34,36 @@ static void add_exchange(const Instance *instance, const Seed *seed, const doubl
     }
 }
 
+/* ds of row k, see own_rates. */
+static double square_rate(const Instance *instance, const Seed *seed, const double still[], int k) {
+    const double *response = instance->cache.system.constraints.response + k * N_COORDINATES; /* M^-1 g */
+    double row[N_UNKNOWNS] = {0.0}, tangents[N_UNKNOWNS];
+    memcpy(row, response, N_COORDINATES * sizeof(double));
+    matrix_tangents(instance, seed, row, still, tangents);
+    double ds = 2.0 * tangents[N_COORDINATES + k];
+    for (int i = 0; i < N_COORDINATES; i++) {
+        ds -= row[i] * tangents[i];
+    }
+    return ds;
+}
+
 /* own[m] = squares dG w - ds/s multiplier with 1/squares = s = g M^-1 g^T, g the row of G: how the multipliers
    squares G w change that are reported, w and the forces being as they are. */
 static void own_rates(const Instance *instance, const Seed *seed, const double still[], double own[]) {
     const ConstraintFactorization *f = &instance->cache.system.constraints;
     const double *multipliers = instance->cache.reported + N_COORDINATES;
-    double w[N_UNKNOWNS] = {0.0}, row[N_UNKNOWNS] = {0.0}, tangents[N_UNKNOWNS], weights[N_CONSTRAINTS];
+    double w[N_UNKNOWNS] = {0.0}, tangents[N_UNKNOWNS], weights[N_CONSTRAINTS];
     for (int k = 0; k < N_CONSTRAINTS; k++) {
         own[k] = f->scale[k] > 0.0 ? multipliers[k] / (f->scale[k] * f->scale[k]) : 0.0;
     }
     constraints_solve(f, own, NULL, weights);
     constraints_respond(f, weights, w);
     matrix_tangents(instance, seed, w, still, tangents);
-    memcpy(own, tangents + N_COORDINATES, N_CONSTRAINTS * sizeof(double));
     for (int k = 0; k < N_CONSTRAINTS; k++) {
-        memcpy(row, f->response + k * N_COORDINATES, N_COORDINATES * sizeof(double)); /* M^-1 g */
-        matrix_tangents(instance, seed, row, still, tangents);
-        double ds = 2.0 * tangents[N_COORDINATES + k];
-        for (int i = 0; i < N_COORDINATES; i++) {
-            ds -= row[i] * tangents[i];
-        }
-        own[k] = f->scale[k] * f->scale[k] * (own[k] - ds * multipliers[k]);
+        const double scale = f->scale[k];
+        own[k] = scale > 0.0 ? scale * scale * (tangents[N_COORDINATES + k] -
+                                                square_rate(instance, seed, still, k) * multipliers[k])
+                             : 0.0; /* open contacts cost nothing */
     }
 }
 

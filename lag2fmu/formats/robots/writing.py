@@ -1,0 +1,69 @@
+"""How names and numbers of a robot are written in a mechanism."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Iterable, Mapping
+
+import numpy as np
+import sympy as sp
+
+from lag2fmu.description.places import AXES, WORLD
+from lag2fmu.errors import LoadError
+from lag2fmu.formats.robots.tree import QUARTER, Floats, Pose
+
+Turn = tuple["str | tuple[sp.Expr, ...]", sp.Expr]
+"""An axis and an angle."""
+
+
+def identifier(name: str) -> str:
+    """``name`` with all that no identifier can hold as underscores."""
+    text = re.sub(r"\W", "_", name, flags=re.ASCII)
+    return text if text[:1].isalpha() or text[:1] == "_" else f"_{text}"
+
+
+def identifiers(names: Iterable[str], where: str, taken: Iterable[str] = ()) -> Mapping[str, str]:
+    """{name: identifier}; raises LoadError where two come out alike. What is ``taken`` gets an underscore behind."""
+    found: dict[str, str] = {}
+    reserved = {*taken, WORLD}
+    for name in names:
+        text = identifier(name)
+        text = f"{text}_" if text in reserved else text
+        other = next((key for key, value in found.items() if value == text), None)
+        if other is not None:
+            raise LoadError(f"{where}: '{other}' and '{name}' would both be called '{text}'; rename one")
+        found[name] = text
+    return found
+
+
+def number(x: float) -> sp.Expr:
+    """``x`` as the decimal that it is shown as, exactly."""
+    return sp.Rational(repr(float(x))) if x else sp.S.Zero
+
+
+def numbers(vector: Iterable[float]) -> tuple[sp.Expr, ...]:
+    """The entries of ``vector`` likewise."""
+    return tuple(number(float(x)) for x in vector)
+
+
+def turns_of(pose: Pose) -> list[Turn]:
+    """The turns of ``pose``, quarter turns exact."""
+    return [(axis, _angle(angle)) for axis, angle in pose.turns]
+
+
+def _angle(x: float) -> sp.Expr:
+    """``x`` rad, quarter turns exact."""
+    quarters = round(x / (np.pi / 2))
+    return quarters * sp.pi / 2 if abs(x - quarters * np.pi / 2) < QUARTER else number(x)
+
+
+def axis_of(axis: Floats) -> str | tuple[sp.Expr, ...]:
+    """The letter of an ``axis`` along x, y or z, else its entries."""
+    along = [k for k in range(3) if axis[k] == 1.0]
+    return AXES[along[0]] if along else numbers(axis)
+
+
+def turn(axis: Floats, angle: sp.Expr) -> Turn:
+    """The turn by ``angle`` about ``axis``; about -x, -y, -z as one by the opposite angle."""
+    against = [k for k in range(3) if axis[k] == -1.0]
+    return (AXES[against[0]], -angle) if against else (axis_of(axis), angle)

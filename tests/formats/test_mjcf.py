@@ -1,0 +1,156 @@
+"""Robots in MJCF: accelerations as MuJoCo's own or closed forms, and what is wrong in a file is named."""
+
+from __future__ import annotations
+
+import builtins
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+from kkt import solve
+
+from lag2fmu import derive, load
+from lag2fmu.errors import LoadError
+from lag2fmu.formats.text import read
+from lag2fmu.formats.write import write
+from lag2fmu.mechanism.record import Mechanism
+
+mujoco = pytest.importorskip("mujoco", reason="the optional package mujoco is not installed; 'make test-all' does so")
+
+Robot = Callable[..., Mechanism]
+ARM = """<mujoco model="arm"><compiler angle="radian"/><option gravity="0.3 0 -9.7"><flag contact="disable"/></option>
+<worldbody><body name="upper" pos="0.1 0.2 1" euler="0.3 0.2 -0.4">
+  <joint name="shoulder_1" axis="0 0 1" pos="0.05 0 0.02" armature="0.02" damping="0.3" ref="0.2"/>
+  <joint name="shoulder_2" axis="1 0 1" pos="0 0.03 0" stiffness="4" springref="0.3"/>
+  <geom type="capsule" fromto="0 0 0 0.3 0 0.1" size="0.05" contype="0" conaffinity="0"/>
+  <body name="lower" pos="0.3 0 0.1"><joint name="elbow" axis="0 1 0"/><joint name="reach" type="slide" axis="1 0 0"/>
+    <geom type="box" size="0.1 0.05 0.04" pos="0.1 0 0" contype="0" conaffinity="0"/></body></body></worldbody>
+<tendon><fixed name="cable" stiffness="3" damping="0.2" springlength="0.1"><joint joint="elbow" coef="0.5"/>
+  <joint joint="reach" coef="-1.5"/></fixed></tendon>
+<actuator><motor name="lift" joint="shoulder_1" gear="3" ctrlrange="-1 1" ctrllimited="true"/>
+  <position name="bend" joint="elbow" kp="7" kv="0.4"/>
+  <motor name="pull" tendon="cable" gear="2"/></actuator></mujoco>"""
+
+
+@pytest.fixture
+def robot(tmp_path: Path) -> Robot:
+    """What makes a mechanism of a text and options."""
+
+    def made(text: str, **options: object) -> Mechanism:
+        path = tmp_path / "robot.xml"
+        path.write_text(text)
+        return load(path, options)
+
+    return made
+
+
+def accelerations(mechanism: Mechanism, **values: float) -> dict[str, float]:
+    """The accelerations, at 0 where nothing else is said."""
+    names = [q.name for q in mechanism.coordinates]
+    at = {f"{kind}{name}{rate}": 0.0 for name in names for kind, rate in (("", ""), ("", "_dot"), ("Q_", ""))}
+    at |= {p.name: p.value for p in mechanism.parameters} | {"t": 0.0} | values
+    return dict(zip(names, solve(derive(mechanism), at)[0].tolist(), strict=True))
+
+
+def test_an_arm_moves_as_in_mujoco(robot: Robot) -> None:
+    """Anchors, two joints a body, armature, springs, references, a tendon and three actuators; 1e-12."""
+    mechanism, model = robot(ARM), mujoco.MjModel.from_xml_string(ARM)
+    state = mujoco.MjData(model)
+    rng = np.random.default_rng(0)
+    state.qpos[:], state.qvel[:] = rng.uniform(-0.5, 0.5, (2, model.nv))
+    state.ctrl[:] = rng.uniform(-1, 1, model.nu)
+    mujoco.mj_forward(model, state)
+    names = ["shoulder_1", "shoulder_2", "elbow", "reach"]
+    values = dict(zip(names, state.qpos, strict=True)) | dict(zip((f"{x}_dot" for x in names), state.qvel, strict=True))
+    values |= dict(zip(("u_lift", "u_bend", "u_pull"), state.ctrl, strict=True))
+    found = accelerations(mechanism, **values)
+    assert [found[name] for name in names] == pytest.approx(state.qacc.tolist(), rel=1e-12)
+
+
+def test_text_keeps_the_robot(robot: Robot) -> None:
+    mechanism = robot(ARM)
+    assert read(write(mechanism), "text") == mechanism
+    assert {u.name: (u.minimum, u.maximum) for u in mechanism.inputs if u.name == "u_lift"} == {"u_lift": (-1.0, 1.0)}
+
+
+def body(inside: str, after: str = "") -> str:
+    """A rod of 2 kg, its centre at 0 0 -0.5, with ``inside`` and what stands ``after`` the world."""
+    inertial = '<inertial pos="0 0 -0.5" mass="2" diaginertia="0.2 0.2 0.001"/>'
+    return f'<mujoco><worldbody><body name="rod">{inside}{inertial}</body></worldbody>{after}</mujoco>'
+
+
+SLIDES = '<joint name="x" type="slide" axis="1 0 0"/><joint name="z" type="slide"/><joint name="phi" axis="0 -1 0"/>'
+
+
+def test_a_connect_is_a_spherical_joint(robot: Robot) -> None:
+    """A rod that slides and turns, its top connected to the world: phi'' = -m g l sin(phi) / (J + m l^2)."""
+    connect = '<equality><connect name="pin" body1="rod" anchor="0 0 0"/></equality>'
+    found = accelerations(robot(body(SLIDES, connect)), phi=0.4)
+    assert found["phi"] == pytest.approx(-2 * 9.81 * 0.5 * np.sin(0.4) / (0.2 + 2 * 0.25), rel=1e-12)
+
+
+def test_a_weld_is_a_fixed_joint(robot: Robot) -> None:
+    """A rod welded to one that slides on a spring: both fall as one."""
+    second = (
+        '<body name="other" pos="1 0 0"><joint name="y" type="slide" axis="0 1 0"/><joint name="w" type="slide"/>'
+        '<inertial pos="0 0 0" mass="3" diaginertia="1 1 1"/></body>'
+    )
+    text = body('<joint name="z" type="slide" stiffness="40"/>').replace("</worldbody>", f"{second}</worldbody>")
+    weld = '<equality><weld name="glue" body1="rod" body2="other"/></equality></mujoco>'
+    found = accelerations(robot(text.replace("</mujoco>", weld)), z=0.1, w=0.1)
+    assert found["z"] == pytest.approx(-9.81 - 40 * 0.1 / 5, rel=1e-12)
+    assert (found["w"], found["y"]) == (pytest.approx(found["z"], rel=1e-12), pytest.approx(0.0, abs=1e-12))
+
+
+def test_a_joint_equality_is_a_coupling(robot: Robot) -> None:
+    """z = 2 x: forces along both are shared, (m + 4 m) x'' = -2 m g."""
+    equality = '<equality><joint joint1="z" joint2="x" polycoef="0 2 0 0 0"/></equality>'
+    text = body('<joint name="x" type="slide" axis="1 0 0"/><joint name="z" type="slide"/>', equality)
+    assert accelerations(robot(text))["x"] == pytest.approx(-2 * 9.81 / 5, rel=1e-12)
+
+
+def test_what_is_not_taken_is_listed(robot: Robot) -> None:
+    geoms = '<joint type="ball" damping="1"/><geom size="1"/><geom size="2"/>'
+    slow = '<actuator><general name="slow" joint="hinge" dyntype="integrator"/></actuator>'
+    text = body(geoms, slow).replace('type="ball"', 'type="ball" name="ball"')
+    text = text.replace("</body>", '<body><joint name="hinge"/><geom size="1"/></body></body>')
+    assert robot(text).source.partition("not taken: ")[2] == (
+        "stiffness, damping, armature and friction loss of the joint ball, the actuator slow, contacts of 3 geoms"
+    )
+
+
+@pytest.mark.parametrize(
+    ("text", "message"),
+    [
+        ("<mujoco", "no well-formed XML"),
+        ("<robot/>", r"its top element is <robot>; a MJCF file has <mujoco>"),
+        ("<mujoco><worldbody><body><joint/></body></worldbody></mujoco>", "MuJoCo refuses it: .*mass and inertia"),
+        ('<mujoco><include file="none.xml"/></mujoco>', "MuJoCo refuses it: .*none.xml"),
+        ("<mujoco/>", "nothing moves in this robot"),
+        ('<!DOCTYPE x [<!ENTITY y "z">]><mujoco/>', "document type"),
+    ],
+)
+def test_what_is_wrong_is_named(robot: Robot, text: str, message: str) -> None:
+    with pytest.raises(LoadError, match=message) as caught:
+        robot(text)
+    assert "\n" not in str(caught.value)
+
+
+def test_the_base_is_said_in_the_file(robot: Robot) -> None:
+    with pytest.raises(LoadError, match="says itself what moves freely; leave base = floating out"):
+        robot(ARM, base="floating")
+
+
+def test_without_mujoco_the_remedy_is_named(robot: Robot, monkeypatch: pytest.MonkeyPatch) -> None:
+    own = builtins.__import__
+
+    def refusing(name: str, *rest: Any, **options: Any) -> Any:
+        if name == "mujoco":
+            raise ImportError(name)
+        return own(name, *rest, **options)
+
+    monkeypatch.setattr(builtins, "__import__", refusing)
+    with pytest.raises(LoadError, match=r"needs the package mujoco; pip install 'lag2fmu\[mujoco\]'"):
+        robot(ARM)
