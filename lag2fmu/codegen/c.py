@@ -91,7 +91,7 @@ class _Printer:
         self.names = {node: f"t{number}" for number, node in enumerate(order)}
         self.stores: dict[Node, list[str]] = {}
         self.cleared = self._cleared()
-        self.results = [r for r in function.results if r[0] not in self.cleared or r[2] != self.graph.zero]
+        self.results = self._written()
         for array, index, node in self.results:
             if node in self.names:
                 self.stores.setdefault(node, []).append(f"{array}[{index}]")
@@ -104,6 +104,11 @@ class _Printer:
         zeros = Counter(array for array, _, node in self.function.results if node == self.graph.zero)
         many = {array for array, count in zeros.items() if count > MANY_ZEROS}
         return {array: 1 + max(i for a, i, _ in self.function.results if a == array) for array in sorted(many)}
+
+    def _written(self) -> list[tuple[str, int, Node]]:
+        """The results that are written one by one."""
+        zero = self.graph.zero
+        return [result for result in self.function.results if result[0] not in self.cleared or result[2] != zero]
 
     def _kept(self) -> dict[Node, int]:
         """The values that a later part needs: {node: index in the array s}."""
