@@ -123,7 +123,7 @@ def _without_gravity(d: Description, part: Part) -> Description:
     used = {name for table, found in entries if table != "gravity" for name in found}
     idle = {name for table, found in entries if table == "gravity" for name in found} - used
     for item in part.settings:
-        if item.name in idle:
+        if item.name in idle - set(part.share):
             raise MechanismError(
                 f"set.{item.name}: belongs to the part's gravity, for which the whole has its own; leave it out"
             )

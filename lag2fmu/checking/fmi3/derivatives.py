@@ -36,19 +36,26 @@ class Place:
         session.enter() if self.mode == "Initialization Mode" else session.start()
         if self.mode == "Step Mode":
             session.step()
+        elif self.mode == "Event Mode":
+            session.instance.do("EnterEventMode")
 
 
 def _places(model: Model3) -> Iterator[Place]:
+    """The modes to look at. Knowns that no unknown depends on are left out: importers do not ask for them."""
     description = model.description
+    everything = any(u.dependencies is None for u in description.unknowns())
+    listed = {r for u in description.unknowns() for r in u.dependencies or ()} | set(description.states)
     smooth = not description.structure("EventIndicator")
     inputs = [v for v in model.of("input") if v.is_continuous]
     exact = [v for v in model.states if v.initial == "exact"]
-    parameters = [v for v in model.of("parameter") if v.type == "Float64"]
+    parameters = [v for v in model.of("parameter") if everything or v.reference in listed]
     first = _numbers(description.listed("InitialUnknown"))
     yield Place("Initialization Mode", first, _few([*exact, *inputs, *parameters]), smooth)
     later = _numbers([*description.listed("Output"), *description.listed("ContinuousStateDerivative")])
     if model.kind == "ModelExchange":
         yield Place("Continuous-Time Mode", later, _few([*model.states, *inputs]), compared=True)
+        tunable = [v for v in parameters if v.variability == "tunable"]
+        yield Place("Event Mode", later, _few([*tunable, *inputs]), compared=True)
     else:
         yield Place("Step Mode", later, _few([*model.states, *inputs]), compared=False)
 
