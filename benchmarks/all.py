@@ -26,6 +26,7 @@ BENCHMARKS: dict[str, tuple[str, ...]] = {
     "export": (),
     "stepping": (),
     "adjoints": (),
+    "robots": (),
     "constraints": (),
     "repeating": (),
     "integrators": PLOTS,

@@ -38,7 +38,7 @@ def main(folder: Path, journal: Path, libraries: dict[str, Path], labels: list[s
             kind, name = label.split(": ", 1)
             _write(stream, {"begin": label})
             failed = False
-            for finding in _try(rules, description, kind, name, folder, libraries[kind]):
+            for finding in findings_of(rules, description, kind, name, folder, libraries[kind]):
                 failed |= finding.rule in ("load", "refused")
                 _write(stream, {"finding": asdict(finding)})
             _write(stream, {"end": label, "failed": failed})
@@ -52,7 +52,7 @@ def _write(stream: TextIO, record: object) -> None:
     stream.flush()
 
 
-def _try(
+def findings_of(
     rules: Rulebook, description: Description, kind: str, name: str, folder: Path, library: Path
 ) -> Iterator[Finding]:
     """The findings of a trial; an error that stops it is one of them."""

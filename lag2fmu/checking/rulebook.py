@@ -8,7 +8,7 @@ from typing import Any
 
 from lag2fmu.checking.archive import Archive
 from lag2fmu.checking.description import Description
-from lag2fmu.checking.findings import Finding
+from lag2fmu.checking.findings import Finding, Severity
 from lag2fmu.checking.session import Model
 from lag2fmu.checking.trials import Trial
 from lag2fmu.xml_tree import Document
@@ -23,7 +23,8 @@ class Rulebook:
     those of libraries in the folders of binaries/ that importers know, ``hosts`` the folders that this machine loads,
     ``holds_no_library`` tells of other folders that ``on_files`` looks at.
     ``trials`` are those of a kind by name, each takes a ``model``. ``sentences`` tell which of fmpy's findings are
-    passed on: (what a sentence contains, the rule it tells of, the remedy).
+    passed on: (what a sentence contains, the rule it tells of, the remedy); ``other_sentences`` is how severe the
+    others are where our rules find nothing.
     """
 
     version: str
@@ -38,6 +39,7 @@ class Rulebook:
     holds_no_library: Callable[[str], bool]
     trials: Callable[[str], dict[str, Trial]]
     sentences: Sequence[tuple[str, str, str]]
+    other_sentences: Severity
 
     def libraries(self, archive: Archive, description: Description) -> dict[str, str]:
         """The libraries that importers would load: name in the archive -> folder in binaries/."""

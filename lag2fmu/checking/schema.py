@@ -28,4 +28,4 @@ def schema_findings(path: Path, rules: Rulebook, *, found: bool) -> Iterator[Fin
                 break
         else:
             if not found:
-                yield Finding("fmpy", place, f"fmpy says: {sentence}", "correct what it names")
+                yield Finding("fmpy", place, f"fmpy says: {sentence}", "correct what it names", rules.other_sentences)

@@ -13,9 +13,11 @@ from typing import Any
 
 import numpy as np
 import pytest
+from click.testing import CliRunner
 from numpy.typing import NDArray
 
-from lag2fmu import derive
+from lag2fmu import derive, export, load, validate
+from lag2fmu.cli import main
 from lag2fmu.errors import Lag2FmuError
 from lag2fmu.formats.robots.assembly import mechanism_of
 from lag2fmu.formats.robots.tree import Robot
@@ -58,6 +60,19 @@ def test_accelerations_of_all_robots_are_pinocchios() -> None:
     assert refused.keys() == REFUSED.keys()
     assert not {name: text for name, text in refused.items() if REFUSED[name] not in text}
     assert not {name: error for name, error in worst.items() if error > 1e-10}
+
+
+def test_a_robot_with_two_arms_goes_all_the_way(tmp_path: Path) -> None:
+    """URDF to text, text to FMU, and the FMU validated: Baxter's 17 coordinates."""
+    urdf = next(path for path in corpus() if path.name == "baxter.urdf")
+    text = tmp_path / "baxter.toml"
+    done = CliRunner().invoke(main, ["import", str(urdf), "-o", str(text)])
+    assert done.exit_code == 0, done.output
+    assert load(text) == load(urdf)
+    fmu = export(text, tmp_path / "baxter.fmu")
+    assert len(fmu.mechanism.coordinates) == 17
+    report = validate(fmu, stop_time=0.2)
+    assert report.passed, report
 
 
 def difference(pin: Any, path: Path) -> float:

@@ -99,4 +99,5 @@ FMI2 = Rulebook(
     model=Model2,
     trials=trials_of,
     sentences=_SENTENCES,
+    other_sentences="error",
 )

@@ -17,6 +17,8 @@ _BAR = 1e-3
 """Differences and derivative must agree to this, relative to the greater one and the size of the unknown."""
 _ADJOINT_BAR = 1e-9
 """Adjoint and directional derivatives must agree to this, relative to the sum of the products' sizes."""
+_ROUNDING = 1e-12
+"""What cancels in them may remain to this, relative to the greatest of all."""
 
 
 @dataclass(frozen=True)
@@ -36,19 +38,26 @@ class Place:
         session.enter() if self.mode == "Initialization Mode" else session.start()
         if self.mode == "Step Mode":
             session.step()
+        elif self.mode == "Event Mode":
+            session.instance.do("EnterEventMode")
 
 
 def _places(model: Model3) -> Iterator[Place]:
+    """The modes to look at. Knowns that no unknown depends on are left out: importers do not ask for them."""
     description = model.description
+    everything = any(u.dependencies is None for u in description.unknowns())
+    listed = {r for u in description.unknowns() for r in u.dependencies or ()} | set(description.states)
     smooth = not description.structure("EventIndicator")
     inputs = [v for v in model.of("input") if v.is_continuous]
     exact = [v for v in model.states if v.initial == "exact"]
-    parameters = [v for v in model.of("parameter") if v.type == "Float64"]
+    parameters = [v for v in model.of("parameter") if everything or v.reference in listed]
     first = _numbers(description.listed("InitialUnknown"))
     yield Place("Initialization Mode", first, _few([*exact, *inputs, *parameters]), smooth)
     later = _numbers([*description.listed("Output"), *description.listed("ContinuousStateDerivative")])
     if model.kind == "ModelExchange":
         yield Place("Continuous-Time Mode", later, _few([*model.states, *inputs]), compared=True)
+        tunable = [v for v in parameters if v.variability == "tunable"]
+        yield Place("Event Mode", later, _few([*tunable, *inputs]), compared=True)
     else:
         yield Place("Step Mode", later, _few([*model.states, *inputs]), compared=False)
 
@@ -227,9 +236,10 @@ def _products(
     given: Sequence[float],
 ) -> Iterator[Finding]:
     """The first element of ``given`` that is not the product of its row and the seed."""
-    for i, (row, own) in enumerate(zip(rows, given, strict=True)):
-        terms = [a * b for a, b in zip(row, seed, strict=True)]
-        bar = _ADJOINT_BAR * (sum(map(abs, terms)) + abs(own)) + 1e-300
+    products = [[a * b for a, b in zip(row, seed, strict=True)] for row in rows]
+    greatest = max((sum(map(abs, terms)) for terms in products), default=0.0)
+    for i, (terms, own) in enumerate(zip(products, given, strict=True)):
+        bar = _ADJOINT_BAR * (sum(map(abs, terms)) + abs(own)) + _ROUNDING * greatest
         if not abs(own - sum(terms)) <= bar:
             rule = "adjoint" if function == "GetAdjointDerivative" else "directional"
             problem = f"in {place.mode}, element {i + 1} of fmi3{function} is {own:.10g}, not {sum(terms):.10g}"

@@ -51,10 +51,10 @@ def _unknown_clock(session: Session3) -> int:
     return at_place(session, INITIALIZATION).instance.status("GetClock", which, 1, (c_bool * 1)())
 
 
-def first(session: Session3, causality: str, variability: str = "", type_: str = "Float64") -> Variable3 | None:
-    """The first variable of a kind that can be read."""
+def first(session: Session3, causality: str, variability: str = "") -> Variable3 | None:
+    """The first Float64 variable of a kind that can be read and is no state."""
     for v in session.model.of(causality):
-        if v.type == type_ and variability in ("", v.variability):
+        if v.type == "Float64" and variability in ("", v.variability) and v not in session.model.states:
             return v
     return None
 
@@ -62,7 +62,7 @@ def first(session: Session3, causality: str, variability: str = "", type_: str =
 def _set(place: str, causality: str, variability: str, session: Session3) -> int | None:
     """Set a variable that must not be set there, to the value it has."""
     v = first(session, causality, variability)
-    if v is None or (causality == "output" and v.reference in session.model.description.states):
+    if v is None:
         return None
     at_place(session, place)
     return session.instance.set(v.type, v.reference, session.get(v))

@@ -58,4 +58,5 @@ FMI3 = Rulebook(
         (r"^ERROR \(line", "schema", "follow the schema fmi3ModelDescription.xsd"),
         (r"not a legal variable name|contains an illegal", "name-grammar", "rename it, or use the convention 'flat'"),
     ),
+    other_sentences="warning",  # fmpy stumbles over some attributes that are right
 )

@@ -174,7 +174,7 @@ def _knowns(description: Description3, unknown: Unknown3, variable: Variable3) -
         if known is None or known.causality in ("input", "independent") or known.type == "Clock":
             continue
         if known is variable:
-            if unknown.group != "Output" or reference not in states | _clocked(description):
+            if unknown.group == "InitialUnknown" or reference not in states | _clocked(description):
                 problem = f"'{variable.name}' depends on itself"
                 yield Finding("self-dependency", unknown.place, problem, "list what it is computed from")
         elif unknown.group == "InitialUnknown":

@@ -1,0 +1,214 @@
+"""Running FMUs of FMI 3.0 that are wrong in one way each: the trials find it, and nothing in the one that is right.
+
+The library is compiled once and reads its fault from the environment. The trials are done in this process; that they
+survive crashes in one of their own is shown for FMI 2.0, and once here.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from pathlib import Path
+
+import pytest
+from faults import DESCRIPTION, written
+
+from lag2fmu.checking import check_fmu
+from lag2fmu.checking.child import findings_of
+from lag2fmu.checking.description import read_document
+from lag2fmu.checking.findings import Finding
+from lag2fmu.checking.fmi3.illegal import ANY
+from lag2fmu.checking.fmi3.illegal_own import OWN
+from lag2fmu.checking.fmi3.rulebook import FMI3
+from lag2fmu.checking.illegal import COMMON
+from lag2fmu.fmu.backends.native import fmi_headers
+from lag2fmu.fmu.compilers import compile_library, host_platform
+from lag2fmu.fmu.versions import VERSIONS
+
+pytestmark = pytest.mark.fmu
+
+SOURCE = (Path(__file__).parent / "faulty_fmu3.c").read_text("utf-8")
+XML = """<?xml version="1.0" encoding="UTF-8"?>
+<fmiModelDescription fmiVersion="3.0" modelName="faulty" instantiationToken="{a7b1c4de-0123-4567-89ab-cdef01234567}">
+  <ModelExchange modelIdentifier="faulty" canGetAndSetFMUState="true" canSerializeFMUState="true"
+    needsCompletedIntegratorStep="true" providesDirectionalDerivatives="true" providesAdjointDerivatives="true"
+    providesPerElementDependencies="true"/>
+  <CoSimulation modelIdentifier="faulty" canGetAndSetFMUState="true" canSerializeFMUState="true" hasEventMode="true"
+    canHandleVariableCommunicationStepSize="true" maxOutputDerivativeOrder="1" mightReturnEarlyFromDoStep="true"
+    providesIntermediateUpdate="true" canReturnEarlyAfterIntermediateUpdate="true"
+    providesDirectionalDerivatives="true" providesAdjointDerivatives="true" providesPerElementDependencies="true"/>
+  <TypeDefinitions>
+    <EnumerationType name="Mode"><Item name="above" value="1"/><Item name="below" value="2"/></EnumerationType>
+  </TypeDefinitions>
+  <LogCategories><Category name="logStatusError"/></LogCategories>
+  <DefaultExperiment startTime="0" stopTime="1" stepSize="0.125"/>
+  <ModelVariables>
+    <Float64 name="time" valueReference="0" causality="independent" variability="continuous"/>
+    <Float64 name="x" valueReference="1" causality="output" initial="exact" start="1 2"><Dimension start="2"/></Float64>
+    <Float64 name="der_x" valueReference="2" derivative="1"><Dimension start="2"/></Float64>
+    <Float64 name="u" valueReference="3" causality="input" start="0.5"/>
+    <Float64 name="k" valueReference="4" causality="parameter" variability="tunable" start="2"/>
+    <Float64 name="f" valueReference="5" causality="parameter" start="3"/>
+    <Float64 name="y" valueReference="6" causality="output"/>
+    <Float64 name="z" valueReference="7"/>
+    <Enumeration name="mode" valueReference="8" causality="output" declaredType="Mode"/>
+    <Int32 name="count" valueReference="9"/>
+    <Float64 name="seven" valueReference="10" variability="constant" start="7"/>
+  </ModelVariables>
+  <ModelStructure>
+    <Output valueReference="1" dependencies="1"/>
+    <Output valueReference="6" dependencies="1 3"/>
+    <Output valueReference="8" dependencies="1"/>
+    <ContinuousStateDerivative valueReference="2" dependencies="1 3 4 5"/>
+    <InitialUnknown valueReference="2" dependencies="1 3 4 5"/>
+    <InitialUnknown valueReference="6" dependencies="1 3"/>
+    <InitialUnknown valueReference="8" dependencies="1"/>
+    <EventIndicator valueReference="7" dependencies="1"/>
+  </ModelStructure>
+</fmiModelDescription>
+"""
+
+RULES = {
+    "VERSION": "version",
+    "NO_INSTANCE": "refused",
+    "REFUSE": "refused",
+    "ANY_TOKEN": "wrong-guid",
+    "OTHER_START": "start-value",
+    "LATE_STARTS": "start-instantiated",
+    "HALF_SET": "read-back",
+    "NOTHING": "refused",
+    "NOT_A_NUMBER": "value-finite",
+    "RATE_NAN": "value-finite",
+    "ENUM_VALUE": "enumeration-value",
+    "TIME_STANDS": "time-value",
+    "SHARED_STATE": "instances",
+    "HALF_RESET": "reset",
+    "RESET_MODE": "refused",
+    "STATE_VALUES": "state",
+    "STATE_MODE": "refused",
+    "HALF_BLOCK": "serialize",
+    "DANGLING": "state-free",
+    "FORGETS": "terminated",
+    "SILENT_ERROR": "log-reason",
+    "SILENT_WHEN_OFF": "log-reason",
+    "LINE_BREAK": "log-form",
+    "LOG_ENVIRONMENT": "environment-pointer",
+    "CHATTER": "log-off",
+    "CATEGORY": "log-category",
+    "EVENT_LOOP": "events",
+    "VALUES_CHANGED": "values-changed",
+    "SILENT_CHANGE": "values-changed",
+    "PAST_EVENT": "next-event",
+    "EARLY_ANYWAY": "early-return",
+    "EVENT_ANYWAY": "event-signal",
+    "LAST_TIME": "last-time",
+    "NO_UPDATE": "intermediate-update",
+    "UPDATE_TIME": "intermediate-time",
+    "UPDATE_ENVIRONMENT": "environment-pointer",
+    "UPDATE_OFFERS": "early-return",
+    "GOES_ON": "early-return",
+    "OUTPUT_RATE": "output-derivatives",
+    "OUTPUT_NAN": "output-derivatives",
+    "STATES_BY_REFERENCE": "counts",
+    "NO_INDICATORS": "counts",
+    "ORDER": "vector-order",
+    "INDICATOR": "vector-order",
+    "NOMINAL": "nominal",
+    "STEP_MOVES": "integrator-step",
+    "DEPENDENCIES": "dependencies-differ",
+    "ELEMENTS": "dependencies-element",
+    "WRONG_DERIVATIVE": "directional",
+    "NO_PARAMETERS": "directional",
+    "DIRECTIONAL_REFUSED": "directional",
+    "FIRST_KNOWN": "directional",
+    "WRONG_ADJOINT": "adjoint",
+    "ADJOINT_REFUSED": "adjoint",
+}
+"""Fault -> the rule that is broken."""
+
+ACCEPTED = {
+    "ANY_REFERENCE": ("reading a Float64 whose value reference does not exist", "error"),
+    "ANY_COUNT": ("reading more values than there are elements", "error"),
+    "ANY_TYPE": ("reading a Float64 by fmi3GetInt32", "error"),
+    "SET_CONSTANT": ("setting a constant", "error"),
+    "SET_FIXED": ("setting a fixed parameter after initialization", "warning"),
+    "SET_OUTPUT": ("setting a calculated output", "warning"),
+    "SET_TIME": ("setting the independent variable", "warning"),
+    "NO_NAME": ("an instance without a name", "warning"),
+    "NO_TOKEN": ("an instance whose instantiationToken is a null pointer", "warning"),
+    "ANY_BLOCK": ("a serialized state that is none", "warning"),
+    "CONFIGURE": ("entering Configuration Mode without structural parameters", "warning"),
+    "EVALUATE": ("evaluating discrete states though that is not provided", "warning"),
+    "PARTITION": ("activating a model partition", "warning"),
+    "INTERVAL": ("the interval of a clock that does not exist", "warning"),
+    "ANY_SIZE": ("a seed that is too long for GetDirectionalDerivative", "warning"),
+    "ANY_UNKNOWN": ("a derivative of a value reference that does not exist by GetAdjointDerivative", "error"),
+    "ANY_ORDER": ("derivatives of outputs of order 0", "warning"),
+    "ANY_LENGTH": ("asking for more states than there are", "warning"),
+    "ANY_KIND": ("setting the time of a co-simulation", "warning"),
+    "EVENTS_ANYWAY": ("Event Mode where eventModeUsed is false", "warning"),
+    "STEP_LENGTH": ("a step of no length", "warning"),
+    "STEP_ELSEWHERE": ("a step that begins elsewhere", "warning"),
+    "STEP_PAST": ("a step past the stop time", "warning"),
+    "ANY_STATE": ("a step in Initialization Mode", "warning"),
+}
+"""Fault -> a forbidden call that is accepted, and how severe that is."""
+
+Tried = Callable[[str, bool], list[Finding]]
+
+
+@pytest.fixture(scope="module")
+def library(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """The library, in a folder as an FMU is unpacked to."""
+    platform, folder = host_platform(), tmp_path_factory.mktemp("fmu")
+    data = compile_library({"faulty.c": SOURCE}, fmi_headers(VERSIONS["3.0"]), "faulty", platform)
+    (folder / "resources").mkdir()
+    path = folder / f"faulty{platform.suffix}"
+    path.write_bytes(data)
+    return path
+
+
+@pytest.fixture
+def tried(library: Path, monkeypatch: pytest.MonkeyPatch) -> Tried:
+    """``tried(fault, forbidden)``: what is found with ``fault`` in both kinds, by forbidden calls or by all others."""
+    description = FMI3.describe(read_document(XML.encode()))
+
+    def run(fault: str, forbidden: bool) -> list[Finding]:
+        monkeypatch.setenv("FAULT", fault)
+        return [
+            finding
+            for kind in ("ModelExchange", "CoSimulation")
+            for trial in FMI3.trials(kind)
+            if forbidden == (trial in {*COMMON, *ANY, *OWN[kind]})
+            for finding in findings_of(FMI3, description, kind, trial, library.parent, library)
+        ]
+
+    return run
+
+
+def test_nothing_is_found_in_what_is_right(tried: Tried) -> None:
+    assert tried("", False) + tried("", True) == []
+
+
+@pytest.mark.parametrize("fault", RULES)
+def test_faults_of_a_library(fault: str, tried: Tried) -> None:
+    assert RULES[fault] in {f.rule for f in tried(fault, False)}
+
+
+@pytest.mark.parametrize("fault", ACCEPTED)
+def test_calls_that_should_be_refused(fault: str, tried: Tried) -> None:
+    what, severity = ACCEPTED[fault]
+    found = {f.problem: f.severity for f in tried(fault, True) if f.rule == "illegal-call"}
+    assert found.get(f"{what} is answered as if it were right") == severity
+
+
+def test_in_a_process_of_its_own(library: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """The whole check finds nothing in the FMU that is right, and names the trial in which another one crashes."""
+    (folder,) = FMI3.hosts()
+    files = {DESCRIPTION: XML.encode(), "documentation/index.html": b"<p>"}
+    files[f"binaries/{folder}/{library.name}"] = library.read_bytes()
+    path = written(files, tmp_path / "faulty.fmu")
+    monkeypatch.setenv("FAULT", "CRASH")
+    found = check_fmu(path).findings
+    assert {f.rule for f in found} == {"crash"}
+    assert any("a Float64 whose value reference does not exist" in f.problem for f in found)
+    assert {f.rule for f in check_fmu(path, run=False).findings} == set()
