@@ -1,6 +1,6 @@
 """The FMU against the direct integration of the same mechanism, on paths that share nothing but the record.
 
-What the bars are stands in ``comparison`` and, for the rest of a chaotic run, in ``windows``.
+What the bars are, and how the rest of a chaotic run is compared, stands in ``comparison``.
 """
 
 from __future__ import annotations
@@ -21,7 +21,16 @@ from lag2fmu.reference.integrate import integrate, remedy_of_jumps
 from lag2fmu.reference.record import Reference
 from lag2fmu.reference.trajectory import Trajectory
 from lag2fmu.solvers.methods import METHODS
-from lag2fmu.verify.comparison import SAFETY, compare, horizon_of, on_grid, own_error
+from lag2fmu.verify.comparison import (
+    SAFETY,
+    compare,
+    extent_check,
+    extent_note,
+    horizon_of,
+    on_grid,
+    own_error,
+    windows_after,
+)
 from lag2fmu.verify.hybrid import comparable, extent, has_rows, row_checks, row_outputs
 from lag2fmu.verify.instances import description_of, has_event_mode, offers_model_exchange
 from lag2fmu.verify.invariants import action_note, drift_checks, hamilton_checks
@@ -30,7 +39,6 @@ from lag2fmu.verify.pointwise import pointwise_checks
 from lag2fmu.verify.report import Check, Report
 from lag2fmu.verify.simulate import problems, simulate_fmu
 from lag2fmu.verify.task import ROUNDING, Floats, Task
-from lag2fmu.verify.windows import extent_check, extent_note, windows_after
 
 DIRECT = "direct integration"
 SHARE = 0.8
