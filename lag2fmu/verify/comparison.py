@@ -13,14 +13,13 @@ dry friction have modes that no start value gives; there the run has to be compa
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator
-from dataclasses import dataclass
+from collections.abc import Callable, Iterator, Mapping
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
 
 from lag2fmu.errors import SimulationError
-from lag2fmu.reference.integrate import integrate
 from lag2fmu.reference.record import Reference
 from lag2fmu.reference.trajectory import Trajectory
 from lag2fmu.verify.hybrid import comparable, has_rows
@@ -30,6 +29,8 @@ from lag2fmu.verify.simulate import simulate_fmu
 from lag2fmu.verify.task import Floats, Task
 
 SAFETY, CHAOS = 100.0, 1e-2
+Integration = Callable[[Floats, Mapping[str, float]], Reference]
+"""(times in s, states at the first of them) -> the direct integration from there."""
 MOST_WINDOWS = 20
 """Windows that are further apart than they are long make the comparison a sample of the rest of the run."""
 FEWEST = 0.1
@@ -88,8 +89,11 @@ class Windows:
     covered: float = 0.0
 
 
-def windows_after(task: Task, reference: Reference) -> Windows:
-    """The windows of the run beyond the horizon, in co-simulation with the middle communication step."""
+def windows_after(task: Task, reference: Reference, integrated: Integration) -> Windows:
+    """The windows of the run beyond the horizon, in co-simulation with the middle communication step.
+
+    They are ``integrated`` from states of the ``reference``.
+    """
     step, horizon = task.steps[1], horizon_of(task, reference)
     grid = task.grid(step)
     first = int(np.searchsorted(grid, horizon * (1 + 1e-9), side="right")) - 1
@@ -99,44 +103,46 @@ def windows_after(task: Task, reference: Reference) -> Windows:
     count = min(MOST_WINDOWS, math.ceil((len(grid) - 1 - first) / length))
     begins = np.unique(np.linspace(first, max(first, len(grid) - 1 - length), count).astype(int))
     label = f"co-simulation in windows, step {step:.3g} s"
-    found = [window for begin in begins if (window := _window(task, reference, int(begin), length, label))]
+    found: list[tuple[Check, float]] = []
+    for begin in begins:
+        starts = _states_at(task, reference, float(grid[begin]))
+        if starts is not None:
+            direct = integrated(grid[begin : begin + length + 1], starts)
+            found += _window(task, label, starts, replace(direct, scales=reference.scales))
     checks = [check for check, _ in found]
     worst = max(checks, key=lambda check: (not check.passed, check.value), default=None)
     covered = min(sum(time for _, time in found), task.stop_time - horizon)
     return Windows(worst, len(found), covered)
 
 
-def _window(task: Task, reference: Reference, begin: int, length: int, label: str) -> tuple[Check, float] | None:
-    """The comparison from grid point ``begin`` over ``length`` steps and the time (s) it covers.
+def _states_at(task: Task, reference: Reference, time: float) -> dict[str, float] | None:
+    """The states at ``time`` (s); None where they lie beyond the bounds of start values."""
+    row = int(np.searchsorted(reference.trajectory.time, time - 1e-9 * task.stop_time))
+    found = {name: float(reference.trajectory[name][row]) for name in task.states}
+    for c in task.mechanism.coordinates:
+        if not (c.minimum is None or c.minimum <= found[c.name]) or not (
+            c.maximum is None or found[c.name] <= c.maximum
+        ):
+            return None
+    return found
 
-    None where the state lies beyond the bounds of a start value, or where errors grow too much in the first step.
-    """
-    step = task.steps[1]
-    grid = task.grid(step)[begin : begin + length + 1]
-    row = int(np.searchsorted(reference.trajectory.time, grid[0] - 1e-9 * task.stop_time))
-    starts = {name: float(reference.trajectory[name][row]) for name in task.states}
-    if not all(
-        (c.minimum is None or c.minimum <= starts[c.name]) and (c.maximum is None or starts[c.name] <= c.maximum)
-        for c in task.mechanism.coordinates
-    ):
-        return None
-    rtol = max(1e-13, min(1e-10, 1e-3 * task.tolerance))
-    direct = integrate(task.mechanism, grid, starts=starts, inputs=task.driving(step), rtol=rtol)
+
+def _window(task: Task, label: str, starts: Mapping[str, float], direct: Reference) -> Iterator[tuple[Check, float]]:
+    """The comparison with ``direct`` and the time (s) it covers; none where errors grow too much in the first step."""
+    times = direct.trajectory.time
     horizon = horizon_of(task, direct)
-    if horizon <= grid[0]:
-        return None
-    options = Run(
-        start_time=float(grid[0]),
-        stop_time=float(grid[-1]),
-        step=step,
-        tolerance=task.tolerance,
-        values={name: starts[name] for name in task.settable},
-        inputs=task.inputs,
-        hold=task.hold,
-        outputs=task.states,
-    )
-    of_run = Reference(**{**vars(direct), "scales": reference.scales})
-    return compare(task, label, simulate_fmu(task.path, options), of_run), horizon - float(grid[0])
+    if horizon > times[0]:
+        options = Run(
+            start_time=float(times[0]),
+            stop_time=float(times[-1]),
+            step=task.steps[1],
+            tolerance=task.tolerance,
+            values={name: starts[name] for name in task.settable},
+            inputs=task.inputs,
+            hold=task.hold,
+            outputs=task.states,
+        )
+        yield compare(task, label, simulate_fmu(task.path, options), direct), horizon - float(times[0])
 
 
 def extent_check(task: Task, reference: Reference, windows: Windows | None = None) -> Iterator[Check]:

@@ -80,7 +80,7 @@ def validate_fmu(
         if (kind, step, events) == ("co-simulation", task.steps[1], False):
             energy = _energy_checks(task, run, reference)
             analysis, analysis_notes = _analysis(task, run, reference)
-    windows = windows_after(task, references.of(task.steps[1]))
+    windows = windows_after(task, references.of(task.steps[1]), references.window)
     checks += [
         *extent_check(task, reference, windows),
         *extent(task, reference, horizon_of(task, reference)),
@@ -123,6 +123,7 @@ class _References:
         self._task, self._progress = task, progress
         self._found: dict[float, Reference] = {}
         self._count = len(task.steps) if task.holds else 1
+        self._rtol = max(1e-13, min(1e-10, 1e-3 * task.tolerance))
 
     def of(self, step: float) -> Reference:
         """The one for a communication ``step`` (s)."""
@@ -135,9 +136,14 @@ class _References:
                 self._progress(SHARE * (done + share) / self._count)
 
             grid, driving = task.grid(step), task.driving(step)
-            rtol = max(1e-13, min(1e-10, 1e-3 * task.tolerance))
-            self._found[step] = integrate(task.mechanism, grid, inputs=driving, rtol=rtol, progress=reached)
+            self._found[step] = integrate(task.mechanism, grid, inputs=driving, rtol=self._rtol, progress=reached)
         return self._found[step]
+
+    def window(self, times: Floats, starts: Mapping[str, float]) -> Reference:
+        """The one at ``times`` (k,) in s, with these values of the states at the first of them."""
+        task = self._task
+        driving = task.driving(task.steps[1])
+        return integrate(task.mechanism, times, starts=starts, inputs=driving, rtol=self._rtol)
 
 
 def _run(task: Task, kind: Kind, step: float, events: bool, warned: Callable[[str], None]) -> Trajectory:
