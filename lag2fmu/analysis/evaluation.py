@@ -90,14 +90,16 @@ def unknowns(equations: EquationsOfMotion, values: Values) -> tuple[Floats, Floa
     return solution[:n], solution[n:]
 
 
-def saddle(equations: EquationsOfMotion, M: Floats, G: Floats) -> Floats:
+def saddle(equations: EquationsOfMotion, M: Floats, G: Floats, pull: Floats | None = None) -> Floats:
     """The (pseudo-)inverse (n + m, n + m) of [M -G^T; G 0], M (n, n) and G (m, n); NaN where one is not finite.
+
+    ``pull`` (n, m) stands for -G^T where forces follow from what the constraints bear.
 
     Scaled first, so that the rank does not depend on units. Source: F. Udwadia, R. Kalaba, Analytical Dynamics,
     Cambridge 1996, chapters 2 and 3.
     """
     m = len(G)
-    whole = np.block([[M, -G.T], [G, np.zeros((m, m))]])
+    whole = np.block([[M, -G.T if pull is None else pull], [G, np.zeros((m, m))]])
     # columns of q by the roots of M's diagonal (of nominal values where there is no mass), rows of G to unit length
     diagonal = np.abs(np.diagonal(M))
     nominal = np.array([q.nominal for q in equations.mechanism.coordinates])

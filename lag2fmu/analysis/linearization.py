@@ -20,6 +20,7 @@ from functools import cached_property
 import numpy as np
 
 from lag2fmu.analysis.evaluation import at, further_names, operating_inputs, saddle, unknowns
+from lag2fmu.analysis.present_modes import solved, within_modes
 from lag2fmu.analysis.state_space import Quantity, StateSpace
 from lag2fmu.analysis.subspaces import RANK, independent_rows, null_space
 from lag2fmu.description import names
@@ -131,11 +132,13 @@ class Linearizer:
         e, n = self.equations, len(self.equations.forcing)
         m = len(e.constraints)
         labels = [str(e.graph.leaf[node]) for node in e.variables.unknowns]
-        qdd, multipliers = unknowns(e, values)
+        M, G = (matrix(e.graph, r, values, n) for r in (e.mass_matrix, e.constraints.jacobian))
+        if e.constraints is e.permanent:
+            (qdd, multipliers), inverse = unknowns(e, values), saddle(e, M, G)
+        else:
+            qdd, multipliers, inverse = solved(e, values)
         values = {**values, **dict(zip(labels, [*qdd, *multipliers], strict=True))}
         rows = self._residual(values)
-        M, G = (matrix(e.graph, r, values, n) for r in (e.mass_matrix, e.constraints.jacobian))
-        inverse = saddle(e, M, G)
         if not (np.isfinite(rows).all() and np.isfinite(inverse).all()):
             raise DerivationError(
                 f"mechanism '{e.mechanism.name}': the equations have no finite derivatives at the state"
@@ -270,17 +273,20 @@ def linearize(
     inputs: Mapping[str, float] | None = None,
     further: Floats | None = None,
     outputs: Sequence[str] | None = None,
+    within: bool = False,
 ) -> Linearization:
     """The linearization about q, qd (n,) and ``further`` states (f,) in SI units, by default the start, at ``t`` (s).
 
     Inputs have their start values, or those of ``inputs`` {name: SI value}; u is what they differ by. ``outputs`` are
     names of states, accelerations, multipliers and of what else is calculated, by default the mechanism's outputs.
+    ``within``: contacts, stops, dry frictions and latches stay in the modes of the state; without, they are left out.
     Raises DerivationError where M is singular or nothing is finite, and for a name that is none. Source: J. G. de
     Jalon, E. Bayo, Kinematic and Dynamic Simulation of Multibody Systems, 1994, section 5.3, under constraints.
     """
     coordinates = equations.mechanism.coordinates
     place = np.array([c.start for c in coordinates]) if q is None else np.asarray(q, dtype=np.float64)
     rate = np.array([c.velocity for c in coordinates]) if qd is None else np.asarray(qd, dtype=np.float64)
-    return Linearizer(equations, outputs)(
-        at(equations, operating_inputs(equations, inputs) | {"t": t}, place, rate, further)
-    )
+    values = at(equations, operating_inputs(equations, inputs) | {"t": t}, place, rate, further)
+    if within and equations.mechanism.hybrid:
+        equations = within_modes(equations, values)
+    return Linearizer(equations, outputs)(values)

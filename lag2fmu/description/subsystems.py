@@ -39,7 +39,7 @@ class Part:
     name: str
     of: Any = key("mechanism", "Instead of a file: the tables of the mechanism.", default=None)
     file: str | Path | None = key(
-        "file", "The text of the mechanism, a .toml file beside this one or below.", default=None, compare=False
+        "file", "The mechanism, a .toml or .urdf file beside this one or below.", default=None, compare=False
     )
     set: Mapping[str, Expression] | Sequence[Setting] = key(
         "settings",

@@ -84,7 +84,7 @@ def with_rows(equations: EquationsOfMotion) -> tuple[EquationsOfMotion, Modes, t
         *(rows.forces[row] for row in rest),
     ]
     variables = replace(v, multipliers=tuple(multipliers), parameters=(*modes.numbers, *v.parameters))
-    forces = reverse(g, dict(zip(rows.velocities, rows.forces, strict=True)), v.qd)
+    forces = pushes(g, rows, v.qd)
     accelerating = Forward(g, v.direction(g, True))
     residual = (
         *(g.subtract(r, force) for r, force in zip(equations.residual[:n], forces, strict=True)),
@@ -98,6 +98,14 @@ def with_rows(equations: EquationsOfMotion) -> tuple[EquationsOfMotion, Modes, t
     )
     found = replace(equations, constraints=constraints, variables=variables, residual=residual, solution=None)
     return found, modes, tuple(place[row] for row in range(len(rows)))
+
+
+def pushes(graph: Graph, rows: Rows, qd: Sequence[Node]) -> list[Node]:
+    """The generalized forces (n,) of what all ``rows`` bear, where two may have one velocity."""
+    seeds: dict[Node, Node] = {}
+    for velocity, force in zip(rows.velocities, rows.forces, strict=True):
+        seeds[velocity] = graph.add(seeds[velocity], force) if velocity in seeds else force
+    return reverse(graph, seeds, qd)
 
 
 def _dissipated_power(equations: EquationsOfMotion) -> Node:

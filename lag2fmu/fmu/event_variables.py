@@ -22,8 +22,7 @@ def add_event_variables(builder: Builder, mechanism: Mechanism, program: Program
         builder.add(indicator, "VARIABLE_INDICATOR", i)
     for i, contact in enumerate(mechanism.unilaterals):
         doc = f"ticks at each impact of {contact.name}"
-        causality = "output" if names.impact(contact.name) in program.outputs else "local"
-        clock = ScalarVariable(names.impact(contact.name), 0, causality, "discrete", "calculated", doc=doc)
+        clock = ScalarVariable(names.impact(contact.name), 0, "local", "discrete", doc=doc)
         builder.add(replace(clock, type=CLOCK), "VARIABLE_CLOCK", i)
 
 

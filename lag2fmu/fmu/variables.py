@@ -91,11 +91,10 @@ def build_table(equations: EquationsOfMotion, program: Program, *, events: bool 
     return VariableTable(variables, runtime_tables(mechanism, program, builder.slots, variables))
 
 
-def promotable(equations: EquationsOfMotion, wanted: Sequence[str], *, events: bool = False) -> frozenset[str]:
+def promotable(equations: EquationsOfMotion, wanted: Sequence[str]) -> frozenset[str]:
     """The local variables that ``wanted`` makes outputs: names, or 'all'; outputs may be named once more.
 
-    With ``events`` the clocks of impacts are among them, though 'all' leaves them out: not every importer of FMI 3.0
-    takes clocks. Raises ExportError for a name that is neither.
+    Raises ExportError for a name that is neither.
     """
     mechanism = equations.mechanism
     states = {name for q in mechanism.coordinates for name in (q.name, names.velocity(q.name))}
@@ -108,7 +107,6 @@ def promotable(equations: EquationsOfMotion, wanted: Sequence[str], *, events: b
     known += [names.DISSIPATED_ENERGY] if mechanism.hybrid else []
     if "all" in wanted:
         wanted = [*known, *(name for name in wanted if name != "all")]
-    known += [names.impact(contact.name) for contact in mechanism.unilaterals] if events else []
     for name in sorted({*wanted} - {*known, *states, *mechanism.output_names}):
         near = get_close_matches(name, known) or known
         raise ExportError(f"--output {name}: there is no such variable; known are {', '.join(near)}")

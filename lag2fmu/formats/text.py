@@ -18,8 +18,9 @@ from lag2fmu.description.parts import KINDS
 from lag2fmu.description.record import Description, table_keys
 from lag2fmu.description.subsystems import Part
 from lag2fmu.description.symbols import Coordinate, start_or_guess
-from lag2fmu.errors import MechanismError, TextError
+from lag2fmu.errors import LoadError, MechanismError, TextError
 from lag2fmu.formats.keys import CONSTRAINT, NAMED, SINGLE, TABLES
+from lag2fmu.formats.robots import robot
 from lag2fmu.formats.toml_table import Surroundings, TomlTable
 from lag2fmu.language.units import DIMENSIONLESS
 from lag2fmu.mechanism.assembly import Settable, settable
@@ -233,14 +234,16 @@ def _setting(settings: TomlTable, name: str, of: Settable | None) -> object:
 def _mechanism_in(file: Path, table: TomlTable) -> Description:
     """The mechanism in the ``file`` of the part that ``table`` describes; raises TextError with both places."""
     place, files = table.place("file"), (*table.around.files, file.absolute())
-    if file.suffix != ".toml":
-        raise TextError(f"{place}: '{file.name}' is no .toml file; a mechanism in Python takes other ones as parts")
+    if file.suffix not in (".toml", ".urdf"):
+        raise TextError(f"{place}: '{file.name}' is no .toml or .urdf file; in Python any mechanism can be a part")
     if file.absolute() in table.around.files or len(files) > MAX_FILES:
         listed = " -> ".join(path.name for path in files)
         circle = "is in a circle" if file.absolute() in table.around.files else "is nested too deeply"
         raise TextError(f"{place}: '{file.name}' {circle}: {listed}; leave out one of these parts")
     try:
+        if file.suffix == ".urdf":
+            return robot(file).description
         return _description(_parse_toml(_text_in(file)), Surroundings(file.parent, files=files))
-    except MechanismError as error:
+    except (MechanismError, LoadError) as error:
         text = str(error)
         raise TextError(f"{place}: {text if text.startswith(str(file)) else f'{file}: {text}'}") from error

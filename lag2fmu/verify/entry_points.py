@@ -103,10 +103,11 @@ def linearize(
 
     ``about`` are the other arguments of ``lag2fmu.analysis.linearize``: q=, qd= (n,) and further= (f,) in SI units and
     t= (s) instead of ``at``, inputs= {name: SI value}, outputs= names of y. Its ``state_space`` gives A, B, C, D as
-    files and other packages take them. Raises DerivationError where there is no such state, or M is singular there.
+    files and other packages take them. Contacts, stops, dry frictions and latches stay in their modes at the state.
+    Raises DerivationError where there is no such state, or M is singular there.
     """
     equations = model if isinstance(model, EquationsOfMotion) else derive(model)
-    return linearization_of(equations, **{**state_at(equations, at, about.get("inputs")), **about})
+    return linearization_of(equations, **{**state_at(equations, at, about.get("inputs")), "within": True, **about})
 
 
 def state_at(equations: EquationsOfMotion, at: str | float, inputs: Any = None) -> dict[str, Any]:

@@ -20,6 +20,7 @@ from lag2fmu.formats.loading import load, with_settings, with_values
 from lag2fmu.formats.schema import schema
 from lag2fmu.formats.text import read, read_file
 from lag2fmu.formats.write import write
+from lag2fmu.graph.batches import matrix
 from lag2fmu.mechanism import (
     Body,
     Energy,
@@ -395,7 +396,7 @@ def test_an_fmu_carries_its_parts(exported: Callable[..., Fmu], folder: Callable
 FAULTS = {
     "missing": ('file = "arm.toml"', r"parts\.left\.file: .*arm\.toml: cannot be read: No such file"),
     "elsewhere": ('file = "../leg.toml"', r"parts\.left\.file: '\.\./leg\.toml' is no file beside the text or below"),
-    "program": ('file = "leg.py"', r"parts\.left\.file: 'leg\.py' is no \.toml file"),
+    "program": ('file = "leg.py"', r"parts\.left\.file: 'leg\.py' is no \.toml or \.urdf file"),
     "itself": (
         'file = "walker.toml"',
         r"parts\.left\.file: 'walker\.toml' is in a circle: walker\.toml -> walker\.toml",
@@ -508,3 +509,31 @@ def test_other_faults() -> None:
 def named(name: str) -> Mechanism:
     q = coordinate(name, "m")
     return Mechanism("named", coordinates=[q], bodies=[Body("c", 1, (0, q))], gravity=9.81)
+
+
+ARM = """<robot name="arm"><link name="base"/>
+<joint name="shoulder" type="revolute"><parent link="base"/><child link="upper"/><origin xyz="0 0 0.1"/>
+<axis xyz="0 1 0"/><limit lower="-1" upper="1" effort="1" velocity="1"/></joint>
+<link name="upper"><inertial><origin xyz="0 0 0.2"/><mass value="2"/>
+<inertia ixx="0.1" iyy="0.1" izz="0.1" ixy="0" ixz="0" iyz="0"/></inertial></link></robot>"""
+
+
+def test_robots_are_parts_too(folder: Callable[..., Path]) -> None:
+    """Two arms of one URDF on a torso that turns about the vertical: (I + 2 (m d^2 + Iyy)) of the two in one plane."""
+    torso = '[mechanism]\nname = "w"\n[coordinates]\nturn = { unit = "rad" }\n'
+    torso += '[frames.torso]\nrotations = [["y", "turn"]]\n[bodies.torso]\nmass = 1\nframe = "torso"\n'
+    torso += "inertia = [1, 1, 1, 0, 0, 0]\n[gravity]\nacceleration = 9.81\n"
+    arms = "".join(f'[parts.{x}]\nfile = "arm.urdf"\nparent = "torso"\n' for x in ("left", "right"))
+    path = folder(whole=torso + arms)
+    (path.parent / "arm.urdf").write_text(ARM, "utf-8")
+    whole = read_file(path)
+    names = [q.name for q in whole.coordinates]
+    assert names == ["turn", "left_shoulder", "right_shoulder"]
+    mass = derive(whole)
+    values = at(mass, resting_inputs(mass) | {"t": 0.0}, np.zeros(3), np.zeros(3))
+    M = matrix(mass.graph, mass.mass_matrix, values, 3)
+    own, both = 2 * 0.2**2 + 0.1, 2 * 0.2 * 0.3 + 0.1
+    assert pytest.approx(np.array([[1 + 2 * (2 * 0.3**2 + 0.1), both, both], [both, own, 0], [both, 0, own]])) == M
+    (path.parent / "arm.urdf").write_text("<robot", "utf-8")
+    with pytest.raises(TextError, match=r"whole\.toml: parts\.left\.file: .*arm\.urdf"):
+        read_file(path)

@@ -102,7 +102,7 @@ def _variable(parent: ET.Element, port: Port, reference: str, references: Mappin
     doc = _array_doc(port) if port.is_array else one.doc
     attributes = {"name": port.name, "valueReference": reference} | ({"description": doc} if doc else {})
     attributes |= {"causality": one.causality, "variability": one.variability}
-    attributes |= {} if one.initial is None or one.type == CLOCK else {"initial": one.initial}
+    attributes |= {} if one.initial is None else {"initial": one.initial}
     attributes |= _of_type(port, references)
     attributes |= {"reinit": "true"} if one.state and jumps else {}
     if one.causality in _INTERMEDIATE and one.variability == "continuous":

@@ -13,9 +13,9 @@
 static fmi3Status check_lists(Component *component, const fmi3ValueReference unknowns[], size_t n_unknowns,
                               const fmi3ValueReference knowns[], size_t n_knowns, const double of_unknowns[],
                               size_t n_of_unknowns, const double of_knowns[], size_t n_of_knowns) {
-    return check_ports(component, unknowns, n_unknowns, &FLOAT64, of_unknowns, n_of_unknowns) == fmi3OK
-               ? check_ports(component, knowns, n_knowns, &FLOAT64, of_knowns, n_of_knowns)
-               : fmi3Error;
+    const bool fit = check_ports(component, unknowns, n_unknowns, &FLOAT64, of_unknowns, n_of_unknowns) == fmi3OK &&
+                     check_ports(component, knowns, n_knowns, &FLOAT64, of_knowns, n_of_knowns) == fmi3OK;
+    return fit ? check_first(component, knowns, n_knowns, "is not a known") : fmi3Error;
 }
 
 /* Writes the derivatives of the unknowns along the seed, if all of them are finite. */

@@ -100,7 +100,7 @@ fmi3Status fmi3GetClock(fmi3Instance instance, const fmi3ValueReference valueRef
     return fmi3OK;
 }
 
-/* All clocks are outputs. */
+/* All clocks are local. */
 fmi3Status fmi3SetClock(fmi3Instance instance, const fmi3ValueReference valueReferences[], size_t nValueReferences,
                         const fmi3Clock values[]) {
     Component *component = enter(instance, CALL_SetClock);
@@ -109,6 +109,6 @@ fmi3Status fmi3SetClock(fmi3Instance instance, const fmi3ValueReference valueRef
         return fmi3Error;
     }
     return nValueReferences == 0 ? fmi3OK
-                                 : fail(component, "the clock %s is an output and cannot be set",
+                                 : fail(component, "the clock %s ticks by itself and cannot be set",
                                         PORTS[valueReferences[0]].name);
 }

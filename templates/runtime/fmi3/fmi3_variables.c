@@ -68,24 +68,13 @@ fmi3Status fmi3GetInt64(fmi3Instance instance, const fmi3ValueReference valueRef
     return fmi3OK;
 }
 
-/* fmi3OK if each of these ports is the first one of its slots: others are derivatives. */
-static fmi3Status check_first(Component *component, const fmi3ValueReference references[], size_t count) {
-    for (size_t i = 0; i < count; i++) {
-        if (PORTS[references[i]].second) {
-            return fail(component, "variable %s is calculated from the others and cannot be set",
-                        PORTS[references[i]].name);
-        }
-    }
-    return fmi3OK;
-}
-
 fmi3Status fmi3SetFloat64(fmi3Instance instance, const fmi3ValueReference valueReferences[], size_t nValueReferences,
                           const fmi3Float64 values[], size_t nValues) {
     Component *component = enter_present(instance, CALL_SetFloat64);
     if (component == NULL ||
         check_ports(component, valueReferences, nValueReferences, &FLOAT64, values, nValues) != fmi3OK ||
         check_intermediate(component, valueReferences, nValueReferences, true) != fmi3OK ||
-        check_first(component, valueReferences, nValueReferences) != fmi3OK) {
+        check_first(component, valueReferences, nValueReferences, "cannot be set") != fmi3OK) {
         return fmi3Error;
     }
     Elements elements = elements_of(valueReferences), again = elements;

@@ -66,6 +66,16 @@ fmi3Status check_ports(Component *component, const fmi3ValueReference references
     return fmi3OK;
 }
 
+fmi3Status check_first(Component *component, const fmi3ValueReference references[], size_t count, const char *said) {
+    for (size_t i = 0; i < count; i++) {
+        if (PORTS[references[i]].second) {
+            return fail(component, "variable %s is calculated from the others and %s", PORTS[references[i]].name,
+                        said);
+        }
+    }
+    return fmi3OK;
+}
+
 fmi3Status check_intermediate(Component *component, const fmi3ValueReference references[], size_t count, bool sets) {
     const Importer *importer = &component->importer;
     if (component->session.mode != MODE_INTERMEDIATE_UPDATE) {

@@ -32,6 +32,9 @@ const Variable *next_element(Elements *elements);
 fmi3Status check_ports(Component *component, const fmi3ValueReference references[], size_t count, const PortType *type,
                        const void *values, size_t n_values);
 
+/* fmi3OK if each of these ports is the first one of its slots: others are derivatives, of which this is said. */
+fmi3Status check_first(Component *component, const fmi3ValueReference references[], size_t count, const char *said);
+
 /* In intermediate update mode: fmi3OK if these are among the variables that the importer announced, and it may read or
    set them now. In other modes fmi3OK. */
 fmi3Status check_intermediate(Component *component, const fmi3ValueReference references[], size_t count, bool sets);

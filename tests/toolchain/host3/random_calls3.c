@@ -45,7 +45,7 @@ int mistake(Session *s) { return below(s, 25) == 0; }
 
 /* The letter of a port, see pick(). */
 static char letter_of(const Port *port) {
-    switch (VARIABLES[port->first].kind) {
+    switch (port->second ? VARIABLE_ACCELERATION : VARIABLES[port->first].kind) {
     case VARIABLE_STATE:           return 'x';
     case VARIABLE_INPUT:           return 'u';
     case VARIABLE_PARAMETER:       return 'p';
@@ -82,11 +82,23 @@ static void hear(fmi3InstanceEnvironment environment, fmi3Status status, fmi3Str
     expect(strlen(message) > 20 && strncmp(message, "fmi3", 4) == 0, "a message: %s", message);
 }
 
+/* Sets all inputs to this value. */
+static void set_inputs(Session *s, double value) {
+    static double values[MOST_ELEMENTS];
+    for (fmi3ValueReference i = 0; i < N_PORTS; i++) {
+        const int count = letter_of(&PORTS[i]) == 'u' ? PORTS[i].count : 0;
+        for (int k = 0; k < count; k++) {
+            values[k] = value;
+        }
+        expect(count == 0 || fmi3SetFloat64(s->instance, &i, 1, values, (size_t)count) == fmi3OK, "%s", s->text);
+    }
+}
+
 /* Reads and sets what was announced; now and then it makes a wrong call. */
 static void update(fmi3InstanceEnvironment environment, double time, fmi3Boolean sets, fmi3Boolean gets,
                    fmi3Boolean finished, fmi3Boolean may_return, fmi3Boolean *early, double *early_time) {
     Session *s = environment;
-    const fmi3ValueReference input = pick(s, 'u'), state = pick(s, 'x');
+    const fmi3ValueReference state = pick(s, 'x');
     static double values[MOST_ELEMENTS];
     fmi3FMUState saved = NULL;
     expect(sets != gets && gets == finished, "what may be done in an intermediate update");
@@ -94,11 +106,8 @@ static void update(fmi3InstanceEnvironment environment, double time, fmi3Boolean
     if (s->erred_inside) {
         return;
     }
-    for (int i = 0; i < PORTS[input].count; i++) {
-        values[i] = 0.1 * time;
-    }
     if (sets) {
-        expect(fmi3SetFloat64(s->instance, &input, 1, values, (size_t)PORTS[input].count) == fmi3OK, "%s", s->text);
+        set_inputs(s, 0.1 * time);
     } else {
         expect(fmi3GetFloat64(s->instance, &state, 1, values, (size_t)PORTS[state].count) == fmi3OK, "%s", s->text);
         expect(below(s, 5) > 0 || (fmi3GetFMUState(s->instance, &saved) == fmi3OK &&
