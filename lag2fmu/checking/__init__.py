@@ -1,4 +1,4 @@
-"""The rules of FMI 2.0 on any FMU from any tool: archive, XML, variables, structure, binaries, and a run of it."""
+"""The rules of FMI 2.0 and 3.0 on any FMU of any tool: archive, XML, variables, structure, binaries, a run of it."""
 
 from typing import TYPE_CHECKING
 

@@ -1,4 +1,4 @@
-"""The archive: opened without trust, and the rules on its entries (FMI 2.0.5, section 2.3)."""
+"""The archive: opened without trust, and the rules on its entries (FMI 2.0.5, section 2.3; FMI 3.0.2, section 2.5)."""
 
 from __future__ import annotations
 
@@ -109,7 +109,7 @@ def _broken(name: str, problem: str) -> Finding:
 def archive_findings(archive: Archive) -> Iterator[Finding]:
     """The broken rules on the archive itself: names, kinds and compression of its entries.
 
-    Source: FMI 2.0.5 specification, section 2.3.
+    Source: FMI 2.0.5 specification, section 2.3; FMI 3.0.2 specification, section 2.5.
     """
     yield from archive.broken
     if archive.path.suffix != ".fmu":

@@ -153,6 +153,13 @@ def linearize(**choices: Any) -> None:
 @HOLD
 @click.option("-o", "--out", metavar="CSV", help="Write the trajectory; '-' is standard output.")
 @click.option("--plot", type=click.Path(path_type=Path), help="Draw the motion (.png, .svg, .pdf).")
+@click.option(
+    "--animate",
+    "animation",
+    type=click.Path(path_type=Path),
+    metavar="FILE",
+    help="Show the mechanism moving (.gif, .mp4, .html).",
+)
 @SET
 @BASE
 @STOPS
@@ -206,7 +213,7 @@ def import_command(**choices: Any) -> None:
 @click.argument("fmu", type=click.Path(path_type=Path))
 @click.option("--run/--no-run", default=True, show_default=True, help="Run its library, in a process of its own.")
 def check(**choices: Any) -> None:
-    """Check FMU, of any tool, by the rules of FMI 2.0; running it executes code that is in it."""
+    """Check FMU, of any tool, by the rules of FMI 2.0 or 3.0; running it executes code that is in it."""
     from lag2fmu.cli.checking import check_archive
 
     check_archive(**choices)

@@ -20,6 +20,7 @@ from lag2fmu.formats.loading import load, with_settings, with_values
 from lag2fmu.formats.schema import schema
 from lag2fmu.formats.text import read, read_file
 from lag2fmu.formats.write import write
+from lag2fmu.graph.batches import matrix
 from lag2fmu.mechanism import (
     Body,
     Energy,
@@ -319,6 +320,16 @@ def test_the_text_needs_no_other_file(folder: Callable[..., Path], tmp_path: Pat
     assert [part.name for part in again.description.parts] == ["left"]
 
 
+def test_parts_that_are_the_same_are_written_once(folder: Callable[..., Path]) -> None:
+    parts = '[parts.a]\nfile = "leg.toml"\n[parts.b]\nof = "a"\nset = { l = 300 }\n[parts.c]\nfile = "leg.toml"\n'
+    found = read_file(folder(whole='[mechanism]\nname = "w"\n[gravity]\nacceleration = 9.81\n' + parts, leg=LEG))
+    assert [p.value for p in found.parameters if p.name.endswith("_l")] == [0.5, 0.3, 0.5]
+    text = write(found)
+    assert text.count("bodies.thigh") == 1
+    assert text.count('of = "a"') == 2
+    assert read(text, "again") == found
+
+
 def test_parts_of_parts(folder: Callable[..., Path]) -> None:
     """Names are joined, settings reach through, joints close loops between frames of different parts."""
     pair = '[mechanism]\nname = "pair"\n[parameters]\ng = { value = 9.81, unit = "m/s2" }\n'
@@ -395,7 +406,7 @@ def test_an_fmu_carries_its_parts(exported: Callable[..., Fmu], folder: Callable
 FAULTS = {
     "missing": ('file = "arm.toml"', r"parts\.left\.file: .*arm\.toml: cannot be read: No such file"),
     "elsewhere": ('file = "../leg.toml"', r"parts\.left\.file: '\.\./leg\.toml' is no file beside the text or below"),
-    "program": ('file = "leg.py"', r"parts\.left\.file: 'leg\.py' is no \.toml file"),
+    "program": ('file = "leg.py"', r"parts\.left\.file: 'leg\.py' is no \.toml or \.urdf file"),
     "itself": (
         'file = "walker.toml"',
         r"parts\.left\.file: 'walker\.toml' is in a circle: walker\.toml -> walker\.toml",
@@ -409,6 +420,7 @@ FAULTS = {
         r"parts\.left\.file: .*bad\.toml: bodies\.b\.mas: unknown key; did you mean 'mass'",
     ),
     "undefined": ('file = "far.toml"', r"parts\.left \(far\.toml\): bodies\.b\.mass: undefined symbol 'M'"),
+    "sooner": ('of = "right"', r"parts\.left\.of: there is no part 'right' before this one"),
     "nothing": ("", r"parts\.left: there is no mechanism; give 'file'"),
     "both": ('file = "leg.toml"\nof = {}', r"parts\.left: 'of' and 'file' exclude each other"),
     "key": ('file = "leg.toml"\nsets = {}', r"parts\.left\.sets: unknown key; did you mean 'set'"),
@@ -467,6 +479,23 @@ def test_what_is_wrong_is_named_with_both_places(fault: str, folder: Callable[..
     assert re.match(rf"{re.escape(str(path))}: .*?{expected}", str(caught.value)), str(caught.value)
 
 
+def test_small_texts_that_grow_are_refused_soon(folder: Callable[..., Path]) -> None:
+    """Files with a hundred parts each that have a hundred parts each, and tables in tables."""
+    files = {
+        f"f{i}": f'[mechanism]\nname = "f{i}"\n'
+        + "".join(f'[parts.p{k}]\nfile = "f{i + 1}.toml"\n' for k in range(100))
+        for i in range(6)
+    }
+    with pytest.raises(TextError, match=r"parts: there are 1010101010100 with those of parts; at most 1000 are read"):
+        read_file(folder(**files, f6=LEG))
+    deep = '[mechanism]\nname = "deep"\n[parts]\na = ' + '{ of = { mechanism = { name = "x" }, parts = { a = ' * 60
+    with pytest.raises(TextError, match="nested deeper than 8"):
+        read(deep + "{}" + "} } }" * 60, "deep.toml")
+    chain = {f"g{i}": f'[mechanism]\nname = "g"\n[parts.p]\nfile = "g{i + 1}.toml"\n' for i in range(12)}
+    with pytest.raises(TextError, match=r"'g8\.toml' is nested too deeply: g0\.toml -> g1\.toml"):
+        read_file(folder(**chain))
+
+
 def test_other_faults() -> None:
     x = coordinate("x", "m")
     ball = Mechanism("ball", coordinates=[x], bodies=[Body("b", 1, (0, x))], gravity=9.81)
@@ -508,3 +537,31 @@ def test_other_faults() -> None:
 def named(name: str) -> Mechanism:
     q = coordinate(name, "m")
     return Mechanism("named", coordinates=[q], bodies=[Body("c", 1, (0, q))], gravity=9.81)
+
+
+ARM = """<robot name="arm"><link name="base"/>
+<joint name="shoulder" type="revolute"><parent link="base"/><child link="upper"/><origin xyz="0 0 0.1"/>
+<axis xyz="0 1 0"/><limit lower="-1" upper="1" effort="1" velocity="1"/></joint>
+<link name="upper"><inertial><origin xyz="0 0 0.2"/><mass value="2"/>
+<inertia ixx="0.1" iyy="0.1" izz="0.1" ixy="0" ixz="0" iyz="0"/></inertial></link></robot>"""
+
+
+def test_robots_are_parts_too(folder: Callable[..., Path]) -> None:
+    """Two arms of one URDF on a torso that turns about the vertical: (I + 2 (m d^2 + Iyy)) of the two in one plane."""
+    torso = '[mechanism]\nname = "w"\n[coordinates]\nturn = { unit = "rad" }\n'
+    torso += '[frames.torso]\nrotations = [["y", "turn"]]\n[bodies.torso]\nmass = 1\nframe = "torso"\n'
+    torso += "inertia = [1, 1, 1, 0, 0, 0]\n[gravity]\nacceleration = 9.81\n"
+    arms = "".join(f'[parts.{x}]\nfile = "arm.urdf"\nparent = "torso"\n' for x in ("left", "right"))
+    path = folder(whole=torso + arms)
+    (path.parent / "arm.urdf").write_text(ARM, "utf-8")
+    whole = read_file(path)
+    names = [q.name for q in whole.coordinates]
+    assert names == ["turn", "left_shoulder", "right_shoulder"]
+    mass = derive(whole)
+    values = at(mass, resting_inputs(mass) | {"t": 0.0}, np.zeros(3), np.zeros(3))
+    M = matrix(mass.graph, mass.mass_matrix, values, 3)
+    own, both = 2 * 0.2**2 + 0.1, 2 * 0.2 * 0.3 + 0.1
+    assert pytest.approx(np.array([[1 + 2 * (2 * 0.3**2 + 0.1), both, both], [both, own, 0], [both, 0, own]])) == M
+    (path.parent / "arm.urdf").write_text("<robot", "utf-8")
+    with pytest.raises(TextError, match=r"whole\.toml: parts\.left\.file: .*arm\.urdf"):
+        read_file(path)

@@ -6,6 +6,7 @@ from lag2fmu.checking.fmi3.derivatives import adjoint, directional
 from lag2fmu.checking.fmi3.equations import dependencies, equations, integrator_step, output_derivatives
 from lag2fmu.checking.fmi3.events import (
     event_mode,
+    events_of_exchange,
     intermediate_update,
     reset_everywhere,
     saved_in_every_state,
@@ -32,6 +33,7 @@ _OWN: dict[str, Trial] = {
     "time": time_variable,
     "results of steps": step_results,
     "Event Mode": event_mode,
+    "events of model exchange": events_of_exchange,
     "FMU state in every state": saved_in_every_state,
     "reset in every state": reset_everywhere,
     "intermediate update": intermediate_update,

@@ -17,6 +17,8 @@ _BAR = 1e-3
 """Differences and derivative must agree to this, relative to the greater one and the size of the unknown."""
 _ADJOINT_BAR = 1e-9
 """Adjoint and directional derivatives must agree to this, relative to the sum of the products' sizes."""
+_ROUNDING = 1e-12
+"""What cancels in them may remain to this, relative to the greatest of all."""
 
 
 @dataclass(frozen=True)
@@ -234,9 +236,10 @@ def _products(
     given: Sequence[float],
 ) -> Iterator[Finding]:
     """The first element of ``given`` that is not the product of its row and the seed."""
-    for i, (row, own) in enumerate(zip(rows, given, strict=True)):
-        terms = [a * b for a, b in zip(row, seed, strict=True)]
-        bar = _ADJOINT_BAR * (sum(map(abs, terms)) + abs(own)) + 1e-300
+    products = [[a * b for a, b in zip(row, seed, strict=True)] for row in rows]
+    greatest = max((sum(map(abs, terms)) for terms in products), default=0.0)
+    for i, (terms, own) in enumerate(zip(products, given, strict=True)):
+        bar = _ADJOINT_BAR * (sum(map(abs, terms)) + abs(own)) + _ROUNDING * greatest
         if not abs(own - sum(terms)) <= bar:
             rule = "adjoint" if function == "GetAdjointDerivative" else "directional"
             problem = f"in {place.mode}, element {i + 1} of fmi3{function} is {own:.10g}, not {sum(terms):.10g}"

@@ -4,15 +4,19 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator
+from time import monotonic
 
 from lag2fmu.checking.binding import bits
 from lag2fmu.checking.findings import Finding
 from lag2fmu.checking.fmi3.binding import ENVIRONMENT, Manner, Update
 from lag2fmu.checking.fmi3.session import Model3, Session3, Step, size_of
+from lag2fmu.checking.session import MOST_EVENTS
 from lag2fmu.checking.trials import STEPS, row_bits
 
-_MOST_CALLS = 20
-"""Calls of DoStep that a trial looks at."""
+_MOST_CALLS, _MOST_EVENTS = 80, 2
+"""Calls of DoStep, and events among them, that a trial looks at."""
+_PATIENCE = 3.0
+"""Time (s) for a trial to wait for an event."""
 
 
 def step_results(model: Model3) -> Iterator[Finding]:
@@ -27,16 +31,70 @@ def step_results(model: Model3) -> Iterator[Finding]:
         manners += [Manner(events=True), Manner(events=True, early=True)]
     for manner in manners:
         with model.session(manner=manner) as session:
-            session.start()
-            for _ in range(_MOST_CALLS):
-                done = session.advance(model.step)
+            for done in _advanced(session.start(), _MOST_EVENTS):
                 if found := next(_step_findings(model, manner, done), None):
                     yield found
                     break
-                if done.end:
-                    break
                 if done.event:
                     session.handle()
+
+
+def _advanced(session: Session3, events: int) -> Iterator[Step]:
+    """Steps of co-simulation until there were some ``events``, the run ends, or time is up."""
+    begun = monotonic()
+    for _ in range(_MOST_CALLS):
+        done = session.advance(session.model.step)
+        yield done
+        events -= done.event
+        if events <= 0 or done.end or monotonic() > begun + _PATIENCE:
+            return
+
+
+def events_of_exchange(model: Model3) -> Iterator[Finding]:
+    """Model exchange: every event iteration says whether it changed states, and is the last one where nothing changes.
+
+    Source: FMI 3.0.2 specification, section 2.3.5 (fmi3UpdateDiscreteStates).
+    """
+    if model.kind != "ModelExchange":
+        return
+    begun, events = monotonic(), 0
+    with model.session() as session:
+        session.start()
+        for _ in range(_MOST_CALLS * 8):
+            if session.euler():
+                session.instance.do("EnterEventMode")
+                entered = _states(session)
+                for _ in range(MOST_EVENTS):
+                    found, again = _iteration_findings(session, entered)
+                    if found is not None:
+                        yield found
+                        return
+                    if not again:
+                        break
+                session.go_on()
+                events += 1
+            if events >= _MOST_EVENTS or monotonic() > begun + _PATIENCE:
+                return
+
+
+def _iteration_findings(session: Session3, entered: list[float]) -> tuple[Finding | None, bool]:
+    """What is wrong with one event iteration of model exchange, and whether another one is asked for.
+
+    ``entered`` are the states when Event Mode was entered: a change since then may be told of in every iteration, for
+    importers that look at the last one only.
+    """
+    before = _states(session)
+    told = session.update()
+    changed = bits(_states(session)) != bits(before)
+    kind = session.model.kind
+    if changed and not told.values_changed:
+        problem = "an event iteration changes continuous states without valuesOfContinuousStatesChanged"
+        remedy = "say so, or the importer goes on from old values"
+        return Finding("values-changed", kind, problem, remedy), told.again
+    if told.values_changed and bits(_states(session)) == bits(entered) and not changed:
+        problem = "says valuesOfContinuousStatesChanged where nothing has changed"
+        return Finding("values-changed", kind, problem, "say so for real changes only", "warning"), told.again
+    return None, told.again
 
 
 def _step_findings(model: Model3, manner: Manner, done: Step) -> Iterator[Finding]:
@@ -84,20 +142,15 @@ def event_mode(model: Model3) -> Iterator[Finding]:
 
 def _second_iteration(session: Session3) -> Iterator[Finding]:
     """An iteration after events have come to rest changes nothing and says so."""
-    model = session.model
-    before = _states(session)
-    again = session.update()
-    changed = bits(_states(session)) != bits(before)
-    if model.kind == "ModelExchange":
-        if changed and not again.values_changed:
-            problem = "an event iteration changes continuous states without valuesOfContinuousStatesChanged"
-            yield Finding("values-changed", model.kind, problem, "say so, or the importer goes on from old values")
-        elif again.values_changed and not changed:
-            problem = "says valuesOfContinuousStatesChanged where nothing has changed"
-            yield Finding("values-changed", model.kind, problem, "say so for real changes only", "warning")
-    if again.again:
+    if session.model.kind == "ModelExchange":
+        found, again = _iteration_findings(session, _states(session))
+        if found is not None:
+            yield found
+    else:
+        again = session.update().again
+    if again:
         problem = "asks for another event iteration after the last one asked for none"
-        yield Finding("event-rest", model.kind, problem, "clear discreteStatesNeedUpdate when nothing happens")
+        yield Finding("event-rest", session.model.kind, problem, "clear discreteStatesNeedUpdate when nothing happens")
 
 
 def _states(session: Session3) -> list[float]:
@@ -134,6 +187,9 @@ def _go_to(session: Session3, place: str) -> None:
         session.enter()
     elif place == "Event Mode":
         session.start().steps(2)
+        if session.model.kind == "CoSimulation":
+            for _ in _advanced(session, 1):
+                pass
         session.instance.do("EnterEventMode")
 
 

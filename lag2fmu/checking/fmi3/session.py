@@ -153,7 +153,8 @@ class Session3(Session):
         Raises RefusedError, and RecursionError as ``rest`` does.
         """
         if self.model.kind == "ModelExchange":
-            self._euler(self.model.step / 10)
+            if self.euler():
+                self.handle()
             return True
         end = self.time + self.model.step
         for _ in range(MOST_EVENTS):
@@ -185,12 +186,14 @@ class Session3(Session):
         self.rest()
         self.go_on()
 
-    def _euler(self, step: float) -> None:
-        """A step of model exchange by Euler's method, with the event it may lead to.
+    def euler(self) -> bool:
+        """A step of model exchange by Euler's method; whether it leads to an event. Raises RefusedError.
 
-        It is shortened so that no state moves by more than a hundredth of its size, for stiff models.
+        It is shortened so that no state moves by more than a hundredth of its size, for stiff models. An event is at
+        its end: where an indicator changes its sign is not looked for.
         """
-        size = size_of(self.model.states)
+        step, size = self.model.step / 10, size_of(self.model.states)
+        before = self._signs()
         x = self.instance.vector("GetContinuousStates", size)
         dx = self.instance.vector("GetContinuousStateDerivatives", size)
         step = min([step, *(0.01 * (abs(a) + 1.0) / abs(b) for a, b in zip(x, dx, strict=True) if b)])
@@ -201,8 +204,12 @@ class Session3(Session):
             self.instance.do("SetContinuousStates", doubles(x), size)
         event, end = c_bool(), c_bool()
         self.instance.do("CompletedIntegratorStep", True, byref(event), byref(end))
-        if event.value:
-            self.handle()
+        return event.value or self._signs() != before
+
+    def _signs(self) -> list[bool]:
+        """Which event indicators are positive."""
+        count = size_of(self.model.description.listed("EventIndicator"))
+        return [z > 0 for z in self.instance.vector("GetEventIndicators", count)]
 
     def get(self, variable: Variable) -> list[Any]:
         """The values of the elements of a variable; strings and binaries as bytes. Raises RefusedError."""
