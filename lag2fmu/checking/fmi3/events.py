@@ -31,7 +31,7 @@ def step_results(model: Model3) -> Iterator[Finding]:
         manners += [Manner(events=True), Manner(events=True, early=True)]
     for manner in manners:
         with model.session(manner=manner) as session:
-            for done in _advanced(session.start(), _MOST_EVENTS):
+            for done in advanced(session.start(), _MOST_EVENTS):
                 if found := next(_step_findings(model, manner, done), None):
                     yield found
                     break
@@ -39,7 +39,7 @@ def step_results(model: Model3) -> Iterator[Finding]:
                     session.handle()
 
 
-def _advanced(session: Session3, events: int) -> Iterator[Step]:
+def advanced(session: Session3, events: int) -> Iterator[Step]:
     """Steps of co-simulation until there were some ``events``, the run ends, or time is up."""
     begun = monotonic()
     for _ in range(_MOST_CALLS):
@@ -188,7 +188,7 @@ def _go_to(session: Session3, place: str) -> None:
     elif place == "Event Mode":
         session.start().steps(2)
         if session.model.kind == "CoSimulation":
-            for _ in _advanced(session, 1):
+            for _ in advanced(session, 1):
                 pass
         session.instance.do("EnterEventMode")
 

@@ -51,6 +51,24 @@ def _unknown_clock(session: Session3) -> int:
     return at_place(session, INITIALIZATION).instance.status("GetClock", which, 1, (c_bool * 1)())
 
 
+def _clock_between_events(session: Session3) -> int | None:
+    """An output clock where time goes on."""
+    clocks = [v for v in session.model.description.variables if v.type == "Clock" and v.causality == "output"]
+    if not clocks:
+        return None
+    which = references([clocks[0].reference])
+    return at_place(session, RUN).instance.status("GetClock", which, 1, (c_bool * 1)())
+
+
+def _set_output_clock(session: Session3) -> int | None:
+    """An output clock, which is the FMU's alone, in Event Mode."""
+    clocks = [v for v in session.model.description.variables if v.type == "Clock" and v.causality == "output"]
+    if not clocks or not session.has_events:
+        return None
+    session.start().instance.do("EnterEventMode")
+    return session.instance.status("SetClock", references([clocks[0].reference]), 1, (c_bool * 1)(True))
+
+
 def first(session: Session3, causality: str, variability: str = "") -> Variable3 | None:
     """The first Float64 variable of a kind that can be read and is no state."""
     for v in session.model.of(causality):
@@ -191,6 +209,8 @@ ANY: dict[str, tuple[Call, Severity]] = {
         for type_ in ("Float64", "Int64")
     },
     "reading a clock whose value reference does not exist": (_unknown_clock, "error"),
+    "reading a clock between events": (_clock_between_events, "warning"),
+    "setting an output clock": (_set_output_clock, "warning"),
     "reading a Float64 by fmi3GetInt32": (_other_type, "error"),
     "reading more values than there are elements": (partial(_wrong_count, "Get", 1), "error"),
     "reading fewer values than there are elements": (partial(_wrong_count, "Get", -1), "error"),
