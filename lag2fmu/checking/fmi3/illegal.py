@@ -14,6 +14,7 @@ from lag2fmu.checking.findings import Severity
 from lag2fmu.checking.fmi3.binding import ELEMENTS, Instance3, Manner
 from lag2fmu.checking.fmi3.description import Variable3
 from lag2fmu.checking.fmi3.session import Session3
+from lag2fmu.checking.fmi3.ticks import own_clocks
 from lag2fmu.checking.illegal import Call, plain, unused
 
 BEFORE, INITIALIZATION, RUN, END = "Instantiated", "Initialization Mode", "run", "Terminated"
@@ -51,18 +52,9 @@ def _unknown_clock(session: Session3) -> int:
     return at_place(session, INITIALIZATION).instance.status("GetClock", which, 1, (c_bool * 1)())
 
 
-def _clock_between_events(session: Session3) -> int | None:
-    """An output clock where time goes on."""
-    clocks = [v for v in session.model.description.variables if v.type == "Clock" and v.causality == "output"]
-    if not clocks:
-        return None
-    which = references([clocks[0].reference])
-    return at_place(session, RUN).instance.status("GetClock", which, 1, (c_bool * 1)())
-
-
-def _set_output_clock(session: Session3) -> int | None:
-    """An output clock, which is the FMU's alone, in Event Mode."""
-    clocks = [v for v in session.model.description.variables if v.type == "Clock" and v.causality == "output"]
+def _set_own_clock(session: Session3) -> int | None:
+    """A clock that the FMU alone activates, in Event Mode."""
+    clocks = own_clocks(session.model)
     if not clocks or not session.has_events:
         return None
     session.start().instance.do("EnterEventMode")
@@ -209,8 +201,7 @@ ANY: dict[str, tuple[Call, Severity]] = {
         for type_ in ("Float64", "Int64")
     },
     "reading a clock whose value reference does not exist": (_unknown_clock, "error"),
-    "reading a clock between events": (_clock_between_events, "warning"),
-    "setting an output clock": (_set_output_clock, "warning"),
+    "setting a clock that is no input": (_set_own_clock, "warning"),
     "reading a Float64 by fmi3GetInt32": (_other_type, "error"),
     "reading more values than there are elements": (partial(_wrong_count, "Get", 1), "error"),
     "reading fewer values than there are elements": (partial(_wrong_count, "Get", -1), "error"),

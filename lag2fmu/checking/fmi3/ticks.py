@@ -1,4 +1,4 @@
-"""Trials of clocks: the output clocks of an FMU tick at events and rest afterwards."""
+"""Trials of clocks: those that an FMU activates itself tick at events and rest afterwards."""
 
 from __future__ import annotations
 
@@ -11,17 +11,17 @@ from lag2fmu.checking.fmi3.events import advanced
 from lag2fmu.checking.fmi3.session import Model3
 
 
-def output_clocks(model: Model3) -> list[Variable3]:
+def own_clocks(model: Model3) -> list[Variable3]:
     """The clocks that the FMU activates itself."""
-    return [v for v in model.description.variables if v.type == "Clock" and v.causality == "output"]
+    return [v for v in model.description.variables if v.type == "Clock" and v.causality != "input"]
 
 
 def ticking(model: Model3) -> Iterator[Finding]:
-    """Output clocks can be read in Event Mode, and none is active when events have come to rest.
+    """Clocks of the FMU can be read in Event Mode, and none is active when events have come to rest.
 
     Source: FMI 3.0.2 specification, section 2.3.5 (fmi3GetClock, fmi3UpdateDiscreteStates).
     """
-    clocks = output_clocks(model)
+    clocks = own_clocks(model)
     if not clocks or (model.kind == "CoSimulation" and not model.can("hasEventMode")):
         return
     with model.session(manner=Manner(events=True, early=True)) as session:
