@@ -7,6 +7,7 @@ the length of a function. The parts hand values on in an array.
 
 from __future__ import annotations
 
+from collections import Counter
 from collections.abc import Mapping, Sequence
 from fractions import Fraction
 from textwrap import fill
@@ -19,6 +20,8 @@ from lag2fmu.graph.operations import CONSTANT, OPERATIONS
 
 MAX_STATEMENTS = 1500
 """Statements in one C function; compilers are near linear up to a few thousand."""
+MANY_ZEROS = 2000
+"""So many entries of an array that are 0 are put to 0 in a loop over the array, and not one by one."""
 
 
 def c_number(value: float) -> str:
@@ -87,12 +90,25 @@ class _Printer:
         self.kept = self._kept() if len(self.parts) > 1 else {}
         self.names = {node: f"t{number}" for number, node in enumerate(order)}
         self.stores: dict[Node, list[str]] = {}
-        for array, index, node in function.results:
+        self.cleared = self._cleared()
+        self.results = self._written()
+        for array, index, node in self.results:
             if node in self.names:
                 self.stores.setdefault(node, []).append(f"{array}[{index}]")
         self.names |= _places(function)
-        constants = {*scheduled, *(node for *_, node in function.results)}
+        constants = {*scheduled, *(node for *_, node in self.results)}
         self.names |= {n: c_number(float(self.graph.value(n))) for n in constants if code[n] == CONSTANT}
+
+    def _cleared(self) -> dict[str, int]:
+        """The arrays with so many zeros that a loop writes them: {name: length}."""
+        zeros = Counter(array for array, _, node in self.function.results if node == self.graph.zero)
+        many = {array for array, count in zeros.items() if count > MANY_ZEROS}
+        return {array: 1 + max(i for a, i, _ in self.function.results if a == array) for array in sorted(many)}
+
+    def _written(self) -> list[tuple[str, int, Node]]:
+        """The results that are written one by one."""
+        zero = self.graph.zero
+        return [result for result in self.function.results if result[0] not in self.cleared or result[2] != zero]
 
     def _kept(self) -> dict[Node, int]:
         """The values that a later part needs: {node: index in the array s}."""
@@ -119,7 +135,8 @@ class _Printer:
 
     def _body(self, number: int) -> str:
         """The statements of a part. Casts stand before them, which silence the warning of an unused parameter."""
-        lines = self._statements(number)
+        lines = self._loops() if number == 0 else []
+        lines += self._statements(number)
         if number == len(self.parts) - 1:
             lines += self._assignments()
         used = self._used(number)
@@ -140,6 +157,9 @@ class _Printer:
         names |= {node: f"s[{self.kept[node]}]" for node in self.parts[number] if node in self.kept}
         return lines
 
+    def _loops(self) -> list[str]:
+        return [f"    for (int i = 0; i < {n}; i++) {{ {array}[i] = 0.0; }}" for array, n in self.cleared.items()]
+
     def _expression(self, node: Node) -> str:
         code, operands = self.graph.code[node], self.graph.operands[node]
         if code not in LOOKUPS:
@@ -154,13 +174,14 @@ class _Printer:
 
     def _given(self) -> list[tuple[str, int, Node]]:
         stored = self.stores
-        return [result for result in self.function.results if result[2] not in stored]
+        return [result for result in self.results if result[2] not in stored]
 
     def _used(self, number: int) -> set[str]:
         """The parameters that a part reads or writes."""
         part, kept = set(self.parts[number]), self.kept
         read = {operand for node in part for operand in self.graph.operands[node]}
-        used = {array for array, _, node in self.function.results if node in part}
+        used = {array for array, _, node in self.results if node in part}
+        used |= {*self.cleared} if number == 0 else set()
         if number == len(self.parts) - 1:
             used |= {array for array, *_ in self._given()}
             read |= {node for *_, node in self._given()}

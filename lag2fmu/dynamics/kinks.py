@@ -68,9 +68,9 @@ def switched(
     switches = tuple(graph.symbol(f"switch {k}") for k in range(len(every)))
     described = _described(graph, variables, mechanism, every)
     state = next(f.arguments[:4] for f in functions if f.name == "mechanism_dynamics")
-    results = tuple(("s", k, node) for k, node in enumerate(every))
-    doc = "Margins s, at whose signs the equations of motion change."
-    margin_function = Function("mechanism_switches", doc, state, ("s",), results)
+    results = tuple(("S", k, node) for k, node in enumerate(every))
+    doc = "Margins S, at whose signs the equations of motion change."
+    margin_function = Function("mechanism_switches", doc, state, ("S",), results)
     with graph.as_written():
         new = kinks.replaced(dict(zip(margins, switches, strict=False)), [*functions, margin_function])
     return Switched(tuple(_with_modes(graph, f, switches, masks) for f in new), described)

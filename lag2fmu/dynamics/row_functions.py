@@ -25,8 +25,8 @@ def rows_in_all_modes(
     doc = "Coefficients of contacts: restitution e, sliding friction mu, static friction mu_s."
     of_contacts = {"e": rows.restitution, "mu": rows.friction, "mu_s": rows.static_friction}
     yield filling("mechanism_contacts", doc, state, **of_contacts)
-    doc = "Forces s of the rows that slide, and of dry frictions the forces F that slide and the largest H that hold."
-    yield filling("mechanism_friction", doc, (*state, qdd), s=sliding, F=rows.sliding, H=rows.holding)
+    doc = "Forces S of the rows that slide, and of dry frictions the forces F that slide and the largest H that hold."
+    yield filling("mechanism_friction", doc, (*state, qdd), S=sliding, F=rows.sliding, H=rows.holding)
 
 
 def time_stepping_rows(

@@ -108,7 +108,7 @@ def _jacobian(
     """G (R, n) of the rows; raises DerivationError for one that is not affine in the velocities."""
     jacobian = tuple(tuple(reverse(graph, {velocity: graph.one}, v.qd)) for velocity in velocities)
     for label, row in zip(_labels(mechanism), jacobian, strict=True):
-        if any(v.moves(graph, entry) for entry in row):
+        if any(v.moves(graph, entry) for entry in row if entry != graph.zero):
             raise DerivationError(
                 f"{label}: it is not affine in the velocities; write it as a sum of velocities with factors that "
                 "contain none"

@@ -8,6 +8,7 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from lag2fmu.analysis.entry_points import resting
+from lag2fmu.dynamics.equations import EquationsOfMotion
 from lag2fmu.dynamics.lagrange import complete, derive
 from lag2fmu.dynamics.program import lower
 from lag2fmu.errors import ExportError
@@ -109,8 +110,7 @@ def export(  # noqa: PLR0913 (choices of the user)
     _check_target(target)
     _check_texts(mechanism)
     equations = derive(mechanism)
-    suited, reason = suited_solver(equations, BACKENDS[backend].solvers)
-    solver, choice = (solver, "") if solver else (suited, reason)
+    solver, choice, reason = _chosen_solver(equations, solver, backend)
     check_solver(equations.mechanism, METHODS[solver])
     method = METHODS[solver]
     promoted = promotable(equations, outputs)
@@ -129,6 +129,14 @@ def export(  # noqa: PLR0913 (choices of the user)
     pack(files, target)
     remarks = "; ".join(filter(None, [choice, damping(equations, method), steps_over_impacts(mechanism, method)]))
     return Fmu(target, content.description, remarks, moved_starts(mechanism, equations))
+
+
+def _chosen_solver(equations: EquationsOfMotion, named: str | None, backend: str) -> tuple[str, str, str]:
+    """The solver that the user ``named`` or that suits, why it was chosen, and what is known of the start's motion."""
+    if named is not None and isinstance(METHODS[named], TimeStepping):
+        return named, "", ""  # no decay bounds its steps
+    suited, reason = suited_solver(equations, BACKENDS[backend].solvers)
+    return (named, "", reason) if named else (suited, reason, reason)
 
 
 def _check_target(path: Path) -> None:

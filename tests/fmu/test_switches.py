@@ -23,21 +23,27 @@ pytestmark = pytest.mark.fmu
 G, HEIGHT, OVER = 9.81, 1.0, 1e-6
 PULSES = ((5.0, 5.1), (5.2, 5.203), (5.2035, 7.0), (9.0, 9.0001))
 BARRIER = 0.05
+DIP = (0.001, 0.0012)
 
 
 def course() -> Mechanism:
-    """Pulses in time on x; a barrier that y passes; z that rises above a height by OVER, and pushes w while it is."""
+    """Pulses in time on x; a barrier that y passes; z that rises above a height by OVER, and pushes w while it is.
+
+    s pushes d in a short DIP of a margin that begins at 0.
+    """
     x, y = coordinate("x"), coordinate("y", velocity=3.0)
     z, w = coordinate("z", velocity=math.sqrt(2 * G * (HEIGHT + OVER))), coordinate("w")
+    s, d = coordinate("s", velocity=1.0), coordinate("d")
     within = parse(f"if(y - 1 > 0 and y - {1 + BARRIER} < 0, 1, 0)")
     return Mechanism(
         "course",
-        coordinates=[x, y, z, w],
-        energy=Energy(kinetic=(x.dot**2 + y.dot**2 + z.dot**2 + w.dot**2) / 2, potential=G * z),
+        coordinates=[x, y, z, w, s, d],
+        energy=Energy(kinetic=sum(q.dot**2 for q in (x, y, z, w, s, d)) / 2, potential=G * z),
         forces={
             x: sum(Heaviside(TIME - a) - Heaviside(TIME - b) for a, b in PULSES),
             y: -2 * within.subs(dict.fromkeys(within.free_symbols, y)),
             w: Heaviside(z - HEIGHT),
+            d: Heaviside(-s * (s - DIP[0]) * (s - DIP[1])),
         },
         experiment=Experiment(stop_time=10.0, step=0.01),
     )
@@ -54,6 +60,7 @@ def test_no_pulse_barrier_or_graze_is_missed(exported, step: float) -> None:
     assert run["x_dot"][-1] == pytest.approx(sum(b - a for a, b in PULSES), abs=1e-12)
     assert run["y_dot"][-1] == pytest.approx(math.sqrt(9.0 - 4 * BARRIER), abs=1e-12)
     assert run["w_dot"][-1] == pytest.approx(2 * math.sqrt(2 * OVER / G), rel=1e-9)
+    assert run["d_dot"][-1] == pytest.approx(DIP[1] - DIP[0], abs=1e-12)
     assert last.tolist() == run.values[-1].tolist()
 
 

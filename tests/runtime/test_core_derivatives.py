@@ -58,8 +58,29 @@ class Probe:
         found = re.search(r"#define N_CONTINUOUS (\d+)", sources["mechanism.h"])
         assert found is not None
         self.states = int(found[1])
-        space = (ctypes.c_int * len(self.description.variables) * 2)()
-        self.shape = (self.library.probe_unknowns(space), self.library.probe_knowns(space))
+        self.unknowns, self.knowns = (self._columns(f"probe_{kind}") for kind in ("unknowns", "knowns"))
+
+    def _columns(self, function: str) -> dict[str, int]:
+        """{name: index} of the variables that the library lists."""
+        references = (ctypes.c_int * len(self.description.variables))()
+        count = getattr(self.library, function)(references)
+        name = {v.value_reference: v.name for v in reversed(self.description.variables)}
+        return {name[reference]: i for i, reference in enumerate(references[:count])}
+
+    def sizes(self, tangents: Floats) -> Floats:
+        """What knowns change by: parameters by their value, a force by what gives its coordinate a unit acceleration.
+
+        Inertias are the derivatives of momenta in ``tangents``.
+        """
+        sizes = np.ones(len(self.knowns))
+        for v in self.description.variables:
+            if v.causality == "parameter" and v.name in self.knowns:
+                sizes[self.knowns[v.name]] = abs(v.start or 1.0)
+        for q in self.description.mechanism.coordinates:
+            if f"{q.name}_dot" in self.knowns:
+                inertia = tangents[self.unknowns[f"p_{q.name}"], self.knowns[f"{q.name}_dot"]]
+                sizes[self.knowns[f"Q_{q.name}"]] = abs(inertia) or 1.0
+        return sizes
 
     def instance(self, kind: type, tolerance: float | None = None) -> FMU2Slave | FMU2Model:
         """An instance in initialization mode."""
@@ -77,7 +98,7 @@ class Probe:
 
     def jacobian(self, way: str, component: int) -> Floats | None:
         """d(unknowns)/d(knowns) by 'tangents' or 'adjoints'; None where there is none."""
-        found = np.full(self.shape, np.nan)
+        found = np.full((len(self.unknowns), len(self.knowns)), np.nan)
         place = found.ctypes.data_as(ctypes.POINTER(ctypes.c_double))
         return found if getattr(self.library, f"probe_{way}")(ctypes.c_void_p(component), place) else None
 
@@ -87,15 +108,15 @@ class Probe:
         return tuple(modes[: self.library.probe_element_modes(ctypes.c_void_p(component), modes)])
 
 
-def difference(tangents: Floats, adjoints: Floats) -> float:
-    """The greatest difference of products with random weights and seeds, relative to the sum of their terms."""
+def difference(tangents: Floats, adjoints: Floats, sizes: Floats) -> float:
+    """The greatest difference of products with random weights and seeds, relative to the sum of all derivatives.
+
+    Seeds change knowns by their ``sizes``, so that those of any unit count alike.
+    """
     random = np.random.default_rng(7)
-    greatest = 0.0
-    for _ in range(PRODUCTS):
-        weights, seed = random.normal(size=tangents.shape[0]), random.normal(size=tangents.shape[1])
-        scale = np.abs(weights) @ np.abs(tangents) @ np.abs(seed)
-        greatest = max(greatest, abs(weights @ tangents @ seed - weights @ (adjoints @ seed)) / (scale or 1.0))
-    return greatest
+    weights, seeds = (random.normal(size=(PRODUCTS, count)) for count in tangents.shape)
+    products = [np.einsum("ki,ij,kj->k", weights, matrix, seeds * sizes) for matrix in (tangents, adjoints)]
+    return float(np.abs(products[0] - products[1]).max() / (np.abs(tangents * sizes).sum() or 1.0))
 
 
 def visit(probe: Probe) -> Iterator[tuple[str, int]]:
@@ -150,7 +171,7 @@ def test_adjoints_are_the_transposed_tangents(model: str, built: Callable[[str],
         assert (tangents is None) == (adjoints is None), phase
         if tangents is not None and adjoints is not None and np.isfinite(tangents).all():
             modes.add(probe.modes(component))
-            worst[phase] = max(worst[phase], difference(tangents, adjoints))
+            worst[phase] = max(worst[phase], difference(tangents, adjoints, probe.sizes(tangents)))
     assert max(worst.values()) <= EQUAL, worst
     assert {"initialization", "step", "event", "continuous"} <= worst.keys()
     assert len(modes) > 1 or model not in SAMPLE or not probe.description.mechanism.unilaterals

@@ -60,11 +60,11 @@ static bool all_above(const double numbers[], double level) {
     return above;
 }
 
-/* Does a function that begins at 0 rise from there? The polynomial through its values may dip below 0 between them by
-   its own error, where the function rises with a high power of the time, as a gap does from which the last force has
-   vanished. */
-static bool rises(const double values[], double noise) {
-    bool positive = fabs(values[0]) <= noise;
+/* Does a function of a contact that begins at 0 rise from there, so that an early root is none? The polynomial through
+   its values may dip below 0 between the first of them by its own error, where the function rises with a high power of
+   the time, as a gap does from which the last force has vanished. Margins of switches do not rise like that. */
+static bool rises(int k, const double values[], double noise) {
+    bool positive = k >= N_SWITCHES && fabs(values[0]) <= noise;
     for (int i = 1; i < ROOT_NODES; i++) {
         positive = positive && values[i] > 0.0;
     }
@@ -80,8 +80,8 @@ static void search(const Instance *instance, double from, double width, double v
         double bernstein[ROOT_NODES];
         roots_fit(values[k], bernstein);
         const double noise = events_noise(instance, k) + rounding * fabs(roots_slope(bernstein, 0.0));
-        const bool none = all_above(bernstein, noise) || rises(values[k], noise);
-        const double root = none ? NO_ROOT : roots_first_descent(bernstein, noise);
+        double root = all_above(bernstein, noise) ? NO_ROOT : roots_first_descent(bernstein, noise);
+        root = root < ROOT_PLACES[2] && rises(k, values[k], noise) ? NO_ROOT : root;
         found->theta[k] = root <= 1.0 ? from + width * root : NO_ROOT;
         if (root <= 1.0 && (found->first < 0 || found->theta[k] < found->theta[found->first])) {
             found->first = k;
