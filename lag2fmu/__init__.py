@@ -21,6 +21,7 @@ if TYPE_CHECKING:
     from lag2fmu.mechanism import Mechanism
     from lag2fmu.reference import Trajectory
     from lag2fmu.verify import Report, linearize, simulate, validate
+    from lag2fmu.verify.plots.animation import animate
 
 _HOME = {
     "Contact": "lag2fmu.description.events",
@@ -33,6 +34,7 @@ _HOME = {
     "Stop": "lag2fmu.description.events",
     "Table": "lag2fmu.description.events",
     "Trajectory": "lag2fmu.reference",
+    "animate": "lag2fmu.verify.plots.animation",
     "derive": "lag2fmu.dynamics",
     "equilibria": "lag2fmu.analysis.entry_points",
     "export": "lag2fmu.fmu",
@@ -55,6 +57,7 @@ __all__ = [
     "Table",
     "Trajectory",
     "__version__",
+    "animate",
     "derive",
     "equilibria",
     "export",

@@ -191,6 +191,7 @@ def test_the_public_names_are_these() -> None:
         "Table",
         "Trajectory",
         "__version__",
+        "animate",
         "derive",
         "equilibria",
         "export",

@@ -153,6 +153,13 @@ def linearize(**choices: Any) -> None:
 @HOLD
 @click.option("-o", "--out", metavar="CSV", help="Write the trajectory; '-' is standard output.")
 @click.option("--plot", type=click.Path(path_type=Path), help="Draw the motion (.png, .svg, .pdf).")
+@click.option(
+    "--animate",
+    "animation",
+    type=click.Path(path_type=Path),
+    metavar="FILE",
+    help="Show the mechanism moving (.gif, .mp4, .html).",
+)
 @SET
 @BASE
 @STOPS

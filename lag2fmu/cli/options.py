@@ -48,6 +48,7 @@ FMI = click.option(
     "--fmi", type=click.Choice(["2.0", "3.0"]), help="Version of FMI of the FMU that is exported; default 2.0."
 )
 PICTURES = (".png", ".svg", ".pdf")
+ANIMATIONS = (".gif", ".mp4", ".html")
 CSV = (".csv", ".txt", "")
 
 

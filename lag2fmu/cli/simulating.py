@@ -9,19 +9,21 @@ import click
 from rich.markup import escape
 from rich.table import Table
 
-from lag2fmu.cli.options import CSV, check_ending, check_picture
+from lag2fmu.cli.options import ANIMATIONS, CSV, check_ending, check_picture
 from lag2fmu.cli.settings import echo_settings, load_mechanism
 from lag2fmu.cli.terminal import console, progress_bar
 from lag2fmu.description.names import SETTINGS
+from lag2fmu.errors import LoadError
 from lag2fmu.formats.loading import pairs_of, values_of
 from lag2fmu.language.units import Unit
 from lag2fmu.mechanism.display import display_units, named
+from lag2fmu.mechanism.record import Mechanism
 from lag2fmu.reference.trajectory import Trajectory, read_csv
 from lag2fmu.verify import entry_points
 from lag2fmu.verify.entry_points import Model
 
 
-def simulate_model(
+def simulate_model(  # noqa: PLR0913, PLR0917 (an option each)
     model: str,
     stop_time: float | None,
     step: float | None,
@@ -30,10 +32,13 @@ def simulate_model(
     hold: bool,
     out: str | None,
     plot: Path | None,
+    animation: Path | None,
     settings: tuple[str, ...],
 ) -> None:
-    """Run ``model`` and write, draw or sum up its motion; raises Lag2FmuError."""
+    """Run ``model`` and write, draw, animate or sum up its motion; raises Lag2FmuError."""
     check_picture(plot)
+    if animation is not None:
+        check_ending(animation, ANIMATIONS)
     if out not in (None, "-"):
         check_ending(Path(out), CSV)
     source, values, units = _source_and_values(model, settings)
@@ -50,14 +55,27 @@ def simulate_model(
             progress=progress,
         )
     _write(trajectory, out, units)
+    of_mechanism = {name: value for name, value in values.items() if name not in SETTINGS}
+    mechanism = entry_points.mechanism_of(source, of_mechanism) if plot or animation else None
+    if animation is not None:
+        _animate(mechanism, trajectory, animation)
     if plot is not None:
         from lag2fmu.verify.plots.figures import save
         from lag2fmu.verify.plots.motion import motion_figure
 
-        of_mechanism = {name: value for name, value in values.items() if name not in SETTINGS}
-        mechanism = entry_points.mechanism_of(source, of_mechanism)
         title = Path(model).stem if mechanism is None else mechanism.title
         save(motion_figure(title, trajectory, mechanism, signals), plot)
+
+
+def _animate(mechanism: Mechanism | None, trajectory: Trajectory, path: Path) -> None:
+    """Write the animation, with a bar; raises Lag2FmuError."""
+    from lag2fmu.verify.plots.animation import animate
+
+    if mechanism is None:
+        raise LoadError(f"'{path}': only FMUs of lag2fmu carry the mechanism that an animation draws")
+    with progress_bar("drawing", 1.0) as progress:
+        animate(mechanism, trajectory, path, progress)
+    click.echo(f"wrote {path}", err=True)
 
 
 def _source_and_values(model: str, settings: tuple[str, ...]) -> tuple[Model, dict[str, float], dict[str, Unit]]:

@@ -45,18 +45,9 @@ def layout_of(mechanism: Mechanism) -> Layout:
 
 def draw(layout: Layout) -> Scene:
     """The whole scene at the start, back to front."""
-    canvas, flat = Canvas(), layout.at_start
+    canvas = _things(layout, layout)
     if layout.shift:
-        canvas.notes.append("Coordinates are displacements: the bodies are drawn side by side.")
-    if layout.pulley is not None:
-        canvas.notes.append("Ropes and pulleys are drawn as the bodies move; they have no mass.")
-        draw_pulley(canvas, layout.pulley, flat, BOX[0])
-    _grounds(canvas, layout)
-    draw_walls(canvas, layout)
-    _links(canvas, layout, flat)
-    _bodies(canvas, layout, flat, layout.shapes)
-    _points(canvas, layout)
-    draw_forces(canvas, layout)
+        canvas.notes.insert(0, "Coordinates are displacements: the bodies are drawn side by side.")
     annotate(canvas, layout)
     return canvas.finished(layout.mechanism.title, layout.unit)
 
@@ -68,6 +59,26 @@ def posture(layout: Layout, values: Values) -> tuple[Stroke | Disc, ...]:
     _links(canvas, layout, flat)
     _bodies(canvas, layout, flat, layout.shapes_at(values, positions))
     return tuple(canvas.marks)
+
+
+def frame(layout: Layout, values: Mapping[str, float]) -> tuple[Stroke | Disc, ...]:
+    """The whole scene but for what is written, at another state, back to front: a picture of an animation."""
+    return tuple(_things(layout, layout.moved(values)).marks)
+
+
+def _things(start: Layout, layout: Layout) -> Canvas:
+    """What is there: ropes, ground and walls as at the ``start``, links, bodies, points, springs and loads."""
+    canvas, flat = Canvas(), layout.at_start
+    if layout.pulley is not None:
+        canvas.notes.append("Ropes and pulleys are drawn as the bodies move; they have no mass.")
+        draw_pulley(canvas, layout.pulley, flat, BOX[0])
+    _grounds(canvas, start)
+    draw_walls(canvas, start)
+    _links(canvas, layout, flat)
+    _bodies(canvas, layout, flat, layout.shapes)
+    _points(canvas, layout)
+    draw_forces(canvas, layout)
+    return canvas
 
 
 def _grounds(canvas: Canvas, layout: Layout) -> None:

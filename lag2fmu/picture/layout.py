@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
+from copy import copy
 from functools import cached_property
 
 import numpy as np
@@ -43,6 +45,15 @@ class Layout:
         self.pulley = self._pulley()
         self.shift = self._side_by_side()
         self.at_start = self.at(self.positions)
+
+    def moved(self, values: Mapping[str, float]) -> Layout:
+        """The same with everything at another state; view, unit and shifts stay."""
+        other = copy(self)
+        other.values = {**self.values, **values}
+        other.positions = self.skeleton.positions(other.values)
+        other.shapes = self.shapes_at(other.values, other.positions)
+        other.at_start = self.at(other.positions)
+        return other
 
     def shapes_at(self, values: Values, positions: Floats) -> dict[str, Shape]:
         """{body: its shape} at a state, with the skeleton's ``positions`` (spots, 3) there."""

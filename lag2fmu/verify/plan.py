@@ -31,6 +31,7 @@ class Run:
     alone is a spline; with ``hold`` they keep their value during a communication step. ``outputs`` are recorded
     (default: all). ``progress`` is called with the time reached, ``warned`` with each warning of the FMU (default: they
     are logged). With ``events``, co-simulation by FMI 3.0 uses event mode and early return.
+    The run begins at ``start_time`` (s), where the ``values`` hold.
     """
 
     stop_time: float | None = None
@@ -44,6 +45,7 @@ class Run:
     progress: Callable[[float], None] | None = None
     warned: Callable[[str], None] | None = None
     events: bool = False
+    start_time: float = 0.0
 
 
 @dataclass(frozen=True)
@@ -73,13 +75,14 @@ class Plan:
 def planned(description: Any, path: Path, run: Run) -> Plan:
     """What ``run`` means for the FMU ``path``; raises LoadError."""
     stop_time, step = _times(description, run.stop_time, run.step)
-    _check_times(stop_time, step)
+    _check_times(stop_time - run.start_time, step)
     scalars = scalars_of(description, path)
     all_outputs = [s.name for s in scalars.values() if s.variable.causality == "output" and not s.variable.alias]
     names = all_outputs if run.outputs is None else list(run.outputs)
     _check_known(names, list(scalars), "variable")
     _check_values(run.values or {}, scalars)
-    grid: Floats = np.minimum(step * np.arange(math.ceil(stop_time / step * (1 - 1e-9)) + 1), stop_time)
+    span = stop_time - run.start_time
+    grid: Floats = run.start_time + np.minimum(step * np.arange(math.ceil(span / step * (1 - 1e-9)) + 1), span)
     if run.inputs is None:
         return Plan(grid, names, scalars, None, None)
     known = [s.name for s in scalars.values() if s.variable.causality == "input"]
@@ -95,7 +98,7 @@ def planned(description: Any, path: Path, run: Run) -> Plan:
 def first_inputs(plan: Plan) -> dict[str, float]:
     """The inputs at the start."""
     if plan.pieces is not None:
-        return dict(zip(plan.pieces.names, plan.pieces.derivatives(0.0)[0].tolist(), strict=True))
+        return dict(zip(plan.pieces.names, plan.pieces.derivatives(float(plan.grid[0]))[0].tolist(), strict=True))
     return {} if plan.held is None else dict(zip(plan.held.names, plan.held.values[0].tolist(), strict=True))
 
 

@@ -27,7 +27,7 @@ MOST_STEPS = 20_000
 
 
 def simulate_fmu(path: Path, run: Run) -> Trajectory:
-    """Run the FMU ``path`` from 0 to the stop time and record the outputs every step, in SI units.
+    """Run the FMU ``path`` from its start time to the stop time and record the outputs every step, in SI units.
 
     Between communication points inputs go on by their derivatives, in co-simulation, or as functions of time; an FMU
     that does not take derivatives gets them held. Raises LoadError for unknown names and SimulationError with the FMU's
@@ -94,7 +94,7 @@ def _steps3(instance: Instance, run: Run, plan: Plan) -> tuple[Floats, Floats]:
     values = whole({**(run.values or {}), **first_inputs(plan)}, plan.scalars)
     apply_start_values(fmu, description, values, settable=settable_in_instantiated)
     tolerance = _tolerance(instance, run)
-    fmu.enterInitializationMode(tolerance=tolerance, startTime=0.0, stopTime=float(plan.grid[-1]))
+    fmu.enterInitializationMode(tolerance=tolerance, startTime=float(plan.grid[0]), stopTime=float(plan.grid[-1]))
     fmu.exitInitializationMode()
     return co_simulation(fmu, run, plan)
 
@@ -131,7 +131,9 @@ def _initialize(instance: Instance, run: Run, plan: Plan) -> None:
     from fmpy.simulation import apply_start_values, settable_in_initialization_mode, settable_in_instantiated
 
     fmu, description = instance.fmu, instance.description
-    fmu.setupExperiment(tolerance=_tolerance(instance, run), startTime=0.0, stopTime=float(plan.grid[-1]))
+    fmu.setupExperiment(
+        tolerance=_tolerance(instance, run), startTime=float(plan.grid[0]), stopTime=float(plan.grid[-1])
+    )
     values = {**(run.values or {}), **first_inputs(plan)}
     values = apply_start_values(fmu, description, values, settable=settable_in_instantiated)
     fmu.enterInitializationMode()
@@ -183,9 +185,9 @@ def _by_fmpy(instance: Instance, run: Run, plan: Plan) -> tuple[Floats, Floats]:
         result = fmpy.simulate_fmu(
             instance.folder,
             validate=False,
-            start_time=0.0,
+            start_time=float(plan.grid[0]),
             stop_time=float(plan.grid[-1]),
-            output_interval=float(plan.grid[1]),
+            output_interval=float(plan.grid[1] - plan.grid[0]),
             relative_tolerance=run.tolerance,
             fmi_type=_FMI_TYPES[run.kind],
             start_values=whole(start, plan.scalars),

@@ -67,6 +67,12 @@ class Task:
         q = [c.name for c in self.mechanism.coordinates]
         return [*q, *map(names.velocity, q), *(z.name for z in self.mechanism.states)]
 
+    @property
+    def settable(self) -> list[str]:
+        """Those of ``states`` that have a start value in the FMU: what has no mass follows from the others."""
+        follows = {c.coordinate for c in self.mechanism.constraints if c.massless}
+        return [name for name in self.states if name not in follows | {names.velocity(str(q)) for q in follows}]
+
     def further(self, run: Trajectory) -> dict[str, Floats]:
         """The further states along a ``run``, by name: (k,) each."""
         return {z.name: run[z.name] for z in self.mechanism.states}

@@ -1,10 +1,6 @@
 """The FMU against the direct integration of the same mechanism, on paths that share nothing but the record.
 
-Bars: errors are relative to max(range, nominal) of each coordinate, velocity and further state. Two runs whose starts
-differ by 1e-8 drift apart by the amplification A(t), in units of the motion; an error of the solver grows alike, and a
-long vibration adds one for every radian: ``Reference.growth``. The bar is 100 growth tolerance. The comparison ends
-where that exceeds 1e-2: from there on the motion is chaotic at this tolerance. A comparison that ends before FEWEST of
-the run is none, and fails.
+What the bars are, and how the rest of a chaotic run is compared, stands in ``comparison``.
 """
 
 from __future__ import annotations
@@ -13,7 +9,6 @@ from collections.abc import Callable, Iterator, Mapping, Sequence
 from pathlib import Path
 
 import numpy as np
-from numpy.typing import NDArray
 
 from lag2fmu.description import names
 from lag2fmu.dynamics.lagrange import complete, derive
@@ -26,6 +21,16 @@ from lag2fmu.reference.integrate import integrate, remedy_of_jumps
 from lag2fmu.reference.record import Reference
 from lag2fmu.reference.trajectory import Trajectory
 from lag2fmu.solvers.methods import METHODS
+from lag2fmu.verify.comparison import (
+    SAFETY,
+    compare,
+    extent_check,
+    extent_note,
+    horizon_of,
+    on_grid,
+    own_error,
+    windows_after,
+)
 from lag2fmu.verify.hybrid import comparable, extent, has_rows, row_checks, row_outputs
 from lag2fmu.verify.instances import description_of, has_event_mode, offers_model_exchange
 from lag2fmu.verify.invariants import action_note, drift_checks, hamilton_checks
@@ -35,7 +40,6 @@ from lag2fmu.verify.report import Check, Report
 from lag2fmu.verify.simulate import problems, simulate_fmu
 from lag2fmu.verify.task import ROUNDING, Floats, Task
 
-SAFETY, CHAOS, FEWEST = 100.0, 1e-2, 1e-2
 DIRECT = "direct integration"
 SHARE = 0.8
 """About this part of the time goes to the direct integration."""
@@ -71,14 +75,15 @@ def validate_fmu(
     for label, kind, step, events in _plan(task):
         reference = references.of(step)
         runs[label] = run = _run(task, kind, step, events, warnings.setdefault(label, []).append)
-        if step <= _horizon(task, reference) * (1 + 1e-9):  # else only the start could be compared
-            checks.append(_compare(task, label, run, reference))
+        if step <= horizon_of(task, reference) * (1 + 1e-9):  # else only the start could be compared
+            checks.append(compare(task, label, run, reference))
         if (kind, step, events) == ("co-simulation", task.steps[1], False):
             energy = _energy_checks(task, run, reference)
             analysis, analysis_notes = _analysis(task, run, reference)
+    windows = windows_after(task, references.of(task.steps[1]), references.window)
     checks += [
-        *extent_check(task, reference),
-        *extent(task, reference, _horizon(task, reference)),
+        *extent_check(task, reference, windows),
+        *extent(task, reference, horizon_of(task, reference)),
         *energy,
         *analysis,
         *_constraint_checks(task, runs, reference),
@@ -86,13 +91,12 @@ def validate_fmu(
         *([] if has_rows(task.mechanism) else pointwise_checks(task, reference)),
     ]
     own = "of runs at two tolerances; growth taken out"
-    checks.append(
-        Check("direct integration, own error", _own_error(task, reference), SAFETY * task.tolerance / 10, own)
-    )
+    checks.append(Check("direct integration, own error", own_error(task, reference), SAFETY * task.tolerance / 10, own))
+    note = extent_note(task, reference, windows)
     return Report(
         title=f"{mechanism.title}: FMU against direct integration, {task.stop_time:g} s, tolerance {task.tolerance:g}",
         checks=tuple(checks),
-        notes=(*_notes(task, reference), *analysis_notes, *_solver_notes(task, warnings)),
+        notes=(*_notes(task, reference), *([note] if note else []), *analysis_notes, *_solver_notes(task, warnings)),
         coordinates=tuple(c.name for c in mechanism.coordinates),
         trajectories={DIRECT: reference.trajectory, **runs},
         units=display_units(mechanism),
@@ -119,6 +123,7 @@ class _References:
         self._task, self._progress = task, progress
         self._found: dict[float, Reference] = {}
         self._count = len(task.steps) if task.holds else 1
+        self._rtol = max(1e-13, min(1e-10, 1e-3 * task.tolerance))
 
     def of(self, step: float) -> Reference:
         """The one for a communication ``step`` (s)."""
@@ -131,9 +136,14 @@ class _References:
                 self._progress(SHARE * (done + share) / self._count)
 
             grid, driving = task.grid(step), task.driving(step)
-            rtol = max(1e-13, min(1e-10, 1e-3 * task.tolerance))
-            self._found[step] = integrate(task.mechanism, grid, inputs=driving, rtol=rtol, progress=reached)
+            self._found[step] = integrate(task.mechanism, grid, inputs=driving, rtol=self._rtol, progress=reached)
         return self._found[step]
+
+    def window(self, times: Floats, starts: Mapping[str, float]) -> Reference:
+        """The one at ``times`` (k,) in s, with these values of the states at the first of them."""
+        task = self._task
+        driving = task.driving(task.steps[1])
+        return integrate(task.mechanism, times, starts=starts, inputs=driving, rtol=self._rtol)
 
 
 def _run(task: Task, kind: Kind, step: float, events: bool, warned: Callable[[str], None]) -> Trajectory:
@@ -163,28 +173,7 @@ def _run(task: Task, kind: Kind, step: float, events: bool, warned: Callable[[st
         raise SimulationError(f"{error}; {remedy}" if remedy else str(error)) from error
 
 
-# ------------------------------------------------------------------------------------------------------- trajectories
-
-
-def _horizon(task: Task, reference: Reference) -> float:
-    """The time (s) until which trajectories can be compared at this tolerance."""
-    bar = SAFETY * reference.growth * task.tolerance
-    return float(reference.trajectory.time[bar <= CHAOS][-1]) if bar[0] <= CHAOS else 0.0
-
-
-def _own_error(task: Task, reference: Reference) -> float:
-    """The error that the direct integration estimates of itself, amplification taken out, until the horizon."""
-    weighed = reference.relative_error / reference.growth
-    compared = comparable(task, reference) & (reference.trajectory.time <= _horizon(task, reference))
-    return float(weighed[compared].max(initial=0.0))
-
-
-def _on_grid(reference: Reference, time: Floats) -> NDArray[np.intp]:
-    """The rows of the reference at ``time``; raises SimulationError if a time is not on its grid."""
-    rows = np.searchsorted(reference.trajectory.time, time - 1e-9 * max(1.0, float(time[-1])))
-    if not np.allclose(reference.trajectory.time[rows], time, rtol=1e-9, atol=1e-12):
-        raise SimulationError("the communication points of the FMU are not those of the direct integration")
-    return rows
+# ---------------------------------------------------------------------------------------------------------- what holds
 
 
 def _laws_checks(task: Task, runs: dict[str, Trajectory], references: _References) -> list[Check]:
@@ -194,39 +183,8 @@ def _laws_checks(task: Task, runs: dict[str, Trajectory], references: _Reference
     reference = references.of(task.steps[1])
     of_it = {label: run for label, run in runs.items() if not task.holds or label.endswith(f"{task.steps[1]:.3g} s")}
     return list(
-        row_checks(task, of_it, reference, {label: _on_grid(reference, run.time) for label, run in of_it.items()})
+        row_checks(task, of_it, reference, {label: on_grid(reference, run.time) for label, run in of_it.items()})
     )
-
-
-def _compare(task: Task, label: str, run: Trajectory, reference: Reference) -> Check:
-    """The largest error of q, qd and further states, amplification taken out, until the horizon."""
-    rows = _on_grid(reference, run.time)
-    scales = np.array([reference.scales[name] for name in task.states])
-    errors = np.abs(run.columns(task.states) - reference.trajectory.columns(task.states)[rows]) / scales
-    weighed = errors.max(axis=1) / reference.growth[rows]
-    compared = (run.time <= _horizon(task, reference)) & comparable(task, reference)[rows]
-    if not compared.any():
-        return Check(label, 1.0, 0.0, "no time can be compared; take a sharper --tolerance")
-    worst, column = np.unravel_index(np.argmax(errors[compared]), errors[compared].shape)
-    return Check(
-        label,
-        float(weighed[compared].max()),
-        SAFETY * task.tolerance,
-        f"largest error {errors[compared][worst, column]:.1e} of {task.states[column]} "
-        f"at t = {run.time[compared][worst]:.3g} s",
-    )
-
-
-def extent_check(task: Task, reference: Reference) -> Iterator[Check]:
-    """That trajectories were compared at all, for those of which next to nothing was."""
-    horizon = _horizon(task, reference)
-    if horizon < FEWEST * task.stop_time:
-        early = float(reference.growth[np.searchsorted(reference.trajectory.time, FEWEST * task.stop_time)])
-        detail = (
-            f"the comparison ends at t = {horizon:.3g} s: errors grow {early:.1e} times within 1 % of the run, beyond "
-            f"{CHAOS:g} at tolerance {task.tolerance:g}; take a sharper --tolerance or a shorter --stop-time"
-        )
-        yield Check("trajectories, share not compared", 1 - horizon / task.stop_time, 1 - FEWEST, detail)
 
 
 def _constraint_checks(task: Task, runs: Mapping[str, Trajectory], reference: Reference) -> Iterator[Check]:
@@ -279,11 +237,11 @@ def _energy_checks(task: Task, run: Trajectory, reference: Reference) -> list[Ch
     checks = [] if has_rows(task.mechanism) else [pointwise]  # forces of contacts do work too
     if task.holds and any(motion.name in inputs for motion in task.mechanism.motions):
         return checks  # held motions jump at communication points, and h jumps with them
-    rows = _on_grid(reference, run.time)
+    rows = on_grid(reference, run.time)
     h, work = run["generalized_energy"], reference.work[rows]
     size = max(float(np.abs(h).max()), float(np.ptp(h)), float(np.ptp(work)), *_sizes(reference), 1e-300)
     drift = np.abs(h - h[0] - work + work[0]) / size / reference.growth[rows]
-    compared = (run.time <= _horizon(task, reference)) & comparable(task, reference)[rows]
+    compared = (run.time <= horizon_of(task, reference)) & comparable(task, reference)[rows]
     drift = np.where(compared, drift, 0.0)
     worst = int(np.argmax(drift))
     detail = f"largest drift at t = {run.time[worst]:.3g} s"
@@ -311,8 +269,8 @@ def _analysis(task: Task, run: Trajectory, reference: Reference) -> tuple[list[C
         ]
     if task.inputs is not None:
         return [], ["Conserved quantities and Hamilton's equations are compared in runs without inputs only."]
-    equations, horizon = derive(task.mechanism), _horizon(task, reference)
-    rows = _on_grid(reference, run.time)
+    equations, horizon = derive(task.mechanism), horizon_of(task, reference)
+    rows = on_grid(reference, run.time)
     checks, notes = hamilton_checks(equations, reference, horizon, SAFETY * task.tolerance)
     drifts = drift_checks(equations, run, reference, rows, horizon, SAFETY * task.tolerance)
     return [*drifts, *checks], [*notes, action_note(equations, reference)]
@@ -332,7 +290,6 @@ def _solver_notes(task: Task, warnings: Mapping[str, Sequence[str]]) -> list[str
 
 def _notes(task: Task, reference: Reference) -> list[str]:
     amplification = float(reference.amplification[-1])
-    horizon = _horizon(task, reference)
     notes = [
         "Errors are relative to max(range, nominal) and divided by the amplification of start perturbations, "
         f"which reaches {amplification:.3g}.",
@@ -340,8 +297,4 @@ def _notes(task: Task, reference: Reference) -> list[str]:
     ]
     if not offers_model_exchange(task.path):
         notes.append("The FMU offers co-simulation only.")
-    if horizon < task.stop_time * (1 - 1e-9):
-        longer = [f"{step:.3g} s" for step in task.steps if step > horizon * (1 + 1e-9)]
-        beyond = f", and runs with a communication step of {' or '.join(longer)} not at all" if longer else ""
-        notes.append(f"Chaotic at this tolerance: trajectories are compared until t = {horizon:.4g} s only{beyond}.")
     return notes

@@ -7,17 +7,18 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from sympy import Heaviside, Rational, cos, sign, sin, sympify
+from sympy import Heaviside, Rational, cos, sign, sin, symbols, sympify, tanh
 
 import lag2fmu
 from lag2fmu.errors import ExportError, LoadError, MechanismError, SimulationError
 from lag2fmu.formats.loading import load, with_values
 from lag2fmu.language.expressions import TIME
-from lag2fmu.mechanism import Body, Energy, Experiment, Mechanism, coordinate, signal
+from lag2fmu.mechanism import Body, Energy, Experiment, Force, Mechanism, coordinate, signal
 from lag2fmu.reference import Trajectory, integrate
 from lag2fmu.verify import Report
+from lag2fmu.verify.comparison import extent_check
 from lag2fmu.verify.task import Task
-from lag2fmu.verify.validate import extent_check, validate_fmu
+from lag2fmu.verify.validate import validate_fmu
 
 pytestmark = pytest.mark.fmu
 
@@ -199,6 +200,7 @@ def test_a_chaotic_motion_is_compared_as_long_as_that_means_something(tmp_path) 
     wild = {"theta1": 2.6, "theta2": 2.9}
     report = lag2fmu.validate("double_pendulum", values=wild, stop_time=20.0)
     assert report.passed, str(report)
+    assert any(check.name.startswith("co-simulation in windows") for check in report.checks)
     (note,) = [note for note in report.notes if "Chaotic" in note]
     horizon = float(note.split("t = ")[1].split()[0])
     assert 1.0 < horizon < 10.0
@@ -207,6 +209,20 @@ def test_a_chaotic_motion_is_compared_as_long_as_that_means_something(tmp_path) 
     difference = np.abs(run["theta1"] - direct.interpolated(run.time)["theta1"])
     assert difference[run.time < horizon].max() < 1e-2
     assert difference.max() > 0.5, "afterwards the motions have nothing in common"
+
+
+def test_the_rest_of_a_chaotic_run_is_compared_in_windows(exported) -> None:
+    """A torque that acts from t = 4 s on, long after the horizon, is found."""
+    wild = with_values(load("double_pendulum"), {"theta1": 2.6, "theta2": 2.9})
+    law = sin(symbols("theta1", real=True)) / 50 * (1 + tanh(20 * (TIME - 4))) / 2
+    late = replace(wild, strict_units=False, forces=(Force("theta1", law),))
+    found = validate_fmu(late, exported(wild).path, stop_time=6.0)
+    rows = {check.name: check for check in found.checks}
+    assert all(rows[name].passed for name in rows if name.startswith("co-simulation, step"))
+    assert not rows["co-simulation in windows, step 0.01 s"].passed
+    (note,) = [note for note in found.notes if "Chaotic" in note]
+    assert float(note.split("t = ")[1].split()[0]) < 3.0
+    assert float(note.split("%")[0].split()[-1]) > 90
 
 
 @pytest.mark.slow
