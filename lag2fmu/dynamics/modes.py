@@ -130,10 +130,10 @@ def _modes(graph: Graph, rows: Rows) -> Modes:
 def sliding_forces(graph: Graph, rows: Rows, modes: Modes) -> tuple[Node, ...]:
     """The forces of the frictional rows that slide, along their directions.
 
-    Of one slip -direction mu N. Of two slips w -mu N w/|w|, where the direction d that the mode began with is added to w:
-    it tells the way as long as the speed is about 0. Behind the point where w.d is 0, at which the mode ends, the sign
-    turns: what slides through rest is smooth there, and the end can be located. Of a dry friction -direction times its
-    force.
+    Of one slip -direction mu N. Of two slips w -mu N w/|w|, where the direction d that the mode began with is added to
+    w: it tells the way as long as the speed is about 0. Behind the point where w.d is 0, at which the mode ends, the
+    sign turns: what slides through rest is smooth there, and the end can be located. Of a dry friction -direction times
+    its force.
     """
     found: list[Node] = []
     first = len(rows.slips)
