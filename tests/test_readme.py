@@ -89,5 +89,5 @@ def test_what_docs_show_in_python_runs(
     monkeypatch.chdir(tmp_path)
     text = (ROOT / "docs" / f"{name}.md").read_text("utf-8")
     (code,) = re.findall(r"```python\n(.*?)```", text, re.DOTALL)
-    exec(code, {})  # noqa: S102 (our own documentation)
+    exec(code, {})
     assert capsys.readouterr().out.startswith(shown)
