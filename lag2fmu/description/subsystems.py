@@ -37,7 +37,11 @@ class Part:
     """
 
     name: str
-    of: Any = key("mechanism", "Instead of a file: the tables of the mechanism.", default=None)
+    of: Any = key(
+        "mechanism",
+        "Instead of a file: the tables of the mechanism, or the name of a part before that is the same.",
+        default=None,
+    )
     file: str | Path | None = key(
         "file", "The mechanism, a .toml or .urdf file beside this one or below.", default=None, compare=False
     )

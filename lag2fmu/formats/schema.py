@@ -40,7 +40,7 @@ VALUES: dict[str, Schema] = {
     "rotations": {"type": "array", "items": _PAIR},
     "file": {"type": "string"},
     "settings": {"type": "object", "additionalProperties": _EXPRESSION},
-    "mechanism": {"$ref": "#"},
+    "mechanism": {"anyOf": [{"$ref": "#"}, {"type": "string"}]},
     "columns": {"type": "array", "items": _COLUMN, "minItems": 1},
     "units": {"type": "array", "items": {"type": "string"}, "minItems": 1},
 }

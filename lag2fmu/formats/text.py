@@ -8,13 +8,15 @@ from __future__ import annotations
 
 import re
 import sys
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from decimal import Decimal
 from pathlib import Path
 from typing import Any
 
 from lag2fmu.description.keys import keys_of
+from lag2fmu.description.names import suggestion
 from lag2fmu.description.parts import KINDS
+from lag2fmu.description.places import WORLD
 from lag2fmu.description.record import Description, table_keys
 from lag2fmu.description.subsystems import Part
 from lag2fmu.description.symbols import Coordinate, start_or_guess
@@ -70,7 +72,7 @@ def read(text: str, where: str) -> Mechanism:
         raise TextError(f"{where}: has {len(text)} characters; a mechanism of more than {MAX_BYTES} is not read")
     try:
         path = Path(where)
-        return complete(_description(_parse_toml(text), Surroundings(path.parent, files=(path.absolute(),))))
+        return complete(_description(_parse_toml(text), Surroundings(path.parent, files=(path.absolute(),), known={})))
     except MechanismError as error:
         raise TextError(f"{where}: {error}") from error
 
@@ -133,7 +135,7 @@ def _named(root: TomlTable, name: str, kind: type) -> list[object]:
     """A part for each of the sub-tables."""
     parts = root.table(name)
     subs = {label: parts.table(label, NAMED[name]) for label in parts.content}
-    return [_part(kind, sub, label) for label, sub in subs.items()]
+    return _parts(subs) if kind is Part else [_part(kind, sub, label) for label, sub in subs.items()]
 
 
 def _expressions(root: TomlTable, name: str, kind: type) -> list[object]:
@@ -173,8 +175,6 @@ def _part(part: type, table: TomlTable, *label: str, **more: str) -> object:
 
 def _values(part: type, table: TomlTable) -> dict[str, Any]:
     """Field -> value of the keys in ``table``, and of those numbers whose default counts in the unit of the part."""
-    if part is Part:
-        return _of_part(table)
     keys = keys_of(part)
     for name, known in keys.items():
         if known.required:
@@ -208,23 +208,40 @@ def _starts(values: dict[str, Any], where: str) -> dict[str, Any]:
 # ----------------------------------------------------------------------------------------------------------- parts
 
 
-def _of_part(table: TomlTable) -> dict[str, Any]:
-    """Field -> value of a part. The numbers of its settings are in the units that its mechanism declares."""
-    file, content = table.file("file"), table.content
+def _parts(tables: Mapping[str, TomlTable]) -> list[object]:
+    """The parts of a mechanism. The numbers of their settings are in the units that their mechanisms declare."""
+    found: dict[str, Part] = {}
+    for name, table in tables.items():
+        file, of = table.file("file"), _mechanism_of(table, found)
+        settings = table.table("set")
+        known = settable(of) if settings.content and of is not None else {}
+        found[name] = Part(
+            name,
+            of,
+            file,
+            {setting: _setting(settings, setting, known.get(setting)) for setting in settings.content},
+            table.names("share") or (),
+            table.text("parent", WORLD) or WORLD,
+        )
+    return list(found.values())
+
+
+def _mechanism_of(table: TomlTable, before: Mapping[str, Part]) -> Description | None:
+    """What the part is that ``table`` describes: a file, tables, or the same as a part ``before``."""
+    file, of = table.file("file"), table.content.get("of")
+    if table.where.count(".of.") >= MAX_FILES:
+        raise TextError(f"{table.where[:60]}...: parts of parts are nested deeper than {MAX_FILES}")
     if file is not None:
-        of: Any = _mechanism_in(file, table)
-    else:
-        of = _description(content["of"], table.around, table.place("of")) if "of" in content else None
-    found: dict[str, Any] = {"of": of, "file": file, "share": table.names("share") or ()}
-    if "parent" in content:
-        found["parent"] = table.text("parent")
-    settings = table.table("set")
-    known = settable(of) if settings.content and of is not None else {}
-    found["set"] = {name: _setting(settings, name, known.get(name)) for name in settings.content}
-    return found
+        return _mechanism_in(file, table)
+    if isinstance(of, str):
+        if of not in before:
+            raise TextError(f"{table.place('of')}: there is no part '{of}' before this one; {suggestion(of, before)}")
+        same: Description = before[of].of
+        return same
+    return None if of is None else _description(of, table.around, table.place("of"))
 
 
-def _setting(settings: TomlTable, name: str, of: Settable | None) -> object:
+def _setting(settings: TomlTable, name: str, of: Settable | None) -> Any:
     """A number in the unit of what it is ``of``, in SI; or an expression."""
     if isinstance(settings.content[name], str) or of is None:
         return settings.expression(name)
@@ -240,10 +257,13 @@ def _mechanism_in(file: Path, table: TomlTable) -> Description:
         listed = " -> ".join(path.name for path in files)
         circle = "is in a circle" if file.absolute() in table.around.files else "is nested too deeply"
         raise TextError(f"{place}: '{file.name}' {circle}: {listed}; leave out one of these parts")
+    around = Surroundings(file.parent, files=files, known=table.around.known)
     try:
-        if file.suffix == ".urdf":
-            return robot(file).description
-        return _description(_parse_toml(_text_in(file)), Surroundings(file.parent, files=files))
+        if file not in around.known:
+            around.known[file] = (
+                robot(file).description if file.suffix == ".urdf" else _description(_parse_toml(_text_in(file)), around)
+            )
+        return around.known[file]
     except (MechanismError, LoadError) as error:
         text = str(error)
         raise TextError(f"{place}: {text if text.startswith(str(file)) else f'{file}: {text}'}") from error

@@ -11,6 +11,7 @@ from typing import Any, NamedTuple
 import sympy as sp
 
 from lag2fmu.description.names import suggestion
+from lag2fmu.description.record import Description
 from lag2fmu.errors import TextError, UnitError
 from lag2fmu.language.parser import parse
 from lag2fmu.language.units import Unit, parse_unit
@@ -21,12 +22,14 @@ MAX_EXPONENT, MAX_BITS, MAX_NUMBER = 330, 1024, 1600
 class Surroundings(NamedTuple):
     """What a text is read in: the ``folder`` of files that it names, and the ``tables`` that expressions may call.
 
-    ``files`` are those of mechanisms that are being read, the first one that of the whole.
+    ``files`` are those of mechanisms that are being read, the first one that of the whole; ``known`` are those that
+    have been read, {file: Description}, each once.
     """
 
     folder: Path = Path()
     tables: tuple[str, ...] = ()
     files: tuple[Path, ...] = ()
+    known: dict[Path, Description] = {}  # noqa: RUF012 (every text that is read has its own)
 
 
 class TomlTable:

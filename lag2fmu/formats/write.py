@@ -40,18 +40,26 @@ def _blocks(d: Description, prefix: str = "") -> Iterator[str]:
     yield _table(f"{prefix}mechanism", _values(d))
     for name, of in table_keys().items():
         content = getattr(d, name)
-        yield from _FORMS[of.form](prefix + name, content if of.many else [content] if content is not None else [])
+        write_all = _of_parts if of.part is Part else _FORMS[of.form]
+        yield from write_all(prefix + name, content if of.many else [content] if content is not None else [])
 
 
 # ----------------------------------------------------------------------------------------------------------- tables
 
 
 def _sub_tables(name: str, parts: Iterable[Any]) -> list[str]:
-    blocks = []
+    return [_table(f"{name}.{label_of(part)}", _values(part), needed=True) for part in parts]
+
+
+def _of_parts(name: str, parts: Iterable[Part]) -> list[str]:
+    """Each part and behind it the tables of its mechanism, unless a part before has the same one."""
+    blocks, before = [], list[Part]()
     for part in parts:
-        where = f"{name}.{label_of(part)}"
-        blocks.append(_table(where, _values(part), needed=True))
-        blocks += _blocks(part.of, f"{where}.of.") if isinstance(part, Part) else ()
+        same = next((other.name for other in before if other.of == part.of), None)
+        values = {"of": None if same is None else _string(same), **_values(part)}
+        blocks.append(_table(f"{name}.{part.name}", values, needed=True))
+        blocks += _blocks(part.of, f"{name}.{part.name}.of.") if same is None else ()
+        before.append(part)
     return blocks
 
 
@@ -97,6 +105,8 @@ def _values(part: Any) -> Values:
     written: dict[str, str | None] = {}
     for name, known in keys_of(part).items():
         value = getattr(part, known.field)
+        if known.kind == "mechanism":
+            continue
         if name in special:
             written[name] = special[name]
         elif known.kind == "number":
@@ -122,7 +132,7 @@ def _special(part: Any, unit: Unit) -> Values:
             "nominal": _difference(part.nominal, unit) if part.nominal_from == "given" else None,
         }
     if isinstance(part, Part):
-        return {"file": None, "of": None, "set": _settings(part) if part.set else None}  # the mechanism follows
+        return {"file": None, "set": _settings(part) if part.set else None}  # the mechanism follows
     if isinstance(part, Table):
         return {"file": None}  # what it held stands in the columns, so that the text needs no other file
     if isinstance(part, Output) and part.quantity in QUANTITIES and part.unit == QUANTITIES[part.quantity][2]:

@@ -3,10 +3,18 @@
 Bars: errors are relative to max(range, nominal) of each coordinate, velocity and further state. Two runs whose starts
 differ by 1e-8 drift apart by the amplification A(t), in units of the motion; an error of the solver grows alike, and a
 long vibration adds one for every radian: ``Reference.growth``. The bar is 100 growth tolerance. The comparison ends
-where that exceeds 1e-2: from there on the motion is chaotic at this tolerance, and ``windows`` goes on.
+where that exceeds 1e-2: from there on the motion is chaotic at this tolerance, two right runs have nothing in common.
+
+So the rest of the run is compared in windows of half that length: the FMU starts from the state that the direct
+integration has there, and so does a direct integration of the window, which knows how errors grow in it. Contacts and
+dry friction have modes that no start value gives; there the run has to be comparable by itself.
 """
 
 from __future__ import annotations
+
+import math
+from collections.abc import Callable, Iterator, Mapping
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -14,11 +22,19 @@ from numpy.typing import NDArray
 from lag2fmu.errors import SimulationError
 from lag2fmu.reference.record import Reference
 from lag2fmu.reference.trajectory import Trajectory
-from lag2fmu.verify.hybrid import comparable
+from lag2fmu.verify.hybrid import comparable, has_rows
+from lag2fmu.verify.plan import Run
 from lag2fmu.verify.report import Check
+from lag2fmu.verify.simulate import simulate_fmu
 from lag2fmu.verify.task import Floats, Task
 
 SAFETY, CHAOS = 100.0, 1e-2
+Integration = Callable[[Floats, Mapping[str, float]], Reference]
+"""(times in s, states at the first of them) -> the direct integration from there."""
+MOST_WINDOWS = 20
+"""Windows that are further apart than they are long make the comparison a sample of the rest of the run."""
+FEWEST = 0.1
+"""The least part of a run that has to be compared."""
 
 
 def horizon_of(task: Task, reference: Reference) -> float:
@@ -58,4 +74,107 @@ def compare(task: Task, label: str, run: Trajectory, reference: Reference) -> Ch
         SAFETY * task.tolerance,
         f"largest error {errors[compared][worst, column]:.1e} of {task.states[column]} "
         f"at t = {run.time[compared][worst]:.3g} s",
+    )
+
+
+# ------------------------------------------------------------------------------------------------------------ windows
+
+
+@dataclass(frozen=True)
+class Windows:
+    """The comparisons in windows: ``worst`` of them, how many there are, and the time (s) they cover in all."""
+
+    worst: Check | None = None
+    count: int = 0
+    covered: float = 0.0
+
+
+def windows_after(task: Task, reference: Reference, integrated: Integration) -> Windows:
+    """The windows of the run beyond the horizon, in co-simulation with the middle communication step.
+
+    They are ``integrated`` from states of the ``reference``.
+    """
+    step, horizon = task.steps[1], horizon_of(task, reference)
+    grid = task.grid(step)
+    first = int(np.searchsorted(grid, horizon * (1 + 1e-9), side="right")) - 1
+    if has_rows(task.mechanism) or first + 1 >= len(grid):
+        return Windows()
+    length = max(1, first // 2)
+    count = min(MOST_WINDOWS, math.ceil((len(grid) - 1 - first) / length))
+    begins = np.unique(np.linspace(first, max(first, len(grid) - 1 - length), count).astype(int))
+    label = f"co-simulation in windows, step {step:.3g} s"
+    found: list[tuple[Check, float]] = []
+    for begin in begins:
+        starts = _states_at(task, reference, float(grid[begin]))
+        if starts is not None:
+            direct = integrated(grid[begin : begin + length + 1], starts)
+            found += _window(task, label, starts, replace(direct, scales=reference.scales))
+    checks = [check for check, _ in found]
+    worst = max(checks, key=lambda check: (not check.passed, check.value), default=None)
+    covered = min(sum(time for _, time in found), task.stop_time - horizon)
+    return Windows(worst, len(found), covered)
+
+
+def _states_at(task: Task, reference: Reference, time: float) -> dict[str, float] | None:
+    """The states at ``time`` (s); None where they lie beyond the bounds of start values."""
+    row = int(np.searchsorted(reference.trajectory.time, time - 1e-9 * task.stop_time))
+    found = {name: float(reference.trajectory[name][row]) for name in task.states}
+    for c in task.mechanism.coordinates:
+        if not (c.minimum is None or c.minimum <= found[c.name]) or not (
+            c.maximum is None or found[c.name] <= c.maximum
+        ):
+            return None
+    return found
+
+
+def _window(task: Task, label: str, starts: Mapping[str, float], direct: Reference) -> Iterator[tuple[Check, float]]:
+    """The comparison with ``direct`` and the time (s) it covers; none where errors grow too much in the first step."""
+    times = direct.trajectory.time
+    horizon = horizon_of(task, direct)
+    if horizon > times[0]:
+        options = Run(
+            start_time=float(times[0]),
+            stop_time=float(times[-1]),
+            step=task.steps[1],
+            tolerance=task.tolerance,
+            values={name: starts[name] for name in task.settable},
+            inputs=task.inputs,
+            hold=task.hold,
+            outputs=task.states,
+        )
+        yield compare(task, label, simulate_fmu(task.path, options), direct), horizon - float(times[0])
+
+
+def extent_check(task: Task, reference: Reference, windows: Windows | None = None) -> Iterator[Check]:
+    """That trajectories were compared at all, for runs of which next to nothing was; and the windows."""
+    windows = windows or Windows()
+    if windows.worst is not None:
+        yield windows.worst
+    horizon = horizon_of(task, reference)
+    compared = horizon + windows.covered
+    if compared < FEWEST * task.stop_time:
+        times = reference.trajectory.time
+        early = float(reference.growth[times <= FEWEST * task.stop_time][-1])
+        detail = (
+            f"the comparison ends at t = {horizon:.3g} s: errors grow {early:.1e} times within {FEWEST:.0%} of the run,"
+            f" beyond {CHAOS / SAFETY / task.tolerance:.1g} at tolerance {task.tolerance:g}; "
+            "take a sharper --tolerance or a shorter --stop-time"
+        )
+        yield Check("trajectories, share not compared", 1 - compared / task.stop_time, 1 - FEWEST, detail)
+
+
+def extent_note(task: Task, reference: Reference, windows: Windows) -> str:
+    """A sentence on which part of the run was compared; empty if all of it was."""
+    horizon = horizon_of(task, reference)
+    if horizon >= task.stop_time * (1 - 1e-9):
+        return ""
+    longer = [f"{step:.3g} s" for step in task.steps if step > horizon * (1 + 1e-9)]
+    beyond = f", and runs with a communication step of {' or '.join(longer)} not at all" if longer else ""
+    note = f"Chaotic at this tolerance: trajectories are compared until t = {horizon:.4g} s only{beyond}"
+    if not windows.count:
+        return f"{note}."
+    share = (horizon + windows.covered) / task.stop_time
+    return (
+        f"{note}; from there on in {windows.count} windows that start from the direct integration, {share:.0%} of the "
+        "run in all."
     )

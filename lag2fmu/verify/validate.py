@@ -1,6 +1,6 @@
 """The FMU against the direct integration of the same mechanism, on paths that share nothing but the record.
 
-What the bars are stands in ``comparison`` and, for the rest of a chaotic run, in ``windows``.
+What the bars are, and how the rest of a chaotic run is compared, stands in ``comparison``.
 """
 
 from __future__ import annotations
@@ -21,7 +21,16 @@ from lag2fmu.reference.integrate import integrate, remedy_of_jumps
 from lag2fmu.reference.record import Reference
 from lag2fmu.reference.trajectory import Trajectory
 from lag2fmu.solvers.methods import METHODS
-from lag2fmu.verify.comparison import SAFETY, compare, horizon_of, on_grid, own_error
+from lag2fmu.verify.comparison import (
+    SAFETY,
+    compare,
+    extent_check,
+    extent_note,
+    horizon_of,
+    on_grid,
+    own_error,
+    windows_after,
+)
 from lag2fmu.verify.hybrid import comparable, extent, has_rows, row_checks, row_outputs
 from lag2fmu.verify.instances import description_of, has_event_mode, offers_model_exchange
 from lag2fmu.verify.invariants import action_note, drift_checks, hamilton_checks
@@ -30,7 +39,6 @@ from lag2fmu.verify.pointwise import pointwise_checks
 from lag2fmu.verify.report import Check, Report
 from lag2fmu.verify.simulate import problems, simulate_fmu
 from lag2fmu.verify.task import ROUNDING, Floats, Task
-from lag2fmu.verify.windows import extent_check, extent_note, windows_after
 
 DIRECT = "direct integration"
 SHARE = 0.8
@@ -72,7 +80,7 @@ def validate_fmu(
         if (kind, step, events) == ("co-simulation", task.steps[1], False):
             energy = _energy_checks(task, run, reference)
             analysis, analysis_notes = _analysis(task, run, reference)
-    windows = windows_after(task, references.of(task.steps[1]))
+    windows = windows_after(task, references.of(task.steps[1]), references.window)
     checks += [
         *extent_check(task, reference, windows),
         *extent(task, reference, horizon_of(task, reference)),
@@ -115,6 +123,7 @@ class _References:
         self._task, self._progress = task, progress
         self._found: dict[float, Reference] = {}
         self._count = len(task.steps) if task.holds else 1
+        self._rtol = max(1e-13, min(1e-10, 1e-3 * task.tolerance))
 
     def of(self, step: float) -> Reference:
         """The one for a communication ``step`` (s)."""
@@ -127,9 +136,14 @@ class _References:
                 self._progress(SHARE * (done + share) / self._count)
 
             grid, driving = task.grid(step), task.driving(step)
-            rtol = max(1e-13, min(1e-10, 1e-3 * task.tolerance))
-            self._found[step] = integrate(task.mechanism, grid, inputs=driving, rtol=rtol, progress=reached)
+            self._found[step] = integrate(task.mechanism, grid, inputs=driving, rtol=self._rtol, progress=reached)
         return self._found[step]
+
+    def window(self, times: Floats, starts: Mapping[str, float]) -> Reference:
+        """The one at ``times`` (k,) in s, with these values of the states at the first of them."""
+        task = self._task
+        driving = task.driving(task.steps[1])
+        return integrate(task.mechanism, times, starts=starts, inputs=driving, rtol=self._rtol)
 
 
 def _run(task: Task, kind: Kind, step: float, events: bool, warned: Callable[[str], None]) -> Trajectory:

@@ -11,7 +11,7 @@
 #define EXPORT __attribute__((visibility("default")))
 
 enum { INSTANTIATED = 1, INITIALIZATION = 2, EVENT = 4, CONTINUOUS = 8, STEP = 16, TERMINATED = 32, ANY = 63 };
-enum { TIME, X, RATE, U, K, F, Y, Z, MODE, COUNT, SEVEN, N_REFERENCES };
+enum { TIME, X, RATE, U, K, F, Y, Z, MODE, COUNT, SEVEN, TICK, N_REFERENCES };
 
 typedef struct {
     char token[sizeof TOKEN];
@@ -19,6 +19,7 @@ typedef struct {
     int64_t mode;
     int32_t count;
     int state;
+    bool ticks;
 } Memory;
 
 typedef struct {
@@ -235,7 +236,7 @@ static void read(const Instance *self, fmi3ValueReference vr, double out[])
 
 static bool is_float(fmi3ValueReference vr)
 {
-    return vr < N_REFERENCES && ((vr != MODE && vr != COUNT) || fault("ANY_TYPE"));
+    return vr < N_REFERENCES && ((vr != MODE && vr != COUNT && vr != TICK) || fault("ANY_TYPE"));
 }
 
 EXPORT fmi3Status fmi3GetFloat64(fmi3Instance instance, const fmi3ValueReference vr[], size_t n, fmi3Float64 value[],
@@ -350,8 +351,7 @@ NONE(Set, Int64, const)
 #define V const fmi3ValueReference vr[], size_t n
 REFUSED(GetBinary, "-", V, size_t sizes[], fmi3Binary value[], size_t count)
 REFUSED(SetBinary, "-", V, const size_t sizes[], const fmi3Binary value[], size_t count)
-REFUSED(GetClock, "ANY_REFERENCE", V, fmi3Clock value[])
-REFUSED(SetClock, "-", V, const fmi3Clock value[])
+REFUSED(SetClock, "SET_CLOCK", V, const fmi3Clock value[])
 REFUSED(GetIntervalDecimal, "INTERVAL", V, fmi3Float64 a[], fmi3IntervalQualifier b[])
 REFUSED(GetIntervalFraction, "-", V, fmi3UInt64 a[], fmi3UInt64 b[], fmi3IntervalQualifier c[])
 REFUSED(GetShiftDecimal, "-", V, fmi3Float64 a[])
@@ -361,6 +361,17 @@ REFUSED(SetIntervalFraction, "-", V, const fmi3UInt64 a[], const fmi3UInt64 b[])
 REFUSED(SetShiftDecimal, "-", V, const fmi3Float64 a[])
 REFUSED(SetShiftFraction, "-", V, const fmi3UInt64 a[], const fmi3UInt64 b[])
 REFUSED(ActivateModelPartition, "PARTITION", fmi3ValueReference clock, fmi3Float64 time)
+
+EXPORT fmi3Status fmi3GetClock(fmi3Instance instance, const fmi3ValueReference vr[], size_t n, fmi3Clock value[])
+{
+    SELF;
+    ALLOW(EVENT | INITIALIZATION);
+    for (size_t i = 0; i < n; i++) {
+        DEMAND(vr[i] == TICK || fault("ANY_REFERENCE"), "no clock has this value reference");
+        value[i] = self->m.ticks;
+    }
+    return fmi3OK;
+}
 
 EXPORT fmi3Status fmi3EvaluateDiscreteStates(fmi3Instance instance)
 {
@@ -550,6 +561,7 @@ EXPORT fmi3Status fmi3UpdateDiscreteStates(fmi3Instance instance, fmi3Boolean *a
     ALLOW(EVENT);
     int64_t mode = m->x[0] > 0.5 ? 1 : 2;
     *again = fault("EVENT_LOOP") || (mode != m->mode && m->time > m->start);
+    m->ticks = *again || fault("CLOCK_STAYS");
     m->count += mode != m->mode;
     m->mode = mode;
     *end = *nominals = false;

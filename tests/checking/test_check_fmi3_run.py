@@ -67,6 +67,11 @@ XML = """<?xml version="1.0" encoding="UTF-8"?>
 </fmiModelDescription>
 """
 
+CLOCKED = XML.replace(
+    "</ModelVariables>",
+    '<Clock name="tick" valueReference="11" causality="output" intervalVariability="triggered"/></ModelVariables>',
+).replace("<ContinuousState", '<Output valueReference="11" dependencies="1"/><ContinuousState', 1)
+
 RULES = {
     "VERSION": "version",
     "NO_INSTANCE": "refused",
@@ -153,7 +158,7 @@ ACCEPTED = {
 }
 """Fault -> a forbidden call that is accepted, and how severe that is."""
 
-Tried = Callable[[str, bool], list[Finding]]
+Tried = Callable[..., list[Finding]]
 
 
 @pytest.fixture(scope="module")
@@ -170,10 +175,10 @@ def library(tmp_path_factory: pytest.TempPathFactory) -> Path:
 @pytest.fixture
 def tried(library: Path, monkeypatch: pytest.MonkeyPatch) -> Tried:
     """``tried(fault, forbidden)``: what is found with ``fault`` in both kinds, by forbidden calls or by all others."""
-    description = FMI3.describe(read_document(XML.encode()))
 
-    def run(fault: str, forbidden: bool) -> list[Finding]:
+    def run(fault: str, forbidden: bool, xml: str = XML) -> list[Finding]:
         monkeypatch.setenv("FAULT", fault)
+        description = FMI3.describe(read_document(xml.encode()))
         return [
             finding
             for kind in ("ModelExchange", "CoSimulation")
@@ -199,6 +204,24 @@ def test_calls_that_should_be_refused(fault: str, tried: Tried) -> None:
     what, severity = ACCEPTED[fault]
     found = {f.problem: f.severity for f in tried(fault, True) if f.rule == "illegal-call"}
     assert found.get(f"{what} is answered as if it were right") == severity
+
+
+def test_clocks(tried: Tried) -> None:
+    """An FMU with a clock is run with Event Mode; the clock tells of events, and of nothing else."""
+    assert tried("", False, CLOCKED) + tried("", True, CLOCKED) == []
+    assert {f.rule for f in tried("CLOCK_STAYS", False, CLOCKED)} == {"clock-active"}
+    found = {f.problem for f in tried("SET_CLOCK", True, CLOCKED)}
+    assert found == {"setting a clock that is no input is answered as if it were right"}
+
+
+def test_functions_of_a_library(library: Path, tmp_path: Path) -> None:
+    """Every function of the standard is exported, also those of features that the FMU lacks."""
+    (folder,) = FMI3.hosts()
+    data = library.read_bytes().replace(b"fmi3GetShiftDecimal", b"fmi3GetShiftDecimaX")
+    files = {DESCRIPTION: XML.encode(), "documentation/index.html": b"<p>", f"binaries/{folder}/{library.name}": data}
+    found = check_fmu(written(files, tmp_path / "faulty.fmu"), run=False).findings
+    assert {f.rule for f in found} == {"binary-functions", "binary-exports"}
+    assert any("does not export fmi3GetShiftDecimal of" in f.problem for f in found)
 
 
 def test_in_a_process_of_its_own(library: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:

@@ -200,7 +200,7 @@ def sorted_parameters(text: str) -> str:
 def test_a_mechanism_is_the_same_as_a_part(name: str) -> None:
     """Contacts, frictions, tables, states, motions, joints, frames: the C of the equations, which has no names."""
     alone = load(name)
-    kept = {key: getattr(alone, key) for key in ("title", "source", "experiment", "strict_units", "impacts")}
+    kept = {key: getattr(alone, key) for key in ("title", "source", "experiment", "strict_units")}
     whole = Mechanism(alone.name, parts=[Part("some", alone)], **kept)
     (sources, expected) = (described(mechanism)[1] for mechanism in (whole, alone))
     differing = {file for file in sources if sources[file].replace("some_", "") != expected[file]}
@@ -320,6 +320,16 @@ def test_the_text_needs_no_other_file(folder: Callable[..., Path], tmp_path: Pat
     assert [part.name for part in again.description.parts] == ["left"]
 
 
+def test_parts_that_are_the_same_are_written_once(folder: Callable[..., Path]) -> None:
+    parts = '[parts.a]\nfile = "leg.toml"\n[parts.b]\nof = "a"\nset = { l = 300 }\n[parts.c]\nfile = "leg.toml"\n'
+    found = read_file(folder(whole='[mechanism]\nname = "w"\n[gravity]\nacceleration = 9.81\n' + parts, leg=LEG))
+    assert [p.value for p in found.parameters if p.name.endswith("_l")] == [0.5, 0.3, 0.5]
+    text = write(found)
+    assert text.count("bodies.thigh") == 1
+    assert text.count('of = "a"') == 2
+    assert read(text, "again") == found
+
+
 def test_parts_of_parts(folder: Callable[..., Path]) -> None:
     """Names are joined, settings reach through, joints close loops between frames of different parts."""
     pair = '[mechanism]\nname = "pair"\n[parameters]\ng = { value = 9.81, unit = "m/s2" }\n'
@@ -410,6 +420,7 @@ FAULTS = {
         r"parts\.left\.file: .*bad\.toml: bodies\.b\.mas: unknown key; did you mean 'mass'",
     ),
     "undefined": ('file = "far.toml"', r"parts\.left \(far\.toml\): bodies\.b\.mass: undefined symbol 'M'"),
+    "sooner": ('of = "right"', r"parts\.left\.of: there is no part 'right' before this one"),
     "nothing": ("", r"parts\.left: there is no mechanism; give 'file'"),
     "both": ('file = "leg.toml"\nof = {}', r"parts\.left: 'of' and 'file' exclude each other"),
     "key": ('file = "leg.toml"\nsets = {}', r"parts\.left\.sets: unknown key; did you mean 'set'"),
@@ -466,6 +477,23 @@ def test_what_is_wrong_is_named_with_both_places(fault: str, folder: Callable[..
     with pytest.raises(TextError) as caught:
         read_file(path)
     assert re.match(rf"{re.escape(str(path))}: .*?{expected}", str(caught.value)), str(caught.value)
+
+
+def test_small_texts_that_grow_are_refused_soon(folder: Callable[..., Path]) -> None:
+    """Files with a hundred parts each that have a hundred parts each, and tables in tables."""
+    files = {
+        f"f{i}": f'[mechanism]\nname = "f{i}"\n'
+        + "".join(f'[parts.p{k}]\nfile = "f{i + 1}.toml"\n' for k in range(100))
+        for i in range(6)
+    }
+    with pytest.raises(TextError, match=r"parts: there are 1010101010100 with those of parts; at most 1000 are read"):
+        read_file(folder(**files, f6=LEG))
+    deep = '[mechanism]\nname = "deep"\n[parts]\na = ' + '{ of = { mechanism = { name = "x" }, parts = { a = ' * 60
+    with pytest.raises(TextError, match="nested deeper than 8"):
+        read(deep + "{}" + "} } }" * 60, "deep.toml")
+    chain = {f"g{i}": f'[mechanism]\nname = "g"\n[parts.p]\nfile = "g{i + 1}.toml"\n' for i in range(12)}
+    with pytest.raises(TextError, match=r"'g8\.toml' is nested too deeply: g0\.toml -> g1\.toml"):
+        read_file(folder(**chain))
 
 
 def test_other_faults() -> None:

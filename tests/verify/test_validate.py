@@ -16,9 +16,9 @@ from lag2fmu.language.expressions import TIME
 from lag2fmu.mechanism import Body, Energy, Experiment, Force, Mechanism, coordinate, signal
 from lag2fmu.reference import Trajectory, integrate
 from lag2fmu.verify import Report
+from lag2fmu.verify.comparison import extent_check
 from lag2fmu.verify.task import Task
 from lag2fmu.verify.validate import validate_fmu
-from lag2fmu.verify.windows import extent_check
 
 pytestmark = pytest.mark.fmu
 

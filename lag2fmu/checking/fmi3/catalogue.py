@@ -14,6 +14,7 @@ from lag2fmu.checking.fmi3.events import (
 )
 from lag2fmu.checking.fmi3.illegal import ANY
 from lag2fmu.checking.fmi3.illegal_own import OWN
+from lag2fmu.checking.fmi3.ticks import ticking
 from lag2fmu.checking.fmi3.trials import (
     after_the_end,
     before_initialization,
@@ -34,6 +35,7 @@ _OWN: dict[str, Trial] = {
     "results of steps": step_results,
     "Event Mode": event_mode,
     "events of model exchange": events_of_exchange,
+    "clocks": ticking,
     "FMU state in every state": saved_in_every_state,
     "reset in every state": reset_everywhere,
     "intermediate update": intermediate_update,

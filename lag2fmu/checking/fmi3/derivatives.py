@@ -18,7 +18,7 @@ _BAR = 1e-3
 _ADJOINT_BAR = 1e-9
 """Adjoint and directional derivatives must agree to this, relative to the sum of the products' sizes."""
 _ROUNDING = 1e-12
-"""What cancels in them may remain to this, relative to the greatest of all."""
+"""What cancels in them may remain to this, relative to the greatest of all and to 1."""
 
 
 @dataclass(frozen=True)
@@ -239,7 +239,7 @@ def _products(
     products = [[a * b for a, b in zip(row, seed, strict=True)] for row in rows]
     greatest = max((sum(map(abs, terms)) for terms in products), default=0.0)
     for i, (terms, own) in enumerate(zip(products, given, strict=True)):
-        bar = _ADJOINT_BAR * (sum(map(abs, terms)) + abs(own)) + _ROUNDING * greatest
+        bar = _ADJOINT_BAR * (sum(map(abs, terms)) + abs(own)) + _ROUNDING * max(greatest, 1.0)
         if not abs(own - sum(terms)) <= bar:
             rule = "adjoint" if function == "GetAdjointDerivative" else "directional"
             problem = f"in {place.mode}, element {i + 1} of fmi3{function} is {own:.10g}, not {sum(terms):.10g}"

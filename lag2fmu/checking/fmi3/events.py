@@ -31,7 +31,7 @@ def step_results(model: Model3) -> Iterator[Finding]:
         manners += [Manner(events=True), Manner(events=True, early=True)]
     for manner in manners:
         with model.session(manner=manner) as session:
-            for done in _advanced(session.start(), _MOST_EVENTS):
+            for done in advanced(session.start(), _MOST_EVENTS):
                 if found := next(_step_findings(model, manner, done), None):
                     yield found
                     break
@@ -39,7 +39,7 @@ def step_results(model: Model3) -> Iterator[Finding]:
                     session.handle()
 
 
-def _advanced(session: Session3, events: int) -> Iterator[Step]:
+def advanced(session: Session3, events: int) -> Iterator[Step]:
     """Steps of co-simulation until there were some ``events``, the run ends, or time is up."""
     begun = monotonic()
     for _ in range(_MOST_CALLS):
@@ -128,11 +128,12 @@ def event_mode(model: Model3) -> Iterator[Finding]:
     with model.session(manner=manner) as session:
         session.start().steps(1)
         session.instance.do("EnterEventMode")
+        entered = _states(session)
         first = session.rest()
         if first.next_defined and first.next_time < session.time - 1e-9 * model.step:
             problem = f"the next time event is at {first.next_time:.17g} s, before t = {session.time:.17g} s"
             yield Finding("next-event", model.kind, problem, "give a time to come")
-        yield from _second_iteration(session)
+        yield from _second_iteration(session, entered)
         for v in model.of("input"):
             if v.type == "Float64":
                 session.instance.set(v.type, v.reference, session.get(v))
@@ -140,10 +141,10 @@ def event_mode(model: Model3) -> Iterator[Finding]:
         session.steps(1)
 
 
-def _second_iteration(session: Session3) -> Iterator[Finding]:
+def _second_iteration(session: Session3, entered: list[float]) -> Iterator[Finding]:
     """An iteration after events have come to rest changes nothing and says so."""
     if session.model.kind == "ModelExchange":
-        found, again = _iteration_findings(session, _states(session))
+        found, again = _iteration_findings(session, entered)
         if found is not None:
             yield found
     else:
@@ -188,7 +189,7 @@ def _go_to(session: Session3, place: str) -> None:
     elif place == "Event Mode":
         session.start().steps(2)
         if session.model.kind == "CoSimulation":
-            for _ in _advanced(session, 1):
+            for _ in advanced(session, 1):
                 pass
         session.instance.do("EnterEventMode")
 

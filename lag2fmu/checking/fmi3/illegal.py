@@ -14,6 +14,7 @@ from lag2fmu.checking.findings import Severity
 from lag2fmu.checking.fmi3.binding import ELEMENTS, Instance3, Manner
 from lag2fmu.checking.fmi3.description import Variable3
 from lag2fmu.checking.fmi3.session import Session3
+from lag2fmu.checking.fmi3.ticks import own_clocks
 from lag2fmu.checking.illegal import Call, plain, unused
 
 BEFORE, INITIALIZATION, RUN, END = "Instantiated", "Initialization Mode", "run", "Terminated"
@@ -49,6 +50,15 @@ def _unknown_reference(verb: str, type_: str, session: Session3) -> int:
 def _unknown_clock(session: Session3) -> int:
     which = references([unused(session.model.description)])
     return at_place(session, INITIALIZATION).instance.status("GetClock", which, 1, (c_bool * 1)())
+
+
+def _set_own_clock(session: Session3) -> int | None:
+    """A clock that the FMU alone activates, in Event Mode."""
+    clocks = own_clocks(session.model)
+    if not clocks or not session.has_events:
+        return None
+    session.start().instance.do("EnterEventMode")
+    return session.instance.status("SetClock", references([clocks[0].reference]), 1, (c_bool * 1)(True))
 
 
 def first(session: Session3, causality: str, variability: str = "") -> Variable3 | None:
@@ -191,6 +201,7 @@ ANY: dict[str, tuple[Call, Severity]] = {
         for type_ in ("Float64", "Int64")
     },
     "reading a clock whose value reference does not exist": (_unknown_clock, "error"),
+    "setting a clock that is no input": (_set_own_clock, "warning"),
     "reading a Float64 by fmi3GetInt32": (_other_type, "error"),
     "reading more values than there are elements": (partial(_wrong_count, "Get", 1), "error"),
     "reading fewer values than there are elements": (partial(_wrong_count, "Get", -1), "error"),

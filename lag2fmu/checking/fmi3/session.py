@@ -57,8 +57,8 @@ class Model3(Model):
 
     @property
     def usual(self) -> Manner:
-        """What an importer of few abilities asks for: Event Mode only where there are clocks, which need it."""
-        clocks = any(v.type == "Clock" for v in self.description.variables)
+        """What an importer of few abilities asks for: Event Mode only where there are clocks to connect."""
+        clocks = any(v.type == "Clock" and v.causality != "local" for v in self.description.variables)
         return Manner(events=clocks and self.can("hasEventMode"))
 
     def instance(self, key: str | None = None, name: str = "check", manner: Manner | None = None) -> Instance3:

@@ -30,6 +30,7 @@ INTERFACE = Interface(
             **_DERIVATIVES,
             "canHandleVariableCommunicationStepSize": "true",
             "maxOutputDerivativeOrder": "2",
+            "recommendedIntermediateInputSmoothness": "3",
             "providesIntermediateUpdate": "true",
             "mightReturnEarlyFromDoStep": "true",
             "canReturnEarlyAfterIntermediateUpdate": "true",
@@ -62,7 +63,8 @@ def to_xml(description: ModelDescription) -> bytes:
     add_experiment(root, description)
     variables = ET.SubElement(root, "ModelVariables")
     reference = {v.name: str(i) for i, port in enumerate(description.ports) for v in port.members}
-    jumps = bool(description.mechanism.unilaterals or description.mechanism.constraints)
+    mechanism = description.mechanism
+    jumps = bool(mechanism.unilaterals or mechanism.latches or mechanism.constraints)
     for i, port in enumerate(description.ports):
         _variable(variables, port, str(i), reference, jumps)
     _structure(root, description.ports)
