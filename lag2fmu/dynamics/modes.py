@@ -130,8 +130,10 @@ def _modes(graph: Graph, rows: Rows) -> Modes:
 def sliding_forces(graph: Graph, rows: Rows, modes: Modes) -> tuple[Node, ...]:
     """The forces of the frictional rows that slide, along their directions.
 
-    Of one slip -direction mu N. Of two slips w -mu N w/|w|, where the direction that the mode began with is added to w:
-    it tells the way as long as the speed is about 0. Of a dry friction -direction times its force.
+    Of one slip -direction mu N. Of two slips w -mu N w/|w|, where the direction d that the mode began with is added to
+    w: it tells the way as long as the speed is about 0. Behind the point where w.d is 0, at which the mode ends, the
+    sign turns: what slides through rest is smooth there, and the end can be located. Of a dry friction -direction times
+    its force.
     """
     found: list[Node] = []
     first = len(rows.slips)
@@ -143,8 +145,9 @@ def sliding_forces(graph: Graph, rows: Rows, modes: Modes) -> tuple[Node, ...]:
             at = first + len(found)
             slips = zip(rows.velocities[at : at + 2], begun, strict=True)
             w = [graph.add(slip, graph.multiply(small, way)) for slip, way in slips]
-            speed = graph.apply("sqrt", graph.dot(w, w))
-            begun = tuple(graph.divide(entry, speed) for entry in w)
+            along = graph.dot(w, begun)
+            size = graph.apply("sqrt", graph.multiply(graph.dot(w, w), graph.multiply(along, along)))
+            begun = tuple(graph.divide(graph.multiply(entry, along), size) for entry in w)
         found += [graph.negate(graph.multiply(way, largest)) for way in begun]
     for force in rows.sliding:
         found.append(graph.negate(graph.multiply(modes.directions[len(found)], force)))

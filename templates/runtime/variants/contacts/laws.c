@@ -76,19 +76,19 @@ double laws_limit(const Laws *laws, const double x[], int k) {
     return laws->base[k] + (normal >= 0 ? laws->slope[k] * fmax(x[normal], 0.0) : 0.0);
 }
 
-/* What solving all rows together leaves in a row of its own, as a size whose part OBEYED it is. */
+/* What solving all rows together leaves in a row of its own. */
 static double noise(const Laws *laws, const double x[]) {
     double greatest = 0.0;
     for (int k = 0; k < laws->size; k++) {
         greatest = fmax(greatest, terms(laws, x, k));
     }
-    return ROUNDING / OBEYED * greatest;
+    return ROUNDING * greatest;
 }
 
-static bool law_obeyed(const Laws *laws, const double x[], const double w[], double least_size, int k) {
-    double size = least_size + terms(laws, x, k);
+static bool law_obeyed(const Laws *laws, const double x[], const double w[], double rounding, int k) {
+    double size = terms(laws, x, k);
     if (laws->width[k] == 0) {
-        const double least = -OBEYED * size;
+        const double least = -OBEYED * size - rounding;
         return x[k] >= least && w[k] >= least && fmin(x[k], w[k]) <= -least;
     }
     size += laws->width[k] == 2 ? terms(laws, x, k + 1) : 0.0;
@@ -99,10 +99,10 @@ static bool law_obeyed(const Laws *laws, const double x[], const double w[], dou
 bool laws_obeyed(const Laws *laws, const double x[]) {
     double w[MOST_ACTIVE];
     bool obeyed = true;
-    const double least_size = noise(laws, x);
+    const double rounding = noise(laws, x);
     laws_evaluate(laws, x, w);
     for (int k = 0; k < laws->size && obeyed; k++) {
-        obeyed = law_obeyed(laws, x, w, least_size, k);
+        obeyed = law_obeyed(laws, x, w, rounding, k);
     }
     return obeyed;
 }

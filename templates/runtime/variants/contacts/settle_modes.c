@@ -10,6 +10,10 @@
 
 enum { N = N_COORDINATES, K = N_CONSTRAINTS, MOST_REPETITIONS = 200 };
 
+/* So many times the tolerance, in units of a velocity that is as good as 0, is what errors leave of a slip in space that
+   comes to rest: 10 tolerances of the greatest velocity. */
+static const double LOOSE = 1e11;
+
 /* A contact or dry friction that is due to slide holds less than the least that makes it slide, by this part: more than
    the laws count as rounding. */
 static const double GIVES_WAY = 1e-6;
@@ -28,7 +32,7 @@ static bool slips_at_rest(const Settling *settling, int contact) {
     const State *state = &settling->instance->state;
     const int first = SLIP_ROWS[contact], count = SLIP_ROWS[contact + 1] - first;
     const double least = settling_least_speed(settling, first);
-    const double loose = least + 10.0 * solver_tolerance(state) * row_size(&settling->rows, first);
+    const double loose = least * (1.0 + LOOSE * solver_tolerance(state));
     const bool comes = settling_due(settling, 2 * contact + 1) && !contact_sticks(state, contact);
     return slip_speed(settling, contact) <= (comes && count == 2 ? loose : least);
 }
