@@ -31,6 +31,8 @@ FAMILIES = [
     ("coupled_masses", {"n": "9"}),
     ("particles", {"n": "5"}),
 ]
+IN_TIME = FAMILIES[1:3]
+"""Those that 'make test' compares; it compares the first member of every family."""
 
 
 UNDECIDED = frozenset(("newtons_cradle",))
@@ -46,6 +48,8 @@ HYBRID = frozenset(
     }
 )
 """Compared in 'make test-all': their closed forms in tests/gallery stand for them in 'make test'."""
+OF_EACH_KIND = frozenset(("rk4", "radau5", "verlet"))
+"""Solvers that 'make test' compares beside the default: of fixed steps, implicit, variational."""
 COMPARED = [name for name in bundled() if name not in UNDECIDED]
 
 
@@ -67,7 +71,10 @@ def test_the_fmu_agrees_at_a_sharp_tolerance(model: str, exported) -> None:
     assert report.passed, str(report)
 
 
-@pytest.mark.parametrize(("model", "arguments"), FAMILIES)
+@pytest.mark.parametrize(
+    ("model", "arguments"),
+    [case if case in IN_TIME else pytest.param(*case, marks=pytest.mark.slow) for case in FAMILIES],
+)
 def test_members_of_families_agree(model: str, arguments: dict[str, str], exported) -> None:
     report = lag2fmu.validate(exported(model, **arguments))
     assert report.passed, str(report)
@@ -78,7 +85,13 @@ def integrated_once(mechanism: Mechanism, times: tuple[float, ...], rtol: float)
     return integrate(mechanism, times, rtol=rtol)
 
 
-@pytest.mark.parametrize("solver", sorted(set(SMOOTH_METHODS) - {"dopri5"}))
+@pytest.mark.parametrize(
+    "solver",
+    [
+        pytest.param(name, marks=() if name in OF_EACH_KIND else pytest.mark.slow)
+        for name in sorted(set(SMOOTH_METHODS) - {"dopri5"})
+    ],
+)
 def test_the_fmu_agrees_with_other_solvers(solver: str, exported, monkeypatch) -> None:
     """All with the same direct integration."""
     validating = import_module("lag2fmu.verify.validate")

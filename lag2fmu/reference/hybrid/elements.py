@@ -40,6 +40,40 @@ class Rows:
     static: Floats
 
 
+@dataclass(frozen=True)
+class _Rows:
+    """The expressions of rows: gaps (u,), slips of each contact, speeds under dry friction (f,), latches (l,)."""
+
+    gaps: list[sp.Expr]
+    slips: list[list[sp.Expr]]
+    rubbing: list[sp.Expr]
+    held: list[sp.Expr]
+    holonomic: list[bool]
+
+    @classmethod
+    def of(cls, composition: FrozenComposition) -> _Rows:
+        """Those of a mechanism."""
+        m, written = composition.mechanism, composition.written
+        return cls(
+            gaps=[written(c.gap) for c in m.unilaterals],
+            slips=[[written(x) for x in c.slips] for c in m.unilaterals],
+            rubbing=[written(f.on) for f in m.frictions],
+            held=[written(latch.expression) for latch in m.latches],
+            holonomic=[latch.holonomic for latch in m.latches],
+        )
+
+    def velocities(self, composition: FrozenComposition) -> list[sp.Expr]:
+        """The velocities of all rows, (k,): of gaps, slips, dry frictions, latches."""
+        approach = map(composition.rate, self.gaps)
+        slipping = (x for pair in self.slips for x in pair)
+        latched = (composition.rate(x) if h else x for h, x in zip(self.holonomic, self.held, strict=True))
+        return [*approach, *slipping, *self.rubbing, *latched]
+
+    def positions(self) -> list[sp.Expr]:
+        """What latches hold, (l,): 0 for those that hold velocities."""
+        return [x if h else sp.S.Zero for h, x in zip(self.holonomic, self.held, strict=True)]
+
+
 class Elements:
     """The functions of the elements of a mechanism, of the ``energies`` that are composed with frozen kinks."""
 
@@ -47,46 +81,46 @@ class Elements:
         composition, mechanism = energies.composition, energies.mechanism
         assert isinstance(composition, FrozenComposition)
         self._constants, self.n = energies.constants, energies.n
-        unilaterals, frictions = mechanism.unilaterals, mechanism.frictions
-        self.contacts = [c.name for c in unilaterals]
-        self.frictions = [f.name for f in frictions]
-        s, written = composition.symbols, composition.written
-        arguments = (TIME, *s.q, *s.qd, *s.inputs, *s.parameters)
-        gaps = [written(c.gap) for c in unilaterals]
-        slips = [[written(x) for x in c.slips] for c in unilaterals]
-        velocities = [*map(composition.rate, gaps), *(x for pair in slips for x in pair)]
-        velocities += [written(f.on) for f in frictions]
-        held = [written(latch.expression) for latch in mechanism.latches]
-        self.holonomic = [latch.holonomic for latch in mechanism.latches]
-        velocities += [composition.rate(x) if h else x for h, x in zip(self.holonomic, held, strict=True)]
-        positions = [x if h else sp.S.Zero for h, x in zip(self.holonomic, held, strict=True)]
-        firsts = len(gaps) + np.cumsum([0, *(len(pair) for pair in slips)])
-        self.slip_rows = [np.arange(a, b) for a, b in pairwise(firsts)]
-        self.friction_rows = np.arange(firsts[-1], firsts[-1] + len(frictions))
-        self.u, self.f, self.k = len(gaps), len(frictions), len(velocities)
+        self.contacts = [c.name for c in mechanism.unilaterals]
+        self.frictions = [f.name for f in mechanism.frictions]
         self.latches = [latch.name for latch in mechanism.latches]
-        self.latch_rows = list(range(self.k - len(held), self.k))
-        gamma = accelerations_without_qdd(composition, velocities)
-        laws = [written(x) for c in unilaterals for x in (c.restitution, c.friction, c.static_friction)]
-        self._function = compiled(
-            arguments, [*gaps, *positions, *velocities, *gamma, *gradients(s.qd, velocities), *laws]
-        )
+        rows = _Rows.of(composition)
+        velocities = rows.velocities(composition)
+        self.holonomic = rows.holonomic
+        firsts = len(rows.gaps) + np.cumsum([0, *map(len, rows.slips)])
+        self.slip_rows = [np.arange(a, b) for a, b in pairwise(firsts)]
+        self.friction_rows = np.arange(firsts[-1], firsts[-1] + len(rows.rubbing))
+        self.u, self.f, self.k = len(rows.gaps), len(rows.rubbing), len(velocities)
+        self.latch_rows = list(range(self.k - len(rows.held), self.k))
         self.sides = len(composition.kinks.sides)
-        margins = [*composition.kinks.margins, *(written(latch.while_) for latch in mechanism.latches)]
-        self._events = compiled(arguments, [*margins, *gaps, *velocities])
-        forces = [symbol(names.multiplier(c.name)) for c in mechanism.constraints]
-        forces += [symbol(name) for name in self.force_names]
-        capacities = [written(x) for f in frictions for x in (f.force, f.force if f.static is None else f.static)]
-        self.load_dependent = any(x.free_symbols & set(forces) for x in capacities)
-        self._capacities = compiled(
-            (*arguments[: len(arguments) - len(s.parameters)], *forces, *s.parameters), capacities
-        )
-        qdd = [symbol(names.acceleration(c.name)) for c in mechanism.coordinates]
-        self.f_states = len(composition.further)
-        of_states = (*arguments[: len(arguments) - len(s.parameters)], *qdd, *forces, *s.parameters)
-        self._further = compiled(of_states, composition.further)
-        self._damping = compiled(arguments, [composition.damper_power()])
         self._first_side = len(energies.constants) - self.sides
+        self._compile_rows(composition, rows, velocities)
+        self._compile_forces(composition)
+
+    def _compile_rows(self, composition: FrozenComposition, rows: _Rows, velocities: list[sp.Expr]) -> None:
+        """What depends on a state alone: the rows with their laws, the margins of events, the power of dampers."""
+        s, m, written = composition.symbols, composition.mechanism, composition.written
+        arguments = (TIME, *s.q, *s.qd, *s.inputs, *s.parameters)
+        laws = [written(x) for c in m.unilaterals for x in (c.restitution, c.friction, c.static_friction)]
+        gamma = accelerations_without_qdd(composition, velocities)
+        slopes = gradients(s.qd, velocities)
+        self._function = compiled(arguments, [*rows.gaps, *rows.positions(), *velocities, *gamma, *slopes, *laws])
+        margins = [*composition.kinks.margins, *(written(latch.while_) for latch in m.latches)]
+        self._events = compiled(arguments, [*margins, *rows.gaps, *velocities])
+        self._damping = compiled(arguments, [composition.damper_power()])
+
+    def _compile_forces(self, composition: FrozenComposition) -> None:
+        """What may depend on forces: how much dry friction bears, and the further states."""
+        s, m = composition.symbols, composition.mechanism
+        forces = [symbol(names.multiplier(c.name)) for c in m.constraints] + [symbol(x) for x in self.force_names]
+        bearing = ((f.force, f.force if f.static is None else f.static) for f in m.frictions)
+        capacities = [composition.written(x) for pair in bearing for x in pair]
+        self.load_dependent = any(x.free_symbols & set(forces) for x in capacities)
+        state = (TIME, *s.q, *s.qd, *s.inputs)
+        self._capacities = compiled((*state, *forces, *s.parameters), capacities)
+        qdd = [symbol(names.acceleration(c.name)) for c in m.coordinates]
+        self.f_states = len(composition.further)
+        self._further = compiled((*state, *qdd, *forces, *s.parameters), composition.further)
 
     @property
     def force_names(self) -> list[str]:
