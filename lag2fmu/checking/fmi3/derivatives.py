@@ -173,7 +173,7 @@ def _listed(model: Model3, place: Place) -> dict[int, tuple[int, ...]]:
 
 
 def _size(known: Variable3, value: float) -> float:
-    """What a step of a known is relative to: a parameter may be as small as it likes, states and inputs move about 0."""
+    """What a step of a known is relative to: parameters may be as small as they like, others move about 0."""
     return abs(value) or 1.0 if known.causality == "parameter" else max(abs(value), 1.0)
 
 
