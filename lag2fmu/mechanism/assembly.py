@@ -13,6 +13,7 @@ from typing import Any, NamedTuple
 import sympy as sp
 
 from lag2fmu.description import names
+from lag2fmu.description.events import IMPACTS
 from lag2fmu.description.parts import Energy, Force, Gravity
 from lag2fmu.description.record import Description, label_of, table_keys
 from lag2fmu.description.subsystems import Part
@@ -200,6 +201,7 @@ def _merged(whole: Description, brought: Description, part: Part, origins: dict[
         forces=_forces(whole.forces, brought.forces),
         energy=_energy(whole.energy, brought.energy),
         gravity=_gravity(whole.gravity, brought.gravity, part),
+        impacts=max(whole.impacts, brought.impacts, key=IMPACTS.index),
     )
 
 

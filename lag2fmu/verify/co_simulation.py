@@ -8,8 +8,9 @@ from typing import Any
 import numpy as np
 
 from lag2fmu.errors import SimulationError
+from lag2fmu.verify.instances import Instance
 from lag2fmu.verify.plan import Floats, Plan, Run
-from lag2fmu.verify.scalars import Scalar, size_of, starts_of
+from lag2fmu.verify.scalars import Scalar, elements_of, size_of
 
 _TYPES = {"Enumeration": "Int64"}
 """The types that values are got by, where they are not those of the variable."""
@@ -43,9 +44,11 @@ class Reader:
 
 
 class Writer:
-    """Sets the floating-point numbers ``names`` of an FMU of FMI 3.0; other elements of an array keep their starts."""
+    """Sets the floating-point numbers ``names`` by FMI 3.0; other elements of arrays are as ``values`` say."""
 
-    def __init__(self, fmu: Any, scalars: Mapping[str, Scalar], names: Sequence[str]) -> None:
+    def __init__(
+        self, fmu: Any, scalars: Mapping[str, Scalar], names: Sequence[str], values: Mapping[str, float] | None = None
+    ) -> None:
         """Look up where each number is among those of the call."""
         self._set, self._references, self._values = fmu.setFloat64, [], list[float]()
         offsets: dict[int, int] = {}
@@ -54,7 +57,7 @@ class Writer:
             if scalar.reference not in offsets:
                 offsets[scalar.reference] = len(self._values)
                 self._references.append(scalar.reference)
-                self._values += starts_of(scalar.variable, scalars.values())
+                self._values += elements_of(scalar.variable, scalars, values or {})
         self._rows = [offsets[scalars[name].reference] + scalars[name].element for name in names]
 
     def write(self, values: Sequence[float]) -> None:
@@ -65,31 +68,61 @@ class Writer:
             self._set(self._references, self._values)
 
 
-def co_simulation(fmu: Any, run: Run, plan: Plan) -> tuple[Floats, Floats]:
+class _Inputs:
+    """What sets the inputs at the beginning of a step and, where the FMU asks for them, in the course of it."""
+
+    def __init__(self, instance: Instance, run: Run, plan: Plan) -> None:
+        """Let the FMU ask from now on, if its inputs are not held."""
+        self._plan, self._begun = plan, 0.0
+        names = plan.pieces.names if plan.pieces is not None else plan.held.names if plan.held is not None else ()
+        self._writer = Writer(instance.fmu, plan.scalars, names, run.values)
+        self._slack = 1e-9 * float(plan.grid[-1])  # a communication point may be a rounding before a kink
+        self._derivatives = np.zeros((4, len(names)))
+        instance.asked = self._ask if plan.pieces is not None else None
+
+    def begin(self, t: float) -> None:
+        """Set them at the time ``t``, at which a step begins."""
+        pieces, held = self._plan.pieces, self._plan.held
+        if pieces is not None:
+            self._begun, self._derivatives = t, pieces.derivatives(t, self._slack)
+            self._writer.write(self._derivatives[0])
+        elif held is not None:
+            self._writer.write(held.values[int(np.searchsorted(held.time, t, "right")) - 1])
+
+    def _ask(self, t: float) -> None:
+        """Set them at ``t`` within the step, on the cubic polynomials that hold until its end."""
+        h, d = t - self._begun, self._derivatives
+        self._writer.write(d[0] + h * (d[1] + h * (d[2] / 2 + h * d[3] / 6)))
+
+
+def co_simulation(instance: Instance, run: Run, plan: Plan) -> tuple[Floats, Floats]:
     """Communication step after communication step: the grid (k,) and what is recorded there, (k, outputs).
 
-    ``fmu`` has been initialized. Inputs are held during a step: FMI 3.0 has no derivatives of them.
+    The instance has been initialized. Inputs that are not held are given where the FMU asks for them: FMI 3.0 has no
+    derivatives of inputs.
     """
+    fmu, points, row = instance.fmu, plan.points, 0
     if run.events:
         settle(fmu)
         fmu.enterStepMode()
-    held = plan.held
-    inputs = Writer(fmu, plan.scalars, held.names if held is not None else ())
-    reader, values = Reader(fmu, plan.scalars, plan.names), np.empty((len(plan.grid), len(plan.names)))
-    for row, t in enumerate(plan.grid):
-        reader.read(values[row])
-        if run.progress is not None:
-            run.progress(float(t))
-        if row + 1 < len(plan.grid):
-            inputs.write(held.values[row] if held is not None else ())
-            _step(fmu, float(t), float(plan.grid[row + 1]), run.events)
+    inputs, reader = _Inputs(instance, run, plan), Reader(fmu, plan.scalars, plan.names)
+    values = np.empty((len(plan.grid), len(plan.names)))
+    for i, t in enumerate(points):
+        if t == plan.grid[row]:
+            reader.read(values[row])
+            row += 1
+            if run.progress is not None:
+                run.progress(float(t))
+        if i + 1 < len(points):
+            _step(fmu, inputs, float(t), float(points[i + 1]), run.events)
     return plan.grid, values
 
 
-def _step(fmu: Any, begun: float, end: float, events: bool) -> None:
+def _step(fmu: Any, inputs: _Inputs, begun: float, end: float, events: bool) -> None:
     """From one communication point to the next; with ``events`` the FMU may stop in between, and they are handled."""
     t, stops = begun, 0
     while t < end:
+        inputs.begin(t)
         event, terminate, early, reached = fmu.doStep(t, end - t)
         if terminate:
             raise SimulationError(f"the FMU ended the simulation at t = {reached:.9g} s")

@@ -9,7 +9,7 @@ from __future__ import annotations
 import atexit
 import tempfile
 import threading
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
 from pathlib import Path
 from typing import Any
@@ -54,12 +54,16 @@ class Log:
 class Instance:
     """An instance of the FMU ``path``: ``fmu`` of fmpy, its ``description``, its ``log``."""
 
-    def __init__(self, path: Path, description: Any, kind: str, *, events: bool) -> None:
-        """Unpack and instantiate; ``events``: with event mode and early return. Raises SimulationError."""
+    def __init__(self, path: Path, description: Any, kind: str, *, events: bool, followed: Sequence[int]) -> None:
+        """Unpack and instantiate; ``events``: with event mode and early return. Raises SimulationError.
+
+        ``followed`` are value references of inputs for which the FMU asks, by FMI 3.0, within communication steps.
+        """
         import fmpy
         from fmpy.simulation import instantiate_fmu
 
         self.description, self.log = description, Log()
+        self.asked: Callable[[float], None] | None = None
         self._files = tempfile.TemporaryDirectory(prefix="lag2fmu-", ignore_cleanup_errors=True)
         self.folder = self._files.name
         try:
@@ -72,10 +76,17 @@ class Instance:
                 debug_logging=True,
                 event_mode_used=events,
                 early_return_allowed=events,
+                intermediate_update=self._updated if followed else None,
+                required_intermediate_variables=list(followed) or None,
             )
         except Exception as error:  # fmpy raises bare exceptions
             self._files.cleanup()
             raise SimulationError(f"'{path}': cannot be instantiated: {error}; {self.log.tail()}") from error
+
+    def _updated(self, environment: object, time: float, wanted: bool, *_: object) -> None:
+        """The callback of FMI 3.0.2, section 4.2.2: inputs are ``wanted`` at this time."""
+        if wanted and self.asked is not None:
+            self.asked(time)
 
     @property
     def lasting(self) -> bool:
@@ -98,16 +109,16 @@ _lock = threading.Lock()
 
 
 @contextmanager
-def instance_of(path: Path, kind: str, *, events: bool = False) -> Iterator[Instance]:
+def instance_of(path: Path, kind: str, *, events: bool = False, followed: tuple[int, ...] = ()) -> Iterator[Instance]:
     """An instance of the FMU ``path`` to run from its start, for ``kind`` CoSimulation or ModelExchange of fmpy.
 
-    ``events``: co-simulation by FMI 3.0 uses event mode and early return. Raises LoadError for a file that is no FMU,
-    SimulationError for one that cannot be instantiated.
+    ``events``: co-simulation by FMI 3.0 uses event mode and early return; ``followed``: inputs that it asks for.
+    Raises LoadError for a file that is no FMU, SimulationError for one that cannot be instantiated.
     """
-    key = (*_state_of(path), kind, events)
+    key = (*_state_of(path), kind, events, followed)
     with _lock:
         found = _waiting.pop(key, None)
-    instance = Instance(path, description_of(path), kind, events=events) if found is None else found
+    instance = Instance(path, description_of(path), kind, events=events, followed=followed) if found is None else found
     try:
         if found is not None:
             instance.reset()

@@ -117,10 +117,16 @@ def _times(description: Any, stop_time: float | None, step: float | None) -> tup
 
 
 def takes_derivatives(description: Any, kind: Kind = "co-simulation") -> bool:
-    """Whether inputs can change between communication points: always in model exchange since FMI 2.0."""
+    """Whether inputs can change between communication points: always in model exchange since FMI 2.0.
+
+    In co-simulation by FMI 3.0 an FMU of lag2fmu asks for them; what others do with them is not known.
+    """
     if kind == "model-exchange":
         return not description.fmiVersion.startswith("1")
-    return description.fmiVersion == "2.0" and bool(description.coSimulation.canInterpolateInputs)
+    if description.fmiVersion == "2.0":
+        return bool(description.coSimulation.canInterpolateInputs)
+    asks = bool(getattr(description.coSimulation, "providesIntermediateUpdate", False))
+    return asks and str(description.generationTool or "").startswith("lag2fmu")
 
 
 def _check_times(stop_time: float, step: float) -> None:

@@ -6,7 +6,7 @@ structured naming convention has it.
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator, Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -80,19 +80,16 @@ def whole(values: Mapping[str, float], scalars: Mapping[str, Scalar]) -> dict[st
     """``values`` of scalars by variable: those of an array as a list, in which other elements have their starts."""
     found: dict[str, float | list[float]] = {}
     for name, value in values.items():
-        scalar = scalars[name]
-        if not getattr(scalar.variable, "shape", ()):
-            found[name] = value
-            continue
-        elements = found.setdefault(scalar.variable.name, starts_of(scalar.variable, scalars.values()))
-        elements[scalar.element] = value  # type: ignore[index]
+        variable = scalars[name].variable
+        is_array = bool(getattr(variable, "shape", ()))
+        found[variable.name if is_array else name] = elements_of(variable, scalars, values) if is_array else value
     return found
 
 
-def starts_of(variable: Any, scalars: Iterable[Scalar]) -> list[float]:
-    """The start values of all elements of ``variable``, 0 where there are none."""
+def elements_of(variable: Any, scalars: Mapping[str, Scalar], values: Mapping[str, float]) -> list[float]:
+    """All elements of ``variable``: those in ``values``, others at their starts, 0 where there are none."""
     found = [0.0] * size_of(variable)
-    for scalar in scalars:
-        if scalar.variable is variable and scalar.start is not None:
-            found[scalar.element] = scalar.start
+    for name, scalar in scalars.items():
+        if scalar.variable is variable:
+            found[scalar.element] = values.get(name, scalar.start or 0.0)
     return found

@@ -38,7 +38,8 @@ def simulate_fmu(path: Path, run: Run) -> Trajectory:
     warned = run.warned or partial(_LOGGER.warning, "warning: '%s': %s", path.name)
     if plan.held is not None and not run.hold:
         warned("the FMU takes no derivatives of inputs: they are held during each communication step")
-    with instance_of(path, _FMI_TYPES[run.kind], events=run.events) as instance:
+    followed = _followed(plan) if run.kind == "co-simulation" and is_fmi3(description) else ()
+    with instance_of(path, _FMI_TYPES[run.kind], events=run.events, followed=followed) as instance:
         try:
             time, values = _loop(description, run, plan)(instance, run, plan)
         except Exception as error:  # fmpy raises bare exceptions
@@ -96,7 +97,13 @@ def _steps3(instance: Instance, run: Run, plan: Plan) -> tuple[Floats, Floats]:
     tolerance = _tolerance(instance, run)
     fmu.enterInitializationMode(tolerance=tolerance, startTime=float(plan.grid[0]), stopTime=float(plan.grid[-1]))
     fmu.exitInitializationMode()
-    return co_simulation(fmu, run, plan)
+    return co_simulation(instance, run, plan)
+
+
+def _followed(plan: Plan) -> tuple[int, ...]:
+    """The value references of the inputs that go on within a communication step."""
+    names = plan.pieces.names if plan.pieces is not None else ()
+    return tuple(sorted({plan.scalars[name].reference for name in names}))
 
 
 def _tolerance(instance: Instance, run: Run) -> float | None:
@@ -177,7 +184,7 @@ def _by_fmpy(instance: Instance, run: Run, plan: Plan) -> tuple[Floats, Floats]:
     cvode = sundials.CVodeSolver
     sundials.CVodeSolver = partial(cvode, maxNumSteps=MOST_STEPS)  # simulate_fmu has no argument for it
     if plan.pieces is not None:
-        fmu.setTime = _driven(instance, plan)
+        fmu.setTime = _driven(instance, run, plan)
     constants = _constant_inputs(run, plan)
     start = {**(run.values or {}), **(first_inputs(plan) if plan.pieces is not None else {})}
     recorded = [plan.scalars[name] for name in plan.names]
@@ -205,12 +212,12 @@ def _by_fmpy(instance: Instance, run: Run, plan: Plan) -> tuple[Floats, Floats]:
     return result["time"], np.stack(columns, axis=1)
 
 
-def _driven(instance: Instance, plan: Plan) -> Callable[[float], None]:
+def _driven(instance: Instance, run: Run, plan: Plan) -> Callable[[float], None]:
     """fmpy's setTime that sets the inputs too: its CVode would hold them between communication points."""
     fmu, pieces = instance.fmu, plan.pieces
     set_time, names = fmu.setTime, pieces.names  # type: ignore[union-attr]
     if is_fmi3(instance.description):
-        set_inputs = Writer(fmu, plan.scalars, names).write
+        set_inputs = Writer(fmu, plan.scalars, names, run.values).write
     else:
         set_inputs = partial(fmu.setReal, [plan.scalars[name].reference for name in names])
 

@@ -16,10 +16,13 @@ from sympy import cos, sin
 
 import lag2fmu
 from lag2fmu.analysis import linearize
+from lag2fmu.analysis.entry_points import resting
 from lag2fmu.dynamics import derive
 from lag2fmu.errors import DerivationError, ExportError
 from lag2fmu.fmu import Fmu
-from lag2fmu.mechanism import Body, Constraint, Energy, Mechanism, Output, coordinate, signal
+from lag2fmu.formats.loading import load
+from lag2fmu.language.vocabulary import symbol
+from lag2fmu.mechanism import Body, Constraint, Energy, Mechanism, Output, Spring, State, coordinate, signal
 from lag2fmu.verify import simulate
 
 G = 9.81
@@ -136,6 +139,33 @@ def test_steps_of_the_linear_system_are_small_motions_of_the_fmu(exported: Calla
     _, y, _ = lsim(found.state_space(["F"]).scipy(), np.full(301, step), time)
     for i, name in enumerate(("x", "theta")):
         assert run[name] == pytest.approx(y[:, i], abs=2e-7 * np.abs(y[:, i]).max())
+
+
+def test_the_state_at_a_time_is_that_of_the_run(exported: Callable[..., Fmu]) -> None:
+    found = lag2fmu.linearize("cart_pole", 0.5)
+    run = simulate(exported("cart_pole"), stop_time=0.5, step=0.5, tolerance=1e-10)
+    q, qd = (np.array([run[f"{name}{dot}"][-1] for name in ("x", "theta")]) for dot in ("", "_dot"))
+    assert found.values["t"] == 0.5
+    assert pytest.approx(linearize(derive(load("cart_pole")), q, qd).A, rel=1e-6, abs=1e-8) == found.A
+
+
+def test_a_mechanism_that_starts_in_its_equilibrium() -> None:
+    """At rest, further states included; derived again it stays there."""
+    x, z = coordinate("x", "m", start=1.0, velocity=2.0), State("z", derivative=3 - symbol("z") - symbol("x"))
+    mechanism = Mechanism(
+        "m",
+        coordinates=[x],
+        states=[z],
+        bodies=[Body("b", 2, (0, x))],
+        springs=[Spring("s", 50, elongation=x)],
+        gravity=10,
+    )
+    found = resting(mechanism)
+    assert (found.coordinates[0].start, found.coordinates[0].velocity) == (pytest.approx(-0.4), 0)
+    assert found.states[0].start == pytest.approx(3.4)
+    assert lag2fmu.linearize(found).state_space().resting
+    with pytest.raises(ExportError, match="unknown start 'rest'; known are given, equilibrium"):
+        lag2fmu.export(mechanism, start="rest")
 
 
 def test_files_and_other_packages(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:

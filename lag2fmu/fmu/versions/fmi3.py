@@ -30,6 +30,7 @@ INTERFACE = Interface(
             **_DERIVATIVES,
             "canHandleVariableCommunicationStepSize": "true",
             "maxOutputDerivativeOrder": "2",
+            "recommendedIntermediateInputSmoothness": "3",
             "providesIntermediateUpdate": "true",
             "mightReturnEarlyFromDoStep": "true",
             "canReturnEarlyAfterIntermediateUpdate": "true",

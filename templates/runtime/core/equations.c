@@ -68,10 +68,10 @@ bool equations_factorize(Instance *instance) {
 }
 
 /* Do the modes follow what is assigned at once? Where the importer integrates they wait for an event, in time stepping
-   for a step. */
+   for a step, and at an event that a communication step ended at for integrator_settle. */
 static bool modes_follow(const Instance *instance) {
     const bool located = instance->policy->project && !TIME_STEPPING;
-    return N_EVENTS > 0 && (located || instance->state.phase != PHASE_RUNNING);
+    return N_EVENTS > 0 && !instance->state.event_held && (located || instance->state.phase != PHASE_RUNNING);
 }
 
 bool equations_accelerations(Instance *instance) {

@@ -11,14 +11,17 @@
 #include "notices.h"
 #include "port_access.h"
 
-/* Has a contact had an impact in the present event, so that its clock ticks? */
-static bool ticks(const Component *component, int contact) {
-    return N_UNILATERALS > 0 && component->instance.state.impacts[contact] > component->session.counted[contact];
-}
-
-/* No clock ticks any more. */
-static void stop_clocks(Component *component) {
-    memcpy(component->session.counted, component->instance.state.impacts, sizeof component->session.counted);
+/* Lets the clocks of the contacts tick that have had impacts since the last time. Returns whether one does. */
+static bool update_clocks(Component *component) {
+    Session *session = &component->session;
+    bool ticks = false;
+    for (int i = 0; i < N_UNILATERALS; i++) {
+        const int64_t impacts = component->instance.state.impacts[i];
+        session->ticking[i] = impacts > session->counted[i];
+        session->counted[i] = impacts;
+        ticks = ticks || session->ticking[i];
+    }
+    return ticks;
 }
 
 fmi3Status fmi3EnterEventMode(fmi3Instance instance) {
@@ -26,7 +29,8 @@ fmi3Status fmi3EnterEventMode(fmi3Instance instance) {
     if (component == NULL) {
         return fmi3Error;
     }
-    stop_clocks(component);
+    update_clocks(component);
+    memset(component->session.ticking, 0, sizeof component->session.ticking);
     component->session.reinitialized = 0;
     if (component->type == MODEL_EXCHANGE) {
         return enter_event_mode(component);
@@ -62,16 +66,12 @@ fmi3Status fmi3UpdateDiscreteStates(fmi3Instance instance, fmi3Boolean *discrete
         nextEventTimeDefined == NULL || nextEventTime == NULL) {
         return fail(component, "an argument is NULL; expected the addresses of six results");
     }
-    stop_clocks(component);
     if ((component->type == MODEL_EXCHANGE ? update_states(component, &changed, &next) : settle(component)) !=
         fmi3OK) {
         return fmi3Error;
     }
     component->session.reinitialized = component->session.reinitialized || changed;
-    *discreteStatesNeedUpdate = false;
-    for (int i = 0; i < N_UNILATERALS; i++) {
-        *discreteStatesNeedUpdate = *discreteStatesNeedUpdate || ticks(component, i);
-    }
+    *discreteStatesNeedUpdate = update_clocks(component);
     *terminateSimulation = false;
     *nominalsOfContinuousStatesChanged = false;
     *valuesOfContinuousStatesChanged = component->session.reinitialized != 0;
@@ -95,7 +95,7 @@ fmi3Status fmi3GetClock(fmi3Instance instance, const fmi3ValueReference valueRef
     }
     const bool event = component->session.mode == MODE_EVENT;
     for (size_t i = 0; i < nValueReferences; i++) {
-        values[i] = event && ticks(component, VARIABLES[PORTS[valueReferences[i]].first].index);
+        values[i] = event && component->session.ticking[VARIABLES[PORTS[valueReferences[i]].first].index];
     }
     return fmi3OK;
 }

@@ -149,7 +149,8 @@ typedef struct {
     int64_t type;          /* InterfaceType; a saved session fits instances of the same type only */
     int64_t mode;          /* Mode of the state machine */
     int64_t reinitialized; /* continuous states were changed in the present event */
-    int64_t counted[SIZE_UNILATERALS]; /* impacts of each contact before the last fmi3UpdateDiscreteStates */
+    int64_t counted[SIZE_UNILATERALS]; /* impacts of each contact up to the last fmi3UpdateDiscreteStates */
+    int64_t ticking[SIZE_UNILATERALS]; /* the clock of the contact is active: it had one of them in that */
 } Session;
 
 /* Hands a message to the importer's logger, if it has one. */

@@ -100,8 +100,8 @@ def test_inputs_before_and_after_an_event(ball) -> None:
         assert unit.get(["y_ddot"]) == [-G]
         unit.unit.enterEventMode()
         unit.set({"Q_y": 1.0})
-        assert unit.get(["y_ddot"]) == pytest.approx([-G + 2.0])
-        unit.settle()
+        assert unit.get(["y_ddot", "y_dot"]) == pytest.approx([-G + 2.0, -G * T1])
+        assert [result[0] for result in unit.settle()] == [True, False]
         assert unit.get(["y_ddot"]) == pytest.approx([-G + 2.0])
         assert unit.unit.getInt32([unit.references["floor_impacts"]]) == [1]
         up = E * G * T1

@@ -16,6 +16,7 @@ from fmpy import extract, read_model_description
 from fmpy.fmi1 import FMICallException
 from fmpy.fmi3 import FMU3Model, FMU3Slave
 
+import lag2fmu
 from lag2fmu.fmu import Fmu
 from lag2fmu.formats.loading import load
 from lag2fmu.verify.plan import Run
@@ -93,6 +94,20 @@ def test_elements_of_arrays_are_set_and_read_by_their_names(cradle: Fmu) -> None
     run = simulate_fmu(cradle.path, Run(stop_time=0.1, values={"b_dot": -0.25}, outputs=["a", "der_b", "der_a_dot"]))
     assert (run["a"][0], run["der_b"][0]) == (-0.6, -0.25)
     assert run["der_a_dot"][0] == pytest.approx(GRAVITY / 0.3 * np.sin(0.6), rel=1e-12)
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("arrays", [False, True], ids=["flat", "arrays"])
+def test_inputs_go_on_within_steps(arrays: bool, exported) -> None:
+    """FMI 2.0 has derivatives of inputs, an FMU of FMI 3.0 asks for values; elements without a signal keep theirs."""
+    times = np.linspace(0.0, 1.0, 11)
+    signals = {"time": times, "Q_x": np.sin(5 * times), "F": np.cos(3 * times)}
+    fmus = exported("cart_pole"), exported("cart_pole", fmi="3.0", arrays=arrays)
+    chosen: dict[str, Any] = {"stop_time": 1.0, "step": 0.05, "values": {"Q_theta": 0.5}}
+    two, three = (lag2fmu.simulate(fmu, inputs=signals, **chosen) for fmu in fmus)
+    assert three.columns(two.names) == pytest.approx(two.values, rel=1e-12, abs=1e-12)
+    held = lag2fmu.simulate(fmus[1], inputs=signals, hold=True, **chosen)
+    assert np.abs(held.columns(two.names) - two.values).max() > 1e-3
 
 
 def test_dependencies_of_the_library_are_those_of_the_description(unpacked: Path) -> None:
