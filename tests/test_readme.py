@@ -80,3 +80,14 @@ def test_what_docs_hybrid_shows_is_read_and_runs(tmp_path: Path) -> None:
 
 def test_the_readme_is_short() -> None:
     assert len(README.splitlines()) <= 180
+
+
+@pytest.mark.parametrize(("name", "shown"), [("parts", "['a_theta', 'b_theta']"), ("linearize", "[[")])
+def test_what_docs_show_in_python_runs(
+    name: str, shown: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    text = (ROOT / "docs" / f"{name}.md").read_text("utf-8")
+    (code,) = re.findall(r"```python\n(.*?)```", text, re.DOTALL)
+    exec(code, {})
+    assert capsys.readouterr().out.startswith(shown)

@@ -66,10 +66,11 @@ def _ends(ends: Any, parent: str) -> tuple[Any, ...]:
 
 def _on_frame(part: Any, where: str, frame: str) -> Any:
     """The body or point ``part`` in space, on ``frame`` if it was in the world."""
-    if part.frame not in (None, WORLD):
-        return part
+    if part.frame is not None:
+        return replace(part, frame=_moved(part.frame, frame))
     if part.position is None or part.dimension == 2:
-        raise MechanismError(f"{where}: it is planar, and the parent '{frame}' is a frame in space; give it a frame")
+        what = "only turns" if part.position is None else "is planar"
+        raise MechanismError(f"{where}: it {what}, and the parent '{frame}' is a frame in space; give it a frame")
     if isinstance(part, Point):
         return replace(part, frame=frame)
     return replace(part, frame=frame, center=part.position, position=None)

@@ -16,6 +16,8 @@ from lag2fmu.picture.scene import Canvas, bounds
 
 _ARCS, _TRIADS, _NAMED, _LETTERS = 8, 8, 8, 9
 """Hinges with an arrow, frames with axes, constraints with a name, letters of gravity, at most."""
+_MOVING = 12
+"""Coordinates and motions with a name, at most."""
 _SEEN = 0.15
 """How long a unit vector has to look for an arrow."""
 
@@ -32,6 +34,9 @@ def _coordinates(canvas: Canvas, layout: Layout) -> None:
     """Names at the hinges and arrows along the rails, also of prescribed motions."""
     s, m = layout.skeleton, layout.mechanism
     names = {c.name for c in m.coordinates} | {u.name for u in m.motions}
+    if len(names) > _MOVING:
+        canvas.notes.append(f"The names of {len(names)} coordinates are left out.")
+        return
     turning: dict[int, list[str]] = {}
     for name in filter(names.__contains__, s.hinges):
         turning.setdefault(s.hinges[name], []).append(name)

@@ -22,7 +22,7 @@ from lag2fmu.picture.walls import draw_walls
 _ORDER = (BALL, CUBOID, DISC, ROD, PARTICLE)
 """Which bodies lie behind which."""
 _NAMED = 8
-"""Bodies beyond which their names are left out."""
+"""Bodies beyond which their names are left out; points likewise."""
 
 
 def drawable(mechanism: Mechanism) -> bool:
@@ -165,6 +165,8 @@ def _points(canvas: Canvas, layout: Layout) -> None:
     for i in sorted(joints):
         if not any(np.allclose(flat[i], body, atol=0.5) for body in bodies):
             canvas.disc("joint", "joint", flat[i], 1.0)
-    for point in layout.mechanism.points:
+    points = layout.mechanism.points
+    for point in points:
         canvas.disc(f"points.{point.name}", "joint", flat[s.place[point.name]], 0.8)
-        canvas.name(f"points.{point.name}", "name", pretty(point.name), flat[s.place[point.name]])
+        if len(points) <= _NAMED:
+            canvas.name(f"points.{point.name}", "name", pretty(point.name), flat[s.place[point.name]])

@@ -19,6 +19,8 @@ from lag2fmu.picture.view import view_of
 
 SIZE, DISPLACED = 60.0, 8.0
 """The length of the mechanism in units of the picture; that of displacements where bodies are drawn side by side."""
+_FEW, _LARGE = 3, 0.4
+"""Bodies up to which each is drawn as large as it is, and what part of the whole a body may be else."""
 GAP, BOX, HUNG = 28.0, (6.2, 3.6), 22.0
 """Between bodies drawn side by side and to walls; half the edges of what slides; between masses on ropes."""
 
@@ -56,9 +58,20 @@ class Layout:
         return other
 
     def shapes_at(self, values: Values, positions: Floats) -> dict[str, Shape]:
-        """{body: its shape} at a state, with the skeleton's ``positions`` (spots, 3) there."""
-        plane = self.view.plane
-        return {b.name: shape_of(self.skeleton, b, values, positions, plane) for b in self.mechanism.placed_bodies}
+        """{body: its shape} at a state, with the skeleton's ``positions`` (spots, 3) there.
+
+        Among many, one that is nearly as large as the whole is a particle: its inertia is that of gears, or of no body.
+        """
+        plane, bodies = self.view.plane, self.mechanism.placed_bodies
+        found = {b.name: shape_of(self.skeleton, b, values, positions, plane) for b in bodies}
+        most = self._most if len(found) > _FEW else np.inf
+        return {n: s if s.size.max() < most else Shape(PARTICLE, s.center) for n, s in found.items()}
+
+    @cached_property
+    def _most(self) -> float:
+        """How large a body may be among many, m."""
+        spots = sorted({*self.skeleton.place.values(), *self.skeleton.origins.values()})
+        return _LARGE * float(np.ptp(self.positions[spots], axis=0).max())
 
     def _unit(self) -> float:
         """Metres for one unit."""

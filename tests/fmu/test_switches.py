@@ -200,7 +200,7 @@ def test_event_mode_turns_switches(exported) -> None:
     """Relations are frozen in continuous-time mode; no indicator is 0 after an event; times of events are told."""
     with Stepping(exported(COURSE).path, "ModelExchange") as fmu:
         count = fmu.description.numberOfEventIndicators
-        assert count == 2 * len(PULSES) + 3
+        assert count == 2 * len(PULSES) + 4
         fmu.start(stop_time=10.0)
         assert _event(fmu) == (True, PULSES[0][0])
         fmu.unit.setTime(5.05)

@@ -43,7 +43,7 @@ def _of_states(session: Session3, outputs: Sequence[Variable3]) -> Iterator[Find
     for v in outputs:
         given = [next(first) for _ in range(v.size)]
         expected = session.get(rates[v.reference]) if v.reference in rates else given
-        if not all(math.isclose(a, b, rel_tol=1e-6, abs_tol=1e-9) for a, b in zip(given, expected, strict=True)):
+        if not all(math.isclose(a, b, rel_tol=1e-6, abs_tol=1e-9) for a, b in zip(given, expected, strict=False)):
             problem = f"d {v.name} / dt = {given[0]:.6g}, but its state derivative is {expected[0]:.6g}"
             remedy = "give the derivative at the end of the step"
             yield Finding("output-derivatives", session.model.kind, problem, remedy)
