@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import random
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 
 import numpy as np
@@ -102,6 +102,46 @@ class Writer:
         )
 
 
+class BodyWriter(Writer):
+    """Writes mechanisms with bodies, in the plane or on frames in space."""
+
+    def text(self) -> str:
+        """The mechanism in the text format."""
+        regular, spatial = " + ".join(f"m*{q}_dot**2/2" for q in self.q), self.choose.random() < 0.6
+        coordinates = [f"{q} = {{ start = {self.choose.uniform(-0.9, 0.9):.3f} }}\n" for q in self.q]
+        motion = "y0 = { motion = true }\n" if "y0" in self.places else ""
+        return (
+            '[mechanism]\nname = "random"\n[parameters]\nm = { value = 1.3 }\nk = { value = 0.7 }\n'
+            f"[coordinates]\n{''.join(coordinates)}[inputs]\nF = {{ start = 0.2 }}\n{motion}"
+            f'[definitions]\nd = "{self.expression(self.places, 1)}"\n'
+            f'[energy]\nkinetic = "{regular}"\npotential = "{self.expression(self.places, 2)}"\n[forces]\na = "F"\n'
+            f"[gravity]\nacceleration = 9.81\ndirection = {'[0, 0.6, -0.8]' if spatial else '[0.6, -0.8]'}\n"
+            + (self._on_frames() if spatial else self._in_the_plane())
+        )
+
+    def _in_the_plane(self) -> str:
+        x, y, angle = (self.expression([*self.places, "d"], 1) for _ in range(3))
+        body = f'[bodies.plate]\nmass = "m"\ninertia = "0.3*k"\nposition = ["{x}", "{y}"]\nangle = "{angle}"\n'
+        x, y = (self.expression(self.places, 2) for _ in range(2))
+        return f'{body}[bodies.bob]\nmass = "k"\nposition = ["{x}", "{y}"]\n'
+
+    def _on_frames(self) -> str:
+        frames = ""
+        for name, parent in (("f", "world"), ("g", "f")):
+            x, first = (self.expression([*self.places, "d"], 1) for _ in range(2))
+            y, second = self.choose.choice(self.places), self.choose.choice(self.q)
+            axes = self.choose.sample(["x", "y", "z"], 2)
+            frames += (
+                f'[frames.{name}]\nparent = "{parent}"\norigin = ["{x}", "{y}", "0.4"]\n'
+                f'rotations = [["{axes[0]}", "{first}"], ["{axes[1]}", "{second}"]]\n'
+            )
+        inertia = '["0.5", "0.6*k", "0.7", "0.1", "-0.05", "0.02"]'
+        return (
+            f'{frames}[bodies.rotor]\nframe = "g"\ncenter = ["0.1", "k", "-0.2"]\nmass = "m"\ninertia = {inertia}\n'
+            '[bodies.bob]\nframe = "f"\ncenter = ["0", "0.3", "0"]\nmass = "k"\n'
+        )
+
+
 @dataclass(frozen=True)
 class Expected:
     """Lagrange's equations by SymPy's own derivatives: ``residual`` (n + m,) and the ``momenta`` (n,)."""
@@ -119,12 +159,49 @@ class Expected:
         symbols = sorted({s for row in rows for e in row for s in e.free_symbols}, key=str)
         at = [values[s.name] for s in symbols]
         modules = [{"Heaviside": lambda x, *_: np.heaviside(x, 0.5), "DiracDelta": lambda *_: 0.0}, "numpy"]
-        return [np.array(sp.lambdify(symbols, row, modules)(*at), dtype=float) for row in rows]
+        return [np.array(sp.lambdify(symbols, row, modules, cse=True)(*at), dtype=float) for row in rows]
 
 
 def mechanism(seed: int) -> Mechanism:
     """A random mechanism of one to three coordinates; raises what reading a mechanism raises."""
     return read(Writer(seed).text(), "random.toml")
+
+
+def mechanism_with_bodies(seed: int) -> Mechanism:
+    """The same with bodies."""
+    return read(BodyWriter(seed).text(), "random.toml")
+
+
+_TURNS = {"x": sp.rot_ccw_axis1, "y": sp.rot_ccw_axis2, "z": sp.rot_ccw_axis3}
+"""Matrices of components: in turned axes -> in those before."""
+
+
+def _of_bodies(given: Mechanism, whole: Callable[..., sp.Expr], rate: Callable[[sp.Expr], sp.Expr]) -> sp.Expr:
+    """T - V of the bodies of ``given``, frames composed as matrices; angular velocities from R^T dR/dt."""
+    dimension = len(given.gravity.direction)
+    poses = {"world": (sp.zeros(dimension, 1), sp.eye(dimension))}
+    for frame in given.frames:
+        origin, R = poses[str(frame.parent)]
+        origin = origin + R * sp.Matrix([whole(x) for x in frame.origin])
+        for axis, angle in frame.rotations:
+            R = R * _TURNS[axis](whole(angle))
+        poses[frame.name] = origin, R
+    g = 9.81 * sp.Matrix([whole(x) for x in given.gravity.direction])
+    total = sp.S.Zero
+    for body in given.bodies:
+        name, place = given.location(body.name)
+        origin, R = poses[name]
+        r = origin + R * sp.Matrix([whole(x) for x in place])
+        v, mass = r.applyfunc(rate), whole(body.mass)
+        total += mass * v.dot(v) / 2 + mass * g.dot(r)
+        if body.angle is not None:
+            total += whole(body.inertia) * rate(whole(body.angle)) ** 2 / 2
+        elif body.inertia is not None:
+            spin = R.T * R.applyfunc(rate)
+            w = sp.Matrix([spin[2, 1], spin[0, 2], spin[1, 0]])
+            xx, yy, zz, xy, xz, yz = (whole(x) for x in body.inertia)
+            total += w.dot(sp.Matrix([[xx, xy, xz], [xy, yy, yz], [xz, yz, zz]]) * w) / 2
+    return total
 
 
 def expected(given: Mechanism) -> Expected:
@@ -152,6 +229,8 @@ def expected(given: Mechanism) -> Expected:
 
     energy = given.energy
     lagrangian = whole(energy.kinetic) - whole(energy.potential)
+    if given.bodies:
+        lagrangian += _of_bodies(given, whole, rate)
     forces = {f.coordinate: whole(f.expression) for f in given.forces}
     velocities = [rate(whole(c.expression)) if c.holonomic else whole(c.expression) for c in given.constraints]
     multipliers = [symbol(names.multiplier(c.name)) for c in given.constraints]

@@ -8,7 +8,7 @@ from lag2fmu.checking import check_fmu
 
 pytestmark = pytest.mark.fmu
 
-MODELS = ["cart_pole", "bouncing_ball", "hopper_leg", "four_bar_linkage", "slides_problem_5_massless", "crane"]
+MODELS = ["cart_pole", "bouncing_ball", "hopper_leg", "four_bar_linkage", "slides_problem_5_massless", "woodpecker"]
 
 
 @pytest.mark.parametrize("arrays", [False, True], ids=["flat", "arrays"])

@@ -2,19 +2,22 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
+
 import numpy as np
 import pytest
-from random_mechanisms import expected, mechanism
+from random_mechanisms import expected, mechanism, mechanism_with_bodies
 
 from lag2fmu.codegen.c import c_function
 from lag2fmu.dynamics import derive, lower
 from lag2fmu.dynamics.samples import samples
 from lag2fmu.fmu.variables import promotable
+from lag2fmu.mechanism import Mechanism
 
 
-def compare(seed: int) -> None:
+def compare(seed: int, written: Callable[[int], Mechanism] = mechanism) -> None:
     """The equations of a mechanism at two random states; all its functions are printed, with all outputs."""
-    equations = derive(mechanism(seed))
+    equations = derive(written(seed))
     program = lower(equations, promotable(equations, ["all"]), variational=True)
     texts = [c_function(program, function) for function in program.functions]
     assert not any("= ;" in text for text in texts)
@@ -32,6 +35,18 @@ def compare(seed: int) -> None:
 @pytest.mark.parametrize("seed", range(4))
 def test_a_random_mechanism_has_the_equations_of_lagrange(seed: int) -> None:
     compare(seed)
+
+
+@pytest.mark.parametrize("seed", [1, 5])
+def test_a_random_mechanism_with_bodies_has_the_equations_of_lagrange(seed: int) -> None:
+    compare(seed, mechanism_with_bodies)
+
+
+@pytest.mark.all_models
+@pytest.mark.parametrize("start", range(10, 100, 10))
+def test_many_random_mechanisms_with_bodies_have_the_equations_of_lagrange(start: int) -> None:
+    for seed in range(start, start + 10):
+        compare(seed, mechanism_with_bodies)
 
 
 @pytest.mark.all_models

@@ -12,7 +12,7 @@ from lag2fmu.checking.fmi3.session import Model3, Session3, size_of
 
 _MOST_KNOWNS, _MOST_UNKNOWNS = 16, 60
 _STEP = 1e-4
-"""Of the differences, relative to the value or, if it is small, to 1; the error of smooth functions is about 1e-8."""
+"""Of the differences, relative to ``_size``; the error of smooth functions is about 1e-8."""
 _BAR = 1e-3
 """Differences and derivative must agree to this, relative to the greater one and the size of the unknown."""
 _ADJOINT_BAR = 1e-9
@@ -140,7 +140,7 @@ def _compared(
 ) -> Iterator[Finding]:
     """Where two differences agree with one another, the derivative must agree with them."""
     sizes = session.numbers(place.unknowns)
-    step = _STEP * max(abs(session.get(known)[element]), 1.0)
+    step = _STEP * _size(known, session.get(known)[element])
     try:
         fine, coarse = (_differences(session, place, known, element, h) for h in (step, 2 * step))
     except RefusedError:
@@ -170,6 +170,11 @@ def _listed(model: Model3, place: Place) -> dict[int, tuple[int, ...]]:
         for u in model.description.unknowns()
         if u.dependencies is not None and (u.group == "InitialUnknown") == initial
     }
+
+
+def _size(known: Variable3, value: float) -> float:
+    """What a step of a known is relative to: parameters may be as small as they like, others move about 0."""
+    return abs(value) or 1.0 if known.causality == "parameter" else max(abs(value), 1.0)
 
 
 def _element(v: Variable3, index: int) -> str:
