@@ -96,7 +96,7 @@ def check_solver(mechanism: Mechanism, method: Method) -> None:
 def stack_of_events(program: Program, coordinates: int) -> str:
     """A phrase on the stack that the dense matrices of many contacts take; "" if any thread has as much.
 
-    Of ``coordinates`` and constraints there are three matrices; of constraints alone the room of 26 in the deepest call.
+    Of ``coordinates`` and constraints there are three matrices, of constraints alone room for 26 in the deepest call.
     """
     constraints = program.constraints
     needed = 8 * constraints * (3 * coordinates + 26 * constraints)
