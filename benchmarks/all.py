@@ -28,6 +28,7 @@ BENCHMARKS: dict[str, tuple[str, ...]] = {
     "adjoints": (),
     "robots": (),
     "constraints": (),
+    "contacts": (),
     "repeating": (),
     "integrators": PLOTS,
     "long": PLOTS,

@@ -6,12 +6,15 @@ from collections.abc import Collection
 
 from lag2fmu.analysis.stiffness import Vibration, stiffness, undamped_vibrations
 from lag2fmu.dynamics.equations import EquationsOfMotion
+from lag2fmu.dynamics.functions import Program
 from lag2fmu.dynamics.massless import determined
 from lag2fmu.errors import ExportError
 from lag2fmu.mechanism.record import Mechanism
 from lag2fmu.solvers.collocation import Collocation
 from lag2fmu.solvers.methods import DEFAULT_SOLVER, METHODS, STIFF_SOLVER, Method, TimeStepping, takes
 
+_USUAL_STACK = 2**20
+"""The stack (bytes) that a thread has at least on all platforms."""
 _SEEN, _MOST = 1e-9, 6
 """A start that moves by less than _SEEN of its size is not mentioned; of the others at most _MOST are named."""
 
@@ -88,6 +91,18 @@ def check_solver(mechanism: Mechanism, method: Method) -> None:
         f"solver '{method.solver}' discretises an action {action}, and mechanism '{mechanism.name}' has "
         f"{' and '.join(kinds)} ones ({listed}); take one of {', '.join(others)}"
     )
+
+
+def stack_of_events(program: Program, coordinates: int) -> str:
+    """A phrase on the stack that the dense matrices of many contacts take; "" if any thread has as much.
+
+    Of ``coordinates`` and constraints there are three matrices, of constraints alone room for 26 in the deepest call.
+    """
+    constraints = program.constraints
+    needed = 8 * constraints * (3 * coordinates + 26 * constraints)
+    if not program.places or needed < _USUAL_STACK:
+        return ""
+    return f"starts and located events take about {needed / 2**20:.1f} MB of the stack of the thread that runs the FMU"
 
 
 def _check_time_stepping(mechanism: Mechanism, method: TimeStepping) -> None:

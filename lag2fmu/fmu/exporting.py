@@ -12,7 +12,14 @@ from lag2fmu.dynamics.equations import EquationsOfMotion
 from lag2fmu.dynamics.lagrange import complete, derive
 from lag2fmu.dynamics.program import lower
 from lag2fmu.errors import ExportError
-from lag2fmu.fmu.advice import check_solver, damping, moved_starts, steps_over_impacts, suited_solver
+from lag2fmu.fmu.advice import (
+    check_solver,
+    damping,
+    moved_starts,
+    stack_of_events,
+    steps_over_impacts,
+    suited_solver,
+)
 from lag2fmu.fmu.backends import BACKENDS
 from lag2fmu.fmu.backends.backend import Choices
 from lag2fmu.fmu.carried import MECHANISM_ENTRY
@@ -127,7 +134,8 @@ def export(  # noqa: PLR0913 (choices of the user)
         **(extra or {}),
     }
     pack(files, target)
-    remarks = "; ".join(filter(None, [choice, damping(equations, method), steps_over_impacts(mechanism, method)]))
+    at_events = [steps_over_impacts(mechanism, method), stack_of_events(program, len(mechanism.coordinates))]
+    remarks = "; ".join(filter(None, [choice, damping(equations, method), *at_events]))
     return Fmu(target, content.description, remarks, moved_starts(mechanism, equations))
 
 
