@@ -36,6 +36,7 @@ void check_status(void);
 /* checks_derivatives.c */
 void check_model_exchange(void);
 void check_directional_derivatives(void);
+void check_directional_settings(void);
 void check_directional_refusals(void);
 void check_singular_model_exchange(void);
 

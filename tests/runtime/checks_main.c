@@ -43,6 +43,7 @@ static const struct {
     {"backward rounding", check_backward_rounding},
     {"model exchange", check_model_exchange},
     {"directional derivatives", check_directional_derivatives},
+    {"directional settings", check_directional_settings},
     {"directional refusals", check_directional_refusals},
     {"singular model exchange", check_singular_model_exchange},
     {"mass matrix, solved", check_mass_solve},

@@ -31,6 +31,7 @@ typedef struct {
     double states[N_STATES];
     double inputs[N_SIGNALS];
     double parameters[SIZE_PARAMETERS];
+    double settings[N_SETTINGS]; /* of the solver, on which no unknown depends */
 } Seed;
 
 /* The derivatives along a Seed. */

@@ -75,6 +75,7 @@ double *value_in_seed(Seed *seed, const Variable *variable) {
     case VARIABLE_INPUT:           return &seed->inputs[variable->index];
     case VARIABLE_FIXED_PARAMETER:
     case VARIABLE_PARAMETER:       return &seed->parameters[variable->index];
+    case VARIABLE_SETTING:         return &seed->settings[variable->index];
     default:                       return NULL;
     }
 }
