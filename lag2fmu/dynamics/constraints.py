@@ -21,6 +21,7 @@ from numpy.typing import NDArray
 
 from lag2fmu.description import names
 from lag2fmu.description.parts import Constraint
+from lag2fmu.dynamics.least_steps import least_step, relative_size, row_scales
 from lag2fmu.dynamics.samples import start_values
 from lag2fmu.dynamics.variables import Variables
 from lag2fmu.errors import DerivationError
@@ -34,7 +35,7 @@ Floats = NDArray[np.float64]
 MET, PROJECTED = 1e-12, 1e-6
 """Residuals relative to the mechanism's size: below MET a constraint is met, below PROJECTED given starts may move."""
 
-_RANK, _ITERATIONS, _HALVINGS = 1e-12, 60, 12
+_ITERATIONS, _HALVINGS = 60, 12
 _INDEPENDENT, _TRIALS = 1e-8, 3
 _SHOWN = 6
 
@@ -176,7 +177,7 @@ class _Start:
     def check_freedom(self) -> None:
         """Raise DerivationError if the constraints leave no degree of freedom at the start, and nothing drives them."""
         c, jacobian = self.constraints, self.jacobian()
-        rank = int(np.linalg.matrix_rank(_row_scales(jacobian)[:, None] * jacobian, tol=_INDEPENDENT))
+        rank = int(np.linalg.matrix_rank(row_scales(jacobian)[:, None] * jacobian, tol=_INDEPENDENT))
         drives = {"t", *(name for u in self.mechanism.motions for name in (u.name, names.velocity(u.name)))}
         driven = self.graph.symbols([*c.residuals, *c.velocities]) & drives
         if (
@@ -198,7 +199,7 @@ class _Start:
             return self._evaluate(self.constraints.positions, q, self.qd), self._jacobian(q)[:count]
 
         for free, bar in ((~self.given, np.inf), (np.ones_like(self.given), PROJECTED)):
-            if MET < _size(*measure(self.q)) <= bar:
+            if MET < relative_size(*measure(self.q)) <= bar:
                 self.q = self._newton(self.q, measure, free)
         self._check("the start", self.q, measure, "positions")
 
@@ -213,7 +214,7 @@ class _Start:
             return residual, jacobian * max(1.0, float(np.abs(qd / self.nominal).max()))
 
         for free, bar in ((~self.velocity_given, np.inf), (np.ones_like(self.given), PROJECTED)):
-            if MET < _size(*relative(self.qd)) <= bar:
+            if MET < relative_size(*relative(self.qd)) <= bar:
                 self.qd = self._newton(self.qd, measure, free)
         self._check("the velocities at the start", self.qd, relative, "velocities")
 
@@ -221,11 +222,11 @@ class _Start:
         """x (n,) after Newton's method in its ``free`` entries; a step is halved while the residual would grow."""
         r, jacobian = measure(x)
         for _ in range(_ITERATIONS if free.any() else 0):
-            if not np.isfinite(r).all() or not np.isfinite(jacobian).all() or _size(r, jacobian) <= 1e-3 * MET:
+            if not np.isfinite(r).all() or not np.isfinite(jacobian).all() or relative_size(r, jacobian) <= 1e-3 * MET:
                 break
             step = np.zeros_like(x)
-            scale = _row_scales(jacobian[:, free])
-            step[free] = _least_step(scale[:, None] * jacobian[:, free], scale * r)
+            scale = row_scales(jacobian[:, free])
+            step[free] = least_step(scale[:, None] * jacobian[:, free], scale * r)
             for halving in range(_HALVINGS):
                 trial = x + 0.5**halving * step * self.nominal
                 found, slopes = measure(trial)
@@ -239,7 +240,7 @@ class _Start:
     def _check(self, what: str, x: Floats, measure: Measure, level: str) -> None:
         """Raise DerivationError unless ``x``, positions or velocities, meets the constraints of ``measure``."""
         residual, jacobian = measure(x)
-        if _size(residual, jacobian) <= MET:
+        if relative_size(residual, jacobian) <= MET:
             return
         constraints = self.mechanism.constraints[: len(residual)]
         listed = ", ".join(f"{c.name} = {r:.3g}" for c, r in zip(constraints, residual, strict=True))
@@ -254,7 +255,7 @@ class _Start:
         given, guess = ("start", "guess") if level == "positions" else ("velocity", "guess_velocity")
         found = self._newton(x, measure, np.ones_like(self.given))
         residual, jacobian = measure(found)
-        if _size(residual, jacobian) <= PROJECTED:
+        if relative_size(residual, jacobian) <= PROJECTED:
             of = [q.name if level == "positions" else names.velocity(q.name) for q in self.mechanism.coordinates]
             moved = [f"{name} = {new:.6g}" for name, new, old in zip(of, found, x, strict=True) if abs(new - old) > MET]
             shown = ", ".join([*moved[:_SHOWN], *(["..."] if len(moved) > _SHOWN else [])])
@@ -275,30 +276,3 @@ def _meaning(constraints: Sequence[Constraint]) -> str:
     """A sentence on the equilibria among ``constraints``, which the derivation has added; "" without any."""
     found = [f"{c.name} is the force on {c.coordinate}, which has no mass" for c in constraints if c.massless]
     return f"{'; '.join(found)}. " if found else ""
-
-
-def _row_scales(jacobian: Floats) -> Floats:
-    """Factors (m,) that make the rows of unit length."""
-    length = np.linalg.norm(jacobian, axis=1)
-    scales: Floats = 1.0 / np.where(length > 0, length, 1.0)
-    return scales
-
-
-def _least_step(rows: Floats, residual: Floats) -> Floats:
-    """The step of least norm that takes the ``residual`` away to first order, damped by the square of its size.
-
-    The damping keeps the convergence quadratic where constraints are redundant, so that solutions are not isolated.
-    Source: N. Yamashita, M. Fukushima, On the rate of convergence of the Levenberg-Marquardt method, Computing 15,
-    2001.
-    """
-    matrix = rows @ rows.T + min(1.0, float(np.max(np.abs(residual))) ** 2) * np.eye(len(residual))
-    step: Floats = rows.T @ np.linalg.lstsq(matrix, -residual, rcond=_RANK)[0]
-    return step
-
-
-def _size(residual: Floats, jacobian: Floats) -> float:
-    """The greatest residual; the unit is how much it changes with a coordinate by its nominal value. NaN stays NaN."""
-    if residual.size == 0:
-        return 0.0
-    scale = np.abs(jacobian).max(axis=1)
-    return float(np.max(np.abs(residual) / np.where(scale > 0, scale, 1.0)))

@@ -129,3 +129,23 @@ def test_a_shared_subexpression_is_computed_once() -> None:
     sine = g.apply("sin", a)
     function = Function("f", "", (Array("x", (a,)),), ("y",), (("y", 0, g.multiply(sine, sine)), ("y", 1, sine)))
     assert c_function(program_of(g, function), function).count("sin(") == 1
+
+
+def test_many_zeros_are_written_by_a_loop(tmp_path: Path) -> None:
+    g = Graph()
+    a = g.symbol("a")
+    entries = [g.zero] * 3001
+    entries[7], entries[3000] = a, g.one
+    function = Function("f", "Zeros.", (Array("x", (a,)),), ("y",), tuple(("y", i, e) for i, e in enumerate(entries)))
+    text = c_function(program_of(g, function), function)
+    assert text.count("\n") < 10
+    library = compiled(tmp_path, {"f.c": f"{c_prototype(function)};\n{text}"})
+    y = (ctypes.c_double * 3001)(*[math.nan] * 3001)
+    library.f((ctypes.c_double * 1)(2.5), y)
+    assert [y[7], y[3000], sum(map(abs, y))] == [2.5, 1.0, 3.5]
+
+
+def test_no_array_is_called_like_what_long_functions_hand_on() -> None:
+    program = lower(derive(load("woodpecker")), variational=True)
+    arrays = {array for f in program.functions for array in (*f.arrays, *(a.name for a in f.arguments))}
+    assert "s" not in arrays

@@ -152,7 +152,7 @@ void failure_sentence(const Failure *failure, char text[], size_t size) {
         break;
     case FAILURE_MODES:
         snprintf(text, size, "at time %.17g no modes of contacts and dry frictions were found that obey their laws; "
-                 "check the coefficients of friction", failure->time);
+                 "check friction, and whether latches press a contact shut that cannot give way", failure->time);
         break;
     case FAILURE_CONSTRAINTS:
     case FAILURE_MASSLESS:
