@@ -11,7 +11,7 @@ from lag2fmu.dynamics.massless import determined
 from lag2fmu.errors import ExportError
 from lag2fmu.mechanism.record import Mechanism
 from lag2fmu.solvers.collocation import Collocation
-from lag2fmu.solvers.methods import DEFAULT_SOLVER, METHODS, STIFF_SOLVER, Method, TimeStepping, takes
+from lag2fmu.solvers.methods import DEFAULT_SOLVER, METHODS, SMOOTH_METHODS, STIFF_SOLVER, Method, TimeStepping, takes
 
 _USUAL_STACK = 2**20
 """The stack (bytes) that a thread has at least on all platforms."""
@@ -84,7 +84,8 @@ def check_solver(mechanism: Mechanism, method: Method) -> None:
     kinds = sorted({c.kind for c in mechanism.constraints if not takes(method, c.kind)})
     if not kinds:
         return
-    others = [name for name, other in METHODS.items() if all(takes(other, c.kind) for c in mechanism.constraints)]
+    kinds_there = {c.kind for c in mechanism.constraints}
+    others = [name for name in SMOOTH_METHODS if all(takes(METHODS[name], kind) for kind in kinds_there)]
     listed = ", ".join(c.name for c in mechanism.constraints if c.kind in kinds)
     action = "under holonomic constraints only" if takes(method, "holonomic") else "without constraints"
     raise ExportError(
