@@ -2,11 +2,13 @@
 
 from __future__ import annotations
 
+import re
 import shutil
 import subprocess
 import sys
 import xml.etree.ElementTree as ET
 import zipfile
+from collections.abc import Iterable
 from pathlib import Path
 
 import pytest
@@ -20,6 +22,7 @@ from lag2fmu.codegen.c import c_string
 from lag2fmu.fmu import Fmu
 from lag2fmu.fmu.backends.native import fmi_headers
 from lag2fmu.fmu.compilers import FLAGS, host_platform
+from lag2fmu.fmu.units import units
 
 pytestmark = pytest.mark.fmu
 on_linux = pytest.mark.skipif(sys.platform != "linux", reason="reads ELF libraries")
@@ -46,12 +49,15 @@ def library_of(folder: Path) -> Path:
     return path
 
 
-def build(folder: Path, *command: str) -> bytes:
-    """Put the library that ``command`` makes of the sources in the place of the one that was shipped; its bytes."""
-    units = sorted(path.name for path in (folder / "sources").glob("*.c"))
+def build(folder: Path, *command: str, files: Iterable[str] = ()) -> bytes:
+    """Put the library that ``command`` makes of the sources in the place of the one that was shipped; its bytes.
+
+    Compiled are ``files``, by default all.
+    """
+    files = files or sorted(path.name for path in (folder / "sources").glob("*.c"))
     library = library_of(folder)
     library.unlink()
-    arguments = [*command, f"-I{fmi_headers()}", "-shared", "-fPIC", "-o", str(library), *units, "-lm"]
+    arguments = [*command, f"-I{fmi_headers()}", "-shared", "-fPIC", "-o", str(library), *files, "-lm"]
     subprocess.run(arguments, cwd=folder / "sources", check=True)
     return library.read_bytes()
 
@@ -115,9 +121,15 @@ def test_the_header_of_fmi_gets_the_prefix(fmu: Fmu, folder: Path) -> None:
 
 @on_linux
 def test_zig_gives_the_library_that_was_shipped(fmu: Fmu, folder: Path) -> None:
+    """The very bytes, where the sources are joined as they were at the export."""
     shipped = library_of(folder).read_bytes()
     (target,) = host_platform().targets
-    again = build(folder, sys.executable, "-m", "ziglang", "cc", "-target", target, *FLAGS, "-s")
+    texts = {path.name: path.read_text("utf-8") for path in (folder / "sources").glob("*.[ch]")}
+    prefix = re.compile(r'^#(?:include "prefix.h"|define FMI2_FUNCTION_PREFIX \w+)\n', re.MULTILINE)
+    joined = units({name: prefix.sub("", text) for name, text in texts.items()})
+    for name, text in joined.items():
+        (folder / "sources" / name).write_text(text, "utf-8")
+    again = build(folder, sys.executable, "-m", "ziglang", "cc", "-target", target, *FLAGS, "-s", files=joined)
     assert again == shipped
 
 
