@@ -9,7 +9,7 @@ from __future__ import annotations
 import re
 import sys
 from collections.abc import Callable, Mapping
-from decimal import Decimal
+from decimal import Decimal, InvalidOperation
 from pathlib import Path
 from typing import Any
 
@@ -90,6 +90,8 @@ def _parse_toml(text: str) -> dict[str, Any]:
         raise TextError(f"no valid TOML: {error}{remedy}") from error
     except RecursionError:
         raise TextError("no valid TOML: arrays or tables are nested too deeply") from None
+    except InvalidOperation:
+        raise TextError("no valid TOML: the exponent of a number has too many digits") from None
     except ValueError as error:
         raise TextError(f"no valid TOML: {error}") from error
     return content
