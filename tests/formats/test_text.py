@@ -181,6 +181,11 @@ def test_large_nonsense_is_refused_soon(line: str) -> None:
     assert time.process_time() - began < 1.0
 
 
+def test_an_exponent_beyond_all_bounds_is_named() -> None:
+    with pytest.raises(TextError, match=r"x\.toml: no valid TOML: the exponent of a number has too many digits"):
+        read(f'[mechanism]\nname = "m"\n[experiment]\nstop_time = 1e-{"9" * 30}\n', "x.toml")
+
+
 def test_a_decimal_comma_is_told_from_other_faults() -> None:
     with pytest.raises(TextError, match=r"decimals have a point: 1\.5 instead of 1,5"):
         read('[mechanism]\nname = "x"\n[parameters]\nm = { value = 1,5 }\n', "x.toml")
