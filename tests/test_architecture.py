@@ -6,6 +6,7 @@ import ast
 import re
 import subprocess
 import sys
+from functools import cache
 from pathlib import Path
 
 import pytest
@@ -89,6 +90,7 @@ def _is_module(name: str) -> bool:
     return place.is_dir() or place.with_suffix(".py").is_file()
 
 
+@cache
 def _imports(path: Path, *, typing_too: bool = True) -> set[str]:
     """The dotted names a module imports; imports for type checking only can be left out."""
     tree = ast.parse((PACKAGE / path).read_text("utf-8"))
