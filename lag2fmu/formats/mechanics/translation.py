@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import re
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from typing import Any
 
@@ -16,6 +15,7 @@ from lag2fmu.description.outputs import Output
 from lag2fmu.description.parts import Constraint, Energy
 from lag2fmu.description.symbols import coordinate, parameter, signal
 from lag2fmu.errors import LoadError
+from lag2fmu.formats.identifiers import identifier, identifiers
 from lag2fmu.formats.mechanics.equations import Problem, T
 from lag2fmu.language.vocabulary import TIME, symbol
 from lag2fmu.mechanism.record import Mechanism
@@ -37,7 +37,7 @@ class Translation:
         others = sorted((a for a in dynamic if a not in ours), key=str)
         constants = sorted({s for e in whole for s in e.free_symbols} - {T}, key=str)
         self._names = self._named([*ours, *others, *constants])
-        self._inputs, self._constants = others, constants
+        self._inputs = others
         placed = [*self._energies(), *problem.holonomic]
         self._motions = [a for a in others if any(e.has(a) for e in placed) or any(e.has(a.diff(T)) for e in whole)]
         self.parameters = tuple(self._names[c] for c in constants)
@@ -53,17 +53,8 @@ class Translation:
 
     def _named(self, items: Sequence[sp.Expr]) -> dict[sp.Expr, str]:
         """{symbol: identifier}; raises LoadError where two come out alike."""
-        found: dict[sp.Expr, str] = {}
-        for item in items:
-            text = str(item.func if isinstance(item, AppliedUndef) else item)
-            name = re.sub(r"\W+", "_", text.replace("\\", ""), flags=re.ASCII).strip("_") or "_"
-            name = f"_{name}" if name[0].isdigit() else name
-            name = f"{name}_" if name in GLOBAL_NAMES else name
-            twin = next((key for key, value in found.items() if value == name), None)
-            if twin is not None:
-                raise LoadError(f"'{self._name}': {twin} and {item} would both be called '{name}'; rename one")
-            found[item] = name
-        return found
+        found = identifiers(map(_shown, items), f"'{self._name}'", taken=GLOBAL_NAMES)
+        return {item: found[_shown(item)] for item in items}
 
     def mechanism(self, values: Mapping[str, float]) -> Mechanism:
         """The mechanism with ``values`` of all parameters; raises MechanismError."""
@@ -78,7 +69,7 @@ class Translation:
         forces = {self._names[q]: put(Q) for q, Q in zip(problem.coordinates, problem.forces, strict=True) if Q != 0}
         return Mechanism(
             self._name,
-            title=f"{self._name.replace('_', ' ').capitalize()}",
+            title=self._name.replace("_", " ").capitalize(),
             source="imported from SymPy's mechanics",
             coordinates=[
                 coordinate(self._names[q], guess=guess) for q, guess in zip(problem.coordinates, guesses, strict=True)
@@ -99,7 +90,7 @@ class Translation:
         rates = {q.diff(T) for q in self._problem.coordinates}
         for u, value in self._problem.speeds.items():
             if value not in rates:
-                name = re.sub(r"\W+", "_", str(u.func).replace("\\", ""), flags=re.ASCII)
+                name = identifier(_shown(u))
                 yield Output(name, expression=self._put(value), doc=f"generalized speed {name}")
 
     def _put(self, expression: sp.Expr) -> sp.Expr:
@@ -153,6 +144,11 @@ class Translation:
         free = {s for matrix in matrices for s in matrix.free_symbols} - {*self._q, *fixed}
         found = (sp.lambdify([self._q], m.xreplace({**fixed, **dict.fromkeys(free, 0.0)}), "numpy") for m in matrices)
         return [lambda q, f=f: np.atleast_2d(np.asarray(f(q), float)) for f in found]  # type: ignore[misc]
+
+
+def _shown(item: sp.Expr) -> str:
+    """The name of a symbol or of a function of time."""
+    return str(item.func if isinstance(item, AppliedUndef) else item)
 
 
 def _rank(rows: Sequence[Floats]) -> int:

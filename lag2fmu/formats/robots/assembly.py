@@ -18,10 +18,11 @@ from lag2fmu.description.parts import Energy, Gravity
 from lag2fmu.description.places import AXES, WORLD, Body, Frame, Point
 from lag2fmu.description.symbols import coordinate, parameter
 from lag2fmu.errors import LoadError
+from lag2fmu.formats.identifiers import identifier, identifiers
 from lag2fmu.formats.robots.attachments import attach
 from lag2fmu.formats.robots.parts import UNITS, Parts
 from lag2fmu.formats.robots.tree import MOVING, Inertia, Joint, Mimic, Pose, Robot
-from lag2fmu.formats.robots.writing import axis_of, identifier, identifiers, number, numbers, turn, turns_of
+from lag2fmu.formats.robots.writing import axis_of, number, numbers, turn, turns_of
 from lag2fmu.language.vocabulary import symbol
 from lag2fmu.mechanism.record import Mechanism
 

@@ -10,9 +10,10 @@ from lag2fmu.description.joints import Joint as Closing
 from lag2fmu.description.parts import Constraint, Damper, Spring
 from lag2fmu.description.places import Frame
 from lag2fmu.description.symbols import signal
+from lag2fmu.formats.identifiers import identifier, identifiers
 from lag2fmu.formats.robots.parts import Parts
 from lag2fmu.formats.robots.tree import Actuator, Closure, Coupling, Pose, Robot, Sum, Tendon
-from lag2fmu.formats.robots.writing import identifier, identifiers, number, numbers, turns_of
+from lag2fmu.formats.robots.writing import number, numbers, turns_of
 from lag2fmu.language.vocabulary import symbol
 
 

@@ -1,39 +1,17 @@
-"""How names and numbers of a robot are written in a mechanism."""
+"""How numbers, axes and turns of a robot are written in a mechanism."""
 
 from __future__ import annotations
 
-import re
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable
 
 import numpy as np
 import sympy as sp
 
-from lag2fmu.description.places import AXES, WORLD
-from lag2fmu.errors import LoadError
+from lag2fmu.description.places import AXES
 from lag2fmu.formats.robots.tree import QUARTER, Floats, Pose
 
 Turn = tuple["str | tuple[sp.Expr, ...]", sp.Expr]
 """An axis and an angle."""
-
-
-def identifier(name: str) -> str:
-    """``name`` with all that no identifier can hold as underscores."""
-    text = re.sub(r"\W", "_", name, flags=re.ASCII)
-    return text if text[:1].isalpha() or text[:1] == "_" else f"_{text}"
-
-
-def identifiers(names: Iterable[str], where: str, taken: Iterable[str] = ()) -> Mapping[str, str]:
-    """{name: identifier}; raises LoadError where two come out alike. What is ``taken`` gets an underscore behind."""
-    found: dict[str, str] = {}
-    reserved = {*taken, WORLD}
-    for name in names:
-        text = identifier(name)
-        text = f"{text}_" if text in reserved else text
-        other = next((key for key, value in found.items() if value == text), None)
-        if other is not None:
-            raise LoadError(f"{where}: '{other}' and '{name}' would both be called '{text}'; rename one")
-        found[name] = text
-    return found
 
 
 def number(x: float) -> sp.Expr:
