@@ -78,7 +78,7 @@ MOST_LINES, MOST_LONG_MODULES = 300, 5
 MOST_LINES_OF_A_FUNCTION = 60
 """Without its docstring; 50 are what a screen takes in at once."""
 
-MOST_WAYS, MOST_WIDE_FUNCTIONS = 12, 25
+MOST_WAYS, MOST_WIDE_FUNCTIONS = 12, 21
 """Branches that a function should do with, and how many functions may have more: numbers to lower, not to raise."""
 
 
