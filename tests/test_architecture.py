@@ -38,9 +38,9 @@ ROOMS = {
     "solvers": (set(), set()),
     "codegen": ({"resources", "graph", "dynamics", "solvers"}, {"jinja2"}),
     "fmu": (
-        {"errors", "lazy", "resources", "version", "language", "description", "mechanism", "formats", "dynamics"}
-        | {"analysis", "picture", "explain", "solvers", "codegen"},
-        set(),
+        {"errors", "lazy", "resources", "version", "xml_tree", "language", "description", "mechanism", "formats"}
+        | {"dynamics", "analysis", "picture", "explain", "solvers", "codegen"},
+        {"PIL"},
     ),
     "verify": (
         {"errors", "xml_tree", "language", "description", "mechanism", "formats", "reference", "graph", "dynamics"}
@@ -63,6 +63,7 @@ USERS = {
     "fmpy": {"verify/instances.py", "verify/simulate.py"},
     "lief": {"checking/binaries.py"},
     "matplotlib": {"verify/plots"},
+    "PIL": {"fmu/icon.py"},
     "mujoco": {"formats/robots/mjcf.py"},
 }
 """package -> the modules or rooms that use it: one each, but compilers and strangers' FMUs are different programs, and
