@@ -125,7 +125,7 @@ class Watch:
         self.armed = piece.events(np.array([t]), y[None])[:, 0] > self.floors
 
     def first(self, dense: Dense, a: float, b: float, ya: Floats, yb: Floats) -> tuple[float, Due] | None:
-        """The time (s) of the first event in (a, b], where y is ``yb`` (s,), and what is due there; None without one."""
+        """The time (s) of the first event in (a, b], y there being ``yb`` (s,), and what is due; None without one."""
         if not len(self.floors):
             return None
         times = a + (b - a) * np.arange(0, POINTS + 1) / POINTS
