@@ -20,6 +20,7 @@ if TYPE_CHECKING:
     from lag2fmu.formats.loading import load
     from lag2fmu.mechanism import Mechanism
     from lag2fmu.reference import Trajectory
+    from lag2fmu.systems.entry_points import ssp
     from lag2fmu.verify import Report, linearize, simulate, validate
     from lag2fmu.verify.plots.animation import animate
 
@@ -42,6 +43,7 @@ _HOME = {
     "load": "lag2fmu.formats.loading",
     "modes": "lag2fmu.analysis.entry_points",
     "simulate": "lag2fmu.verify",
+    "ssp": "lag2fmu.systems.entry_points",
     "validate": "lag2fmu.verify",
 }
 
@@ -65,6 +67,7 @@ __all__ = [
     "load",
     "modes",
     "simulate",
+    "ssp",
     "validate",
 ]
 

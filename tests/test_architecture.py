@@ -48,9 +48,10 @@ ROOMS = {
         {"sympy", "numpy", "fmpy", "rich", "matplotlib"},
     ),
     "checking": ({"errors", "lazy", "xml_tree", "fmu", "verify"}, {"lief", "rich"}),
+    "systems": ({"errors", "xml_tree", "version", "language", "description", "fmu", "checking"}, set()),
     "cli": (
         {"errors", "resources", "version", "language", "description", "mechanism", "formats", "reference", "dynamics"}
-        | {"analysis", "explain", "solvers", "fmu", "verify", "checking"},
+        | {"analysis", "explain", "solvers", "fmu", "verify", "checking", "systems"},
         {"click", "rich"},
     ),
 }
@@ -202,6 +203,7 @@ def test_the_public_names_are_these() -> None:
         "load",
         "modes",
         "simulate",
+        "ssp",
         "validate",
     ]
     for name in lag2fmu.__all__:
