@@ -47,11 +47,16 @@ ROOMS = {
         | {"analysis", "picture", "solvers", "fmu"},
         {"sympy", "numpy", "fmpy", "rich", "matplotlib"},
     ),
+    "studies": (
+        {"errors", "language", "description", "mechanism", "formats", "reference", "dynamics", "solvers", "codegen"}
+        | {"fmu", "verify"},
+        {"numpy", "scipy", "xarray", "pyarrow", "h5netcdf", "matplotlib"},
+    ),
     "checking": ({"errors", "lazy", "xml_tree", "fmu", "verify"}, {"lief", "rich"}),
     "systems": ({"errors", "xml_tree", "version", "language", "description", "fmu", "checking"}, set()),
     "cli": (
         {"errors", "resources", "version", "language", "description", "mechanism", "formats", "reference", "dynamics"}
-        | {"analysis", "explain", "solvers", "fmu", "verify", "checking", "systems"},
+        | {"analysis", "explain", "solvers", "fmu", "verify", "studies", "checking", "systems"},
         {"click", "rich"},
     ),
 }
@@ -190,6 +195,7 @@ def test_the_public_names_are_these() -> None:
         "Lag2FmuError",
         "Mechanism",
         "Report",
+        "Sensitivities",
         "State",
         "Stop",
         "Table",
@@ -202,6 +208,7 @@ def test_the_public_names_are_these() -> None:
         "linearize",
         "load",
         "modes",
+        "sensitivities",
         "simulate",
         "ssp",
         "validate",

@@ -55,8 +55,8 @@ class Contact:
     ``gap`` is in m or rad, ``slip`` the relative tangential velocity, two of them in space, affine in the velocities.
     Instead of both, one of the kinds ``CONTACTS`` may stand ``between`` two frames, points or bodies: first the point,
     disc or sphere that touches, then what it touches. A ``normal`` ("x", "y", "z" or its entries) is fixed in the
-    second end, points out of its line or plane, and goes through it; ``radius`` (m) is that of the disc or sphere, two of a
-    pair, of a point against a disc or sphere that of the latter.
+    second end, points out of its line or plane, and goes through it; ``radius`` (m) is that of the disc or sphere, two
+    of a pair, of a point against a disc or sphere that of the latter.
 
     ``restitution`` is Newton's coefficient, ``friction`` the coefficient of sliding friction, ``static_friction`` that
     of sticking (by default the same). With the ``law`` "compliant" the force is stiffness d^1.5 (1 + damping d_dot) of
