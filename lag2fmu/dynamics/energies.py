@@ -14,7 +14,7 @@ from dataclasses import dataclass, field
 import sympy as sp
 
 from lag2fmu.description import names
-from lag2fmu.description.outputs import Output
+from lag2fmu.description.outputs import TURNING, Output
 from lag2fmu.description.parts import Damper, Load, Spring
 from lag2fmu.description.places import WORLD, Body
 from lag2fmu.dynamics.frames import Frames, Rate, Velocity
@@ -252,8 +252,12 @@ class Composer:
             elif load.force is not None:
                 self._act(self.effort, self.place(target), self.put.vector(tuple(load.force)))
             else:
-                body = next(b for b in self.mechanism.bodies if b.name == target)
-                self._act(self.effort, (self.put(body.angle),), (self.put(load.torque),))
+                self._act(self.effort, (self._angle(target),), (self.put(load.torque),))
+
+    def _angle(self, name: str) -> Node:
+        """The angle (rad) of the planar body or point ``name``"""
+        parts = (*self.mechanism.bodies, *self.mechanism.points)
+        return self.put(next(part.angle for part in parts if part.name == name))
 
     def _load_on_frame(self, load: Load, frame: str, place: Vector) -> None:
         """A force at the velocity of its point, a torque at the angular velocity, in the frame's axes"""
@@ -271,15 +275,21 @@ class Composer:
         if output.quantity is None:
             return (self.put(output.expression),)
         name = str(output.point if output.point is not None else output.frame)
+        accelerating = Forward(self.g, self.variables.direction(self.g, accelerating=True))
+        if output.turning:
+            found: Vector = (self._angle(name),)
+            for rate in (self.rate, accelerating)[: tuple(TURNING).index(str(output.quantity))]:
+                found = tuple(rate(found))
+            return found
         if output.quantity == "position":
             return self.place(name)
         if output.quantity == "velocity":
             return tuple(self.rate(self.place(name)))
         if output.quantity == "acceleration":
-            change = Forward(self.g, self.variables.direction(self.g, accelerating=True))
-            return tuple(change(self.rate(self.place(name))))
-        if output.quantity == "angular_velocity":
+            return tuple(accelerating(self.rate(self.place(name))))
+        if output.quantity in ("angular_velocity", "angular_acceleration"):
             own = self.velocities[name].angular
+            own = tuple(accelerating(own)) if output.quantity == "angular_acceleration" else own
             return own if output.axes != WORLD else self.frames.to_world(name, own)
         if output.quantity == "rotation":
             return tuple(entry for row in zip(*self.frames.axes(name), strict=True) for entry in row)

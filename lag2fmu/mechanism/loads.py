@@ -23,13 +23,22 @@ def with_inputs(m: Description) -> tuple[list[Load], list[tuple[str, Input]]]:
     inputs: list[tuple[str, Input]] = []
     places = {place.name: place for place in m.places}
     for load in m.loads:
-        own = _inputs_of(load, places) if load.input else []
-        entries = [symbol(item.name) for item in own]
-        value = entries[0] if [item.name for item in own] == [load.name] else entries
-        key = "force" if load.point is not None else "torque"
-        written.append(replace(load, input=False, **{key: value}) if own else load)  # type: ignore[arg-type]
+        load_written, own = opened(load, places) if load.input else (load, [])
+        written.append(load_written)
         inputs += [(load.name, item) for item in own]
     return written, inputs
+
+
+def opened(load: Load, places: Mapping[str, Place]) -> tuple[Load, list[Input]]:
+    """The ``load``, which is an input itself, with the inputs that it refers to, in N or N.m; ``places`` by name.
+
+    Raises MechanismError for one that has a value as well.
+    """
+    own = _inputs_of(load, places)
+    entries = [symbol(item.name) for item in own]
+    value = entries[0] if [item.name for item in own] == [load.name] else entries
+    key = "force" if load.point is not None else "torque"
+    return replace(load, input=False, **{key: value}), own  # type: ignore[arg-type]
 
 
 def _inputs_of(load: Load, places: Mapping[str, Place]) -> list[Input]:
