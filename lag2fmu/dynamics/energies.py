@@ -14,7 +14,7 @@ from dataclasses import dataclass, field
 import sympy as sp
 
 from lag2fmu.description import names
-from lag2fmu.description.outputs import TURNING, Output
+from lag2fmu.description.outputs import QUANTITIES, TURNING, Output
 from lag2fmu.description.parts import Damper, Load, Spring
 from lag2fmu.description.places import WORLD, Body
 from lag2fmu.dynamics.frames import Frames, Rate, Velocity
@@ -274,26 +274,26 @@ class Composer:
         """The nodes of an output, one for each of its names, in SI units."""
         if output.quantity is None:
             return (self.put(output.expression),)
-        name = str(output.point if output.point is not None else output.frame)
         accelerating = Forward(self.g, self.variables.direction(self.g, accelerating=True))
-        if output.turning:
-            found: Vector = (self._angle(name),)
-            for rate in (self.rate, accelerating)[: tuple(TURNING).index(str(output.quantity))]:
-                found = tuple(rate(found))
-            return found
-        if output.quantity == "position":
-            return self.place(name)
-        if output.quantity == "velocity":
-            return tuple(self.rate(self.place(name)))
-        if output.quantity == "acceleration":
-            return tuple(accelerating(self.rate(self.place(name))))
-        if output.quantity in ("angular_velocity", "angular_acceleration"):
-            own = self.velocities[name].angular
-            own = tuple(accelerating(own)) if output.quantity == "angular_acceleration" else own
-            return own if output.axes != WORLD else self.frames.to_world(name, own)
+        if output.point is None:
+            return self._of_frame(output, str(output.frame), accelerating)
+        found = (self._angle(str(output.point)),) if output.turning else self.place(str(output.point))
+        order = tuple(TURNING if output.turning else QUANTITIES).index(output.quantity)
+        for rate in (self.rate, accelerating)[:order]:
+            found = tuple(rate(found))
+        return found
+
+    def _of_frame(self, output: Output, name: str, accelerating: Rate) -> Vector:
+        """The quantity of the frame ``name`` that is ``output``"""
+        if output.quantity == "quaternion":
+            return self.frames.quaternion(name)
+        if output.quantity == "angles":
+            return self.frames.angles(name)
         if output.quantity == "rotation":
             return tuple(entry for row in zip(*self.frames.axes(name), strict=True) for entry in row)
-        return self.frames.quaternion(name) if output.quantity == "quaternion" else self.frames.angles(name)
+        own = self.velocities[name].angular
+        own = tuple(accelerating(own)) if output.quantity == "angular_acceleration" else own
+        return own if output.axes != WORLD else self.frames.to_world(name, own)
 
     def _direct(self) -> tuple[Node, ...]:
         given = {force.coordinate: self.put(force.expression) for force in self.mechanism.forces}

@@ -8,12 +8,13 @@ from collections.abc import Sequence
 from lag2fmu.description import names
 from lag2fmu.description.outputs import QUANTITIES, TURNING, Output
 from lag2fmu.description.parts import Damper, Load, Spring
-from lag2fmu.description.places import WORLD, Expression, Place, Vector
+from lag2fmu.description.places import WORLD, Expression, Vector
 from lag2fmu.description.record import Description
 from lag2fmu.description.symbols import Coordinate, Input, Parameter
 from lag2fmu.errors import MechanismError, UnitError
 from lag2fmu.language.vocabulary import free_names
 from lag2fmu.mechanism.geometry import check_values
+from lag2fmu.mechanism.loads import rigid_place
 from lag2fmu.mechanism.name_check import check_names
 from lag2fmu.mechanism.scope import Scope, check_constraints, check_presence, check_symbols
 from lag2fmu.mechanism.unit_check import mismatches
@@ -188,22 +189,6 @@ def _check_torque(m: Description, where: str, load: Load) -> None:
     if entries != wanted:
         asked = "one expression" if wanted is None else "3 entries"
         raise MechanismError(f"{where}.torque: the torque on '{load.body}' has {asked}, got {load.torque}")
-
-
-def rigid_place(m: Description, name: str, where: str) -> Place:
-    """The body or point ``name``, which has an angle or a frame, so that a torque can act on what it is fixed to.
-
-    Raises MechanismError with ``where`` if there is none.
-    """
-    place = next((part for part in (*m.bodies, *m.points) if part.name == name), None)
-    if place is None:
-        _location(m, name, where)  # of an unknown name it tells which there are
-    if place is None or (place.angle is None and place.frame is None):
-        raise MechanismError(
-            f"{where}: '{name}' is not a rigid body with an angle or a frame, nor a point of one, so no torque acts on "
-            "it; give it an angle and an inertia, put it on a frame, or let a force act"
-        )
-    return place
 
 
 def _check_axes(where: str, part: Load | Output, framed: bool) -> None:

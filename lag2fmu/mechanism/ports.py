@@ -13,8 +13,7 @@ from lag2fmu.description.places import WORLD, Place, Point
 from lag2fmu.description.record import Description
 from lag2fmu.description.symbols import Input, names_of
 from lag2fmu.errors import MechanismError
-from lag2fmu.mechanism.check import rigid_place
-from lag2fmu.mechanism.loads import opened
+from lag2fmu.mechanism.loads import opened, rigid_place
 
 Origins = dict[str, str]
 
