@@ -104,6 +104,12 @@ def show(**choices: Any) -> None:
     show_default=True,
     help="Start as the model says, or at rest in the equilibrium found from there.",
 )
+@click.option(
+    "--without",
+    multiple=True,
+    metavar="WORD",
+    help="Leave out for others: sources, equations (of the page), description (the mechanism); repeatable, or a,b.",
+)
 @click.option("--reference", is_flag=True, help="Put a reference trajectory in, to check the FMU with.")
 @click.option("--force", is_flag=True, help="Overwrite FILE also where it holds another mechanism.")
 @SET
