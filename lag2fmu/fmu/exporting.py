@@ -123,7 +123,7 @@ def export(  # noqa: PLR0913 (choices of the user)
     solver, choice, reason = _chosen_solver(equations, solver, backend)
     check_solver(equations.mechanism, METHODS[solver])
     method = METHODS[solver]
-    promoted = promotable(equations, outputs)
+    promoted = promotable(equations, outputs, events=version.has_ports)
     program = lower(equations, promoted, method.variational, isinstance(method, TimeStepping))
     mechanism = complete(mechanism, equations)
     content = build(mechanism, equations, program, solver)

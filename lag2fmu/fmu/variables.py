@@ -93,10 +93,11 @@ def build_table(equations: EquationsOfMotion, program: Program, *, events: bool 
     return VariableTable(variables, runtime_tables(mechanism, program, builder.slots, variables))
 
 
-def promotable(equations: EquationsOfMotion, wanted: Sequence[str]) -> frozenset[str]:
+def promotable(equations: EquationsOfMotion, wanted: Sequence[str], *, events: bool = False) -> frozenset[str]:
     """The local variables that ``wanted`` makes outputs: names, or 'all'; outputs may be named once more.
 
-    Raises ExportError for a name that is neither.
+    With ``events`` clocks may be named, too. They are not among 'all', for fmpy 0.3.32 takes output clocks for unknowns
+    at initialization. Raises ExportError for a name that is neither.
     """
     mechanism = equations.mechanism
     states = {name for q in mechanism.coordinates for name in (q.name, names.velocity(q.name))}
@@ -109,6 +110,7 @@ def promotable(equations: EquationsOfMotion, wanted: Sequence[str]) -> frozenset
     known += [names.DISSIPATED_ENERGY] if mechanism.hybrid else []
     if "all" in wanted:
         wanted = [*known, *(name for name in wanted if name != "all")]
+    known += [names.impact(c.name) for c in mechanism.unilaterals] if events else []
     for name in sorted({*wanted} - {*known, *states, *mechanism.output_names}):
         near = get_close_matches(name, known) or known
         raise ExportError(f"--output {name}: there is no such variable; known are {', '.join(near)}")
