@@ -72,8 +72,10 @@ def build_table(equations: EquationsOfMotion, program: Program, *, events: bool 
     builder = Builder()
     builder.add(ScalarVariable("time", 0, "independent", "continuous", unit=SECOND, doc="time"), "VARIABLE_TIME", 0)
     _add_states(builder, mechanism, program.outputs)
+    hidden = mechanism.hidden_inputs
     for index, variable in enumerate(_inputs(mechanism)):
-        builder.add(variable, "VARIABLE_INPUT", index)
+        if variable.name not in hidden:
+            builder.add(variable, "VARIABLE_INPUT", index)
     _add_parameters(builder, mechanism, program)
     _add_calculated(builder, equations, program)
     add_elements(builder, mechanism, program.outputs)
@@ -85,7 +87,7 @@ def build_table(equations: EquationsOfMotion, program: Program, *, events: bool 
     if events:
         found |= indicator_dependencies(mechanism, program, found, order)
     variables = tuple(
-        replace(v, dependencies=tuple(sorted(found[v.name], key=order.__getitem__))) if v.name in found else v
+        replace(v, dependencies=tuple(sorted(found[v.name] - hidden, key=order.__getitem__))) if v.name in found else v
         for v in builder.variables
     )
     return VariableTable(variables, runtime_tables(mechanism, program, builder.slots, variables))
