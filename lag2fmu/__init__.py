@@ -15,6 +15,7 @@ if TYPE_CHECKING:
     from lag2fmu.analysis.entry_points import equilibria, modes
     from lag2fmu.description.events import Contact, Friction, State, Stop, Table
     from lag2fmu.dynamics import derive
+    from lag2fmu.ensemble import Ensemble, Runs
     from lag2fmu.errors import Lag2FmuError
     from lag2fmu.fmu import Fmu, export
     from lag2fmu.formats.loading import load
@@ -25,11 +26,13 @@ if TYPE_CHECKING:
 
 _HOME = {
     "Contact": "lag2fmu.description.events",
+    "Ensemble": "lag2fmu.ensemble",
     "Fmu": "lag2fmu.fmu",
     "Friction": "lag2fmu.description.events",
     "Lag2FmuError": "lag2fmu.errors",
     "Mechanism": "lag2fmu.mechanism",
     "Report": "lag2fmu.verify",
+    "Runs": "lag2fmu.ensemble",
     "State": "lag2fmu.description.events",
     "Stop": "lag2fmu.description.events",
     "Table": "lag2fmu.description.events",
@@ -47,11 +50,13 @@ _HOME = {
 
 __all__ = [
     "Contact",
+    "Ensemble",
     "Fmu",
     "Friction",
     "Lag2FmuError",
     "Mechanism",
     "Report",
+    "Runs",
     "State",
     "Stop",
     "Table",

@@ -42,6 +42,10 @@ ROOMS = {
         | {"analysis", "picture", "explain", "solvers", "codegen"},
         set(),
     ),
+    "ensemble": (
+        {"errors", "lazy", "resources", "mechanism", "formats", "dynamics", "solvers", "codegen", "fmu"},
+        {"numpy"},
+    ),
     "verify": (
         {"errors", "xml_tree", "language", "description", "mechanism", "formats", "reference", "graph", "dynamics"}
         | {"analysis", "picture", "solvers", "fmu"},
@@ -183,11 +187,13 @@ def test_a_name_comes_from_the_module_that_defines_it() -> None:
 def test_the_public_names_are_these() -> None:
     assert sorted(lag2fmu.__all__) == [
         "Contact",
+        "Ensemble",
         "Fmu",
         "Friction",
         "Lag2FmuError",
         "Mechanism",
         "Report",
+        "Runs",
         "State",
         "Stop",
         "Table",
