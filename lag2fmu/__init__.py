@@ -21,6 +21,8 @@ if TYPE_CHECKING:
     from lag2fmu.formats.loading import load
     from lag2fmu.mechanism import Mechanism
     from lag2fmu.reference import Trajectory
+    from lag2fmu.studies.sensitivities import Sensitivities, sensitivities
+    from lag2fmu.systems.entry_points import ssp
     from lag2fmu.verify import Report, linearize, simulate, validate
     from lag2fmu.verify.plots.animation import animate
 
@@ -33,6 +35,7 @@ _HOME = {
     "Mechanism": "lag2fmu.mechanism",
     "Report": "lag2fmu.verify",
     "Runs": "lag2fmu.ensemble",
+    "Sensitivities": "lag2fmu.studies.sensitivities",
     "State": "lag2fmu.description.events",
     "Stop": "lag2fmu.description.events",
     "Table": "lag2fmu.description.events",
@@ -44,7 +47,9 @@ _HOME = {
     "linearize": "lag2fmu.verify",
     "load": "lag2fmu.formats.loading",
     "modes": "lag2fmu.analysis.entry_points",
+    "sensitivities": "lag2fmu.studies.sensitivities",
     "simulate": "lag2fmu.verify",
+    "ssp": "lag2fmu.systems.entry_points",
     "validate": "lag2fmu.verify",
 }
 
@@ -57,6 +62,7 @@ __all__ = [
     "Mechanism",
     "Report",
     "Runs",
+    "Sensitivities",
     "State",
     "Stop",
     "Table",
@@ -69,7 +75,9 @@ __all__ = [
     "linearize",
     "load",
     "modes",
+    "sensitivities",
     "simulate",
+    "ssp",
     "validate",
 ]
 

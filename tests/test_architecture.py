@@ -38,9 +38,9 @@ ROOMS = {
     "solvers": (set(), set()),
     "codegen": ({"resources", "graph", "dynamics", "solvers"}, {"jinja2"}),
     "fmu": (
-        {"errors", "lazy", "resources", "version", "language", "description", "mechanism", "formats", "dynamics"}
-        | {"analysis", "picture", "explain", "solvers", "codegen"},
-        set(),
+        {"errors", "lazy", "resources", "version", "xml_tree", "language", "description", "mechanism", "formats"}
+        | {"dynamics", "analysis", "picture", "explain", "solvers", "codegen"},
+        {"PIL"},
     ),
     "ensemble": (
         {"errors", "lazy", "resources", "mechanism", "formats", "dynamics", "solvers", "codegen", "fmu"},
@@ -51,10 +51,16 @@ ROOMS = {
         | {"analysis", "picture", "solvers", "fmu"},
         {"sympy", "numpy", "fmpy", "rich", "matplotlib"},
     ),
+    "studies": (
+        {"errors", "language", "description", "mechanism", "formats", "reference", "dynamics", "solvers", "codegen"}
+        | {"fmu", "verify"},
+        {"numpy", "scipy", "xarray", "pyarrow", "h5netcdf", "matplotlib"},
+    ),
     "checking": ({"errors", "lazy", "xml_tree", "fmu", "verify"}, {"lief", "rich"}),
+    "systems": ({"errors", "xml_tree", "version", "language", "description", "fmu", "checking"}, set()),
     "cli": (
         {"errors", "resources", "version", "language", "description", "mechanism", "formats", "reference", "dynamics"}
-        | {"analysis", "explain", "solvers", "fmu", "verify", "checking"},
+        | {"analysis", "explain", "solvers", "fmu", "verify", "studies", "checking", "systems"},
         {"click", "rich"},
     ),
 }
@@ -67,6 +73,7 @@ USERS = {
     "fmpy": {"verify/instances.py", "verify/simulate.py"},
     "lief": {"checking/binaries.py"},
     "matplotlib": {"verify/plots"},
+    "PIL": {"fmu/icon.py"},
     "mujoco": {"formats/robots/mjcf.py"},
 }
 """package -> the modules or rooms that use it: one each, but compilers and strangers' FMUs are different programs, and
@@ -81,7 +88,7 @@ MOST_LINES, MOST_LONG_MODULES = 300, 5
 MOST_LINES_OF_A_FUNCTION = 60
 """Without its docstring; 50 are what a screen takes in at once."""
 
-MOST_WAYS, MOST_WIDE_FUNCTIONS = 12, 25
+MOST_WAYS, MOST_WIDE_FUNCTIONS = 12, 21
 """Branches that a function should do with, and how many functions may have more: numbers to lower, not to raise."""
 
 
@@ -194,6 +201,7 @@ def test_the_public_names_are_these() -> None:
         "Mechanism",
         "Report",
         "Runs",
+        "Sensitivities",
         "State",
         "Stop",
         "Table",
@@ -206,7 +214,9 @@ def test_the_public_names_are_these() -> None:
         "linearize",
         "load",
         "modes",
+        "sensitivities",
         "simulate",
+        "ssp",
         "validate",
     ]
     for name in lag2fmu.__all__:
