@@ -25,6 +25,7 @@ from lag2fmu.fmu.backends.backend import Choices
 from lag2fmu.fmu.carried import MECHANISM_ENTRY
 from lag2fmu.fmu.compilers import Progress
 from lag2fmu.fmu.documentation import documentation
+from lag2fmu.fmu.live_page import page_choice
 from lag2fmu.fmu.model_description import ModelDescription
 from lag2fmu.fmu.pack import pack
 from lag2fmu.fmu.terminals import terminals
@@ -33,6 +34,7 @@ from lag2fmu.fmu.versions import VERSIONS
 from lag2fmu.formats.loading import as_mechanism
 from lag2fmu.formats.write import write
 from lag2fmu.mechanism.record import Mechanism
+from lag2fmu.live.samples import Samples
 from lag2fmu.resources import resource_folder
 from lag2fmu.solvers.methods import DEFAULT_SOLVER, METHODS, TimeStepping
 
@@ -89,6 +91,8 @@ def export(  # noqa: PLR0913 (choices of the user)
     fmi: str = "2.0",
     arrays: bool = False,
     start: str = "given",
+    page: str | None = None,
+    samples: Samples | None = None,
 ) -> Fmu:
     """Write the FMU of ``model``, a mechanism or what ``load`` takes, to ``path`` (default: NAME.fmu here).
 
@@ -98,6 +102,8 @@ def export(  # noqa: PLR0913 (choices of the user)
     further files {name in the archive: content}, ``progress`` is told how the compiler gets on. ``fmi`` is the version
     of the standard, a name in VERSIONS; with ``arrays``, of FMI 3.0, coordinates and what belongs to them are arrays.
     It starts as it is "given", or at rest in the "equilibrium" found from there.
+    The ``page`` of documentation is "live", in which the mechanism moves, or "static"; a live one compares its
+    trajectory with ``samples`` of a direct integration, if they are given.
     Raises LoadError, ExportError, DerivationError or BuildError.
     """
     mechanism = as_mechanism(model)
@@ -111,7 +117,7 @@ def export(  # noqa: PLR0913 (choices of the user)
     version = VERSIONS[fmi]
     if arrays and not version.has_ports:
         raise ExportError(f"--arrays: FMI {fmi} has no arrays; add --fmi 3.0, or leave --arrays out")
-    choices = Choices(solver or DEFAULT_SOLVER, platform, compiler, progress, version, arrays)
+    choices = Choices(solver or DEFAULT_SOLVER, platform, compiler, progress, version, arrays, page_choice(page) == "live")
     build = BACKENDS[backend].prepare(choices)
     target = Path(path) if path is not None else Path(f"{mechanism.name}.fmu")
     _check_target(target)
@@ -130,7 +136,7 @@ def export(  # noqa: PLR0913 (choices of the user)
         MECHANISM_ENTRY: write(mechanism).encode(),
         TERMINALS: terminals(content.description, icon=Path(version.icon).parent == Path(TERMINALS).parent),
         version.icon: (resource_folder("templates") / "documentation" / "model.png").read_bytes(),
-        **documentation(content.description, equations, program, (content.binaries, content.resources), reason),
+        **documentation(equations, program, content, reason, samples),
         **(extra or {}),
     }
     pack(files, target)

@@ -1,0 +1,136 @@
+"""The live page of an FMU: its C sources as a module of WebAssembly, its variables, its picture, in one file."""
+
+from __future__ import annotations
+
+import math
+import os
+import re
+from collections.abc import Mapping
+from dataclasses import dataclass
+from importlib.util import find_spec
+from typing import Any
+
+from lag2fmu.analysis.evaluation import attempted
+from lag2fmu.codegen.sources import page_sources
+from lag2fmu.description import names
+from lag2fmu.dynamics.functions import Program
+from lag2fmu.errors import DerivationError, ExportError
+from lag2fmu.fmu.compilers import compile_module
+from lag2fmu.fmu.elements import ENUMERATIONS
+from lag2fmu.fmu.model_description import ModelDescription
+from lag2fmu.fmu.scalar_variable import ScalarVariable
+from lag2fmu.mechanism.record import Mechanism
+from lag2fmu.live.document import document
+from lag2fmu.live.drawing import Drawing, drawing
+from lag2fmu.live.samples import Samples
+
+PAGES = ("live", "static")
+VARIABLE = "LAG2FMU_PAGE"
+"""The variable of the environment that names the page of FMUs for which none is asked."""
+
+_FUNCTION = re.compile(r"\b(page_\w+)\(")
+_SHORT, _LONG, _SHOWN = 3.0, 30.0, 10.0
+"""Experiments between these lengths (s) are shown in real time, others such that they take about the last one."""
+_LINES = 4
+
+
+@dataclass(frozen=True)
+class Live:
+    """What a live page has beside a static one: the ``picture`` and the ``module`` in WebAssembly."""
+
+    picture: Drawing | None
+    module: bytes
+
+
+def page_choice(page: str | None) -> str:
+    """The kind of page: the one that is asked for, else what the environment names, else live.
+
+    Without zig there is no compiler for live pages; those that nobody asked for are static then. Raises ExportError.
+    """
+    choice = page or os.environ.get(VARIABLE) or "live"
+    if choice not in PAGES:
+        raise ExportError(f"unknown page '{choice}'; known are {', '.join(PAGES)}")
+    return choice if page or find_spec("ziglang") is not None else "static"
+
+
+def live(mechanism: Mechanism, program: Program, sources: Mapping[str, str]) -> Live:
+    """The picture of a complete ``mechanism``, and its ``program`` from the C ``sources`` of an FMU, compiled.
+
+    Raises BuildError if the compiler fails.
+    """
+    picture = attempted(lambda: drawing(mechanism), None)
+    function = None
+    if picture is not None:
+        try:
+            function = picture.spots.program(program)
+        except DerivationError:  # a picture that depends on more than the state
+            picture = None
+    texts = page_sources(sources, function)
+    return Live(picture, compile_module(texts, sorted(set(_FUNCTION.findall(texts["page.h"])))))
+
+
+def live_document(
+    context: Mapping[str, object], description: ModelDescription, made: Live, samples: Samples | None
+) -> str:
+    """The page as HTML; ``context`` is that of the static page, ``samples`` are what its trajectory is compared with."""
+    picture = made.picture
+    notes = context["sketch"][1] if context["sketch"] else ()  # type: ignore[index]
+    spatial = picture is not None and not picture.data["planar"]
+    data = _data(description, picture, samples)
+    return document({**context, "notes": notes}, data, made.module, spatial=spatial)
+
+
+def _data(description: ModelDescription, picture: Drawing | None, samples: Samples | None) -> dict[str, Any]:
+    mechanism = description.mechanism
+    experiment, coordinates = mechanism.experiment, [c.name for c in mechanism.coordinates]
+    stop = experiment.stop_time
+    known = [v for v in description.variables if v.derivative_of is None and v.type in {"Real", "Integer", *ENUMERATIONS}]
+    known = [v for v in known if v.name not in names.SETTINGS and v.causality != "independent"]
+    return {
+        "name": mechanism.name,
+        "experiment": {"stop": stop, "step": experiment.step, "tolerance": experiment.tolerance},
+        "speed": 1 if _SHORT <= stop <= _LONG else float(f"{stop / _SHOWN:.1g}"),
+        "variables": [_variable(v, mechanism) for v in known],
+        "coordinates": coordinates,
+        "drawing": None if picture is None else picture.data,
+        "plot": coordinates[:_LINES],
+        "phase": [coordinates[0], names.velocity(coordinates[0])],
+        "reference": None if samples is None else samples.data(),
+    }
+
+
+def _variable(variable: ScalarVariable, mechanism: Mechanism) -> dict[str, Any]:
+    """A variable as the script knows it: values in SI units, those in its unit are (value - offset)/factor."""
+    unit, kind = variable.unit, _kind(variable, mechanism)
+    items = ENUMERATIONS[variable.type].items if variable.type in ENUMERATIONS else {}
+    nominal = variable.nominal
+    if kind == "coordinate":
+        nominal = next(c.nominal for c in mechanism.coordinates if c.name == variable.name)
+    return {
+        "name": variable.name,
+        "index": variable.value_reference,
+        "kind": kind,
+        "doc": variable.doc,
+        "unit": "" if unit is None else unit.name,
+        "si": "" if unit is None else unit.si_name,
+        "factor": 1.0 if unit is None else unit.factor,
+        "offset": 0.0 if unit is None else unit.offset,
+        "start": variable.start if variable.start is not None else 0.0,
+        "min": variable.minimum,
+        "max": variable.maximum,
+        "nominal": nominal if nominal is not None and math.isfinite(nominal) else None,
+        "fixed": variable.variability == "fixed" or kind in {"coordinate", "velocity"},
+        "discrete": variable.type != "Real" or variable.variability == "discrete",
+        "watched": variable.type != "Real",
+        "items": {value: name for name, (value, _) in items.items()} or None,
+        "short": variable.name.removeprefix("mode_").removesuffix("_mode"),
+    }
+
+
+def _kind(variable: ScalarVariable, mechanism: Mechanism) -> str:
+    coordinates = [c.name for c in mechanism.coordinates]
+    if variable.name in coordinates:
+        return "coordinate"
+    if variable.name in map(names.velocity, coordinates) or variable.name in {z.name for z in mechanism.states}:
+        return "velocity"
+    return variable.causality if variable.causality in {"parameter", "input"} else "other"
