@@ -17,6 +17,7 @@ if TYPE_CHECKING:
     from lag2fmu.dynamics import derive
     from lag2fmu.errors import Lag2FmuError
     from lag2fmu.fmu import Fmu, export
+    from lag2fmu.fmu.paging import page
     from lag2fmu.formats.loading import load
     from lag2fmu.mechanism import Mechanism
     from lag2fmu.reference import Trajectory
@@ -41,6 +42,7 @@ _HOME = {
     "linearize": "lag2fmu.verify",
     "load": "lag2fmu.formats.loading",
     "modes": "lag2fmu.analysis.entry_points",
+    "page": "lag2fmu.fmu.paging",
     "simulate": "lag2fmu.verify",
     "validate": "lag2fmu.verify",
 }
@@ -64,6 +66,7 @@ __all__ = [
     "linearize",
     "load",
     "modes",
+    "page",
     "simulate",
     "validate",
 ]

@@ -37,14 +37,18 @@ ROOMS = {
     ),
     "solvers": (set(), set()),
     "codegen": ({"resources", "graph", "dynamics", "solvers"}, {"jinja2"}),
+    "live": (
+        {"resources", "description", "mechanism", "graph", "dynamics", "picture", "codegen"},
+        {"numpy"},
+    ),
     "fmu": (
-        {"errors", "lazy", "resources", "version", "language", "description", "mechanism", "formats", "dynamics"}
-        | {"analysis", "picture", "explain", "solvers", "codegen"},
-        set(),
+        {"errors", "lazy", "resources", "version", "xml_tree", "language", "description", "mechanism", "formats"}
+        | {"dynamics", "analysis", "picture", "explain", "solvers", "codegen", "live"},
+        {"PIL"},
     ),
     "verify": (
         {"errors", "xml_tree", "language", "description", "mechanism", "formats", "reference", "graph", "dynamics"}
-        | {"analysis", "picture", "solvers", "fmu"},
+        | {"analysis", "picture", "solvers", "live", "fmu"},
         {"sympy", "numpy", "fmpy", "rich", "matplotlib"},
     ),
     "checking": ({"errors", "lazy", "xml_tree", "fmu", "verify"}, {"lief", "rich"}),
@@ -63,6 +67,7 @@ USERS = {
     "fmpy": {"verify/instances.py", "verify/simulate.py"},
     "lief": {"checking/binaries.py"},
     "matplotlib": {"verify/plots"},
+    "PIL": {"fmu/icon.py"},
     "mujoco": {"formats/robots/mjcf.py"},
 }
 """package -> the modules or rooms that use it: one each, but compilers and strangers' FMUs are different programs, and
@@ -77,7 +82,7 @@ MOST_LINES, MOST_LONG_MODULES = 300, 5
 MOST_LINES_OF_A_FUNCTION = 60
 """Without its docstring; 50 are what a screen takes in at once."""
 
-MOST_WAYS, MOST_WIDE_FUNCTIONS = 12, 25
+MOST_WAYS, MOST_WIDE_FUNCTIONS = 12, 21
 """Branches that a function should do with, and how many functions may have more: numbers to lower, not to raise."""
 
 
@@ -200,6 +205,7 @@ def test_the_public_names_are_these() -> None:
         "linearize",
         "load",
         "modes",
+        "page",
         "simulate",
         "validate",
     ]

@@ -19,6 +19,7 @@ from lag2fmu.cli.commands import (
     linearize,
     models,
     new,
+    page_command,
     show,
     simulate,
     validate,
@@ -78,5 +79,17 @@ def main() -> None:
     """
 
 
-for _command in (demo, models, new, import_command, show, export_command, linearize, simulate, validate, check):
+for _command in (
+    demo,
+    models,
+    new,
+    import_command,
+    show,
+    export_command,
+    page_command,
+    linearize,
+    simulate,
+    validate,
+    check,
+):
     main.add_command(_command)

@@ -34,6 +34,9 @@ from lag2fmu.description.symbols import Coordinate, Declared, Input, Parameter
 from lag2fmu.description.tables import Table
 from lag2fmu.errors import MechanismError
 
+IMPRINT = ("author", "version", "copyright", "license")
+"""The keys that say who is behind a mechanism; attributes of modelDescription.xml have the same names."""
+
 
 @dataclass(frozen=True)
 class TableKey:
@@ -82,6 +85,10 @@ class Description:
     _: KW_ONLY
     title: str = key("string", "What it is, in a few words.", default="")
     source: str = key("string", "Where equations and values come from.", default="")
+    author: str = key("string", "Who wrote it.", default="")
+    version: str = key("string", "Its version, e.g. 1.2.", default="")
+    copyright: str = key("string", "Whose it is, e.g. (c) 2026 A. Lovelace.", default="")
+    license: str = key("string", "Under which terms others may use it, e.g. BSD-3-Clause.", default="")
     impacts: str = key(
         IMPACTS, "How contacts share an impact: in rounds, or in one problem over all that touch.", default="sequential"
     )
@@ -155,6 +162,11 @@ class Description:
             gravity=gravity if gravity is None or isinstance(gravity, Gravity) else Gravity(gravity),
             experiment=self.experiment or Experiment(),
         )
+
+    @property
+    def imprint(self) -> dict[str, str]:
+        """What is said of author, version, copyright and license, by these words; what is not said is left out."""
+        return {word: text for word in IMPRINT if (text := getattr(self, word))}
 
     @property
     def holonomic(self) -> tuple[Constraint, ...]:

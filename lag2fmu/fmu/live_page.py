@@ -19,10 +19,10 @@ from lag2fmu.fmu.compilers import compile_module
 from lag2fmu.fmu.elements import ENUMERATIONS
 from lag2fmu.fmu.model_description import ModelDescription
 from lag2fmu.fmu.scalar_variable import ScalarVariable
-from lag2fmu.mechanism.record import Mechanism
 from lag2fmu.live.document import document
 from lag2fmu.live.drawing import Drawing, drawing
 from lag2fmu.live.samples import Samples
+from lag2fmu.mechanism.record import Mechanism
 
 PAGES = ("live", "static")
 VARIABLE = "LAG2FMU_PAGE"
@@ -72,7 +72,7 @@ def live(mechanism: Mechanism, program: Program, sources: Mapping[str, str]) -> 
 def live_document(
     context: Mapping[str, object], description: ModelDescription, made: Live, samples: Samples | None
 ) -> str:
-    """The page as HTML; ``context`` is that of the static page, ``samples`` are what its trajectory is compared with."""
+    """The page as HTML; ``context`` is that of the static page; ``samples``: what its trajectory is compared with."""
     picture = made.picture
     notes = context["sketch"][1] if context["sketch"] else ()  # type: ignore[index]
     spatial = picture is not None and not picture.data["planar"]
@@ -84,7 +84,9 @@ def _data(description: ModelDescription, picture: Drawing | None, samples: Sampl
     mechanism = description.mechanism
     experiment, coordinates = mechanism.experiment, [c.name for c in mechanism.coordinates]
     stop = experiment.stop_time
-    known = [v for v in description.variables if v.derivative_of is None and v.type in {"Real", "Integer", *ENUMERATIONS}]
+    known = [
+        v for v in description.variables if v.derivative_of is None and v.type in {"Real", "Integer", *ENUMERATIONS}
+    ]
     known = [v for v in known if v.name not in names.SETTINGS and v.causality != "independent"]
     return {
         "name": mechanism.name,
@@ -97,6 +99,11 @@ def _data(description: ModelDescription, picture: Drawing | None, samples: Sampl
         "phase": [coordinates[0], names.velocity(coordinates[0])],
         "reference": None if samples is None else samples.data(),
     }
+
+
+def _is_shown(variable: ScalarVariable) -> bool:
+    number = variable.type in {"Real", "Integer", *ENUMERATIONS} and variable.causality != "independent"
+    return number and variable.derivative_of is None and variable.name not in names.SETTINGS
 
 
 def _variable(variable: ScalarVariable, mechanism: Mechanism) -> dict[str, Any]:

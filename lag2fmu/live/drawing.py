@@ -15,15 +15,15 @@ import numpy as np
 from lag2fmu.description.parts import Load, Spring
 from lag2fmu.description.places import Body
 from lag2fmu.graph.batches import Floats
-from lag2fmu.mechanism.record import Mechanism
 from lag2fmu.live.spots import Spots
+from lag2fmu.mechanism.record import Mechanism
 from lag2fmu.picture.attachments import Attachment
 from lag2fmu.picture.drawing import BACK_TO_FRONT, draw_ground, drawable, layout_of
 from lag2fmu.picture.forces import beside
 from lag2fmu.picture.layout import BOX, GAP, Layout
 from lag2fmu.picture.pulleys import Pulley
 from lag2fmu.picture.scene import STYLES, Canvas, Stroke
-from lag2fmu.picture.shapes import DISC, PARTICLE, ROD, Shape, own_link
+from lag2fmu.picture.shapes import PARTICLE, ROD, Shape, own_link
 
 Item = dict[str, Any]
 _NAMED = 8
@@ -126,7 +126,8 @@ def _bodies(layout: Layout, spots: Spots) -> Iterator[Item]:
 
 def _extended(layout: Layout, spots: Spots, body: Body, shape: Shape) -> Item:
     """Size (m) and axes of a body: ``ray`` is the spots between which it lies, ``turn`` the direction of its spoke,
-    ``frame`` with ``axes`` (3, 3) turns it with a frame."""
+    ``frame`` with ``axes`` (3, 3) turns it with a frame.
+    """
     s = layout.skeleton
     found: Item = {"size": [float(f"{x:.6g}") for x in shape.size]}
     if body.frame is not None:

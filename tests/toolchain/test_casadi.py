@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from typing import Any
 
-import casadi
 import numpy as np
 import pytest
 from numpy.typing import NDArray
@@ -13,6 +12,8 @@ from stepping import Stepping
 from lag2fmu.fmu import Fmu
 from lag2fmu.formats.loading import load
 from lag2fmu.reference import Equations, integrate
+
+casadi = pytest.importorskip("casadi", reason="CasADi is not installed: pip install -e '.[importers]'")
 
 Floats = NDArray[np.float64]
 

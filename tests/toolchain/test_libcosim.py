@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-pytest.importorskip("libcosimpy", reason="libcosim has no wheel for this platform")
+pytest.importorskip("libcosimpy", reason="libcosim is not installed: pip install -e '.[importers]'")
 
 from libcosim import SECOND, STEP, Simulation
 from stepping import Stepping, bits

@@ -6,7 +6,6 @@ import shutil
 from functools import cache
 from pathlib import Path
 
-import casadi
 import fmpy
 import hosts
 import numpy as np
@@ -75,6 +74,7 @@ def test_fmpy(fmu: Fmu, tmp_path: Path) -> None:
 
 def test_casadi(fmu: Fmu) -> None:
     """Imported for model exchange and integrated by CVODES with Jacobians of the FMU."""
+    casadi = pytest.importorskip("casadi", reason="CasADi is not installed: pip install -e '.[importers]'")
     dae = casadi.DaeBuilder(fmu.mechanism.name, str(fmu.path))
     x, u, p = ([*getattr(dae, kind)()] for kind in "xup")
     massless = {c.coordinate for c in fmu.mechanism.constraints}
@@ -90,7 +90,7 @@ def test_casadi(fmu: Fmu) -> None:
 
 def test_libcosim(fmu: Fmu) -> None:
     """Without a tolerance, so that the FMU takes its own, 1e-6."""
-    pytest.importorskip("libcosimpy", reason="libcosim has no wheel for this platform")
+    pytest.importorskip("libcosimpy", reason="libcosim is not installed: pip install -e '.[importers]'")
     from libcosim import Simulation
 
     simulation = Simulation(one=fmu.path)

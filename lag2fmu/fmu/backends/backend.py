@@ -20,7 +20,8 @@ from lag2fmu.mechanism.record import Mechanism
 class Choices:
     """What the user chose of an export: ``solver`` and ``platform`` by name, ``compiler`` 'zig' or 'host'.
 
-    ``progress`` is told how a compiler gets on, ``version`` is that of FMI; ``arrays`` are asked for, a ``live`` page is.
+    ``progress`` is told how a compiler gets on, ``version`` is that of FMI; ``arrays`` are asked for, a
+    ``live`` page is. ``without`` names what is left out, of WITHOUT.
     """
 
     solver: str
@@ -29,6 +30,7 @@ class Choices:
     progress: Progress | None
     version: Version
     arrays: bool
+    without: Collection[str] = ()
     live: bool = False
 
 
