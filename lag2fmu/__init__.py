@@ -21,6 +21,7 @@ if TYPE_CHECKING:
     from lag2fmu.formats.loading import load
     from lag2fmu.mechanism import Mechanism
     from lag2fmu.reference import Trajectory
+    from lag2fmu.studies.sensitivities import Sensitivities, sensitivities
     from lag2fmu.verify import Report, linearize, simulate, validate
     from lag2fmu.verify.plots.animation import animate
 
@@ -31,6 +32,7 @@ _HOME = {
     "Lag2FmuError": "lag2fmu.errors",
     "Mechanism": "lag2fmu.mechanism",
     "Report": "lag2fmu.verify",
+    "Sensitivities": "lag2fmu.studies.sensitivities",
     "State": "lag2fmu.description.events",
     "Stop": "lag2fmu.description.events",
     "Table": "lag2fmu.description.events",
@@ -43,6 +45,7 @@ _HOME = {
     "load": "lag2fmu.formats.loading",
     "modes": "lag2fmu.analysis.entry_points",
     "page": "lag2fmu.fmu.paging",
+    "sensitivities": "lag2fmu.studies.sensitivities",
     "simulate": "lag2fmu.verify",
     "validate": "lag2fmu.verify",
 }
@@ -54,6 +57,7 @@ __all__ = [
     "Lag2FmuError",
     "Mechanism",
     "Report",
+    "Sensitivities",
     "State",
     "Stop",
     "Table",
@@ -67,6 +71,7 @@ __all__ = [
     "load",
     "modes",
     "page",
+    "sensitivities",
     "simulate",
     "validate",
 ]

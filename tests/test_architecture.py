@@ -51,10 +51,15 @@ ROOMS = {
         | {"analysis", "picture", "solvers", "live", "fmu"},
         {"sympy", "numpy", "fmpy", "rich", "matplotlib"},
     ),
+    "studies": (
+        {"errors", "language", "description", "mechanism", "formats", "reference", "dynamics", "solvers", "codegen"}
+        | {"fmu", "verify"},
+        {"numpy", "scipy", "xarray", "pyarrow", "h5netcdf", "matplotlib"},
+    ),
     "checking": ({"errors", "lazy", "xml_tree", "fmu", "verify"}, {"lief", "rich"}),
     "cli": (
         {"errors", "resources", "version", "language", "description", "mechanism", "formats", "reference", "dynamics"}
-        | {"analysis", "explain", "solvers", "fmu", "verify", "checking"},
+        | {"analysis", "explain", "solvers", "fmu", "verify", "studies", "checking"},
         {"click", "rich"},
     ),
 }
@@ -193,6 +198,7 @@ def test_the_public_names_are_these() -> None:
         "Lag2FmuError",
         "Mechanism",
         "Report",
+        "Sensitivities",
         "State",
         "Stop",
         "Table",
@@ -206,6 +212,7 @@ def test_the_public_names_are_these() -> None:
         "load",
         "modes",
         "page",
+        "sensitivities",
         "simulate",
         "validate",
     ]

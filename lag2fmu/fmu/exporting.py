@@ -126,7 +126,7 @@ def export(  # noqa: PLR0913 (choices of the user)
     target = Path(path) if path is not None else Path(f"{mechanism.name}.fmu")
     _check_target(target)
     _check_texts(mechanism)
-    found = derived(mechanism, solver, backend, outputs)
+    found = derived(mechanism, solver, backend, outputs, events=version.has_ports)
     mechanism, equations, program, method = found.mechanism, found.equations, found.program, METHODS[found.solver]
     content = build(mechanism, equations, program, found.solver)
     scene = scene_at_start(equations)
@@ -160,13 +160,23 @@ class Derived:
     reason: str
 
 
-def derived(mechanism: Mechanism, solver: str | None, backend: str = "c", outputs: Sequence[str] = ()) -> Derived:
-    """Derive and lower ``mechanism`` for a solver, by default the one that suits. Raises Lag2FmuError."""
+def derived(
+    mechanism: Mechanism,
+    solver: str | None,
+    backend: str = "c",
+    outputs: Sequence[str] = (),
+    *,
+    events: bool = False,
+) -> Derived:
+    """Derive and lower ``mechanism`` for a solver, by default the one that suits.
+
+    ``outputs`` and ``events`` are those of ``promotable``. Raises Lag2FmuError.
+    """
     equations = derive(mechanism)
     solver, choice, reason = _chosen_solver(equations, solver, backend)
     check_solver(equations.mechanism, METHODS[solver])
     method = METHODS[solver]
-    promoted = promotable(equations, outputs)
+    promoted = promotable(equations, outputs, events=events)
     program = lower(equations, promoted, method.variational, isinstance(method, TimeStepping))
     return Derived(complete(mechanism, equations), equations, program, solver, choice, reason)
 

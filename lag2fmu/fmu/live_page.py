@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 import os
 import re
 from collections.abc import Mapping
@@ -19,6 +18,7 @@ from lag2fmu.fmu.compilers import compile_module
 from lag2fmu.fmu.elements import ENUMERATIONS
 from lag2fmu.fmu.model_description import ModelDescription
 from lag2fmu.fmu.scalar_variable import ScalarVariable
+from lag2fmu.language.units import Unit
 from lag2fmu.live.document import document
 from lag2fmu.live.drawing import Drawing, drawing
 from lag2fmu.live.samples import Samples
@@ -107,31 +107,32 @@ def _is_shown(variable: ScalarVariable) -> bool:
 
 
 def _variable(variable: ScalarVariable, mechanism: Mechanism) -> dict[str, Any]:
-    """A variable as the script knows it: values in SI units, those in its unit are (value - offset)/factor."""
-    unit, kind = variable.unit, _kind(variable, mechanism)
+    """A variable as the script knows it, values in SI units."""
+    kind = _kind(variable, mechanism)
     items = ENUMERATIONS[variable.type].items if variable.type in ENUMERATIONS else {}
-    nominal = variable.nominal
-    if kind == "coordinate":
-        nominal = next(c.nominal for c in mechanism.coordinates if c.name == variable.name)
     return {
         "name": variable.name,
         "index": variable.value_reference,
         "kind": kind,
         "doc": variable.doc,
-        "unit": "" if unit is None else unit.name,
-        "si": "" if unit is None else unit.si_name,
-        "factor": 1.0 if unit is None else unit.factor,
-        "offset": 0.0 if unit is None else unit.offset,
-        "start": variable.start if variable.start is not None else 0.0,
+        **_unit(variable.unit),
+        "start": variable.start or 0.0,
         "min": variable.minimum,
         "max": variable.maximum,
-        "nominal": nominal if nominal is not None and math.isfinite(nominal) else None,
+        "nominal": {c.name: c.nominal for c in mechanism.coordinates}.get(variable.name, variable.nominal),
         "fixed": variable.variability == "fixed" or kind in {"coordinate", "velocity"},
         "discrete": variable.type != "Real" or variable.variability == "discrete",
         "watched": variable.type != "Real",
         "items": {value: name for name, (value, _) in items.items()} or None,
         "short": variable.name.removeprefix("mode_").removesuffix("_mode"),
     }
+
+
+def _unit(unit: Unit | None) -> dict[str, Any]:
+    """The names of a unit and of the SI unit of its kind; a value in it is (SI value - offset)/factor."""
+    if unit is None:
+        return {"unit": "", "si": "", "factor": 1.0, "offset": 0.0}
+    return {"unit": unit.name, "si": unit.si_name, "factor": unit.factor, "offset": unit.offset}
 
 
 def _kind(variable: ScalarVariable, mechanism: Mechanism) -> str:
