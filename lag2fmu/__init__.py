@@ -22,6 +22,7 @@ if TYPE_CHECKING:
     from lag2fmu.mechanism import Mechanism
     from lag2fmu.reference import Trajectory
     from lag2fmu.studies.sensitivities import Sensitivities, sensitivities
+    from lag2fmu.systems.entry_points import ssp
     from lag2fmu.verify import Report, linearize, simulate, validate
     from lag2fmu.verify.plots.animation import animate
 
@@ -47,6 +48,7 @@ _HOME = {
     "page": "lag2fmu.fmu.paging",
     "sensitivities": "lag2fmu.studies.sensitivities",
     "simulate": "lag2fmu.verify",
+    "ssp": "lag2fmu.systems.entry_points",
     "validate": "lag2fmu.verify",
 }
 
@@ -73,6 +75,7 @@ __all__ = [
     "page",
     "sensitivities",
     "simulate",
+    "ssp",
     "validate",
 ]
 

@@ -57,9 +57,10 @@ ROOMS = {
         {"numpy", "scipy", "xarray", "pyarrow", "h5netcdf", "matplotlib"},
     ),
     "checking": ({"errors", "lazy", "xml_tree", "fmu", "verify"}, {"lief", "rich"}),
+    "systems": ({"errors", "xml_tree", "version", "language", "description", "fmu", "checking"}, set()),
     "cli": (
         {"errors", "resources", "version", "language", "description", "mechanism", "formats", "reference", "dynamics"}
-        | {"analysis", "explain", "solvers", "fmu", "verify", "studies", "checking"},
+        | {"analysis", "explain", "solvers", "fmu", "verify", "studies", "checking", "systems"},
         {"click", "rich"},
     ),
 }
@@ -214,6 +215,7 @@ def test_the_public_names_are_these() -> None:
         "page",
         "sensitivities",
         "simulate",
+        "ssp",
         "validate",
     ]
     for name in lag2fmu.__all__:

@@ -22,6 +22,7 @@ from lag2fmu.cli.commands import (
     page_command,
     show,
     simulate,
+    ssp,
     validate,
 )
 from lag2fmu.errors import Lag2FmuError
@@ -91,5 +92,6 @@ for _command in (
     simulate,
     validate,
     check,
+    ssp,
 ):
     main.add_command(_command)
