@@ -18,6 +18,7 @@ if TYPE_CHECKING:
     from lag2fmu.ensemble import Ensemble, Runs
     from lag2fmu.errors import Lag2FmuError
     from lag2fmu.fmu import Fmu, export
+    from lag2fmu.fmu.paging import page
     from lag2fmu.formats.loading import load
     from lag2fmu.mechanism import Mechanism
     from lag2fmu.reference import Trajectory
@@ -47,6 +48,7 @@ _HOME = {
     "linearize": "lag2fmu.verify",
     "load": "lag2fmu.formats.loading",
     "modes": "lag2fmu.analysis.entry_points",
+    "page": "lag2fmu.fmu.paging",
     "sensitivities": "lag2fmu.studies.sensitivities",
     "simulate": "lag2fmu.verify",
     "ssp": "lag2fmu.systems.entry_points",
@@ -75,6 +77,7 @@ __all__ = [
     "linearize",
     "load",
     "modes",
+    "page",
     "sensitivities",
     "simulate",
     "ssp",

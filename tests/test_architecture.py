@@ -37,9 +37,13 @@ ROOMS = {
     ),
     "solvers": (set(), set()),
     "codegen": ({"resources", "graph", "dynamics", "solvers"}, {"jinja2"}),
+    "live": (
+        {"resources", "description", "mechanism", "graph", "dynamics", "picture", "codegen"},
+        {"numpy"},
+    ),
     "fmu": (
         {"errors", "lazy", "resources", "version", "xml_tree", "language", "description", "mechanism", "formats"}
-        | {"dynamics", "analysis", "picture", "explain", "solvers", "codegen"},
+        | {"dynamics", "analysis", "picture", "explain", "solvers", "codegen", "live"},
         {"PIL"},
     ),
     "ensemble": (
@@ -48,7 +52,7 @@ ROOMS = {
     ),
     "verify": (
         {"errors", "xml_tree", "language", "description", "mechanism", "formats", "reference", "graph", "dynamics"}
-        | {"analysis", "picture", "solvers", "fmu"},
+        | {"analysis", "picture", "solvers", "live", "fmu"},
         {"sympy", "numpy", "fmpy", "rich", "matplotlib"},
     ),
     "studies": (
@@ -214,6 +218,7 @@ def test_the_public_names_are_these() -> None:
         "linearize",
         "load",
         "modes",
+        "page",
         "sensitivities",
         "simulate",
         "ssp",

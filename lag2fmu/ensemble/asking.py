@@ -65,24 +65,12 @@ def batch_of(asked: Asked, table: VariableTable, default_stop: float, *, fixed_s
     ``default_stop`` is a stop time in s; a method of ``fixed_step`` takes the mechanism's usual step by default.
     """
     knot_times = _knot_times(asked)
-    per_run = {
-        **{f"start '{name}'": value for name, value in asked.starts.items()},
-        **{f"parameter '{name}'": value for name, value in asked.parameters.items()},
-        "stop_time": default_stop if asked.stop_time is None else asked.stop_time,
-        "step": asked.step,
-        "max_step": asked.max_step,
-    }
-    vectors = {what: _vector(what, value) for what, value in per_run.items()}
     inputs = {name: _signal(name, value, asked, len(knot_times)) for name, value in asked.inputs.items()}
+    vectors = _vectors(asked, default_stop)
     runs = _count({**vectors, **{f"input '{name}'": rows for name, rows in inputs.items()}})
     start = float(asked.start_time)
-    stops = _spread(vectors["stop_time"], runs)
-    _expect(np.isfinite(stops).all() and (stops > start).all(), f"stop_time is {stops.min():g}", f"more than {start:g}")
-    _expect(asked.tolerance >= 2e-15, f"tolerance is {asked.tolerance:g}", "at least 2e-15")
-    steps, longest = _spread(vectors["step"], runs), _spread(vectors["max_step"], runs)
-    _expect((steps >= 0).all() and (longest >= 0).all(), "a step is negative", "0, for automatic, or more")
-    usual = np.inf if fixed_step else LONGEST_PART * (stops - start)
-    longest = np.where(longest > 0, longest, usual)
+    stops, steps, longest = _times(asked, {name: _spread(vectors[name], runs) for name in _TIMES})
+    longest = np.where(np.isnan(longest), np.inf if fixed_step else LONGEST_PART * (stops - start), longest)
     if fixed_step:
         steps = np.minimum(np.where(steps > 0, steps, table.tables.default_solver_step), longest)
     outputs = _outputs(asked, table)
@@ -119,6 +107,31 @@ def batch_of(asked: Asked, table: VariableTable, default_stop: float, *, fixed_s
         next=np.zeros(1, dtype=np.int64),
         reasons=np.zeros(0, dtype="S1"),
     )
+
+
+_TIMES = ("stop_time", "step", "max_step")
+
+
+def _vectors(asked: Asked, default_stop: float) -> dict[str, Floats]:
+    """All that is one number or one for each run, (1,) or (r,), by what it is."""
+    values = {
+        **{f"start '{name}'": value for name, value in asked.starts.items()},
+        **{f"parameter '{name}'": value for name, value in asked.parameters.items()},
+        "stop_time": default_stop if asked.stop_time is None else asked.stop_time,
+        "step": asked.step,
+        "max_step": asked.max_step,
+    }
+    return {what: _vector(what, value) for what, value in values.items()}
+
+
+def _times(asked: Asked, given: Mapping[str, Floats]) -> tuple[Floats, Floats, Floats]:
+    """Stop times, steps and longest steps, (r,) in s, checked; a longest step that is not given is NaN."""
+    stops, steps, longest = (given[name] for name in _TIMES)
+    start = float(asked.start_time)
+    _expect(np.isfinite(stops).all() and (stops > start).all(), f"stop_time is {stops.min():g}", f"more than {start:g}")
+    _expect(asked.tolerance >= 2e-15, f"tolerance is {asked.tolerance:g}", "at least 2e-15")
+    _expect((steps >= 0).all() and (longest >= 0).all(), "a step is negative", "0, for automatic, or more")
+    return stops, steps, np.where(longest > 0, longest, np.nan)
 
 
 def _expect(holds: object, found: str, expected: str) -> None:

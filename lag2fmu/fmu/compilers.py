@@ -31,6 +31,9 @@ from lag2fmu.fmu.universal import universal
 
 FLAGS = ("-std=c99", "-O2", "-fPIC", "-fvisibility=hidden", "-ffp-contract=off", "-fno-math-errno", "-g0", "-DNDEBUG")
 
+WASM = "wasm32-wasi"
+"""What zig calls WebAssembly with a C library."""
+
 OF_ZIG = frozenset({"__mh_dylib_header", "___dso_handle"})
 """The names that zig's linker exports from every library for macOS; no option of it prevents that."""
 
@@ -195,6 +198,20 @@ def _for_here(compiler: str) -> list[str]:
     """The command that compiles for this processor."""
     target = next(t for t in host_platform().targets if t.startswith(_MACHINES[platform.machine()]))
     return [*compiler_command(compiler, target), "-mcpu=native" if compiler == "zig" else "-march=native"]
+
+
+def compile_module(sources: Mapping[str, str], functions: Iterable[str]) -> bytes:
+    """The C files in ``sources`` {file name: text} as a module of WebAssembly that offers ``functions``.
+
+    It needs nothing of whoever loads it. Raises BuildError with the output of the compiler if it fails.
+    """
+    joined = units(sources)
+    flags = [flag for flag in FLAGS if flag != "-fPIC"]
+    exports = [f"-Wl,--export={name}" for name in functions]
+    command = [*compiler_command("zig", WASM), "-mexec-model=reactor", *flags, *exports, "-s", "-o", "page.wasm"]
+    command += [*joined, "-lm"]
+    made_of = (version("ziglang"), command, sorted(sources.items()))
+    return kept(made_of, lambda: _built(command, {**sources, **joined}, "page.wasm"))
 
 
 def _report(running: Mapping[tuple[Platform, str], Future[bytes]], progress: Progress) -> None:
