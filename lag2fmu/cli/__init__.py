@@ -12,6 +12,7 @@ from typing import Any
 import click
 
 from lag2fmu.cli.commands import (
+    calibrate,
     check,
     demo,
     export_command,
@@ -78,5 +79,7 @@ def main() -> None:
     """
 
 
-for _command in (demo, models, new, import_command, show, export_command, linearize, simulate, validate, check):
+_OF_MODELS = (demo, models, new, import_command, show, export_command, linearize)
+_OF_RUNS = (simulate, validate, check, calibrate)
+for _command in (*_OF_MODELS, *_OF_RUNS):
     main.add_command(_command)

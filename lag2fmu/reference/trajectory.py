@@ -190,13 +190,17 @@ def read_csv(path: str | os.PathLike[str], units: Mapping[str, Unit] | None = No
 
     Raises LoadError with line and column of what is wrong.
     """
+    return parse_csv(csv_text(path), str(path), units)
+
+
+def csv_text(path: str | os.PathLike[str]) -> str:
+    """The text of the CSV file ``path``; raises LoadError where it cannot be read."""
     try:
-        text = Path(path).read_text(encoding="utf-8-sig")
+        return Path(path).read_text(encoding="utf-8-sig")
     except OSError as error:
         raise LoadError(f"cannot read '{path}': {error.strerror}") from error
     except UnicodeDecodeError as error:
         raise LoadError(f"'{path}' is no text in UTF-8 (byte {error.start}); save the table as CSV in UTF-8") from error
-    return parse_csv(text, str(path), units)
 
 
 def parse_csv(text: str, where: str = "CSV", units: Mapping[str, Unit] | None = None) -> Trajectory:
@@ -205,6 +209,17 @@ def parse_csv(text: str, where: str = "CSV", units: Mapping[str, Unit] | None = 
     Columns with a heading ``name [unit]`` are in that unit, others in SI units, times in s. ``units`` are those of the
     quantities, where they are known. Raises LoadError starting with ``where`` and the line, also for a unit of another
     kind than that in ``units``.
+    """
+    names, table = parse_table(text, where, units)
+    return Trajectory(table[:, 0], names, table[:, 1:])
+
+
+def parse_table(
+    text: str, where: str = "CSV", units: Mapping[str, Unit] | None = None, *, gaps: bool = False
+) -> tuple[tuple[str, ...], Floats]:
+    """The names of the columns behind ``time`` and the table (rows, 1 + names) in ``text``, in SI; see ``parse_csv``.
+
+    With ``gaps`` an empty cell is a missing value, NaN in the table. Raises LoadError.
     """
     reader = csv.reader(io.StringIO(text, newline=""))
     rows: list[list[float]] = []
@@ -215,7 +230,7 @@ def parse_csv(text: str, where: str = "CSV", units: Mapping[str, Unit] | None = 
             raise LoadError(f"{where}, line 1: the first column is {found}, expected 'time' (time,name,...){commas}")
         _check_names(header[1:], f"{where}, line 1", LoadError)
         for row in filter(None, reader):
-            rows.append(_numbers(row, header, f"{where}, line {reader.line_num}"))
+            rows.append(_numbers(row, header, f"{where}, line {reader.line_num}", gaps=gaps))
             if len(rows) > 1 and rows[-1][0] <= rows[-2][0]:
                 raise LoadError(
                     f"{where}, line {reader.line_num}, column 'time': {rows[-1][0]!r} s does not come after "
@@ -228,7 +243,7 @@ def parse_csv(text: str, where: str = "CSV", units: Mapping[str, Unit] | None = 
     table = np.array(rows)
     for column, unit in own.items():
         table[:, column] = unit.array_to_si(table[:, column])
-    return Trajectory(table[:, 0], tuple(header[1:]), table[:, 1:])
+    return tuple(header[1:]), table
 
 
 def _headings(cells: Sequence[str], where: str, units: Mapping[str, Unit]) -> tuple[list[str], dict[int, Unit]]:
@@ -250,14 +265,15 @@ def _headings(cells: Sequence[str], where: str, units: Mapping[str, Unit]) -> tu
     return header, own
 
 
-def _numbers(row: Sequence[str], header: Sequence[str], where: str) -> list[float]:
-    """The finite numbers of ``row``, as many as the header has names."""
+def _numbers(row: Sequence[str], header: Sequence[str], where: str, *, gaps: bool = False) -> list[float]:
+    """The finite numbers of ``row``, as many as the header has names; with ``gaps`` an empty cell is NaN."""
     if len(row) != len(header):
         missing = f"; column '{header[len(row)]}' is missing" if len(row) < len(header) else ""
         raise LoadError(f"{where}: {len(row)} values for {len(header)} columns{missing}")
     numbers = [_number(text) for text in row]
     for name, text, number in zip(header, row, numbers, strict=True):
-        if not math.isfinite(number):
+        empty = gaps and name != "time" and not text.strip()
+        if not (empty or math.isfinite(number)):
             raise LoadError(f"{where}, column '{name}': {text[:40]!r} is not a finite number")
     return numbers
 

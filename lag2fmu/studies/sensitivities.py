@@ -102,7 +102,7 @@ class Directed:
     reason: str
 
 
-def directed_run(
+def directed_run(  # noqa: PLR0913 (what makes a run)
     library: Library,
     over: Sequence[str],
     outputs: Sequence[str],
@@ -110,6 +110,7 @@ def directed_run(
     values: Mapping[str, float],
     times: Floats,
     tolerance: float,
+    start: float = 0.0,
     inputs: Inputs | None = None,
     hold: bool = False,
     study: Study | None = None,
@@ -122,6 +123,7 @@ def directed_run(
         times,
         library.readable(outputs),
         tolerance=tolerance,
+        start=start,
         signals=signals_of(library, inputs, times, hold=hold),
         seeds=seeds,
     )
