@@ -37,25 +37,34 @@ ROOMS = {
     ),
     "solvers": (set(), set()),
     "codegen": ({"resources", "graph", "dynamics", "solvers"}, {"jinja2"}),
+    "live": (
+        {"resources", "description", "mechanism", "graph", "dynamics", "picture", "codegen"},
+        {"numpy"},
+    ),
     "fmu": (
         {"errors", "lazy", "resources", "version", "xml_tree", "language", "description", "mechanism", "formats"}
-        | {"dynamics", "analysis", "picture", "explain", "solvers", "codegen"},
+        | {"dynamics", "analysis", "picture", "explain", "solvers", "codegen", "live"},
         {"PIL"},
+    ),
+    "ensemble": (
+        {"errors", "lazy", "resources", "mechanism", "formats", "dynamics", "solvers", "codegen", "fmu"},
+        {"numpy"},
     ),
     "verify": (
         {"errors", "xml_tree", "language", "description", "mechanism", "formats", "reference", "graph", "dynamics"}
-        | {"analysis", "picture", "solvers", "fmu"},
+        | {"analysis", "picture", "solvers", "live", "fmu"},
         {"sympy", "numpy", "fmpy", "rich", "matplotlib"},
     ),
     "studies": (
         {"errors", "language", "description", "mechanism", "formats", "reference", "dynamics", "solvers", "codegen"}
-        | {"fmu", "verify"},
-        {"numpy", "scipy", "xarray", "pyarrow", "h5netcdf", "matplotlib"},
+        | {"fmu", "ensemble", "verify"},
+        {"numpy", "scipy", "xarray", "pyarrow", "matplotlib"},
     ),
     "checking": ({"errors", "lazy", "xml_tree", "fmu", "verify"}, {"lief", "rich"}),
+    "systems": ({"errors", "xml_tree", "version", "language", "description", "fmu", "checking"}, set()),
     "cli": (
         {"errors", "resources", "version", "language", "description", "mechanism", "formats", "reference", "dynamics"}
-        | {"analysis", "explain", "solvers", "fmu", "verify", "studies", "checking"},
+        | {"analysis", "explain", "solvers", "fmu", "verify", "studies", "checking", "systems"},
         {"click", "rich"},
     ),
 }
@@ -190,11 +199,13 @@ def test_the_public_names_are_these() -> None:
     assert sorted(lag2fmu.__all__) == [
         "Calibration",
         "Contact",
+        "Ensemble",
         "Fmu",
         "Friction",
         "Lag2FmuError",
         "Mechanism",
         "Report",
+        "Runs",
         "Sensitivities",
         "State",
         "Stop",
@@ -209,8 +220,10 @@ def test_the_public_names_are_these() -> None:
         "linearize",
         "load",
         "modes",
+        "page",
         "sensitivities",
         "simulate",
+        "ssp",
         "validate",
     ]
     for name in lag2fmu.__all__:

@@ -110,7 +110,12 @@ def show(**choices: Any) -> None:
     metavar="WORD",
     help="Leave out for others: sources, equations (of the page), description (the mechanism); repeatable, or a,b.",
 )
-@click.option("--reference", is_flag=True, help="Put a reference trajectory in, to check the FMU with.")
+@click.option(
+    "--page",
+    type=click.Choice(["live", "static"]),
+    help="Page of the documentation: the mechanism in motion (the default), or a picture and less to carry.",
+)
+@click.option("--reference", is_flag=True, help="Put a reference trajectory in, to check FMU and page with.")
 @click.option("--force", is_flag=True, help="Overwrite FILE also where it holds another mechanism.")
 @SET
 @BASE
@@ -120,6 +125,29 @@ def export_command(**choices: Any) -> None:
     from lag2fmu.cli.exporting import export_model
 
     export_model(**choices)
+
+
+@click.command("page")
+@click.argument("model")
+@click.option(
+    "-o", "--out", "path", type=click.Path(path_type=Path), metavar="FILE", help="The page; default MODEL.html."
+)
+@click.option("--solver", metavar="NAME", help="Integrator; by default one that suits the start.")
+@click.option(
+    "--reference/--no-reference",
+    default=True,
+    show_default=True,
+    help="Integrate the default experiment directly too, for the page to compare itself with.",
+)
+@click.option("--force", is_flag=True, help="Overwrite a file that exists.")
+@SET
+@BASE
+@STOPS
+def page_command(**choices: Any) -> None:
+    """Write a page in which MODEL moves: one file of HTML that needs no network."""
+    from lag2fmu.cli.paging import write_page
+
+    write_page(**choices)
 
 
 @click.command()
@@ -177,35 +205,6 @@ def simulate(**choices: Any) -> None:
 
 
 @click.command()
-@click.argument("model")
-@click.argument("data", nargs=-1, required=True, type=click.Path(path_type=Path), metavar="CSV...")
-@click.option(
-    "--free", required=True, metavar="NAME,...", help="Parameters and starts to estimate; each file has own starts."
-)
-@click.option(
-    "--noise",
-    multiple=True,
-    metavar="NAME=VALUE",
-    help="Standard deviation of a column, if it is known; else it is estimated; repeatable.",
-)
-@click.option(
-    "--bounds", multiple=True, metavar="NAME=A:B", help="Bounds beside those of the model, each may be left out."
-)
-@HOLD
-@click.option("--tolerance", type=float, help="Relative tolerance of the runs; default 1e-8.")
-@click.option("-o", "--out", type=click.Path(path_type=Path), metavar="TOML", help="Write the calibrated mechanism.")
-@click.option("--plot", type=click.Path(path_type=Path), help="Draw fit and residuals (.png, .svg, .pdf).")
-@SET
-@BASE
-@STOPS
-def calibrate(**choices: Any) -> None:
-    """Estimate parameters and starts of MODEL from measured columns: time,name [unit],... in CSV files."""
-    from lag2fmu.cli.calibrating import calibrate_model
-
-    calibrate_model(**choices)
-
-
-@click.command()
 @click.argument("model", metavar="MODEL|FMU")
 @STOP_TIME
 @click.option("--tolerance", type=float, help="Relative tolerance of the FMU's solver.")
@@ -252,3 +251,24 @@ def check(**choices: Any) -> None:
     from lag2fmu.cli.checking import check_archive
 
     check_archive(**choices)
+
+
+@click.command()
+@click.argument("fmus", nargs=-1, required=True, metavar="[NAME=]FMU...")
+@click.option("-o", "--out", "path", type=click.Path(path_type=Path), required=True, metavar="FILE", help="The .ssp.")
+@click.option(
+    "--connect",
+    multiple=True,
+    metavar="A.X:B.Y",
+    help="An output of the component A and an input of B, or two terminals; repeatable.",
+)
+@STOP_TIME
+@click.option("--force", is_flag=True, help="Overwrite a file that exists.")
+@click.option(
+    "--set", "settings", multiple=True, metavar="A.NAME=VALUE", help="A parameter or start value; repeatable."
+)
+def ssp(**choices: Any) -> None:
+    """Write a system of FMUs, of any tool, with their connections and parameters as an archive (SSP 2.0)."""
+    from lag2fmu.cli.systems import write_system
+
+    write_system(**choices)

@@ -54,7 +54,7 @@ def calibrate(
     Raises LoadError for bad arguments and data, SimulationError where runs or the search fail.
     """
     mechanism = as_mechanism(model)
-    library = compiled(mechanism, solver=solver, directed=True)
+    library = compiled(mechanism, solver=solver)
     experiments = measurements_of(data, library, display_units(mechanism))
     common = _values_of(values, len(experiments))
     sought = free_values(library, mechanism, list(free), experiments, common, bounds or {})

@@ -50,10 +50,6 @@ def free_values(
     check_over(library, free)
     for given in values:
         references_of(library, given)
-    for name in bounds:
-        if name not in free:
-            near = get_close_matches(name, free) or free
-            raise LoadError(f"bounds of '{name}' are given, but it is not free; free are {', '.join(near)}")
     limits = _limits(library, mechanism, free, bounds)
     found: list[FreeValue] = []
     for name in free:
@@ -62,11 +58,15 @@ def free_values(
             guess = _guess(library, name, experiments[i or 0], values[i or 0])
             label = name if i is None else f"{name}[{i + 1}]"
             found.append(FreeValue(name, label, i, guess, *limits[name], scale_of(library, name, {name: guess})))
+    _check_inside(found)
+    return found
+
+
+def _check_inside(found: Sequence[FreeValue]) -> None:
     for x in found:
         if not x.low <= x.start <= x.high:
             between = f"its bounds, {x.low:g} to {x.high:g}"
             raise LoadError(f"the first value of '{x.label}', {x.start:g}, is out of {between}")
-    return found
 
 
 def _guess(library: Library, name: str, experiment: Measurement, values: Mapping[str, float]) -> float:
@@ -84,6 +84,10 @@ def _limits(
     library: Library, mechanism: Mechanism, free: Sequence[str], bounds: Mapping[str, tuple[float, float]]
 ) -> dict[str, tuple[float, float]]:
     """{name: (least, greatest) value} by the model, by what a quantity means, and by the user; raises LoadError."""
+    for name in bounds:
+        if name not in free:
+            near = get_close_matches(name, free) or free
+            raise LoadError(f"bounds of '{name}' are given, but it is not free; free are {', '.join(near)}")
     positive, found = set(positive_parameters(mechanism)), {}
     for name in free:
         variable, start = library.variables[name], float(library.variables[name].start or 0.0)

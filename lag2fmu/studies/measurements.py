@@ -12,7 +12,8 @@ import numpy as np
 
 from lag2fmu.errors import LoadError
 from lag2fmu.language.units import Unit
-from lag2fmu.reference.trajectory import Floats, Trajectory, csv_text, parse_table
+from lag2fmu.reference.csv_tables import csv_text, parse_table
+from lag2fmu.reference.trajectory import Floats, Trajectory
 from lag2fmu.studies.asking import continuous_outputs
 from lag2fmu.studies.library import INPUT, Library
 

@@ -85,7 +85,7 @@ def sensitivities(  # noqa: PLR0913 (those of simulate)
     function is touched only, and where several contacts decide together in a way that what is varied would part.
     Source: Hairer, Norsett, Wanner, Solving Ordinary Differential Equations I, 1993, section I.14.
     """
-    library = compiled(model, solver=solver, directed=True)
+    library = compiled(model, solver=solver)
     found = directed_run(library, list(over), continuous_outputs(library, outputs), values=values or {},
                          times=times_of(library, times, stop_time, step), tolerance=check_tolerance(tolerance),
                          inputs=inputs, hold=hold)  # fmt: skip

@@ -24,7 +24,7 @@ NOISE = {"theta": 0.01, "theta_dot": 0.05}
 
 def measured(seed: int, values: dict[str, float] | None = None) -> dict[str, Any]:
     """Noisy angles and velocities of the pendulum."""
-    library = compiled("pendulum", directed=True)
+    library = compiled("pendulum")
     given = {library.settable(name): value for name, value in (values or TRUE).items()}
     found, _, _ = Study(library).run(given, TIMES, library.readable(list(NOISE)), tolerance=1e-11)
     noise = np.random.default_rng(seed).standard_normal(found.shape) * list(NOISE.values())
@@ -66,7 +66,7 @@ def test_standard_errors_are_those_of_the_linearized_problem() -> None:
 
 
 def measured_without_noise(values: dict[str, float]) -> Any:
-    library = compiled("pendulum", directed=True)
+    library = compiled("pendulum")
     given = {library.settable(name): value for name, value in values.items()}
     return Study(library).run(given, TIMES, library.readable(list(NOISE)), tolerance=1e-12)[0]
 
