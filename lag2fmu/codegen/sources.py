@@ -6,6 +6,7 @@ import re
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from itertools import accumulate
+from pathlib import Path
 
 from lag2fmu.codegen.colours import Colouring
 from lag2fmu.codegen.templates import render
@@ -160,16 +161,13 @@ def render_sources(
     The runtime's files stand as they are in templates/runtime; ``guid`` is what the generated ones carry. ``gate`` is
     the folder of the functions of a version of FMI.
     """
-    used = {
-        program.graph.code[node] for f in program.functions for node in program.graph.cone(n for *_, n in f.results)
-    }
     context = {
         "program": program,
         "tables": tables,
         "method": method,
         "guid": guid,
         "lookups": lookups_of(program),
-        "helpers": [text for name, text in _HELPERS.items() if CODE[name] in used],
+        "helpers": _helpers(program),
     }
     kind = {
         "constraints": bool(tables.constraint_names),
@@ -186,6 +184,37 @@ def render_sources(
     return dict(sorted(files.items()))
 
 
+def page_sources(sources: Mapping[str, str], picture: Program | None) -> Mapping[str, str]:
+    """{file name: text} of the live page's C code: the ``sources`` of an FMU with another gate, and the picture.
+
+    ``picture`` has the one function that fills the spots of the picture; None: there is nothing to draw.
+    """
+    gates = {path.name for folder in ("gate", "fmi2", "fmi3", "adjoints") for path in _paths(folder)}
+    files = {name: text for name, text in sources.items() if name not in {*gates, *PORTS}} | _texts("page")
+    context: dict[str, object] = {"program": picture, "size": 1, "lookups": [], "helpers": []}
+    if picture is not None:
+        (function,) = picture.functions
+        context |= {"lookups": lookups_of(picture), "helpers": _helpers(picture)}
+        context["size"] = max(1, len(function.results))
+    if context["lookups"]:
+        files |= {name: text for name, text in _texts("core").items() if name.startswith("lookup.")}
+    files |= {name: render(f"mechanism/{name}.jinja", context) for name in ("picture.h", "picture.c")}
+    return dict(sorted(files.items()))
+
+
+def _helpers(program: Program) -> list[str]:
+    """The functions that C does not have, as far as ``program`` uses them."""
+    used = {
+        program.graph.code[node] for f in program.functions for node in program.graph.cone(n for *_, n in f.results)
+    }
+    return [text for name, text in _HELPERS.items() if CODE[name] in used]
+
+
+def _paths(folder: str) -> list[Path]:
+    """The C files in a ``folder`` of the runtime and in those below."""
+    return sorted((resource_folder("templates") / "runtime" / folder).rglob("*.[ch]"))
+
+
 def runtime_files(
     method: Method,
     kind: Mapping[str, bool],
@@ -198,16 +227,16 @@ def runtime_files(
     ``kind`` says of each variant whether the mechanism has it; ``further`` names files that generated code needs,
     ``adjoints`` says whether this code has functions for adjoint derivatives.
 
-    The gate of FMI, the folders of the chosen variants and the folder of the solver's family are taken as a whole, the
-    latter with its own folders for these variants. Any other file is taken if an #include asks for it; NAME.h brings
-    NAME.c along.
+    The gate (of FMI, or of studies), the folders of the chosen variants and the folder of the solver's family are taken
+    as a whole, gate and family with their own folders for these variants. Any other file is taken if an #include asks
+    for it; NAME.h brings NAME.c along.
     """
     variants = [name if has else f"{name}_none" for name, has in kind.items()]
     family = f"solvers/{method.family}"
-    rooms = ("variants", family, *(("adjoints",) if adjoints else ()))
-    whole = (gate, *rooms[1:], *(f"{room}/{name}" for room in rooms for name in variants))
+    rooms = ("variants", gate, family, *(("adjoints",) if adjoints else ()))
+    whole = (*rooms[1:], *(f"{room}/{name}" for room in rooms for name in variants))
     wanted = set(texts := _texts(*whole))
-    texts |= _texts("core", "gate", "variants", "solvers", "solvers/common")
+    texts |= _texts("core", "gate", "variants", "solvers", "solvers/common", gate.partition("/")[0])
     wanted |= set(further)
     needed: dict[str, str] = {}
     while wanted:

@@ -14,7 +14,7 @@ import numpy as np
 
 from lag2fmu.description.places import Body
 from lag2fmu.graph.batches import Floats, Values
-from lag2fmu.picture.skeleton import Skeleton
+from lag2fmu.picture.skeleton import Link, Skeleton
 
 PARTICLE, ROD, DISC, BALL, CUBOID = "particle", "rod", "disc", "ball", "cuboid"
 
@@ -66,10 +66,11 @@ def shape_of(skeleton: Skeleton, body: Body, values: Values, positions: Floats, 
 def _planar(skeleton: Skeleton, body: Body, center: Floats, mass: float, values: Values, positions: Floats) -> Shape:
     """A rod along the arm that turns with the body, else a disc; of one that rolls the axis is the place that rolls."""
     gyration = np.sqrt(max(skeleton.number(body.inertia, values), 0.0) / mass)
-    base, end = _own_arm(skeleton, body) or (skeleton.place[body.name],) * 2
+    link, place = own_link(skeleton, body), skeleton.place[body.name]
+    base, end = (place, place) if link is None else link.ends
     radius = _rolling_radius(skeleton, body, base)
     along = positions[end] - positions[base]
-    if radius is None and base != end:
+    if radius is None and link is not None:
         return Shape(ROD, center, np.array([np.sqrt(3) * gyration, 0, 0]), _frame_on(along))
     angle = skeleton.number(body.angle, values)
     spoke = along / np.linalg.norm(along) if np.any(along) else np.array([-np.sin(angle), np.cos(angle), 0.0])
@@ -77,15 +78,15 @@ def _planar(skeleton: Skeleton, body: Body, center: Floats, mass: float, values:
     return Shape(DISC, positions[base], np.array([radius or np.sqrt(2) * gyration, 0, 0]), axes)
 
 
-def _own_arm(skeleton: Skeleton, body: Body) -> tuple[int, int] | None:
-    """The spots between which the arm lies that ends at the body's mass centre and turns as the body does."""
+def own_link(skeleton: Skeleton, body: Body) -> Link | None:
+    """The arm that ends at the body's mass centre and turns as the body does."""
     angle = skeleton.written(body.angle)
     for link in skeleton.links:
         if link.ends[1] != skeleton.place[body.name] or len(link.angles) != 1:
             continue
         (turn,) = link.angles
         if any(not skeleton.moves(angle + sign * turn) for sign in (1, -1)):
-            return link.ends
+            return link
     return None
 
 

@@ -20,7 +20,10 @@ from lag2fmu.dynamics.equations import EquationsOfMotion
 from lag2fmu.dynamics.functions import Program
 from lag2fmu.errors import BuildError, ExportError
 from lag2fmu.fmu.backends.backend import Build, Choices, Content, identifier_of
+from lag2fmu.fmu.backends.native import describe
+from lag2fmu.fmu.carried import EQUATIONS, SOURCES
 from lag2fmu.fmu.compilers import PLATFORMS, host_platform
+from lag2fmu.fmu.live_page import live
 from lag2fmu.fmu.model_description import Interface, ModelDescription
 from lag2fmu.fmu.scalar_variable import ScalarVariable
 from lag2fmu.fmu.variables import build_table
@@ -68,13 +71,21 @@ class _Python:
                 f"--fmi {choices.version.name}: the python backend writes FMI 2.0 only, as PythonFMU does; "
                 "leave --fmi out, or use --backend c"
             )
+        if {SOURCES, EQUATIONS} & {*choices.without}:
+            raise ExportError(
+                "--without: an FMU of the python backend runs its equations from resources/, where everyone can read "
+                "them; leave sources and equations in, or use --backend c"
+            )
         platforms = check_choices(choices.solver, choices.platform, choices.compiler)
 
         def build(mechanism: Mechanism, equations: EquationsOfMotion, program: Program, solver: str) -> Content:
             identifier = identifier_of(mechanism.name)
             blank = ModelDescription(mechanism, (), identifier, "", solver, VERSION, INTERFACE)
             description, files = python_fmu(equations, program, platforms, blank)
-            return Content(description, files, binaries_of_pythonfmu(platforms), _RESOURCES)
+            made = (
+                live(mechanism, program, describe(mechanism, equations, program, solver)[1]) if choices.live else None
+            )
+            return Content(description, files, binaries_of_pythonfmu(platforms), _RESOURCES, made)
 
         return build
 

@@ -90,7 +90,7 @@ def decided(
 
 
 def all_outcomes(D: Floats, c: Floats, items: Sequence[Item], pace: float) -> list[Outcome]:
-    """Every combination of modes that meets the laws, in order."""
+    """Every combination of modes that meets the laws, in order; D is (k, k), c is (k,), ``pace`` as in ``decided``."""
     sizes, found = _sizes(D, c, pace), []
     for modes in product(*(item.options for item in items)):
         r = _forces(D, c, items, modes)

@@ -1,0 +1,216 @@
+"""A mechanism compiled for derivatives through time: the sources of its FMU without FMI, called through ctypes."""
+
+from __future__ import annotations
+
+import ctypes
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from functools import cache
+from typing import Any
+
+import numpy as np
+
+from lag2fmu.codegen.sources import render_sources
+from lag2fmu.description.names import suggestion
+from lag2fmu.description.outputs import Experiment
+from lag2fmu.dynamics.lagrange import complete, derive
+from lag2fmu.dynamics.program import lower
+from lag2fmu.ensemble.batch import Library as Loaded
+from lag2fmu.errors import LoadError
+from lag2fmu.fmu.advice import check_solver
+from lag2fmu.fmu.compilers import compile_here, host_platform
+from lag2fmu.fmu.scalar_variable import ScalarVariable
+from lag2fmu.fmu.variables import build_table
+from lag2fmu.formats.loading import as_mechanism
+from lag2fmu.formats.write import write
+from lag2fmu.mechanism.record import Mechanism
+from lag2fmu.solvers.methods import METHODS
+from lag2fmu.solvers.tableaus import Tableau
+
+SOLVERS = tuple(name for name, method in METHODS.items() if isinstance(method, Tableau) and method.error_order > 0)
+"""The solvers that carry derivatives along: explicit Runge-Kutta methods under error control."""
+STATES = ("VARIABLE_STATE", "VARIABLE_MASSLESS")
+PARAMETERS = ("VARIABLE_PARAMETER", "VARIABLE_FIXED_PARAMETER")
+INPUT, SETTING = "VARIABLE_INPUT", "VARIABLE_SETTING"
+
+
+@dataclass(frozen=True)
+class Library:
+    """The runs of one mechanism as functions of this process, and the variables it knows.
+
+    ``kinds`` has for each variable what it is, as the runtime calls it.
+    """
+
+    name: str
+    functions: Loaded
+    solver: str
+    variables: Mapping[str, ScalarVariable]
+    kinds: Mapping[str, str]
+    experiment: Experiment
+
+    def variable(self, name: str) -> ScalarVariable:
+        """The variable ``name``; raises LoadError, with the names near to it, if there is none."""
+        if name not in self.variables:
+            raise LoadError(f"'{self.name}' has no variable '{name}'; {suggestion(name, self.variables)}")
+        return self.variables[name]
+
+    def settable(self, name: str) -> int:
+        """The value reference of ``name``, which is set before a run.
+
+        Raises LoadError for what follows from other values.
+        """
+        variable, kind = self.variable(name), self.kinds[name]
+        if kind not in (*STATES, *PARAMETERS, INPUT, SETTING):
+            raise LoadError(f"'{name}' of '{self.name}' follows from other values and cannot be set")
+        return variable.value_reference
+
+    def readable(self, names: Sequence[str]) -> list[int]:
+        """The value references of ``names``; raises LoadError for unknown names."""
+        return [self.variable(name).value_reference for name in names]
+
+
+def compiled(model: object, *, solver: str | None = None) -> Library:
+    """The library of ``model``, a mechanism or what ``load`` takes, with one of SOLVERS, by default the last one.
+
+    What was compiled before in this process is taken again. Raises Lag2FmuError.
+    """
+    if solver is not None and solver not in SOLVERS:
+        raise LoadError(f"'{solver}' is no solver that carries derivatives; known are {', '.join(SOLVERS)}")
+    return _compiled(_Source(as_mechanism(model)), solver or SOLVERS[-1])
+
+
+class _Source:
+    """A mechanism that is told from others by its text."""
+
+    def __init__(self, mechanism: Mechanism) -> None:
+        self.mechanism, self.text = mechanism, write(mechanism)
+
+    def __eq__(self, other: object) -> bool:
+        return isinstance(other, _Source) and self.text == other.text
+
+    def __hash__(self) -> int:
+        return hash(self.text)
+
+
+@cache
+def _compiled(source: _Source, solver: str) -> Library:
+    equations, method = derive(source.mechanism), METHODS[solver]
+    check_solver(equations.mechanism, method)
+    program = lower(equations)
+    mechanism = complete(source.mechanism, equations)
+    table = build_table(equations, program)
+    texts = render_sources(program, table.tables, method, "study", "studies")
+    return Library(
+        mechanism.name,
+        Loaded(compile_here(texts, "study"), f"study{host_platform().suffix}"),
+        solver,
+        {v.name: v for v in table.variables},
+        {v.name: table.tables.slots[v.value_reference].kind for v in table.variables},
+        mechanism.experiment,
+    )
+
+
+# ------------------------------------------------------------------------------------------------------------ running
+
+
+class _Request(ctypes.Structure):
+    """``Request`` of templates/runtime/studies/study.h."""
+
+    _fields_ = (
+        ("start", ctypes.c_double),
+        ("tolerance", ctypes.c_double),
+        ("n_times", ctypes.c_int),
+        ("times", ctypes.c_void_p),
+        ("n_inputs", ctypes.c_int),
+        ("inputs", ctypes.c_void_p),
+        ("n_knots", ctypes.c_int),
+        ("knots", ctypes.c_void_p),
+        ("signals", ctypes.c_void_p),
+        ("hold", ctypes.c_int),
+        ("n_outputs", ctypes.c_int),
+        ("outputs", ctypes.c_void_p),
+        ("values", ctypes.c_void_p),
+        ("slopes", ctypes.c_void_p),
+    )
+
+
+@dataclass(frozen=True)
+class Signals:
+    """Inputs over time: value references (i,), knots (k,) in s, values (k, i) in SI; held between knots or linear."""
+
+    references: tuple[int, ...]
+    knots: np.ndarray[Any, Any]
+    values: np.ndarray[Any, Any]
+    hold: bool = False
+
+
+class Study:
+    """Memory in which runs of a library take place, one after the other; for one thread at a time."""
+
+    def __init__(self, library: Library, directions: int = 0) -> None:
+        """Allocate it for derivatives along so many ``directions``."""
+        self.library, self.directions = library, directions
+        self._reset, self._set, self._seed = (self._function(f"study_{name}") for name in ("reset", "set", "seed"))
+        self._run = self._function("study_run", ctypes.c_int)
+        self._message = self._function("study_message", ctypes.c_char_p)
+        self._free = self._function("study_free")
+        self._handle = ctypes.c_void_p(self._function("study_new", ctypes.c_void_p)(directions))
+        if not self._handle.value:
+            raise MemoryError(f"no memory for a study of '{library.name}' with {directions} directions")
+
+    def _function(self, name: str, result: Any = None) -> Any:
+        function: Any = self.library.functions.function(name)
+        function.restype = result
+        return function
+
+    def __del__(self) -> None:
+        """Give the memory back."""
+        if getattr(self, "_handle", None):
+            self._free(self._handle)
+
+    def run(
+        self,
+        values: Mapping[int, float],
+        times: np.ndarray[Any, Any],
+        outputs: Sequence[int],
+        *,
+        tolerance: float,
+        start: float = 0.0,
+        signals: Signals | None = None,
+        seeds: Sequence[tuple[int, float]] = (),
+    ) -> tuple[np.ndarray[Any, Any], np.ndarray[Any, Any], str]:
+        """One run from ``start`` (s) with ``values`` {value reference: SI value} to the last of the ``times`` (m,).
+
+        Returns the ``outputs`` (value references) at the times, (m, k), their derivatives along the ``seeds`` (value
+        reference, typical size of its change), (m, k, d), and "" or why the run ended early: rows behind are NaN.
+        """
+        references = (ctypes.c_int * len(values))(*values)
+        found = np.full((len(times), len(outputs)), np.nan)
+        slopes = np.full((len(times), len(outputs), self.directions), np.nan)
+        times = np.ascontiguousarray(times, dtype=float)
+        wanted = np.asarray(outputs, dtype=np.intc)
+        self._reset(self._handle)
+        self._set(self._handle, len(values), references, (ctypes.c_double * len(values))(*values.values()))
+        for i, (reference, scale) in enumerate(seeds):
+            self._seed(self._handle, i, reference, ctypes.c_double(1.0), ctypes.c_double(scale))
+        request = _Request(
+            start=start,
+            tolerance=tolerance,
+            n_times=len(times),
+            times=times.ctypes.data,
+            n_outputs=len(wanted),
+            outputs=wanted.ctypes.data,
+            values=found.ctypes.data,
+            slopes=slopes.ctypes.data,
+        )
+        if signals is not None:
+            inputs = np.asarray(signals.references, dtype=np.intc)
+            knots, columns = (np.ascontiguousarray(x, dtype=float) for x in (signals.knots, signals.values))
+            request.n_inputs, request.inputs = len(inputs), inputs.ctypes.data
+            request.n_knots, request.knots = len(knots), knots.ctypes.data
+            request.signals, request.hold = columns.ctypes.data, int(signals.hold)
+        reached = self._run(self._handle, ctypes.byref(request))
+        if reached == len(times):
+            return found, slopes, ""
+        found[reached:], slopes[reached:] = np.nan, np.nan
+        return found, slopes, self._message(self._handle).decode("utf-8", "replace")
