@@ -20,6 +20,8 @@ if TYPE_CHECKING:
     from lag2fmu.formats.loading import load
     from lag2fmu.mechanism import Mechanism
     from lag2fmu.reference import Trajectory
+    from lag2fmu.studies.sensitivities import Sensitivities, sensitivities
+    from lag2fmu.systems.entry_points import ssp
     from lag2fmu.verify import Report, linearize, simulate, validate
     from lag2fmu.verify.plots.animation import animate
 
@@ -30,6 +32,7 @@ _HOME = {
     "Lag2FmuError": "lag2fmu.errors",
     "Mechanism": "lag2fmu.mechanism",
     "Report": "lag2fmu.verify",
+    "Sensitivities": "lag2fmu.studies.sensitivities",
     "State": "lag2fmu.description.events",
     "Stop": "lag2fmu.description.events",
     "Table": "lag2fmu.description.events",
@@ -41,7 +44,9 @@ _HOME = {
     "linearize": "lag2fmu.verify",
     "load": "lag2fmu.formats.loading",
     "modes": "lag2fmu.analysis.entry_points",
+    "sensitivities": "lag2fmu.studies.sensitivities",
     "simulate": "lag2fmu.verify",
+    "ssp": "lag2fmu.systems.entry_points",
     "validate": "lag2fmu.verify",
 }
 
@@ -52,6 +57,7 @@ __all__ = [
     "Lag2FmuError",
     "Mechanism",
     "Report",
+    "Sensitivities",
     "State",
     "Stop",
     "Table",
@@ -64,7 +70,9 @@ __all__ = [
     "linearize",
     "load",
     "modes",
+    "sensitivities",
     "simulate",
+    "ssp",
     "validate",
 ]
 

@@ -5,6 +5,7 @@ from __future__ import annotations
 import random
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
+from itertools import pairwise
 
 import numpy as np
 import sympy as sp
@@ -142,6 +143,26 @@ class BodyWriter(Writer):
         )
 
 
+class MasslessWriter(Writer):
+    """Writes mechanisms in which a second coordinate has no mass, at times with friction on it."""
+
+    def text(self) -> str:
+        """The mechanism in the text format."""
+        self.q = ["a", "b"]
+        self.places = ["a", *self.choose.sample(["t", "y0"], self.choose.randint(0, 1)), "m", "k"]
+        motion = "y0 = { motion = true }\n" if "y0" in self.places else ""
+        tied, drag = self.expression(self.places, 2), self.expression(["a"], 1)
+        friction = f'dissipation = "(m + ({drag})**2)*(b_dot - 0.3*a_dot)**2/2"\n' if self.choose.random() < 0.4 else ""
+        return (
+            '[mechanism]\nname = "random"\n[parameters]\nm = { value = 1.3 }\nk = { value = 0.7 }\n'
+            f"[coordinates]\na = {{ start = {self.choose.uniform(-0.9, 0.9):.3f} }}\nb = {{ guess = 0.1 }}\n"
+            f"[inputs]\nF = {{ start = 0.2 }}\n{motion}"
+            f'[energy]\nkinetic = "(m + ({self.expression(self.places, 2)})**2)*a_dot**2/2"\n'
+            f'potential = "k*(b - ({tied}))**2 + b**4/10 + {self.expression(self.places, 2)}"\n{friction}[forces]\n'
+            f'a = "{self.expression([*self.places, "F"], 2)}"\nb = "F*({self.expression(self.places, 1)})"\n'
+        )
+
+
 @dataclass(frozen=True)
 class Expected:
     """Lagrange's equations by SymPy's own derivatives: ``residual`` (n + m,) and the ``momenta`` (n,)."""
@@ -149,6 +170,19 @@ class Expected:
     residual: list[sp.Expr]
     momenta: list[sp.Expr]
     outputs: list[sp.Expr]
+    equilibria: list[tuple[str, sp.Expr]]
+
+    def moving_in_equilibrium(self, values: Mapping[str, float]) -> dict[str, float]:
+        """``values`` with what follows where something has no mass: no force on it at all times.
+
+        Its velocity and its acceleration are solved for. Elsewhere the equations may differ by what is 0 here.
+        """
+        values = dict(values)
+        for unknown, equation in self.equilibria:
+            found = equation.subs({s: values[s.name] for s in equation.free_symbols if s.name != unknown}).evalf()
+            x = sp.Symbol(unknown, real=True)
+            values[unknown] = float(-found.coeff(x, 0) / found.coeff(x, 1)) if found.has(x) else values[unknown]
+        return values
 
     def numbers(self, values: Mapping[str, float]) -> list[np.ndarray]:
         """Residual, momenta and outputs in double precision."""
@@ -170,6 +204,11 @@ def mechanism(seed: int) -> Mechanism:
 def mechanism_with_bodies(seed: int) -> Mechanism:
     """The same with bodies."""
     return read(BodyWriter(seed).text(), "random.toml")
+
+
+def mechanism_without_mass(seed: int) -> Mechanism:
+    """The same with a coordinate that has no mass."""
+    return read(MasslessWriter(seed).text(), "random.toml")
 
 
 _TURNS = {"x": sp.rot_ccw_axis1, "y": sp.rot_ccw_axis2, "z": sp.rot_ccw_axis3}
@@ -223,6 +262,11 @@ def expected(given: Mechanism) -> Expected:
     for name in moving:
         chain += [(symbol(name), symbol(names.velocity(name)))]
         chain += [(symbol(names.velocity(name)), symbol(names.acceleration(name)))]
+    if any(c.coordinate is not None for c in given.constraints):  # what has no mass follows forces at once
+        pushes = [u.name for u in given.inputs if u not in given.motions]
+        for force in pushes + [names.generalized_force(c.name) for c in given.coordinates]:
+            derivatives = [force, names.rate(force), names.rate(names.rate(force))]
+            chain += [(symbol(x), symbol(x_dot)) for x, x_dot in pairwise(derivatives)]
 
     def rate(e: sp.Expr) -> sp.Expr:
         return sp.Add(*(e.diff(x) * x_dot for x, x_dot in chain))
@@ -242,4 +286,6 @@ def expected(given: Mechanism) -> Expected:
         force += sum(v.diff(qd) * x for v, x in zip(velocities, multipliers, strict=True))
         residual.append(rate(momenta[-1]) - lagrangian.diff(q) + whole(energy.dissipation).diff(qd) - force)
     residual += [rate(v) for v in velocities]
-    return Expected(residual, momenta, [whole(o.expression) for o in given.outputs])
+    solved = [(c.coordinate, v) for c, v in zip(given.constraints, velocities, strict=True) if c.coordinate is not None]
+    equilibria = [(names.velocity(q), v) for q, v in solved] + [(names.acceleration(q), rate(v)) for q, v in solved]
+    return Expected(residual, momenta, [whole(o.expression) for o in given.outputs], equilibria)

@@ -38,19 +38,25 @@ ROOMS = {
     "solvers": (set(), set()),
     "codegen": ({"resources", "graph", "dynamics", "solvers"}, {"jinja2"}),
     "fmu": (
-        {"errors", "lazy", "resources", "version", "language", "description", "mechanism", "formats", "dynamics"}
-        | {"analysis", "picture", "explain", "solvers", "codegen"},
-        set(),
+        {"errors", "lazy", "resources", "version", "xml_tree", "language", "description", "mechanism", "formats"}
+        | {"dynamics", "analysis", "picture", "explain", "solvers", "codegen"},
+        {"PIL"},
     ),
     "verify": (
         {"errors", "xml_tree", "language", "description", "mechanism", "formats", "reference", "graph", "dynamics"}
         | {"analysis", "picture", "solvers", "fmu"},
         {"sympy", "numpy", "fmpy", "rich", "matplotlib"},
     ),
+    "studies": (
+        {"errors", "language", "description", "mechanism", "formats", "reference", "dynamics", "solvers", "codegen"}
+        | {"fmu", "verify"},
+        {"numpy", "scipy", "xarray", "pyarrow", "h5netcdf", "matplotlib"},
+    ),
     "checking": ({"errors", "lazy", "xml_tree", "fmu", "verify"}, {"lief", "rich"}),
+    "systems": ({"errors", "xml_tree", "version", "language", "description", "fmu", "checking"}, set()),
     "cli": (
         {"errors", "resources", "version", "language", "description", "mechanism", "formats", "reference", "dynamics"}
-        | {"analysis", "explain", "solvers", "fmu", "verify", "checking"},
+        | {"analysis", "explain", "solvers", "fmu", "verify", "studies", "checking", "systems"},
         {"click", "rich"},
     ),
 }
@@ -63,6 +69,7 @@ USERS = {
     "fmpy": {"verify/instances.py", "verify/simulate.py"},
     "lief": {"checking/binaries.py"},
     "matplotlib": {"verify/plots"},
+    "PIL": {"fmu/icon.py"},
     "mujoco": {"formats/robots/mjcf.py"},
 }
 """package -> the modules or rooms that use it: one each, but compilers and strangers' FMUs are different programs, and
@@ -77,7 +84,7 @@ MOST_LINES, MOST_LONG_MODULES = 300, 5
 MOST_LINES_OF_A_FUNCTION = 60
 """Without its docstring; 50 are what a screen takes in at once."""
 
-MOST_WAYS, MOST_WIDE_FUNCTIONS = 12, 25
+MOST_WAYS, MOST_WIDE_FUNCTIONS = 12, 21
 """Branches that a function should do with, and how many functions may have more: numbers to lower, not to raise."""
 
 
@@ -188,6 +195,7 @@ def test_the_public_names_are_these() -> None:
         "Lag2FmuError",
         "Mechanism",
         "Report",
+        "Sensitivities",
         "State",
         "Stop",
         "Table",
@@ -200,7 +208,9 @@ def test_the_public_names_are_these() -> None:
         "linearize",
         "load",
         "modes",
+        "sensitivities",
         "simulate",
+        "ssp",
         "validate",
     ]
     for name in lag2fmu.__all__:

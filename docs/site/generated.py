@@ -2,16 +2,13 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
-from pathlib import Path
+from collections.abc import Mapping
 
 from lag2fmu.description.keys import Key, keys_of
 from lag2fmu.description.parts import KINDS
 from lag2fmu.description.record import Description, TableKey, table_keys
-from lag2fmu.errors import Lag2FmuError
-from lag2fmu.formats.keys import SINGLE
+from lag2fmu.formats.keys import SINGLE, TABLES
 from lag2fmu.language import unit_table, vocabulary
-from lag2fmu.resources import bundled, summary
 
 FORMS = {
     "single": "`[{name}]` stands once.",
@@ -61,8 +58,13 @@ are {_functions()}. Expressions are read and never run as a program.
 A value is given in the unit that stands beside it, and is converted to SI. A unit is a product of powers such as
 `N.m`, `N*m`, `kg.m2`, `kg*m^2`, `m/s**2`, and `1` for what has no dimension. The names are {_units()}.
 
-{_section("mechanism", "What the mechanism is.", FORMS["single"].format(name="mechanism"), SINGLE["mechanism"], Description)}
+{_mechanism()}
 {tables}"""
+
+
+def _mechanism() -> str:
+    form = FORMS["single"].format(name="mechanism")
+    return _section("mechanism", TABLES["mechanism"], form, SINGLE["mechanism"], Description)
 
 
 def _functions() -> str:

@@ -83,7 +83,7 @@ class _Search:
         self.angle = np.array([*turning, *(False for _ in further)])
 
     def seeds(self) -> Iterator[Floats]:
-        """The start, everything zero, and places around the start: angles anywhere, the rest by 3 nominal values."""
+        """Places (n,): the start, zero, and others around the start: angles anywhere, the rest by 3 nominal values."""
         generator = np.random.default_rng(11)
         yield self.start
         yield np.zeros_like(self.start)
@@ -92,7 +92,7 @@ class _Search:
             yield np.where(self.angle, generator.uniform(-np.pi, np.pi, len(self.start)), around)
 
     def nearest(self, seed: Floats) -> Equilibrium | None:
-        """What is reached from ``seed``, and then along motions that change nothing towards the start."""
+        """What is reached from ``seed`` (n,), and then along motions that change nothing towards the start."""
         found = self.solve(seed)
         if found is None or seed is self.start:
             return found
@@ -106,7 +106,7 @@ class _Search:
         return found
 
     def solve(self, q: Floats) -> Equilibrium | None:
-        """The equilibrium reached from (q, z), None if there is none or if it is one at an instant only."""
+        """The equilibrium reached from q (n,) and z, None if there is none or if it is one at an instant only."""
         n, m = len(q), len(self.equations.constraints)
         x = np.concatenate([q, np.zeros(m)])
         r, slopes = self._measure(x)
@@ -145,7 +145,7 @@ class _Search:
         return np.where(self.angle & (np.abs(q - quarter) < _ROUNDING), quarter, q)
 
     def same(self, a: Floats, b: Floats) -> bool:
-        """Whether two configurations are one, but for turns of angles and motions along which nothing changes."""
+        """Whether ``a`` and ``b`` (n,) are one place, but for turns of angles and motions that change nothing."""
         apart = np.where(self.angle, (a - b + np.pi) % TURN - np.pi, a - b)
         neutral = self._neutral(b)
         apart = apart / self.nominal

@@ -7,10 +7,12 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
+from functools import cache
 
 import numpy as np
 import sympy as sp
 
+from lag2fmu.analysis import coupling
 from lag2fmu.analysis.canonical import cyclic_coordinates, hamiltonian_form, routhian_form
 from lag2fmu.analysis.conserved import conserved, why_energy_changes
 from lag2fmu.analysis.equilibria import Equilibrium, equilibria
@@ -75,10 +77,12 @@ def analysis_report(mechanism: Mechanism, style: str = "text") -> str:
 def analysis_sections(equations: EquationsOfMotion, closed_forms: bool = True) -> tuple[Section, ...]:
     """Conserved quantities, equilibria with their modes, and with ``closed_forms`` H, the Routhian, A, B, C, D."""
     found = attempted(lambda: equilibria(equations), ())
+    first = cache(lambda: _about(equations, found[0]))
     sections: list[tuple[str, Callable[[], Iterator[Line]]]] = [
         ("Conserved quantities", lambda: _conserved(equations)),
         ("Equilibria", lambda: _equilibria(equations, found)),
-        ("Small motions about the equilibrium", lambda: _small_motions(equations, found)),
+        ("Small motions about the equilibrium", lambda: _small_motions(equations, found, first)),
+        ("Coupling to other FMUs", lambda: map(Line, coupling.sentences(first() if found else linearize(equations)))),
     ]
     if closed_forms:
         sections += [
@@ -86,7 +90,8 @@ def analysis_sections(equations: EquationsOfMotion, closed_forms: bool = True) -
             ("Hamiltonian", lambda: _hamiltonian(equations)),
             ("Routhian", lambda: _routhian(equations)),
         ]
-    return tuple(Section(title, tuple(_guarded(content))) for title, content in sections)
+    told = [Section(title, tuple(_guarded(content))) for title, content in sections]
+    return tuple(section for section in told if section.lines)
 
 
 def _guarded(content: Callable[[], Iterator[Line]]) -> Iterator[Line]:
@@ -171,7 +176,9 @@ def _about(equations: EquationsOfMotion, item: Equilibrium) -> Linearization:
     return linearize(equations, item.q, np.zeros_like(item.q), further=item.further)
 
 
-def _small_motions(equations: EquationsOfMotion, found: Sequence[Equilibrium]) -> Iterator[Line]:
+def _small_motions(
+    equations: EquationsOfMotion, found: Sequence[Equilibrium], first: Callable[[], Linearization]
+) -> Iterator[Line]:
     if not found:
         yield Line("There is no equilibrium to look at.")
         return
@@ -179,7 +186,7 @@ def _small_motions(equations: EquationsOfMotion, found: Sequence[Equilibrium]) -
     if driven_by_time(equations):
         yield from _exponents(equations, found[0])
         return
-    about = _about(equations, found[0])
+    about = first()
     if not about.states:
         yield Line("Nothing can move there: it is rigid.")
         return

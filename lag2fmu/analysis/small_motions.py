@@ -142,6 +142,7 @@ class _Form:
             f"{m.name}_linearized",
             title=f"{m.title}, small motions",
             source=m.source,
+            **m.imprint,
             coordinates=[
                 self._coordinate(c, float(place)) for c, place in zip(m.coordinates, self.about.q, strict=True)
             ],

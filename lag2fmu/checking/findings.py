@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Literal
 
@@ -26,6 +26,10 @@ class Finding:
     problem: str
     remedy: str
     severity: Severity = "error"
+
+    def shortened(self) -> Finding:
+        """The same, with a place and a problem of no more characters than are shown."""
+        return replace(self, place=_shortened(self.place), problem=_shortened(self.problem))
 
 
 @dataclass(frozen=True)
@@ -66,10 +70,9 @@ class Findings:
         table.add_column("")
         table.add_column("rule and place", overflow="fold")
         table.add_column("problem and remedy", overflow="fold", ratio=1)
-        for f in self.findings[:_MOST_SHOWN]:
-            place, problem = _shortened(f.place), _shortened(f.problem)
+        for f in (finding.shortened() for finding in self.findings[:_MOST_SHOWN]):
             mark = "[bold red]error[/bold red]" if f.severity == "error" else "[yellow]warning[/yellow]"
-            table.add_row(mark, escape(f"{f.rule}\n{place}"), escape(f"{problem};\n{f.remedy}"))
+            table.add_row(mark, escape(f"{f.rule}\n{f.place}"), escape(f"{f.problem};\n{f.remedy}"))
         return table
 
     def __str__(self) -> str:

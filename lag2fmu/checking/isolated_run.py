@@ -14,7 +14,7 @@ from typing import Any
 from lag2fmu.checking.archive import Archive
 from lag2fmu.checking.description import Description
 from lag2fmu.checking.findings import Finding
-from lag2fmu.checking.process import Run, watched
+from lag2fmu.checking.process import Run, import_path, watched
 from lag2fmu.checking.rulebook import Rulebook
 from lag2fmu.checking.trials import ESSENTIAL
 from lag2fmu.errors import SimulationError
@@ -102,7 +102,7 @@ def _one_process(folder: Path, arguments: list[str], progress: _Progress, timeou
     labels = progress.waiting[:1] if once else list(progress.waiting)
     listed.write_text("\n".join(labels), "utf-8")
     command = [sys.executable, "-m", _CHILD, str(folder), str(journal), str(listed), *arguments]
-    environment = os.environ | {"PYTHONPATH": os.pathsep.join(str(Path(place).absolute()) for place in sys.path)}
+    environment = os.environ | import_path()
     done = watched(command, folder.parent, journal, environment, timeout, timeout * len(labels))
     records = list(_records(done.journal))
     begun = [r["begin"] for r in records if r.get("begin") in labels]

@@ -40,6 +40,11 @@ class Run:
     printed: str
 
 
+def import_path() -> dict[str, str]:
+    """The variable of the environment by which a process of Python finds the packages that this one finds."""
+    return {"PYTHONPATH": os.pathsep.join(str(Path(place).absolute()) for place in sys.path)}
+
+
 def watched(
     command: Sequence[str], folder: Path, journal: Path, environment: Mapping[str, str], timeout: float, total: float
 ) -> Run:

@@ -21,6 +21,7 @@ from lag2fmu.cli.commands import (
     new,
     show,
     simulate,
+    ssp,
     validate,
 )
 from lag2fmu.errors import Lag2FmuError
@@ -78,5 +79,5 @@ def main() -> None:
     """
 
 
-for _command in (demo, models, new, import_command, show, export_command, linearize, simulate, validate, check):
+for _command in (demo, models, new, import_command, show, export_command, linearize, simulate, validate, check, ssp):
     main.add_command(_command)

@@ -104,6 +104,12 @@ def show(**choices: Any) -> None:
     show_default=True,
     help="Start as the model says, or at rest in the equilibrium found from there.",
 )
+@click.option(
+    "--without",
+    multiple=True,
+    metavar="WORD",
+    help="Leave out for others: sources, equations (of the page), description (the mechanism); repeatable, or a,b.",
+)
 @click.option("--reference", is_flag=True, help="Put a reference trajectory in, to check the FMU with.")
 @click.option("--force", is_flag=True, help="Overwrite FILE also where it holds another mechanism.")
 @SET
@@ -217,3 +223,24 @@ def check(**choices: Any) -> None:
     from lag2fmu.cli.checking import check_archive
 
     check_archive(**choices)
+
+
+@click.command()
+@click.argument("fmus", nargs=-1, required=True, metavar="[NAME=]FMU...")
+@click.option("-o", "--out", "path", type=click.Path(path_type=Path), required=True, metavar="FILE", help="The .ssp.")
+@click.option(
+    "--connect",
+    multiple=True,
+    metavar="A.X:B.Y",
+    help="An output of the component A and an input of B, or two terminals; repeatable.",
+)
+@STOP_TIME
+@click.option("--force", is_flag=True, help="Overwrite a file that exists.")
+@click.option(
+    "--set", "settings", multiple=True, metavar="A.NAME=VALUE", help="A parameter or start value; repeatable."
+)
+def ssp(**choices: Any) -> None:
+    """Write a system of FMUs, of any tool, with their connections and parameters as an archive (SSP 2.0)."""
+    from lag2fmu.cli.systems import write_system
+
+    write_system(**choices)

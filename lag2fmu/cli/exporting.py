@@ -10,7 +10,7 @@ from lag2fmu.analysis.entry_points import resting
 from lag2fmu.cli.settings import load_mechanism
 from lag2fmu.cli.terminal import build_progress
 from lag2fmu.errors import ExportError, Lag2FmuError
-from lag2fmu.fmu.carried import read_mechanism
+from lag2fmu.fmu.carried import name_inside
 from lag2fmu.fmu.exporting import export
 from lag2fmu.mechanism.record import Mechanism
 from lag2fmu.verify.reference_files import reference_files
@@ -27,6 +27,7 @@ def export_model(  # noqa: PLR0913, PLR0917 (an option each)
     fmi: str | None,
     arrays: bool,
     start: str,
+    without: tuple[str, ...],
     reference: bool,
     force: bool,
     settings: tuple[str, ...],
@@ -52,6 +53,7 @@ def export_model(  # noqa: PLR0913, PLR0917 (an option each)
             progress=progress,
             fmi=fmi or "2.0",
             arrays=arrays,
+            without=[word.strip() for words in without for word in words.split(",")],
         )
     click.echo(f"wrote {fmu.path}, solver {fmu.description.solver}{fmu.solver_choice and f': {fmu.solver_choice}'}")
     if fmu.moved_starts:
@@ -63,12 +65,12 @@ def _refuse_to_overwrite(path: Path, mechanism: Mechanism) -> None:
     try:
         if not path.is_file():
             return
-        name = read_mechanism(path).name
+        name = name_inside(path)
     except OSError:  # the path cannot be a file; the export tells why
         return
     except Lag2FmuError:
         name, found = "", "is no FMU of lag2fmu"
     else:
         found = f"holds the mechanism '{name}'"
-    if name != mechanism.name:
+    if name not in (mechanism.name, mechanism.title):
         raise ExportError(f"'{path}' exists and {found}; overwrite it with --force, or choose another name with -o")

@@ -198,16 +198,16 @@ def runtime_files(
     ``kind`` says of each variant whether the mechanism has it; ``further`` names files that generated code needs,
     ``adjoints`` says whether this code has functions for adjoint derivatives.
 
-    The gate of FMI, the folders of the chosen variants and the folder of the solver's family are taken as a whole, the
-    latter with its own folders for these variants. Any other file is taken if an #include asks for it; NAME.h brings
-    NAME.c along.
+    The gate (of FMI, or of studies), the folders of the chosen variants and the folder of the solver's family are taken
+    as a whole, gate and family with their own folders for these variants. Any other file is taken if an #include asks
+    for it; NAME.h brings NAME.c along.
     """
     variants = [name if has else f"{name}_none" for name, has in kind.items()]
     family = f"solvers/{method.family}"
-    rooms = ("variants", family, *(("adjoints",) if adjoints else ()))
-    whole = (gate, *rooms[1:], *(f"{room}/{name}" for room in rooms for name in variants))
+    rooms = ("variants", gate, family, *(("adjoints",) if adjoints else ()))
+    whole = (*rooms[1:], *(f"{room}/{name}" for room in rooms for name in variants))
     wanted = set(texts := _texts(*whole))
-    texts |= _texts("core", "gate", "variants", "solvers", "solvers/common")
+    texts |= _texts("core", "gate", "variants", "solvers", "solvers/common", gate.partition("/")[0])
     wanted |= set(further)
     needed: dict[str, str] = {}
     while wanted:

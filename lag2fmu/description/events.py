@@ -54,9 +54,9 @@ class Contact:
 
     ``gap`` is in m or rad, ``slip`` the relative tangential velocity, two of them in space, affine in the velocities.
     Instead of both, one of the kinds ``CONTACTS`` may stand ``between`` two frames, points or bodies: first the point,
-    disc or sphere that touches, then what it touches. A ``normal`` ("x", "y", "z" or 3 entries) is fixed in the second
-    end, points out of its line or plane, and goes through it; ``radius`` (m) is that of the disc or sphere, two of a
-    pair, of a point against a disc or sphere that of the latter.
+    disc or sphere that touches, then what it touches. A ``normal`` ("x", "y", "z" or its entries) is fixed in the
+    second end, points out of its line or plane, and goes through it; ``radius`` (m) is that of the disc or sphere, two
+    of a pair, of a point against a disc or sphere that of the latter.
 
     ``restitution`` is Newton's coefficient, ``friction`` the coefficient of sliding friction, ``static_friction`` that
     of sticking (by default the same). With the ``law`` "compliant" the force is stiffness d^1.5 (1 + damping d_dot) of
@@ -97,7 +97,7 @@ class Contact:
     )
     normal: str | Sequence[Expression] | None = key(
         "axis",
-        "Of a line or plane: out of it, fixed in the second; x, y, z or 3 entries.",
+        "Of a line or plane: out of it, fixed in the second; x, y, z or its 2 or 3 entries.",
         default=None,
         names=CONSTANT,
     )
@@ -125,7 +125,14 @@ class Contact:
         where = f"contacts.{self.name}"
         normalise(self, where)
         if self.normal is not None:
-            object.__setattr__(self, "normal", checked_axis(self.normal, f"{where}.normal"))
+            object.__setattr__(self, "normal", checked_axis(self._normal_in_space(), f"{where}.normal"))
+
+    def _normal_in_space(self) -> object:
+        """The normal with 3 entries; in the plane two may be written, as for the direction of gravity."""
+        planar = self.kind in CONTACTS and CONTACTS[self.kind].entries == 2
+        if planar and isinstance(self.normal, (tuple, list)) and len(self.normal) == 2:
+            return (*self.normal, 0)
+        return self.normal
 
     @property
     def frictionless(self) -> bool:

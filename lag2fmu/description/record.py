@@ -12,6 +12,7 @@ from typing import Any, NamedTuple, TypeVar
 
 import sympy as sp
 
+from lag2fmu.description import names
 from lag2fmu.description.events import IMPACTS, Contact, Friction, State, Stop
 from lag2fmu.description.joints import Joint
 from lag2fmu.description.keys import Key, key
@@ -29,10 +30,14 @@ from lag2fmu.description.parts import (
     in_order_of_kinds,
 )
 from lag2fmu.description.places import WORLD, Body, Frame, Place, Point, Vector, expressions_of
+from lag2fmu.description.ports import Ports
 from lag2fmu.description.subsystems import Part
-from lag2fmu.description.symbols import Coordinate, Declared, Input, Parameter
+from lag2fmu.description.symbols import Coordinate, Declared, Input, Parameter, names_of
 from lag2fmu.description.tables import Table
 from lag2fmu.errors import MechanismError
+
+IMPRINT = ("author", "version", "copyright", "license")
+"""The keys that say who is behind a mechanism; attributes of modelDescription.xml have the same names."""
 
 
 @dataclass(frozen=True)
@@ -82,6 +87,10 @@ class Description:
     _: KW_ONLY
     title: str = key("string", "What it is, in a few words.", default="")
     source: str = key("string", "Where equations and values come from.", default="")
+    author: str = key("string", "Who wrote it.", default="")
+    version: str = key("string", "Its version, e.g. 1.2.", default="")
+    copyright: str = key("string", "Whose it is, e.g. (c) 2026 A. Lovelace.", default="")
+    license: str = key("string", "Under which terms others may use it, e.g. BSD-3-Clause.", default="")
     impacts: str = key(
         IMPACTS, "How contacts share an impact: in rounds, or in one problem over all that touch.", default="sequential"
     )
@@ -138,6 +147,9 @@ class Description:
     stops: tuple[Stop, ...] = table_key(Stop, "tables", "Hard limits of expressions.")
     frictions: tuple[Friction, ...] = table_key(Friction, "tables", "Dry friction along relative velocities.")
     outputs: tuple[Output, ...] = table_key(Output, "lines", "Further outputs of the FMU.")
+    ports: Ports = table_key(
+        Ports, "single", "Which inputs the FMU has; forces and torques at places in, their motion out.", default=Ports()
+    )
     experiment: Experiment = table_key(Experiment, "single", "What a default run looks like.", default=Experiment())
     strict_units: bool = key("flag", "true: dimensions that do not match are an error, not a warning.", default=False)
 
@@ -153,8 +165,14 @@ class Description:
             title=self.title or str(self.name).replace("_", " ").capitalize(),
             energy=self.energy or Energy(),
             gravity=gravity if gravity is None or isinstance(gravity, Gravity) else Gravity(gravity),
+            ports=self.ports or Ports(),
             experiment=self.experiment or Experiment(),
         )
+
+    @property
+    def imprint(self) -> dict[str, str]:
+        """What is said of author, version, copyright and license, by these words; what is not said is left out."""
+        return {word: text for word in IMPRINT if (text := getattr(self, word))}
 
     @property
     def holonomic(self) -> tuple[Constraint, ...]:
@@ -190,6 +208,18 @@ class Description:
     def output_names(self) -> dict[str, Output]:
         """Every name that the outputs bring (NAME, or NAME_x ... of a quantity) -> its output, with unit and doc."""
         return {name: output for output in self.outputs for name in output.names}
+
+    @property
+    def input_names(self) -> tuple[str, ...]:
+        """The inputs by name as in the vector u: Q of every coordinate, plain inputs, motions with derivatives."""
+        forces = (names.generalized_force(q.name) for q in self.coordinates)
+        return (*forces, *(name for u in (*self.plain_inputs, *self.motions) for name in names_of(u)))
+
+    @property
+    def hidden_inputs(self) -> frozenset[str]:
+        """The inputs that the ports leave out of the FMU: they keep their start values."""
+        chosen = self.ports.inputs
+        return frozenset() if chosen is None else frozenset(self.input_names) - frozenset(chosen)
 
     def frame(self, name: str) -> Frame:
         """The frame called ``name``; raises MechanismError if there is none ("world" is none: it does not move)."""

@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable
-from dataclasses import dataclass
+from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import dataclass, replace
 from itertools import accumulate
 
 from lag2fmu.dynamics.row_tables import SparseRows
@@ -55,6 +55,24 @@ def filling(name: str, doc: str, arguments: tuple[Array, ...], **arrays: Iterabl
     """A function that fills ``arrays`` with nodes."""
     results = tuple((array, index, node) for array, nodes in arrays.items() for index, node in enumerate(nodes))
     return Function(name, doc, arguments, tuple(arrays), results)
+
+
+def nodes_of(graph: Graph, functions: Sequence[Function]) -> list[Node]:
+    """What the results and the entries of the arguments of ``functions`` need, operands first."""
+    entries = [node for f in functions for a in f.arguments for node in a.entries]
+    return graph.cone([*entries, *(node for f in functions for *_, node in f.results)])
+
+
+def with_nodes(functions: Sequence[Function], new: Mapping[Node, Node]) -> list[Function]:
+    """``functions`` with the ``new`` nodes {node: what stands for it} in arguments and results."""
+    return [
+        replace(
+            f,
+            arguments=tuple(replace(a, entries=tuple(new[node] for node in a.entries)) for a in f.arguments),
+            results=tuple((array, index, new[node]) for array, index, node in f.results),
+        )
+        for f in functions
+    ]
 
 
 @dataclass(frozen=True)

@@ -15,7 +15,7 @@ import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 
-from lag2fmu.dynamics.functions import EventFunction, Function
+from lag2fmu.dynamics.functions import EventFunction, Function, nodes_of, with_nodes
 from lag2fmu.dynamics.samples import start_values
 from lag2fmu.dynamics.tables import in_pieces
 from lag2fmu.dynamics.variables import Variables, integrated_states
@@ -99,10 +99,12 @@ class _Kinks:
 
     def replaced(self, switches: Mapping[Node, Node], functions: Sequence[Function]) -> list[Function]:
         """``functions`` with the ``switches`` {margin: switch} for kinks, in what they hand on to one another too."""
-        graph = self.graph
         known = {self._key(margin): switch for margin, switch in switches.items()}
-        entries = [node for f in functions for a in f.arguments for node in a.entries]
-        cone = graph.cone([*entries, *(node for f in functions for *_, node in f.results)])
+        return with_nodes(functions, self._new_nodes(known, nodes_of(self.graph, functions)))
+
+    def _new_nodes(self, known: Mapping[tuple[int, bool], Node], cone: Sequence[Node]) -> dict[Node, Node]:
+        """What stands for each node of ``cone``, with the switches that are ``known`` {key of a margin: switch}."""
+        graph = self.graph
         kept, bases = self._kept(cone), self._bases(cone)
         new: dict[Node, Node] = {}
         for node in cone:
@@ -116,14 +118,7 @@ class _Kinks:
                 new[node] = self._formula(node, switch, moved)
             else:
                 new[node] = node if list(operands) == moved else graph.rebuild(node, moved)
-        return [
-            replace(
-                f,
-                arguments=tuple(replace(a, entries=tuple(new[node] for node in a.entries)) for a in f.arguments),
-                results=tuple((array, index, new[node]) for array, index, node in f.results),
-            )
-            for f in functions
-        ]
+        return new
 
     def _margin(self, node: Node) -> Node | None:
         """What the kink ``node`` changes at the sign of; None for other operations, and where a kink may be passed."""

@@ -19,8 +19,9 @@ def row_scales(jacobian: Floats) -> Floats:
 
 
 def least_step(rows: Floats, residual: Floats) -> Floats:
-    """The step of least norm that takes the ``residual`` away to first order, damped by the square of its size.
+    """The step (n,) of least norm that takes the ``residual`` (m,) away to first order, damped by its size squared.
 
+    ``rows`` (m, n) are the slopes of the residual.
     The damping keeps the convergence quadratic where constraints are redundant, so that solutions are not isolated.
     Source: N. Yamashita, M. Fukushima, On the rate of convergence of the Levenberg-Marquardt method, Computing 15,
     2001.
@@ -31,7 +32,10 @@ def least_step(rows: Floats, residual: Floats) -> Floats:
 
 
 def relative_size(residual: Floats, jacobian: Floats) -> float:
-    """The greatest residual; the unit is how much it changes with a coordinate by its nominal value. NaN stays NaN."""
+    """The greatest of ``residual`` (m,) in units of its change with a coordinate by its nominal value; NaN stays NaN.
+
+    ``jacobian`` (m, n) has columns times nominal values.
+    """
     if residual.size == 0:
         return 0.0
     scale = np.abs(jacobian).max(axis=1)

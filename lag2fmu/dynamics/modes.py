@@ -49,34 +49,12 @@ def with_rows(equations: EquationsOfMotion) -> tuple[EquationsOfMotion, Modes, t
     g, v, rows, c = equations.graph, equations.variables, equations.rows, equations.permanent
     modes = _modes(g, rows)
     n, held = len(v.q), len(c.positions)
-    contacts, positions = len(rows.slips), len(rows.positions)
-    latches = list(rows.latches)[: positions - contacts]
-    order = [*range(contacts), *latches]
+    latches = list(rows.latches)[: len(rows.positions) - len(rows.slips)]
+    order = [*range(len(rows.slips)), *latches]
     rest = [k for k in range(len(rows)) if k not in order]
     place = {row: held + i for i, row in enumerate(order)}
     place |= {row: len(c) + len(order) + i for i, row in enumerate(rest)}
-
-    def gathered(of_constraints: Sequence[Node], of_rows: Sequence[Node]) -> tuple[Node, ...]:
-        masked = [g.multiply(mask, node) for mask, node in zip(modes.masks, of_rows, strict=True)]
-        return (
-            *of_constraints[:held],
-            *(masked[row] for row in order),
-            *of_constraints[held:],
-            *(masked[row] for row in rest),
-        )
-
-    offsets = [*(g.zero,) * contacts, *modes.offsets]
-    gaps = [
-        g.multiply(modes.masks[row], g.subtract(position, offset))
-        for row, position, offset in zip(order, rows.positions, offsets, strict=True)
-    ]
-    columns = [gathered([row[i] for row in c.jacobian], [row[i] for row in rows.jacobian]) for i in range(n)]
-    constraints = Constraints(
-        positions=(*c.positions, *gaps),
-        velocities=gathered(c.velocities, rows.velocities),
-        accelerations=gathered(c.accelerations, rows.accelerations),
-        jacobian=tuple(zip(*columns, strict=True)),
-    )
+    constraints = _masked(g, c, rows, modes, (order, rest))
     multipliers = [*v.multipliers, *(g.zero,) * len(rows)]
     multipliers[held:] = [
         *(rows.forces[row] for row in order),
@@ -98,6 +76,40 @@ def with_rows(equations: EquationsOfMotion) -> tuple[EquationsOfMotion, Modes, t
     )
     found = replace(equations, constraints=constraints, variables=variables, residual=residual, solution=None)
     return found, modes, tuple(place[row] for row in range(len(rows)))
+
+
+def _masked(
+    g: Graph, permanent: Constraints, rows: Rows, modes: Modes, orders: tuple[Sequence[int], Sequence[int]]
+) -> Constraints:
+    """The ``permanent`` constraints with all rows times their masks.
+
+    Of the ``orders`` the rows of the first stand behind the holonomic constraints, those of the second at the end.
+    """
+    held = len(permanent.positions)
+    order, rest = orders
+
+    def gathered(of_constraints: Sequence[Node], of_rows: Sequence[Node]) -> tuple[Node, ...]:
+        masked = [g.multiply(mask, node) for mask, node in zip(modes.masks, of_rows, strict=True)]
+        return (
+            *of_constraints[:held],
+            *(masked[row] for row in order),
+            *of_constraints[held:],
+            *(masked[row] for row in rest),
+        )
+
+    offsets = [*(g.zero,) * len(rows.slips), *modes.offsets]
+    gaps = [
+        g.multiply(modes.masks[row], g.subtract(position, offset))
+        for row, position, offset in zip(order, rows.positions, offsets, strict=True)
+    ]
+    n = len((*permanent.jacobian, *rows.jacobian)[0])
+    columns = [gathered([row[i] for row in permanent.jacobian], [row[i] for row in rows.jacobian]) for i in range(n)]
+    return Constraints(
+        positions=(*permanent.positions, *gaps),
+        velocities=gathered(permanent.velocities, rows.velocities),
+        accelerations=gathered(permanent.accelerations, rows.accelerations),
+        jacobian=tuple(zip(*columns, strict=True)),
+    )
 
 
 def pushes(graph: Graph, rows: Rows, qd: Sequence[Node]) -> list[Node]:

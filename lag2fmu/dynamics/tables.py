@@ -15,7 +15,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from lag2fmu.description.tables import Table
-from lag2fmu.dynamics.functions import Array, Function, TableArgument
+from lag2fmu.dynamics.functions import Array, Function, TableArgument, nodes_of, with_nodes
 from lag2fmu.graph.graph import Graph, Node
 from lag2fmu.graph.interpolants import Interpolant
 from lag2fmu.graph.operations import CODE, LOOKUP, SYMBOL
@@ -90,22 +90,14 @@ def in_pieces(
     if not chosen:
         return tuple(functions)
     new: dict[Node, Node] = {}
-    entries = [node for f in functions for a in f.arguments for node in a.entries]
     with graph.as_written():
-        for node in graph.cone([*entries, *(node for f in functions for *_, node in f.results)]):
+        for node in nodes_of(graph, functions):
             operands = [new[operand] for operand in graph.operands[node]]
             if node in chosen:
                 new[node] = _pieced(graph, operands)
             else:
                 new[node] = node if list(graph.operands[node]) == operands else graph.rebuild(node, operands)
-    return tuple(
-        replace(
-            f,
-            arguments=tuple(replace(a, entries=tuple(new[node] for node in a.entries)) for a in f.arguments),
-            results=tuple((array, index, new[node]) for array, index, node in f.results),
-        )
-        for f in functions
-    )
+    return tuple(with_nodes(functions, new))
 
 
 def _has_pieces(graph: Graph, node: Node, moving: set[Node]) -> bool:

@@ -83,6 +83,7 @@ class _Steps:
                 self._say(
                     f"n_p = {len(particles)} particles{_listed(particles)}, n_r = {len(rigid)} bodies{_listed(rigid)}"
                 ),
+                *(self._say(f"{word}: {text}") for word, text in m.imprint.items()),
                 *(self._say(f"{p.prefix}... are names of the part {p.of.title}") for p in m.description.parts),
             ],
         )

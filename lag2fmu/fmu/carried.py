@@ -1,16 +1,41 @@
-"""What an FMU of lag2fmu carries beside what the standard asks for: its mechanism as text."""
+"""What an FMU of lag2fmu carries beside what the standard asks for, its mechanism as text, and what may be left out."""
 
 from __future__ import annotations
 
 from pathlib import Path
 
+from lag2fmu.errors import ExportError, Lag2FmuError
+from lag2fmu.fmu.pack import DESCRIPTION as DESCRIPTION_ENTRY
 from lag2fmu.fmu.pack import read_text
 from lag2fmu.formats.text import read
 from lag2fmu.mechanism.record import Mechanism
+from lag2fmu.xml_tree import parse
 
 MECHANISM_ENTRY = "extra/org.lag2fmu/mechanism.toml"
 
+SOURCES, EQUATIONS, DESCRIPTION = WITHOUT = ("sources", "equations", "description")
+"""What an FMU that goes to others may come without: sources/, the equations on its page, the mechanism as text."""
+
+_MISSING = (
+    "it carries no mechanism: it is of another tool, or was exported with --without description; "
+    "give the MODEL that it was made of"
+)
+
 
 def read_mechanism(path: Path) -> Mechanism:
-    """The mechanism that the FMU ``path`` carries; raises ExportError if it is no FMU of lag2fmu."""
-    return read(read_text(path, MECHANISM_ENTRY), f"{path}/{MECHANISM_ENTRY}")
+    """The mechanism that the FMU ``path`` carries; raises ExportError if it carries none."""
+    return read(read_text(path, MECHANISM_ENTRY, _MISSING), f"{path}/{MECHANISM_ENTRY}")
+
+
+def name_inside(path: Path) -> str:
+    """The name of the mechanism that the FMU ``path`` was made of, its title if it carries none.
+
+    Raises ExportError if lag2fmu did not make it.
+    """
+    try:
+        return read_mechanism(path).name
+    except Lag2FmuError as error:
+        root = parse(read_text(path, DESCRIPTION_ENTRY).encode(), DESCRIPTION_ENTRY).root
+        if not root.get("generationTool").startswith("lag2fmu "):
+            raise ExportError(f"'{path}' is no FMU of lag2fmu") from error
+        return root.get("modelName")

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Collection, Iterable, Sequence
 
 from lag2fmu.analysis.evaluation import attempted
 from lag2fmu.analysis.report import analysis_sections
@@ -11,11 +11,13 @@ from lag2fmu.dynamics.blocks import united
 from lag2fmu.dynamics.equations import EquationsOfMotion
 from lag2fmu.dynamics.formulas import Formula, formulas
 from lag2fmu.dynamics.functions import Program
+from lag2fmu.fmu.carried import EQUATIONS
 from lag2fmu.fmu.elements import ENUMERATIONS
 from lag2fmu.fmu.model_description import ModelDescription
 from lag2fmu.fmu.scalar_variable import ScalarVariable
 from lag2fmu.fmu.sketch import sketch
 from lag2fmu.picture.drawing import draw, drawable, layout_of
+from lag2fmu.picture.scene import Scene
 from lag2fmu.resources import resource_folder
 from lag2fmu.solvers.methods import METHODS
 
@@ -28,11 +30,15 @@ def documentation(
     program: Program,
     inside: tuple[str, Sequence[str]],
     stiffness: str,
+    *,
+    scene: Scene | None,
+    without: Collection[str] = (),
 ) -> dict[str, bytes]:
     """{name in the archive: content} of the page and the licences; where they stand: FMI 2.0.5, section 2.3.
 
     ``inside`` has a phrase on the binaries and lines of HTML on further files. ``stiffness`` is a phrase on the
-    stiffness of the motion, "" if it is not known.
+    stiffness of the motion, "" if it is not known. ``scene`` is the mechanism at its start, None where nothing can be
+    drawn; ``without`` names what is left out of the FMU.
     """
     mechanism = description.mechanism
     context = {
@@ -42,10 +48,9 @@ def documentation(
         "states": sum(v.state for v in description.variables),
         "massless": any(_is_massless(v) for v in description.variables),
         "nomenclature": [(heading, rows) for heading, rows in _nomenclature(description.variables) if rows],
-        "sketch": _sketch(equations),
-        "formulas": _formulas(equations),
-        "structure": _structure(equations, program),
-        "analysis": analysis_sections(equations, closed_forms=False),
+        "sketch": None if scene is None else (sketch(scene), scene.notes),
+        "without": without,
+        **({} if EQUATIONS in without else _written(equations, program)),
         "kinds": description.interface.capabilities,
         "binaries": inside[0],
         "resources": inside[1],
@@ -60,14 +65,20 @@ def documentation(
     }
 
 
-def _sketch(equations: EquationsOfMotion) -> tuple[str, tuple[str, ...]] | None:
-    """The mechanism at its start as SVG, and the sentences below; None where there is nothing that can be drawn."""
+def scene_at_start(equations: EquationsOfMotion) -> Scene | None:
+    """The mechanism at its start as a picture; None where there is nothing that can be drawn."""
     if not drawable(equations.mechanism):
         return None
-    scene = attempted(lambda: draw(layout_of(equations.mechanism)), None)
-    if scene is None:
-        return None
-    return sketch(scene), scene.notes
+    return attempted(lambda: draw(layout_of(equations.mechanism)), None)
+
+
+def _written(equations: EquationsOfMotion, program: Program) -> dict[str, object]:
+    """What the page says of the equations and of what follows from them."""
+    return {
+        "formulas": _formulas(equations),
+        "structure": _structure(equations, program),
+        "analysis": analysis_sections(equations, closed_forms=False),
+    }
 
 
 def _nomenclature(variables: Iterable[ScalarVariable]) -> list[tuple[str, list[Row]]]:

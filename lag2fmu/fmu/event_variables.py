@@ -16,13 +16,17 @@ CLOCK = "Clock"
 
 
 def add_event_variables(builder: Builder, mechanism: Mechanism, program: Program) -> None:
-    """Add an indicator for each event function, and a clock for each contact or side of a stop."""
+    """Add an indicator for each event function, and a clock for each contact or side of a stop.
+
+    An output clock is no unknown at initialization, and has no ``initial``: modelica/fmi-standard, issue 1449.
+    """
     for i, (name, doc) in enumerate(_indicators(mechanism, program)):
         indicator = ScalarVariable(name, 0, "local", "continuous", "calculated", doc=doc)
         builder.add(indicator, "VARIABLE_INDICATOR", i)
     for i, contact in enumerate(mechanism.unilaterals):
         doc = f"ticks at each impact of {contact.name}"
-        clock = ScalarVariable(names.impact(contact.name), 0, "local", "discrete", doc=doc)
+        causality = "output" if names.impact(contact.name) in program.outputs else "local"
+        clock = ScalarVariable(names.impact(contact.name), 0, causality, "discrete", doc=doc)
         builder.add(replace(clock, type=CLOCK), "VARIABLE_CLOCK", i)
 
 

@@ -22,9 +22,10 @@ from lag2fmu.fmu.advice import (
 )
 from lag2fmu.fmu.backends import BACKENDS
 from lag2fmu.fmu.backends.backend import Choices
-from lag2fmu.fmu.carried import MECHANISM_ENTRY
+from lag2fmu.fmu.carried import DESCRIPTION, MECHANISM_ENTRY, WITHOUT
 from lag2fmu.fmu.compilers import Progress
-from lag2fmu.fmu.documentation import documentation
+from lag2fmu.fmu.documentation import documentation, scene_at_start
+from lag2fmu.fmu.icon import icon
 from lag2fmu.fmu.model_description import ModelDescription
 from lag2fmu.fmu.pack import pack
 from lag2fmu.fmu.terminals import terminals
@@ -33,7 +34,6 @@ from lag2fmu.fmu.versions import VERSIONS
 from lag2fmu.formats.loading import as_mechanism
 from lag2fmu.formats.write import write
 from lag2fmu.mechanism.record import Mechanism
-from lag2fmu.resources import resource_folder
 from lag2fmu.solvers.methods import DEFAULT_SOLVER, METHODS, TimeStepping
 
 TERMINALS = "terminalsAndIcons/terminalsAndIcons.xml"
@@ -89,6 +89,7 @@ def export(  # noqa: PLR0913 (choices of the user)
     fmi: str = "2.0",
     arrays: bool = False,
     start: str = "given",
+    without: Sequence[str] = (),
 ) -> Fmu:
     """Write the FMU of ``model``, a mechanism or what ``load`` takes, to ``path`` (default: NAME.fmu here).
 
@@ -97,7 +98,8 @@ def export(  # noqa: PLR0913 (choices of the user)
     slave of PythonFMU). ``outputs`` names local variables to be outputs too ('all' for each of them), ``extra`` holds
     further files {name in the archive: content}, ``progress`` is told how the compiler gets on. ``fmi`` is the version
     of the standard, a name in VERSIONS; with ``arrays``, of FMI 3.0, coordinates and what belongs to them are arrays.
-    It starts as it is "given", or at rest in the "equilibrium" found from there.
+    It starts as it is "given", or at rest in the "equilibrium" found from there. ``without`` names what is left out for
+    others, of WITHOUT.
     Raises LoadError, ExportError, DerivationError or BuildError.
     """
     mechanism = as_mechanism(model)
@@ -108,10 +110,11 @@ def export(  # noqa: PLR0913 (choices of the user)
         if word not in words:
             raise ExportError(f"unknown {what} '{word}'; known are {', '.join(words)}")
     mechanism = resting(mechanism) if start == STARTS[1] else mechanism
+    _check_left_out(without)
     version = VERSIONS[fmi]
     if arrays and not version.has_ports:
         raise ExportError(f"--arrays: FMI {fmi} has no arrays; add --fmi 3.0, or leave --arrays out")
-    choices = Choices(solver or DEFAULT_SOLVER, platform, compiler, progress, version, arrays)
+    choices = Choices(solver or DEFAULT_SOLVER, platform, compiler, progress, version, arrays, frozenset(without))
     build = BACKENDS[backend].prepare(choices)
     target = Path(path) if path is not None else Path(f"{mechanism.name}.fmu")
     _check_target(target)
@@ -120,17 +123,18 @@ def export(  # noqa: PLR0913 (choices of the user)
     solver, choice, reason = _chosen_solver(equations, solver, backend)
     check_solver(equations.mechanism, METHODS[solver])
     method = METHODS[solver]
-    promoted = promotable(equations, outputs)
+    promoted = promotable(equations, outputs, events=version.has_ports)
     program = lower(equations, promoted, method.variational, isinstance(method, TimeStepping))
     mechanism = complete(mechanism, equations)
     content = build(mechanism, equations, program, solver)
+    scene, inside = scene_at_start(equations), (content.binaries, content.resources)
     files = {
         **content.files,
         "modelDescription.xml": version.to_xml(content.description),
-        MECHANISM_ENTRY: write(mechanism).encode(),
+        **({} if DESCRIPTION in without else {MECHANISM_ENTRY: write(mechanism).encode()}),
         TERMINALS: terminals(content.description, icon=Path(version.icon).parent == Path(TERMINALS).parent),
-        version.icon: (resource_folder("templates") / "documentation" / "model.png").read_bytes(),
-        **documentation(content.description, equations, program, (content.binaries, content.resources), reason),
+        version.icon: icon(scene),
+        **documentation(content.description, equations, program, inside, reason, scene=scene, without=without),
         **(extra or {}),
     }
     pack(files, target)
@@ -145,6 +149,13 @@ def _chosen_solver(equations: EquationsOfMotion, named: str | None, backend: str
         return named, "", ""  # no decay bounds its steps
     suited, reason = suited_solver(equations, BACKENDS[backend].solvers)
     return (named, "", reason) if named else (suited, reason, reason)
+
+
+def _check_left_out(without: Sequence[str]) -> None:
+    """Refuse what cannot be left out."""
+    for word in without:
+        if word not in WITHOUT:
+            raise ExportError(f"--without {word}: known are {', '.join(WITHOUT)}")
 
 
 def _check_target(path: Path) -> None:
@@ -165,7 +176,7 @@ def _check_target(path: Path) -> None:
 
 def _check_texts(mechanism: Mechanism) -> None:
     """Refuse titles and descriptions that modelDescription.xml cannot hold."""
-    texts = {"title": mechanism.title, "source": mechanism.source}
+    texts = {"title": mechanism.title, "source": mechanism.source, **mechanism.imprint}
     for table in ("coordinates", "states", "parameters", "inputs", "outputs"):
         texts |= {f"{table}.{part.name}.doc": part.doc for part in getattr(mechanism, table)}
     for place, text in texts.items():

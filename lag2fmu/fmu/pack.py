@@ -49,8 +49,8 @@ def pack(files: Mapping[str, bytes], path: Path) -> None:
         Path(temporary).unlink(missing_ok=True)
 
 
-def read_text(path: Path, name: str) -> str:
-    """The text in UTF-8 called ``name`` in the archive ``path``, of any origin.
+def read_text(path: Path, name: str, missing: str = "there is none; is it an FMU of lag2fmu?") -> str:
+    """The text in UTF-8 called ``name`` in the archive ``path``, of any origin; ``missing`` is what is said without it.
 
     Raises LoadError if there is no such archive, ExportError if no such text that is safe to read is in it.
     """
@@ -64,9 +64,10 @@ def read_text(path: Path, name: str) -> str:
         return content.decode("utf-8")
     except UnicodeDecodeError as error:
         raise ExportError(f"'{path}': '{name}' is not UTF-8 (byte {error.start}); export the FMU anew") from error
-    except (LoadError, KeyError) as error:
-        why = "there is none" if isinstance(error, KeyError) else error
-        raise ExportError(f"'{path}': cannot read '{name}' from it ({why}); is it an FMU of lag2fmu?") from error
+    except KeyError:
+        raise ExportError(f"'{path}': there is no '{name}' in it; {missing}") from None
+    except LoadError as error:
+        raise ExportError(f"'{path}': cannot read '{name}' from it ({error}); is it an FMU of lag2fmu?") from error
 
 
 @contextmanager

@@ -27,12 +27,14 @@ def terminals(description: ModelDescription, *, icon: bool) -> bytes:
         ET.SubElement(picture, "Icon", square)
     parent = ET.SubElement(root, "Terminals")
     arrays = {port.name for port in description.ports if port.is_array}
+    joined = {v.name for port in description.ports if port.is_array for v in port.members}
+    scalars = {v.name for v in description.variables} - joined
     if {"q", "qd"} <= arrays:
         force = ("Q",) if "Q" in arrays else ()
         _terminal(parent, {"name": "coordinates", "terminalKind": "org.lag2fmu.coordinates"}, ("q", "qd", *force))
         return document(root)
     for q in description.mechanism.coordinates:
-        force = () if "Q" in arrays else (names.generalized_force(q.name),)
+        force = (names.generalized_force(q.name),) if names.generalized_force(q.name) in scalars else ()
         attributes = {"name": q.name, "terminalKind": "org.lag2fmu.coordinate"}
         attributes |= {"description": q.doc} if q.doc else {}
         _terminal(parent, attributes, (q.name, names.velocity(q.name), *force))

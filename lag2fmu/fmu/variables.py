@@ -72,8 +72,10 @@ def build_table(equations: EquationsOfMotion, program: Program, *, events: bool 
     builder = Builder()
     builder.add(ScalarVariable("time", 0, "independent", "continuous", unit=SECOND, doc="time"), "VARIABLE_TIME", 0)
     _add_states(builder, mechanism, program.outputs)
+    hidden = mechanism.hidden_inputs
     for index, variable in enumerate(_inputs(mechanism)):
-        builder.add(variable, "VARIABLE_INPUT", index)
+        if variable.name not in hidden:
+            builder.add(variable, "VARIABLE_INPUT", index)
     _add_parameters(builder, mechanism, program)
     _add_calculated(builder, equations, program)
     add_elements(builder, mechanism, program.outputs)
@@ -85,16 +87,17 @@ def build_table(equations: EquationsOfMotion, program: Program, *, events: bool 
     if events:
         found |= indicator_dependencies(mechanism, program, found, order)
     variables = tuple(
-        replace(v, dependencies=tuple(sorted(found[v.name], key=order.__getitem__))) if v.name in found else v
+        replace(v, dependencies=tuple(sorted(found[v.name] - hidden, key=order.__getitem__))) if v.name in found else v
         for v in builder.variables
     )
     return VariableTable(variables, runtime_tables(mechanism, program, builder.slots, variables))
 
 
-def promotable(equations: EquationsOfMotion, wanted: Sequence[str]) -> frozenset[str]:
+def promotable(equations: EquationsOfMotion, wanted: Sequence[str], *, events: bool = False) -> frozenset[str]:
     """The local variables that ``wanted`` makes outputs: names, or 'all'; outputs may be named once more.
 
-    Raises ExportError for a name that is neither.
+    With ``events`` clocks may be named, too. They are not among 'all', for fmpy 0.3.32 takes output clocks for unknowns
+    at initialization. Raises ExportError for a name that is neither.
     """
     mechanism = equations.mechanism
     states = {name for q in mechanism.coordinates for name in (q.name, names.velocity(q.name))}
@@ -107,6 +110,7 @@ def promotable(equations: EquationsOfMotion, wanted: Sequence[str]) -> frozenset
     known += [names.DISSIPATED_ENERGY] if mechanism.hybrid else []
     if "all" in wanted:
         wanted = [*known, *(name for name in wanted if name != "all")]
+    known += [names.impact(c.name) for c in mechanism.unilaterals] if events else []
     for name in sorted({*wanted} - {*known, *states, *mechanism.output_names}):
         near = get_close_matches(name, known) or known
         raise ExportError(f"--output {name}: there is no such variable; known are {', '.join(near)}")

@@ -45,7 +45,7 @@ class Interpolant:
         return [knots.tolist() for knots in self.knots], self.coefficients.tolist()
 
     def kinks(self, axis: int = 0) -> Floats:
-        """The knots of an argument where the slope jumps: of "linear" those inside, of "hold" both ends too."""
+        """The knots (k,) of an argument where the slope jumps: of "linear" those inside, of "hold" both ends too."""
         inside = self.knots[axis][1:-1] if self.degree == 1 else np.empty(0)
         ends = self.knots[axis][[0, -1]] if self.outside == "hold" else np.empty(0)
         return np.sort(np.concatenate([inside, ends]))

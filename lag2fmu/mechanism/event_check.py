@@ -108,9 +108,7 @@ def _check_normal(m: Description, contact: Contact, where: str) -> None:
     planar = m.dimension == 2
     axis = contact.normal
     if planar and (axis == "z" or (not isinstance(axis, str) and sp.sympify(axis[2]) != 0)):
-        raise MechanismError(
-            f"{where}.normal: '{axis}' is out of the plane; give 'x', 'y' or a vector of 3 entries, the last one 0"
-        )
+        raise MechanismError(f"{where}.normal: '{axis}' is out of the plane; give 'x', 'y' or a vector of 2 entries")
     numbers = [] if isinstance(axis, str) else [value_at(sp.sympify(x), values_of(m)) for x in axis]
     if numbers and not any(x is None or x for x in numbers):
         raise MechanismError(f"{where}.normal: {list(axis)} is the zero vector at the values given, which is no normal")

@@ -23,13 +23,22 @@ def with_inputs(m: Description) -> tuple[list[Load], list[tuple[str, Input]]]:
     inputs: list[tuple[str, Input]] = []
     places = {place.name: place for place in m.places}
     for load in m.loads:
-        own = _inputs_of(load, places) if load.input else []
-        entries = [symbol(item.name) for item in own]
-        value = entries[0] if [item.name for item in own] == [load.name] else entries
-        key = "force" if load.point is not None else "torque"
-        written.append(replace(load, input=False, **{key: value}) if own else load)  # type: ignore[arg-type]
+        load_written, own = opened(load, places) if load.input else (load, [])
+        written.append(load_written)
         inputs += [(load.name, item) for item in own]
     return written, inputs
+
+
+def opened(load: Load, places: Mapping[str, Place]) -> tuple[Load, list[Input]]:
+    """The ``load``, which is an input itself, with the inputs that it refers to, in N or N.m; ``places`` by name.
+
+    Raises MechanismError for one that has a value as well.
+    """
+    own = _inputs_of(load, places)
+    entries = [symbol(item.name) for item in own]
+    value = entries[0] if [item.name for item in own] == [load.name] else entries
+    key = "force" if load.point is not None else "torque"
+    return replace(load, input=False, **{key: value}), own  # type: ignore[arg-type]
 
 
 def _inputs_of(load: Load, places: Mapping[str, Place]) -> list[Input]:
@@ -47,3 +56,22 @@ def _inputs_of(load: Load, places: Mapping[str, Place]) -> list[Input]:
         Input(f"{load.name}_{axis}", NEWTON if is_force else TORQUE, doc=f"{what}, along {axis}{of_frame}")
         for axis in AXES[: 2 if place is None else place.dimension]
     ]
+
+
+def rigid_place(m: Description, name: str, where: str) -> Place:
+    """The body or point ``name``, which has an angle or a frame, so that a torque can act on what it is fixed to.
+
+    Raises MechanismError with ``where`` if there is none.
+    """
+    place = next((part for part in (*m.bodies, *m.points) if part.name == name), None)
+    if place is None:
+        try:
+            m.location(name)  # of an unknown name it tells which there are
+        except MechanismError as error:
+            raise MechanismError(f"{where}: {error}") from None
+    if place is None or (place.angle is None and place.frame is None):
+        raise MechanismError(
+            f"{where}: '{name}' is not a rigid body with an angle or a frame, nor a point of one, so no torque acts on "
+            "it; give it an angle and an inertia, put it on a frame, or let a force act"
+        )
+    return place

@@ -32,13 +32,30 @@ def placed(d: Description, parent: str, whole: Description) -> Description:
             f"parent: there is no frame, nor a point or body in the plane, called '{parent}' in the whole or in a part "
             f"before this one; {suggestion(parent, known)}"
         )
+    _check_energies(d, parent)
+    ends = _with_ends(d, parent)
+    change = _on_frame if parent in frames else _in_axes
+    at: Any = parent if parent in frames else planar[parent]
+    return replace(
+        ends,
+        bodies=tuple(change(x, f"bodies.{x.name}", at) for x in d.bodies),
+        points=tuple(change(x, f"points.{x.name}", at) for x in d.points),
+    )
+
+
+def _check_energies(d: Description, parent: str) -> None:
+    """Raise MechanismError for an energy that is written in the part's own world."""
     for name in ("kinetic", "potential", "lagrangian"):
         if getattr(d.energy, name) is not None:
             raise MechanismError(
                 f"energy.{name}: it counts in a world that does not move, and '{parent}' does; "
                 "describe bodies, springs and gravity instead"
             )
-    ends = replace(
+
+
+def _with_ends(d: Description, parent: str) -> Description:
+    """``d`` with ``parent`` for the world in what frames, joints and contacts hang on."""
+    return replace(
         d,
         frames=tuple(replace(x, parent=_moved(x.parent, parent)) for x in d.frames),
         joints=tuple(
@@ -46,13 +63,6 @@ def placed(d: Description, parent: str, whole: Description) -> Description:
             for x in d.joints
         ),
         contacts=tuple(replace(x, between=x.between and _ends(x.between, parent)) for x in d.contacts),
-    )
-    change = _on_frame if parent in frames else _in_axes
-    at: Any = parent if parent in frames else planar[parent]
-    return replace(
-        ends,
-        bodies=tuple(change(x, f"bodies.{x.name}", at) for x in d.bodies),
-        points=tuple(change(x, f"points.{x.name}", at) for x in d.points),
     )
 
 

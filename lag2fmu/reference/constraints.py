@@ -68,7 +68,7 @@ class ConstraintFunctions:
         return self.solved(mass, forcing, self(state), rate)
 
     def solved(self, mass: Floats, forcing: Floats, values: Values, rate: float = 0.0) -> tuple[Floats, Floats]:
-        """The same for ``values`` of the constraints, as calling gives them."""
+        """The same, (n, *batch) and (m, *batch), for ``values`` of the constraints, as calling gives them."""
         phi, jacobian = values[0], values[3]
         M, G = batch_first(mass, 2), batch_first(jacobian, 2)
         right = batch_first(np.concatenate([forcing, -self.aim(values, rate)]), 1)

@@ -60,7 +60,7 @@ class _Canonical:
         self.terms = self.equations.terms if self.single is None else self.single.terms
 
     def start(self, t: float) -> Floats:
-        """z of the declared start, guesses solved for the constraints at ``t``."""
+        """z (2 n,) of the declared start, guesses solved for the constraints at ``t`` (s)."""
         q, qd = self.equations.energies.start(t)
         return np.concatenate([q, self.equations.momenta(t, q, qd)])
 

@@ -39,5 +39,5 @@ class Balance:
 
     @property
     def residual(self) -> Floats:
-        """rate - power, in W: zero to rounding for exact accelerations."""
+        """rate - power, (*batch) in W: zero to rounding for exact accelerations."""
         return self.rate - self.power

@@ -213,8 +213,10 @@ def _impact_checks(
             if not flies[at]:  # it closes at once
                 continue
             late = float(off[at] / rate[at]) / _width(task, reference, event.time)
-            if late > worst:
+            if late >= worst:
                 worst, where = late, f"{c.name} at t = {event.time:.4g} s"
+    if where == "no impact" and count:
+        where = "no contact opens at once after an impact"
     if len(task.mechanism.unilaterals) <= len(task.mechanism.coordinates):
         yield Check("impacts counted", float(missed), 0.0, f"{count} impacts; points with another count, {label}")
     yield Check("times of impacts", worst, 1.0, f"greatest difference, relative to what the bar allows: {where}")

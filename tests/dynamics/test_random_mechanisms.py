@@ -6,7 +6,7 @@ from collections.abc import Callable
 
 import numpy as np
 import pytest
-from random_mechanisms import expected, mechanism, mechanism_with_bodies
+from random_mechanisms import expected, mechanism, mechanism_with_bodies, mechanism_without_mass
 
 from lag2fmu.codegen.c import c_function
 from lag2fmu.dynamics import derive, lower
@@ -23,7 +23,8 @@ def compare(seed: int, written: Callable[[int], Mechanism] = mechanism) -> None:
     assert not any("= ;" in text for text in texts)
     independent = expected(equations.mechanism)
     outputs = list(equations.outputs.values())
-    for values in samples(equations.mechanism, 2):
+    for sampled in samples(equations.mechanism, 2):
+        values = independent.moving_in_equilibrium(sampled)
         rows = zip((equations.residual, equations.momenta, outputs), independent.numbers(values), strict=True)
         for nodes, numbers in rows:
             found = np.array(equations.graph.evaluate(list(nodes), values))
@@ -40,6 +41,17 @@ def test_a_random_mechanism_has_the_equations_of_lagrange(seed: int) -> None:
 @pytest.mark.parametrize("seed", [1, 5])
 def test_a_random_mechanism_with_bodies_has_the_equations_of_lagrange(seed: int) -> None:
     compare(seed, mechanism_with_bodies)
+
+
+@pytest.mark.parametrize("seed", [0, 3])
+def test_what_has_no_mass_in_a_random_mechanism_is_in_equilibrium(seed: int) -> None:
+    compare(seed, mechanism_without_mass)
+
+
+@pytest.mark.all_models
+def test_what_has_no_mass_in_many_random_mechanisms_is_in_equilibrium() -> None:
+    for seed in range(10, 40):
+        compare(seed, mechanism_without_mass)
 
 
 @pytest.mark.all_models

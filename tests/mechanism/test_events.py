@@ -93,6 +93,11 @@ def hybrid() -> Mechanism:
     )
 
 
+def test_a_normal_in_the_plane_may_have_two_entries() -> None:
+    normal = {"kind": "point_line", "between": ("ball", "world")}
+    assert Contact("floor", normal=(1, 2), **normal) == Contact("floor", normal=(1, 2, 0), **normal)
+
+
 def test_text_and_python_say_the_same() -> None:
     mechanism = hybrid()
     text = write(mechanism)

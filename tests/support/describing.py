@@ -19,5 +19,5 @@ def described(
 ) -> tuple[ModelDescription, Mapping[str, str]]:
     """The description, ``outputs`` among its outputs, and the C sources {file name: text}."""
     equations, version = derive(mechanism), VERSIONS[fmi]
-    program = lower(equations, promotable(equations, outputs))
+    program = lower(equations, promotable(equations, outputs, events=fmi != "2.0"))
     return describe(complete(mechanism, equations), equations, program, DEFAULT_SOLVER, version, arrays=arrays)

@@ -74,7 +74,11 @@ def _console(text: str, folder: Path, where: str) -> None:
         command, _, target = line.partition(" > ")
         program, *arguments = shlex.split(command, comments=True)
         done = subprocess.run(
-            [sys.executable, *_PROGRAMS[program], *arguments], cwd=folder, capture_output=True, encoding="utf-8"
+            [sys.executable, *_PROGRAMS[program], *arguments],
+            cwd=folder,
+            capture_output=True,
+            encoding="utf-8",
+            check=False,
         )
         assert done.returncode == 0, f"{where}: {line}\n{done.stdout}{done.stderr}"
         if target:

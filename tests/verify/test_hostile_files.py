@@ -14,6 +14,7 @@ import pytest
 from click.testing import CliRunner, Result
 
 from lag2fmu import xml_tree
+from lag2fmu.checking import apart, check_fmu, process
 from lag2fmu.cli import main
 from lag2fmu.fmu import MECHANISM_ENTRY
 
@@ -47,6 +48,18 @@ def test_a_description_of_many_elements(tmp_path: Path, monkeypatch: pytest.Monk
     path = archive(tmp_path / "x.fmu", f"{HEAD}{'<a/>' * 1000}</fmiModelDescription>")
     for verb in ("check", "simulate"):
         assert "more than 1000 elements" in run(verb, path).output
+
+
+def test_what_is_large_is_read_in_a_process_of_its_own(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """The same findings as without, and an end where reading takes too long."""
+    path = archive(tmp_path / "x.fmu", f"{HEAD}{'<a/>' * 1000}</fmiModelDescription>")
+    near = check_fmu(path, run=False)
+    monkeypatch.setattr(apart, "_LARGE_CONTENT", 1000)
+    assert set(check_fmu(path, run=False).findings) == set(near.findings)
+    assert len(near.findings) > 3
+    monkeypatch.setattr(apart, "MOST_TIME", 0.0)
+    monkeypatch.setattr(process, "_START", 0.05)
+    assert "reading it was given up, as no FMU needs so much: it does not come back" in run("check", path).output
 
 
 def test_a_tag_of_many_attributes(tmp_path: Path) -> None:

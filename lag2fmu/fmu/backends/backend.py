@@ -19,7 +19,8 @@ from lag2fmu.mechanism.record import Mechanism
 class Choices:
     """What the user chose of an export: ``solver`` and ``platform`` by name, ``compiler`` 'zig' or 'host'.
 
-    ``progress`` is told how a compiler gets on, ``version`` is that of FMI; ``arrays`` are asked for.
+    ``progress`` is told how a compiler gets on, ``version`` is that of FMI; ``arrays`` are asked for. ``without`` names
+    what is left out, of WITHOUT.
     """
 
     solver: str
@@ -28,6 +29,7 @@ class Choices:
     progress: Progress | None
     version: Version
     arrays: bool
+    without: Collection[str] = ()
 
 
 @dataclass(frozen=True)

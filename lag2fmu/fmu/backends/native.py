@@ -16,6 +16,7 @@ from lag2fmu.dynamics.functions import Program
 from lag2fmu.errors import BuildError
 from lag2fmu.fmu.advice import missed_vibrations
 from lag2fmu.fmu.backends.backend import Build, Choices, Content, identifier_of
+from lag2fmu.fmu.carried import SOURCES
 from lag2fmu.fmu.compilers import binaries_text, choose_platforms, compile_libraries
 from lag2fmu.fmu.model_description import ModelDescription
 from lag2fmu.fmu.ports import port_table, ports_of
@@ -50,13 +51,15 @@ class _Native:
             libraries = compile_libraries(
                 sources, fmi_headers(version), identifier, platforms, choices.compiler, choices.progress
             )
-            files = source_files(sources, identifier, version.gate)
+            delivered = SOURCES not in choices.without
+            files = source_files(sources, identifier, version.gate) if delivered else {}
+            description = description if delivered else replace(description, source_files=())
             for built_for, library in zip(platforms, libraries, strict=True):
                 folders = version.folders(built_for)
                 files |= {f"binaries/{folder}/{identifier}{built_for.suffix}": library for folder in folders}
             places = [folder for built_for in platforms for folder in version.folders(built_for)]
             binaries = binaries_text(places, choices.compiler)
-            return Content(description, files, binaries, (_SOURCES.format(version.name),))
+            return Content(description, files, binaries, (_SOURCES.format(version.name),) if delivered else ())
 
         return build
 

@@ -20,6 +20,7 @@ from lag2fmu.dynamics.equations import EquationsOfMotion
 from lag2fmu.dynamics.functions import Program
 from lag2fmu.errors import BuildError, ExportError
 from lag2fmu.fmu.backends.backend import Build, Choices, Content, identifier_of
+from lag2fmu.fmu.carried import EQUATIONS, SOURCES
 from lag2fmu.fmu.compilers import PLATFORMS, host_platform
 from lag2fmu.fmu.model_description import Interface, ModelDescription
 from lag2fmu.fmu.scalar_variable import ScalarVariable
@@ -67,6 +68,11 @@ class _Python:
             raise ExportError(
                 f"--fmi {choices.version.name}: the python backend writes FMI 2.0 only, as PythonFMU does; "
                 "leave --fmi out, or use --backend c"
+            )
+        if {SOURCES, EQUATIONS} & {*choices.without}:
+            raise ExportError(
+                "--without: an FMU of the python backend runs its equations from resources/, where everyone can read "
+                "them; leave sources and equations in, or use --backend c"
             )
         platforms = check_choices(choices.solver, choices.platform, choices.compiler)
 

@@ -18,6 +18,7 @@ def head(description: ModelDescription) -> dict[str, str]:
     """The attributes of the root that both versions have, from the description to the naming convention."""
     return {
         "description": _description(description.mechanism),
+        **description.mechanism.imprint,
         "generationTool": f"lag2fmu {description.version}",
         **_generation_time(),
         "variableNamingConvention": "flat",

@@ -23,7 +23,10 @@ class Choice:
         self.system, self.memory, self.impacts = system, memory, impacts
 
     def chosen(self, state: State, modes: Modes, due: Due) -> tuple[State, Modes, Floats]:
-        """The modes of contacts and frictions that accelerations ask for; where there are none, an impact first."""
+        """The modes of contacts and frictions that accelerations ask for; where there are none, an impact first.
+
+        Also the state behind it, and its work and dissipated energy, (2,) in J.
+        """
         system, energies = self.system, np.zeros(2)
         if not system.elements.k:
             return state, modes, energies

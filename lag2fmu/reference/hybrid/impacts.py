@@ -33,7 +33,7 @@ class Impacts:
         self.simultaneous = system.mechanism.impacts == "simultaneous"
 
     def resolved(self, state: State, modes: Modes, due: Due, catching: bool) -> tuple[State, Floats, bool]:
-        """The state behind all rounds of impacts, work and dissipated energy, and whether there was one.
+        """The state behind all rounds of impacts, work and dissipated energy, (2,) in J, and whether there was one.
 
         ``catching``: a latch that begins to hold takes part in a first round, without rebound.
         """

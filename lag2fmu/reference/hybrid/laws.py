@@ -90,7 +90,7 @@ def decided(
 
 
 def all_outcomes(D: Floats, c: Floats, items: Sequence[Item], pace: float) -> list[Outcome]:
-    """Every combination of modes that meets the laws, in order."""
+    """Every combination of modes that meets the laws, in order; D is (k, k), c is (k,), ``pace`` as in ``decided``."""
     sizes, found = _sizes(D, c, pace), []
     for modes in product(*(item.options for item in items)):
         r = _forces(D, c, items, modes)
@@ -222,23 +222,33 @@ def _read(D: Floats, c: Floats, items: Sequence[Item], limits: Sequence[float], 
     w = D @ r + c
     modes, directions = [], []
     for item, coefficient in zip(items, limits, strict=True):
-        slips, direction = list(item.slips), item.direction
         limit = coefficient * (1.0 if item.normal is None else r[item.normal])
-        force = float(np.hypot.reduce(r[slips])) if slips else 0.0
-        if item.normal is not None and r[item.normal] <= EXACT * size[item.normal] and Mode.OPEN in item.options:
-            modes.append(Mode.OPEN)
-        elif not slips or direction is not None or (len(slips) == 2 and force >= limit * (1 - EXACT)):
-            if slips and direction is None:
-                direction = tuple(-r[slips] / force) if force > 0 else tuple(w[slips] / np.hypot.reduce(w[slips]))
-            ahead = direction is not None and len(direction) == 1
-            along = (Mode.FORWARD if direction[0] > 0 else Mode.BACKWARD) if ahead and direction else Mode.SLIDES
-            modes.append(along)
-        elif force < limit * (1 - EXACT) or (Mode.STICKS in item.options and abs(w[slips[0]]) <= EXACT):
-            modes.append(Mode.STICKS)
-        else:
-            modes.append(Mode.FORWARD if r[slips[0]] < 0 else Mode.BACKWARD)
+        mode, direction = _mode_of(item, limit, r, w, size)
+        modes.append(mode)
         directions.append(direction)
     return Outcome(tuple(modes), r, w, tuple(directions))
+
+
+def _mode_of(item: Item, limit: float, r: Floats, w: Floats, size: Floats) -> tuple[Mode, tuple[float, ...] | None]:
+    """The mode of ``item`` and the direction in which it slides, for forces r and motions w (k,)."""
+    slips, direction = list(item.slips), item.direction
+    force = float(np.hypot.reduce(r[slips])) if slips else 0.0
+    if item.normal is not None and r[item.normal] <= EXACT * size[item.normal] and Mode.OPEN in item.options:
+        return Mode.OPEN, direction
+    if not slips:
+        return Mode.SLIDES, direction
+    if direction is None and len(slips) == 2 and force >= limit * (1 - EXACT):
+        direction = tuple(-r[slips] / force) if force > 0 else tuple(w[slips] / np.hypot.reduce(w[slips]))
+    if direction is not None:
+        return (_sense(direction[0]) if len(direction) == 1 else Mode.SLIDES), direction
+    if force < limit * (1 - EXACT) or (Mode.STICKS in item.options and abs(w[slips[0]]) <= EXACT):
+        return Mode.STICKS, direction
+    return _sense(-r[slips[0]]), direction
+
+
+def _sense(slip: float) -> Mode:
+    """The mode of what slides along a line with this ``slip``."""
+    return Mode.FORWARD if slip > 0 else Mode.BACKWARD
 
 
 def apart(items: Sequence[Item]) -> tuple[list[int], list[Item]]:

@@ -57,7 +57,7 @@ class Run:
         self.progress: Callable[[float], None] | None = None
 
     def inputs(self, t: float) -> Floats:
-        """All inputs at ``t`` (s), as of State; those that jump keep their value until the end of the segment."""
+        """All inputs (u,) at ``t`` (s), as of State; those that jump keep their value until the end of the segment."""
         values: Mapping[str, float] = self.signals.at(min(t, float(np.nextafter(self.end, -np.inf))))
         return self.system.energies.input_values(values)
 

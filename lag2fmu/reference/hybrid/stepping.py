@@ -47,7 +47,7 @@ class Stepper:
         first: float | None,
         wanted: Callable[[Dense, float, float], None],
     ) -> tuple[float, Floats, Due]:
-        """From (t, y) to the first event or to ``end``: time, y and what is due there.
+        """From ``t`` (s) and y (s,) to the first event or to ``end`` (s): time, y and what is due there.
 
         ``wanted`` is told each step's dense output with its two ends. Raises SimulationError with the time reached.
         """
@@ -125,7 +125,7 @@ class Watch:
         self.armed = piece.events(np.array([t]), y[None])[:, 0] > self.floors
 
     def first(self, dense: Dense, a: float, b: float, ya: Floats, yb: Floats) -> tuple[float, Due] | None:
-        """The time of the first event in (a, b] and what is due there; None if there is none."""
+        """The time (s) of the first event in (a, b], y there being ``yb`` (s,), and what is due; None without one."""
         if not len(self.floors):
             return None
         times = a + (b - a) * np.arange(0, POINTS + 1) / POINTS
@@ -195,7 +195,7 @@ class Watch:
         return float(self.piece.events(np.array([t]), dense(t)[None])[i, 0])
 
     def nearly(self, t: float, y: Floats) -> Due:
-        """The sides of kinks that are almost zero at (t, y), where a formula may end with them."""
+        """The sides of kinks that are almost zero at ``t`` (s) and y (s,), where a formula may end with them."""
         values = self.piece.events(np.array([t]), y[None])[:, 0]
         return frozenset(
             label

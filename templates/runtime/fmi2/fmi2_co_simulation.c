@@ -33,7 +33,8 @@ fmi2Status fmi2DoStep(fmi2Component c, fmi2Real currentCommunicationPoint, fmi2R
     (void)noSetFMUStatePriorToCurrentPoint; /* no earlier point is kept, so this allows nothing */
     const double point = currentCommunicationPoint, step = communicationStepSize;
     Component *component = c;
-    const bool usual = component != NULL && component->session.mode == MODE_STEP_COMPLETE && step > 0.0 &&
+    const bool usual = component != NULL && component->session.mode == MODE_STEP_COMPLETE && !component->logging &&
+                       step > 0.0 &&
                        fabs(point - component->instance.state.time) <= COMMUNICATION_POINT_TOLERANCE * step;
     return usual && integrator_pass(&component->instance, point + step) ? fmi2OK : take_step(c, point, step);
 }

@@ -30,7 +30,7 @@ fmi2Component fmi2Instantiate(fmi2String instanceName, fmi2Type fmuType, fmi2Str
 }
 
 void fmi2FreeInstance(fmi2Component c) {
-    free(c);
+    free(enter(c, CALL_FreeInstance));
 }
 
 fmi2Status fmi2Reset(fmi2Component c) {

@@ -29,6 +29,7 @@
     CALL(ExitInitializationMode,          ". x . . . .",   ". x . . . .")     \
     CALL(Terminate,                       ". . x x . .",   ". . x x . .")     \
     CALL(Reset,                           "x x x x x x",   "x x x x x x")     \
+    CALL(FreeInstance,                    "x x x x x x",   "x x x x x x")     \
     CALL(GetReal,                         "o x x x x d",   "o x x d x d")     \
     CALL(GetInteger,                      "o x x x x d",   "o x x d x d")     \
     CALL(GetBoolean,                      "o x x x x d",   "o x x d x d")     \
@@ -113,6 +114,12 @@ typedef struct {
     int64_t experiment_defined; /* fmi2SetupExperiment was called */
     int64_t step_failed;        /* the last fmi2DoStep returned fmi2Discard */
 } Session;
+
+/* The mode that tells which calls are legal. */
+static inline Mode mode_of_calls(const Importer *importer, const Session *session) {
+    (void)importer; /* has no callback that may call the FMU */
+    return (Mode)session->mode;
+}
 
 /* Hands a message to the importer's logger, if it has one. */
 void deliver(const Importer *importer, const char *name, Status status, const char *category, const char *text);

@@ -75,7 +75,7 @@ static fmi3Status take_step(fmi3Instance instance, double point, double step) {
 
 /* The most frequent step, see integrator_pass. */
 static bool pass(Component *component, double point, double step) {
-    return component != NULL && component->session.mode == MODE_STEP && step > 0.0 &&
+    return component != NULL && component->session.mode == MODE_STEP && !component->logging && step > 0.0 &&
            !component->importer.sets_inputs &&
            fabs(point - component->instance.state.time) <= COMMUNICATION_POINT_TOLERANCE * step &&
            integrator_pass(&component->instance, point + step);

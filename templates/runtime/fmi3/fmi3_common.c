@@ -42,7 +42,7 @@ fmi3Instance fmi3InstantiateScheduledExecution(fmi3String instanceName, fmi3Stri
 }
 
 void fmi3FreeInstance(fmi3Instance instance) {
-    free(instance);
+    free(enter(instance, CALL_FreeInstance));
 }
 
 fmi3Status fmi3Reset(fmi3Instance instance) {

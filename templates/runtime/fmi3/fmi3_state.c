@@ -9,7 +9,7 @@ fmi3Status fmi3GetFMUState(fmi3Instance instance, fmi3FMUState *FMUState) {
         set_mode(component, MODE_STEP);
     }
     const fmi3Status status = get_state(component, CALL_GetFMUState, FMUState);
-    if (intermediate && status == fmi3OK) {
+    if (intermediate && component->session.mode == MODE_STEP) {
         set_mode(component, MODE_INTERMEDIATE_UPDATE);
     }
     return status;

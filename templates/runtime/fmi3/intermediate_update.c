@@ -35,8 +35,10 @@ static bool update(Component *component, double time, bool sets, bool *early, do
     set_mode(component, MODE_INTERMEDIATE_UPDATE);
     importer->may_set = sets;
     importer->may_get = !sets;
+    importer->updating = true;
     importer->intermediate_update(importer->environment, time, sets, !sets, finished,
                                   importer->early_return_allowed && finished, early, early_time);
+    importer->updating = false;
     component->call = call;
     if (component->session.mode != MODE_INTERMEDIATE_UPDATE) {
         return false;

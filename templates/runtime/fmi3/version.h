@@ -28,10 +28,11 @@
     CALL(EnterEventMode,                  ". . . x . .",   ". . . x . . .")     \
     CALL(Terminate,                       ". . x x . .",   ". . x x . . .")     \
     CALL(Reset,                           "x x x x x x",   "x x x x . x x")     \
+    CALL(FreeInstance,                    "x x x x x x",   "x x x x . x x")     \
     CALL(GetFloat64,                      "x x x x x d",   "x x x x x x d")     \
     CALL(GetInt32,                        "x x x x x d",   "x x x x x x d")     \
     CALL(GetInt64,                        "x x x x x d",   "x x x x x x d")     \
-    CALL(GetClock,                        "o o x o o d",   "o o x o o o d")     \
+    CALL(GetClock,                        ". x x . . .",   ". x x . . . .")     \
     CALL(SetFloat64,                      "x x x x . .",   "x x x x x . .")     \
     CALL(SetInt32,                        "x x x . . .",   "x x x x . . .")     \
     CALL(SetInt64,                        "x x x . . .",   "x x x x . . .")     \
@@ -141,6 +142,7 @@ typedef struct {
     bool early_return_allowed;
     bool intermediate[N_PORTS]; /* what it reads and sets in intermediate update mode */
     bool sets_inputs;           /* there are inputs among these */
+    bool updating;              /* its callback runs, which is an intermediate update */
     bool may_get, may_set;      /* in the running intermediate update */
 } Importer;
 
@@ -152,6 +154,12 @@ typedef struct {
     int64_t counted[SIZE_UNILATERALS]; /* impacts of each contact up to the last fmi3UpdateDiscreteStates */
     int64_t ticking[SIZE_UNILATERALS]; /* the clock of the contact is active: it had one of them in that */
 } Session;
+
+/* The mode that tells which calls are legal. As long as a callback of the importer runs these are the ones of
+   intermediate update mode, also after an error in it: the step that called back must find its instance. */
+static inline Mode mode_of_calls(const Importer *importer, const Session *session) {
+    return importer->updating ? MODE_INTERMEDIATE_UPDATE : (Mode)session->mode;
+}
 
 /* Hands a message to the importer's logger, if it has one. */
 void deliver(const Importer *importer, const char *name, Status status, const char *category, const char *text);

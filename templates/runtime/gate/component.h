@@ -17,6 +17,8 @@ typedef struct {
     bool noted_calls[N_CALLS];          /* tolerated calls are noted once */
     bool noted_kinds[N_VARIABLE_KINDS]; /* tolerated settings of variables are noted once */
     bool noted_singularity;             /* the warning of a mass matrix that becomes singular was given */
+    bool logging;                       /* the importer's logger runs, which must not call functions of the FMU */
+    const char *called_back;            /* the function that it called nevertheless, or NULL */
     char name[];                        /* instanceName, a copy */
 } Component;
 

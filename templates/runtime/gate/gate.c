@@ -25,8 +25,8 @@ void component_start(Component *component) {
     component->categories = component->logging_requested ? ALL_CATEGORIES : 0u;
 }
 
-/* Says why a call is illegal and where it would be legal. */
-static void report_illegal_call(Component *component, Call call) {
+/* Says why a call is illegal in a mode and where it would be legal. */
+static void report_illegal_call(Component *component, Call call, Mode mode) {
     char modes[160];
     legal_modes(call, component->type, modes, sizeof modes);
     const char *type = type_name(component->type);
@@ -34,7 +34,7 @@ static void report_illegal_call(Component *component, Call call) {
         fail(component, "an instance for %s has no use for this function in any state; do not call it", type);
     } else {
         fail(component, "illegal in state \"%s\" of an instance for %s; expected one of the states: %s",
-             mode_name((Mode)component->session.mode), type, modes);
+             mode_name(mode), type, modes);
     }
 }
 
@@ -43,16 +43,20 @@ Component *enter(void *handle, Call call) {
     if (component == NULL) {
         return NULL;
     }
+    if (component->logging) {
+        component->called_back = call_name(call);
+        return NULL;
+    }
+    const Mode mode = mode_of_calls(&component->importer, &component->session);
+    const Verdict verdict = legal_call(call, component->type, mode);
     component->call = call;
-    const Verdict verdict = legal_call(call, component->type, (Mode)component->session.mode);
     if (verdict == VERDICT_ILLEGAL) {
-        report_illegal_call(component, call);
+        report_illegal_call(component, call, mode);
         return NULL;
     }
     if (verdict == VERDICT_TOLERATED && !component->noted_calls[call]) {
         component->noted_calls[call] = true;
-        note(component, "accepted in state \"%s\", although the standard does not foresee it there",
-             mode_name((Mode)component->session.mode));
+        note(component, "accepted in state \"%s\", although the standard does not foresee it there", mode_name(mode));
     }
     return component;
 }

@@ -39,8 +39,23 @@ static bool is_wanted(const Component *component, Status status, Category catego
     return told_always(status, component->call) || (component->categories & (1u << category)) != 0u;
 }
 
+/* Hands over a message of a component. What the logger calls meanwhile enter() refuses, and the next message says so
+   (FMI 3.0, section 2.1: it must not call back into the FMU). */
+static void tell(Component *component, Status status, Category category, const char *text) {
+    char sentence[SENTENCE_SIZE];
+    component->logging = true;
+    escape_and_deliver(&component->importer, component->name, status, category, text);
+    if (component->called_back != NULL) {
+        snprintf(sentence, sizeof sentence, "%s: illegal in the importer's logger, which must not call functions of "
+                 "the FMU; nothing was done", component->called_back);
+        escape_and_deliver(&component->importer, component->name, STATUS_ERROR, CATEGORY_ERROR, sentence);
+    }
+    component->called_back = NULL;
+    component->logging = false;
+}
+
 /* Formats and delivers a message of a component if it is wanted. */
-static void report(const Component *component, Status status, Category category, const char *format,
+static void report(Component *component, Status status, Category category, const char *format,
                    va_list arguments) {
     char text[SENTENCE_SIZE];
     if (!is_wanted(component, status, category)) {
@@ -50,7 +65,7 @@ static void report(const Component *component, Status status, Category category,
     if (prefix > 0 && prefix < SENTENCE_SIZE) {
         vsnprintf(text + prefix, sizeof text - (size_t)prefix, format, arguments);
     }
-    escape_and_deliver(&component->importer, component->name, status, category, text);
+    tell(component, status, category, text);
 }
 
 Status fail(Component *component, const char *format, ...) {
@@ -86,9 +101,9 @@ void note(Component *component, const char *format, ...) {
 }
 
 /* As report(), with the arguments written out. */
-static void report_text(const Component *component, Status status, Category category, const char *format, ...)
+static void report_text(Component *component, Status status, Category category, const char *format, ...)
     PRINTF_LIKE(4, 5);
-static void report_text(const Component *component, Status status, Category category, const char *format, ...) {
+static void report_text(Component *component, Status status, Category category, const char *format, ...) {
     va_list arguments;
     va_start(arguments, format);
     report(component, status, category, format, arguments);

@@ -13,6 +13,7 @@ from describing import described
 from fmpy import read_model_description
 from fmpy.validation import validate_fmu
 
+from lag2fmu.errors import ExportError
 from lag2fmu.fmu.versions.fmi3 import to_xml
 from lag2fmu.formats.loading import load
 
@@ -97,6 +98,20 @@ def test_a_clock_for_each_contact(tmp_path: Path) -> None:
     clock = next(v for v in found.modelVariables if v.name == "floor_impact")
     assert (clock.type, clock.causality, clock.intervalVariability) == ("Clock", "local", "triggered")
     assert clock not in [u.variable for u in (*found.outputs, *found.initialUnknowns)]
+
+
+def test_a_clock_that_is_named_is_an_output(tmp_path: Path) -> None:
+    """Its schema has no ``initial``, and it is no unknown at initialization, which only fmpy wants."""
+    found, _, problems = read(tmp_path, "bouncing_ball", outputs=["floor_impact"], fmi="3.0")
+    clock = next(v for v in found.modelVariables if v.name == "floor_impact")
+    assert (clock.type, clock.causality, clock.intervalVariability) == ("Clock", "output", "triggered")
+    assert clock in [u.variable for u in found.outputs]
+    assert clock not in [u.variable for u in found.initialUnknowns]
+    assert [re.findall(r"InitialUnknowns does not|floor_impact", problem) for problem in problems] == [
+        ["InitialUnknowns does not", "floor_impact"]
+    ]
+    with pytest.raises(ExportError, match="--output floor_impact: there is no such variable"):
+        described(load("bouncing_ball"), ["floor_impact"])
 
 
 def test_parameters_are_among_the_dependencies(tmp_path: Path) -> None:

@@ -30,6 +30,10 @@ WRONG: dict[str, tuple[Callable[[Stepping3], object], str]] = {
     "calculated": (lambda u: u.set({"y_ddot": 1.0}), "y_ddot is calculated from the others"),
     "a count": (lambda u: u.unit.setInt32([u.references["floor_impacts"]], [0]), "floor_impacts is calculated"),
     "a clock": (lambda u: u.unit.setClock([u.references["floor_impact"]], [True]), 'illegal in state "step mode"'),
+    "a clock between events": (
+        lambda u: u.unit.getClock([u.references["floor_impact"]]),
+        "fmi3GetClock: illegal in state.*expected one of the states: initialization mode, event mode",
+    ),
     "state": (lambda u: u.set({"y": 1.0}), 'y is fixed in state "step mode"; set it before fmi3ExitInitialization'),
     "mode": (lambda u: u.unit.enterEventMode(), "the instance was made without eventModeUsed"),
     "configuration": (lambda u: u.unit.enterConfigurationMode(), "has no use for this function in any state"),
@@ -66,15 +70,84 @@ def test_errors_are_said_with_logging_off_too(ball, case: str) -> None:
 
 def test_categories_are_switched_one_by_one(ball) -> None:
     """A note on a tolerated call is in category logAll."""
+
+    def tolerated(unit: Stepping3) -> None:
+        unit.unit.enterInitializationMode()
+        unit.unit.getOutputDerivatives([unit.references["y"]], [1])
+
     with Stepping3(ball) as unit, Stepping3(ball) as other:
         other.unit.setDebugLogging(False, ["logStatusWarning"])
         for each in (unit, other):
-            each.unit.getClock([each.references["floor_impact"]])
+            tolerated(each)
         assert [entry[:2] for entry in unit.log] == [(0, "logAll")] == [entry[:2] for entry in other.log]
         unit.unit.reset()
         unit.unit.setDebugLogging(False, ["logAll"])
-        unit.unit.getClock([unit.references["floor_impact"]])
+        tolerated(unit)
         assert len(unit.log) == 1
+
+
+INSIDE: dict[str, Callable[[Stepping3], object]] = {
+    "fmi3FreeInstance": lambda u: u.unit.fmi3FreeInstance(u.unit.component),
+    "fmi3Reset": lambda u: u.unit.reset(),
+    "fmi3Terminate": lambda u: u.unit.terminate(),
+    "fmi3DoStep": lambda u: u.unit.doStep(0.0, 0.1),
+    "fmi3EnterEventMode": lambda u: u.unit.enterEventMode(),
+    "fmi3UpdateDiscreteStates": lambda u: u.unit.updateDiscreteStates(),
+    "fmi3EnterStepMode": lambda u: u.unit.enterStepMode(),
+    "fmi3GetClock": lambda u: u.unit.getClock([u.references["floor_impact"]]),
+    "fmi3SetFMUState": lambda u: u.unit.setFMUState(u.unit.getFMUState()),
+}
+
+
+def attempt(call: Callable[[Stepping3], object], unit: Stepping3) -> None:
+    """Make a call that answers an error, or nothing."""
+    try:
+        call(unit)
+    except FMICallException:
+        return
+    assert call is INSIDE["fmi3FreeInstance"], "accepted"
+
+
+@pytest.mark.parametrize("first", INSIDE)
+def test_no_call_in_an_intermediate_update_takes_the_instance_away(ball, first: str) -> None:
+    """Nor does one that follows an error in the same update, which would be legal in the state that errors lead to."""
+    made: list[str] = []
+
+    def update(time: float, sets: bool, may: bool) -> None:
+        for name in () if made else (first, *INSIDE):
+            made.append(name)
+            attempt(INSIDE[name], unit)
+
+    with Stepping3(ball, events=True, update=update, intermediate=["y"], logging=False) as unit:
+        unit.start()
+        with pytest.raises(FMICallException, match="error"):
+            unit.unit.doStep(0.0, 1.0)
+        said = [sentence.split(":")[0] for status, _, sentence in unit.log if status == 3]
+        assert said == made
+        assert all('illegal in state "intermediate update mode"' in sentence for *_, sentence in unit.log)
+        unit.unit.reset()
+        unit.start().unit.doStep(0.0, 0.1)
+
+
+def test_a_logger_that_calls_the_fmu_is_refused(ball, monkeypatch: pytest.MonkeyPatch) -> None:
+    """It is told so by one more message; neither its calls nor those in the answer to it do anything."""
+    hear = Stepping3._hear
+    calls = [INSIDE["fmi3FreeInstance"], INSIDE["fmi3Reset"], lambda u: u.get(["y"])]
+
+    def call_back(self: Stepping3, *message: object) -> None:
+        hear(self, *message)  # type: ignore[arg-type]
+        for call in calls:
+            attempt(call, self)
+
+    monkeypatch.setattr(Stepping3, "_hear", call_back)
+    with Stepping3(ball) as unit:
+        unit.start()
+        with pytest.raises(FMICallException, match="error"):
+            unit.unit.enterEventMode()
+        calls.clear()
+        assert [sentence.split(":")[0] for *_, sentence in unit.log] == ["fmi3EnterEventMode", "fmi3GetFloat64"]
+        assert "illegal in the importer's logger" in unit.log[1][2]
+        assert unit.get(["y"]) == [1.0]
 
 
 def test_there_is_no_scheduled_execution_and_no_other_token(ball) -> None:

@@ -37,6 +37,7 @@ typedef struct {
     Model bytes_model;
     fmi3Byte bytes[MAX_BYTES];
     int erred_inside; /* a wrong call was made in an intermediate update */
+    int calling;      /* a call of the random sequence runs */
 } Session;
 
 /* A call that was made: what it returned, and what it may return if it is legal in the present state. */

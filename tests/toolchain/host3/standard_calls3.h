@@ -24,7 +24,7 @@
     CALL(GetFloat64,                          "xxxxxx", "xxxxxx")     \
     CALL(GetInt32,                            "xxxxxx", "xxxxxx")     \
     CALL(GetInt64,                            "xxxxxx", "xxxxxx")     \
-    CALL(GetClock,                            "ooxoox", "ooxoox")     \
+    CALL(GetClock,                            ".xx...", ".xx...")     \
     CALL(GetOther,                            "xxxxxx", "xxxxxx")     \
     CALL(SetFloat64_input,                    "xxxx..", "xxxx..")     \
     CALL(SetFloat64_state,                    "xxxx..", "xx....")     \

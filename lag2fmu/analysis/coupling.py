@@ -1,0 +1,153 @@
+"""How large a communication step may be when another FMU acts through a port: a force and the way along which it works.
+
+Coupled FMUs that run side by side know each other's outputs at the beginning of a communication step h only. The force
+of a spring between them goes on from there as a polynomial: held (degree 0), with its first derivative (1), with its
+second (2). Of an oscillation m x'' = -k x with w^2 = k/m, whose force is k times the Taylor polynomial of x, a step of
+exact length multiplies (x, x') by a matrix with the determinants, a = (w h)^2,
+
+    1 + a/2,     1 + a^2/12,     1 - a^2/24 + a^3/144,
+
+so that, as a damping ratio, the coupling adds -w h/4, -(w h)^3/24 and +(w h)^3/48: a held force comes h/2 late, which
+is a damper of -k h/2. If only a share of the stiffness is the coupling's, it adds that share. The error of the motion
+is of the order degree + 1. With c for these ratios:
+
+- one oscillation changes its amplitude by the share 2 pi |c|, which bounds h where accuracy is wanted;
+- motion that the damping ratio z lets decay goes on to decay while c + z > 0, which bounds h for held inputs.
+
+Sources: R. Kuebler, W. Schiehlen, Two methods of simulator coupling, Mathematical and Computer Modelling of Dynamical
+Systems 6 (2000), for the stability of coupling by applied forces; M. Busch, Zur effizienten Kopplung von
+Simulationsprogrammen, Kassel 2012, chapter 3, for the two-mass oscillator; M. Arnold, C. Clauss, T. Schierz, Error
+analysis and error estimates for co-simulation in FMI for Model Exchange and Co-Simulation v2.0, 2014, for the order.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+from math import pi
+
+import numpy as np
+
+from lag2fmu.analysis.linearization import Linearization
+from lag2fmu.graph.batches import Floats
+from lag2fmu.mechanism.display import display_units
+
+CHANGE = 0.01
+"""The share by which an oscillation may change its amplitude by the coupling."""
+_FACTORS = ((1, 4.0), (3, 24.0), (3, 48.0))
+"""For each degree the power of w h and the divisor of the damping ratio that the coupling adds."""
+_STIFFER, _SLOW = 4.0, 1e-3
+"""How much stiffer than the mechanism the assumed spring is; rates below the other number (1/s) are none."""
+_SEEN, _NOTHING = 0.1, 1e-9
+"""Modes that a spring at the port moves by less than this share of the one that it moves most are not its own; shares
+below the other number are rounding."""
+_MOST = 4
+"""Ports that are told of; the others are counted."""
+
+
+@dataclass(frozen=True)
+class Port:
+    """Forces that go in and the displacement along which they work, with what a spring across it makes (SI units).
+
+    ``inertia`` is force by acceleration there, ``stiffness`` that of the assumed spring; with it the port swings at
+    ``frequency`` (rad/s) with the ``damping`` ratio, and the spring has the ``share`` of the stiffness in that.
+    """
+
+    inputs: tuple[str, ...]
+    output: str
+    inertia: float
+    stiffness: float
+    frequency: float
+    damping: float
+    share: float
+
+    def step(self, degree: int) -> float:
+        """The longest communication step (s) by which one oscillation changes its amplitude by no more than CHANGE.
+
+        ``degree``: 0 for held inputs, 1 and 2 with that many derivatives.
+        """
+        power, divisor = _FACTORS[degree]
+        return float((divisor * CHANGE / (2 * pi * self.share)) ** (1 / power) / self.frequency)
+
+    @property
+    def bound(self) -> float:
+        """The communication step (s) from which motion grows with held inputs; 0 without damping."""
+        return max(0.0, _FACTORS[0][1] * self.damping / (self.share * self.frequency))
+
+
+def ports(about: Linearization, stiffness: float | None = None) -> Iterator[Port]:
+    """The ports of ``about``, a force of the user before the generalized one along the same displacement.
+
+    The spring has the ``stiffness``, by default four times that of the mechanism itself: inertia times the square of
+    the fastest rate there or, where nothing moves by itself, of 1 Hz. What has no mass at the port is left out, for it
+    follows a force at once, and so is what does not swing with the spring.
+    """
+    by_row: dict[tuple[float, ...], tuple[str, list[str]]] = {}
+    n = len(about.mass)
+    rows = {q.name: row for q, row in zip(about.mechanism.coordinates, np.eye(n), strict=True)}
+    for name, column in zip(reversed(about.inputs), reversed(about.action.T), strict=True):
+        found = next((q for q, row in rows.items() if np.array_equal(row, column)), None)
+        if found is not None:
+            by_row.setdefault(tuple(column), (found, []))[1].append(name)
+    for q in rows:
+        for output, inputs in by_row.values():
+            if output == q:
+                port = _port(about, tuple(sorted(inputs, key=lambda x: x.startswith("Q_"))), output, stiffness)
+                if port is not None:
+                    yield port
+
+
+def _port(about: Linearization, inputs: tuple[str, ...], output: str, stiffness: float | None) -> Port | None:
+    row = about.shape[[q.name for q in about.mechanism.coordinates].index(output)]
+    column = about.B[:, about.inputs.index(inputs[0])]
+    mobility = float(row @ about.A @ column)
+    if not np.isfinite(mobility) or mobility <= _NOTHING * float(np.abs(about.B).max(initial=1e-300)):
+        return None
+    if stiffness is None:
+        own = abs(_mode(about.A, row, column)[0])
+        stiffness = _STIFFER * (own if own > _SLOW else 2 * pi) ** 2 / mobility
+    swinging, moved = _mode(about.A - stiffness * np.outer(column, row), row, column)
+    size = abs(swinging)
+    if swinging.imag <= _NOTHING * size:
+        return None
+    damping = 0.0 if abs(swinging.real) <= _NOTHING * size else -swinging.real / size
+    return Port(inputs, output, 1 / mobility, stiffness, size, damping, 2 * stiffness * moved / size)
+
+
+def _mode(A: Floats, row: Floats, column: Floats) -> tuple[complex, float]:
+    """The fastest eigenvalue of A that a spring at the port moves, and by how much; Im >= 0.
+
+    A spring dk moves the eigenvalue of the vectors v and w by -dk (w column)(row v)/(w v).
+    """
+    values, right = np.linalg.eig(A)
+    try:
+        moved = np.abs((row @ right) * np.linalg.solve(right, column.astype(complex)))
+    except np.linalg.LinAlgError:  # a double eigenvalue of one vector, as of what nothing holds
+        moved = np.ones(len(values))
+    own = [(x, float(m)) for x, m in zip(values, moved, strict=True) if m >= _SEEN * moved.max(initial=0.0)]
+    fastest, by = max(own, key=lambda pair: (round(abs(pair[0].imag), 9), pair[0].imag), default=(0j, 0.0))
+    return complex(fastest.real, abs(fastest.imag)), by
+
+
+def sentences(about: Linearization) -> Iterator[str]:
+    """What is to be known of a coupling through the ports of ``about``; nothing where there is none."""
+    found, units = list(ports(about)), display_units(about.mechanism)
+    if not found:
+        return
+    yield (
+        "What another FMU computes from the motion here acts on it late: the error is of order 1 in the communication "
+        "step with held inputs, 2 and 3 with first and second input derivatives. Assumed is a spring across the port, "
+        f"{_STIFFER:g} times as stiff as the mechanism there; s times that makes the steps shorter by the root of s."
+    )
+    for port in found[:_MOST]:
+        steps = [f"{port.step(degree):.2g} s" for degree in range(len(_FACTORS))]
+        force, place = units.get(port.inputs[0]), units.get(port.output)
+        unit = "" if force is None or place is None else (force / place).si_name
+        grows = f"; with held inputs it grows from {port.bound:.2g} s on" if port.bound > 0 else ""
+        yield (
+            f"{', '.join(port.inputs)} and {port.output}: with {f'{port.stiffness:.3g} {unit}'.rstrip()} it swings at "
+            f"{port.frequency:.3g} rad/s. Communication steps up to {steps[0]} with held inputs, {steps[1]} with first "
+            f"and {steps[2]} with second derivatives change an oscillation by {CHANGE:.0%} at most{grows}."
+        )
+    if len(found) > _MOST:
+        yield f"There are {len(found) - _MOST} further ports."

@@ -1,0 +1,115 @@
+"""What runs of a library are asked for, checked: values, times, inputs."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping, Sequence
+from typing import Any
+
+import numpy as np
+
+from lag2fmu.description.names import acceleration, velocity
+from lag2fmu.errors import LoadError
+from lag2fmu.reference.trajectory import Floats
+from lag2fmu.studies.library import INPUT, STATES, Library, Signals
+from lag2fmu.verify.inputs import Inputs, trajectory_of
+
+_SAMPLES = 100
+"""Points of a run where the user names none."""
+
+
+def references_of(library: Library, values: Mapping[str, float]) -> dict[int, float]:
+    """{value reference: SI value} of ``values``; raises LoadError for a name, number or bound that does not fit."""
+    found = {}
+    for name, value in values.items():
+        reference = library.settable(name)
+        check_value(library, name, value)
+        found[reference] = float(value)
+    return found
+
+
+def check_value(library: Library, name: str, value: float) -> None:
+    """Raise LoadError for a value (SI) of ``name`` that is no finite number within the bounds of the variable."""
+    if isinstance(value, bool) or not math.isfinite(value):
+        raise LoadError(f"'{name}' cannot be set to {value!r}; give a finite number")
+    variable = library.variables[name]
+    least, greatest = (b if b is not None else s for b, s in zip(_bounds(variable), (-np.inf, np.inf), strict=True))
+    if not least <= value <= greatest:
+        raise LoadError(f"'{name}' cannot be set to {value:.9g}; it is bounded by {least:g} and {greatest:g} (SI)")
+
+
+def _bounds(variable: Any) -> tuple[float | None, float | None]:
+    return variable.minimum, variable.maximum
+
+
+def check_given(library: Library, name: str) -> None:
+    """Raise LoadError where the start of ``name`` is a guess, which constraints determine."""
+    if library.kinds[name] in STATES and library.variables[name].initial != "exact":
+        raise LoadError(
+            f"the start of '{name}' is a guess that the constraints of '{library.name}' determine; "
+            "choose what they follow from"
+        )
+
+
+def times_of(
+    library: Library, times: Sequence[float] | Floats | None, stop_time: float | None, step: float | None
+) -> Floats:
+    """The times (s) of a run: ``times``, or every ``step`` from 0 to ``stop_time``; by default those of the model.
+
+    Raises LoadError for times that do not ascend from 0 on.
+    """
+    if times is None:
+        stop = library.experiment.stop_time if stop_time is None else stop_time
+        if not (stop > 0 and math.isfinite(stop)):
+            raise LoadError(f"the stop time {stop!r} s is not positive and finite")
+        count = _SAMPLES if step is None else max(1, round(stop / step)) if step > 0 else 0
+        if not count:
+            raise LoadError(f"the step {step!r} s is not positive")
+        return np.linspace(0.0, stop, count + 1)
+    found = np.atleast_1d(np.asarray(times, dtype=float))
+    if found.ndim != 1 or not len(found) or not np.isfinite(found).all() or found[0] < 0 or (np.diff(found) <= 0).any():
+        raise LoadError("the times of a study must be finite, at least one, none before 0 s, and ascend")
+    return found
+
+
+def check_tolerance(tolerance: float) -> float:
+    """The relative ``tolerance``; raises LoadError for what no solver can meet."""
+    if not 2e-15 <= tolerance <= 1:
+        raise LoadError(f"the tolerance {tolerance!r} is not between 2e-15 and 1")
+    return float(tolerance)
+
+
+def signals_of(library: Library, inputs: Inputs | None, times: Floats, *, hold: bool = False) -> Signals | None:
+    """``inputs`` as ``simulate`` takes them, for runs of ``library``; linear between their times, or held.
+
+    Raises LoadError for what is no input, and for a motion without its rates.
+    """
+    found = trajectory_of(inputs, float(times[-1]) or 1.0, library.experiment.step)
+    if found is None:
+        return None
+    for name in found.names:
+        if library.kinds.get(name) != INPUT:
+            library.variable(name)
+            raise LoadError(f"'{name}' of '{library.name}' is no input; inputs over time are signals of inputs")
+        rates = (velocity(name), acceleration(name))
+        if all(library.kinds.get(rate) == INPUT for rate in rates) and not set(rates) <= set(found.names):
+            raise LoadError(f"the motion '{name}' is given without {' and '.join(rates)}; a study needs all three")
+    return Signals(tuple(library.readable(found.names)), found.time, found.values, hold)
+
+
+def continuous_outputs(library: Library, outputs: Sequence[str] | None) -> list[str]:
+    """The names of ``outputs`` that have a derivative; by default all outputs that are real numbers.
+
+    Raises LoadError for a name that is unknown or stands for a count, a mode or an impulse.
+    """
+    smooth = {name for name, kind in library.kinds.items() if kind not in _JUMPING}
+    if outputs is None:
+        return [n for n, v in library.variables.items() if v.causality == "output" and n in smooth]
+    for name in outputs:
+        library.variable(name)
+        if name not in smooth:
+            raise LoadError(f"'{name}' of '{library.name}' has no derivative: it is a number that events change")
+    return list(outputs)
+
+
+_JUMPING = ("VARIABLE_MODE", "VARIABLE_IMPACTS", "VARIABLE_IMPULSE", "VARIABLE_CLOCK", "VARIABLE_INDICATOR")

@@ -1,0 +1,148 @@
+"""Derivatives through time: of states and outputs along a motion by starts, parameters and inputs."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
+
+import numpy as np
+
+from lag2fmu.description.names import suggestion
+from lag2fmu.errors import LoadError, SimulationError
+from lag2fmu.language.units import Unit
+from lag2fmu.reference.trajectory import Floats
+from lag2fmu.studies.asking import (
+    check_given,
+    check_tolerance,
+    continuous_outputs,
+    references_of,
+    signals_of,
+    times_of,
+)
+from lag2fmu.studies.library import INPUT, PARAMETERS, STATES, Library, Study, compiled
+from lag2fmu.verify.inputs import Inputs
+
+TOLERANCE = 1e-8
+
+
+@dataclass(frozen=True, eq=False)
+class Sensitivities:
+    """A motion and its derivatives, in SI units.
+
+    ``time`` (m,) in s; ``outputs`` (k) and ``over`` (d) are names; ``values`` (m, k); ``derivatives`` (m, k, d), where
+    [i, j, l] is d outputs[j] at time[i] / d over[l]. ``units`` are those of both kinds of names.
+    """
+
+    time: Floats
+    outputs: tuple[str, ...]
+    over: tuple[str, ...]
+    values: Floats
+    derivatives: Floats
+    units: Mapping[str, Unit | None] = field(repr=False)
+
+    def __getitem__(self, names: str | tuple[str, str]) -> Floats:
+        """Of an output its values (m,), of (output, varied) the derivatives (m,), in SI units; raises LoadError."""
+        if isinstance(names, str):
+            return self.values[:, _place(names, self.outputs, "output")]
+        output, varied = names
+        return self.derivatives[:, _place(output, self.outputs, "output"), _place(varied, self.over, "direction")]
+
+    def unit(self, output: str, varied: str) -> Unit | None:
+        """The SI unit of the derivative of ``output`` by ``varied``, None where one of the two has no unit."""
+        above, below = self.units.get(output), self.units.get(varied)
+        return None if above is None or below is None else above / below
+
+
+def _place(name: str, names: tuple[str, ...], what: str) -> int:
+    if name not in names:
+        raise LoadError(f"there is no {what} '{name}' among the derivatives; {suggestion(name, names)}")
+    return names.index(name)
+
+
+def sensitivities(  # noqa: PLR0913 (those of simulate)
+    model: object,
+    *,
+    over: Sequence[str],
+    outputs: Sequence[str] | None = None,
+    times: Sequence[float] | Floats | None = None,
+    stop_time: float | None = None,
+    step: float | None = None,
+    tolerance: float = TOLERANCE,
+    values: Mapping[str, float] | None = None,
+    inputs: Inputs | None = None,
+    hold: bool = False,
+    solver: str | None = None,
+) -> Sensitivities:
+    """The motion of ``model`` and d ``outputs`` at ``times`` (s) / d ``over``: names of starts, parameters, inputs.
+
+    The variational equations are integrated with the motion by ``solver`` ("dopri5" or, by default, "dop853"), both
+    under the relative ``tolerance``; at impacts, stops, switches and changes of friction they jump as the motion
+    demands. The derivative by a start is that by its value at time 0, where constraints let what follows from it
+    answer; by an input, that by a constant added to it from time 0 on. ``times``, or ``stop_time`` and ``step``;
+    ``values``, ``inputs`` and ``hold`` are those of ``simulate``, in SI units.
+
+    Raises LoadError for bad arguments and SimulationError where the run fails or has no derivative: where an event
+    function is touched only, and where several contacts decide together in a way that what is varied would part.
+    Source: Hairer, Norsett, Wanner, Solving Ordinary Differential Equations I, 1993, section I.14.
+    """
+    library = compiled(model, solver=solver, directed=True)
+    found = directed_run(library, list(over), continuous_outputs(library, outputs), values=values or {},
+                         times=times_of(library, times, stop_time, step), tolerance=check_tolerance(tolerance),
+                         inputs=inputs, hold=hold)  # fmt: skip
+    if found.reason:
+        raise SimulationError(f"'{library.name}': the run with derivatives failed: {found.reason}")
+    return found.result
+
+
+@dataclass(frozen=True)
+class Directed:
+    """What ``directed_run`` found, and why it ended early ("": it did not)."""
+
+    result: Sensitivities
+    reason: str
+
+
+def directed_run(
+    library: Library,
+    over: Sequence[str],
+    outputs: Sequence[str],
+    *,
+    values: Mapping[str, float],
+    times: Floats,
+    tolerance: float,
+    inputs: Inputs | None = None,
+    hold: bool = False,
+    study: Study | None = None,
+) -> Directed:
+    """One run of a ``library`` for derivatives, in the memory of ``study`` if it is given; see ``sensitivities``."""
+    check_over(library, over)
+    seeds = [(library.settable(name), scale_of(library, name, values)) for name in over]
+    found, slopes, reason = (study or Study(library, len(over))).run(
+        references_of(library, values),
+        times,
+        library.readable(outputs),
+        tolerance=tolerance,
+        signals=signals_of(library, inputs, times, hold=hold),
+        seeds=seeds,
+    )
+    units = {name: library.variables[name].unit for name in (*outputs, *over)}
+    return Directed(Sensitivities(times, tuple(outputs), tuple(over), found, slopes, units), reason)
+
+
+def check_over(library: Library, over: Sequence[str]) -> None:
+    """Raise LoadError for names in ``over`` that are no given starts, parameters or inputs, or stand twice."""
+    if not over:
+        raise LoadError("there is nothing to vary; name starts, parameters or inputs")
+    for i, name in enumerate(over):
+        library.variable(name)
+        if library.kinds[name] not in (*STATES, *PARAMETERS, INPUT) or name in over[:i]:
+            why = "stands twice" if name in over[:i] else "is no start, independent parameter or input"
+            raise LoadError(f"'{name}' of '{library.name}' {why} and cannot be varied")
+        check_given(library, name)
+
+
+def scale_of(library: Library, name: str, values: Mapping[str, float]) -> float:
+    """A typical size (SI) of ``name``: its value, or where that is 0 its nominal value or 1."""
+    variable = library.variables[name]
+    value = abs(float(values.get(name, variable.start or 0.0)))
+    return value if np.isfinite(value) and value > 0 else variable.nominal or 1.0

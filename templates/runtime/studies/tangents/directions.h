@@ -1,0 +1,52 @@
+/* Derivatives of a motion along directions in the space of starts, inputs and parameters: the variational equations
+
+       dS/dt = f_x S + f_u du + f_p dp,   S = dx/dtheta,
+
+   integrated with the motion. Hairer, Norsett, Wanner, Solving Ordinary Differential Equations I, 2nd edition, section
+   I.14. They are taken through every stage of the solver, so that they are the derivatives of the very numbers that the
+   method gives for the steps it took (internal differentiation: Bock, 1981). */
+#ifndef DIRECTIONS_H
+#define DIRECTIONS_H
+
+#include "dense_output.h"
+#include "study.h"
+
+typedef struct {
+    double scale;            /* a typical size of what is varied, which weighs the errors */
+    Seed seed;               /* what varies of inputs and parameters; states: S at the point that is evaluated */
+    double rates[N_STATES];  /* dS/dt at that point, the result of an evaluation */
+    double states[N_STATES]; /* S at the present point */
+    double slope[N_STATES];  /* dS/dt there */
+    double stages[STAGES][N_STATES];
+    double new_states[N_STATES]; /* at the end of a trial step */
+    double new_slope[N_STATES];
+    double shift; /* s; by how much the event at the present point moves */
+    Dense dense;
+} Direction;
+
+typedef struct {
+    Study study;
+    Instance probe, before; /* for looking at other points: an instance beside the motion, and that before an event */
+    int count;
+    Direction directions[];
+} Variations;
+
+/* The rates of all directions at a time (s) and states, for S in their seeds. */
+bool directions_evaluate(Variations *variations, double time, const double states[]);
+
+/* Moves S in the seeds onto the linearized constraints at a time (s) and states, as states are projected. */
+bool directions_project(Variations *variations, double time, const double states[]);
+
+/* S and its slope at the present point become those in the seeds, on the constraints. */
+bool directions_settle(Variations *variations);
+
+/* Passes the event at the present point: S jumps (jumps.c). */
+bool directions_pass(Variations *variations);
+
+/* Steps to the end (s), with samples at the times asked for from *next on; those at the end are left. */
+bool directions_integrate(Variations *variations, const Request *request, double end, int *next);
+
+/* Values and derivatives for the sample at a time (s), with the states there and S in the seeds. */
+bool directions_sample(Variations *variations, const Request *request, int sample, double time, const double states[]);
+
+#endif

@@ -1,0 +1,113 @@
+"""What an FMU shows to those who receive it: who is behind it, its icon, and what was left out of it."""
+
+from __future__ import annotations
+
+import io
+import xml.etree.ElementTree as ET
+import zipfile
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from describing import described
+from PIL import Image
+
+import lag2fmu
+from lag2fmu.errors import ExportError
+from lag2fmu.explain.procedure import procedure
+from lag2fmu.fmu.documentation import scene_at_start
+from lag2fmu.fmu.icon import icon
+from lag2fmu.fmu.versions import VERSIONS
+from lag2fmu.formats.loading import load
+from lag2fmu.formats.text import read
+from lag2fmu.formats.write import write
+from lag2fmu.mechanism import Mechanism
+from lag2fmu.mechanism.record import complete
+from lag2fmu.verify.simulate import problems
+
+IMPRINT = {
+    "author": "A. Lovelace & 'C. Babbage'",
+    "version": "1.2",
+    "copyright": "\u00a9 2026 Analytical Society <London>",
+    "license": "BSD-3-Clause",
+}
+PAGE, ICON = "documentation/index.html", "model.png"
+
+
+def signed() -> Mechanism:
+    return complete(replace(load("pendulum").description, **IMPRINT))
+
+
+def test_the_imprint_is_kept_in_text() -> None:
+    text = write(signed())
+    assert 'license = "BSD-3-Clause"' in text
+    assert read(text, "here").imprint == IMPRINT
+    assert read(text, "here") == signed()
+    assert load("pendulum").imprint == {}
+    assert "license" not in write(load("pendulum"))
+
+
+@pytest.mark.parametrize("fmi", ["2.0", "3.0"])
+def test_the_imprint_is_in_the_xml_of_both_versions(fmi: str) -> None:
+    description, _ = described(signed(), fmi=fmi)
+    root = ET.fromstring(VERSIONS[fmi].to_xml(description))
+    assert {word: root.get(word) for word in IMPRINT} == IMPRINT
+    plain, _ = described(load("pendulum"), fmi=fmi)
+    assert not {*IMPRINT} & {*ET.fromstring(VERSIONS[fmi].to_xml(plain)).attrib}
+
+
+def test_show_says_who_is_behind_it() -> None:
+    text = procedure(signed())
+    assert "author: A. Lovelace" in text
+    assert "version: 1.2" in text
+
+
+def test_characters_that_no_xml_holds_are_refused(tmp_path) -> None:
+    broken = complete(replace(load("pendulum").description, author="A\x00B"))
+    with pytest.raises(ExportError, match="author: the character"):
+        lag2fmu.export(broken, tmp_path / "x.fmu")
+
+
+def test_the_icon_is_the_sketch() -> None:
+    """The bob of a pendulum hangs low, and another model looks different."""
+    scene = scene_at_start(lag2fmu.derive(load("pendulum")))
+    pixels = np.asarray(Image.open(io.BytesIO(icon(scene))).convert("RGB")).astype(int)
+    assert pixels.shape == (100, 100, 3)
+    blue = (pixels[..., 2] - pixels[..., 0] > 60).nonzero()
+    assert blue[0].size > 5
+    assert blue[0].mean() > 80, "the bob is low"
+    other = icon(scene_at_start(lag2fmu.derive(load("four_bar_linkage"))))
+    assert other != icon(scene)
+    assert icon(scene) == icon(scene), "the same bytes"
+    assert icon(None)[:4] == b"\x89PNG"
+
+
+@pytest.mark.fmu
+@pytest.mark.parametrize("fmi", ["2.0", "3.0"])
+def test_what_is_left_out(fmi: str, tmp_path, exported) -> None:
+    whole = exported("pendulum", solver="dopri5", fmi=fmi)
+    words = ("sources", "equations", "description")
+    part = lag2fmu.export("pendulum", tmp_path / "part.fmu", solver="dopri5", fmi=fmi, without=words)
+    with zipfile.ZipFile(whole.path) as one, zipfile.ZipFile(part.path) as other:
+        missing = {*one.namelist()} - {*other.namelist()}
+        assert {*other.namelist()} < {*one.namelist()}
+        page, shorter = (archive.read(PAGE).decode() for archive in (one, other))
+    assert all(name.startswith("sources/") or name.endswith("mechanism.toml") for name in missing)
+    assert "extra/org.lag2fmu/mechanism.toml" in missing
+    assert any(name.startswith("sources/") for name in missing)
+    for text in ("<math", "Conserved quantities", "sources/", "mechanism.toml"):
+        assert text in page
+        assert text not in shorter
+    assert problems(part.path) == []
+    ends = [lag2fmu.simulate(path, stop_time=0.1)["theta"][-1] for path in (part.path, whole.path)]
+    assert ends[0] == ends[1]
+    with pytest.raises(ExportError, match=r"carries no mechanism: .* exported with --without description"):
+        lag2fmu.validate(part.path)
+
+
+def test_an_unknown_word_and_the_python_backend_are_refused(tmp_path) -> None:
+    with pytest.raises(ExportError, match="--without source: known are sources, equations, description"):
+        lag2fmu.export("pendulum", tmp_path / "x.fmu", without=["source"])
+    with pytest.raises(ExportError, match=r"runs its equations from resources/"):
+        lag2fmu.export("pendulum", tmp_path / "x.fmu", backend="python", without=["equations"])
+    assert not list(tmp_path.iterdir())
