@@ -6,10 +6,8 @@ import html
 
 import lag2fmu
 from lag2fmu.dynamics.equations import EquationsOfMotion
-from lag2fmu.errors import Lag2FmuError
-from lag2fmu.fmu.sketch import sketch
+from lag2fmu.fmu.sketch import picture_of
 from lag2fmu.formats.write import write
-from lag2fmu.picture.drawing import draw, drawable, layout_of
 from lag2fmu.resources import bundled
 
 INTRODUCTION = """# Gallery
@@ -21,12 +19,12 @@ compares each FMU with the direct integration of the mechanism, and most with a 
 
 
 def pages(live: str) -> dict[str, str]:
-    """Path in the site -> content: the overview, a page for each model, and what moves for those that ``live`` names."""
+    """Path in the site -> content: the overview, a page for each model, live pages for those that ``live`` names."""
     names = bundled() if live == "all" else () if live == "none" else tuple(live.split(","))
     found, cards = {}, []
     for name in bundled():
         equations = lag2fmu.derive(name)
-        picture = _picture(equations)
+        picture = picture_of(equations.mechanism)
         title = html.escape(equations.mechanism.title)
         cards.append(f'<a class="model" href="{name}.html">{picture}<span>{title}</span><code>{name}</code></a>')
         if name in names:
@@ -34,16 +32,6 @@ def pages(live: str) -> dict[str, str]:
         found[f"gallery/{name}.md"] = _page(equations, picture, name in names)
     found["gallery/index.md"] = f'{INTRODUCTION}\n<div class="models">\n' + "\n".join(cards) + "\n</div>\n"
     return found
-
-
-def _picture(equations: EquationsOfMotion) -> str:
-    """The sketch as SVG; nothing for a mechanism without places, which is formulas only."""
-    if not drawable(equations.mechanism):
-        return ""
-    try:
-        return sketch(draw(layout_of(equations.mechanism)))
-    except Lag2FmuError:
-        return ""
 
 
 def _page(equations: EquationsOfMotion, picture: str, live: bool) -> str:

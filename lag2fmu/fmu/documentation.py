@@ -23,6 +23,9 @@ from lag2fmu.solvers.methods import METHODS
 
 Row = dict[str, str]
 
+PAGE = "documentation/index.html"
+"""What people read first, in the archive: where FMI 2.0.5, section 2.3, wants it."""
+
 
 def documentation(
     description: ModelDescription,
@@ -60,7 +63,7 @@ def documentation(
     }
     folder = resource_folder("templates") / "documentation"
     return {
-        "documentation/index.html": render("documentation/index.html.jinja", context).encode(),
+        PAGE: render("documentation/index.html.jinja", context).encode(),
         "documentation/licenses/license.txt": (folder / "license.txt").read_text("utf-8").encode(),
     }
 

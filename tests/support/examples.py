@@ -10,8 +10,6 @@ from __future__ import annotations
 
 import re
 import shlex
-import subprocess
-import sys
 import textwrap
 from contextlib import redirect_stdout
 from doctest import ELLIPSIS, NORMALIZE_WHITESPACE, OutputChecker
@@ -19,12 +17,14 @@ from io import StringIO
 from pathlib import Path
 from typing import Any, NamedTuple
 
+from click.testing import CliRunner
+
+from lag2fmu.cli import main
 from lag2fmu.formats.text import read
 
 _FENCE = re.compile(r"^(?P<indent> *)```(?P<language>\w+)(?P<rest>[^\n`]*)\n(?P<text>.*?)^(?P=indent)```", re.M | re.S)
 _TITLE = re.compile(r'title="([^"]+)"')
 _FLAGS = ELLIPSIS | NORMALIZE_WHITESPACE
-_PROGRAMS = {"lag2fmu": ["-m", "lag2fmu.cli"], "python": []}
 
 
 class Block(NamedTuple):
@@ -73,18 +73,13 @@ def _console(text: str, folder: Path, where: str) -> None:
         line, _, expected = part.partition("\n")
         command, _, target = line.partition(" > ")
         program, *arguments = shlex.split(command, comments=True)
-        done = subprocess.run(
-            [sys.executable, *_PROGRAMS[program], *arguments],
-            cwd=folder,
-            capture_output=True,
-            encoding="utf-8",
-            check=False,
-        )
-        assert done.returncode == 0, f"{where}: {line}\n{done.stdout}{done.stderr}"
+        assert program == "lag2fmu", f"{where}: only commands of lag2fmu can be run"
+        done = CliRunner().invoke(main, arguments)
+        assert done.exit_code == 0, f"{where}: {line}\n{done.output}{done.exception!r}"
         if target:
             (folder / target).write_text(done.stdout, "utf-8")
         if expected.strip():
-            _compare(expected, done.stderr + done.stdout, f"{where}: {line}")
+            _compare(expected, done.output, f"{where}: {line}")
 
 
 def _compare(expected: str, printed: str, where: str) -> None:
