@@ -15,8 +15,10 @@ if TYPE_CHECKING:
     from lag2fmu.analysis.entry_points import equilibria, modes
     from lag2fmu.description.events import Contact, Friction, State, Stop, Table
     from lag2fmu.dynamics import derive
+    from lag2fmu.ensemble import Ensemble, Runs
     from lag2fmu.errors import Lag2FmuError
     from lag2fmu.fmu import Fmu, export
+    from lag2fmu.fmu.paging import page
     from lag2fmu.formats.loading import load
     from lag2fmu.mechanism import Mechanism
     from lag2fmu.reference import Trajectory
@@ -27,11 +29,13 @@ if TYPE_CHECKING:
 
 _HOME = {
     "Contact": "lag2fmu.description.events",
+    "Ensemble": "lag2fmu.ensemble",
     "Fmu": "lag2fmu.fmu",
     "Friction": "lag2fmu.description.events",
     "Lag2FmuError": "lag2fmu.errors",
     "Mechanism": "lag2fmu.mechanism",
     "Report": "lag2fmu.verify",
+    "Runs": "lag2fmu.ensemble",
     "Sensitivities": "lag2fmu.studies.sensitivities",
     "State": "lag2fmu.description.events",
     "Stop": "lag2fmu.description.events",
@@ -44,6 +48,7 @@ _HOME = {
     "linearize": "lag2fmu.verify",
     "load": "lag2fmu.formats.loading",
     "modes": "lag2fmu.analysis.entry_points",
+    "page": "lag2fmu.fmu.paging",
     "sensitivities": "lag2fmu.studies.sensitivities",
     "simulate": "lag2fmu.verify",
     "ssp": "lag2fmu.systems.entry_points",
@@ -52,11 +57,13 @@ _HOME = {
 
 __all__ = [
     "Contact",
+    "Ensemble",
     "Fmu",
     "Friction",
     "Lag2FmuError",
     "Mechanism",
     "Report",
+    "Runs",
     "Sensitivities",
     "State",
     "Stop",
@@ -70,6 +77,7 @@ __all__ = [
     "linearize",
     "load",
     "modes",
+    "page",
     "sensitivities",
     "simulate",
     "ssp",

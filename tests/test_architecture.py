@@ -37,14 +37,22 @@ ROOMS = {
     ),
     "solvers": (set(), set()),
     "codegen": ({"resources", "graph", "dynamics", "solvers"}, {"jinja2"}),
+    "live": (
+        {"resources", "description", "mechanism", "graph", "dynamics", "picture", "codegen"},
+        {"numpy"},
+    ),
     "fmu": (
         {"errors", "lazy", "resources", "version", "xml_tree", "language", "description", "mechanism", "formats"}
-        | {"dynamics", "analysis", "picture", "explain", "solvers", "codegen"},
+        | {"dynamics", "analysis", "picture", "explain", "solvers", "codegen", "live"},
         {"PIL"},
+    ),
+    "ensemble": (
+        {"errors", "lazy", "resources", "mechanism", "formats", "dynamics", "solvers", "codegen", "fmu"},
+        {"numpy"},
     ),
     "verify": (
         {"errors", "xml_tree", "language", "description", "mechanism", "formats", "reference", "graph", "dynamics"}
-        | {"analysis", "picture", "solvers", "fmu"},
+        | {"analysis", "picture", "solvers", "live", "fmu"},
         {"sympy", "numpy", "fmpy", "rich", "matplotlib"},
     ),
     "studies": (
@@ -190,11 +198,13 @@ def test_a_name_comes_from_the_module_that_defines_it() -> None:
 def test_the_public_names_are_these() -> None:
     assert sorted(lag2fmu.__all__) == [
         "Contact",
+        "Ensemble",
         "Fmu",
         "Friction",
         "Lag2FmuError",
         "Mechanism",
         "Report",
+        "Runs",
         "Sensitivities",
         "State",
         "Stop",
@@ -208,6 +218,7 @@ def test_the_public_names_are_these() -> None:
         "linearize",
         "load",
         "modes",
+        "page",
         "sensitivities",
         "simulate",
         "ssp",

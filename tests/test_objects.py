@@ -42,7 +42,7 @@ def test_a_report_is_text_in_a_notebook_too(monkeypatch: pytest.MonkeyPatch) -> 
 
 
 def test_a_trajectory_is_a_film() -> None:
-    film = RUN.animate("pendulum")
+    film = Trajectory.of([0.0, 0.04], {"theta": [1.0, 0.9]}).animate("pendulum")
     assert film.gif.startswith(b"GIF8")
     assert film._repr_html_().startswith('<img alt="the motion" src="data:image/gif;base64,R0lGOD')
 

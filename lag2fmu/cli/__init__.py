@@ -19,6 +19,7 @@ from lag2fmu.cli.commands import (
     linearize,
     models,
     new,
+    page_command,
     show,
     simulate,
     ssp,
@@ -79,5 +80,18 @@ def main() -> None:
     """
 
 
-for _command in (demo, models, new, import_command, show, export_command, linearize, simulate, validate, check, ssp):
+for _command in (
+    demo,
+    models,
+    new,
+    import_command,
+    show,
+    export_command,
+    page_command,
+    linearize,
+    simulate,
+    validate,
+    check,
+    ssp,
+):
     main.add_command(_command)

@@ -190,6 +190,11 @@ class Description:
         return tuple(item for item in self.inputs if item.motion)
 
     @property
+    def driven(self) -> tuple[str, ...]:
+        """The names of the prescribed motions, of which each is carried by a force."""
+        return tuple(item.name for item in self.motions)
+
+    @property
     def places(self) -> tuple[Place, ...]:
         """The bodies and points: what a spring, damper or force can be attached to."""
         return (*self.placed_bodies, *self.points)

@@ -24,6 +24,7 @@ from pathlib import Path
 import numpy as np
 
 from lag2fmu.dynamics.constraints import Constraints, compose, starting_consistently
+from lag2fmu.dynamics.drives import drive_forces
 from lag2fmu.dynamics.elimination import Entries, Solution, mass_matrix, solve
 from lag2fmu.dynamics.energies import Composer, Energies
 from lag2fmu.dynamics.equations import EquationsOfMotion
@@ -244,5 +245,6 @@ def _equations(solved: _Solved) -> DerivedEquations:
         mass_matrix=mass_matrix(g, solved.entries, v.qd),
         residual=with_constraints(g, v, residual, solved.constraints, accelerating),
         momenta=momenta,
+        drives=drive_forces(g, mechanism, v, parts, solved.constraints, solved.rows),
         energies=named_energies(g, v, parts, momenta),
     )

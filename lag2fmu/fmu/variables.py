@@ -14,8 +14,9 @@ from difflib import get_close_matches
 
 from lag2fmu.codegen.sources import RuntimeTables
 from lag2fmu.description import names
+from lag2fmu.description.events import State
 from lag2fmu.description.parts import Constraint
-from lag2fmu.description.symbols import Coordinate
+from lag2fmu.description.symbols import Coordinate, Input
 from lag2fmu.dynamics.constraints import ambiguous
 from lag2fmu.dynamics.equations import EquationsOfMotion
 from lag2fmu.dynamics.functions import Program
@@ -94,7 +95,7 @@ def build_table(equations: EquationsOfMotion, program: Program, *, events: bool 
 
 
 def promotable(equations: EquationsOfMotion, wanted: Sequence[str], *, events: bool = False) -> frozenset[str]:
-    """The local variables that ``wanted`` makes outputs: names, or 'all'; outputs may be named once more.
+    """The local variables that ``wanted`` or the ports make outputs: names, or 'all'; outputs may be named once more.
 
     With ``events`` clocks may be named, too. They are not among 'all', for fmpy 0.3.32 takes output clocks for unknowns
     at initialization. Raises ExportError for a name that is neither.
@@ -114,7 +115,7 @@ def promotable(equations: EquationsOfMotion, wanted: Sequence[str], *, events: b
     for name in sorted({*wanted} - {*known, *states, *mechanism.output_names}):
         near = get_close_matches(name, known) or known
         raise ExportError(f"--output {name}: there is no such variable; known are {', '.join(near)}")
-    return frozenset(wanted) & frozenset(known)
+    return (frozenset(wanted) & frozenset(known)) | frozenset(map(names.drive, mechanism.ports.drives))
 
 
 def _per(unit: Unit | None, other: Unit) -> Unit | None:
@@ -228,6 +229,9 @@ def _add_locals(builder: Builder, mechanism: Mechanism, program: Program) -> Non
     gaps = {names.gap(contact.name): contact for contact in mechanism.unilaterals}
     outputs = mechanism.output_names
     residuals = {names.residual(c.name): (c, unit) for c, unit in _constraints(mechanism)}
+    drives = {names.drive(name): name for name in mechanism.driven}
+    declared: tuple[Input | State, ...] = (*mechanism.inputs, *mechanism.states)
+    units = {part.name: _resolved(part.unit) for part in declared}
     momenta = {names.momentum(q.name): q for q in mechanism.coordinates}
     for i, name in enumerate(program.locals):
         if name in outputs:
@@ -235,6 +239,9 @@ def _add_locals(builder: Builder, mechanism: Mechanism, program: Program) -> Non
         elif name in momenta:
             q = momenta[name]
             unit, doc = (None if q.unit is None else JOULE * SECOND / q.unit), f"generalized momentum of {q.name}"
+        elif name in drives:
+            of = units[drives[name]]
+            unit, doc = None if of is None else JOULE / of, f"generalized force that carries the motion {drives[name]}"
         elif name in residuals:
             c, unit = residuals[name]
             doc = f"residual of the {c.kind} constraint {c.name}"

@@ -112,6 +112,7 @@ _READ: dict[str, Callable[[TomlTable, str], object]] = {
     "choice": TomlTable.choice,
     "acting": TomlTable.acting,
     "places": TomlTable.names,
+    "motions": TomlTable.names,
     "rotations": TomlTable.rotations,
     "file": TomlTable.file,
     "columns": TomlTable.columns,

@@ -212,8 +212,9 @@ def _check_output(m: Description, where: str, output: Output) -> None:
     key = _measured_by(output, where)
     known = [name for name, (of, _, _) in QUANTITIES.items() if of == key]
     if key == "point":
-        _location(m, str(output.point), f"{where}.point")
         turns = any(part.angle is not None for part in (*m.bodies, *m.points) if part.name == str(output.point))
+        if not (turns and output.quantity in TURNING):  # what only turns is at no place
+            _location(m, str(output.point), f"{where}.point")
         known += TURNING if turns else ()
     if (output.quantity is None) == (key != "expression") or (known and output.quantity not in known):
         wanted = f"give one of {', '.join(known)}" if known else "it goes with 'frame' or 'point'"

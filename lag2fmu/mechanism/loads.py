@@ -29,19 +29,21 @@ def with_inputs(m: Description) -> tuple[list[Load], list[tuple[str, Input]]]:
     return written, inputs
 
 
-def opened(load: Load, places: Mapping[str, Place]) -> tuple[Load, list[Input]]:
+def opened(load: Load, places: Mapping[str, Place], what: str = "") -> tuple[Load, list[Input]]:
     """The ``load``, which is an input itself, with the inputs that it refers to, in N or N.m; ``places`` by name.
+
+    ``what`` it is says their doc, by default that of a load.
 
     Raises MechanismError for one that has a value as well.
     """
-    own = _inputs_of(load, places)
+    own = _inputs_of(load, places, what)
     entries = [symbol(item.name) for item in own]
     value = entries[0] if [item.name for item in own] == [load.name] else entries
     key = "force" if load.point is not None else "torque"
     return replace(load, input=False, **{key: value}), own  # type: ignore[arg-type]
 
 
-def _inputs_of(load: Load, places: Mapping[str, Place]) -> list[Input]:
+def _inputs_of(load: Load, places: Mapping[str, Place], what: str) -> list[Input]:
     """An input for each entry of the force or torque: NAME for a planar torque, else NAME_x, ...; N or N.m."""
     if load.force is not None or load.torque is not None:
         raise MechanismError(f"loads.{load.name}: 'input' and a value exclude each other; leave one out")
@@ -50,7 +52,7 @@ def _inputs_of(load: Load, places: Mapping[str, Place]) -> list[Input]:
     place = places.get(name)
     if not is_force and (place is None or place.frame is None):
         return [Input(load.name, TORQUE, doc=f"torque on {name}")]
-    what = f"force '{load.name}' at {name}" if is_force else f"torque on {name}"
+    what = what or (f"force '{load.name}' at {name}" if is_force else f"torque on {name}")
     of_frame = " of its frame" if load.axes == "frame" else ""
     return [
         Input(f"{load.name}_{axis}", NEWTON if is_force else TORQUE, doc=f"{what}, along {axis}{of_frame}")

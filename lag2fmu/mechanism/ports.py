@@ -52,7 +52,9 @@ def with_ports(m: Description) -> tuple[Description, Origins]:
     inputs: list[Input] = []
     declared = {u.name for u in m.inputs}
     for field, load in _loads(m, sites):
-        written, own = opened(load, {place.name: place for place in m.places})
+        spot = sites[field.partition(".")[2]].name
+        what = f"force at {spot}" if load.point is not None else f"torque on {spot}"
+        written, own = opened(load, {place.name: place for place in m.places}, what)
         loads.append(written)
         new = [item for item in own if item.name not in declared]
         inputs += new
@@ -72,8 +74,12 @@ def with_chosen_inputs(m: Description, origins: Origins) -> Description:
     """``m``, which has all inputs, with its choice of inputs as names of variables; those of ports are always there.
 
     The name of a motion stands for its derivatives too, that of a load for all of its inputs. Raises MechanismError for
-    a name that is no input.
+    a name that is no input, and for a drive of what is no prescribed motion.
     """
+    for name in m.ports.drives:
+        if name not in m.driven:
+            remedy = names.suggestion(name, m.driven)
+            raise MechanismError(f"ports.drives: there is no prescribed motion '{name}'; {remedy}")
     if m.ports.inputs is None:
         return m
     known = {x: (x,) for x in m.input_names} | {u.name: names_of(u) for u in m.inputs}

@@ -12,7 +12,7 @@ import numpy as np
 
 from lag2fmu.description.places import Body
 from lag2fmu.graph.batches import Floats, Values
-from lag2fmu.picture.skeleton import Skeleton
+from lag2fmu.picture.skeleton import Link, Skeleton
 
 PARTICLE, ROD, DISC, BALL, CUBOID = "particle", "rod", "disc", "ball", "cuboid"
 
@@ -64,8 +64,9 @@ def shape_of(skeleton: Skeleton, body: Body, values: Values, positions: Floats, 
 def _planar(skeleton: Skeleton, body: Body, center: Floats, mass: float, values: Values, positions: Floats) -> Shape:
     """A rod along the arm that turns with the body, else a disc."""
     gyration = np.sqrt(max(skeleton.number(body.inertia, values), 0.0) / mass)
-    along = _own_arm(skeleton, body, positions)
-    if along is not None:
+    link = own_link(skeleton, body)
+    if link is not None:
+        along = np.asarray(positions[link.ends[1]] - positions[link.ends[0]], dtype=np.float64)
         return Shape(ROD, center, np.array([np.sqrt(3) * gyration, 0, 0]), _frame_on(along))
     angle = skeleton.number(body.angle, values)
     across = np.array([np.sin(angle), -np.cos(angle), 0.0])
@@ -73,15 +74,15 @@ def _planar(skeleton: Skeleton, body: Body, center: Floats, mass: float, values:
     return Shape(DISC, center, np.array([np.sqrt(2) * gyration, 0, 0]), axes)
 
 
-def _own_arm(skeleton: Skeleton, body: Body, positions: Floats) -> Floats | None:
-    """The direction (3,) of the arm that ends at the body's mass centre and turns as the body does."""
+def own_link(skeleton: Skeleton, body: Body) -> Link | None:
+    """The arm that ends at the body's mass centre and turns as the body does."""
     angle = skeleton.written(body.angle)
     for link in skeleton.links:
         if link.ends[1] != skeleton.place[body.name] or len(link.angles) != 1:
             continue
         (turn,) = link.angles
         if any(not skeleton.moves(angle + sign * turn) for sign in (1, -1)):
-            return np.asarray(positions[link.ends[1]] - positions[link.ends[0]], dtype=np.float64)
+            return link
     return None
 
 

@@ -196,6 +196,6 @@ def test_an_unknown_base_is_named(robot: Robot) -> None:
 
 def test_a_base_that_floats_needs_mass_and_the_message_stays_short(robot: Robot) -> None:
     """The formula of the force that has nothing to move would have a million operations."""
-    with pytest.raises(Lag2FmuError, match=r"has no mass, and the force on it, a formula of \d+ operations, ") as error:
+    with pytest.raises(Lag2FmuError, match=r"has no mass.* a formula of \d+ operations; ") as error:
         derive(robot(ARM, base="floating"))
     assert len(str(error.value)) < 500
