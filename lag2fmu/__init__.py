@@ -22,12 +22,15 @@ if TYPE_CHECKING:
     from lag2fmu.formats.loading import load
     from lag2fmu.mechanism import Mechanism
     from lag2fmu.reference import Trajectory
+    from lag2fmu.studies.calibrated import Calibration
+    from lag2fmu.studies.calibration import calibrate
     from lag2fmu.studies.sensitivities import Sensitivities, sensitivities
     from lag2fmu.systems.entry_points import ssp
     from lag2fmu.verify import Report, linearize, simulate, validate
     from lag2fmu.verify.plots.animation import animate
 
 _HOME = {
+    "Calibration": "lag2fmu.studies.calibrated",
     "Contact": "lag2fmu.description.events",
     "Ensemble": "lag2fmu.ensemble",
     "Fmu": "lag2fmu.fmu",
@@ -42,6 +45,7 @@ _HOME = {
     "Table": "lag2fmu.description.events",
     "Trajectory": "lag2fmu.reference",
     "animate": "lag2fmu.verify.plots.animation",
+    "calibrate": "lag2fmu.studies.calibration",
     "derive": "lag2fmu.dynamics",
     "equilibria": "lag2fmu.analysis.entry_points",
     "export": "lag2fmu.fmu",
@@ -56,6 +60,7 @@ _HOME = {
 }
 
 __all__ = [
+    "Calibration",
     "Contact",
     "Ensemble",
     "Fmu",
@@ -71,6 +76,7 @@ __all__ = [
     "Trajectory",
     "__version__",
     "animate",
+    "calibrate",
     "derive",
     "equilibria",
     "export",
