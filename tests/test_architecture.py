@@ -47,7 +47,7 @@ ROOMS = {
         {"PIL"},
     ),
     "ensemble": (
-        {"errors", "lazy", "resources", "mechanism", "formats", "dynamics", "solvers", "codegen", "fmu"},
+        {"errors", "lazy", "description", "mechanism", "formats", "dynamics", "solvers", "codegen", "fmu"},
         {"numpy"},
     ),
     "verify": (
@@ -217,6 +217,7 @@ def test_the_public_names_are_these() -> None:
         "derive",
         "equilibria",
         "export",
+        "function",
         "linearize",
         "load",
         "modes",
