@@ -16,18 +16,22 @@ if TYPE_CHECKING:
     from lag2fmu.description.events import Contact, Friction, State, Stop, Table
     from lag2fmu.dynamics import derive
     from lag2fmu.ensemble import Ensemble, Runs
+    from lag2fmu.ensemble.function import function
     from lag2fmu.errors import Lag2FmuError
     from lag2fmu.fmu import Fmu, export
     from lag2fmu.fmu.paging import page
     from lag2fmu.formats.loading import load
     from lag2fmu.mechanism import Mechanism
     from lag2fmu.reference import Trajectory
+    from lag2fmu.studies.calibrated import Calibration
+    from lag2fmu.studies.calibration import calibrate
     from lag2fmu.studies.sensitivities import Sensitivities, sensitivities
     from lag2fmu.systems.entry_points import ssp
     from lag2fmu.verify import Report, linearize, simulate, validate
     from lag2fmu.verify.plots.animation import animate
 
 _HOME = {
+    "Calibration": "lag2fmu.studies.calibrated",
     "Contact": "lag2fmu.description.events",
     "Ensemble": "lag2fmu.ensemble",
     "Fmu": "lag2fmu.fmu",
@@ -42,9 +46,11 @@ _HOME = {
     "Table": "lag2fmu.description.events",
     "Trajectory": "lag2fmu.reference",
     "animate": "lag2fmu.verify.plots.animation",
+    "calibrate": "lag2fmu.studies.calibration",
     "derive": "lag2fmu.dynamics",
     "equilibria": "lag2fmu.analysis.entry_points",
     "export": "lag2fmu.fmu",
+    "function": "lag2fmu.ensemble.function",
     "linearize": "lag2fmu.verify",
     "load": "lag2fmu.formats.loading",
     "modes": "lag2fmu.analysis.entry_points",
@@ -56,6 +62,7 @@ _HOME = {
 }
 
 __all__ = [
+    "Calibration",
     "Contact",
     "Ensemble",
     "Fmu",
@@ -71,9 +78,11 @@ __all__ = [
     "Trajectory",
     "__version__",
     "animate",
+    "calibrate",
     "derive",
     "equilibria",
     "export",
+    "function",
     "linearize",
     "load",
     "modes",

@@ -47,7 +47,7 @@ ROOMS = {
         {"PIL"},
     ),
     "ensemble": (
-        {"errors", "lazy", "resources", "mechanism", "formats", "dynamics", "solvers", "codegen", "fmu"},
+        {"errors", "lazy", "description", "mechanism", "formats", "dynamics", "solvers", "codegen", "fmu"},
         {"numpy"},
     ),
     "verify": (
@@ -57,8 +57,8 @@ ROOMS = {
     ),
     "studies": (
         {"errors", "language", "description", "mechanism", "formats", "reference", "dynamics", "solvers", "codegen"}
-        | {"fmu", "verify"},
-        {"numpy", "scipy", "xarray", "pyarrow", "h5netcdf", "matplotlib"},
+        | {"fmu", "ensemble", "verify"},
+        {"numpy", "scipy", "xarray", "pyarrow", "matplotlib"},
     ),
     "checking": ({"errors", "lazy", "xml_tree", "fmu", "verify"}, {"lief", "rich"}),
     "systems": ({"errors", "xml_tree", "version", "language", "description", "fmu", "checking"}, set()),
@@ -76,7 +76,7 @@ USERS = {
     "zipfile": {"fmu/pack.py"},
     "fmpy": {"verify/instances.py", "verify/simulate.py"},
     "lief": {"checking/binaries.py"},
-    "matplotlib": {"verify/plots"},
+    "matplotlib": {"verify/plots", "studies/calibration_figure.py"},
     "PIL": {"fmu/icon.py"},
     "mujoco": {"formats/robots/mjcf.py"},
 }
@@ -197,6 +197,7 @@ def test_a_name_comes_from_the_module_that_defines_it() -> None:
 
 def test_the_public_names_are_these() -> None:
     assert sorted(lag2fmu.__all__) == [
+        "Calibration",
         "Contact",
         "Ensemble",
         "Fmu",
@@ -212,9 +213,11 @@ def test_the_public_names_are_these() -> None:
         "Trajectory",
         "__version__",
         "animate",
+        "calibrate",
         "derive",
         "equilibria",
         "export",
+        "function",
         "linearize",
         "load",
         "modes",
