@@ -13,6 +13,7 @@ from lag2fmu.description.parts import Constraint, in_order_of_kinds
 from lag2fmu.description.record import Description
 from lag2fmu.description.subsystems import Part
 from lag2fmu.description.symbols import Coordinate
+from lag2fmu.lazy import looked_up
 from lag2fmu.mechanism.completion import completed
 from lag2fmu.mechanism.name_check import check_names
 from lag2fmu.mechanism.ports import input_names
@@ -55,16 +56,18 @@ class Mechanism(Description):
         return f"<Mechanism {self.name}: {self.title}; {counted}>"
 
     def _repr_html_(self) -> str:
-        """Coordinates, parameters and inputs, for a notebook."""
+        """The sketch, and a table of coordinates, parameters and inputs, for a notebook."""
         from html import escape
 
+        picture = looked_up("lag2fmu.fmu.sketch", "picture_of")(self)
         rows = "".join(
             f"<tr><td>{item.name}</td><td>{kind}</td><td>{item.unit.si_name if item.unit else ''}</td>"
             f"<td>{escape(item.doc)}</td></tr>"
             for kind in ("coordinate", "parameter", "input")
             for item in getattr(self, f"{kind}s")
         )
-        return f"<p>{escape(repr(self)[1:-1])}</p><table>{rows}</table>"
+        sketch = f'<div style="background: white; display: inline-block">{picture}</div>' if picture else ""
+        return f"<p>{escape(repr(self)[1:-1])}</p>{sketch}<table>{rows}</table>"
 
     def __init__(self, name: str, **tables: Any) -> None:
         """The keywords are the tables of ``Description``.
