@@ -11,7 +11,7 @@ from pathlib import Path
 import pytest
 
 from lag2fmu.codegen import DEFAULT_SOLVER
-from lag2fmu.fmu import Fmu, export, kept_libraries
+from lag2fmu.fmu import Fmu, export, kept_libraries, live_page
 from lag2fmu.formats.loading import load
 from lag2fmu.mechanism import Mechanism
 
@@ -36,8 +36,12 @@ def pytest_addoption(parser: pytest.Parser) -> None:
 
 
 def pytest_configure(config: pytest.Config) -> None:
-    """All processes of a run, and later runs, compile the same sources once; ``--cache-clear`` forgets them."""
+    """All processes of a run, and later runs, compile the same sources once; ``--cache-clear`` forgets them.
+
+    A page is live where a test asks for it.
+    """
     os.environ.setdefault(kept_libraries.VARIABLE, str(config.cache.mkdir("libraries")))
+    os.environ.setdefault(live_page.VARIABLE, "static")
 
 
 @pytest.hookimpl(tryfirst=True)

@@ -18,12 +18,12 @@ PACKAGE = Path(lag2fmu.__file__).parent
 ROOMS = {
     "language": ({"errors"}, {"sympy"}),
     "description": ({"errors", "language"}, {"sympy"}),
-    "mechanism": ({"errors", "language", "description"}, {"sympy"}),
+    "mechanism": ({"errors", "lazy", "language", "description"}, {"sympy"}),
     "formats": (
         {"errors", "resources", "xml_tree", "language", "description", "mechanism"},
         {"sympy", "numpy", "tomli", "mujoco"},
     ),
-    "reference": ({"errors", "language", "description", "mechanism"}, {"sympy", "numpy", "scipy"}),
+    "reference": ({"errors", "lazy", "language", "description", "mechanism"}, {"sympy", "numpy", "scipy"}),
     "graph": ({"errors", "language"}, {"sympy", "numpy"}),
     "dynamics": ({"errors", "language", "description", "mechanism", "formats", "graph"}, {"sympy", "numpy", "scipy"}),
     "analysis": (
@@ -37,25 +37,34 @@ ROOMS = {
     ),
     "solvers": (set(), set()),
     "codegen": ({"resources", "graph", "dynamics", "solvers"}, {"jinja2"}),
+    "live": (
+        {"resources", "description", "mechanism", "graph", "dynamics", "picture", "codegen"},
+        {"numpy"},
+    ),
     "fmu": (
         {"errors", "lazy", "resources", "version", "xml_tree", "language", "description", "mechanism", "formats"}
-        | {"dynamics", "analysis", "picture", "explain", "solvers", "codegen"},
+        | {"dynamics", "analysis", "picture", "explain", "solvers", "codegen", "live"},
         {"PIL"},
+    ),
+    "ensemble": (
+        {"errors", "lazy", "description", "mechanism", "formats", "dynamics", "solvers", "codegen", "fmu"},
+        {"numpy"},
     ),
     "verify": (
         {"errors", "xml_tree", "language", "description", "mechanism", "formats", "reference", "graph", "dynamics"}
-        | {"analysis", "picture", "solvers", "fmu"},
+        | {"analysis", "picture", "solvers", "live", "fmu"},
         {"sympy", "numpy", "fmpy", "rich", "matplotlib"},
     ),
     "studies": (
         {"errors", "language", "description", "mechanism", "formats", "reference", "dynamics", "solvers", "codegen"}
-        | {"fmu", "verify"},
-        {"numpy", "scipy", "xarray", "pyarrow", "h5netcdf", "matplotlib"},
+        | {"fmu", "ensemble", "verify"},
+        {"numpy", "scipy", "xarray", "pyarrow", "matplotlib"},
     ),
     "checking": ({"errors", "lazy", "xml_tree", "fmu", "verify"}, {"lief", "rich"}),
+    "systems": ({"errors", "xml_tree", "version", "language", "description", "fmu", "checking"}, set()),
     "cli": (
         {"errors", "resources", "version", "language", "description", "mechanism", "formats", "reference", "dynamics"}
-        | {"analysis", "explain", "solvers", "fmu", "verify", "studies", "checking"},
+        | {"analysis", "explain", "solvers", "fmu", "verify", "studies", "checking", "systems"},
         {"click", "rich"},
     ),
 }
@@ -67,7 +76,7 @@ USERS = {
     "zipfile": {"fmu/pack.py"},
     "fmpy": {"verify/instances.py", "verify/simulate.py"},
     "lief": {"checking/binaries.py"},
-    "matplotlib": {"verify/plots"},
+    "matplotlib": {"verify/plots", "studies/calibration_figure.py"},
     "PIL": {"fmu/icon.py"},
     "mujoco": {"formats/robots/mjcf.py"},
 }
@@ -188,12 +197,15 @@ def test_a_name_comes_from_the_module_that_defines_it() -> None:
 
 def test_the_public_names_are_these() -> None:
     assert sorted(lag2fmu.__all__) == [
+        "Calibration",
         "Contact",
+        "Ensemble",
         "Fmu",
         "Friction",
         "Lag2FmuError",
         "Mechanism",
         "Report",
+        "Runs",
         "Sensitivities",
         "State",
         "Stop",
@@ -201,14 +213,18 @@ def test_the_public_names_are_these() -> None:
         "Trajectory",
         "__version__",
         "animate",
+        "calibrate",
         "derive",
         "equilibria",
         "export",
+        "function",
         "linearize",
         "load",
         "modes",
+        "page",
         "sensitivities",
         "simulate",
+        "ssp",
         "validate",
     ]
     for name in lag2fmu.__all__:

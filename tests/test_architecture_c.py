@@ -23,6 +23,8 @@ ROOMS = {
     "variants": {"core", "solvers"},
     "solvers": {"core", "variants"},
     "adjoints": {"core", "variants"},
+    "ensemble": {"core", "variants"},
+    "page": {"core", "variants"},
     "studies": {"core", "variants", "solvers"},
 }
 """room -> the others whose headers it may include; the interfaces of variants and solvers are theirs"""

@@ -19,10 +19,13 @@ from lag2fmu.cli.commands import (
     linearize,
     models,
     new,
+    page_command,
     show,
     simulate,
+    ssp,
     validate,
 )
+from lag2fmu.cli.study_commands import calibrate
 from lag2fmu.errors import Lag2FmuError
 from lag2fmu.version import VERSION
 
@@ -78,5 +81,7 @@ def main() -> None:
     """
 
 
-for _command in (demo, models, new, import_command, show, export_command, linearize, simulate, validate, check):
+_OF_MODELS = (demo, models, new, import_command, show, export_command, page_command, linearize)
+_OF_RUNS = (simulate, validate, check, calibrate, ssp)
+for _command in (*_OF_MODELS, *_OF_RUNS):
     main.add_command(_command)

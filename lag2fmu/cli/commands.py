@@ -89,6 +89,16 @@ def show(**choices: Any) -> None:
     help="Make a local variable an output ('all': each); repeatable.",
 )
 @click.option(
+    "--inputs", metavar="NAMES", help="The inputs that there are: F,Q_x or 'none' or 'all'; others keep still."
+)
+@click.option(
+    "--port",
+    "ports",
+    multiple=True,
+    metavar="KEY=NAMES",
+    help="Forces, torques in, poses, velocities, accelerations of places out: forces=tip,hand:frame; repeatable.",
+)
+@click.option(
     "--backend",
     type=click.Choice(["c", "python"]),
     default="c",
@@ -110,7 +120,12 @@ def show(**choices: Any) -> None:
     metavar="WORD",
     help="Leave out for others: sources, equations (of the page), description (the mechanism); repeatable, or a,b.",
 )
-@click.option("--reference", is_flag=True, help="Put a reference trajectory in, to check the FMU with.")
+@click.option(
+    "--page",
+    type=click.Choice(["live", "static"]),
+    help="Page of the documentation: the mechanism in motion (the default), or a picture and less to carry.",
+)
+@click.option("--reference", is_flag=True, help="Put a reference trajectory in, to check FMU and page with.")
 @click.option("--force", is_flag=True, help="Overwrite FILE also where it holds another mechanism.")
 @SET
 @BASE
@@ -120,6 +135,29 @@ def export_command(**choices: Any) -> None:
     from lag2fmu.cli.exporting import export_model
 
     export_model(**choices)
+
+
+@click.command("page")
+@click.argument("model")
+@click.option(
+    "-o", "--out", "path", type=click.Path(path_type=Path), metavar="FILE", help="The page; default MODEL.html."
+)
+@click.option("--solver", metavar="NAME", help="Integrator; by default one that suits the start.")
+@click.option(
+    "--reference/--no-reference",
+    default=True,
+    show_default=True,
+    help="Integrate the default experiment directly too, for the page to compare itself with.",
+)
+@click.option("--force", is_flag=True, help="Overwrite a file that exists.")
+@SET
+@BASE
+@STOPS
+def page_command(**choices: Any) -> None:
+    """Write a page in which MODEL moves: one file of HTML that needs no network."""
+    from lag2fmu.cli.paging import write_page
+
+    write_page(**choices)
 
 
 @click.command()
@@ -223,3 +261,24 @@ def check(**choices: Any) -> None:
     from lag2fmu.cli.checking import check_archive
 
     check_archive(**choices)
+
+
+@click.command()
+@click.argument("fmus", nargs=-1, required=True, metavar="[NAME=]FMU...")
+@click.option("-o", "--out", "path", type=click.Path(path_type=Path), required=True, metavar="FILE", help="The .ssp.")
+@click.option(
+    "--connect",
+    multiple=True,
+    metavar="A.X:B.Y",
+    help="An output of the component A and an input of B, or two terminals; repeatable.",
+)
+@STOP_TIME
+@click.option("--force", is_flag=True, help="Overwrite a file that exists.")
+@click.option(
+    "--set", "settings", multiple=True, metavar="A.NAME=VALUE", help="A parameter or start value; repeatable."
+)
+def ssp(**choices: Any) -> None:
+    """Write a system of FMUs, of any tool, with their connections and parameters as an archive (SSP 2.0)."""
+    from lag2fmu.cli.systems import write_system
+
+    write_system(**choices)

@@ -6,6 +6,7 @@ import re
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from itertools import accumulate
+from pathlib import Path
 
 from lag2fmu.codegen.colours import Colouring
 from lag2fmu.codegen.templates import render
@@ -160,16 +161,13 @@ def render_sources(
     The runtime's files stand as they are in templates/runtime; ``guid`` is what the generated ones carry. ``gate`` is
     the folder of the functions of a version of FMI.
     """
-    used = {
-        program.graph.code[node] for f in program.functions for node in program.graph.cone(n for *_, n in f.results)
-    }
     context = {
         "program": program,
         "tables": tables,
         "method": method,
         "guid": guid,
         "lookups": lookups_of(program),
-        "helpers": [text for name, text in _HELPERS.items() if CODE[name] in used],
+        "helpers": helpers_of(program),
     }
     kind = {
         "constraints": bool(tables.constraint_names),
@@ -184,6 +182,37 @@ def render_sources(
     generated = (*GENERATED, *(PORTS if tables.ports else ()), *method.generated_files)
     files |= {name: render(f"mechanism/{name}.jinja", context) for name in generated}
     return dict(sorted(files.items()))
+
+
+def page_sources(sources: Mapping[str, str], picture: Program | None) -> Mapping[str, str]:
+    """{file name: text} of the live page's C code: the ``sources`` of an FMU with another gate, and the picture.
+
+    ``picture`` has the one function that fills the spots of the picture; None: there is nothing to draw.
+    """
+    gates = {path.name for folder in ("gate", "fmi2", "fmi3", "adjoints") for path in _paths(folder)}
+    files = {name: text for name, text in sources.items() if name not in {*gates, *PORTS}} | _texts("page")
+    context: dict[str, object] = {"program": picture, "size": 1, "lookups": [], "helpers": []}
+    if picture is not None:
+        (function,) = picture.functions
+        context |= {"lookups": lookups_of(picture), "helpers": helpers_of(picture)}
+        context["size"] = max(1, len(function.results))
+    if context["lookups"]:
+        files |= {name: text for name, text in _texts("core").items() if name.startswith("lookup.")}
+    files |= {name: render(f"mechanism/{name}.jinja", context) for name in ("picture.h", "picture.c")}
+    return dict(sorted(files.items()))
+
+
+def helpers_of(program: Program) -> list[str]:
+    """The functions that C does not have, as far as ``program`` uses them."""
+    used = {
+        program.graph.code[node] for f in program.functions for node in program.graph.cone(n for *_, n in f.results)
+    }
+    return [text for name, text in _HELPERS.items() if CODE[name] in used]
+
+
+def _paths(folder: str) -> list[Path]:
+    """The C files in a ``folder`` of the runtime and in those below."""
+    return sorted((resource_folder("templates") / "runtime" / folder).rglob("*.[ch]"))
 
 
 def runtime_files(

@@ -15,8 +15,19 @@ import sympy as sp
 from lag2fmu.description.keys import CONFIGURATION, CONSTANT, key
 from lag2fmu.description.names import suggestion
 from lag2fmu.description.outputs import Output
-from lag2fmu.description.parts import Constraint, Damper, Definition
-from lag2fmu.description.places import AXES, WORLD, End, Expression, Frame, Vector, axes_key, checked_axis, normalise
+from lag2fmu.description.parts import Constraint, Damper, Definition, Load
+from lag2fmu.description.places import (
+    AXES,
+    WORLD,
+    End,
+    Expression,
+    Frame,
+    Point,
+    Vector,
+    axes_key,
+    checked_axis,
+    normalise,
+)
 from lag2fmu.description.symbols import Coordinate, Declared
 from lag2fmu.errors import MechanismError
 from lag2fmu.language.units import DIMENSIONLESS, METRE, RADIAN
@@ -256,7 +267,7 @@ def across(axis: str | Sequence[Expression] | None) -> tuple[sp.Matrix, sp.Matri
 
 # ---------------------------------------------------------------------------------------------------------- merging
 
-Named = TypeVar("Named", Frame, Definition, Damper, Constraint, Output)
+Named = TypeVar("Named", Frame, Definition, Damper, Constraint, Output, Point, Load)
 
 
 def joined(own: Iterable[Named], brought: Iterable[Named], table: str, by: str = "joint") -> tuple[Named, ...]:

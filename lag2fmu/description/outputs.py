@@ -15,11 +15,19 @@ QUANTITIES: dict[str, tuple[str, tuple[str, ...], Unit]] = {
     "velocity": ("point", AXES, METRE / SECOND),
     "acceleration": ("point", AXES, METRE / SECOND / SECOND),
     "angular_velocity": ("frame", AXES, RADIAN / SECOND),
+    "angular_acceleration": ("frame", AXES, RADIAN / SECOND / SECOND),
     "angles": ("frame", AXES, RADIAN),
     "quaternion": ("frame", ("0", "1", "2", "3"), DIMENSIONLESS),
     "rotation": ("frame", _MATRIX, DIMENSIONLESS),
 }
 """Quantity of an output -> (the key it belongs to, suffixes of its entries, unit)."""
+
+TURNING = {
+    "angle": RADIAN,
+    "angular_velocity": RADIAN / SECOND,
+    "angular_acceleration": RADIAN / SECOND / SECOND,
+}
+"""Quantity of a planar body, or of a point with an angle -> unit; it has one entry, NAME."""
 
 
 @dataclass(frozen=True)
@@ -27,10 +35,12 @@ class Output:
     """A further output of the FMU, by ``expression`` in t, q, qd, inputs and parameters, or a ``quantity`` of a part.
 
     Of a ``point`` (or body: its mass centre), in world axes: ``position`` (m), ``velocity`` (m/s) and ``acceleration``
-    (m/s2), NAME_x, NAME_y, and NAME_z in space. Of a ``frame``, relative to the world, R being its rotation
+    (m/s2), NAME_x, NAME_y, and NAME_z in space; of one with an angle NAME alone: ``angle`` (rad), ``angular_velocity``
+    (rad/s), ``angular_acceleration`` (rad/s2). Of a ``frame``, relative to the world, R being its rotation
     matrix (r_world = R r):
 
-    - ``angular_velocity`` (rad/s): NAME_x, NAME_y, NAME_z in the ``axes`` of the "world" or of the "frame";
+    - ``angular_velocity`` (rad/s) and ``angular_acceleration`` (rad/s2): NAME_x, NAME_y, NAME_z in the ``axes`` of the
+      "world" or of the "frame";
     - ``rotation``: NAME_11, NAME_12, ... NAME_33, R row by row;
     - ``quaternion``: NAME_0 ... NAME_3, the product of those of the rotations, hence smooth; e and -e mean the same R;
     - ``angles`` (rad): NAME_x, NAME_y, NAME_z with R = Rx Ry Rz (Cardan), singular at NAME_y = +-pi/2.
@@ -52,20 +62,33 @@ class Output:
     frame: str | Frame | None = key("part", "The frame whose quantity it is.", default=None)
     point: End | None = key("part", "The point or body whose quantity it is.", default=None)
     quantity: str | None = key(
-        tuple(QUANTITIES), "Of a point: position, velocity, acceleration; the others are of a frame.", default=None
+        (*QUANTITIES, "angle"),
+        "Of a point: position, velocity, acceleration, of its angle angle and its derivatives; others are of a frame.",
+        default=None,
     )
     axes: str = axes_key()
     dimension: int = field(default=3, compare=False)
 
     def __post_init__(self) -> None:
         normalise(self, f"outputs.{self.name}")
-        if self.unit is None and self.quantity in QUANTITIES:
-            object.__setattr__(self, "unit", QUANTITIES[str(self.quantity)][2])
+        if self.unit is None:
+            object.__setattr__(self, "unit", self.own_unit)
+
+    @property
+    def own_unit(self) -> Unit | None:
+        """The unit of its quantity, None without one."""
+        known = TURNING | {name: unit for name, (_, _, unit) in QUANTITIES.items()}
+        return known.get(str(self.quantity))
+
+    @property
+    def turning(self) -> bool:
+        """Whether it is the angle of something in the plane, or a derivative of that."""
+        return self.point is not None and self.quantity in TURNING
 
     @property
     def names(self) -> tuple[str, ...]:
         """The names of the entries as the FMU shows them, just the name for an expression."""
-        if self.quantity not in QUANTITIES:
+        if self.quantity not in QUANTITIES or self.turning:
             return (self.name,)
         key, suffixes, _ = QUANTITIES[self.quantity]
         return tuple(f"{self.name}_{x}" for x in (suffixes[: self.dimension] if key == "point" else suffixes))

@@ -29,6 +29,7 @@ from lag2fmu.description.parts import (
     in_order_of_kinds,
 )
 from lag2fmu.description.places import WORLD, Body, Frame, Place, Point, Vector, expressions_of
+from lag2fmu.description.ports import Ports
 from lag2fmu.description.subsystems import Part
 from lag2fmu.description.symbols import Coordinate, Declared, Input, Parameter
 from lag2fmu.description.tables import Table
@@ -145,6 +146,9 @@ class Description:
     stops: tuple[Stop, ...] = table_key(Stop, "tables", "Hard limits of expressions.")
     frictions: tuple[Friction, ...] = table_key(Friction, "tables", "Dry friction along relative velocities.")
     outputs: tuple[Output, ...] = table_key(Output, "lines", "Further outputs of the FMU.")
+    ports: Ports = table_key(
+        Ports, "single", "Which inputs the FMU has; forces and torques at places in, their motion out.", default=Ports()
+    )
     experiment: Experiment = table_key(Experiment, "single", "What a default run looks like.", default=Experiment())
     strict_units: bool = key("flag", "true: dimensions that do not match are an error, not a warning.", default=False)
 
@@ -160,6 +164,7 @@ class Description:
             title=self.title or str(self.name).replace("_", " ").capitalize(),
             energy=self.energy or Energy(),
             gravity=gravity if gravity is None or isinstance(gravity, Gravity) else Gravity(gravity),
+            ports=self.ports or Ports(),
             experiment=self.experiment or Experiment(),
         )
 
@@ -182,6 +187,11 @@ class Description:
     def motions(self) -> tuple[Input, ...]:
         """The prescribed motions."""
         return tuple(item for item in self.inputs if item.motion)
+
+    @property
+    def driven(self) -> tuple[str, ...]:
+        """The names of the prescribed motions, of which each is carried by a force."""
+        return tuple(item.name for item in self.motions)
 
     @property
     def places(self) -> tuple[Place, ...]:

@@ -6,6 +6,7 @@ from dataclasses import dataclass, field
 
 import sympy as sp
 
+from lag2fmu.description import names
 from lag2fmu.description.keys import CONSTANT, OWN, bound_key, doc_key, key, unit_key
 from lag2fmu.errors import MechanismError
 from lag2fmu.language.units import Unit, parse_unit
@@ -85,6 +86,11 @@ class Input:
     doc: str = doc_key(order=1)
     minimum: float | None = bound_key("min")
     maximum: float | None = bound_key("max")
+
+
+def names_of(u: Input) -> tuple[str, ...]:
+    """The names of the inputs of the FMU that ``u`` stands for: a motion comes with its velocity and acceleration."""
+    return (u.name, names.velocity(u.name), names.acceleration(u.name)) if u.motion else (u.name,)
 
 
 class Declared(sp.Symbol):  # type: ignore[misc]

@@ -14,7 +14,6 @@ from dataclasses import dataclass, field
 import sympy as sp
 
 from lag2fmu.description import names
-from lag2fmu.description.outputs import Output
 from lag2fmu.description.parts import Damper, Load, Spring
 from lag2fmu.description.places import WORLD, Body
 from lag2fmu.dynamics.frames import Frames, Rate, Velocity
@@ -89,7 +88,7 @@ class Energies:
 
 
 class Composer:
-    """Puts the parts of a mechanism on the graph: ``energies`` and forces, and each ``output``.
+    """Puts the parts of a mechanism on the graph: ``energies`` and forces.
 
     ``rate`` gives d/dt of functions of t, q and motions.
     """
@@ -252,8 +251,12 @@ class Composer:
             elif load.force is not None:
                 self._act(self.effort, self.place(target), self.put.vector(tuple(load.force)))
             else:
-                body = next(b for b in self.mechanism.bodies if b.name == target)
-                self._act(self.effort, (self.put(body.angle),), (self.put(load.torque),))
+                self._act(self.effort, (self.angle(target),), (self.put(load.torque),))
+
+    def angle(self, name: str) -> Node:
+        """The angle (rad) of the planar body or point ``name``."""
+        parts = (*self.mechanism.bodies, *self.mechanism.points)
+        return self.put(next(part.angle for part in parts if part.name == name))
 
     def _load_on_frame(self, load: Load, frame: str, place: Vector) -> None:
         """A force at the velocity of its point, a torque at the angular velocity, in the frame's axes"""
@@ -265,25 +268,6 @@ class Composer:
     def _act(self, total: dict[Node, Node], where: Vector, force: Vector) -> None:
         for node, component in zip(where, force, strict=True):
             total[node] = self.g.add(total.get(node, self.g.zero), component)
-
-    def output(self, output: Output) -> Vector:
-        """The nodes of an output, one for each of its names, in SI units."""
-        if output.quantity is None:
-            return (self.put(output.expression),)
-        name = str(output.point if output.point is not None else output.frame)
-        if output.quantity == "position":
-            return self.place(name)
-        if output.quantity == "velocity":
-            return tuple(self.rate(self.place(name)))
-        if output.quantity == "acceleration":
-            change = Forward(self.g, self.variables.direction(self.g, accelerating=True))
-            return tuple(change(self.rate(self.place(name))))
-        if output.quantity == "angular_velocity":
-            own = self.velocities[name].angular
-            return own if output.axes != WORLD else self.frames.to_world(name, own)
-        if output.quantity == "rotation":
-            return tuple(entry for row in zip(*self.frames.axes(name), strict=True) for entry in row)
-        return self.frames.quaternion(name) if output.quantity == "quaternion" else self.frames.angles(name)
 
     def _direct(self) -> tuple[Node, ...]:
         given = {force.coordinate: self.put(force.expression) for force in self.mechanism.forces}

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Collection, Iterable, Sequence
+from collections.abc import Collection, Iterable
 
 from lag2fmu.analysis.evaluation import attempted
 from lag2fmu.analysis.report import analysis_sections
@@ -11,11 +11,13 @@ from lag2fmu.dynamics.blocks import united
 from lag2fmu.dynamics.equations import EquationsOfMotion
 from lag2fmu.dynamics.formulas import Formula, formulas
 from lag2fmu.dynamics.functions import Program
+from lag2fmu.fmu.backends.backend import Content
 from lag2fmu.fmu.carried import EQUATIONS
 from lag2fmu.fmu.elements import ENUMERATIONS
-from lag2fmu.fmu.model_description import ModelDescription
+from lag2fmu.fmu.live_page import live_document
 from lag2fmu.fmu.scalar_variable import ScalarVariable
 from lag2fmu.fmu.sketch import sketch
+from lag2fmu.live.samples import Samples
 from lag2fmu.picture.drawing import draw, drawable, layout_of
 from lag2fmu.picture.scene import Scene
 from lag2fmu.resources import resource_folder
@@ -23,25 +25,52 @@ from lag2fmu.solvers.methods import METHODS
 
 Row = dict[str, str]
 
+PAGE = "documentation/index.html"
+"""What people read first, in the archive: where FMI 2.0.5, section 2.3, wants it."""
+
 
 def documentation(
-    description: ModelDescription,
     equations: EquationsOfMotion,
     program: Program,
-    inside: tuple[str, Sequence[str]],
+    content: Content,
     stiffness: str,
     *,
     scene: Scene | None,
+    samples: Samples | None = None,
     without: Collection[str] = (),
 ) -> dict[str, bytes]:
     """{name in the archive: content} of the page and the licences; where they stand: FMI 2.0.5, section 2.3.
 
-    ``inside`` has a phrase on the binaries and lines of HTML on further files. ``stiffness`` is a phrase on the
-    stiffness of the motion, "" if it is not known. ``scene`` is the mechanism at its start, None where nothing can be
-    drawn; ``without`` names what is left out of the FMU.
+    ``content`` is what a backend made. ``stiffness`` is a phrase on the stiffness of the motion, "" if it is not known.
+    ``scene`` is the mechanism at its start, None where nothing can be drawn; ``samples`` are what a live page compares
+    its trajectory with; ``without`` names what is left out of the FMU.
     """
+    text = page_text(equations, program, content, stiffness, scene=scene, samples=samples, without=without)
+    folder = resource_folder("templates") / "documentation"
+    files = {"license.txt": folder / "license.txt"}
+    if content.live is not None:
+        vendor = resource_folder("templates") / "page" / "vendor"
+        files |= {path.name: path for path in sorted(vendor.glob("*.LICENSE.txt"))}
+    return {
+        PAGE: text.encode(),
+        **{f"documentation/licenses/{name}": path.read_text("utf-8").encode() for name, path in files.items()},
+    }
+
+
+def page_text(
+    equations: EquationsOfMotion,
+    program: Program,
+    content: Content,
+    stiffness: str,
+    *,
+    scene: Scene | None,
+    samples: Samples | None = None,
+    without: Collection[str] = (),
+) -> str:
+    """The page as HTML, a live one where ``content`` has what it takes."""
+    description = content.description
     mechanism = description.mechanism
-    context = {
+    context: dict[str, object] = {
         "mechanism": mechanism,
         "solver": METHODS[description.solver].title,
         "stiffness": stiffness,
@@ -52,17 +81,15 @@ def documentation(
         "without": without,
         **({} if EQUATIONS in without else _written(equations, program)),
         "kinds": description.interface.capabilities,
-        "binaries": inside[0],
-        "resources": inside[1],
+        "binaries": content.binaries,
+        "resources": content.resources,
         "version": description.version,
         "fmi": description.fmi,
         "arrays": [(port.name, [v.name for v in port.members]) for port in description.ports if port.is_array],
     }
-    folder = resource_folder("templates") / "documentation"
-    return {
-        "documentation/index.html": render("documentation/index.html.jinja", context).encode(),
-        "documentation/licenses/license.txt": (folder / "license.txt").read_text("utf-8").encode(),
-    }
+    if content.live is not None:
+        return live_document(context, description, content.live, samples)
+    return render("documentation/index.html.jinja", context)
 
 
 def scene_at_start(equations: EquationsOfMotion) -> Scene | None:

@@ -9,9 +9,10 @@ from pathlib import Path
 
 from lag2fmu.analysis.entry_points import resting
 from lag2fmu.dynamics.equations import EquationsOfMotion
+from lag2fmu.dynamics.functions import Program
 from lag2fmu.dynamics.lagrange import complete, derive
 from lag2fmu.dynamics.program import lower
-from lag2fmu.errors import ExportError
+from lag2fmu.errors import ExportError, Lag2FmuError
 from lag2fmu.fmu.advice import (
     check_solver,
     damping,
@@ -24,15 +25,17 @@ from lag2fmu.fmu.backends import BACKENDS
 from lag2fmu.fmu.backends.backend import Choices
 from lag2fmu.fmu.carried import DESCRIPTION, MECHANISM_ENTRY, WITHOUT
 from lag2fmu.fmu.compilers import Progress
-from lag2fmu.fmu.documentation import documentation, scene_at_start
+from lag2fmu.fmu.documentation import PAGE, documentation, scene_at_start
 from lag2fmu.fmu.icon import icon
+from lag2fmu.fmu.live_page import page_choice
 from lag2fmu.fmu.model_description import ModelDescription
-from lag2fmu.fmu.pack import pack
+from lag2fmu.fmu.pack import pack, read_text
 from lag2fmu.fmu.terminals import terminals
 from lag2fmu.fmu.variables import promotable
 from lag2fmu.fmu.versions import VERSIONS
 from lag2fmu.formats.loading import as_mechanism
 from lag2fmu.formats.write import write
+from lag2fmu.live.samples import Samples
 from lag2fmu.mechanism.record import Mechanism
 from lag2fmu.solvers.methods import DEFAULT_SOLVER, METHODS, TimeStepping
 
@@ -58,16 +61,22 @@ class Fmu:
         return f"<Fmu {self.path}: {self.mechanism.title}, solver {self.description.solver}>"
 
     def _repr_html_(self) -> str:
-        """The same line and a table of the variables, for a notebook."""
+        """The same line, the page of the FMU in a frame, and a table of the variables, for a notebook."""
         from html import escape
 
+        try:
+            page = escape(read_text(self.path, PAGE))
+        except Lag2FmuError:  # the file is gone
+            page = ""
+        style = "width: 100%; height: 40em; border: 1px solid silver; background: white"
+        frame = f'<iframe style="{style}" srcdoc="{page}"></iframe>' if page else ""
         rows = "".join(
             f"<tr><td>{v.name}</td><td>{v.causality}</td><td>{v.unit.si_name if v.unit else ''}</td>"
             f"<td>{escape(v.doc)}</td></tr>"
             for v in self.description.variables
             if v.causality != "local"
         )
-        return f"<p>{escape(repr(self)[1:-1])}</p><table>{rows}</table>"
+        return f"<p>{escape(repr(self)[1:-1])}</p>{frame}<table>{rows}</table>"
 
     @property
     def mechanism(self) -> Mechanism:
@@ -90,6 +99,8 @@ def export(  # noqa: PLR0913 (choices of the user)
     arrays: bool = False,
     start: str = "given",
     without: Sequence[str] = (),
+    page: str | None = None,
+    samples: Samples | None = None,
 ) -> Fmu:
     """Write the FMU of ``model``, a mechanism or what ``load`` takes, to ``path`` (default: NAME.fmu here).
 
@@ -99,7 +110,8 @@ def export(  # noqa: PLR0913 (choices of the user)
     further files {name in the archive: content}, ``progress`` is told how the compiler gets on. ``fmi`` is the version
     of the standard, a name in VERSIONS; with ``arrays``, of FMI 3.0, coordinates and what belongs to them are arrays.
     It starts as it is "given", or at rest in the "equilibrium" found from there. ``without`` names what is left out for
-    others, of WITHOUT.
+    others, of WITHOUT. The ``page`` of documentation is "live", in which the mechanism moves, or "static"; a live one
+    compares its trajectory with ``samples`` of a direct integration, if they are given.
     Raises LoadError, ExportError, DerivationError or BuildError.
     """
     mechanism = as_mechanism(model)
@@ -114,33 +126,65 @@ def export(  # noqa: PLR0913 (choices of the user)
     version = VERSIONS[fmi]
     if arrays and not version.has_ports:
         raise ExportError(f"--arrays: FMI {fmi} has no arrays; add --fmi 3.0, or leave --arrays out")
-    choices = Choices(solver or DEFAULT_SOLVER, platform, compiler, progress, version, arrays, frozenset(without))
+    live = page_choice(page) == "live"
+    choices = Choices(solver or DEFAULT_SOLVER, platform, compiler, progress, version, arrays, frozenset(without), live)
     build = BACKENDS[backend].prepare(choices)
     target = Path(path) if path is not None else Path(f"{mechanism.name}.fmu")
     _check_target(target)
     _check_texts(mechanism)
-    equations = derive(mechanism)
-    solver, choice, reason = _chosen_solver(equations, solver, backend)
-    check_solver(equations.mechanism, METHODS[solver])
-    method = METHODS[solver]
-    promoted = promotable(equations, outputs, events=version.has_ports)
-    program = lower(equations, promoted, method.variational, isinstance(method, TimeStepping))
-    mechanism = complete(mechanism, equations)
-    content = build(mechanism, equations, program, solver)
-    scene, inside = scene_at_start(equations), (content.binaries, content.resources)
+    found = derived(mechanism, solver, backend, outputs, events=version.has_ports)
+    mechanism, equations, program, method = found.mechanism, found.equations, found.program, METHODS[found.solver]
+    content = build(mechanism, equations, program, found.solver)
+    scene = scene_at_start(equations)
     files = {
         **content.files,
         "modelDescription.xml": version.to_xml(content.description),
         **({} if DESCRIPTION in without else {MECHANISM_ENTRY: write(mechanism).encode()}),
         TERMINALS: terminals(content.description, icon=Path(version.icon).parent == Path(TERMINALS).parent),
         version.icon: icon(scene),
-        **documentation(content.description, equations, program, inside, reason, scene=scene, without=without),
+        **documentation(equations, program, content, found.reason, scene=scene, samples=samples, without=without),
         **(extra or {}),
     }
     pack(files, target)
     at_events = [steps_over_impacts(mechanism, method), stack_of_events(program, len(mechanism.coordinates))]
-    remarks = "; ".join(filter(None, [choice, damping(equations, method), *at_events]))
+    remarks = "; ".join(filter(None, [found.choice, damping(equations, method), *at_events]))
     return Fmu(target, content.description, remarks, moved_starts(mechanism, equations))
+
+
+@dataclass(frozen=True)
+class Derived:
+    """What an FMU or a page is made of: the complete mechanism, its equations and program, the name of the solver.
+
+    ``choice`` says why this solver was chosen, ``reason`` what is known of the motion at the start.
+    """
+
+    mechanism: Mechanism
+    equations: EquationsOfMotion
+    program: Program
+    solver: str
+    choice: str
+    reason: str
+
+
+def derived(
+    mechanism: Mechanism,
+    solver: str | None,
+    backend: str = "c",
+    outputs: Sequence[str] = (),
+    *,
+    events: bool = False,
+) -> Derived:
+    """Derive and lower ``mechanism`` for a solver, by default the one that suits.
+
+    ``outputs`` and ``events`` are those of ``promotable``. Raises Lag2FmuError.
+    """
+    equations = derive(mechanism)
+    solver, choice, reason = _chosen_solver(equations, solver, backend)
+    check_solver(equations.mechanism, METHODS[solver])
+    method = METHODS[solver]
+    promoted = promotable(equations, outputs, events=events)
+    program = lower(equations, promoted, method.variational, isinstance(method, TimeStepping))
+    return Derived(complete(mechanism, equations), equations, program, solver, choice, reason)
 
 
 def _chosen_solver(equations: EquationsOfMotion, named: str | None, backend: str) -> tuple[str, str, str]:

@@ -25,6 +25,7 @@ def runtime_tables(
     q, z = mechanism.coordinates, integrated_states(mechanism)
     unilaterals, frictions = element_names(mechanism)
     starts: Mapping[str, float] = {v.name: v.start for v in variables if v.start is not None}
+    hidden = {u.name: u.start for u in mechanism.inputs}
     nominal = tuple(c.nominal for c in q)
     return RuntimeTables(
         model_name=mechanism.name,
@@ -45,7 +46,7 @@ def runtime_tables(
         continuous_states=continuous_states(mechanism),
         massless=_massless(mechanism, program),
         colours=coloured(_columns(mechanism, variables)),
-        start_inputs=tuple(starts[name] for name in program.inputs),
+        start_inputs=tuple(starts.get(name, hidden.get(name, 0.0)) for name in program.inputs),
         motions=tuple(_needs_rates(program, u.name) for u in mechanism.motions),
         start_parameters=_start_parameters(mechanism, program),
         default_solver_step=min(1e-3, mechanism.experiment.step),

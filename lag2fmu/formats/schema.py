@@ -11,6 +11,7 @@ from typing import Any
 
 from lag2fmu.description import parts, places
 from lag2fmu.description.keys import Key
+from lag2fmu.description.ports import ALL, NONE
 from lag2fmu.formats.keys import CONSTRAINT, EXPRESSIONS, NAMED, SINGLE, TABLES
 from lag2fmu.language.identifiers import IDENTIFIER, MAX_NAME, SCHEMA_NAME
 
@@ -22,6 +23,7 @@ _EXPRESSION: Schema = {"type": ["string", "number"]}
 _VECTOR: Schema = {"type": "array", "items": _EXPRESSION, "minItems": 1}
 _AXIS: Schema = {"anyOf": [{"enum": list(places.AXES)}, _VECTOR]}
 _PAIR: Schema = {"type": "array", "items": [_AXIS, _EXPRESSION], "minItems": 2, "maxItems": 2}
+_NAMES: Schema = {"type": "array", "items": {"type": "string"}, "minItems": 1}
 _ROW: Schema = {"type": "array", "items": {"type": "number"}}
 _COLUMN: Schema = {"type": "array", "items": {"anyOf": [{"type": "number"}, _ROW]}}
 
@@ -36,13 +38,17 @@ VALUES: dict[str, Schema] = {
     "vector": _VECTOR,
     "expression or vector": {"anyOf": [_EXPRESSION, _VECTOR]},
     "axis": _AXIS,
-    "names": {"type": "array", "items": {"type": "string"}, "minItems": 1},
+    "names": _NAMES,
+    "choice": {"anyOf": [{"enum": [ALL, NONE]}, {"type": "array", "items": {"type": "string"}}]},
+    "acting": {"anyOf": [_NAMES, {"type": "object", "additionalProperties": {"enum": [places.WORLD, "frame"]}}]},
+    "places": _NAMES,
+    "motions": _NAMES,
     "rotations": {"type": "array", "items": _PAIR},
     "file": {"type": "string"},
     "settings": {"type": "object", "additionalProperties": _EXPRESSION},
     "mechanism": {"anyOf": [{"$ref": "#"}, {"type": "string"}]},
     "columns": {"type": "array", "items": _COLUMN, "minItems": 1},
-    "units": {"type": "array", "items": {"type": "string"}, "minItems": 1},
+    "units": _NAMES,
 }
 """Kind of a ``Key`` -> what may stand there."""
 

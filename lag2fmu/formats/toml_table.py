@@ -124,6 +124,24 @@ class TomlTable:
                 raise TextError(f"{self.place(key)}[{i}]: expected a name, got {describe(item)}")
         return value
 
+    def choice(self, key: str) -> tuple[str, ...] | str | None:
+        """The strings of the array ``key``, which may be empty, or one string; None if it is not there.
+
+        Raises TextError for anything else.
+        """
+        value = self.content.get(key)
+        return () if value == [] else self.names(key) if isinstance(value, list) else self.text(key, None)
+
+    def acting(self, key: str) -> tuple[str, ...] | dict[str, str]:
+        """The strings of the array ``key``, or of the table {place: axes}; empty if it is not there.
+
+        Raises TextError for anything else.
+        """
+        if not isinstance(self.content.get(key), dict):
+            return self.names(key) or ()
+        table = self.table(key)
+        return {place: str(table.text(place)) for place in table.content}
+
     def rotations(self, key: str) -> tuple[tuple[str | tuple[sp.Expr, ...], sp.Expr], ...]:
         """The pairs [axis, angle] of the array ``key``, an axis being a string or an array; may be empty or absent.
 

@@ -11,8 +11,10 @@ from typing import Any
 import sympy as sp
 
 from lag2fmu.description.keys import keys_of
-from lag2fmu.description.outputs import QUANTITIES, Output
+from lag2fmu.description.outputs import Output
 from lag2fmu.description.parts import KINDS, Constraint
+from lag2fmu.description.places import WORLD
+from lag2fmu.description.ports import NONE, Acting
 from lag2fmu.description.record import Description, label_of, table_keys
 from lag2fmu.description.subsystems import Part
 from lag2fmu.description.symbols import Coordinate
@@ -135,7 +137,7 @@ def _special(part: Any, unit: Unit) -> Values:
         return {"file": None, "set": _settings(part) if part.set else None}  # the mechanism follows
     if isinstance(part, Table):
         return {"file": None}  # what it held stands in the columns, so that the text needs no other file
-    if isinstance(part, Output) and part.quantity in QUANTITIES and part.unit == QUANTITIES[part.quantity][2]:
+    if isinstance(part, Output) and part.quantity is not None and part.unit == part.own_unit:
         return {"unit": None}
     return {}
 
@@ -152,6 +154,18 @@ def _settings(part: Part) -> str:
 
 def _strings(names: Iterable[object]) -> str:
     return f"[{', '.join(_string(str(name)) for name in names)}]"
+
+
+def _choice(names: Iterable[str]) -> str:
+    """Names, or the word for none of them."""
+    return _strings(names) if names else _string(NONE)
+
+
+def _acting(entries: Iterable[Acting]) -> str:
+    """Places alone where all axes are the world's, else each with its axes."""
+    if all(axes == WORLD for _, axes in entries):
+        return _strings(place for place, _ in entries)
+    return _inline({_string(place) if "." in place else place: _string(axes) for place, axes in entries})
 
 
 def _columns(entries: Iterable[Any]) -> str:
@@ -233,6 +247,10 @@ _WRITE: dict[str, Callable[[Any], str]] = {
     "expression or vector": lambda value: _vector(value) if isinstance(value, tuple) else _expression(value),
     "axis": _axis,
     "names": _strings,
+    "choice": _choice,
+    "acting": _acting,
+    "places": _strings,
+    "motions": _strings,
     "columns": _columns,
     "units": lambda units: _strings(unit.name or "1" for unit in units),
     "rotations": lambda turns: f"[{', '.join(f'[{_axis(axis)}, {_expression(angle)}]' for axis, angle in turns)}]",

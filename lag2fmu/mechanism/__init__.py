@@ -5,6 +5,7 @@ from lag2fmu.description.joints import Joint
 from lag2fmu.description.outputs import Experiment, Output
 from lag2fmu.description.parts import Constraint, Damper, Definition, Energy, Force, Gravity, Load, Spring
 from lag2fmu.description.places import Body, Frame, Point, Rotation
+from lag2fmu.description.ports import Ports
 from lag2fmu.description.subsystems import Part
 from lag2fmu.description.symbols import Coordinate, Input, Parameter, coordinate, parameter, signal
 from lag2fmu.description.tables import Table
@@ -33,6 +34,7 @@ __all__ = [
     "Parameter",
     "Part",
     "Point",
+    "Ports",
     "Rotation",
     "Smooth",
     "Spring",

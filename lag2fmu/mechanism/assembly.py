@@ -201,6 +201,7 @@ def _merged(whole: Description, brought: Description, part: Part, origins: dict[
         forces=_forces(whole.forces, brought.forces),
         energy=_energy(whole.energy, brought.energy),
         gravity=_gravity(whole.gravity, brought.gravity, part),
+        ports=whole.ports.with_those_of(brought.ports),
         impacts=max(whole.impacts, brought.impacts, key=IMPACTS.index),
     )
 

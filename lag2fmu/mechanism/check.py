@@ -6,14 +6,15 @@ import math
 from collections.abc import Sequence
 
 from lag2fmu.description import names
-from lag2fmu.description.outputs import QUANTITIES, Output
+from lag2fmu.description.outputs import QUANTITIES, TURNING, Output
 from lag2fmu.description.parts import Damper, Load, Spring
-from lag2fmu.description.places import WORLD, Body, Expression, Vector
+from lag2fmu.description.places import WORLD, Expression, Vector
 from lag2fmu.description.record import Description
 from lag2fmu.description.symbols import Coordinate, Input, Parameter
 from lag2fmu.errors import MechanismError, UnitError
 from lag2fmu.language.vocabulary import free_names
 from lag2fmu.mechanism.geometry import check_values
+from lag2fmu.mechanism.loads import rigid_place
 from lag2fmu.mechanism.name_check import check_names
 from lag2fmu.mechanism.scope import Scope, check_constraints, check_presence, check_symbols
 from lag2fmu.mechanism.unit_check import mismatches
@@ -178,26 +179,16 @@ def _check_force(m: Description, where: str, load: Load, force: Sequence[Express
 
 
 def _check_torque(m: Description, where: str, load: Load) -> None:
-    """A planar torque is one expression on a body with an angle, a spatial one has 3 entries on a body of a frame."""
+    """A planar torque is one expression on what has an angle, a spatial one has 3 entries on what is on a frame."""
     if load.body is None or load.point is not None:
         raise MechanismError(f"{where}: a torque acts on a 'body'; name one")
-    body = _rigid_body(m, str(load.body), f"{where}.body")
+    body = rigid_place(m, str(load.body), f"{where}.body")
     _check_axes(where, load, body.frame not in (None, WORLD))
     entries = len(load.torque) if isinstance(load.torque, tuple) else None
     wanted = None if body.frame is None else 3
     if entries != wanted:
         asked = "one expression" if wanted is None else "3 entries"
         raise MechanismError(f"{where}.torque: the torque on '{load.body}' has {asked}, got {load.torque}")
-
-
-def _rigid_body(m: Description, name: str, where: str) -> Body:
-    """The body ``name``, which has an angle or a frame; raises MechanismError with ``where`` if there is none."""
-    body = next((part for part in m.bodies if part.name == name), None)
-    if body is None:
-        _location(m, name, where)  # of an unknown name it tells which there are
-    if body is None or (body.angle is None and body.frame is None):
-        raise MechanismError(f"{where}: '{name}' is not a rigid body with an angle or a frame")
-    return body
 
 
 def _check_axes(where: str, part: Load | Output, framed: bool) -> None:
@@ -219,15 +210,24 @@ def _measured_by(output: Output, where: str) -> str:
 def _check_output(m: Description, where: str, output: Output) -> None:
     """An output has an expression, or the quantity of a frame or point."""
     key = _measured_by(output, where)
-    known = [name for name, (of, _, _) in QUANTITIES.items() if of == key]
+    known = _quantities(m, output, key, where)
     if (output.quantity is None) == (key != "expression") or (known and output.quantity not in known):
         wanted = f"give one of {', '.join(known)}" if known else "it goes with 'frame' or 'point'"
         raise MechanismError(f"{where}.quantity: {output.quantity!r} does not fit; {wanted}")
-    _check_axes(where, output, output.quantity == "angular_velocity")
-    if key == "point":
-        _location(m, str(output.point), f"{where}.point")
-    elif key == "frame":
+    _check_axes(where, output, key == "frame" and str(output.quantity).startswith("angular_"))
+
+
+def _quantities(m: Description, output: Output, key: str, where: str) -> list[str]:
+    """The quantities that there are of what ``output`` is measured by; raises MechanismError if that is not there."""
+    known = [name for name, (of, _, _) in QUANTITIES.items() if of == key]
+    if key == "frame":
         try:
             m.frame(str(output.frame))
         except MechanismError as error:
             raise MechanismError(f"{where}.frame: {error}") from None
+    if key == "point":
+        turns = any(part.angle is not None for part in (*m.bodies, *m.points) if part.name == str(output.point))
+        if not (turns and output.quantity in TURNING):  # what only turns is at no place
+            _location(m, str(output.point), f"{where}.point")
+        known += TURNING if turns else ()
+    return known

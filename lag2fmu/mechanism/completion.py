@@ -21,6 +21,7 @@ from lag2fmu.mechanism.joint_equations import written_out
 from lag2fmu.mechanism.loads import with_inputs
 from lag2fmu.mechanism.name_check import check_names
 from lag2fmu.mechanism.norms import missing_norms
+from lag2fmu.mechanism.ports import with_chosen_inputs, with_ports
 from lag2fmu.mechanism.scope import Scope, constrained
 from lag2fmu.mechanism.unilaterals import Unilateral, check_open, unilaterals
 
@@ -75,28 +76,33 @@ def _places(table: str, parts: Iterable[Any]) -> list[str]:
 
 
 def _with_places(written: Description) -> tuple[Description, Origins]:
-    """The description with what loads and joints on a parent bring; its outputs know their number of entries."""
-    loads, inputs = with_inputs(written)
-    origins: Origins = {f"inputs.{item.name}": f"loads.{load}" for load, item in inputs}
+    """The description with what ports, loads and joints on a parent bring; its outputs know their number of entries."""
     known = {q.name for q in written.coordinates}
     coordinates: dict[str, Coordinate] = {}
     frames: list[Frame] = []
+    origins: Origins = {}
     for joint in (joint for joint in written.joints if joint.parent is not None):
         brought = {q.name: q for q in joint.own_coordinates() if q.name not in known}
         coordinates |= brought
         frames.append(joint.frame)
         of_joint = [*_places("coordinates", brought.values()), f"frames.{joint.name}"]
         origins |= dict.fromkeys(of_joint, f"joints.{joint.name}")
-    sizes = {place.name: place.dimension for place in written.places}
-    opened = replace(
+    standing = replace(
         written,
         coordinates=(*written.coordinates, *coordinates.values()),
-        inputs=(*written.inputs, *(item for _, item in inputs)),
         frames=joined(written.frames, frames, "frames"),
-        loads=tuple(loads),
-        outputs=tuple(replace(o, dimension=sizes.get(str(o.point), 3)) for o in written.outputs),
     )
-    return opened, origins
+    ported, of_ports = with_ports(standing)
+    loads, inputs = with_inputs(ported)
+    origins |= of_ports | {f"inputs.{item.name}": f"loads.{load}" for load, item in inputs}
+    sizes = {place.name: place.dimension for place in ported.places}
+    opened = replace(
+        ported,
+        inputs=(*ported.inputs, *(item for _, item in inputs)),
+        loads=tuple(loads),
+        outputs=tuple(replace(o, dimension=sizes.get(str(o.point), 3)) for o in ported.outputs),
+    )
+    return with_chosen_inputs(opened, origins), origins
 
 
 def _with_compliance(opened: Description) -> tuple[Description, Origins]:

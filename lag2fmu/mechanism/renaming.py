@@ -12,6 +12,7 @@ from lag2fmu.description import names
 from lag2fmu.description.keys import OWN_RATE, Key, keys_in
 from lag2fmu.description.parts import Force
 from lag2fmu.description.places import WORLD, Rotation
+from lag2fmu.description.ports import Acting
 from lag2fmu.description.record import Description, label_of, table_keys
 from lag2fmu.errors import MechanismError
 from lag2fmu.language.vocabulary import TableCall, symbol, table_function
@@ -74,12 +75,25 @@ class _Renaming:
     def _value(self, value: Any, key: Key, where: str) -> Any:
         if key.kind == "part":
             return self._reference(value)
+        if key.kind == "choice":
+            return value  # which inputs there are is decided by the whole
+        if key.kind == "acting":
+            return tuple(Acting(self._place(place), axes) for place, axes in value)
+        if key.kind == "motions":
+            return tuple(map(self.of, value))
+        if key.kind == "places":
+            return tuple(map(self._place, value))
         if key.kind == "names" and value is not None:
             return tuple(map(self._reference, value))
         return mapped(value, lambda x: self._expression(x, key, where))
 
     def _reference(self, name: str | None) -> str | None:
         return name if name in (None, WORLD) else self.prefix + str(name)
+
+    def _place(self, place: str) -> str:
+        """What the ``place`` of a port becomes, behind its table if it has one."""
+        table, dot, name = place.rpartition(".")
+        return f"{table}{dot}{self._reference(name)}"
 
     def _expression(self, expression: sp.Expr, key: Key, where: str) -> sp.Expr:
         new = {s: symbol(self._name(s.name, key, where)) for s in expression.free_symbols}

@@ -8,7 +8,6 @@ import sympy as sp
 
 from lag2fmu.description import names
 from lag2fmu.description.keys import OWN
-from lag2fmu.description.outputs import QUANTITIES
 from lag2fmu.description.parts import Definition, Force
 from lag2fmu.description.record import Description
 from lag2fmu.description.symbols import Coordinate, Input, Parameter
@@ -91,7 +90,7 @@ def mismatches(m: Description) -> Iterator[str]:
     yield from _of_events(m, infer)
     for output in m.outputs:
         given = _dimension_of(output.unit)
-        measured = _dimension_of(QUANTITIES[output.quantity][2]) if output.quantity is not None else given
+        measured = given if output.quantity is None else _dimension_of(output.own_unit)
         if given is not None and measured is not None and given != measured:
             yield f"outputs.{output.name}.unit: the {output.quantity} is in {describe(measured)}, not {describe(given)}"
 

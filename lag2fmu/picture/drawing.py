@@ -12,6 +12,7 @@ from lag2fmu.mechanism.record import Mechanism
 from lag2fmu.picture import glyphs
 from lag2fmu.picture.annotations import annotate
 from lag2fmu.picture.forces import draw_forces
+from lag2fmu.picture.frictions import draw_frictions, draw_hinge_stops
 from lag2fmu.picture.labels import pretty
 from lag2fmu.picture.layout import BOX, Layout
 from lag2fmu.picture.pulleys import draw_pulley
@@ -19,7 +20,7 @@ from lag2fmu.picture.scene import Canvas, Disc, Scene, Stroke
 from lag2fmu.picture.shapes import BALL, CUBOID, DISC, PARTICLE, ROD, Shape
 from lag2fmu.picture.walls import draw_walls
 
-_ORDER = (BALL, CUBOID, DISC, ROD, PARTICLE)
+BACK_TO_FRONT = (BALL, CUBOID, DISC, ROD, PARTICLE)
 """Which bodies lie behind which."""
 _NAMED = 8
 """Bodies beyond which their names are left out; points likewise."""
@@ -74,24 +75,41 @@ def _things(start: Layout, layout: Layout) -> Canvas:
         draw_pulley(canvas, layout.pulley, flat, BOX[0])
     _grounds(canvas, start)
     draw_walls(canvas, start)
+    draw_hinge_stops(canvas, start)
     _links(canvas, layout, flat)
     _bodies(canvas, layout, flat, layout.shapes)
     _points(canvas, layout)
     draw_forces(canvas, layout)
+    draw_frictions(canvas, layout)
     return canvas
 
 
-def _grounds(canvas: Canvas, layout: Layout) -> None:
-    """A support where a link or a spring ends that does not move, a cross where something only refers to, rails."""
-    s, flat = layout.skeleton, layout.at_start
+def draw_ground(canvas: Canvas, layout: Layout) -> tuple[list[int], list[int]]:
+    """Rails and walls as at the start; the answer is the spots that supports hold, and those that are crosses."""
+    for coordinate, i in layout.skeleton.sliders.items():
+        _rail(canvas, layout, coordinate, i)
+    draw_walls(canvas, layout)
+    return _supports(layout)
+
+
+def _supports(layout: Layout) -> tuple[list[int], list[int]]:
+    """The spots where a link or a spring ends that does not move, and those that something only refers to."""
+    s = layout.skeleton
     still = s.still()
     turning = set(s.hinges.values()) & set(s.origins.values())
     starts = {link.ends[0] for link in s.links if s.rigid(link)} | turning
     held = {i for _, a in layout.attached if a is not None for i in a.ends if i in s.place.values()}
     pivots = ((starts | held) & still) - set(s.sliders.values())
-    for i in sorted(pivots):
+    return sorted(pivots), sorted({link.ends[0] for link in s.links} & still - pivots)
+
+
+def _grounds(canvas: Canvas, layout: Layout) -> None:
+    """A support where a link or a spring ends that does not move, a cross where something only refers to, rails."""
+    s, flat = layout.skeleton, layout.at_start
+    pivots, crosses = _supports(layout)
+    for i in pivots:
         canvas.stroke("ground", "ground", glyphs.support(flat[i]))
-    for i in sorted({link.ends[0] for link in s.links} & still - pivots):
+    for i in crosses:
         canvas.stroke("ground", "axis", glyphs.cross(flat[i]))
     for coordinate, i in s.sliders.items():
         _rail(canvas, layout, coordinate, i)
@@ -123,7 +141,7 @@ def _bodies(canvas: Canvas, layout: Layout, flat: Floats, shapes: Mapping[str, S
     """All bodies at one state; the radius of a particle tells of its mass."""
     s, bodies = layout.skeleton, layout.mechanism.placed_bodies
     heaviest, room = max(s.masses.values(), default=0.0) or 1.0, layout.room
-    for name in sorted(s.masses, key=lambda name: _ORDER.index(shapes[name].kind)):
+    for name in sorted(s.masses, key=lambda name: BACK_TO_FRONT.index(shapes[name].kind)):
         radius = room * (1.3 + 1.4 * (max(s.masses[name], 0.0) / heaviest) ** (1 / 3))
         _body(canvas, layout, name, shapes[name], flat[s.place[name]], radius)
     for body in bodies if len(bodies) <= _NAMED else ():

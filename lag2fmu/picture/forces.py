@@ -57,7 +57,7 @@ def _at_hinge(canvas: Canvas, layout: Layout, label: str, kind: str, text: str, 
 
 def _ends(canvas: Canvas, layout: Layout, attachment: Attachment) -> tuple[Floats, Floats]:
     """Both ends in the picture, with parallel parts beside each other."""
-    aside = _aside(layout, attachment)
+    aside = beside(layout, attachment)
     if attachment.along is not None:
         return _to_wall(canvas, layout, attachment, aside)
     a, b = layout.at_start[list(attachment.ends)]
@@ -82,7 +82,7 @@ def _to_wall(canvas: Canvas, layout: Layout, attachment: Attachment, aside: floa
     return start, wall
 
 
-def _aside(layout: Layout, attachment: Attachment) -> float:
+def beside(layout: Layout, attachment: Attachment) -> float:
     """Across the line, for a spring and a damper between the same ends."""
     lines = [a for _, a in layout.attached if a is not None and a.hinge is None]
     same = [a for a in lines if (a.ends, a.along, a.link) == (attachment.ends, attachment.along, attachment.link)]

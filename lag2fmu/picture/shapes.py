@@ -1,5 +1,7 @@
 """What a body looks like, guessed from its mass and inertia: a rod, a disc, a ball or a box of the same moments.
 
+What rolls is a disc of the radius on which it does, about the place that moves in proportion to the angle.
+
 A uniform rod of length 2 h has I = m h^2/3 across, a disc m r^2/2 about its axis, a ball 2/5 m r^2, a box of half edges
 a, b, c m (b^2 + c^2)/3 about the edge a. Source: Landau, Lifshitz, Mechanics, section 32, problem 2.
 """
@@ -12,7 +14,7 @@ import numpy as np
 
 from lag2fmu.description.places import Body
 from lag2fmu.graph.batches import Floats, Values
-from lag2fmu.picture.skeleton import Skeleton
+from lag2fmu.picture.skeleton import Link, Skeleton
 
 PARTICLE, ROD, DISC, BALL, CUBOID = "particle", "rod", "disc", "ball", "cuboid"
 
@@ -62,27 +64,41 @@ def shape_of(skeleton: Skeleton, body: Body, values: Values, positions: Floats, 
 
 
 def _planar(skeleton: Skeleton, body: Body, center: Floats, mass: float, values: Values, positions: Floats) -> Shape:
-    """A rod along the arm that turns with the body, else a disc."""
+    """A rod along the arm that turns with the body, else a disc; of one that rolls the axis is the place that rolls."""
     gyration = np.sqrt(max(skeleton.number(body.inertia, values), 0.0) / mass)
-    along = _own_arm(skeleton, body, positions)
-    if along is not None:
+    link, place = own_link(skeleton, body), skeleton.place[body.name]
+    base, end = (place, place) if link is None else link.ends
+    radius = _rolling_radius(skeleton, body, base)
+    along = positions[end] - positions[base]
+    if radius is None and link is not None:
         return Shape(ROD, center, np.array([np.sqrt(3) * gyration, 0, 0]), _frame_on(along))
     angle = skeleton.number(body.angle, values)
-    across = np.array([np.sin(angle), -np.cos(angle), 0.0])
-    axes = np.array([[0.0, 0.0, 1.0], -across, np.cross([0.0, 0.0, 1.0], -across)])
-    return Shape(DISC, center, np.array([np.sqrt(2) * gyration, 0, 0]), axes)
+    spoke = along / np.linalg.norm(along) if np.any(along) else np.array([-np.sin(angle), np.cos(angle), 0.0])
+    axes = np.array([[0.0, 0.0, 1.0], spoke, np.cross([0.0, 0.0, 1.0], spoke)])
+    return Shape(DISC, positions[base], np.array([radius or np.sqrt(2) * gyration, 0, 0]), axes)
 
 
-def _own_arm(skeleton: Skeleton, body: Body, positions: Floats) -> Floats | None:
-    """The direction (3,) of the arm that ends at the body's mass centre and turns as the body does."""
+def own_link(skeleton: Skeleton, body: Body) -> Link | None:
+    """The arm that ends at the body's mass centre and turns as the body does."""
     angle = skeleton.written(body.angle)
     for link in skeleton.links:
         if link.ends[1] != skeleton.place[body.name] or len(link.angles) != 1:
             continue
         (turn,) = link.angles
         if any(not skeleton.moves(angle + sign * turn) for sign in (1, -1)):
-            return np.asarray(positions[link.ends[1]] - positions[link.ends[0]], dtype=np.float64)
+            return link
     return None
+
+
+def _rolling_radius(skeleton: Skeleton, body: Body, spot: int) -> float | None:
+    """The radius (m) on which the body rolls straight on; None unless ``spot`` moves in proportion to its angle."""
+    moved, turned = skeleton.spot_slopes[spot], skeleton.slopes([skeleton.put(body.angle)])[0]
+    if not np.isfinite(moved).all() or np.ptp(moved, axis=2).max() > 0 or np.ptp(turned, axis=1).max() > 0:
+        return None
+    per_angle = moved[:, :, 0] @ turned[:, 0] / max(float(turned[:, 0] @ turned[:, 0]), 1e-300)
+    left = moved[:, :, 0] - np.outer(per_angle, turned[:, 0])
+    radius = float(np.linalg.norm(per_angle))
+    return radius if radius > 0 and np.abs(left).max() <= 1e-9 * radius else None
 
 
 def _spatial(

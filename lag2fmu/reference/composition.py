@@ -15,7 +15,7 @@ from functools import lru_cache
 import sympy as sp
 
 from lag2fmu.description.names import acceleration, generalized_force, velocity
-from lag2fmu.description.outputs import Output
+from lag2fmu.description.outputs import TURNING, Output
 from lag2fmu.description.parts import Damper, Load
 from lag2fmu.description.places import Body
 from lag2fmu.description.tables import Table
@@ -194,8 +194,12 @@ class Composition:
         if output.expression is not None:
             yield output.name, self.written(output.expression)
         elif output.point is not None and not self.on_frame(output.point):
-            position = self.place(str(output.point))
-            times = ("position", "velocity", "acceleration").index(str(output.quantity))
+            if output.turning:
+                position: Vector = (self.written(_angle(self.mechanism, str(output.point))),)
+                times = tuple(TURNING).index(str(output.quantity))
+            else:
+                position = self.place(str(output.point))
+                times = ("position", "velocity", "acceleration").index(str(output.quantity))
             for _ in range(times):
                 position = tuple(map(self.rate, position))
             yield from zip(output.names, position, strict=True)
@@ -283,7 +287,7 @@ def _tables(mechanism: Mechanism) -> dict[str, Table]:
 
 
 def _angle(mechanism: Mechanism, name: str) -> sp.Expr:
-    return next(body.angle for body in mechanism.bodies if body.name == name)
+    return next(part.angle for part in (*mechanism.bodies, *mechanism.points) if part.name == name)
 
 
 def _dot(a: Sequence[sp.Expr], b: Sequence[sp.Expr]) -> sp.Expr:

@@ -162,8 +162,8 @@ class Spatial:
             values, moved = (self._local(x, self._constants) for x in (here, here + 1j * STEP * block[len(rows) :]))
             poses, later = poses_of(self._links, values), poses_of(self._links, moved)
             found = [
-                self._spots[str(output.point)].motion(later, moved)[1].imag / STEP
-                if output.quantity == "acceleration"
+                self._change(output, poses, later, moved)
+                if output.quantity in ("acceleration", "angular_acceleration")
                 else self._quantity(output, poses, values, here)
                 for output in self._outputs
             ]
@@ -264,6 +264,15 @@ class Spatial:
             rate = rates[:1] + (slopes * given[1 + n : 1 + 2 * n]).sum(axis=0)
             total = total + force(np.concatenate([given, rate]), self._constants) * slopes
         return total
+
+    def _change(self, output: Output, poses: dict[str, Pose], later: dict[str, Pose], moved: Array) -> Array:
+        """The acceleration or angular acceleration that is ``output``, (3, N), from velocities a complex step later."""
+        if output.point is not None:
+            change: Array = self._spots[str(output.point)].motion(later, moved)[1].imag / STEP
+            return change
+        frame = str(output.frame)
+        change = np.broadcast_to(later[frame].w.imag / STEP, (3, *moved.shape[1:]))
+        return change if output.axes == WORLD else apply_transposed(poses[frame].R, change)
 
     def _quantity(self, output: Output, poses: dict[str, Pose], values: Array, rows: Array) -> Array:
         """The entries of ``output``, (k, N)."""

@@ -147,6 +147,8 @@ def _input_ranges(task: Task, input_names: Sequence[str]) -> dict[str, tuple[flo
     declared = {u.name: u for u in task.mechanism.inputs}
     found = {}
     for name in input_names:
+        if name in task.mechanism.hidden_inputs:
+            continue
         given = declared.get(name)
         start = given.start if given is not None else 0.0
         width = (0.5 if given is not None and given.motion else 1.0) * abs(start) or 1.0

@@ -28,15 +28,26 @@ _HEAD = {
 _EXPERIMENT, _RESULT = "validation.exp", "reference.csv"
 
 
-def reference_files(mechanism: Mechanism, *, arrays: bool = False) -> dict[str, bytes]:
-    """{name in the archive: content}: the default experiment of ``mechanism``, integrated directly, and what it is.
+def reference_of(mechanism: Mechanism) -> Reference:
+    """The direct integration of the default experiment of ``mechanism``, at its communication points.
 
-    All inputs keep their start values. ``arrays``: the FMU has arrays, which the remarks refer to.
-    Raises SimulationError if the integration fails.
+    All inputs keep their start values. Raises SimulationError if the integration fails.
     """
     mechanism, experiment = complete(mechanism), mechanism.experiment
     count = max(1, round(experiment.stop_time / experiment.step))
-    reference = integrate(mechanism, np.linspace(0.0, experiment.stop_time, count + 1))
+    return integrate(mechanism, np.linspace(0.0, experiment.stop_time, count + 1))
+
+
+def reference_files(
+    mechanism: Mechanism, reference: Reference | None = None, *, arrays: bool = False
+) -> dict[str, bytes]:
+    """{name in the archive: content}: the direct integration of ``mechanism``, and what it is.
+
+    ``reference`` is that of ``reference_of``, if it is known. ``arrays``: the FMU has arrays, which the remarks refer
+    to. Raises SimulationError if the integration fails.
+    """
+    reference = reference_of(mechanism) if reference is None else reference
+    mechanism = complete(mechanism)
     columns = [name for q in mechanism.coordinates for name in (q.name, velocity(q.name))]
     columns += [z.name for z in mechanism.states]
     trajectory = Trajectory.of(reference.trajectory.time, {name: reference.trajectory[name] for name in columns})

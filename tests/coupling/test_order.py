@@ -15,46 +15,14 @@ import numpy as np
 import pytest
 from master import Wire, run
 from stepping import Stepping
+from train import CAR, WAGON_ALONE, K, M, W, X, Y, in_one_piece
 
 from lag2fmu.dynamics.lagrange import complete
-from lag2fmu.mechanism import Body, Mechanism, Output, Spring, coordinate, parameter, signal
 from lag2fmu.reference import integrate
 
 pytestmark = pytest.mark.fmu
 
-M, W, K, X, Y = 1.0, 2.0, 100.0, 0.3, -0.1
-"""Masses of cart and wagon in kg, stiffness in N/m, where they start in m from where the spring has no force."""
 STEPS = (0.01, 0.001)
-
-
-def car() -> Mechanism:
-    """A mass on which the force ``F`` acts, and a spring to ``y``, which pulls there with the force ``f``."""
-    x, y, F = coordinate("x", "m", start=X), signal("y", "m", start=Y), signal("F", "N")
-    m, k = parameter("m", M, "kg"), parameter("k", K, "N/m")
-    return Mechanism(
-        "car",
-        coordinates=[x],
-        inputs=[y, F],
-        parameters=[m, k],
-        bodies=[Body("car", m, (x, 0))],
-        forces={x: F + k * (y - x)},
-        outputs=[Output("f", k * (x - y), "N")],
-    )
-
-
-def in_one_piece() -> Mechanism:
-    x, y = coordinate("x", "m", start=X), coordinate("y", "m", start=Y)
-    m, w, k = parameter("m", M, "kg"), parameter("w", W, "kg"), parameter("k", K, "N/m")
-    return Mechanism(
-        "train",
-        coordinates=[x, y],
-        parameters=[m, w, k],
-        bodies=[Body("cart", m, (x, 0)), Body("wagon", w, (y, 0))],
-        springs=[Spring("coupling", k, elongation=x - y)],
-    )
-
-
-CAR = car()
 
 
 @cache
@@ -70,7 +38,7 @@ def error(exported, degree: int, step: float) -> float:
     path = exported(CAR).path
     with Stepping(path) as cart, Stepping(path) as wagon:
         cart.start(tolerance=1e-11)
-        wagon.start({"m": W, "k": 0.0, "x": Y}, tolerance=1e-11)
+        wagon.start(WAGON_ALONE, tolerance=1e-11)
         found = run({"cart": cart, "wagon": wagon}, wires, step, round(1.0 / step), degree, wires[0])
     return float(np.abs(np.array(found) - wagon_in_one_piece()[:: round(1000 * step)]).max())
 

@@ -58,7 +58,8 @@ def test_everything_reads_back_the_same() -> None:
     assert again == mechanism
     assert again.warnings == mechanism.warnings
     assert write(again) == text
-    assert [u.name for u in again.inputs] == ["F", "y0", "push_x", "push_y", "turn"]
+    ports = ["bead_force_x", "bead_force_y", "rod_torque"]
+    assert [u.name for u in again.inputs] == ["F", "y0", *ports, "push_x", "push_y", "turn"]
 
 
 @pytest.mark.parametrize("unit", ["deg", "mm", "rpm", "degC", "km/h", "lbf", "kN", "%", "eV", "1"])

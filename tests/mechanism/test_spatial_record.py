@@ -266,7 +266,7 @@ REFUSED: list[tuple[dict[str, Any], str]] = [
     ({"loads": [Load("f", tip, force=(1, 2, 3), axes="body")]}, "loads.f.axes: 'body' is unknown; give 'world' or"),
     ({"loads": [Load("f", body=rotor, torque=1)]}, "loads.f.torque: the torque on 'rotor' has 3 entries, got 1"),
     ({"loads": [Load("f", body=rotor, torque=(1, 2))]}, "loads.f.torque: the torque on 'rotor' has 3 entries"),
-    ({"loads": [Load("f", body="tip", torque=(1, 2, 3))]}, "loads.f.body: 'tip' is not a rigid body"),
+    ({"loads": [Load("f", body="tip", torque=1)]}, "loads.f.torque: the torque on 'tip' has 3 entries, got 1"),
     (
         {"points": [Point("p", (0, 0, 1))], "loads": [Load("f", "p", force=(1, 2, 3), axes="frame")]},
         "loads.f.axes: there is no frame to take the axes of",

@@ -16,6 +16,7 @@ from lag2fmu.mechanism import (
     Mechanism,
     Output,
     Point,
+    Ports,
     Spring,
     coordinate,
     parameter,
@@ -56,6 +57,7 @@ def everything() -> Mechanism:
             Load("turn", body=rod, input=True),
             Load("pull", point=rod, force=(F, 0)),
         ],
+        ports=Ports(["F", "Q_x", "push"], forces=[bead], torques=[rod], poses=[A, rod], velocities=[rod]),
         outputs=[Output("o", e0, "m", "an output"), Output("e0", e0)],
         experiment=Experiment(2.5, 0.02, 1e-9),
     )

@@ -12,6 +12,7 @@ from lag2fmu.mechanism import (
     Mechanism,
     Output,
     Point,
+    Ports,
     Spring,
     coordinate,
     parameter,
@@ -144,4 +145,13 @@ def everything_spatial() -> Mechanism:
             Output("bead", point="bead", quantity="velocity"),
             Output("F2", F * 2, "N"),
         ],
+        ports=Ports(
+            inputs="none",
+            forces={"tip": "world", "hand": "frame", "frames.right": "frame"},
+            torques={"hand": "frame", "left": "world", "fan": "frame"},
+            poses=["tip", "hook"],
+            velocities=["hand"],
+            accelerations=["frames.right", "tip"],
+            rotation="angles",
+        ),
     )

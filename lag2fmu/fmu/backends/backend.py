@@ -10,6 +10,7 @@ from typing import Protocol
 from lag2fmu.dynamics.equations import EquationsOfMotion
 from lag2fmu.dynamics.functions import Program
 from lag2fmu.fmu.compilers import Progress
+from lag2fmu.fmu.live_page import Live
 from lag2fmu.fmu.model_description import ModelDescription
 from lag2fmu.fmu.versions.version import Version
 from lag2fmu.mechanism.record import Mechanism
@@ -19,8 +20,8 @@ from lag2fmu.mechanism.record import Mechanism
 class Choices:
     """What the user chose of an export: ``solver`` and ``platform`` by name, ``compiler`` 'zig' or 'host'.
 
-    ``progress`` is told how a compiler gets on, ``version`` is that of FMI; ``arrays`` are asked for. ``without`` names
-    what is left out, of WITHOUT.
+    ``progress`` is told how a compiler gets on, ``version`` is that of FMI; ``arrays`` are asked for, a
+    ``live`` page is. ``without`` names what is left out, of WITHOUT.
     """
 
     solver: str
@@ -30,19 +31,22 @@ class Choices:
     version: Version
     arrays: bool
     without: Collection[str] = ()
+    live: bool = False
 
 
 @dataclass(frozen=True)
 class Content:
     """What a backend makes: the description with its GUID, and the backend's own files {name in the archive: content}.
 
-    ``binaries`` is a phrase on the libraries. ``resources`` are lines of HTML on further files, for the FMU's page.
+    ``binaries`` is a phrase on the libraries. ``resources`` are lines of HTML on further files, for the FMU's page;
+    ``live`` is what makes this page a live one, None for a static one.
     """
 
     description: ModelDescription
     files: Mapping[str, bytes]
     binaries: str
     resources: tuple[str, ...]
+    live: Live | None = None
 
 
 Build = Callable[[Mechanism, EquationsOfMotion, Program, str], Content]

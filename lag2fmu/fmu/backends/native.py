@@ -6,6 +6,7 @@ import hashlib
 import importlib.metadata
 import uuid
 from collections.abc import Mapping
+from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass, replace
 from pathlib import Path
 
@@ -18,6 +19,7 @@ from lag2fmu.fmu.advice import missed_vibrations
 from lag2fmu.fmu.backends.backend import Build, Choices, Content, identifier_of
 from lag2fmu.fmu.carried import SOURCES
 from lag2fmu.fmu.compilers import binaries_text, choose_platforms, compile_libraries
+from lag2fmu.fmu.live_page import live
 from lag2fmu.fmu.model_description import ModelDescription
 from lag2fmu.fmu.ports import port_table, ports_of
 from lag2fmu.fmu.sources import compiled_files, source_files
@@ -48,9 +50,11 @@ class _Native:
             version = choices.version
             description, sources = describe(mechanism, equations, program, solver, version, arrays=choices.arrays)
             identifier = description.model_identifier
-            libraries = compile_libraries(
-                sources, fmi_headers(version), identifier, platforms, choices.compiler, choices.progress
-            )
+            with ThreadPoolExecutor(1) as beside:
+                page = beside.submit(live, mechanism, program, sources) if choices.live else None
+                libraries = compile_libraries(
+                    sources, fmi_headers(version), identifier, platforms, choices.compiler, choices.progress
+                )
             delivered = SOURCES not in choices.without
             files = source_files(sources, identifier, version.gate) if delivered else {}
             description = description if delivered else replace(description, source_files=())
@@ -59,7 +63,9 @@ class _Native:
                 files |= {f"binaries/{folder}/{identifier}{built_for.suffix}": library for folder in folders}
             places = [folder for built_for in platforms for folder in version.folders(built_for)]
             binaries = binaries_text(places, choices.compiler)
-            return Content(description, files, binaries, (_SOURCES.format(version.name),) if delivered else ())
+            made = None if page is None else page.result()
+            resources = (_SOURCES.format(version.name),) if delivered else ()
+            return Content(description, files, binaries, resources, made)
 
         return build
 

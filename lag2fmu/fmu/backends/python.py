@@ -20,8 +20,10 @@ from lag2fmu.dynamics.equations import EquationsOfMotion
 from lag2fmu.dynamics.functions import Program
 from lag2fmu.errors import BuildError, ExportError
 from lag2fmu.fmu.backends.backend import Build, Choices, Content, identifier_of
+from lag2fmu.fmu.backends.native import describe
 from lag2fmu.fmu.carried import EQUATIONS, SOURCES
 from lag2fmu.fmu.compilers import PLATFORMS, host_platform
+from lag2fmu.fmu.live_page import live
 from lag2fmu.fmu.model_description import Interface, ModelDescription
 from lag2fmu.fmu.scalar_variable import ScalarVariable
 from lag2fmu.fmu.variables import build_table
@@ -80,7 +82,10 @@ class _Python:
             identifier = identifier_of(mechanism.name)
             blank = ModelDescription(mechanism, (), identifier, "", solver, VERSION, INTERFACE)
             description, files = python_fmu(equations, program, platforms, blank)
-            return Content(description, files, binaries_of_pythonfmu(platforms), _RESOURCES)
+            made = (
+                live(mechanism, program, describe(mechanism, equations, program, solver)[1]) if choices.live else None
+            )
+            return Content(description, files, binaries_of_pythonfmu(platforms), _RESOURCES, made)
 
         return build
 

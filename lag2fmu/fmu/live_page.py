@@ -1,0 +1,144 @@
+"""The live page of an FMU: its C sources as a module of WebAssembly, its variables, its picture, in one file."""
+
+from __future__ import annotations
+
+import os
+import re
+from collections.abc import Mapping
+from dataclasses import dataclass
+from importlib.util import find_spec
+from typing import Any
+
+from lag2fmu.analysis.evaluation import attempted
+from lag2fmu.codegen.sources import page_sources
+from lag2fmu.description import names
+from lag2fmu.dynamics.functions import Program
+from lag2fmu.errors import DerivationError, ExportError
+from lag2fmu.fmu.compilers import compile_module
+from lag2fmu.fmu.elements import ENUMERATIONS
+from lag2fmu.fmu.model_description import ModelDescription
+from lag2fmu.fmu.scalar_variable import ScalarVariable
+from lag2fmu.language.units import Unit
+from lag2fmu.live.document import document
+from lag2fmu.live.drawing import Drawing, drawing
+from lag2fmu.live.samples import Samples
+from lag2fmu.mechanism.record import Mechanism
+
+PAGES = ("live", "static")
+VARIABLE = "LAG2FMU_PAGE"
+"""The variable of the environment that names the page of FMUs for which none is asked."""
+
+_FUNCTION = re.compile(r"\b(page_\w+)\(")
+_SHORT, _LONG, _SHOWN = 3.0, 30.0, 10.0
+"""Experiments between these lengths (s) are shown in real time, others such that they take about the last one."""
+_LINES = 4
+
+
+@dataclass(frozen=True)
+class Live:
+    """What a live page has beside a static one: the ``picture`` and the ``module`` in WebAssembly."""
+
+    picture: Drawing | None
+    module: bytes
+
+
+def page_choice(page: str | None) -> str:
+    """The kind of page: the one that is asked for, else what the environment names, else live.
+
+    Without zig there is no compiler for live pages; those that nobody asked for are static then. Raises ExportError.
+    """
+    choice = page or os.environ.get(VARIABLE) or "live"
+    if choice not in PAGES:
+        raise ExportError(f"unknown page '{choice}'; known are {', '.join(PAGES)}")
+    return choice if page or find_spec("ziglang") is not None else "static"
+
+
+def live(mechanism: Mechanism, program: Program, sources: Mapping[str, str]) -> Live:
+    """The picture of a complete ``mechanism``, and its ``program`` from the C ``sources`` of an FMU, compiled.
+
+    Raises BuildError if the compiler fails.
+    """
+    picture = attempted(lambda: drawing(mechanism), None)
+    function = None
+    if picture is not None:
+        try:
+            function = picture.spots.program(program)
+        except DerivationError:  # a picture that depends on more than the state
+            picture = None
+    texts = page_sources(sources, function)
+    return Live(picture, compile_module(texts, sorted(set(_FUNCTION.findall(texts["page.h"])))))
+
+
+def live_document(
+    context: Mapping[str, object], description: ModelDescription, made: Live, samples: Samples | None
+) -> str:
+    """The page as HTML; ``context`` is that of the static page; ``samples``: what its trajectory is compared with."""
+    picture = made.picture
+    notes = context["sketch"][1] if context["sketch"] else ()  # type: ignore[index]
+    spatial = picture is not None and not picture.data["planar"]
+    data = _data(description, picture, samples)
+    return document({**context, "notes": notes}, data, made.module, spatial=spatial)
+
+
+def _data(description: ModelDescription, picture: Drawing | None, samples: Samples | None) -> dict[str, Any]:
+    mechanism = description.mechanism
+    experiment, coordinates = mechanism.experiment, [c.name for c in mechanism.coordinates]
+    stop = experiment.stop_time
+    known = [
+        v for v in description.variables if v.derivative_of is None and v.type in {"Real", "Integer", *ENUMERATIONS}
+    ]
+    known = [v for v in known if v.name not in names.SETTINGS and v.causality != "independent"]
+    return {
+        "name": mechanism.name,
+        "experiment": {"stop": stop, "step": experiment.step, "tolerance": experiment.tolerance},
+        "speed": 1 if _SHORT <= stop <= _LONG else float(f"{stop / _SHOWN:.1g}"),
+        "variables": [_variable(v, mechanism) for v in known],
+        "coordinates": coordinates,
+        "drawing": None if picture is None else picture.data,
+        "plot": coordinates[:_LINES],
+        "phase": [coordinates[0], names.velocity(coordinates[0])],
+        "reference": None if samples is None else samples.data(),
+    }
+
+
+def _is_shown(variable: ScalarVariable) -> bool:
+    number = variable.type in {"Real", "Integer", *ENUMERATIONS} and variable.causality != "independent"
+    return number and variable.derivative_of is None and variable.name not in names.SETTINGS
+
+
+def _variable(variable: ScalarVariable, mechanism: Mechanism) -> dict[str, Any]:
+    """A variable as the script knows it, values in SI units."""
+    kind = _kind(variable, mechanism)
+    items = ENUMERATIONS[variable.type].items if variable.type in ENUMERATIONS else {}
+    return {
+        "name": variable.name,
+        "index": variable.value_reference,
+        "kind": kind,
+        "doc": variable.doc,
+        **_unit(variable.unit),
+        "start": variable.start or 0.0,
+        "min": variable.minimum,
+        "max": variable.maximum,
+        "nominal": {c.name: c.nominal for c in mechanism.coordinates}.get(variable.name, variable.nominal),
+        "fixed": variable.variability == "fixed" or kind in {"coordinate", "velocity"},
+        "discrete": variable.type != "Real" or variable.variability == "discrete",
+        "watched": variable.type != "Real",
+        "items": {value: name for name, (value, _) in items.items()} or None,
+        "short": variable.name.removeprefix("mode_").removesuffix("_mode"),
+    }
+
+
+def _unit(unit: Unit | None) -> dict[str, Any]:
+    """The names of a unit and of the SI unit of its kind; a value in it is (SI value - offset)/factor."""
+    if unit is None:
+        return {"unit": "", "si": "", "factor": 1.0, "offset": 0.0}
+    return {"unit": unit.name, "si": unit.si_name, "factor": unit.factor, "offset": unit.offset}
+
+
+def _kind(variable: ScalarVariable, mechanism: Mechanism) -> str:
+    coordinates = [c.name for c in mechanism.coordinates]
+    if variable.name in coordinates:
+        return "coordinate"
+    if variable.name in map(names.velocity, coordinates) or variable.name in {z.name for z in mechanism.states}:
+        return "velocity"
+    return variable.causality if variable.causality in {"parameter", "input"} else "other"

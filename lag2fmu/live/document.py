@@ -1,0 +1,64 @@
+"""The page as one file of HTML that needs no other: scripts, styles and the module of WebAssembly stand in it."""
+
+from __future__ import annotations
+
+import json
+import re
+import zlib
+from base64 import b64encode
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Any
+
+from lag2fmu.codegen.templates import render
+from lag2fmu.resources import resource_folder
+
+_IMPORT = re.compile(r'^import \{[^}]*\} from "\./(\w+)\.js";\n', re.MULTILINE)
+_EXPORT = re.compile(r"^export (?=const|function|class|async)", re.MULTILINE)
+_MAIN = "page"
+
+
+def document(context: Mapping[str, object], data: Mapping[str, Any], module: bytes, *, spatial: bool) -> str:
+    """The page: ``context`` is that of the static page, ``data`` what the script is given.
+
+    ``module`` is the mechanism in WebAssembly; a ``spatial`` page brings the library that draws in space.
+    """
+    folder = resource_folder("templates") / "page"
+    vendor = folder / "vendor"
+    styles = [(vendor / "uPlot.min.css").read_text("utf-8"), (folder / "page.css").read_text("utf-8")]
+    live = {
+        "css": "\n".join(styles),
+        "data": json.dumps(data, separators=(",", ":"), allow_nan=False).replace("<", "\\u003c"),
+        "module": _packed(module),
+        "three": _packed((vendor / "three.module.min.js").read_bytes()) if spatial else "",
+        "uplot": (vendor / "uPlot.iife.min.js").read_text("utf-8").replace("</script", "<\\/script"),
+        "script": script(folder),
+        "drawn": data["drawing"] is not None,
+        "compared": data["reference"] is not None,
+    }
+    return render("page/page.html.jinja", {**context, **live})
+
+
+def _packed(content: bytes) -> str:
+    """``content`` deflated, as base 64; a browser unpacks it by itself."""
+    deflate = zlib.compressobj(9, zlib.DEFLATED, -15)
+    return b64encode(deflate.compress(content) + deflate.flush()).decode()
+
+
+def script(folder: Path) -> str:
+    """The modules of the page as one, each behind those that it imports.
+
+    A page that is opened from a disk may load no other file. The modules name no two things alike, so that they can
+    stand together; imports and exports are left out.
+    """
+    ordered: dict[str, str] = {}
+
+    def add(name: str) -> None:
+        text = (folder / f"{name}.js").read_text("utf-8")
+        for other in _IMPORT.findall(text):
+            if other not in ordered:
+                add(other)
+        ordered[name] = _EXPORT.sub("", _IMPORT.sub("", text)).strip()
+
+    add(_MAIN)
+    return "\n\n".join(ordered.values()).replace("</script", "<\\/script")

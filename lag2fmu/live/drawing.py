@@ -1,0 +1,198 @@
+"""The sketch of a mechanism as data that a page draws at any state: parts, and between which spots each of them is.
+
+The parts are those of ``picture.drawing``. Lengths are in units of the picture unless it is said otherwise; ``spots``
+are numbers of places and directions that the page evaluates itself.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
+from fractions import Fraction
+from typing import Any
+
+import numpy as np
+
+from lag2fmu.description.parts import Load, Spring
+from lag2fmu.description.places import Body
+from lag2fmu.graph.batches import Floats
+from lag2fmu.live.spots import Spots
+from lag2fmu.mechanism.record import Mechanism
+from lag2fmu.picture.attachments import Attachment
+from lag2fmu.picture.drawing import BACK_TO_FRONT, draw_ground, drawable, layout_of
+from lag2fmu.picture.forces import beside
+from lag2fmu.picture.layout import BOX, GAP, Layout
+from lag2fmu.picture.pulleys import Pulley
+from lag2fmu.picture.scene import STYLES, Canvas, Stroke
+from lag2fmu.picture.shapes import PARTICLE, ROD, Shape, own_link
+
+Item = dict[str, Any]
+_NAMED = 8
+"""Bodies beyond which their names are left out; points likewise."""
+
+
+@dataclass(frozen=True)
+class Drawing:
+    """``data`` is what the page's script is given; ``spots`` are those that it refers to."""
+
+    data: Item
+    spots: Spots
+
+
+def drawing(mechanism: Mechanism) -> Drawing | None:
+    """The drawing of ``mechanism``, None where there is nothing to draw."""
+    if not drawable(mechanism):
+        return None
+    layout = layout_of(mechanism)
+    spots = Spots(layout.skeleton)
+    items = list(_items(layout, spots))
+    view, s = layout.view, layout.skeleton
+    handles = [[p.name, spots(s.place[p.name])] for p in (*mechanism.placed_bodies, *mechanism.points)]
+    return Drawing(
+        {
+            "planar": layout.planar,
+            "right": _rounded(view.right),
+            "up": _rounded(view.up),
+            "down": None if view.down is None else _rounded(view.down),
+            "unit": layout.unit,
+            "shift": {spots(i): _rounded(by) for i, by in layout.shift.items()},
+            "items": items,
+            "handles": handles,
+            "count": len(spots.numbers),
+            "residuals": len(spots.residuals()),
+            "styles": {name: [style.color, style.width, style.fill, style.dashed] for name, style in STYLES.items()},
+        },
+        spots,
+    )
+
+
+def _rounded(vector: Sequence[float] | Floats) -> list[float]:
+    return [round(float(x), 9) + 0.0 for x in vector]
+
+
+def _items(layout: Layout, spots: Spots) -> Iterator[Item]:
+    """What is there, back to front."""
+    if layout.pulley is not None:
+        yield {"k": "pulley", "tree": _pulley(layout.pulley, spots), "height": BOX[0]}
+    yield from _ground(layout, spots)
+    yield from _links(layout, spots)
+    yield from _bodies(layout, spots)
+    yield from _points(layout, spots)
+    for part, attachment in layout.attached:
+        if attachment is not None:
+            kind = "spring" if isinstance(part, Spring) else "damper"
+            yield {"k": kind, "name": part.name, **_attached(layout, spots, attachment)}
+    for load in layout.mechanism.loads:
+        yield from _load(layout, spots, load)
+
+
+def _pulley(pulley: Pulley, spots: Spots) -> list[Any]:
+    return [_pulley(end, spots) if isinstance(end, Pulley) else spots(end) for end in pulley.ends]
+
+
+def _ground(layout: Layout, spots: Spots) -> Iterator[Item]:
+    """Supports and crosses at spots; rails and walls as lines that stay where they are at the start."""
+    canvas = Canvas()
+    pivots, crosses = draw_ground(canvas, layout)
+    for kind, found in (("support", pivots), ("cross", crosses)):
+        yield from ({"k": kind, "at": spots(i)} for i in found)
+    lines = [[_rounded(p) for p in m.points] for m in canvas.marks if isinstance(m, Stroke)]
+    if lines and layout.planar:
+        yield {"k": "still", "style": "ground", "lines": lines}
+
+
+def _links(layout: Layout, spots: Spots) -> Iterator[Item]:
+    s = layout.skeleton
+    sprung = [set(a.ends) for _, a in layout.attached if a is not None]
+    for link in s.links:
+        if set(link.ends) not in sprung:
+            style = "link" if s.rigid(link) else "guide"
+            yield {"k": "link", "ends": [spots(i) for i in link.ends], "style": style}
+
+
+def _bodies(layout: Layout, spots: Spots) -> Iterator[Item]:
+    s, bodies = layout.skeleton, {b.name: b for b in layout.mechanism.placed_bodies}
+    heaviest, room = max(s.masses.values(), default=0.0) or 1.0, layout.room
+    for name in sorted(s.masses, key=lambda name: BACK_TO_FRONT.index(layout.shapes[name].kind)):
+        shape, spot = layout.shapes[name], s.place[name]
+        item: Item = {"k": shape.kind, "name": name, "at": spots(spot), "label": len(bodies) <= _NAMED}
+        if shape.kind == PARTICLE and layout.half(spot):
+            item |= {"k": "slider", "along": _rounded(layout.direction(spot)), "half": list(BOX)}
+        elif shape.kind == PARTICLE:
+            item["r"] = round(room * (1.3 + 1.4 * (max(s.masses[name], 0.0) / heaviest) ** (1 / 3)), 3)
+        else:
+            item |= _extended(layout, spots, bodies[name], shape)
+        yield item
+
+
+def _extended(layout: Layout, spots: Spots, body: Body, shape: Shape) -> Item:
+    """Size (m) and axes of a body: ``ray`` is the spots between which it lies, ``turn`` the direction of its spoke,
+    ``frame`` with ``axes`` (3, 3) turns it with a frame.
+    """
+    s = layout.skeleton
+    found: Item = {"size": [float(f"{x:.6g}") for x in shape.size]}
+    if body.frame is not None:
+        frame = list(s.axes[str(body.frame)])
+        turned = shape.axes @ layout.positions[frame].T
+        return found | {"frame": [spots(i) for i in frame], "axes": [_rounded(row) for row in turned]}
+    g = s.graph
+    square = g.divide(s.put(body.inertia), s.put(body.mass))
+    scale = g.apply("sqrt", g.multiply(g.constant(3 if shape.kind == ROD else 2), square))
+    found["extent"] = spots.vector([scale])
+    link = own_link(s, body)
+    if link is not None and shape.kind == ROD:
+        return found | {"ray": [spots(i) for i in link.ends]}
+    if link is not None:  # it rolls about the first end
+        found |= {"at": spots(link.ends[0]), "extent": spots.vector([g.constant(Fraction(float(shape.size[0])))])}
+    angle = s.put(body.angle)
+    return found | {"turn": spots.vector([g.apply("cos", angle), g.apply("sin", angle)])}
+
+
+def _points(layout: Layout, spots: Spots) -> Iterator[Item]:
+    """Joints, where no body is drawn over them, and points."""
+    s, flat, m = layout.skeleton, layout.at_start, layout.mechanism
+    joints = {link.ends[0] for link in s.links if link.arm} - set(s.place.values())
+    bodies = [flat[s.place[body.name]] for body in m.placed_bodies]
+    for i in sorted(joints):
+        if not any(np.allclose(flat[i], body, atol=0.5) for body in bodies):
+            yield {"k": "joint", "at": spots(i), "r": 1.0}
+    for point in m.points:
+        label = len(m.points) <= _NAMED
+        yield {"k": "joint", "at": spots(s.place[point.name]), "r": 0.8, "name": point.name, "label": label}
+
+
+def _attached(layout: Layout, spots: Spots, attachment: Attachment) -> Item:
+    """Where a spring or damper is: at a hinge, between spots, or from a spot or a link to a wall that stays."""
+    if attachment.hinge is not None:
+        return {"hinge": spots(attachment.hinge), "reach": 1.9 if len(layout.attached) > 4 else 3.2}
+    aside = beside(layout, attachment)
+    if attachment.along is None:
+        ends = [spots(i) for i in attachment.ends]
+        return {"ends": ends, "half": [layout.half(i) for i in attachment.ends], "aside": aside}
+    if attachment.link is not None:
+        a, b = attachment.link
+        start = layout.positions[a] + attachment.share * (layout.positions[b] - layout.positions[a])
+        item: Item = {"link": [spots(a), spots(b)], "share": attachment.share, "half": [0.0]}
+        reach = GAP
+    else:
+        (spot,) = attachment.ends
+        start = layout.positions[spot]
+        item = {"ends": [spots(spot)], "half": [layout.half(spot)]}
+        reach = GAP + layout.radius(spot)
+    wall = start + reach * layout.unit * np.array(attachment.along)
+    return item | {"wall": _rounded(wall), "along": list(attachment.along), "aside": aside}
+
+
+def _load(layout: Layout, spots: Spots, load: Load) -> Iterator[Item]:
+    """An arrow of the force, or an arc of the torque, as large as it is at present."""
+    s = layout.skeleton
+    target = str(load.point if load.point is not None else load.body)
+    given = load.force if load.force is not None else load.torque
+    nodes = s.put.vector(tuple(given) if isinstance(given, tuple) else (given,))
+    if not spots.calculable(nodes):
+        return
+    frame, _ = layout.mechanism.location(target)
+    item: Item = {"k": "load", "name": load.name, "at": spots(s.place[target]), "vector": spots.vector(nodes)}
+    if load.axes == "frame" and frame in s.axes:
+        item["frame"] = [spots(i) for i in s.axes[frame]]
+    yield item | {"torque": load.force is None, "half": layout.half(s.place[target])}

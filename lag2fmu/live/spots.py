@@ -1,0 +1,60 @@
+"""Where the parts of a picture are, as a function in C: places and directions as expressions of the state."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Sequence
+
+from lag2fmu.dynamics.functions import Array, Program, filling
+from lag2fmu.graph.graph import Node
+from lag2fmu.graph.operations import SYMBOL
+from lag2fmu.picture.skeleton import Skeleton
+
+FUNCTION = "picture_spots"
+
+
+class Spots:
+    """Collects the places and directions that a page asks for, (3,) each, on the graph of a skeleton."""
+
+    def __init__(self, skeleton: Skeleton) -> None:
+        """Start without any."""
+        self.skeleton = skeleton
+        self.numbers: list[int] = []
+        v = skeleton.variables
+        self._known = {v.t, *v.states, *v.signals, *v.parameters}
+
+    def __call__(self, spot: int) -> int:
+        """The number that the page knows the skeleton's ``spot`` by."""
+        if spot not in self.numbers:
+            self.numbers.append(spot)
+        return self.numbers.index(spot)
+
+    def vector(self, nodes: Iterable[Node]) -> int:
+        """That of up to three nodes."""
+        return self(self.skeleton.spot(tuple(nodes)))
+
+    def calculable(self, nodes: Sequence[Node]) -> bool:
+        """Whether ``nodes`` follow from the time, states, inputs and parameters alone."""
+        g = self.skeleton.graph
+        return all(node in self._known for node in g.cone(nodes) if g.code[node] == SYMBOL)
+
+    def program(self, lowered: Program | None) -> Program:
+        """The function that fills the spots, and behind them the residuals of the holonomic constraints.
+
+        Its arguments are those of the functions of ``lowered``, the program of the same mechanism.
+        """
+        s, v = self.skeleton, self.skeleton.variables
+        modes = 0 if lowered is None else lowered.masks + lowered.switches
+        switches = tuple(s.graph.symbol(f"mode {k}") for k in range(modes))
+        state = (Array("t", (v.t,), True), Array("x", v.states), Array("u", v.signals))
+        places = [x for spot in self.numbers for x in s.nodes(spot)]
+        doc = "The spots of the picture, and the residuals of holonomic constraints."
+        arguments = (*state, Array("p", (*switches, *v.parameters)))
+        function = filling(FUNCTION, doc, arguments, spots=[*places, *self.residuals()])
+        return Program(s.graph, (function.check(s.graph),), "", 0, (), (), ())
+
+    def residuals(self) -> list[Node]:
+        """Those of the holonomic constraints that always hold."""
+        s = self.skeleton
+        written = [c for c in s.mechanism.constraints if c.kind == "holonomic"]
+        nodes = [s.put(c.expression) for c in written]
+        return [node for node in nodes if self.calculable([node])]

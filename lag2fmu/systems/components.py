@@ -1,0 +1,122 @@
+"""What an FMU, of any tool, shows to a system: its connectors with their units, its terminals, its experiment."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from pathlib import Path
+
+from lag2fmu.checking.description import Description, Variable, number, read_document
+from lag2fmu.checking.rulebooks import rulebook_of
+from lag2fmu.errors import LoadError
+from lag2fmu.fmu.pack import DESCRIPTION, opened
+from lag2fmu.language.unit_table import BASE_UNITS
+from lag2fmu.xml_tree import Element, parse
+
+_TERMINALS = "terminalsAndIcons/terminalsAndIcons.xml"
+_UNTYPED = ("String", "Binary", "Clock", "Enumeration")
+"""Types of variables that no connector stands for."""
+
+
+@dataclass(frozen=True)
+class Unit:
+    """A unit: exponents of BASE_UNITS (8,), and what takes its numbers to SI: SI = factor * number + offset."""
+
+    name: str
+    exponents: tuple[int, ...]
+    factor: float
+    offset: float
+
+    @property
+    def dimension(self) -> tuple[int, ...]:
+        """The exponents without that of the radian, which counts as 1."""
+        return self.exponents[:-1]
+
+
+@dataclass(frozen=True)
+class Connector:
+    """A variable of an FMU: ``type`` and ``unit`` as it declares them (None: none), ``sizes`` of an array's dimensions.
+
+    ``settable``: it has a start value that may be another one.
+    """
+
+    name: str
+    causality: str
+    type: str
+    unit: Unit | None
+    sizes: tuple[str, ...]
+    settable: bool
+
+
+@dataclass(frozen=True)
+class Terminal:
+    """Variables that belong together, {member: variable}; ``rule`` says how members of two terminals are matched.
+
+    ``inflows`` are the members whose sum over a connection is zero, as forces in balance are.
+    """
+
+    rule: str
+    members: Mapping[str, str]
+    inflows: frozenset[str] = frozenset()
+
+
+@dataclass(frozen=True)
+class Component:
+    """An FMU under the ``name`` that it has in a system; ``kind`` is CoSimulation or, where it has none, ModelExchange.
+
+    ``stop_time`` (s) is that of its experiment, None where it names none.
+    """
+
+    name: str
+    path: Path
+    fmi: str
+    kind: str
+    connectors: Mapping[str, Connector]
+    terminals: Mapping[str, Terminal]
+    stop_time: float | None
+
+
+def read_component(name: str, path: Path) -> Component:
+    """The FMU ``path`` as the component ``name``; raises LoadError if it is no FMU of FMI 2.0 or 3.0."""
+    with opened(path) as archive:
+        if DESCRIPTION not in archive.namelist():
+            raise LoadError(f"'{path}': there is no {DESCRIPTION} in it; it is no FMU")
+        document = read_document(archive.read(DESCRIPTION))
+        grouped = parse(archive.read(_TERMINALS), _TERMINALS).root if _TERMINALS in archive.namelist() else None
+    description = rulebook_of(document).describe(document)
+    if not {"CoSimulation", "ModelExchange"} & {*description.kinds}:
+        raise LoadError(f"'{path}': offers neither co-simulation nor model exchange; no system can hold it")
+    units = {unit_name: _unit(element) for unit_name, element in description.units.items()}
+    found = (_connector(v, units) for v in description.variables if v.type not in _UNTYPED)
+    stop = number(_experiment(description).get("stopTime"))
+    return Component(
+        name,
+        path,
+        description.root.get("fmiVersion"),
+        "CoSimulation" if "CoSimulation" in description.kinds else "ModelExchange",
+        {connector.name: connector for connector in found},
+        {} if grouped is None else {t.get("name"): _terminal(t) for t in grouped.all("Terminals", "Terminal")},
+        stop if stop > 0 else None,
+    )
+
+
+def _experiment(description: Description) -> Element:
+    return description.root.child("DefaultExperiment") or Element("DefaultExperiment", {}, 0)
+
+
+def _unit(element: Element) -> Unit:
+    base = element.child("BaseUnit") or Element("BaseUnit", {}, 0)
+    exponents = tuple(int(base.get(symbol, "0")) for symbol in BASE_UNITS)
+    return Unit(element.get("name"), exponents, float(base.get("factor", "1")), float(base.get("offset", "0")))
+
+
+def _connector(v: Variable, units: Mapping[str, Unit]) -> Connector:
+    sizes = tuple(dimension.get("start") for dimension in v.value.all("Dimension"))
+    settable = v.start is not None and v.variability != "constant" and v.causality != "calculatedParameter"
+    return Connector(v.name, v.causality, v.type, units.get(v.attribute("unit")), sizes, settable)
+
+
+def _terminal(element: Element) -> Terminal:
+    variables = {m.get("memberName") or m.get("variableName"): m for m in element.all("TerminalMemberVariable")}
+    inflows = frozenset(name for name, m in variables.items() if m.get("variableKind") in ("inflow", "outflow"))
+    return Terminal(element.get("matchingRule"), {x: m.get("variableName") for x, m in variables.items()}, inflows)

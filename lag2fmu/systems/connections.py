@@ -1,0 +1,149 @@
+"""Connections: from the words of the user to an output and an input that fit, or an error that names both."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Iterator, Mapping
+from typing import NamedTuple
+
+from lag2fmu.description.names import suggestion
+from lag2fmu.errors import LoadError
+from lag2fmu.systems.components import Component, Connector, Unit
+
+Components = Mapping[str, Component]
+
+_GIVES = ("output", "local")
+"""Causalities of what may be connected to an input. FMI shows local variables, too; SSP 2.0 treats them as outputs."""
+
+
+class End(NamedTuple):
+    """A connector of a component, by the names of both."""
+
+    component: str
+    connector: str
+
+    def __str__(self) -> str:
+        return f"{self.component}.{self.connector}"
+
+
+class Connection(NamedTuple):
+    """What the output ``source`` says, times ``factor``, the input ``target`` hears.
+
+    Forces of two terminals are both those on the own mechanism: what is in balance has the factor -1.
+    """
+
+    source: End
+    target: End
+    factor: float = 1.0
+
+
+def connected(words: Iterable[str], components: Components) -> tuple[Connection, ...]:
+    """The connections that ``words`` ask for, such as 'a.x:b.y0', in variables or in terminals of both ends.
+
+    The output may stand on either side. Raises LoadError for what does not exist or does not fit.
+    """
+    found: dict[End, tuple[Connection, str]] = {}
+    for word in words:
+        for connection in _of_word(word, components):
+            before = found.get(connection.target)
+            if before is not None:
+                raise LoadError(
+                    f"--connect {word}: the input {connection.target} is connected already, by {before[1]}; "
+                    "an input hears one output"
+                )
+            found[connection.target] = connection, word
+    return tuple(connection for connection, _ in found.values())
+
+
+def _of_word(word: str, components: Components) -> Iterator[Connection]:
+    left, colon, right = (part.strip() for part in word.partition(":"))
+    if not colon:
+        raise LoadError(f"--connect {word}: expected COMPONENT.OUTPUT:COMPONENT.INPUT")
+    one, other = (_end(word, text, components) for text in (left, right))
+    pairs = [(one, other, 1.0)]
+    if _is_terminal(one, components) and _is_terminal(other, components):
+        pairs = list(_members(word, one, other, components))
+    for a, b, factor in pairs:
+        for end in (a, b):
+            _connector(word, end, components)
+        yield _directed(word, a, b, components)._replace(factor=factor)
+
+
+def _end(word: str, text: str, components: Components) -> End:
+    name, point, connector = text.partition(".")
+    if not (point and connector):
+        raise LoadError(f"--connect {word}: '{text}' is no COMPONENT.VARIABLE")
+    if name not in components:
+        raise LoadError(f"--connect {word}: there is no component '{name}'; {suggestion(name, components)}")
+    return End(name, connector)
+
+
+def _is_terminal(end: End, components: Components) -> bool:
+    component = components[end.component]
+    return end.connector in component.terminals and (
+        end.connector not in component.connectors or len(component.terminals[end.connector].members) > 1
+    )
+
+
+def _members(word: str, one: End, other: End, components: Components) -> Iterator[tuple[End, End, float]]:
+    """The pairs of connectors that belong together in two terminals, with their factors (FMI 3.0.2, section 2.4.9.1).
+
+    By the rule "plug" all names of members are the same, by "bus" some are, by "sequence" their order counts.
+    """
+    a, b = (components[end.component].terminals[end.connector] for end in (one, other))
+    if a.rule != b.rule:
+        raise LoadError(f"--connect {word}: the terminal {one} matches by '{a.rule}', {other} by '{b.rule}'")
+    if a.rule == "sequence":
+        pairs = list(zip(a.members, b.members, strict=False))
+    else:
+        pairs = [(member, member) for member in a.members if member in b.members]
+    whole = len(pairs) == len(a.members) == len(b.members)
+    if not pairs or (a.rule != "bus" and not whole):
+        has = ", ".join(a.members)
+        raise LoadError(f"--connect {word}: {one} has the members {has}, and {other} has {', '.join(b.members)}")
+    for x, y in pairs:
+        factor = -1.0 if x in a.inflows and y in b.inflows else 1.0
+        yield End(one.component, a.members[x]), End(other.component, b.members[y]), factor
+
+
+def _connector(word: str, end: End, components: Components) -> Connector:
+    component = components[end.component]
+    if end.connector not in component.connectors:
+        known = [name for name, c in component.connectors.items() if c.causality in ("input", *_GIVES)]
+        if end.connector in component.terminals:
+            raise LoadError(f"--connect {word}: {end} is a terminal; both ends have to be terminals, or none")
+        raise LoadError(
+            f"--connect {word}: '{component.path}' has no variable '{end.connector}'; "
+            f"{suggestion(end.connector, [*known, *component.terminals])}"
+        )
+    return component.connectors[end.connector]
+
+
+def _directed(word: str, one: End, other: End, components: Components) -> Connection:
+    a, b = (components[end.component].connectors[end.connector] for end in (one, other))
+    if a.causality == "input" and b.causality in _GIVES:
+        one, other, a, b = other, one, b, a
+    if a.causality not in _GIVES or b.causality != "input":
+        raise LoadError(
+            f"--connect {word}: {one} is of causality {a.causality} and {other} of causality {b.causality}; "
+            "connect an output with an input"
+        )
+    _check_fit(f"--connect {word}", (one, a), (other, b))
+    return Connection(one, other)
+
+
+def _check_fit(where: str, one: tuple[End, Connector], other: tuple[End, Connector]) -> None:
+    """Raise LoadError unless type, sizes and dimension of both connectors agree."""
+    (left, a), (right, b) = one, other
+    if a.type != b.type and {a.type, b.type} != {"Real", "Float64"}:
+        raise LoadError(f"{where}: {left} is of type {a.type} and {right} of type {b.type}; they must agree")
+    if a.sizes != b.sizes:
+        shown = [" x ".join(sizes) or "a scalar" for sizes in (a.sizes, b.sizes)]
+        raise LoadError(f"{where}: {left} is {shown[0]} and {right} is {shown[1]}; the sizes must agree")
+    if a.unit is not None and b.unit is not None and a.unit.dimension != b.unit.dimension:
+        raise LoadError(
+            f"{where}: {left} is in {_shown(a.unit)} and {right} in {_shown(b.unit)}; the dimensions must agree"
+        )
+
+
+def _shown(unit: Unit) -> str:
+    return unit.name or "no unit"

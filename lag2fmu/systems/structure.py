@@ -1,0 +1,148 @@
+"""SystemStructure.ssd and parameter sets as XML.
+
+Source: System Structure and Parameterization 2.0, Modelica Association 2024.
+"""
+
+from __future__ import annotations
+
+import xml.etree.ElementTree as ET
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from itertools import chain, count
+
+from lag2fmu.fmu.xml_text import document
+from lag2fmu.language.unit_table import BASE_UNITS
+from lag2fmu.systems.components import Component, Connector, Unit
+from lag2fmu.systems.connections import Connection, End
+from lag2fmu.version import VERSION
+
+SSD, PARAMETERS = "SystemStructure.ssd", "resources/parameters.ssv"
+SSP = "2.0"
+_SPACES = {
+    "ssd": "http://ssp-standard.org/SSP1/SystemStructureDescription",
+    "ssc": "http://ssp-standard.org/SSP1/SystemStructureCommon",
+    "ssv": "http://ssp-standard.org/SSP1/SystemStructureParameterValues",
+}
+"""Prefix -> namespace, which versions 1.0 and 2.0 share."""
+_FLOATS = ("Real", "Float64", "Float32")
+_WIDTH, _GAP, _ROW = 30.0, 20.0, 4.0
+"""The size of a component in the diagram, what is between two, and the height of a connector."""
+
+
+@dataclass(frozen=True)
+class System:
+    """FMUs and what connects them; ``sources`` {component: its FMU in the archive}, ``values`` {connector: value}.
+
+    The values are in the units of the connectors; ``stop_time`` in s.
+    """
+
+    name: str
+    components: Mapping[str, Component]
+    sources: Mapping[str, str]
+    connections: Sequence[Connection]
+    values: Mapping[End, float]
+    stop_time: float
+
+
+class _Units:
+    """The units in use, each under a name of its own: FMUs of different tools may mean different things by one name."""
+
+    def __init__(self) -> None:
+        self.names: dict[Unit, str] = {}
+
+    def attribute(self, unit: Unit | None) -> dict[str, str]:
+        """The attribute that refers to ``unit``, none without one."""
+        if unit is None:
+            return {}
+        taken = {*self.names.values()} - {self.names.get(unit)}
+        numbered = (f"{unit.name}_{i}" for i in count(2))
+        free = next(name for name in chain([unit.name], numbered) if name not in taken)
+        return {"unit": self.names.setdefault(unit, free)}
+
+    def write(self, root: ET.Element, prefix: str) -> None:
+        """The element Units, none without any."""
+        if not self.names:
+            return
+        parent = ET.SubElement(root, f"{prefix}:Units")
+        for unit, name in sorted(self.names.items(), key=lambda item: item[1]):
+            base = {symbol: str(e) for symbol, e in zip(BASE_UNITS, unit.exponents, strict=True) if e}
+            base |= {"factor": repr(unit.factor)} if unit.factor != 1.0 else {}
+            base |= {"offset": repr(unit.offset)} if unit.offset else {}
+            ET.SubElement(ET.SubElement(parent, "ssc:Unit", {"name": name}), "ssc:BaseUnit", base)
+
+
+def ssd(system: System) -> bytes:
+    """SystemStructure.ssd."""
+    root, units = _root("ssd:SystemStructureDescription", system.name), _Units()
+    whole = ET.SubElement(root, "ssd:System", {"name": system.name})
+    if system.values:
+        bindings = ET.SubElement(whole, "ssd:ParameterBindings")
+        ET.SubElement(bindings, "ssd:ParameterBinding", {"source": PARAMETERS})
+    elements = ET.SubElement(whole, "ssd:Elements")
+    for place, component in enumerate(system.components.values()):
+        used = {end.connector for c in system.connections for end in c[:2] if end.component == component.name}
+        shown = [c for name, c in component.connectors.items() if c.causality == "output" or name in used]
+        _component(elements, component, system.sources[component.name], shown, place, units)
+    if system.connections:
+        parent = ET.SubElement(whole, "ssd:Connections")
+        for source, target, factor in system.connections:
+            start = {"startElement": source.component, "startConnector": source.connector}
+            end = {"endElement": target.component, "endConnector": target.connector}
+            element = ET.SubElement(parent, "ssd:Connection", start | end)
+            if factor != 1.0:
+                ET.SubElement(element, "ssc:LinearTransformation", {"factor": repr(factor)})
+    units.write(root, "ssd")
+    ET.SubElement(root, "ssd:DefaultExperiment", {"startTime": "0.0", "stopTime": repr(system.stop_time)})
+    return document(root)
+
+
+def ssv(system: System) -> bytes:
+    """The parameter set, its names being COMPONENT.VARIABLE."""
+    root, units = _root("ssv:ParameterSet", "parameters"), _Units()
+    parent = ET.SubElement(root, "ssv:Parameters")
+    for end, value in system.values.items():
+        connector = system.components[end.component].connectors[end.connector]
+        parameter = ET.SubElement(parent, "ssv:Parameter", {"name": str(end)})
+        whole = _type(connector) not in _FLOATS
+        number = str(value != 0).lower() if _type(connector) == "Boolean" else str(int(value)) if whole else repr(value)
+        ET.SubElement(parameter, f"ssv:{_type(connector)}", {"value": number, **units.attribute(connector.unit)})
+    units.write(root, "ssv")
+    return document(root)
+
+
+def _root(tag: str, name: str) -> ET.Element:
+    spaces = {f"xmlns:{prefix}": uri for prefix, uri in _SPACES.items() if prefix in (tag[:3], "ssc")}
+    return ET.Element(tag, {**spaces, "version": SSP, "name": name, "generationTool": f"lag2fmu {VERSION}"})
+
+
+def _component(
+    parent: ET.Element, component: Component, source: str, shown: Sequence[Connector], place: int, units: _Units
+) -> None:
+    """The component with its outputs and the inputs that are connected, drawn beside the others.
+
+    Other inputs keep their start values: importers such as fmpy set every connector, to 0 where nothing is connected.
+    """
+    attributes = {"name": component.name, "source": source, "type": "application/x-fmu-sharedlibrary"}
+    element = ET.SubElement(parent, "ssd:Component", {**attributes, "implementation": component.kind})
+    sides = {side: [c for c in shown if (c.causality == "input") == (side == "0.0")] for side in ("0.0", "1.0")}
+    if shown:
+        connectors = ET.SubElement(element, "ssd:Connectors")
+    for side, listed in sides.items():
+        for row, c in enumerate(listed):
+            named = {"name": c.name, "kind": c.causality}
+            connector = ET.SubElement(connectors, "ssd:Connector", named)
+            ET.SubElement(connector, f"ssc:{_type(c)}", units.attribute(c.unit))
+            for size in c.sizes:
+                ET.SubElement(connector, "ssc:Dimension", {"size": size} if size else {})
+            height = 1.0 - (row + 1) / (len(listed) + 1)
+            ET.SubElement(connector, "ssd:ConnectorGeometry", {"x": side, "y": f"{height:.4g}"})
+    left = place * (_WIDTH + _GAP)
+    top = _ROW * (1 + max(map(len, sides.values())))
+    box = {"x1": left, "y1": 0.0, "x2": left + _WIDTH, "y2": top}
+    ET.SubElement(element, "ssd:ElementGeometry", {key: repr(x) for key, x in box.items()})
+
+
+def _type(connector: Connector) -> str:
+    """The element of the connector's type. Scalars of FMI 3.0 get the names that SSP 1.0 knows, too."""
+    scalar = {"Float64": "Real", "Int32": "Integer"}
+    return scalar.get(connector.type, connector.type) if not connector.sizes else connector.type

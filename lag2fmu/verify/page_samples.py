@@ -1,0 +1,44 @@
+"""What a live page compares its own trajectory with: samples of a direct integration."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from lag2fmu.description.names import velocity
+from lag2fmu.live.samples import Samples
+from lag2fmu.mechanism.record import Mechanism
+from lag2fmu.reference.record import Reference
+from lag2fmu.verify.comparison import CHAOS, SAFETY
+from lag2fmu.verify.reference_files import reference_of
+
+
+def page_samples(mechanism: Mechanism, reference: Reference | None = None) -> Samples:
+    """Samples of the default experiment of ``mechanism``, whose direct integration ``reference`` is, if it is known.
+
+    Only those times are among them at which two right runs have to agree, see ``comparison``. Raises SimulationError if
+    the integration fails.
+    """
+    reference = reference_of(mechanism) if reference is None else reference
+    trajectory, tolerance = reference.trajectory, mechanism.experiment.tolerance
+    columns = [name for q in mechanism.coordinates for name in (q.name, velocity(q.name))]
+    columns += [z.name for z in mechanism.states]
+    compared = SAFETY * reference.growth * tolerance <= CHAOS
+    if reference.comparable is not None:
+        compared &= reference.comparable & _apart_from_events(mechanism, reference)
+    return Samples(
+        names=tuple(columns),
+        times=trajectory.time[compared],
+        values=trajectory.columns(columns)[compared],
+        scales=np.array([reference.scales[name] for name in columns]),
+        growth=reference.growth[compared],
+        bar=SAFETY * tolerance,
+    )
+
+
+def _apart_from_events(mechanism: Mechanism, reference: Reference) -> np.ndarray[tuple[int], np.dtype[np.bool_]]:
+    """At which times no event is near: it may come a little earlier or later in another run."""
+    time = reference.trajectory.time
+    apart = np.ones(len(time), dtype=bool)
+    for event in reference.events:
+        apart &= np.abs(time - event.time) > mechanism.experiment.step
+    return apart

@@ -1,0 +1,29 @@
+/** How the page's own trajectory compares with the one by direct integration that was put into the page. */
+
+/** {worst, until}: the largest difference in ranges of the variables; disturbances of the start grow, and so do errors. */
+export function compare(run, reference, variables) {
+  const byName = new Map(variables.map((variable) => [variable.name, variable]));
+  const columns = reference.names.map((name) => byName.get(name));
+  let worst = 0;
+  reference.times.forEach((time, k) => {
+    const row = run.values[Math.round(time / run.timeOf(1))];
+    columns.forEach((variable, i) => {
+      const error = Math.abs(row[variable.index] - reference.values[k][i]) / reference.scales[i];
+      worst = Math.max(worst, error / reference.growth[k]);
+    });
+  });
+  return worst;
+}
+
+/** The words of the badge for a comparison; "" as long as there is none. */
+export function verdict(worst, bar) {
+  const passed = worst <= bar;
+  return {
+    passed,
+    text: passed ? `Agrees with direct integration to ${worst.toExponential(0)}` : "Differs from direct integration",
+    title:
+      `The page computes the default experiment by the C sources of the FMU. Beside it stands a trajectory by direct ` +
+      `integration of equations that were obtained on another path. The largest difference is ` +
+      `${worst.toExponential(1)} of a variable's range, the growth of disturbances taken out; ${bar} is allowed.`,
+  };
+}

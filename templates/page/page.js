@@ -1,0 +1,349 @@
+/** The live page: a run of the mechanism, what shows it and what moves it. */
+
+import { addressOf, readAddress } from "./address.js";
+import { compare, verdict } from "./badge.js";
+import { colorOf, onSchemeChange } from "./colors.js";
+import { reach } from "./drag.js";
+import { GaugesView } from "./gauges.js";
+import { loadMechanism } from "./mechanism.js";
+import { Panel } from "./panel.js";
+import { PlaneView } from "./plane.js";
+import { Player, byId } from "./player.js";
+import { Run } from "./run.js";
+import { Settings } from "./settings.js";
+import { makeSpaceView } from "./space.js";
+
+const BUDGET = 7;
+const TRAIL = 160;
+
+const calm = window.matchMedia("(prefers-reduced-motion: reduce)");
+
+/** Bytes of a script element, which holds them deflated in base 64. */
+async function unpacked(id) {
+  const packed = Uint8Array.from(atob(byId(id).textContent), (letter) => letter.charCodeAt(0));
+  const stream = new Blob([packed]).stream().pipeThrough(new DecompressionStream("deflate-raw"));
+  return new Uint8Array(await new Response(stream).arrayBuffer());
+}
+
+class Page {
+  constructor(model, mechanism, three) {
+    Object.assign(this, { model, mechanism, colors: colorOf, grey: null, offset: null });
+    this.variables = model.variables;
+    this.coordinates = model.coordinates.map((name) => this.variables.find((v) => v.name === name));
+    this.watched = this.variables.filter((variable) => variable.discrete && variable.watched);
+    this.drawing = model.drawing;
+    this.view = this.makeView(three);
+    this.given = readAddress(this.hash(), this.variables);
+    this.begin();
+  }
+
+  makeView(three) {
+    if (!this.drawing) return new GaugesView(byId("view"), this.coordinates, this.colors);
+    if (this.drawing.planar || !three) return new PlaneView(byId("view"), this.drawing, this.colors);
+    return makeSpaceView(three, byId("view"), this.drawing, this.colors);
+  }
+
+  hash() {
+    return window.location.hash;
+  }
+
+  begin() {
+    const { settings, grey, words } = this.given;
+    const stop = Number(words.stop) > 0 ? Number(words.stop) : this.model.experiment.stop;
+    this.experiment = { ...this.model.experiment, stop };
+    if (grey) {
+      this.grey = new Run(this.mechanism, this.experiment, grey, this.watched);
+      this.grey.compute(2000, Infinity);
+    }
+    this.start(settings);
+    this.player = new Player(this, Number(words.speed) || this.model.speed, !calm.matches && words.paused !== "1");
+    this.panel = new Panel(this, (time) => this.player.seek(time));
+    this.panel.choose((words.plot ?? this.model.plot.join(",")).split(","));
+    this.panel.choosePhase(...(words.phase ?? this.model.phase.join(",")).split(","));
+    const settable = (kind) => this.variables.filter((variable) => variable.kind === kind);
+    const groups = [
+      ["Parameters", settable("parameter"), true],
+      ["Inputs", settable("input"), settable("parameter").length < 5],
+      ["Start values", [...settable("coordinate"), ...settable("velocity")], false],
+    ];
+    this.settings = new Settings(byId("settings"), groups, (v) => this.swing(v), (v, x) => this.change(v, x));
+    this.showSettings();
+    if (words.t) this.player.seek(Math.min(Number(words.t) || 0, stop));
+    this.listen();
+  }
+
+  /** A run from the start with these settings; the time is 0. */
+  start(settings) {
+    this.run = new Run(this.mechanism, this.experiment, settings, this.watched);
+    this.seen = 0;
+    this.default = [...settings].every(([index, value]) => this.byIndex(index).start === value);
+    this.view.forget();
+    this.changed();
+  }
+
+  byIndex(index) {
+    return this.variables.find((variable) => variable.index === index);
+  }
+
+  /** A typical size of what starts at 0. */
+  swing(variable) {
+    if (variable.nominal) return variable.nominal / variable.factor;
+    const energy = this.variables.find((v) => v.name === "kinetic_energy");
+    this.run.compute(40);
+    const most = energy ? Math.max(1e-9, ...this.run.column(energy)) : 1;
+    return Math.abs(variable.start / variable.factor) || most;
+  }
+
+  changed() {
+    this.stale = true;
+    clearTimeout(this.saving);
+    this.saving = setTimeout(() => this.save(), 300);
+  }
+
+  save() {
+    const { run, grey, player, panel } = this;
+    const words = { plot: panel.lines.join(","), phase: panel.pair.map((v) => v.name).join(",") };
+    if (words.plot === this.model.plot.join(",")) words.plot = "";
+    if (words.phase === this.model.phase.join(",")) words.phase = "";
+    words.speed = player.speed === this.model.speed ? "" : player.speed;
+    words.stop = this.experiment.stop === this.model.experiment.stop ? "" : this.experiment.stop;
+    words.paused = player.playing ? "" : "1";
+    words.t = player.playing || player.time === 0 ? "" : Number(player.time.toPrecision(6));
+    const text = addressOf({ settings: run.settings, grey: grey?.settings, words }, this.variables);
+    try {
+      window.history.replaceState(null, "", text ? `#${text}` : "#");
+    } catch {
+      return; // a frame without an address of its own
+    }
+  }
+
+  /** A variable gets a value (SI): what is fixed in a run begins it anew. */
+  change(variable, value) {
+    const fixed = variable.fixed || this.player.time === 0;
+    const settings = new Map(this.run.settings).set(variable.index, value);
+    this.settings.set(variable, value);
+    if (fixed) {
+      this.start(settings);
+      this.player.time = 0;
+    } else {
+      this.run.compute(1000, this.player.time);
+      this.run.change(variable, value, this.player.time);
+      this.run.settings.set(variable.index, value);
+      this.default = false;
+    }
+    this.changed();
+  }
+
+  showSettings() {
+    for (const variable of this.variables) {
+      this.settings.set(variable, this.run.settings.get(variable.index) ?? variable.start);
+    }
+  }
+
+  /** Everything as the model has it. */
+  reset() {
+    this.grey = null;
+    this.start(new Map());
+    this.player.time = 0;
+    this.panel.rebuild();
+    this.showSettings();
+  }
+
+  /** The present run stays, in grey, and another one begins. */
+  keep() {
+    this.run.compute(3000);
+    this.grey = this.grey ? null : this.run;
+    if (this.grey) this.start(this.run.settings);
+    this.player.time = this.grey ? 0 : this.player.time;
+    byId("keep").setAttribute("aria-pressed", String(this.grey !== null));
+    this.panel.rebuild();
+  }
+
+  setStop(stop) {
+    if (!(stop > 0)) return;
+    const steps = stop / this.model.experiment.step;
+    const step = steps > 20000 ? stop / 20000 : this.model.experiment.step;
+    this.experiment = { ...this.experiment, stop, step };
+    this.grey = null;
+    this.start(this.run.settings);
+    this.player.time = 0;
+    this.panel.rebuild();
+  }
+
+  listen() {
+    const canvas = byId("view");
+    this.view.moved = () => this.changed();
+    const place = (event) => {
+      const box = canvas.getBoundingClientRect();
+      return [event.clientX - box.left, event.clientY - box.top];
+    };
+    canvas.addEventListener("pointerdown", (event) => this.grab(canvas, event, ...place(event)), { capture: true });
+    canvas.addEventListener("pointermove", (event) => this.pull(canvas, ...place(event)));
+    for (const end of ["pointerup", "pointercancel"]) canvas.addEventListener(end, () => this.let());
+    onSchemeChange(() => {
+      this.view.forget();
+      this.seen = 0;
+      this.panel.choose(this.panel.lines);
+    });
+    new ResizeObserver(() => this.changed()).observe(canvas);
+    byId("reset").addEventListener("click", () => this.reset());
+    byId("keep").addEventListener("click", () => this.keep());
+  }
+
+  grab(canvas, event, x, y) {
+    const handle = this.drawing && this.view.handleAt(x, y, this.run.pose(this.player.time), event.pointerType === "touch" ? 44 : 26);
+    if (!handle || event.button !== 0) return;
+    canvas.setPointerCapture(event.pointerId);
+    this.view.grabbed?.(handle[1], this.run.pose(this.player.time));
+    this.held = { spot: handle[1], playing: this.player.playing };
+    this.player.pause();
+    event.preventDefault();
+  }
+
+  pull(canvas, x, y) {
+    if (!this.held) {
+      const over = this.drawing && this.view.handleAt(x, y, this.run.pose(this.player.time));
+      canvas.classList.toggle("over", Boolean(over));
+      return;
+    }
+    const { spot } = this.held;
+    const point = this.mechanism.point;
+    this.run.pose(this.player.time);
+    if (this.held.q) point.set(this.held.q);
+    const first = 3 * this.drawing.count;
+    const nominals = this.coordinates.map((variable) => variable.nominal || 1);
+    this.held.q = reach(this.mechanism, this.view.target(x, y), this.view.measure(spot), first, nominals);
+    this.changed();
+  }
+
+  /** What was dragged is let go: the run starts there. */
+  let() {
+    const { held } = this;
+    this.held = null;
+    if (!held?.q) {
+      if (held?.playing) this.player.play();
+      return;
+    }
+    const before = this.run.settings;
+    const settings = new Map(before);
+    this.coordinates.forEach((variable, i) => settings.set(variable.index, held.q[i]));
+    this.start(settings);
+    this.trouble = "";
+    if (this.run.error) {
+      this.trouble = `It cannot start there: ${this.run.error}`;
+      this.start(before);
+    }
+    this.player.time = 0;
+    this.showSettings();
+    if (!calm.matches) this.player.play();
+  }
+
+  /** One frame: computes ahead, then shows what is at the time of the player. */
+  frame(now) {
+    const begin = performance.now();
+    if (!this.run.done) this.run.compute(this.seen === 0 ? 4 * BUDGET : BUDGET);
+    this.player.advance(now);
+    if (this.stale || this.player.playing || !this.run.done) this.show();
+    this.times ??= [];
+    this.times.push(performance.now() - begin);
+    if (this.times.length > 600) this.times.shift();
+    window.requestAnimationFrame((time) => this.frame(time));
+  }
+
+  show() {
+    this.stale = !this.run.done;
+    this.includeNew();
+    const time = Math.min(this.player.time, this.run.end);
+    const shown = { trails: [], grey: null, greyPoint: null };
+    if (this.run.points.length === 0) {
+      byId("message").textContent = this.run.error;
+      return;
+    }
+    if (this.grey) {
+      shown.grey = this.grey.pose(Math.min(time, this.grey.end)).slice();
+      shown.greyPoint = this.mechanism.point.slice(0, this.coordinates.length);
+    }
+    if (this.drawing) shown.trails = this.trails(time);
+    shown.spots = this.run.pose(time);
+    if (this.held?.q) {
+      this.mechanism.point.set(this.held.q);
+      shown.spots = this.mechanism.draw(0);
+      shown.trails = [];
+    }
+    shown.point = this.mechanism.point;
+    this.view.draw(shown);
+    this.panel.update(time);
+    this.player.show();
+    this.tell(time);
+  }
+
+  /** The view makes room for what was computed since it was last told. */
+  includeNew() {
+    const { run } = this;
+    const stride = Math.ceil(run.count / 600);
+    for (; this.seen < run.points.length; this.seen += stride) {
+      const point = run.points[this.seen];
+      this.mechanism.point.set(point);
+      if (this.drawing) this.view.include(this.mechanism.draw(run.timeOf(this.seen)));
+      else this.view.includePoint(point);
+    }
+  }
+
+  /** Where the bodies were before, oldest first. */
+  trails(time) {
+    const { run } = this;
+    const last = Math.floor(time / run.timeOf(1));
+    const stride = Math.max(1, Math.ceil((0.12 * run.count) / TRAIL));
+    const first = Math.max(0, last - stride * TRAIL);
+    if (this.trailed?.run !== run || this.trailed.last > last || this.trailed.first > first + stride) {
+      this.trailed = { run, known: new Map() };
+    }
+    const known = this.trailed.known;
+    const spots = this.drawing.handles.slice(0, 8).map(([, spot]) => spot);
+    for (let k = Math.ceil(first / stride) * stride; k <= last && k < run.points.length; k += stride) {
+      if (known.has(k)) continue;
+      this.mechanism.point.set(run.points[k]);
+      known.set(k, this.view.places(this.mechanism.draw(run.timeOf(k)), spots));
+    }
+    for (const k of known.keys()) if (k < first) known.delete(k);
+    Object.assign(this.trailed, { first, last });
+    const here = this.view.places(run.pose(time), spots);
+    const rows = [...known.keys()].sort((a, b) => a - b).map((k) => known.get(k));
+    return spots.map((_, i) => [...rows.map((row) => row[i]), here[i]]);
+  }
+
+  /** Modes, messages and the badge. */
+  tell(time) {
+    const { run } = this;
+    const modes = this.watched.filter((variable) => variable.items);
+    const words = modes.map((v) => `${v.short}: ${(v.items[run.valueAt(v, time)] ?? "").replace("_", " ")}`);
+    const text = words.join("   ");
+    if (byId("modes").textContent !== text) byId("modes").textContent = text;
+    const message = run.error ? `Ends at ${run.end.toPrecision(4)} s: ${run.error}` : (this.trouble ?? "");
+    if (byId("message").textContent !== message) byId("message").textContent = message;
+    if (this.model.reference && !this.judged && this.default && run.done && !run.error) {
+      const { passed, text: said, title } = verdict(compare(run, this.model.reference, this.variables), this.model.reference.bar);
+      Object.assign(byId("badge"), { textContent: said, title, className: passed ? "good" : "bad" });
+      this.judged = true;
+    }
+  }
+}
+
+async function main() {
+  const model = JSON.parse(byId("model").textContent);
+  const mechanism = await loadMechanism(await unpacked("module"));
+  let three = null;
+  if (byId("three")) {
+    const address = URL.createObjectURL(new Blob([await unpacked("three")], { type: "text/javascript" }));
+    three = await import(address);
+    URL.revokeObjectURL(address);
+  }
+  const page = new Page(model, mechanism, three);
+  window.live = page;
+  window.requestAnimationFrame((time) => page.frame(time));
+}
+
+main().catch((error) => {
+  byId("message").textContent = `This page cannot run here: ${error.message}`;
+  console.error(error);
+});

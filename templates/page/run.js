@@ -1,0 +1,145 @@
+/** A run of the experiment: computed ahead of what is shown, recorded at every communication point. */
+
+const MOST_SNAPSHOTS = 400;
+
+export class Run {
+  /**
+   * `experiment`: stop, step and tolerance; `settings`: a Map of variables to values at the start; `watched`: the
+   * variables that change at events only.
+   */
+  constructor(mechanism, experiment, settings, watched) {
+    Object.assign(this, { mechanism, experiment, settings: new Map(settings), watched });
+    this.count = Math.max(1, Math.round(experiment.stop / experiment.step));
+    this.every = Math.ceil(this.count / MOST_SNAPSHOTS);
+    this.changed = true;
+    this.restart();
+  }
+
+  restart() {
+    Object.assign(this, { points: [], values: [], snapshots: [], marks: [], error: "", version: 0 });
+    this.moved();
+    if (this.mechanism.begin(this.experiment, this.settings)) {
+      this.record(true);
+    } else {
+      this.error = this.mechanism.sentence;
+    }
+  }
+
+  moved() {
+    this.changed = true;
+    this.version += 1;
+  }
+
+  /** The time of the record with this index, s. */
+  timeOf(index) {
+    return index * (this.experiment.stop / this.count);
+  }
+
+  /** The time up to which the run is computed, s. */
+  get end() {
+    return this.timeOf(Math.max(0, this.points.length - 1));
+  }
+
+  get done() {
+    return this.error !== "" || this.points.length > this.count;
+  }
+
+  record(kept) {
+    const index = this.points.length;
+    this.mechanism.observe();
+    const values = this.mechanism.values.slice();
+    if (index > 0) this.mark(index, this.values[index - 1], values);
+    this.points.push(this.mechanism.point.slice());
+    this.values.push(values);
+    this.snapshots.push(kept || index % this.every === 0 ? this.mechanism.state.slice() : null);
+  }
+
+  mark(index, before, after) {
+    for (const variable of this.watched) {
+      const [a, b] = [before[variable.index], after[variable.index]];
+      if (a !== b) this.marks.push({ index, time: this.timeOf(index), variable, value: b });
+    }
+  }
+
+  /** Goes on computing for some milliseconds, or to a time; answers whether anything was added. */
+  compute(milliseconds, until = Infinity) {
+    const begin = performance.now();
+    const before = this.points.length;
+    while (!this.done && this.end < until) {
+      if (!this.mechanism.advance(this.timeOf(this.points.length))) {
+        this.error = this.mechanism.sentence;
+        break;
+      }
+      this.record(false);
+      if (performance.now() - begin > milliseconds) break;
+    }
+    if (this.points.length > before) this.moved();
+    return this.points.length > before;
+  }
+
+  /** Forgets what comes after the record `index` and stands there again. */
+  goBack(index) {
+    let known = index;
+    while (this.snapshots[known] === null) known -= 1;
+    this.mechanism.restore(this.snapshots[known]);
+    for (const list of [this.points, this.values, this.snapshots]) list.length = known + 1;
+    this.marks = this.marks.filter((mark) => mark.index <= known);
+    this.error = "";
+    while (this.points.length <= index && !this.done) this.compute(0);
+  }
+
+  /** From a time on a variable has another value; at the start it is a start value, and the constraints are solved anew. */
+  change(variable, value, time) {
+    const index = Math.min(Math.floor(time / this.timeOf(1) + 1e-9), this.points.length - 1);
+    if (index <= 0) {
+      this.settings.set(variable, value);
+      this.restart();
+      return;
+    }
+    this.goBack(index);
+    this.mechanism.set(variable, value);
+    for (const list of [this.points, this.values, this.snapshots]) list.pop();
+    this.marks = this.marks.filter((mark) => mark.index < index);
+    this.record(true);
+    this.moved();
+  }
+
+  /** Puts the point at a time into the mechanism: positions by Hermite's cubic between two records, in which they move
+   *  with their velocities. */
+  pose(time) {
+    const step = this.timeOf(1);
+    const index = Math.max(0, Math.min(Math.floor(time / step), this.points.length - 1));
+    const [a, b] = [this.points[index], this.points[index + 1] ?? this.points[index]];
+    const s = Math.min(1, Math.max(0, time / step - index));
+    const n = this.mechanism.coordinates;
+    const point = this.mechanism.point;
+    point.set(a);
+    if (s > 1e-9) {
+      const [h00, h10] = [(1 + 2 * s) * (1 - s) ** 2, s * (1 - s) ** 2 * step];
+      const [h01, h11] = [s * s * (3 - 2 * s), s * s * (s - 1) * step];
+      for (let i = 0; i < n; i += 1) {
+        point[i] = h00 * a[i] + h10 * a[n + i] + h01 * b[i] + h11 * b[n + i];
+        point[n + i] = a[n + i] + s * (b[n + i] - a[n + i]);
+      }
+    }
+    return this.mechanism.draw(time);
+  }
+
+  /** The value of a variable at a time, linear between records. */
+  valueAt(variable, time) {
+    const step = this.timeOf(1);
+    const index = Math.max(0, Math.min(Math.floor(time / step + 1e-9), this.values.length - 1));
+    const [a, b] = [this.values[index], this.values[index + 1] ?? this.values[index]];
+    if (variable.discrete) return a[variable.index];
+    const share = Math.min(1, Math.max(0, time / step - index));
+    return a[variable.index] + share * (b[variable.index] - a[variable.index]);
+  }
+
+  column(variable) {
+    return this.values.map((row) => row[variable.index]);
+  }
+
+  times() {
+    return this.values.map((_, index) => this.timeOf(index));
+  }
+}
