@@ -115,13 +115,21 @@ def _bodies(layout: Layout, spots: Spots) -> Iterator[Item]:
     for name in sorted(s.masses, key=lambda name: BACK_TO_FRONT.index(layout.shapes[name].kind)):
         shape, spot = layout.shapes[name], s.place[name]
         item: Item = {"k": shape.kind, "name": name, "at": spots(spot), "label": len(bodies) <= _NAMED}
-        if shape.kind == PARTICLE and layout.half(spot):
+        if shape.kind == PARTICLE and layout.half(spot) and _falls(layout, spot):
+            item["r"] = BOX[0]
+        elif shape.kind == PARTICLE and layout.half(spot):
             item |= {"k": "slider", "along": _rounded(layout.direction(spot)), "half": list(BOX)}
         elif shape.kind == PARTICLE:
             item["r"] = round(room * (1.3 + 1.4 * (max(s.masses[name], 0.0) / heaviest) ** (1 / 3)), 3)
         else:
             item |= _extended(layout, spots, bodies[name], shape)
         yield item
+
+
+def _falls(layout: Layout, spot: int) -> bool:
+    """Whether what goes up and down at the spot hangs on nothing: it is a ball then, and no slider."""
+    held = {i for _, a in layout.attached if a is not None for i in a.ends}
+    return layout.upright(spot) and layout.pulley is None and spot not in held
 
 
 def _extended(layout: Layout, spots: Spots, body: Body, shape: Shape) -> Item:

@@ -339,7 +339,7 @@ async function main() {
     URL.revokeObjectURL(address);
   }
   const page = new Page(model, mechanism, three);
-  window.live = page;
+  window.lag2fmu = page;
   window.requestAnimationFrame((time) => page.frame(time));
 }
 

@@ -114,7 +114,8 @@ export class Panel {
       this.last = performance.now();
       this.refill(run, grey);
     }
-    for (const { plot } of this.plots) plot.at(time);
+    const index = Math.min(run.values.length - 1, Math.round(time / run.timeOf(1)));
+    for (const { plot } of this.plots) plot.at(time, index);
     const place = (of) => this.pair.map((variable) => of.valueAt(variable, Math.min(time, of.end)));
     this.phase.draw(place(run), grey ? place(grey) : null);
   }

@@ -67,7 +67,7 @@ class SpaceView {
       [low, high] = [least.map((x) => x - 45), most.map((x) => x + 45)];
     }
     const target = low.map((x, k) => (x + high[k]) / 2);
-    const radius = Math.max(12, Math.hypot(...high.map((x, k) => x - low[k])) / 2 + 4);
+    const radius = Math.max(12, 0.42 * Math.hypot(...high.map((x, k) => x - low[k])) + 4);
     const { clientWidth: width, clientHeight: height } = this.canvas;
     const aspect = width / Math.max(1, height);
     const half = (FIELD * Math.PI) / 360;
