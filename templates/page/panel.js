@@ -71,7 +71,10 @@ export class Panel {
     if (energies.length) groups.push(["energy-plot", energies.map(line)]);
     const energy = ["total_energy", "generalized_energy"].find((name) => this.named(name));
     if (energy && this.named("external_power")) {
-      groups.push(["balance-plot", [{ label: "balance, J", color: "series4", column: (run) => this.balance(run, energy) }]]);
+      groups.push([
+        "balance-plot",
+        [{ label: "balance, J", color: "series4", column: (run) => this.balance(run, energy) }],
+      ]);
     }
     return groups;
   }
