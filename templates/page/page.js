@@ -15,6 +15,7 @@ import { makeSpaceView } from "./space.js";
 import { Trails } from "./trails.js";
 
 const BUDGET = 7;
+const SMALL = 50;
 
 const calm = window.matchMedia("(prefers-reduced-motion: reduce)");
 
@@ -57,6 +58,7 @@ class Page {
       this.grey.compute(2000, Infinity);
     }
     this.start(settings);
+    this.enlarge();
     this.player = new Player(this, Number(words.speed) || this.model.speed, !calm.matches && words.paused !== "1");
     this.panel = new Panel(this, (time) => this.player.seek(time));
     this.panel.choose((words.plot ?? this.model.plot.join(",")).split(","));
@@ -76,6 +78,21 @@ class Page {
     this.showSettings();
     if (words.t) this.player.seek(Math.min(Number(words.t) || 0, stop));
     this.listen();
+  }
+
+  /** Gives what moves little, such as a single particle, the whole picture. */
+  enlarge() {
+    if (!this.drawing || this.drawing.items.some((item) => item.wall || ["still", "rail", "pulley"].includes(item.k)))
+      return;
+    this.run.compute(300);
+    const view = new PlaneView(byId("view"), this.drawing, this.colors);
+    for (let k = 0; k < this.run.points.length; k += Math.ceil(this.run.count / 200)) {
+      this.mechanism.point.set(this.run.points[k]);
+      view.include(this.mechanism.draw(this.run.timeOf(k)));
+    }
+    const [left, bottom, right, top] = view.box;
+    const extent = Math.max(right - left, top - bottom);
+    if (extent > 1e-6 && extent < SMALL) this.drawing.unit *= extent / SMALL;
   }
 
   /** A run from the start with these settings; the time is 0. */

@@ -1,6 +1,6 @@
 /** The mechanism on a canvas, in its plane. */
 
-import { PARTS } from "./plane_parts.js";
+import { PARTS, railEnds } from "./plane_parts.js";
 import { Moment } from "./scene.js";
 
 const MARGIN = 9;
@@ -11,7 +11,6 @@ const FAR = 520;
 export class PlaneView {
   constructor(canvas, drawing, colors) {
     Object.assign(this, { canvas, drawing, colors });
-    this.context = canvas.getContext("2d");
     this.forget();
   }
 
@@ -19,6 +18,7 @@ export class PlaneView {
   forget() {
     this.box = [Infinity, Infinity, -Infinity, -Infinity];
     this.largest = 0;
+    for (const item of this.drawing.items) item.span = undefined;
   }
 
   /** Makes room for what is drawn at these spots. */
@@ -31,6 +31,7 @@ export class PlaneView {
 
   outline(moment, item) {
     if (item.k === "still") return item.lines.flat();
+    if (item.k === "rail") return this.along(moment, item);
     if (item.k === "pulley") return this.hung(moment, item.tree);
     const found = item.at === undefined ? [] : [moment.flat(item.at)];
     if (item.size) {
@@ -41,6 +42,17 @@ export class PlaneView {
     if (item.wall || item.link) return [moment.ends(item).b];
     if (item.ends && item.k === "link") found.push(...item.ends.map((spot) => moment.flat(spot)));
     return found;
+  }
+
+  /** Both ends of a rail, which is made longer if what is on it has left it. */
+  along(moment, item) {
+    const [x, y] = moment.flat(item.of);
+    const station = (x - item.middle[0]) * item.along[0] + (y - item.middle[1]) * item.along[1];
+    const [least, most] = item.span ?? [0, 0];
+    if (Number.isFinite(station) && Math.abs(station) < FAR) {
+      item.span = [Math.min(least, station), Math.max(most, station)];
+    }
+    return railEnds(item);
   }
 
   hung(moment, tree) {
@@ -130,6 +142,7 @@ export class PlaneView {
   draw(shown) {
     const moment = new Moment(this.drawing, shown.spots);
     this.fit(moment);
+    this.context ??= this.canvas.getContext("2d");
     const c = this.context;
     c.clearRect(0, 0, this.canvas.width, this.canvas.height);
     c.lineJoin = c.lineCap = "round";
@@ -158,7 +171,7 @@ export class PlaneView {
 
   items(moment, grey) {
     for (const item of this.drawing.items) {
-      if (grey && (item.k === "still" || item.k === "support")) continue;
+      if (grey && ["still", "rail", "support"].includes(item.k)) continue;
       PARTS[item.k](this, moment, item);
     }
   }
@@ -199,6 +212,7 @@ export class PlaneView {
     c.arc(...this.toPixels(center), Math.max(0, radius * this.scale), 0, 2 * Math.PI);
     c.fillStyle = this.colors(fill);
     c.fill();
+    if (width === 0) return;
     this.pen(style, width);
     c.stroke();
   }

@@ -8,6 +8,10 @@ const flatAxes = (view, moment, item) =>
 /** How each kind of part is drawn. */
 export const PARTS = {
   still: (view, _, item) => view.lines(item.lines, "ground", 0.35),
+  rail(view, _, item) {
+    const [least, most] = railEnds(item);
+    view.lines(hatched(least, most), "ground", 0.35);
+  },
   support: (view, moment, item) => view.lines(support(moment.flat(item.at), view.size), "ground", 0.35),
   cross: (view, moment, item) => view.lines(cross(moment.flat(item.at), view.size), "axis", 0.3),
   link(view, moment, item) {
@@ -16,10 +20,11 @@ export const PARTS = {
     view.context.setLineDash([]);
   },
   joint: (view, moment, item) => view.disc(moment.flat(item.at), item.r * view.size, "paper", "link"),
-  particle: (view, moment, item) => view.disc(moment.flat(item.at), item.r * view.size, "mass", "edge"),
+  particle: (view, moment, item) =>
+    view.disc(moment.flat(item.at), item.r * (item.real ? 1 : view.size), "mass", "edge"),
   slider(view, moment, item) {
     const across = [-item.along[1], item.along[0]];
-    const [a, b] = item.half.map((x) => x * view.size);
+    const [a, b] = item.half;
     const at = moment.flat(item.at);
     const corner = (x, y) => off(at, item.along, x * a, across, y * b);
     view.shape([corner(-1, -1), corner(1, -1), corner(1, 1), corner(-1, 1)], "body", "edge", 0.5);
@@ -145,4 +150,10 @@ function hull(points) {
     return chain.slice(0, -1);
   };
   return [...half(sorted), ...half(sorted.reverse())];
+}
+
+/** Both ends of the ground under what has moved between the stations of `item.span`. */
+export function railEnds(item) {
+  const [least, most] = item.span ?? [0, 0];
+  return [least - item.reach, most + item.reach].map((x) => off(item.middle, item.along, x));
 }
