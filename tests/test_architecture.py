@@ -18,12 +18,12 @@ PACKAGE = Path(lag2fmu.__file__).parent
 ROOMS = {
     "language": ({"errors"}, {"sympy"}),
     "description": ({"errors", "language"}, {"sympy"}),
-    "mechanism": ({"errors", "language", "description"}, {"sympy"}),
+    "mechanism": ({"errors", "lazy", "language", "description"}, {"sympy"}),
     "formats": (
         {"errors", "resources", "xml_tree", "language", "description", "mechanism"},
         {"sympy", "numpy", "tomli", "mujoco"},
     ),
-    "reference": ({"errors", "language", "description", "mechanism"}, {"sympy", "numpy", "scipy"}),
+    "reference": ({"errors", "lazy", "language", "description", "mechanism"}, {"sympy", "numpy", "scipy"}),
     "graph": ({"errors", "language"}, {"sympy", "numpy"}),
     "dynamics": ({"errors", "language", "description", "mechanism", "formats", "graph"}, {"sympy", "numpy", "scipy"}),
     "analysis": (
@@ -46,6 +46,10 @@ ROOMS = {
         | {"dynamics", "analysis", "picture", "explain", "solvers", "codegen", "live"},
         {"PIL"},
     ),
+    "ensemble": (
+        {"errors", "lazy", "description", "mechanism", "formats", "dynamics", "solvers", "codegen", "fmu"},
+        {"numpy"},
+    ),
     "verify": (
         {"errors", "xml_tree", "language", "description", "mechanism", "formats", "reference", "graph", "dynamics"}
         | {"analysis", "picture", "solvers", "live", "fmu"},
@@ -53,8 +57,8 @@ ROOMS = {
     ),
     "studies": (
         {"errors", "language", "description", "mechanism", "formats", "reference", "dynamics", "solvers", "codegen"}
-        | {"fmu", "verify"},
-        {"numpy", "scipy", "xarray", "pyarrow", "h5netcdf", "matplotlib"},
+        | {"fmu", "ensemble", "verify"},
+        {"numpy", "scipy", "xarray", "pyarrow", "matplotlib"},
     ),
     "checking": ({"errors", "lazy", "xml_tree", "fmu", "verify"}, {"lief", "rich"}),
     "systems": ({"errors", "xml_tree", "version", "language", "description", "fmu", "checking"}, set()),
@@ -72,7 +76,7 @@ USERS = {
     "zipfile": {"fmu/pack.py"},
     "fmpy": {"verify/instances.py", "verify/simulate.py"},
     "lief": {"checking/binaries.py"},
-    "matplotlib": {"verify/plots"},
+    "matplotlib": {"verify/plots", "studies/calibration_figure.py"},
     "PIL": {"fmu/icon.py"},
     "mujoco": {"formats/robots/mjcf.py"},
 }
@@ -193,12 +197,15 @@ def test_a_name_comes_from_the_module_that_defines_it() -> None:
 
 def test_the_public_names_are_these() -> None:
     assert sorted(lag2fmu.__all__) == [
+        "Calibration",
         "Contact",
+        "Ensemble",
         "Fmu",
         "Friction",
         "Lag2FmuError",
         "Mechanism",
         "Report",
+        "Runs",
         "Sensitivities",
         "State",
         "Stop",
@@ -206,9 +213,11 @@ def test_the_public_names_are_these() -> None:
         "Trajectory",
         "__version__",
         "animate",
+        "calibrate",
         "derive",
         "equilibria",
         "export",
+        "function",
         "linearize",
         "load",
         "modes",

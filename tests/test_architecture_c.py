@@ -23,6 +23,7 @@ ROOMS = {
     "variants": {"core", "solvers"},
     "solvers": {"core", "variants"},
     "adjoints": {"core", "variants"},
+    "ensemble": {"core", "variants"},
     "page": {"core", "variants"},
     "studies": {"core", "variants", "solvers"},
 }

@@ -25,6 +25,7 @@ from lag2fmu.cli.commands import (
     ssp,
     validate,
 )
+from lag2fmu.cli.study_commands import calibrate
 from lag2fmu.errors import Lag2FmuError
 from lag2fmu.version import VERSION
 
@@ -80,18 +81,7 @@ def main() -> None:
     """
 
 
-for _command in (
-    demo,
-    models,
-    new,
-    import_command,
-    show,
-    export_command,
-    page_command,
-    linearize,
-    simulate,
-    validate,
-    check,
-    ssp,
-):
+_OF_MODELS = (demo, models, new, import_command, show, export_command, page_command, linearize)
+_OF_RUNS = (simulate, validate, check, calibrate, ssp)
+for _command in (*_OF_MODELS, *_OF_RUNS):
     main.add_command(_command)

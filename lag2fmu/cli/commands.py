@@ -89,6 +89,16 @@ def show(**choices: Any) -> None:
     help="Make a local variable an output ('all': each); repeatable.",
 )
 @click.option(
+    "--inputs", metavar="NAMES", help="The inputs that there are: F,Q_x or 'none' or 'all'; others keep still."
+)
+@click.option(
+    "--port",
+    "ports",
+    multiple=True,
+    metavar="KEY=NAMES",
+    help="Forces, torques in, poses, velocities, accelerations of places out: forces=tip,hand:frame; repeatable.",
+)
+@click.option(
     "--backend",
     type=click.Choice(["c", "python"]),
     default="c",

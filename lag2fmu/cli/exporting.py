@@ -7,6 +7,7 @@ from pathlib import Path
 import click
 
 from lag2fmu.analysis.entry_points import resting
+from lag2fmu.cli.porting import with_choices
 from lag2fmu.cli.settings import load_mechanism
 from lag2fmu.cli.terminal import build_progress
 from lag2fmu.errors import ExportError, Lag2FmuError
@@ -25,6 +26,8 @@ def export_model(  # noqa: PLR0913, PLR0917 (an option each)
     compiler: str,
     backend: str,
     outputs: tuple[str, ...],
+    inputs: str | None,
+    ports: tuple[str, ...],
     fmi: str | None,
     arrays: bool,
     start: str,
@@ -35,7 +38,7 @@ def export_model(  # noqa: PLR0913, PLR0917 (an option each)
     settings: tuple[str, ...],
 ) -> None:
     """Write the FMU of ``model`` and say which solver it has; raises Lag2FmuError."""
-    mechanism, extra, samples = load_mechanism(model, settings), {}, None
+    mechanism, extra, samples = with_choices(load_mechanism(model, settings), inputs, ports), {}, None
     mechanism = resting(mechanism) if start == "equilibrium" else mechanism
     path = Path(f"{Path(model).stem}.fmu") if path is None else path
     if not force:

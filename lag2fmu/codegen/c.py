@@ -9,6 +9,7 @@ from __future__ import annotations
 
 from collections import Counter
 from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
 from fractions import Fraction
 from textwrap import fill
 
@@ -22,6 +23,22 @@ MAX_STATEMENTS = 1500
 """Statements in one C function; compilers are near linear up to a few thousand."""
 MANY_ZEROS = 2000
 """So many entries of an array that are 0 are put to 0 in a loop over the array, and not one by one."""
+
+
+@dataclass(frozen=True)
+class Dialect:
+    """How values are written: their ``type`` in C, the format of a ``constant``, ``patterns`` {operation: format}.
+
+    Operations that are not among the patterns are written as OPERATIONS has them.
+    """
+
+    type: str
+    constant: str
+    patterns: Mapping[str, str]
+
+
+SCALAR = Dialect("double", "{}", {})
+"""Numbers of type double, as FMUs have them."""
 
 
 def c_number(value: float) -> str:
@@ -59,19 +76,19 @@ def _array(name: str, values: Sequence[float]) -> str:
     return f"static const double {name}[] = {{\n{text}\n}};"
 
 
-def c_prototype(function: Function) -> str:
+def c_prototype(function: Function, dialect: Dialect = SCALAR) -> str:
     """The head of ``function`` without a semicolon: arguments are const arrays or numbers, results arrays."""
-    return f"void {function.name}({_parameters(function)})"
+    return f"void {function.name}({_parameters(function, dialect.type)})"
 
 
-def c_function(program: Program, function: Function) -> str:
+def c_function(program: Program, function: Function, dialect: Dialect = SCALAR) -> str:
     """The definition of ``function``, of several parts if it is long."""
-    return _Printer(program, function).text()
+    return _Printer(program, function, dialect).text()
 
 
-def _parameters(function: Function) -> str:
-    inputs = [f"double {a.name}" if a.scalar else f"const double {a.name}[]" for a in function.arguments]
-    return ", ".join([*inputs, *(f"double {array}[]" for array in function.arrays)])
+def _parameters(function: Function, kind: str) -> str:
+    inputs = [f"{kind} {a.name}" if a.scalar else f"const {kind} {a.name}[]" for a in function.arguments]
+    return ", ".join([*inputs, *(f"{kind} {array}[]" for array in function.arrays)])
 
 
 class _Printer:
@@ -81,8 +98,10 @@ class _Printer:
     of the function as an entry of the array s.
     """
 
-    def __init__(self, program: Program, function: Function) -> None:
-        self.graph, self.function = program.graph, function
+    def __init__(self, program: Program, function: Function, dialect: Dialect) -> None:
+        self.graph, self.function, self.kind = program.graph, function, dialect.type
+        self.constant = dialect.constant
+        self.patterns = tuple(dialect.patterns.get(row.name, row.c) for row in OPERATIONS)
         code = self.graph.code
         scheduled = self.graph.schedule((node for *_, node in function.results), function.given)
         order = [node for node in scheduled if code[node] != CONSTANT]
@@ -97,7 +116,10 @@ class _Printer:
                 self.stores.setdefault(node, []).append(f"{array}[{index}]")
         self.names |= _places(function)
         constants = {*scheduled, *(node for *_, node in self.results)}
-        self.names |= {n: c_number(float(self.graph.value(n))) for n in constants if code[n] == CONSTANT}
+        self.names |= {n: self._number(float(self.graph.value(n))) for n in constants if code[n] == CONSTANT}
+
+    def _number(self, value: float) -> str:
+        return self.constant.format(c_number(value))
 
     def _cleared(self) -> dict[str, int]:
         """The arrays with so many zeros that a loop writes them: {name: length}."""
@@ -121,15 +143,15 @@ class _Printer:
         return kept
 
     def text(self) -> str:
-        head = f"/* {self.function.doc} */\n{c_prototype(self.function)}\n"
+        parameters = _parameters(self.function, self.kind)
+        head = f"/* {self.function.doc} */\nvoid {self.function.name}({parameters})\n"
         if len(self.parts) == 1:
             return f"{head}{{\n{self._body(0)}}}\n"
         names = [a.name for a in self.function.arguments] + list(self.function.arrays)
-        parts, calls = [], [f"    double s[{max(1, len(self.kept))}];"]
+        parts, calls = [], [f"    {self.kind} s[{max(1, len(self.kept))}];"]
         for number in range(len(self.parts)):
-            parameters = f"{_parameters(self.function)}, double s[]"
             name = f"{self.function.name}_{number + 1}"
-            parts.append(f"static void {name}({parameters})\n{{\n{self._body(number)}}}\n")
+            parts.append(f"static void {name}({parameters}, {self.kind} s[])\n{{\n{self._body(number)}}}\n")
             calls.append(f"    {name}({', '.join([*names, 's'])});")
         return "\n".join([*parts, head + "{\n" + "\n".join(calls) + "\n}\n"])
 
@@ -149,7 +171,7 @@ class _Printer:
         names, lines = self.names, []
         for node in self.parts[number]:
             expression = self._expression(node)
-            lines.append(f"    const double {names[node]} = {expression};")
+            lines.append(f"    const {self.kind} {names[node]} = {expression};")
             if node in self.kept:
                 lines.append(f"    s[{self.kept[node]}] = {names[node]};")
             if node in self.stores:
@@ -158,15 +180,18 @@ class _Printer:
         return lines
 
     def _loops(self) -> list[str]:
-        return [f"    for (int i = 0; i < {n}; i++) {{ {array}[i] = 0.0; }}" for array, n in self.cleared.items()]
+        return [
+            f"    for (int i = 0; i < {n}; i++) {{ {array}[i] = {self._number(0.0)}; }}"
+            for array, n in self.cleared.items()
+        ]
 
     def _expression(self, node: Node) -> str:
         code, operands = self.graph.code[node], self.graph.operands[node]
         if code not in LOOKUPS:
-            return _PATTERNS[code].format(*[self.names[operand] for operand in operands])
+            return self.patterns[code].format(*[self.names[operand] for operand in operands])
         table, *orders = (str(int(self.graph.value(x))) for x in operands[: 1 + LOOKUPS[code]])
         arguments = [self.names[x] for x in operands[1 + LOOKUPS[code] :]]
-        return f"{OPERATIONS[code].name}(&TABLE_{table}, {', '.join([*orders, *arguments])})"
+        return f"{self.patterns[code] or OPERATIONS[code].name}(&TABLE_{table}, {', '.join([*orders, *arguments])})"
 
     def _assignments(self) -> list[str]:
         """The results that are constants or arguments."""
@@ -187,9 +212,6 @@ class _Printer:
             read |= {node for *_, node in self._given()}
         used |= {a.name for a in self.function.arguments if not read.isdisjoint(a.entries)}
         return used if kept.keys().isdisjoint(read | part) else used | {"s"}
-
-
-_PATTERNS = tuple(row.c for row in OPERATIONS)
 
 
 def _places(function: Function) -> Mapping[Node, str]:

@@ -66,6 +66,11 @@ def momentum(name: str) -> str:
     return f"p_{name}"
 
 
+def drive(motion: str) -> str:
+    """Name of the generalized force that carries the prescribed ``motion``."""
+    return f"F_{motion}"
+
+
 def derivative(name: str) -> str:
     """Name of the variable that carries the FMI attribute ``derivative`` for the state ``name``."""
     return f"der_{name}"

@@ -43,6 +43,7 @@ class Ports:
     axes "world" or "frame"; they are inputs PLACE_force_x ..., PLACE_torque_x ... The other fields list places whose
     motion is an output, in world axes: PLACE_position_x ... (m) and ``rotation``, PLACE_velocity_x ... (m/s) and
     PLACE_angular_velocity_x ... (rad/s), PLACE_acceleration_x ... (m/s2) and PLACE_angular_acceleration_x ... (rad/s2).
+    ``drives`` are prescribed motions whose force F_NAME is an output.
     Raises MechanismError for axes that are unknown and a place that stands twice.
     """
 
@@ -68,13 +69,17 @@ class Ports:
         ROTATIONS, "How poses in space tell the rotation; by default a quaternion.", default=ROTATIONS[0]
     )
 
+    drives: Sequence[str] = key(
+        "motions", "Prescribed motions whose force F_NAME goes out, which closes the bond.", default=()
+    )
+
     def __post_init__(self) -> None:
         vars(self).update(
             inputs=_chosen(self.inputs),
             **{name: _acting(getattr(self, name), name) for name in ACTING},
-            **{name: tuple(map(_name, getattr(self, name))) for name in MOVING},
+            **{name: tuple(map(_name, getattr(self, name))) for name in (*MOVING, "drives")},
         )
-        for name, places in self.listed().items():
+        for name, places in {**self.listed(), "drives": tuple(self.drives)}.items():
             twice = next((place for i, place in enumerate(places) if place in places[:i]), None)
             if twice is not None:
                 raise MechanismError(f"ports.{name}: '{twice}' stands twice; leave one out")
@@ -92,9 +97,15 @@ class Ports:
         return acting | {name: tuple(getattr(self, name)) for name in MOVING}
 
     def with_those_of(self, other: Ports) -> Ports:
-        """The same with the places of ``other`` behind its own; the choice of inputs and the rotation stay."""
+        """The same with the places and drives of ``other`` behind its own; the choice of inputs and rotation stay."""
         both = {name: (*getattr(self, name), *getattr(other, name)) for name in self.listed()}
-        return Ports(self.inputs, **both, rotation=self.rotation)
+        drives = tuple(dict.fromkeys((*self.drives, *other.drives)))  # a motion may be shared
+        return Ports(self.inputs, **both, rotation=self.rotation, drives=drives)
+
+
+def bare(place: str) -> str:
+    """The name of ``place`` without the table before it."""
+    return place.rpartition(".")[2]
 
 
 def _chosen(inputs: Sequence[str] | str | None) -> tuple[str, ...] | None:

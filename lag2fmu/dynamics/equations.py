@@ -33,7 +33,8 @@ class EquationsOfMotion:
 
     ``mass_matrix``: M (n, n), d2L/dqd2 and what ``parts.carried`` adds to make it regular; ``residual``: M qdd -
     forcing - G^T multiplier and behind it the constraints' accelerations, (n + m,), with qdd as variables; ``momenta``:
-    p = dL/dqd, (n,); ``energies`` (J) and the power of the external inputs (W) by name, see ``terms.named_energies``.
+    p = dL/dqd, (n,); ``drives``: the force that carries each prescribed motion, (k,); ``energies`` (J) and the power of
+    the external inputs (W) by name, see ``terms.named_energies``.
 
     The graph is sealed: code that adds nodes works on the copy that ``apart`` returns.
     """
@@ -55,6 +56,7 @@ class EquationsOfMotion:
     mass_matrix: tuple[tuple[Node, ...], ...]
     residual: tuple[Node, ...]
     momenta: tuple[Node, ...]
+    drives: tuple[Node, ...]
     energies: Mapping[str, Node]
 
     def apart(self: _Equations) -> _Equations:
@@ -78,6 +80,8 @@ class EquationsOfMotion:
         """
         for coordinate, momentum in zip(self.mechanism.coordinates, self.momenta, strict=True):
             yield names.momentum(coordinate.name), momentum
+        for motion, drive in zip(self.mechanism.driven, self.drives, strict=True):
+            yield names.drive(motion), drive
         yield from self.energies.items()
         yield from self.outputs.items()
         for constraint, residual in zip(self.mechanism.constraints, self.permanent.residuals, strict=True):

@@ -24,12 +24,14 @@ from pathlib import Path
 import numpy as np
 
 from lag2fmu.dynamics.constraints import Constraints, compose, starting_consistently
+from lag2fmu.dynamics.drives import drive_forces
 from lag2fmu.dynamics.elimination import Entries, Solution, mass_matrix, solve
 from lag2fmu.dynamics.energies import Composer, Energies
 from lag2fmu.dynamics.equations import EquationsOfMotion
 from lag2fmu.dynamics.formulas import formulas
 from lag2fmu.dynamics.massless import with_equilibria
 from lag2fmu.dynamics.nominals import with_nominals
+from lag2fmu.dynamics.outputs import composed_output
 from lag2fmu.dynamics.rows import Rows, compose_rows
 from lag2fmu.dynamics.samples import (
     check_agreement,
@@ -221,7 +223,9 @@ def _equations(solved: _Solved) -> DerivedEquations:
     g, v = solved.graph, solved.variables
     completed, started = _starting(solved)
     check_starts(started)
-    outputs = {name: x for o in mechanism.outputs for name, x in zip(o.names, composer.output(o), strict=True)}
+    outputs = {
+        name: x for o in mechanism.outputs for name, x in zip(o.names, composed_output(composer, o), strict=True)
+    }
     dependent = {p.name: composer.put.names[p.name] for p in mechanism.parameters if p.expression is not None}
     momenta = tuple(reverse(g, {parts.lagrangian(g): g.one}, v.qd))
     rate, accelerating = (Forward(g, v.direction(g, along)) for along in (False, True))
@@ -244,5 +248,6 @@ def _equations(solved: _Solved) -> DerivedEquations:
         mass_matrix=mass_matrix(g, solved.entries, v.qd),
         residual=with_constraints(g, v, residual, solved.constraints, accelerating),
         momenta=momenta,
+        drives=drive_forces(g, mechanism, v, parts, solved.constraints, solved.rows),
         energies=named_energies(g, v, parts, momenta),
     )

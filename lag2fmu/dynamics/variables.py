@@ -59,6 +59,11 @@ class Variables:
         return (*self.Q, *self.plain, *(node for motion in self.motions for node in motion))
 
     @property
+    def driven(self) -> tuple[tuple[Node, Node], ...]:
+        """Position and velocity of each prescribed motion."""
+        return tuple((y, y_dot) for y, y_dot, _ in self.motions)
+
+    @property
     def signals(self) -> tuple[Node, ...]:
         """The inputs and behind them their rates."""
         return (*self.inputs, *self.rates)

@@ -18,6 +18,7 @@ import tempfile
 from collections.abc import Callable, Iterable, Mapping
 from concurrent.futures import Future, ThreadPoolExecutor, as_completed
 from dataclasses import dataclass, replace
+from functools import lru_cache
 from importlib.metadata import version
 from importlib.util import find_spec
 from pathlib import Path
@@ -76,6 +77,9 @@ _HOSTS = {
     ("Windows", "AMD64"): "win64",
 }
 """(system, machine) as Python's ``platform`` names them -> name in PLATFORMS."""
+
+_MACHINES = {"x86_64": "x86_64", "AMD64": "x86_64", "aarch64": "aarch64", "arm64": "aarch64"}
+"""Machine as Python's ``platform`` names it -> what zig's targets begin with."""
 
 
 def host_platform() -> Platform:
@@ -165,6 +169,37 @@ def compile_libraries(
     return [universal([built[part] for part in parts if part[0] == p]) for p in platforms]
 
 
+@lru_cache(maxsize=2)
+def processor_macros(compiler: str = "zig") -> frozenset[str]:
+    """What the compiler predefines for the processor of this machine, such as ``__AVX2__``. Raises BuildError."""
+    with tempfile.TemporaryDirectory(prefix="lag2fmu-") as folder:
+        Path(folder, "empty.c").write_text("", "utf-8")
+        text = _run([*_for_here(compiler), "-E", "-dM", "empty.c"], Path(folder))
+    return frozenset(words[1] for words in map(str.split, text.splitlines()) if words[:1] == ["#define"])
+
+
+def compile_here(sources: Mapping[str, str], name: str, compiler: str = "zig") -> bytes:
+    """The shared library ``name`` of ``sources`` {file name: text} for this very processor and no other.
+
+    What zig made of the same before may be kept. Raises BuildError.
+    """
+    library, joined = f"{name}{host_platform().suffix}", units(sources)
+    command = [*_for_here(compiler), *FLAGS, "-shared", "-o", library, *joined, "-lm"]
+
+    def build() -> bytes:
+        return _built(command, {**sources, **joined}, library)
+
+    if compiler != "zig":
+        return build()
+    return kept((version("ziglang"), command, sorted(processor_macros(compiler)), sorted(sources.items())), build)
+
+
+def _for_here(compiler: str) -> list[str]:
+    """The command that compiles for this processor."""
+    target = next(t for t in host_platform().targets if t.startswith(_MACHINES[platform.machine()]))
+    return [*compiler_command(compiler, target), "-mcpu=native" if compiler == "zig" else "-march=native"]
+
+
 def compile_module(sources: Mapping[str, str], functions: Iterable[str]) -> bytes:
     """The C files in ``sources`` {file name: text} as a module of WebAssembly that offers ``functions``.
 
@@ -224,8 +259,8 @@ def _built(command: list[str], files: Mapping[str, str], library: str) -> bytes:
     return built
 
 
-def _run(command: list[str], folder: Path) -> None:
-    """Run the compiler in ``folder``; raises BuildError with what it says if it fails."""
+def _run(command: list[str], folder: Path) -> str:
+    """Run the compiler in ``folder`` and return what it prints; raises BuildError with what it says if it fails."""
     environment = dict(os.environ)
     if "ziglang" in command and not _has_cache():
         environment["ZIG_GLOBAL_CACHE_DIR"] = str(folder / "cache")
@@ -242,6 +277,7 @@ def _run(command: list[str], folder: Path) -> None:
         raise BuildError(
             f"the compiler failed with exit code {done.returncode} ({' '.join(command[:5])} ...):\n{shown}"
         )
+    return done.stdout
 
 
 def _has_cache() -> bool:

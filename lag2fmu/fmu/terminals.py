@@ -1,21 +1,44 @@
 """terminalsAndIcons.xml: what belongs together when FMUs are connected (FMI 3.0, section 2.4.9; since FMI 2.0.4).
 
 Every coordinate is a terminal, as a mechanical flange is: its motion goes out, and a force goes in that is in balance
-with the forces of what is connected. Where coordinates are an array, all of them are one terminal.
+with the forces of what is connected. Where coordinates are an array, all of them are one terminal. A prescribed motion
+is the counterpart: its motion goes in, and the force that carries it goes out, if that is an output. The place of a
+port is a terminal of all its variables.
 """
 
 from __future__ import annotations
 
+import re
 import xml.etree.ElementTree as ET
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass
 
 from lag2fmu.description import names
+from lag2fmu.description.outputs import QUANTITIES, TURNING
+from lag2fmu.description.ports import bare
 from lag2fmu.fmu.model_description import ModelDescription
 from lag2fmu.fmu.xml_text import document
+from lag2fmu.mechanism.record import Mechanism
+
+_CONNECTED = ("input", "output")
+_FORCES = ("force", "torque")
+_PLACE_MEMBER = re.compile(rf"({'|'.join(sorted({*_FORCES, *QUANTITIES, *TURNING}))})(_([xyz]|[0-3]{{1,2}}))?")
+"""What the variables of a port are called behind PLACE_."""
+
+
+@dataclass(frozen=True)
+class Terminal:
+    """What is connected together: ``members`` {member: variable}; those in ``flows`` add up to zero."""
+
+    name: str
+    kind: str
+    doc: str
+    members: Mapping[str, str]
+    flows: frozenset[str]
 
 
 def terminals(description: ModelDescription, *, icon: bool) -> bytes:
-    """terminalsAndIcons/terminalsAndIcons.xml: a terminal for each coordinate, with its velocity and its force.
+    """terminalsAndIcons/terminalsAndIcons.xml: the terminals of coordinates, prescribed motions and places.
 
     With ``icon`` it places the icon that stands beside it: FMI 3.0.2, section 2.4.9.2.
     """
@@ -26,25 +49,65 @@ def terminals(description: ModelDescription, *, icon: bool) -> bytes:
         ET.SubElement(picture, "CoordinateSystem", square | {"suggestedScalingFactorTo_mm": "0.1"})
         ET.SubElement(picture, "Icon", square)
     parent = ET.SubElement(root, "Terminals")
-    arrays = {port.name for port in description.ports if port.is_array}
-    joined = {v.name for port in description.ports if port.is_array for v in port.members}
-    scalars = {v.name for v in description.variables} - joined
-    if {"q", "qd"} <= arrays:
-        force = ("Q",) if "Q" in arrays else ()
-        _terminal(parent, {"name": "coordinates", "terminalKind": "org.lag2fmu.coordinates"}, ("q", "qd", *force))
-        return document(root)
-    for q in description.mechanism.coordinates:
-        force = (names.generalized_force(q.name),) if names.generalized_force(q.name) in scalars else ()
-        attributes = {"name": q.name, "terminalKind": "org.lag2fmu.coordinate"}
-        attributes |= {"description": q.doc} if q.doc else {}
-        _terminal(parent, attributes, (q.name, names.velocity(q.name), *force))
+    for terminal in terminals_of(description):
+        attributes = {"matchingRule": "bus", "name": terminal.name, "terminalKind": terminal.kind}
+        attributes |= {"description": terminal.doc} if terminal.doc else {}
+        element = ET.SubElement(parent, "Terminal", attributes)
+        for member, variable in terminal.members.items():
+            kind = "inflow" if member in terminal.flows else "signal"
+            attributes = {"variableName": variable, "memberName": member, "variableKind": kind}
+            ET.SubElement(element, "TerminalMemberVariable", attributes)
     return document(root)
 
 
-def _terminal(parent: ET.Element, attributes: Mapping[str, str], variables: Iterable[str]) -> None:
-    """A terminal of a coordinate, its velocity and, where it is a variable by itself, its force."""
-    terminal = ET.SubElement(parent, "Terminal", {"matchingRule": "bus", **attributes})
-    members = (("coordinate", "signal"), ("velocity", "signal"), ("force", "inflow"))
-    for (member, kind), variable in zip(members, variables, strict=False):
-        member_attributes = {"variableName": variable, "memberName": member, "variableKind": kind}
-        ET.SubElement(terminal, "TerminalMemberVariable", member_attributes)
+def terminals_of(description: ModelDescription) -> tuple[Terminal, ...]:
+    """The terminals of the FMU; only inputs and outputs are members of them."""
+    m = description.mechanism
+    found: list[Terminal] = []
+    for terminal in (*_of_coordinates(description), *_of_motions(m), *_of_places(description)):
+        connected = _connected(description)
+        members = {member: variable for member, variable in terminal.members.items() if variable in connected}
+        name = terminal.name
+        while name in (other.name for other in found):
+            name += "_"
+        found.append(Terminal(name, terminal.kind, terminal.doc, members, terminal.flows))
+    return tuple(terminal for terminal in found if terminal.members)
+
+
+def _connected(description: ModelDescription) -> list[str]:
+    """The variables that can be connected by themselves, and arrays."""
+    arrays = [port for port in description.ports if port.is_array]
+    joined = {v.name for port in arrays for v in port.members}
+    scalars = [v.name for v in description.variables if v.causality in _CONNECTED and v.name not in joined]
+    return [*scalars, *(port.name for port in arrays if port.one.causality in _CONNECTED)]
+
+
+def _of_coordinates(description: ModelDescription) -> Iterator[Terminal]:
+    arrays = {port.name for port in description.ports if port.is_array}
+    if {"q", "qd"} <= arrays:
+        members = {"coordinate": "q", "velocity": "qd", "acceleration": "qdd", "force": "Q"}
+        yield Terminal("coordinates", "org.lag2fmu.coordinates", "", members, frozenset({"force"}))
+        return
+    for q in description.mechanism.coordinates:
+        members = _motion(q.name) | {"force": names.generalized_force(q.name)}
+        yield Terminal(q.name, "org.lag2fmu.coordinate", q.doc, members, frozenset({"force"}))
+
+
+def _motion(name: str) -> dict[str, str]:
+    return {"coordinate": name, "velocity": names.velocity(name), "acceleration": names.acceleration(name)}
+
+
+def _of_motions(m: Mechanism) -> Iterator[Terminal]:
+    for motion in m.motions:
+        members = _motion(motion.name) | {"force": names.drive(motion.name)}
+        yield Terminal(motion.name, "org.lag2fmu.coordinate", motion.doc, members, frozenset({"force"}))
+
+
+def _of_places(description: ModelDescription) -> Iterator[Terminal]:
+    """A terminal for each place of the ports; its members are what the variables are called behind PLACE_."""
+    places = dict.fromkeys(bare(spot) for spots in description.mechanism.ports.listed().values() for spot in spots)
+    for place in places:
+        rest = [v.name.removeprefix(f"{place}_") for v in description.variables if v.name.startswith(f"{place}_")]
+        members = {member: f"{place}_{member}" for member in rest if _PLACE_MEMBER.fullmatch(member)}
+        flows = frozenset(member for member in members if member.startswith(_FORCES))
+        yield Terminal(f"{place}_port", "org.lag2fmu.place", "", members, flows)

@@ -42,6 +42,7 @@ VALUES: dict[str, Schema] = {
     "choice": {"anyOf": [{"enum": [ALL, NONE]}, {"type": "array", "items": {"type": "string"}}]},
     "acting": {"anyOf": [_NAMES, {"type": "object", "additionalProperties": {"enum": [places.WORLD, "frame"]}}]},
     "places": _NAMES,
+    "motions": _NAMES,
     "rotations": {"type": "array", "items": _PAIR},
     "file": {"type": "string"},
     "settings": {"type": "object", "additionalProperties": _EXPRESSION},

@@ -250,6 +250,7 @@ _WRITE: dict[str, Callable[[Any], str]] = {
     "choice": _choice,
     "acting": _acting,
     "places": _strings,
+    "motions": _strings,
     "columns": _columns,
     "units": lambda units: _strings(unit.name or "1" for unit in units),
     "rotations": lambda turns: f"[{', '.join(f'[{_axis(axis)}, {_expression(angle)}]' for axis, angle in turns)}]",

@@ -10,6 +10,7 @@ from lag2fmu.description.names import (
     GLOBAL_NAMES,
     acceleration,
     derivative,
+    drive,
     force,
     frictions,
     gap,
@@ -44,6 +45,8 @@ def _generated(mechanism: Description) -> Iterator[tuple[str, str]]:
     for motion in mechanism.motions:
         yield velocity(motion.name), f"the velocity of motion input '{motion.name}'"
         yield acceleration(motion.name), f"the acceleration of motion input '{motion.name}'"
+    for name in mechanism.driven:
+        yield drive(name), f"the force that carries the motion '{name}'"
     coordinates = {q.name for q in mechanism.coordinates}
     for state in (z for z in mechanism.states if z.name not in coordinates):  # a clash of both is found as such
         yield derivative(state.name), f"the derivative of the further state '{state.name}'"

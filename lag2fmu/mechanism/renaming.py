@@ -79,6 +79,8 @@ class _Renaming:
             return value  # which inputs there are is decided by the whole
         if key.kind == "acting":
             return tuple(Acting(self._place(place), axes) for place, axes in value)
+        if key.kind == "motions":
+            return tuple(map(self.of, value))
         if key.kind == "places":
             return tuple(map(self._place, value))
         if key.kind == "names" and value is not None:

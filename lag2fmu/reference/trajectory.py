@@ -4,9 +4,7 @@ from __future__ import annotations
 
 import csv
 import io
-import math
 import os
-import re
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from importlib import import_module
@@ -16,12 +14,12 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from lag2fmu.errors import LoadError, SimulationError, UnitError
-from lag2fmu.language.units import SECOND, Unit, parse_unit
+from lag2fmu.errors import SimulationError
+from lag2fmu.language.units import Unit
+from lag2fmu.lazy import looked_up
+from lag2fmu.reference.csv_tables import check_names, csv_text, parse_table
 
 Floats = NDArray[np.float64]
-_HEADING = re.compile(r"(\S.*?)\s+\[(.+)\]")
-"""``name [unit]``; ``x[1]``, without a blank, is the name of an element of an array."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -46,7 +44,7 @@ class Trajectory:
             )
         if not len(time):
             raise SimulationError("trajectory: there are no times; give at least one")
-        _check_names(names, "trajectory", SimulationError)
+        check_names(names, "trajectory", SimulationError)
         _check_time(time)
         if not np.isfinite(values).all():
             row, column = np.argwhere(~np.isfinite(values))[0]
@@ -146,6 +144,16 @@ class Trajectory:
         axes[-1].set_xlabel("time in s")
         return figure
 
+    def animate(self, model: Any, path: str | os.PathLike[str] | None = None) -> Any:
+        """The motion of ``model``, a mechanism or what ``load`` takes: a film that shows itself in a notebook.
+
+        With ``path`` (.gif, .mp4 or .html) it is written there instead, as ``lag2fmu.animate`` does, which lists the
+        errors raised.
+        """
+        if path is None:
+            return looked_up("lag2fmu.verify.plots.animation", "film")(model, self)
+        return looked_up("lag2fmu.verify.plots.animation", "animate")(model, self, path)
+
     def to_csv(self, units: Mapping[str, Unit] | None = None) -> str:
         """The text ``time,name,...``, one line a time (s); numbers read back to the same bits (at most 17 digits).
 
@@ -190,13 +198,7 @@ def read_csv(path: str | os.PathLike[str], units: Mapping[str, Unit] | None = No
 
     Raises LoadError with line and column of what is wrong.
     """
-    try:
-        text = Path(path).read_text(encoding="utf-8-sig")
-    except OSError as error:
-        raise LoadError(f"cannot read '{path}': {error.strerror}") from error
-    except UnicodeDecodeError as error:
-        raise LoadError(f"'{path}' is no text in UTF-8 (byte {error.start}); save the table as CSV in UTF-8") from error
-    return parse_csv(text, str(path), units)
+    return parse_csv(csv_text(path), str(path), units)
 
 
 def parse_csv(text: str, where: str = "CSV", units: Mapping[str, Unit] | None = None) -> Trajectory:
@@ -206,76 +208,8 @@ def parse_csv(text: str, where: str = "CSV", units: Mapping[str, Unit] | None = 
     quantities, where they are known. Raises LoadError starting with ``where`` and the line, also for a unit of another
     kind than that in ``units``.
     """
-    reader = csv.reader(io.StringIO(text, newline=""))
-    rows: list[list[float]] = []
-    try:
-        header, own = _headings(next(reader, []), f"{where}, line 1", {} if units is None else units)
-        if not header or header[0] != "time":
-            found, commas = header[:1] or "missing", "; separate columns by commas" if ";" in text[:1000] else ""
-            raise LoadError(f"{where}, line 1: the first column is {found}, expected 'time' (time,name,...){commas}")
-        _check_names(header[1:], f"{where}, line 1", LoadError)
-        for row in filter(None, reader):
-            rows.append(_numbers(row, header, f"{where}, line {reader.line_num}"))
-            if len(rows) > 1 and rows[-1][0] <= rows[-2][0]:
-                raise LoadError(
-                    f"{where}, line {reader.line_num}, column 'time': {rows[-1][0]!r} s does not come after "
-                    f"{rows[-2][0]!r} s; times must increase"
-                )
-    except csv.Error as error:
-        raise LoadError(f"{where}, line {reader.line_num}: {error}") from error
-    if not rows:
-        raise LoadError(f"{where}: there are no rows below the header; give at least one time")
-    table = np.array(rows)
-    for column, unit in own.items():
-        table[:, column] = unit.array_to_si(table[:, column])
-    return Trajectory(table[:, 0], tuple(header[1:]), table[:, 1:])
-
-
-def _headings(cells: Sequence[str], where: str, units: Mapping[str, Unit]) -> tuple[list[str], dict[int, Unit]]:
-    """The names in the first line, and the units that stand there: {column: unit}."""
-    matches = [_HEADING.fullmatch(cell.strip()) for cell in cells]
-    header = [cell.strip() if m is None else m[1] for cell, m in zip(cells, matches, strict=True)]
-    own: dict[int, Unit] = {}
-    for column, match in enumerate(matches):
-        if match is None:
-            continue
-        name = match[1]
-        try:
-            own[column] = unit = parse_unit(match[2])
-        except UnitError as error:
-            raise LoadError(f"{where}, column '{name}': {error}") from error
-        known = SECOND if name == "time" else units.get(name)
-        if known is not None and known.dimension != unit.dimension:
-            raise LoadError(f"{where}, column '{name}': '{unit.name}' is no unit of it; it is in {known.name or '1'}")
-    return header, own
-
-
-def _numbers(row: Sequence[str], header: Sequence[str], where: str) -> list[float]:
-    """The finite numbers of ``row``, as many as the header has names."""
-    if len(row) != len(header):
-        missing = f"; column '{header[len(row)]}' is missing" if len(row) < len(header) else ""
-        raise LoadError(f"{where}: {len(row)} values for {len(header)} columns{missing}")
-    numbers = [_number(text) for text in row]
-    for name, text, number in zip(header, row, numbers, strict=True):
-        if not math.isfinite(number):
-            raise LoadError(f"{where}, column '{name}': {text[:40]!r} is not a finite number")
-    return numbers
-
-
-def _number(text: str) -> float:
-    """The number ``text`` stands for, NaN if it stands for none (Python would read 1_000 too)."""
-    try:
-        return math.nan if "_" in text else float(text)
-    except ValueError:
-        return math.nan
-
-
-def _check_names(names: Sequence[str], where: str, error: type[LoadError] | type[SimulationError]) -> None:
-    for column, name in enumerate(names, start=2):
-        if not name:
-            raise error(f"{where}: column {column} has no name")
-        if name == "time" or names.index(name) != column - 2:
-            raise error(f"{where}: the name '{name}' stands twice (column {column}); keep one of the columns")
+    names, table = parse_table(text, where, units)
+    return Trajectory(table[:, 0], names, table[:, 1:])
 
 
 def _check_time(time: Floats) -> None:

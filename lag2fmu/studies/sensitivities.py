@@ -85,7 +85,7 @@ def sensitivities(  # noqa: PLR0913 (those of simulate)
     function is touched only, and where several contacts decide together in a way that what is varied would part.
     Source: Hairer, Norsett, Wanner, Solving Ordinary Differential Equations I, 1993, section I.14.
     """
-    library = compiled(model, solver=solver, directed=True)
+    library = compiled(model, solver=solver)
     found = directed_run(library, list(over), continuous_outputs(library, outputs), values=values or {},
                          times=times_of(library, times, stop_time, step), tolerance=check_tolerance(tolerance),
                          inputs=inputs, hold=hold)  # fmt: skip
@@ -102,7 +102,7 @@ class Directed:
     reason: str
 
 
-def directed_run(
+def directed_run(  # noqa: PLR0913 (what makes a run)
     library: Library,
     over: Sequence[str],
     outputs: Sequence[str],
@@ -110,6 +110,7 @@ def directed_run(
     values: Mapping[str, float],
     times: Floats,
     tolerance: float,
+    start: float = 0.0,
     inputs: Inputs | None = None,
     hold: bool = False,
     study: Study | None = None,
@@ -122,6 +123,7 @@ def directed_run(
         times,
         library.readable(outputs),
         tolerance=tolerance,
+        start=start,
         signals=signals_of(library, inputs, times, hold=hold),
         seeds=seeds,
     )

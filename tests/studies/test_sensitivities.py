@@ -21,7 +21,7 @@ def differences(
     model: object, over: str, outputs: list[str], times: Any, values: Mapping[str, float] | None = None
 ) -> Any:
     """d outputs / d over, (m, k), by central differences with one extrapolation, of runs at the tightest tolerance."""
-    library = compiled(model, solver="dop853", directed=True)
+    library = compiled(model, solver="dop853")
     study, references = Study(library), library.readable(outputs)
     centre = (values or {}).get(over, library.variables[over].start or 0.0)
     width = 1e-4 * (abs(centre) or 1.0)
@@ -91,7 +91,7 @@ def test_inputs_over_time_are_followed() -> None:
 @pytest.mark.slow
 def test_a_ball_bounces_as_its_closed_form() -> None:
     """After the first impact at t1 = sqrt(2 h / g): y = v (t - t1) - g/2 (t - t1)^2 with v = e g t1."""
-    library = compiled("bouncing_ball", directed=True)
+    library = compiled("bouncing_ball")
     h, g, e = (library.variables[name].start for name in ("y", "g", "e"))
     t = np.array([0.3, 0.7, 1.0])
     found = lag2fmu.sensitivities("bouncing_ball", over=["y", "g", "e"], outputs=["y", "y_dot"], times=t)
@@ -135,5 +135,5 @@ def test_what_has_no_derivative_is_refused() -> None:
 
 
 def _guess(model: str) -> str:
-    library = compiled(model, directed=True)
+    library = compiled(model)
     return next(name for name, v in library.variables.items() if v.initial == "approx")

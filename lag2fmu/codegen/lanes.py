@@ -1,0 +1,166 @@
+"""Program -> C on vectors of doubles: the same statements as ``c`` prints, each for all lanes of a group at once."""
+
+from __future__ import annotations
+
+from collections import Counter
+from collections.abc import Mapping, Sequence
+from dataclasses import replace
+from itertools import accumulate
+
+from lag2fmu.codegen.c import Dialect, c_function, c_prototype
+from lag2fmu.codegen.sources import RuntimeTables, helpers_of, lookups_of, render_sources
+from lag2fmu.codegen.templates import render
+from lag2fmu.dynamics.functions import Array, Function, Program
+from lag2fmu.dynamics.plain import KNOWNS, PlainFunctions
+from lag2fmu.resources import resource_folder
+from lag2fmu.solvers.methods import Method
+from lag2fmu.solvers.tableaus import Tableau
+
+_LIBRARY = ("tan", "asin", "acos", "atan", "sinh", "cosh", "tanh")
+"""Functions that the C library computes lane by lane."""
+
+LANES = Dialect(
+    "Lanes",
+    "lanes_of({})",
+    {
+        **{name: f"lanes_{name}({{0}})" for name in ("sqrt", "exp", "log", "sin", "cos", "abs", "sign")},
+        **{name: f"lanes_library({name}, {{0}})" for name in _LIBRARY},
+        **{name: f"lanes_{name}({{0}}, {{1}})" for name in ("min", "max", "power_or_zero")},
+        "heaviside": "0.5 * (1.0 + lanes_sign({0}))",
+        "atan2": "lanes_library_2(atan2, {0}, {1})",
+        "power": "lanes_library_2(pow, {0}, {1})",
+        "choice": "lanes_select({0} > 0.0, {1}, {2})",
+        "lookup": "lanes_lookup",
+        "lookup_2": "lanes_lookup_2",
+    },
+)
+
+
+def runs_in_lanes(program: Program, method: object) -> bool:
+    """Whether the motion is smooth and has a formula, and the method is written out for lanes."""
+    return isinstance(method, Tableau) and not program.hybrid and program.signals == len(program.inputs)
+
+
+def render_lanes(program: Program, tables: RuntimeTables, method: Tableau, lanes: int) -> Mapping[str, str]:
+    """{file name: text} of all C sources and headers of a library that runs batches in groups of ``lanes``."""
+    functions = lane_functions(program)
+    context = {
+        "name": tables.model_name,
+        "method": method,
+        "lanes": lanes,
+        "coordinates": len(tables.coordinate_names),
+        "further": tables.further,
+        "constraints": len(tables.constraint_names),
+        "holonomic": tables.holonomic,
+        "locals": len(program.locals),
+        "signals": program.signals,
+        "parameters": len(tables.start_parameters),
+        "factor": program.factor_size,
+        **_printing(program, functions),
+    }
+    left_out = "lane_projection_none.c" if tables.constraint_names else "lane_projection.c"
+    folder = resource_folder("templates") / "ensemble"
+    files = {path.name: path.read_text("utf-8") for path in folder.glob("*.[ch]") if path.name != left_out}
+    files |= _lookup_files(replace(program, functions=functions))
+    generated = ("lane_sizes.h", "lane_equations.h", "lane_equations.c", "lane_tableau.h")
+    files |= {name: render(f"ensemble/{name}.jinja", context) for name in generated}
+    return dict(sorted(files.items()))
+
+
+def render_scalar(program: Program, tables: RuntimeTables, method: Method) -> Mapping[str, str]:
+    """{file name: text} of a library that runs batches one by one: the runtime of the FMU without its gate."""
+    batch = (resource_folder("templates") / "ensemble" / "batch.h").read_text("utf-8")
+    return {**render_sources(program, tables, method, "", "ensemble"), "batch.h": batch}
+
+
+def lane_functions(program: Program) -> tuple[Function, ...]:
+    """The functions of ``program`` that motions take, all of one form whether there are constraints or not."""
+    by_name = {function.name.removeprefix("mechanism_"): function for function in program.functions}
+    accelerations, locals_, dynamics = (by_name[name] for name in ("accelerations", "locals", "dynamics"))
+    state = dynamics.arguments
+    if not program.constraints:
+        accelerations = replace(
+            accelerations,
+            arguments=(*accelerations.arguments, Array("drift", ())),
+            arrays=(*accelerations.arrays, "margins", "squares"),
+        )
+    n = sum(array == "f" for array, *_ in dynamics.results)
+    masses = {index: node for array, index, node in dynamics.results if array == "M"}
+    diagonal = tuple(("m", i, masses[i * (n + 1)]) for i in range(n))
+    doc = "The diagonal m of the mass matrix."
+    inertias = Function("mechanism_inertias", doc, state, ("m",), diagonal)
+    resting = Function(
+        "mechanism_further", "No further states: dz is empty.", (*state, locals_.arguments[-1]), ("dz",), ()
+    )
+    chosen = [accelerations, inertias, by_name.get("further", resting), locals_]
+    chosen += [by_name[name] for name in ("constraints", "constrained", "solve") if program.constraints]
+    return tuple(replace(f, name=f.name.replace("mechanism_", "lanes_")) for f in chosen)
+
+
+def render_function(functions: PlainFunctions, name: str, lanes: int) -> Mapping[str, str]:
+    """{file name: text} of a library that evaluates ``functions`` at many points, in groups of ``lanes``."""
+    program = functions.program
+    in_lanes = tuple(replace(f, name=f"lanes_{f.name}") for f in program.functions)
+    context = {**_sizes(functions), **_printing(program, in_lanes), "name": name, "lanes": lanes}
+    templates = resource_folder("templates")
+    files = {file: (templates / "ensemble" / file).read_text("utf-8") for file in ("lanes.h", "lane_math.h")}
+    files["function_batch.c"] = (templates / "function" / "function_batch.c").read_text("utf-8")
+    files |= _lookup_files(program)
+    places = ("function/lane_sizes.h", "ensemble/lane_equations.h", "ensemble/lane_equations.c")
+    return files | {place.split("/")[1]: render(f"{place}.jinja", context) for place in places}
+
+
+def render_external(functions: PlainFunctions, name: str, vectors: Mapping[str, Sequence[str]]) -> Mapping[str, str]:
+    """{file name: text} of ``functions`` by the C interface of CasADi; ``vectors`` names the entries of x, u and p."""
+    program, sparsity = functions.program, functions.sparsity
+    lengths = [len(argument.entries) for argument in program.functions[0].arguments]
+    sizes = _sizes(functions)
+    context = {
+        **sizes,
+        "name": name,
+        "vectors": vectors.items(),
+        "program": program,
+        "functions": program.functions,
+        "helpers": helpers_of(program),
+        "lookups": lookups_of(program),
+        "sizes": lengths,
+        "patterns": {
+            known: _pattern(int(str(sizes["states"])), length, sparsity[known])
+            for known, length in zip(KNOWNS, lengths, strict=True)
+        },
+        "ends": list(accumulate(len(sparsity[known]) for known in KNOWNS)),
+    }
+    return {f"{name}.c": render("function/external.c.jinja", context), **_lookup_files(program)}
+
+
+def _pattern(rows: int, columns: int, places: Sequence[tuple[int, int]]) -> list[int]:
+    """A sparsity pattern as CasADi has it: sizes, where each column begins, and the row of each entry."""
+    counts = Counter(j for _, j in places)
+    return [rows, columns, *accumulate((counts[j] for j in range(columns)), initial=0), *(i for i, _ in places)]
+
+
+def _sizes(functions: PlainFunctions) -> dict[str, object]:
+    derivative, jacobian = functions.program.functions
+    return {
+        "states": len(derivative.arguments[1].entries),
+        "signals": len(derivative.arguments[2].entries),
+        "parameters": len(derivative.arguments[3].entries),
+        "pivots": sum(array == "pivots" for array, *_ in derivative.results),
+        "entries": sum(array == "J" for array, *_ in jacobian.results),
+    }
+
+
+def _printing(program: Program, functions: tuple[Function, ...]) -> dict[str, object]:
+    """What the templates of equations in lanes print with."""
+    return {
+        "functions": functions,
+        "lookups": lookups_of(replace(program, functions=functions)),
+        "lane_prototype": lambda function: c_prototype(function, LANES),
+        "lane_function": lambda function: c_function(program, function, LANES),
+    }
+
+
+def _lookup_files(program: Program) -> dict[str, str]:
+    """The files of the runtime that look something up in tables, if ``program`` does."""
+    runtime = resource_folder("templates") / "runtime" / "core"
+    return {name: (runtime / name).read_text("utf-8") for name in ("lookup.c", "lookup.h") if lookups_of(program)}

@@ -1,0 +1,52 @@
+"""The generalized force that carries each prescribed motion: what its drive has to bring up.
+
+A motion y is taken as one more coordinate. Its own Lagrange equation, with the forces of constraints, contacts and
+friction, says what else acts on it:
+
+    F = d/dt dL/dy_dot - dL/dy + dR/dy_dot - Q - sum of multiplier * d(velocity of the constraint)/dy_dot.
+
+F y_dot is the power that the drive puts into the mechanism. Source: Goldstein, Classical Mechanics, sections 1.4 and
+2.4 (virtual displacements of driven supports, multipliers).
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from dataclasses import replace
+
+from lag2fmu.dynamics.constraints import Constraints
+from lag2fmu.dynamics.energies import Energies
+from lag2fmu.dynamics.rows import Rows
+from lag2fmu.dynamics.terms import unconstrained_residual
+from lag2fmu.dynamics.variables import Variables
+from lag2fmu.graph.autodiff import Forward, reverse
+from lag2fmu.graph.graph import Graph, Node
+from lag2fmu.mechanism.record import Mechanism
+
+
+def drive_forces(
+    graph: Graph, mechanism: Mechanism, v: Variables, energies: Energies, constraints: Constraints, rows: Rows
+) -> tuple[Node, ...]:
+    """F (k,) of the k prescribed motions of ``mechanism``, each in J by the unit of its motion.
+
+    Accelerations and multipliers stand in them as variables. The energies of constraints that make M regular are left
+    out, for they vanish along the motion, and so are the equilibria of what has no mass, which bear nothing.
+    """
+    if not v.driven:
+        return ()
+    y, y_dot = tuple(a for a, _ in v.driven), tuple(b for _, b in v.driven)
+    own = replace(energies, direct=(graph.zero,) * len(y), carried={})
+    rate, accelerating = (Forward(graph, v.direction(graph, along)) for along in (False, True))
+    residual = unconstrained_residual(graph, replace(v, q=y, qd=y_dot), own, rate, accelerating)
+    bearing = zip(mechanism.constraints, constraints.velocities, v.multipliers, strict=True)
+    pairs = [(velocity, force) for c, velocity, force in bearing if not c.massless]
+    borne = _borne(graph, (*pairs, *zip(rows.velocities, rows.forces, strict=True)))
+    return tuple(graph.subtract(a, b) for a, b in zip(residual, reverse(graph, borne, y_dot), strict=True))
+
+
+def _borne(graph: Graph, pairs: Iterable[tuple[Node, Node]]) -> dict[Node, Node]:
+    """{velocity: sum of what is borne along it}, where several constraints may have one velocity."""
+    found: dict[Node, Node] = {}
+    for velocity, force in pairs:
+        found[velocity] = graph.add(found.get(velocity, graph.zero), force)
+    return found

@@ -1,0 +1,282 @@
+"""What a user asks of a batch of runs, checked, as the arrays that compiled code reads and fills."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import dataclass
+from difflib import get_close_matches
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from lag2fmu.codegen.sources import Slot
+from lag2fmu.ensemble.batch import WAITS, Batch, Floats, Integers
+from lag2fmu.errors import LoadError
+from lag2fmu.fmu.variables import VariableTable
+
+LONGEST_PART = 0.02
+"""Of a run, that a step under error control takes by default, as in FMUs."""
+
+
+@dataclass(frozen=True)
+class Asked:
+    """The arguments of ``Ensemble.run``, as they are given."""
+
+    starts: Mapping[str, ArrayLike]
+    parameters: Mapping[str, ArrayLike]
+    inputs: Mapping[str, ArrayLike]
+    input_times: ArrayLike | None
+    hold: bool
+    start_time: float
+    stop_time: ArrayLike | None
+    samples: ArrayLike | int
+    outputs: Sequence[str] | None
+    extremes: Sequence[str]
+    crossings: Sequence[str]
+    most_crossings: int
+    tolerance: float
+    step: ArrayLike
+    max_step: ArrayLike
+
+
+def columns_of(table: VariableTable) -> dict[str, int]:
+    """{name: index in the vector of quantities} of what can be asked for, see batch.h."""
+    tables = table.tables
+    n = len(tables.coordinate_names)
+    unknowns = 2 * n + tables.further
+    rates = unknowns + n + len(tables.constraint_names)
+    local = rates + tables.further
+    begins = {
+        "VARIABLE_STATE": 0,
+        "VARIABLE_MASSLESS": 0,
+        "VARIABLE_ACCELERATION": unknowns,
+        "VARIABLE_MULTIPLIER": unknowns + n,
+        "VARIABLE_FURTHER_RATE": rates,
+        "VARIABLE_LOCAL": local,
+        "VARIABLE_INPUT": local + sum(slot.kind == "VARIABLE_LOCAL" for slot in tables.slots),
+    }
+    slots = {v.name: tables.slots[v.value_reference] for v in table.variables}
+    return {name: begins[slot.kind] + slot.index for name, slot in slots.items() if slot.kind in begins}
+
+
+def batch_of(asked: Asked, table: VariableTable, default_stop: float, *, fixed_step: bool) -> Batch:
+    """The batch that is ``asked`` for; raises LoadError for what does not fit, with its name, shape and the remedy.
+
+    ``default_stop`` is a stop time in s; a method of ``fixed_step`` takes the mechanism's usual step by default.
+    """
+    knot_times = _knot_times(asked)
+    inputs = {name: _signal(name, value, asked, len(knot_times)) for name, value in asked.inputs.items()}
+    vectors = _vectors(asked, default_stop)
+    runs = _count({**vectors, **{f"input '{name}'": rows for name, rows in inputs.items()}})
+    start = float(asked.start_time)
+    stops, steps, longest = _times(asked, {name: _spread(vectors[name], runs) for name in _TIMES})
+    longest = np.where(np.isnan(longest), np.inf if fixed_step else LONGEST_PART * (stops - start), longest)
+    if fixed_step:
+        steps = np.minimum(np.where(steps > 0, steps, table.tables.default_solver_step), longest)
+    outputs = _outputs(asked, table)
+    columns = [_columns(kind, names, table) for kind, names in _wanted(asked, outputs).items()]
+    times = _sample_times(asked, start, float(stops.max()))
+    o, e, c = map(len, columns)
+    return Batch(
+        hold=asked.hold,
+        start_time=start,
+        tolerance=float(asked.tolerance),
+        starts=_filled(table, "start", ("VARIABLE_STATE", "VARIABLE_MASSLESS"), asked.starts, vectors, runs),
+        parameters=_filled(
+            table, "parameter", ("VARIABLE_PARAMETER", "VARIABLE_FIXED_PARAMETER"), asked.parameters, vectors, runs
+        ),
+        stop_times=stops,
+        steps=steps,
+        longest_steps=longest,
+        nominals=np.array(table.tables.nominal_states),
+        knot_times=knot_times,
+        inputs=_inputs(table, inputs, len(knot_times), runs),
+        sample_times=times,
+        output_columns=columns[0],
+        extreme_columns=columns[1],
+        crossing_columns=columns[2],
+        finals=np.full((runs, o), np.nan),
+        sampled=np.full((runs, len(times), o), np.nan),
+        minima=np.full((runs, e), np.inf),
+        maxima=np.full((runs, e), -np.inf),
+        crossed=np.full((runs, c, asked.most_crossings), np.nan),
+        crossing_counts=np.zeros((runs, c), dtype=np.int64),
+        reached=np.full(runs, start),
+        accepted=np.zeros(runs, dtype=np.int64),
+        status=np.full(runs, WAITS, dtype=np.int64),
+        next=np.zeros(1, dtype=np.int64),
+        reasons=np.zeros(0, dtype="S1"),
+    )
+
+
+_TIMES = ("stop_time", "step", "max_step")
+
+
+def _vectors(asked: Asked, default_stop: float) -> dict[str, Floats]:
+    """All that is one number or one for each run, (1,) or (r,), by what it is."""
+    values = {
+        **{f"start '{name}'": value for name, value in asked.starts.items()},
+        **{f"parameter '{name}'": value for name, value in asked.parameters.items()},
+        "stop_time": default_stop if asked.stop_time is None else asked.stop_time,
+        "step": asked.step,
+        "max_step": asked.max_step,
+    }
+    return {what: _vector(what, value) for what, value in values.items()}
+
+
+def _times(asked: Asked, given: Mapping[str, Floats]) -> tuple[Floats, Floats, Floats]:
+    """Stop times, steps and longest steps, (r,) in s, checked; a longest step that is not given is NaN."""
+    stops, steps, longest = (given[name] for name in _TIMES)
+    start = float(asked.start_time)
+    _expect(np.isfinite(stops).all() and (stops > start).all(), f"stop_time is {stops.min():g}", f"more than {start:g}")
+    _expect(asked.tolerance >= 2e-15, f"tolerance is {asked.tolerance:g}", "at least 2e-15")
+    _expect((steps >= 0).all() and (longest >= 0).all(), "a step is negative", "0, for automatic, or more")
+    return stops, steps, np.where(longest > 0, longest, np.nan)
+
+
+def _expect(holds: object, found: str, expected: str) -> None:
+    if not holds:
+        raise LoadError(f"{found}; expected {expected}")
+
+
+def _outputs(asked: Asked, table: VariableTable) -> Sequence[str]:
+    """The names of the outputs: those that are asked for, else the states."""
+    if asked.outputs is not None:
+        return asked.outputs
+    kinds = {"VARIABLE_STATE", "VARIABLE_MASSLESS"}
+    return [slot.name for slot in table.tables.slots if slot.kind in kinds]
+
+
+def _wanted(asked: Asked, outputs: Sequence[str]) -> dict[str, Sequence[str]]:
+    return {"output": outputs, "extreme": asked.extremes, "crossing": asked.crossings}
+
+
+def names_of(asked: Asked, table: VariableTable) -> tuple[Sequence[str], Sequence[str], Sequence[str]]:
+    """The names of the outputs, extremes and crossings, in the order of their columns."""
+    return _outputs(asked, table), asked.extremes, asked.crossings
+
+
+def _columns(kind: str, wanted: Sequence[str], table: VariableTable) -> Integers:
+    known = columns_of(table)
+    for name in wanted:
+        if name not in known:
+            raise _unknown(kind, name, known)
+    return np.array([known[name] for name in wanted], dtype=np.int64)
+
+
+def _unknown(kind: str, name: str, known: Iterable[str]) -> LoadError:
+    names = list(known)
+    near = get_close_matches(name, names) or names[:20]
+    return LoadError(f"{kind} '{name}': there is no such variable; known are {', '.join(near) or 'none'}")
+
+
+def _vector(what: str, value: ArrayLike) -> Floats:
+    """``value`` as (r,), or as (1,) where it is one number for all runs."""
+    try:
+        vector = np.atleast_1d(np.asarray(value, dtype=np.float64))
+    except (TypeError, ValueError) as error:
+        raise LoadError(f"{what} is {value!r}; expected a number, or one for each run") from error
+    _expect(vector.ndim == 1 and len(vector), f"{what} has shape {vector.shape}", "a number, or one for each run")
+    return vector
+
+
+def _knot_times(asked: Asked) -> Floats:
+    """The times at which inputs are given, the start time at least; s."""
+    if asked.input_times is None:
+        return np.array([asked.start_time], dtype=np.float64)
+    times = _vector("input_times", asked.input_times)
+    _expect((np.diff(times) > 0).all(), "input_times do not ascend", "each time to be later than the one before")
+    _expect(
+        times[0] <= asked.start_time, f"input_times begin at {times[0]:g} s", f"the start time, {asked.start_time:g} s"
+    )
+    return times
+
+
+def _signal(name: str, value: ArrayLike, asked: Asked, knots: int) -> Floats:
+    """An input at the knots, (r, k), or (1, k) where all runs have the same."""
+    values = np.asarray(value, dtype=np.float64)
+    if asked.input_times is None:
+        return _vector(f"input '{name}'", values)[:, None]
+    if values.ndim == 2 or values.shape == (knots,):
+        rows = np.atleast_2d(values)
+        _expect(rows.shape[1] == knots, f"input '{name}' has shape {values.shape}", f"{knots} values, as input_times")
+        return rows
+    _expect(values.ndim == 0, f"input '{name}' has shape {values.shape}", f"(), ({knots},) or (runs, {knots})")
+    return np.full((1, knots), values)
+
+
+def _count(vectors: Mapping[str, Floats]) -> int:
+    """The number of runs; raises LoadError where two say different ones."""
+    runs, first = 1, ""
+    for what, vector in vectors.items():
+        if len(vector) != 1 and runs not in {1, len(vector)}:
+            raise LoadError(f"{what} has {len(vector)} values and {first} has {runs}; expected one for each run")
+        if len(vector) != 1:
+            runs, first = len(vector), what
+    return runs
+
+
+def _spread(vector: Floats, runs: int) -> Floats:
+    return np.ascontiguousarray(np.broadcast_to(vector, (runs,)))
+
+
+def _slots(table: VariableTable, kinds: Iterable[str]) -> dict[str, Slot]:
+    return {slot.name: slot for slot in table.tables.slots if slot.kind in kinds}
+
+
+def _filled(
+    table: VariableTable,
+    what: str,
+    kinds: Sequence[str],
+    given: Mapping[str, ArrayLike],
+    vectors: Mapping[str, Floats],
+    runs: int,
+) -> Floats:
+    """The starts or the parameters of all runs, (r, number of them)."""
+    usual = table.tables.start_states if what == "start" else table.tables.start_parameters
+    values = np.tile(np.array(usual, dtype=np.float64), (runs, 1))
+    slots = _slots(table, kinds)
+    for name in given:
+        if name not in slots:
+            raise _unknown(what, name, slots)
+        values[:, slots[name].index] = vectors[f"{what} '{name}'"]
+    return values
+
+
+def _inputs(table: VariableTable, given: Mapping[str, Floats], knots: int, runs: int) -> Floats:
+    """The inputs at the knots, (r or 1, k, number of inputs)."""
+    rows = runs if any(len(values) > 1 for values in given.values()) else 1
+    values = np.tile(np.array(table.tables.start_inputs, dtype=np.float64), (rows, knots, 1))
+    slots = _slots(table, ["VARIABLE_INPUT"])
+    for name, signal in given.items():
+        if name not in slots:
+            raise _unknown("input", name, slots)
+        values[:, :, slots[name].index] = signal
+    return values
+
+
+def _sample_times(asked: Asked, start: float, stop: float) -> Floats:
+    """The times of the samples; a number of them is spread over the run, both ends included."""
+    if isinstance(asked.samples, int):
+        _expect(asked.samples >= 0, f"samples = {asked.samples}", "a number of samples, or their times")
+        return np.linspace(start, stop, asked.samples)
+    times = np.array(asked.samples, dtype=np.float64).reshape(-1)
+    _expect((np.diff(times) > 0).all(), "the times of samples do not ascend", "each to be later than the one before")
+    _expect(
+        not len(times) or (times[0] >= start and times[-1] <= stop),
+        f"samples reach from {times[0] if len(times) else 0:g} s to {times[-1] if len(times) else 0:g} s",
+        f"times from {start:g} s to {stop:g} s",
+    )
+    return times
+
+
+def motions_alone(batch: Batch, motions: int) -> bool:
+    """Whether some motion rests by its inputs but has a velocity or an acceleration.
+
+    The runtime lets such a motion go on, which lanes do not.
+    """
+    if not motions:
+        return False
+    triples = batch.inputs[:, :, batch.inputs.shape[2] - 3 * motions :].reshape(*batch.inputs.shape[:2], motions, 3)
+    given = len(batch.knot_times) > 1 and not batch.hold
+    return bool(triples[..., 1:].any()) and not given

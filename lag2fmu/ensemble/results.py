@@ -1,0 +1,56 @@
+"""What came out of a batch of runs."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+Floats = NDArray[np.float64]
+
+
+@dataclass(frozen=True)
+class Runs:
+    """The results of a batch of r runs, as arrays whose first axis is the run; all values in SI units.
+
+    ``samples`` {output: (r, k)} holds the outputs at the ``times`` (k,), ``final`` {output: (r,)} those at the end,
+    ``minimum`` and ``maximum`` {name: (r,)} the extremes over each run. ``crossings`` {name: (r, most)} holds the times
+    at which a quantity crossed zero, in order, NaN behind the last, and ``crossing_counts`` {name: (r,)} how many there
+    were. ``steps`` (r,) counts the solver's steps and ``reached`` (r,) is the time each run came to. ``in_lanes`` (r,)
+    says which runs went in lanes; the others took the scalar runtime. ``reasons`` {run: sentence} tells why a run
+    failed; its values are NaN from the time reached on.
+    """
+
+    times: Floats
+    samples: Mapping[str, Floats]
+    final: Mapping[str, Floats]
+    minimum: Mapping[str, Floats]
+    maximum: Mapping[str, Floats]
+    crossings: Mapping[str, Floats]
+    crossing_counts: Mapping[str, NDArray[np.int64]]
+    steps: NDArray[np.int64]
+    reached: Floats
+    in_lanes: NDArray[np.bool_]
+    reasons: Mapping[int, str]
+
+    def __len__(self) -> int:
+        """The number of runs."""
+        return len(self.steps)
+
+    def __getitem__(self, name: str) -> Floats:
+        """The samples of the output ``name``, (r, k); raises KeyError."""
+        return self.samples[name]
+
+    def __repr__(self) -> str:
+        """One line: how many runs, of which outputs, how many failed."""
+        failed = f", {len(self.reasons)} failed" if self.reasons else ""
+        return f"<Runs: {len(self)}, {len(self.times)} samples of {', '.join(self.final)}{failed}>"
+
+    @property
+    def failed(self) -> NDArray[np.bool_]:
+        """Which runs failed, (r,)."""
+        found = np.zeros(len(self), dtype=bool)
+        found[list(self.reasons)] = True
+        return found

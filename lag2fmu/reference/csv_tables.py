@@ -1,0 +1,111 @@
+"""CSV files as tables of numbers: times, names, units in the headings, gaps."""
+
+from __future__ import annotations
+
+import csv
+import io
+import math
+import os
+import re
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+
+import numpy as np
+from numpy.typing import NDArray
+
+from lag2fmu.errors import LoadError, SimulationError, UnitError
+from lag2fmu.language.units import SECOND, Unit, parse_unit
+
+_HEADING = re.compile(r"(\S.*?)\s+\[(.+)\]")
+"""``name [unit]``; ``x[1]``, without a blank, is the name of an element of an array."""
+
+
+def csv_text(path: str | os.PathLike[str]) -> str:
+    """The text of the CSV file ``path``; raises LoadError where it cannot be read."""
+    try:
+        return Path(path).read_text(encoding="utf-8-sig")
+    except OSError as error:
+        raise LoadError(f"cannot read '{path}': {error.strerror}") from error
+    except UnicodeDecodeError as error:
+        raise LoadError(f"'{path}' is no text in UTF-8 (byte {error.start}); save the table as CSV in UTF-8") from error
+
+
+def parse_table(
+    text: str, where: str = "CSV", units: Mapping[str, Unit] | None = None, *, gaps: bool = False
+) -> tuple[tuple[str, ...], NDArray[np.float64]]:
+    """The names of the columns behind ``time`` and the table (rows, 1 + names) in ``text``, in SI; see ``parse_csv``.
+
+    With ``gaps`` an empty cell is a missing value, NaN in the table. Raises LoadError.
+    """
+    reader = csv.reader(io.StringIO(text, newline=""))
+    rows: list[list[float]] = []
+    try:
+        header, own = _headings(next(reader, []), f"{where}, line 1", {} if units is None else units)
+        if not header or header[0] != "time":
+            found, commas = header[:1] or "missing", "; separate columns by commas" if ";" in text[:1000] else ""
+            raise LoadError(f"{where}, line 1: the first column is {found}, expected 'time' (time,name,...){commas}")
+        check_names(header[1:], f"{where}, line 1", LoadError)
+        for row in filter(None, reader):
+            rows.append(_numbers(row, header, f"{where}, line {reader.line_num}", gaps=gaps))
+            if len(rows) > 1 and rows[-1][0] <= rows[-2][0]:
+                raise LoadError(
+                    f"{where}, line {reader.line_num}, column 'time': {rows[-1][0]!r} s does not come after "
+                    f"{rows[-2][0]!r} s; times must increase"
+                )
+    except csv.Error as error:
+        raise LoadError(f"{where}, line {reader.line_num}: {error}") from error
+    if not rows:
+        raise LoadError(f"{where}: there are no rows below the header; give at least one time")
+    table = np.array(rows)
+    for column, unit in own.items():
+        table[:, column] = unit.array_to_si(table[:, column])
+    return tuple(header[1:]), table
+
+
+def _headings(cells: Sequence[str], where: str, units: Mapping[str, Unit]) -> tuple[list[str], dict[int, Unit]]:
+    """The names in the first line, and the units that stand there: {column: unit}."""
+    matches = [_HEADING.fullmatch(cell.strip()) for cell in cells]
+    header = [cell.strip() if m is None else m[1] for cell, m in zip(cells, matches, strict=True)]
+    own: dict[int, Unit] = {}
+    for column, match in enumerate(matches):
+        if match is None:
+            continue
+        name = match[1]
+        try:
+            own[column] = unit = parse_unit(match[2])
+        except UnitError as error:
+            raise LoadError(f"{where}, column '{name}': {error}") from error
+        known = SECOND if name == "time" else units.get(name)
+        if known is not None and known.dimension != unit.dimension:
+            raise LoadError(f"{where}, column '{name}': '{unit.name}' is no unit of it; it is in {known.name or '1'}")
+    return header, own
+
+
+def _numbers(row: Sequence[str], header: Sequence[str], where: str, *, gaps: bool = False) -> list[float]:
+    """The finite numbers of ``row``, as many as the header has names; with ``gaps`` an empty cell is NaN."""
+    if len(row) != len(header):
+        missing = f"; column '{header[len(row)]}' is missing" if len(row) < len(header) else ""
+        raise LoadError(f"{where}: {len(row)} values for {len(header)} columns{missing}")
+    numbers = [_number(text) for text in row]
+    for name, text, number in zip(header, row, numbers, strict=True):
+        empty = gaps and name != "time" and not text.strip()
+        if not (empty or math.isfinite(number)):
+            raise LoadError(f"{where}, column '{name}': {text[:40]!r} is not a finite number")
+    return numbers
+
+
+def _number(text: str) -> float:
+    """The number ``text`` stands for, NaN if it stands for none (Python would read 1_000 too)."""
+    try:
+        return math.nan if "_" in text else float(text)
+    except ValueError:
+        return math.nan
+
+
+def check_names(names: Sequence[str], where: str, error: type[LoadError] | type[SimulationError]) -> None:
+    """Raise ``error`` for a name that is empty, stands twice, or is that of the time."""
+    for column, name in enumerate(names, start=2):
+        if not name:
+            raise error(f"{where}: column {column} has no name")
+        if name == "time" or names.index(name) != column - 2:
+            raise error(f"{where}: the name '{name}' stands twice (column {column}); keep one of the columns")

@@ -1,0 +1,223 @@
+"""Calibration: parameters and starts from measurements, by least squares with exact derivatives.
+
+The noise of each measured column is given, or estimated from what is left of it: with all columns weighed by their own
+spread first, then by their estimated noise. G. A. F. Seber, C. J. Wild, Nonlinear Regression, 1989, sections 2.1
+(least squares, asymptotic confidence), 2.8.8 and 11.2 (several responses, iterated weights).
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import replace
+
+import numpy as np
+
+from lag2fmu.errors import LoadError, SimulationError
+from lag2fmu.formats.loading import as_mechanism, with_values
+from lag2fmu.mechanism.display import display_units
+from lag2fmu.mechanism.record import Mechanism
+from lag2fmu.reference.trajectory import Floats
+from lag2fmu.studies.asking import check_tolerance
+from lag2fmu.studies.calibrated import Calibration, summed_up
+from lag2fmu.studies.free_values import FreeValue, free_values
+from lag2fmu.studies.library import Library, Study, compiled
+from lag2fmu.studies.measurements import Data, Fit, Measurement, measurements_of
+from lag2fmu.studies.sensitivities import directed_run
+
+TOLERANCE = 1e-8
+_ROUNDS = 4
+"""At most so often the noise is estimated anew; it settles after two or three rounds."""
+_SETTLED = 1e-3
+"""A relative change of the estimated noise that makes no difference."""
+
+
+def calibrate(
+    model: object,
+    data: Data | Sequence[Data],
+    *,
+    free: Sequence[str],
+    values: Mapping[str, float] | Sequence[Mapping[str, float]] | None = None,
+    bounds: Mapping[str, tuple[float, float]] | None = None,
+    noise: Mapping[str, float] | None = None,
+    hold: bool = False,
+    tolerance: float = TOLERANCE,
+    solver: str | None = None,
+) -> Calibration:
+    """Estimate the parameters and starts ``free`` of ``model`` from the measured ``data`` of one or more experiments.
+
+    Columns of ``data`` are named as variables: inputs drive the run (``hold``: constant between their times), all
+    others were measured. Free parameters are the same in all experiments; each experiment has its own free starts. The
+    search begins at the model's values, or at ``values`` (SI; one mapping, or one for each experiment), and for a start
+    that was measured at the first time at the measured value. ``bounds`` (SI) add to those of the model; masses,
+    stiffnesses and dampings stay positive. ``noise`` is the standard deviation of columns (SI) where it is known.
+
+    Raises LoadError for bad arguments and data, SimulationError where runs or the search fail.
+    """
+    mechanism = as_mechanism(model)
+    library = compiled(mechanism, solver=solver)
+    experiments = measurements_of(data, library, display_units(mechanism))
+    common = _values_of(values, len(experiments))
+    sought = free_values(library, mechanism, list(free), experiments, common, bounds or {})
+    problem = _Problem(library, experiments, sought, common, check_tolerance(tolerance), hold)
+    known = _known_noise(noise or {}, problem.columns)
+    return _solved(problem, known, mechanism)
+
+
+def _values_of(
+    values: Mapping[str, float] | Sequence[Mapping[str, float]] | None, count: int
+) -> list[Mapping[str, float]]:
+    """The values of each experiment; raises LoadError for another number of them."""
+    if values is None or isinstance(values, Mapping):
+        return [values or {}] * count
+    if len(values) != count:
+        raise LoadError(f"there are values for {len(values)} experiments, but data of {count}")
+    return list(values)
+
+
+def _known_noise(noise: Mapping[str, float], columns: Sequence[str]) -> dict[str, float]:
+    for name, size in noise.items():
+        if name not in columns:
+            raise LoadError(f"the noise of '{name}' is given, but it was not measured; there are {', '.join(columns)}")
+        if not (0 < size < np.inf):
+            raise LoadError(f"the noise of '{name}' is {size!r}; give a positive standard deviation")
+    return dict(noise)
+
+
+class _Problem:
+    """Residuals of all measured values and their derivatives by what is free."""
+
+    def __init__(
+        self,
+        library: Library,
+        experiments: Sequence[Measurement],
+        sought: Sequence[FreeValue],
+        values: Sequence[Mapping[str, float]],
+        tolerance: float,
+        hold: bool,
+    ) -> None:
+        self.library, self.experiments, self.sought = library, experiments, sought
+        self.values, self.tolerance, self.hold = values, tolerance, hold
+        self.columns = list(dict.fromkeys(name for e in experiments for name in e.names))
+        owners = [np.broadcast_to([self.columns.index(n) for n in e.names], e.values.shape) for e in experiments]
+        self.masks = [np.isfinite(e.values) for e in experiments]
+        self.column_of = np.concatenate([o[m] for o, m in zip(owners, self.masks, strict=True)])
+        self.measured = np.concatenate([e.values[m] for e, m in zip(experiments, self.masks, strict=True)])
+        self._studies = [Study(library, len(self.names(i))) for i in range(len(experiments))]
+        self._last: tuple[bytes, Floats, Floats, str] | None = None
+
+    def names(self, experiment: int) -> list[str]:
+        """What is free in one experiment."""
+        return [x.name for x in self.sought if x.experiment in (None, experiment)]
+
+    def at(self, point: Floats) -> tuple[Floats, Floats, str]:
+        """The values (n,) that would be measured, their derivatives (n, p), and "" or why there are none."""
+        key = point.tobytes()
+        if self._last is None or self._last[0] != key:
+            self._last = (key, *self._run(point))
+        return self._last[1:]
+
+    def _run(self, point: Floats) -> tuple[Floats, Floats, str]:
+        values, slopes = np.full(len(self.measured), np.nan), np.zeros((len(self.measured), len(self.sought)))
+        row = 0
+        for i, (experiment, mask) in enumerate(zip(self.experiments, self.masks, strict=True)):
+            places = [j for j, x in enumerate(self.sought) if x.experiment in (None, i)]
+            given = {**self.values[i], **{self.sought[j].name: float(point[j]) for j in places}}
+            found = directed_run(
+                self.library,
+                self.names(i),
+                experiment.names,
+                values=given,
+                times=experiment.time,
+                start=float(experiment.time[0]),
+                tolerance=self.tolerance,
+                inputs=experiment.inputs,
+                hold=self.hold,
+                study=self._studies[i],
+            )
+            if found.reason:
+                return values, slopes, f"{experiment.label}: {found.reason}"
+            end = row + int(mask.sum())
+            values[row:end] = found.result.values[mask]
+            slopes[row:end, places] = found.result.derivatives[mask]
+            row = end
+        return values, slopes, ""
+
+
+def _solved(problem: _Problem, known: Mapping[str, float], mechanism: Mechanism) -> Calibration:
+    """The estimate, with the noise of columns where it is not known estimated from what is left."""
+    point = np.array([x.start for x in problem.sought])
+    _, _, reason = problem.at(point)
+    if reason:
+        raise SimulationError(f"'{problem.library.name}': the run at the first guess failed: {reason}")
+    estimated = np.array([name not in known for name in problem.columns])
+    noise = np.array([known.get(name, 1.0) for name in problem.columns])
+    spread = np.array([_spread(problem.measured[problem.column_of == j]) for j in range(len(noise))])
+    noise[estimated] = spread[estimated]
+    for _ in range(_ROUNDS):
+        point = _minimized(problem, point, noise)
+        before, noise = noise, np.where(estimated, _left(problem, point, noise), noise)
+        if len(noise) == 1 or not (abs(noise - before) > _SETTLED * before).any():
+            break
+    fits = [Fit(e, _fitted(problem, point, i)) for i, e in enumerate(problem.experiments)]
+    _, slopes, _ = problem.at(point)
+    residuals = (problem.at(point)[0] - problem.measured) / noise[problem.column_of]
+    estimates = tuple(replace(x, start=float(p)) for x, p in zip(problem.sought, point, strict=True))
+    first = {x.name: x.start for x in estimates if x.experiment in (None, 0)}
+    return summed_up(
+        estimates,
+        slopes / noise[problem.column_of, None],
+        residuals,
+        dict(zip(problem.columns, noise.tolist(), strict=True)),
+        tuple(fits),
+        with_values(mechanism, {**problem.values[0], **first}),
+    )
+
+
+def _spread(values: Floats) -> float:
+    """A size of the values of a column, to begin with."""
+    spread = float(np.std(values)) if len(values) > 1 else 0.0
+    return spread or float(abs(values).max(initial=0.0)) or 1.0
+
+
+def _left(problem: _Problem, point: Floats, noise: Floats) -> Floats:
+    """The standard deviation of what is left of each column, (columns,); its degrees of freedom are its share."""
+    residuals = problem.at(point)[0] - problem.measured
+    share = 1 - len(problem.sought) / len(residuals)
+    if share <= 0:
+        return noise
+    found = np.array([np.sqrt((residuals[problem.column_of == j] ** 2).mean() / share) for j in range(len(noise))])
+    scale = np.array([_spread(problem.measured[problem.column_of == j]) for j in range(len(noise))])
+    return np.asarray(np.maximum(found, 10 * problem.tolerance * scale))
+
+
+def _minimized(problem: _Problem, point: Floats, noise: Floats) -> Floats:
+    """The least sum of squares near ``point``; raises SimulationError if the search does not end."""
+    from scipy.optimize import least_squares
+
+    weights = 1.0 / noise[problem.column_of]
+    scale = np.array([x.scale for x in problem.sought])
+    low, high = (np.array([getattr(x, side) for x in problem.sought]) for side in ("low", "high"))
+    inside = np.clip(point, low, high)
+    found = least_squares(
+        lambda p: weights * (problem.at(p)[0] - problem.measured),
+        inside,
+        jac=lambda p: weights[:, None] * problem.at(p)[1],
+        bounds=(low, high),
+        x_scale=scale,
+        ftol=1e-12,
+        xtol=1e-10,
+        gtol=1e-12,
+        max_nfev=200 * len(point),
+    )
+    if not found.success:
+        raise SimulationError(f"'{problem.library.name}': the search ended without a minimum: {found.message}")
+    return np.asarray(found.x)
+
+
+def _fitted(problem: _Problem, point: Floats, experiment: int) -> Floats:
+    """What the calibrated model gives in one experiment where something was measured, (m, k); NaN at gaps."""
+    mask = problem.masks[experiment]
+    first = sum(int(m.sum()) for m in problem.masks[:experiment])
+    found = np.full(mask.shape, np.nan)
+    found[mask] = problem.at(point)[0][first : first + int(mask.sum())]
+    return found

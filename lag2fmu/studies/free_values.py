@@ -1,0 +1,116 @@
+"""What a calibration looks for: parameters and starts with bounds and first guesses."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass
+from difflib import get_close_matches
+
+import numpy as np
+
+from lag2fmu.errors import LoadError
+from lag2fmu.mechanism.record import Mechanism
+from lag2fmu.studies.asking import references_of
+from lag2fmu.studies.library import INPUT, STATES, Library
+from lag2fmu.studies.measurements import Measurement
+from lag2fmu.studies.sensitivities import check_over, scale_of
+
+_MASS = ((1, 0, 0), (1, 2, 0))
+"""Exponents of kg, m, s of a mass and of a moment of inertia."""
+_LEAST = 1e-9
+"""What is positive stays above this part of its first value."""
+
+
+@dataclass(frozen=True)
+class FreeValue:
+    """A parameter or start that is looked for, in SI units.
+
+    ``experiment`` is the number, from 0 on, of the one whose start it is, None for what all have in common. ``start``
+    is the first guess, later the estimate; ``low`` and ``high`` are its bounds, ``scale`` a typical size.
+    """
+
+    name: str
+    label: str
+    experiment: int | None
+    start: float
+    low: float
+    high: float
+    scale: float
+
+
+def free_values(
+    library: Library,
+    mechanism: Mechanism,
+    free: Sequence[str],
+    experiments: Sequence[Measurement],
+    values: Sequence[Mapping[str, float]],
+    bounds: Mapping[str, tuple[float, float]],
+) -> list[FreeValue]:
+    """What ``free`` names, with a start for each of the ``experiments``; raises LoadError."""
+    check_over(library, free)
+    for given in values:
+        references_of(library, given)
+    limits = _limits(library, mechanism, free, bounds)
+    found: list[FreeValue] = []
+    for name in free:
+        own = library.kinds[name] in STATES and len(experiments) > 1
+        for i in range(len(experiments)) if own else [None]:
+            guess = _guess(library, name, experiments[i or 0], values[i or 0])
+            label = name if i is None else f"{name}[{i + 1}]"
+            found.append(FreeValue(name, label, i, guess, *limits[name], scale_of(library, name, {name: guess})))
+    _check_inside(found)
+    return found
+
+
+def _check_inside(found: Sequence[FreeValue]) -> None:
+    for x in found:
+        if not x.low <= x.start <= x.high:
+            between = f"its bounds, {x.low:g} to {x.high:g}"
+            raise LoadError(f"the first value of '{x.label}', {x.start:g}, is out of {between}")
+
+
+def _guess(library: Library, name: str, experiment: Measurement, values: Mapping[str, float]) -> float:
+    """Where the search begins: as given, as measured at the first time, or as the model says."""
+    if name in values:
+        return float(values[name])
+    if library.kinds[name] in STATES and name in experiment.names:
+        measured = experiment.values[0, experiment.names.index(name)]
+        if np.isfinite(measured):
+            return float(measured)
+    return float(library.variables[name].start or 0.0)
+
+
+def _limits(
+    library: Library, mechanism: Mechanism, free: Sequence[str], bounds: Mapping[str, tuple[float, float]]
+) -> dict[str, tuple[float, float]]:
+    """{name: (least, greatest) value} by the model, by what a quantity means, and by the user; raises LoadError."""
+    for name in bounds:
+        if name not in free:
+            near = get_close_matches(name, free) or free
+            raise LoadError(f"bounds of '{name}' are given, but it is not free; free are {', '.join(near)}")
+    positive, found = set(positive_parameters(mechanism)), {}
+    for name in free:
+        variable, start = library.variables[name], float(library.variables[name].start or 0.0)
+        low = -np.inf if variable.minimum is None else variable.minimum
+        high = np.inf if variable.maximum is None else variable.maximum
+        if name in positive and start > 0 and library.kinds[name] != INPUT:
+            low = max(low, _LEAST * start)
+        least, greatest = bounds.get(name, (-np.inf, np.inf))
+        low, high = max(low, least), min(high, greatest)
+        if not low < high:
+            raise LoadError(f"the bounds of '{name}', {low:g} to {high:g}, leave no room")
+        found[name] = (low, high)
+    return found
+
+
+def positive_parameters(mechanism: Mechanism) -> Iterator[str]:
+    """The names of the parameters that are masses, inertias, stiffnesses or dampings, by place or by unit."""
+    for body in mechanism.bodies:
+        yield str(body.mass)
+    for spring in mechanism.springs:
+        yield str(spring.stiffness)
+    for damper in mechanism.dampers:
+        yield str(damper.damping)
+    for p in mechanism.parameters:
+        if p.unit is not None and tuple(p.unit.exponents[:3]) in _MASS and not any(p.unit.exponents[3:]):
+            yield p.name

@@ -1,0 +1,117 @@
+"""Measured columns over time, with gaps, as calibration takes them."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any, TypeAlias
+
+import numpy as np
+
+from lag2fmu.errors import LoadError
+from lag2fmu.language.units import Unit
+from lag2fmu.reference.csv_tables import csv_text, parse_table
+from lag2fmu.reference.trajectory import Floats, Trajectory
+from lag2fmu.studies.asking import continuous_outputs
+from lag2fmu.studies.library import INPUT, Library
+
+Data: TypeAlias = "str | os.PathLike[str] | Trajectory | Mapping[str, Any] | Any"
+"""A CSV file, a Trajectory, or a mapping or DataFrame with columns by name, among them ``time``; NaN is a gap."""
+
+
+@dataclass(frozen=True, eq=False)
+class Measurement:
+    """One experiment: ``time`` (m,) in s, measured columns ``names`` (k) with ``values`` (m, k) in SI, NaN at gaps.
+
+    ``inputs`` are the columns of inputs, without gaps; None if there are none.
+    """
+
+    label: str
+    time: Floats
+    names: tuple[str, ...]
+    values: Floats
+    inputs: Trajectory | None = None
+
+    @property
+    def count(self) -> int:
+        """How many values were measured."""
+        return int(np.isfinite(self.values).sum())
+
+
+@dataclass(frozen=True, eq=False)
+class Fit:
+    """An experiment and what the calibrated model gives, ``fitted`` (m, k) in SI, NaN where nothing was measured."""
+
+    experiment: Measurement
+    fitted: Floats
+
+
+def measurements_of(data: Data | Sequence[Data], library: Library, units: Mapping[str, Unit]) -> list[Measurement]:
+    """The experiments in ``data``, one or several; ``units`` are those of columns whose headings name one.
+
+    Raises LoadError for what cannot be read, for columns that are no variables of the ``library``, and for experiments
+    in which nothing was measured.
+    """
+    listed = list(data) if isinstance(data, (list, tuple)) else [data]
+    if not listed:
+        raise LoadError("there are no measurements; give at least one file")
+    return [_measurement(each, i + 1, library, units) for i, each in enumerate(listed)]
+
+
+def _measurement(data: Data, number: int, library: Library, units: Mapping[str, Unit]) -> Measurement:
+    label, time, columns = _columns(data, number, units)
+    if len(time) < 1 or not np.isfinite(time).all() or (np.diff(time) <= 0).any():
+        raise LoadError(f"{label}: the times must be finite and increase")
+    for name in columns:
+        if name not in library.variables:
+            try:
+                library.variable(name)
+            except LoadError as error:
+                raise LoadError(f"{label}: {error}; remove the column, or give it a name of the model") from None
+    driven = {name: column for name, column in columns.items() if library.kinds[name] == INPUT}
+    measured = [name for name in columns if name not in driven]
+    continuous_outputs(library, measured)
+    values = np.stack([columns[name] for name in measured], axis=1) if measured else np.empty((len(time), 0))
+    if not np.isfinite(values).any():
+        raise LoadError(f"{label}: there is no measured value; a column must be named as a variable of the model")
+    return Measurement(label, time, tuple(measured), values, _inputs(label, time, driven))
+
+
+def _inputs(label: str, time: Floats, columns: Mapping[str, Floats]) -> Trajectory | None:
+    """The columns of inputs over time; raises LoadError for one with gaps."""
+    for name, column in columns.items():
+        if not np.isfinite(column).all():
+            row = int(np.flatnonzero(~np.isfinite(column))[0])
+            raise LoadError(f"{label}: the input '{name}' has no value at {time[row]:g} s; inputs may have no gaps")
+    return Trajectory.of(time, columns) if columns else None
+
+
+def _columns(data: Data, number: int, units: Mapping[str, Unit]) -> tuple[str, Floats, dict[str, Floats]]:
+    """A label, the times and {name: column} of one experiment."""
+    if isinstance(data, (str, os.PathLike)):
+        names, table = parse_table(csv_text(data), str(data), units, gaps=True)
+        return Path(data).name, table[:, 0], dict(zip(names, table[:, 1:].T, strict=True))
+    label = f"experiment {number}"
+    if isinstance(data, Trajectory):
+        return label, data.time, {name: data[name] for name in data.names}
+    found = _arrays(data, label)
+    time = found.pop("time")
+    for name, column in found.items():
+        if column.shape != time.shape or time.ndim != 1:
+            raise LoadError(f"{label}: the column '{name}' has shape {column.shape}, the times have {time.shape}")
+    return label, time, found
+
+
+def _arrays(data: Any, label: str) -> dict[str, Floats]:
+    """The columns of a mapping or a DataFrame, which may have the time as index; raises LoadError for anything else."""
+    if hasattr(data, "columns") and hasattr(data, "to_numpy"):
+        index = {} if "time" in data.columns else {"time": data.index.to_numpy()}
+        data = {**index, **{str(name): data[name].to_numpy() for name in data.columns}}
+    if not isinstance(data, Mapping) or "time" not in data:
+        raise LoadError(f"{label}: a {type(data).__name__} without a column 'time' is no measurement")
+    try:
+        return {str(name): np.asarray(column, dtype=float) for name, column in data.items()}
+    except (TypeError, ValueError) as error:
+        raise LoadError(f"{label}: a column has no numbers: {error}") from error

@@ -1,0 +1,46 @@
+/* A batch of runs of one mechanism, as the caller describes it; lanes and the scalar runtime read the same record.
+
+   All values are in SI units. The quantities that can be asked for stand in one vector: states x = (q, qd, z); the
+   unknowns (qdd, multipliers); the derivatives of z; the locals y; the inputs u. */
+#ifndef BATCH_H
+#define BATCH_H
+
+#include <stdint.h>
+
+enum {
+    RUN_WAITS = 0,
+    RUN_DONE = 1,
+    RUN_LEFT = 2,   /* by its lane, to the scalar runtime */
+    RUN_FAILED = 3  /* in the scalar runtime, which gave the reason */
+};
+
+/* [a][b] are the shapes of arrays. Columns are indices in the vector of quantities. */
+typedef struct {
+    int64_t runs, samples, outputs, extremes, crossings, most_crossings, knots;
+    int64_t inputs_apart;         /* 1: each run has its own inputs, 0: all have the same */
+    int64_t hold;                 /* 1: inputs keep their values between knots, 0: they are linear there */
+    double start_time;            /* s */
+    double tolerance;             /* relative */
+    const double *starts;         /* [runs][states] */
+    const double *parameters;     /* [runs][parameters] */
+    const double *stop_times;     /* s, [runs] */
+    const double *steps;          /* s, [runs]; of methods of fixed step, of others the first one, 0: automatic */
+    const double *longest_steps;  /* s, [runs] */
+    const double *nominals;       /* [states] */
+    const double *knot_times;     /* s, [knots], the first one is the start time */
+    const double *inputs;         /* [runs or 1][knots][inputs] */
+    const double *sample_times;   /* s, [samples], ascending */
+    const int64_t *output_columns, *extreme_columns, *crossing_columns;
+    double *finals;               /* [runs][outputs] */
+    double *sampled;              /* [runs][samples][outputs] */
+    double *minima, *maxima;      /* [runs][extremes] */
+    double *crossed;              /* s, [runs][crossings][most_crossings] */
+    int64_t *crossing_counts;     /* [runs][crossings]; also of those that found no place */
+    double *reached;              /* s, [runs] */
+    int64_t *accepted;            /* [runs]; solver steps */
+    int64_t *status;              /* [runs] */
+    int64_t *next;                /* the next run that waits, shared by all threads */
+    char *reasons;                /* [runs][1024], of runs that failed in the scalar runtime; lanes write none */
+} Batch;
+
+#endif

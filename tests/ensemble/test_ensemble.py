@@ -1,0 +1,146 @@
+"""Batches in lanes agree with the FMU's own runtime and with the FMU, whatever the neighbours and the threads."""
+
+from __future__ import annotations
+
+from functools import cache
+
+import numpy as np
+import pytest
+from scipy.special import ellipk
+
+import lag2fmu
+from lag2fmu.ensemble import Ensemble, Runs
+from lag2fmu.errors import LoadError, SimulationError
+
+pytestmark = pytest.mark.fmu
+N = 11  # no multiple of the lanes
+
+
+@cache
+def ensemble(model: str, solver: str = "dopri5", lanes: int | None = None) -> Ensemble:
+    return Ensemble(model, solver=solver, lanes=lanes)
+
+
+def spread(low: float, high: float, count: int = N) -> np.ndarray:
+    return np.linspace(low, high, count)
+
+
+def farthest(a: Runs, b: Runs) -> float:
+    return max(float(np.abs(a[name] - b[name]).max()) for name in a.samples)
+
+
+def test_period_of_the_pendulum() -> None:
+    """From elliptic integrals: T = 4 K(sin(a/2)) sqrt(l/g); at T/4 the pendulum hangs, at T/2 it is at -a."""
+    a = spread(0.1, 3.0)
+    quarter = ellipk(np.sin(0.5 * a) ** 2) * np.sqrt(1.0 / 9.81)
+    runs = ensemble("pendulum").run(
+        starts={"theta": a}, parameters={"l": 1.0, "g": 9.81}, stop_time=2.0 * quarter, crossings=["theta"],
+        extremes=["theta"], outputs=["theta", "total_energy"], tolerance=1e-10,
+    )  # fmt: skip
+    assert runs.in_lanes.all()
+    assert np.allclose(runs.final["theta"], -a, rtol=0, atol=2e-8)
+    assert np.allclose(runs.crossings["theta"][:, 0], quarter, rtol=1e-9)
+    assert (runs.crossing_counts["theta"] == 1).all()
+    assert np.allclose(runs.maximum["theta"], a)
+    assert np.allclose(runs.minimum["theta"], -a, rtol=2e-6)
+
+
+def test_a_run_gives_the_same_bits_whatever_runs_beside_it() -> None:
+    starts, stops = spread(-2.0, 2.0, 40), spread(1.0, 4.0, 40)
+    model = ensemble("double_pendulum")
+    together = model.run(starts={"theta1": starts}, stop_time=stops, samples=[0.0, 0.5, 1.0], threads=1)
+    threads = model.run(starts={"theta1": starts}, stop_time=stops, samples=[0.0, 0.5, 1.0], threads=3)
+    order = np.random.default_rng(0).permutation(40)
+    mixed = model.run(starts={"theta1": starts[order]}, stop_time=stops[order], samples=[0.0, 0.5, 1.0])
+    for name in together.samples:
+        assert np.array_equal(together[name], threads[name])
+        assert np.array_equal(together[name][order], mixed[name])
+        assert np.array_equal(together.final[name][order], mixed.final[name])
+    for i in (0, 17, 39):
+        alone = model.run(starts={"theta1": starts[i]}, stop_time=stops[i], samples=[0.0, 0.5, 1.0])
+        assert alone.final["theta2"][0] == together.final["theta2"][i]
+
+
+@pytest.mark.parametrize("solver", ["dopri5", "dop853", "rk4"])
+def test_lanes_agree_with_the_runtime_of_the_fmu(solver: str) -> None:
+    asked = {
+        "starts": {"theta1": spread(0.2, 0.6)},
+        "parameters": {"m2": spread(0.5, 2.0), "l1": 1.2},
+        "inputs": {"Q_theta1": np.array([0.0, 1.0, -1.0, 0.0])},
+        "input_times": [0.0, 0.7, 1.1, 3.0],
+        "stop_time": 2.0,
+        "samples": 9,
+        "outputs": ["theta1", "theta2_dot", "theta1_ddot", "x2", "Q_theta1", "total_energy"],
+        "tolerance": 1e-9,
+    }
+    lanes, scalar = ensemble("double_pendulum", solver), ensemble("double_pendulum", solver, 0)
+    a, b = lanes.run(**asked), scalar.run(**asked)
+    assert a.in_lanes.all()
+    assert not b.in_lanes.any()
+    assert farthest(a, b) < 2e-7
+
+
+def test_an_ensemble_agrees_with_the_fmu(exported) -> None:
+    fmu = exported("double_pendulum")
+    run = lag2fmu.simulate(fmu, stop_time=2.0, step=0.5, tolerance=1e-9, values={"l1": 0.7, "theta1": 1.0})
+    runs = ensemble("double_pendulum").run(
+        starts={"theta1": 1.0}, parameters={"l1": 0.7}, stop_time=2.0, samples=run.time, tolerance=1e-9
+    )
+    for name in ("theta1", "theta2", "theta1_dot"):
+        assert np.allclose(runs[name][0], run[name], rtol=0, atol=3e-7)
+
+
+@pytest.mark.parametrize(("model", "parameter"), [("four_bar_linkage", "l2"), ("rolling_disc", "m")])
+def test_constrained_mechanisms_run_in_lanes(model: str, parameter: str) -> None:
+    free = next(p for p in ensemble(model).mechanism.parameters if p.name == parameter)
+    values = float(free.value) * spread(0.9, 1.1)
+    residuals = [name for name in ensemble(model).names if name.startswith("residual_")]
+    energy = ["total_energy", *residuals]
+    asked = {"parameters": {parameter: values}, "samples": 5, "stop_time": 2.0, "tolerance": 1e-9, "outputs": energy}
+    a, b = ensemble(model).run(**asked), ensemble(model, lanes=0).run(**asked)
+    assert a.in_lanes.all()
+    assert farthest(a, b) < 1e-6
+    assert all(np.abs(a[name]).max() < 1e-9 for name in residuals)
+
+
+def test_impacts_take_the_scalar_runtime() -> None:
+    """A ball from height h falls for sqrt(2 h / g)."""
+    model = ensemble("bouncing_ball")
+    name = model.mechanism.coordinates[0].name
+    heights = spread(0.5, 2.0, 3)
+    runs = model.run(starts={name: heights}, stop_time=0.1, outputs=[name])
+    gravity = next(float(p.value) for p in model.mechanism.parameters if p.name == "g")
+    assert not runs.in_lanes.any()
+    assert np.allclose(runs.final[name], heights - 0.5 * gravity * 0.01, atol=1e-6)
+
+
+def test_a_run_that_fails_has_a_reason_and_stops_no_other() -> None:
+    """Accelerations beyond the range of double."""
+    runs = ensemble("double_pendulum").run(
+        starts={"theta1_dot": [0.0, 1e200, 1.0]}, stop_time=1.0, outputs=["theta1"], extremes=["theta1"]
+    )
+    assert set(runs.reasons) == {1}
+    assert "time 0 the equations of motion give no finite acceleration" in runs.reasons[1]
+    assert np.isnan(runs.final["theta1"]).tolist() == np.isnan(runs.maximum["theta1"]).tolist() == [False, True, False]
+
+
+@pytest.mark.parametrize(
+    ("asked", "words"),
+    [
+        ({"starts": {"theta9": 1.0}}, "start 'theta9': there is no such variable; known are theta2, theta1"),
+        ({"outputs": ["thet1"]}, "output 'thet1'"),
+        ({"starts": {"theta1": [1, 2]}, "parameters": {"m1": [1, 2, 3]}}, "parameter 'm1' has 3 values"),
+        ({"samples": [1.0, 0.5]}, "do not ascend"),
+        ({"samples": [0.0, 99.0], "stop_time": 1.0}, "expected times from 0 s to 1 s"),
+        ({"stop_time": -1.0}, "stop_time is -1"),
+        ({"inputs": {"Q_theta1": [1.0, 2.0, 3.0]}, "input_times": [0.0, 1.0]}, r"expected \(\), \(2,\) or \(runs, 2\)"),
+    ],
+)
+def test_what_does_not_fit_is_named(asked: dict[str, object], words: str) -> None:
+    with pytest.raises(LoadError, match=words):
+        ensemble("double_pendulum").run(**asked)
+
+
+def test_an_unknown_solver_is_named() -> None:
+    with pytest.raises(SimulationError, match="unknown solver 'euler'; known are dopri5"):
+        Ensemble("pendulum", solver="euler")
