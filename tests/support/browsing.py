@@ -27,6 +27,13 @@ OF_SOFTWARE_DRAWING = "GPU stall due to ReadPixels"
 """Chromium says so of every canvas in space where no graphics card draws it."""
 
 
+def keys() -> Any:
+    """The names of keys."""
+    from selenium.webdriver.common.keys import Keys
+
+    return Keys
+
+
 class Browser:
     """Opens pages and asks their scripts; ``page`` is what a live page calls itself there."""
 
@@ -55,6 +62,23 @@ class Browser:
     def do(self, statements: str, *arguments: object) -> Any:
         """Run statements of JavaScript."""
         return self.driver.execute_script(f"const page = window.lag2fmu; {statements}", *arguments)
+
+    def press(self, key: str) -> None:
+        """Press a key."""
+        self.driver.find_element("tag name", "body").send_keys(key)
+
+    def drag(self, element: str, begin: tuple[float, float], by: tuple[float, float]) -> None:
+        """Drag with the mouse from a place in an element, in pixels from its upper left corner, in five moves."""
+        from selenium.webdriver.common.action_chains import ActionChains
+
+        found = self.driver.find_element("id", element)
+        size = found.size
+        chain = ActionChains(self.driver, duration=20)
+        chain.move_to_element_with_offset(found, begin[0] - size["width"] / 2, begin[1] - size["height"] / 2)
+        chain.click_and_hold()
+        for _ in range(5):
+            chain.move_by_offset(by[0] / 5, by[1] / 5)
+        chain.release().perform()
 
     def wait(self, condition: str, seconds: float = 30.0) -> None:
         """Wait until an expression is true; it must become so."""
