@@ -21,6 +21,7 @@ from lag2fmu.mechanism.record import Mechanism
 from lag2fmu.reference.trajectory import Trajectory, read_csv
 from lag2fmu.verify import entry_points
 from lag2fmu.verify.entry_points import Model
+from lag2fmu.verify.plan import times_of
 
 
 def simulate_model(  # noqa: PLR0913, PLR0917 (an option each)
@@ -43,7 +44,7 @@ def simulate_model(  # noqa: PLR0913, PLR0917 (an option each)
         check_ending(Path(out), CSV)
     source, values, units = _source_and_values(model, settings)
     signals = None if inputs is None else read_csv(inputs, units)
-    with progress_bar("simulating", stop_time) as progress:
+    with progress_bar("simulating", _until(source, stop_time)) as progress:
         trajectory = entry_points.simulate(
             source,
             stop_time=stop_time,
@@ -65,6 +66,13 @@ def simulate_model(  # noqa: PLR0913, PLR0917 (an option each)
 
         title = Path(model).stem if mechanism is None else mechanism.title
         save(motion_figure(title, trajectory, mechanism, signals), plot)
+
+
+def _until(source: Model, stop_time: float | None) -> float | None:
+    """The stop time (s) of the run, None where it is not known before."""
+    if stop_time is not None:
+        return stop_time
+    return source.experiment.stop_time if isinstance(source, Mechanism) else times_of(Path(str(source)), None, None)[0]
 
 
 def _animate(mechanism: Mechanism | None, trajectory: Trajectory, path: Path) -> None:
