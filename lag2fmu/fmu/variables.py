@@ -8,7 +8,7 @@ Citations are of the FMI 2.0.5 specification.
 
 from __future__ import annotations
 
-from collections.abc import Collection, Iterable, Sequence
+from collections.abc import Collection, Iterable, Iterator, Sequence
 from dataclasses import dataclass, replace
 from difflib import get_close_matches
 
@@ -209,31 +209,33 @@ def _add_dependent(builder: Builder, mechanism: Mechanism, program: Program) -> 
 
 
 def _add_locals(builder: Builder, mechanism: Mechanism, program: Program) -> None:
-    """Add outputs, momenta, residuals and energies, as ``program`` lists them."""
-    gaps = {names.gap(contact.name): contact for contact in mechanism.unilaterals}
-    outputs = mechanism.output_names
-    residuals = {names.residual(c.name): (c, unit) for c, unit in _constraints(mechanism)}
-    drives = {names.drive(name): name for name in mechanism.driven}
+    """Add outputs, momenta, drives, residuals and energies, as ``program`` lists them."""
+    known = dict(_meanings(mechanism))
+    for i, name in enumerate(program.locals):
+        unit, doc = known[name]
+        builder.add(_calculated(name, program, unit, doc), "VARIABLE_LOCAL", i)
+
+
+def _meanings(mechanism: Mechanism) -> Iterator[tuple[str, tuple[Unit | None, str]]]:
+    """(name, (unit, doc)) of everything that may be among the locals; an output may have the name of another one."""
+    yield from ((name, (WATT if name == "external_power" else JOULE, doc)) for name, doc in _ENERGY_DOCS.items())
+    for contact in mechanism.unilaterals:
+        yield names.gap(contact.name), (contact.unit, f"gap of {contact.name}")
+    for c, unit in _constraints(mechanism):
+        yield names.residual(c.name), (unit, f"residual of the {c.kind} constraint {c.name}")
     declared: tuple[Input | State, ...] = (*mechanism.inputs, *mechanism.states)
     units = {part.name: _resolved(part.unit) for part in declared}
-    momenta = {names.momentum(q.name): q for q in mechanism.coordinates}
-    for i, name in enumerate(program.locals):
-        if name in outputs:
-            unit, doc = _resolved(outputs[name].unit), outputs[name].doc
-        elif name in momenta:
-            q = momenta[name]
-            unit, doc = (None if q.unit is None else JOULE * SECOND / q.unit), f"generalized momentum of {q.name}"
-        elif name in drives:
-            of = units[drives[name]]
-            unit, doc = None if of is None else JOULE / of, f"generalized force that carries the motion {drives[name]}"
-        elif name in residuals:
-            c, unit = residuals[name]
-            doc = f"residual of the {c.kind} constraint {c.name}"
-        elif name in gaps:
-            unit, doc = gaps[name].unit, f"gap of {gaps[name].name}"
-        else:
-            unit, doc = (WATT if name == "external_power" else JOULE), _ENERGY_DOCS[name]
-        builder.add(_calculated(name, program, unit, doc), "VARIABLE_LOCAL", i)
+    for name in mechanism.driven:
+        unit = units[name]
+        yield (
+            names.drive(name),
+            (None if unit is None else JOULE / unit, f"generalized force that carries the motion {name}"),
+        )
+    for q in mechanism.coordinates:
+        momentum = None if q.unit is None else JOULE * SECOND / q.unit
+        yield names.momentum(q.name), (momentum, f"generalized momentum of {q.name}")
+    for name, output in mechanism.output_names.items():
+        yield name, (_resolved(output.unit), output.doc)
 
 
 def _constraints(mechanism: Mechanism) -> Iterable[tuple[Constraint, Unit | None]]:

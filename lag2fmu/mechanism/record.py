@@ -16,6 +16,7 @@ from lag2fmu.description.symbols import Coordinate
 from lag2fmu.lazy import looked_up
 from lag2fmu.mechanism.completion import completed
 from lag2fmu.mechanism.name_check import check_names
+from lag2fmu.mechanism.ports import input_names
 from lag2fmu.mechanism.scope import Scope, fixed_parameters
 from lag2fmu.mechanism.unilaterals import Unilateral
 
@@ -103,6 +104,12 @@ class Mechanism(Description):
     def fixed_parameters(self) -> frozenset[str]:
         """The names of the parameters in holonomic constraints and gaps, see ``scope``: they cannot change in a run."""
         return fixed_parameters(self, self.scope, (unilateral.gap for unilateral in self.unilaterals))
+
+    @property
+    def hidden_inputs(self) -> frozenset[str]:
+        """The inputs that the ports leave out of the FMU: they keep their start values."""
+        chosen = self.ports.inputs
+        return frozenset() if chosen is None else frozenset(input_names(self)) - frozenset(chosen)
 
     def part_of(self, place: str) -> str | None:
         """The name of the part that brings what stands at ``place`` ('coordinates.leg_knee'), None if none does."""
