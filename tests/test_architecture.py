@@ -224,6 +224,7 @@ def test_the_public_names_are_these() -> None:
         "sensitivities",
         "simulate",
         "ssp",
+        "sweep",
         "validate",
     ]
     for name in lag2fmu.__all__:
