@@ -16,6 +16,7 @@ if TYPE_CHECKING:
     from lag2fmu.description.events import Contact, Friction, State, Stop, Table
     from lag2fmu.dynamics import derive
     from lag2fmu.ensemble import Ensemble, Runs
+    from lag2fmu.ensemble.function import function
     from lag2fmu.errors import Lag2FmuError
     from lag2fmu.fmu import Fmu, export
     from lag2fmu.fmu.paging import page
@@ -50,6 +51,7 @@ _HOME = {
     "derive": "lag2fmu.dynamics",
     "equilibria": "lag2fmu.analysis.entry_points",
     "export": "lag2fmu.fmu",
+    "function": "lag2fmu.ensemble.function",
     "linearize": "lag2fmu.verify",
     "load": "lag2fmu.formats.loading",
     "modes": "lag2fmu.analysis.entry_points",
@@ -82,6 +84,7 @@ __all__ = [
     "derive",
     "equilibria",
     "export",
+    "function",
     "linearize",
     "load",
     "modes",

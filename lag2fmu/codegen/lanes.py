@@ -2,13 +2,16 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections import Counter
+from collections.abc import Mapping, Sequence
 from dataclasses import replace
+from itertools import accumulate
 
 from lag2fmu.codegen.c import Dialect, c_function, c_prototype
-from lag2fmu.codegen.sources import RuntimeTables, lookups_of, render_sources
+from lag2fmu.codegen.sources import RuntimeTables, helpers_of, lookups_of, render_sources
 from lag2fmu.codegen.templates import render
 from lag2fmu.dynamics.functions import Array, Function, Program
+from lag2fmu.dynamics.plain import KNOWNS, PlainFunctions
 from lag2fmu.resources import resource_folder
 from lag2fmu.solvers.methods import Method
 from lag2fmu.solvers.tableaus import Tableau
@@ -53,17 +56,12 @@ def render_lanes(program: Program, tables: RuntimeTables, method: Tableau, lanes
         "signals": program.signals,
         "parameters": len(tables.start_parameters),
         "factor": program.factor_size,
-        "functions": functions,
-        "lookups": lookups_of(replace(program, functions=functions)),
-        "lane_prototype": lambda function: c_prototype(function, LANES),
-        "lane_function": lambda function: c_function(program, function, LANES),
+        **_printing(program, functions),
     }
     left_out = "lane_projection_none.c" if tables.constraint_names else "lane_projection.c"
     folder = resource_folder("templates") / "ensemble"
     files = {path.name: path.read_text("utf-8") for path in folder.glob("*.[ch]") if path.name != left_out}
-    if context["lookups"]:
-        runtime = resource_folder("templates") / "runtime" / "core"
-        files |= {name: (runtime / name).read_text("utf-8") for name in ("lookup.c", "lookup.h")}
+    files |= _lookup_files(replace(program, functions=functions))
     generated = ("lane_sizes.h", "lane_equations.h", "lane_equations.c", "lane_tableau.h")
     files |= {name: render(f"ensemble/{name}.jinja", context) for name in generated}
     return dict(sorted(files.items()))
@@ -97,3 +95,72 @@ def lane_functions(program: Program) -> tuple[Function, ...]:
     chosen = [accelerations, inertias, by_name.get("further", resting), locals_]
     chosen += [by_name[name] for name in ("constraints", "constrained", "solve") if program.constraints]
     return tuple(replace(f, name=f.name.replace("mechanism_", "lanes_")) for f in chosen)
+
+
+def render_function(functions: PlainFunctions, name: str, lanes: int) -> Mapping[str, str]:
+    """{file name: text} of a library that evaluates ``functions`` at many points, in groups of ``lanes``."""
+    program = functions.program
+    in_lanes = tuple(replace(f, name=f"lanes_{f.name}") for f in program.functions)
+    context = {**_sizes(functions), **_printing(program, in_lanes), "name": name, "lanes": lanes}
+    templates = resource_folder("templates")
+    files = {file: (templates / "ensemble" / file).read_text("utf-8") for file in ("lanes.h", "lane_math.h")}
+    files["function_batch.c"] = (templates / "function" / "function_batch.c").read_text("utf-8")
+    files |= _lookup_files(program)
+    places = ("function/lane_sizes.h", "ensemble/lane_equations.h", "ensemble/lane_equations.c")
+    return files | {place.split("/")[1]: render(f"{place}.jinja", context) for place in places}
+
+
+def render_external(functions: PlainFunctions, name: str, vectors: Mapping[str, Sequence[str]]) -> Mapping[str, str]:
+    """{file name: text} of ``functions`` by the C interface of CasADi; ``vectors`` names the entries of x, u and p."""
+    program, sparsity = functions.program, functions.sparsity
+    lengths = [len(argument.entries) for argument in program.functions[0].arguments]
+    sizes = _sizes(functions)
+    context = {
+        **sizes,
+        "name": name,
+        "vectors": vectors.items(),
+        "program": program,
+        "functions": program.functions,
+        "helpers": helpers_of(program),
+        "lookups": lookups_of(program),
+        "sizes": lengths,
+        "patterns": {
+            known: _pattern(int(str(sizes["states"])), length, sparsity[known])
+            for known, length in zip(KNOWNS, lengths, strict=True)
+        },
+        "ends": list(accumulate(len(sparsity[known]) for known in KNOWNS)),
+    }
+    return {f"{name}.c": render("function/external.c.jinja", context), **_lookup_files(program)}
+
+
+def _pattern(rows: int, columns: int, places: Sequence[tuple[int, int]]) -> list[int]:
+    """A sparsity pattern as CasADi has it: sizes, where each column begins, and the row of each entry."""
+    counts = Counter(j for _, j in places)
+    return [rows, columns, *accumulate((counts[j] for j in range(columns)), initial=0), *(i for i, _ in places)]
+
+
+def _sizes(functions: PlainFunctions) -> dict[str, object]:
+    derivative, jacobian = functions.program.functions
+    return {
+        "states": len(derivative.arguments[1].entries),
+        "signals": len(derivative.arguments[2].entries),
+        "parameters": len(derivative.arguments[3].entries),
+        "pivots": sum(array == "pivots" for array, *_ in derivative.results),
+        "entries": sum(array == "J" for array, *_ in jacobian.results),
+    }
+
+
+def _printing(program: Program, functions: tuple[Function, ...]) -> dict[str, object]:
+    """What the templates of equations in lanes print with."""
+    return {
+        "functions": functions,
+        "lookups": lookups_of(replace(program, functions=functions)),
+        "lane_prototype": lambda function: c_prototype(function, LANES),
+        "lane_function": lambda function: c_function(program, function, LANES),
+    }
+
+
+def _lookup_files(program: Program) -> dict[str, str]:
+    """The files of the runtime that look something up in tables, if ``program`` does."""
+    runtime = resource_folder("templates") / "runtime" / "core"
+    return {name: (runtime / name).read_text("utf-8") for name in ("lookup.c", "lookup.h") if lookups_of(program)}

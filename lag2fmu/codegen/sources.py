@@ -167,7 +167,7 @@ def render_sources(
         "method": method,
         "guid": guid,
         "lookups": lookups_of(program),
-        "helpers": _helpers(program),
+        "helpers": helpers_of(program),
     }
     kind = {
         "constraints": bool(tables.constraint_names),
@@ -194,7 +194,7 @@ def page_sources(sources: Mapping[str, str], picture: Program | None) -> Mapping
     context: dict[str, object] = {"program": picture, "size": 1, "lookups": [], "helpers": []}
     if picture is not None:
         (function,) = picture.functions
-        context |= {"lookups": lookups_of(picture), "helpers": _helpers(picture)}
+        context |= {"lookups": lookups_of(picture), "helpers": helpers_of(picture)}
         context["size"] = max(1, len(function.results))
     if context["lookups"]:
         files |= {name: text for name, text in _texts("core").items() if name.startswith("lookup.")}
@@ -202,7 +202,7 @@ def page_sources(sources: Mapping[str, str], picture: Program | None) -> Mapping
     return dict(sorted(files.items()))
 
 
-def _helpers(program: Program) -> list[str]:
+def helpers_of(program: Program) -> list[str]:
     """The functions that C does not have, as far as ``program`` uses them."""
     used = {
         program.graph.code[node] for f in program.functions for node in program.graph.cone(n for *_, n in f.results)

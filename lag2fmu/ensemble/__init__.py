@@ -12,13 +12,15 @@ from lag2fmu.lazy import offered
 
 if TYPE_CHECKING:
     from lag2fmu.ensemble.compiled import Ensemble
+    from lag2fmu.ensemble.function import StateFunction
     from lag2fmu.ensemble.results import Runs
 
 _HOME = {
     "Ensemble": "lag2fmu.ensemble.compiled",
     "Runs": "lag2fmu.ensemble.results",
+    "StateFunction": "lag2fmu.ensemble.function",
 }
 
-__all__ = ["Ensemble", "Runs"]
+__all__ = ["Ensemble", "Runs", "StateFunction"]
 
 __getattr__ = offered(__name__, _HOME)

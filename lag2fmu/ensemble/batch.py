@@ -1,19 +1,14 @@
-"""The record that describes a batch to the compiled code, and the libraries that read it."""
+"""The record that describes a batch to the compiled code."""
 
 from __future__ import annotations
 
 import ctypes
-import os
-import tempfile
-from collections.abc import Callable
-from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
-from pathlib import Path
 
 import numpy as np
 from numpy.typing import NDArray
 
-from lag2fmu.errors import BuildError
+from lag2fmu.ensemble.libraries import Library, in_threads
 
 Floats = NDArray[np.float64]
 Integers = NDArray[np.int64]
@@ -94,47 +89,18 @@ class Batch:
         return _Batch(**counts, start_time=self.start_time, tolerance=self.tolerance, **arrays)
 
 
-class Library:
-    """A compiled library, loaded; its functions run without Python's lock."""
+def run_batch(library: Library, name: str, batch: Batch, threads: int, *further: Floats) -> None:
+    """Call the function ``name`` on ``batch`` in so many ``threads``; ``further`` are arrays that it takes too.
 
-    def __init__(self, content: bytes, name: str) -> None:
-        """Load the library of this ``content``; raises BuildError where the system refuses it."""
-        handle, path = tempfile.mkstemp(prefix="lag2fmu-", suffix=Path(name).suffix)
-        os.write(handle, content)
-        os.close(handle)
-        try:
-            self._library = ctypes.CDLL(path)
-        except OSError as error:
-            raise BuildError(f"the library '{name}' that was just built cannot be loaded: {error}") from error
-        finally:
-            if os.name == "posix":  # it stays loaded; elsewhere a loaded file cannot be removed
-                Path(path).unlink()
+    Each thread has memory of its own, of the size that the function KIND_memory says for KIND_runs.
+    """
+    function, size = library.function(name), library.number(f"{name.split('_', maxsplit=1)[0]}_memory")
+    struct = batch.struct()
+    pointers = [ctypes.c_void_p(array.ctypes.data) for array in further]
 
-    def number(self, name: str) -> int:
-        """What the function ``name``, which takes nothing, returns."""
-        function = self._library[name]
-        function.restype, function.argtypes = ctypes.c_int64, []
-        return int(function())
+    def work(_: int) -> None:
+        memory = ctypes.create_string_buffer(size)
+        function(ctypes.byref(struct), memory, *pointers)
 
-    def function(self, name: str) -> Callable[..., None]:
-        """The function ``name``, which returns nothing and takes pointers."""
-        function = self._library[name]
-        function.restype = None
-        return function
-
-    def run(self, kind: str, name: str, batch: Batch, threads: int, *further: Floats) -> None:
-        """Call ``name`` on ``batch`` in so many ``threads``, each with memory of its own; ``further`` are arrays."""
-        function, size = self.function(name), self.number(f"{kind}_memory")
-        struct = batch.struct()
-        pointers = [ctypes.c_void_p(array.ctypes.data) for array in further]
-
-        def work(_: int) -> None:
-            memory = ctypes.create_string_buffer(size)
-            function(ctypes.byref(struct), memory, *pointers)
-
-        batch.next[...] = 0
-        if threads == 1:
-            work(0)
-            return
-        with ThreadPoolExecutor(threads) as pool:
-            list(pool.map(work, range(threads)))
+    batch.next[...] = 0
+    in_threads(work, range(threads))

@@ -16,11 +16,11 @@ from lag2fmu.codegen.lanes import render_lanes, render_scalar, runs_in_lanes
 from lag2fmu.dynamics.lagrange import complete, derive
 from lag2fmu.dynamics.program import lower
 from lag2fmu.ensemble.asking import Asked, batch_of, columns_of, motions_alone, names_of
-from lag2fmu.ensemble.batch import DONE, FAILED, REASON, Batch, Library
+from lag2fmu.ensemble.batch import DONE, FAILED, REASON, Batch, run_batch
+from lag2fmu.ensemble.libraries import Library, built, lanes_here
 from lag2fmu.ensemble.results import Runs
 from lag2fmu.errors import SimulationError
 from lag2fmu.fmu.advice import check_solver, suited_solver
-from lag2fmu.fmu.compilers import compile_here, host_platform, processor_macros
 from lag2fmu.fmu.variables import build_table
 from lag2fmu.formats.loading import as_mechanism
 from lag2fmu.mechanism.record import Mechanism
@@ -28,8 +28,6 @@ from lag2fmu.solvers.methods import METHODS, TimeStepping
 from lag2fmu.solvers.tableaus import Tableau
 
 Values: TypeAlias = "Mapping[str, ArrayLike]"
-_LANES = (("__AVX512F__", 8), ("__AVX__", 4))
-"""What the compiler predefines for a processor, and how many doubles it has in a register; all others have 2."""
 
 
 class Ensemble:
@@ -71,7 +69,7 @@ class Ensemble:
         self._compiler = compiler
         self.lanes = 0
         if lanes != 0 and runs_in_lanes(self._program, self._method):
-            self.lanes = lanes or _lanes_here(compiler)
+            self.lanes = lanes or lanes_here(compiler)
             self._lanes  # noqa: B018 (compiled now, so that the first run does not wait)
 
     def __repr__(self) -> str:
@@ -88,14 +86,12 @@ class Ensemble:
         method = self._method
         assert isinstance(method, Tableau)
         sources = render_lanes(self._program, self._table.tables, method, self.lanes)
-        return self._load(sources, "lanes")
+        return built(sources, "lanes", self._compiler)
 
     @cached_property
     def _scalar(self) -> Library:
-        return self._load(render_scalar(self._program, self._table.tables, self._method), "scalar")
-
-    def _load(self, sources: Mapping[str, str], name: str) -> Library:
-        return Library(compile_here(sources, name, self._compiler), f"{name}{host_platform().suffix}")
+        sources = render_scalar(self._program, self._table.tables, self._method)
+        return built(sources, "scalar", self._compiler)
 
     def run(  # noqa: PLR0913 (choices of the user)
         self,
@@ -143,20 +139,14 @@ class Ensemble:
         if self.lanes and not motions_alone(batch, len(self.mechanism.motions)):
             if self._program.constraints:
                 settled = batch.starts.copy()
-                self._scalar.run("scalar", "scalar_starts", batch, threads, settled)
+                run_batch(self._scalar, "scalar_starts", batch, threads, settled)
                 batch = replace(batch, starts=settled)
-            self._lanes.run("lane", "lane_runs", batch, min(threads, 1 + len(batch.starts) // self.lanes))
+            run_batch(self._lanes, "lane_runs", batch, min(threads, 1 + len(batch.starts) // self.lanes))
         in_lanes = batch.status == DONE
         if not in_lanes.all():
             batch = replace(batch, reasons=np.zeros(len(batch.starts), dtype=f"S{REASON}"))
-            self._scalar.run("scalar", "scalar_runs", batch, threads)
+            run_batch(self._scalar, "scalar_runs", batch, threads)
         return _results(batch, names_of(asked, self._table), in_lanes)
-
-
-def _lanes_here(compiler: str) -> int:
-    """The doubles in a vector register of this machine, as far as ``compiler`` knows."""
-    macros = processor_macros(compiler)
-    return next((lanes for macro, lanes in _LANES if macro in macros), 2)
 
 
 def _results(

@@ -8,6 +8,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
+from fractions import Fraction
 from typing import Any
 
 import numpy as np
@@ -138,9 +139,11 @@ def _extended(layout: Layout, spots: Spots, body: Body, shape: Shape) -> Item:
     square = g.divide(s.put(body.inertia), s.put(body.mass))
     scale = g.apply("sqrt", g.multiply(g.constant(3 if shape.kind == ROD else 2), square))
     found["extent"] = spots.vector([scale])
-    link = own_link(s, body) if shape.kind == ROD else None
-    if link is not None:
+    link = own_link(s, body)
+    if link is not None and shape.kind == ROD:
         return found | {"ray": [spots(i) for i in link.ends]}
+    if link is not None:  # it rolls about the first end
+        found |= {"at": spots(link.ends[0]), "extent": spots.vector([g.constant(Fraction(float(shape.size[0])))])}
     angle = s.put(body.angle)
     return found | {"turn": spots.vector([g.apply("cos", angle), g.apply("sin", angle)])}
 

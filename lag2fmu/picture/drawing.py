@@ -12,6 +12,7 @@ from lag2fmu.mechanism.record import Mechanism
 from lag2fmu.picture import glyphs
 from lag2fmu.picture.annotations import annotate
 from lag2fmu.picture.forces import draw_forces
+from lag2fmu.picture.frictions import draw_frictions, draw_hinge_stops
 from lag2fmu.picture.labels import pretty
 from lag2fmu.picture.layout import BOX, Layout
 from lag2fmu.picture.pulleys import draw_pulley
@@ -74,10 +75,12 @@ def _things(start: Layout, layout: Layout) -> Canvas:
         draw_pulley(canvas, layout.pulley, flat, BOX[0])
     _grounds(canvas, start)
     draw_walls(canvas, start)
+    draw_hinge_stops(canvas, start)
     _links(canvas, layout, flat)
     _bodies(canvas, layout, flat, layout.shapes)
     _points(canvas, layout)
     draw_forces(canvas, layout)
+    draw_frictions(canvas, layout)
     return canvas
 
 

@@ -19,8 +19,9 @@ from lag2fmu.errors import LoadError, SimulationError
 from lag2fmu.fmu.kept_libraries import VARIABLE
 from lag2fmu.formats.text import read
 from lag2fmu.mechanism.record import Mechanism
-from lag2fmu.reference.trajectory import Floats
-from lag2fmu.verify.entry_points import simulate
+from lag2fmu.reference.trajectory import Floats, Trajectory
+from lag2fmu.verify.plan import Run
+from lag2fmu.verify.simulate import simulate_fmu
 
 
 @dataclass(frozen=True, eq=False)
@@ -162,19 +163,13 @@ def bounds_of(mechanism: Mechanism, wanted: Sequence[str]) -> dict[str, tuple[fl
 def _by_fmpy(task: Task, rows: Floats) -> Part:
     """One run after the other; an FMU of lag2fmu is reset in between instead of loaded anew."""
     values, reasons = np.full((len(rows), len(task.times), len(task.outputs)), np.nan), {}
-    signals = None if task.input_times is None else {"time": task.input_times, **task.inputs}
+    signals = None if task.input_times is None else Trajectory.of(task.input_times, task.inputs)
     for i, row in enumerate(rows):
         try:
-            run = simulate(
-                Path(task.model),
-                stop_time=float(task.times[-1]),
-                step=task.step,
-                tolerance=task.tolerance,
-                values={**task.values, **dict(zip(task.names, row.tolist(), strict=True))},
-                inputs=signals,
-                hold=task.hold,
-                outputs=task.outputs,
-            )
+            values_here = {**task.values, **dict(zip(task.names, row.tolist(), strict=True))}
+            stop = float(task.times[-1])
+            asked = Run(stop, task.step, task.tolerance, values_here, signals, task.hold, task.outputs)
+            run = simulate_fmu(Path(task.model), asked)
         except SimulationError as error:
             reasons[i] = str(error)
         else:

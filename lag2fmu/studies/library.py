@@ -15,7 +15,7 @@ from lag2fmu.description.names import suggestion
 from lag2fmu.description.outputs import Experiment
 from lag2fmu.dynamics.lagrange import complete, derive
 from lag2fmu.dynamics.program import lower
-from lag2fmu.ensemble.batch import Library as Loaded
+from lag2fmu.ensemble.libraries import Library as Loaded
 from lag2fmu.errors import LoadError
 from lag2fmu.fmu.advice import check_solver
 from lag2fmu.fmu.compilers import compile_here, host_platform

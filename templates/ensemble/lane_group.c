@@ -82,9 +82,8 @@ void group_limit(Group *group, int lane) {
     if (!last && batch->knot_times[knot + 1] < limit) {
         limit = batch->knot_times[knot + 1];
     }
-    const int64_t sample = group->sample[lane];
-    if (ERROR_ORDER == 0 && sample < batch->samples && batch->sample_times[sample] < limit) {
-        limit = batch->sample_times[sample];
+    if (ERROR_ORDER == 0 && group->next_sample[lane] < limit) {
+        limit = group->next_sample[lane];
     }
     group->limit[lane] = limit;
     group->begin[lane] = group->time[lane];
@@ -114,6 +113,7 @@ static void begin_run(Group *group, int lane, int64_t run) {
     while (group->knot[lane] + 1 < batch->knots && batch->knot_times[group->knot[lane] + 1] <= batch->start_time) {
         group->knot[lane]++;
     }
+    group->next_sample[lane] = batch->samples > 0 ? batch->sample_times[0] : HUGE_VAL;
     group_limit(group, lane);
 }
 

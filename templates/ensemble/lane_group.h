@@ -14,8 +14,8 @@ typedef struct {
     int64_t run[LANES];      /* NO_RUN: the lane is idle */
     int64_t sample[LANES];   /* the next one */
     int64_t knot[LANES];     /* of the inputs: the one that was passed last */
-    int64_t trials[LANES];   /* solver steps tried */
-    int64_t accepted[LANES];
+    Lanes next_sample;       /* s; its time, HUGE_VAL behind the last */
+    Mask trials, accepted;   /* solver steps */
     Mask active;             /* the lane has a run */
     Mask stale;              /* it needs its first stage anew */
     Mask fresh;              /* it begins, and needs its first step */

@@ -60,36 +60,28 @@ static void store(const Batch *batch, const Lanes quantities[], int lane, double
     }
 }
 
-/* The time of a lane's next sample if it is not after the end (s), else NAN. */
-static double due_sample(const Group *group, int lane, double end) {
+/* Stores a sample of a lane and goes on to the next one. */
+static void store_sample(Group *group, const Lanes quantities[], int lane) {
     const Batch *batch = group->batch;
-    const int64_t next = group->sample[lane];
-    return next < batch->samples && batch->sample_times[next] <= end ? batch->sample_times[next] : NAN;
+    const int64_t sample = group->sample[lane]++;
+    store(batch, quantities, lane, batch->sampled + (group->run[lane] * batch->samples + sample) * batch->outputs);
+    group->next_sample[lane] = sample + 1 < batch->samples ? batch->sample_times[sample + 1] : HUGE_VAL;
 }
 
 /* Stores the samples up to the end of the step, one of each lane at a time. */
-static void record_samples(Group *group, Mask mask) {
+static void record_samples(Group *group, Mask due) {
     const Batch *batch = group->batch;
     const bool rates = need_rates(batch->output_columns, batch->outputs);
     Lanes quantities[N_QUANTITIES];
-    while (true) {
-        Lanes times = group->time;
-        Mask due = {0};
-        for (int lane = 0; lane < LANES; lane++) {
-            const double time = mask[lane] ? due_sample(group, lane, group->end[lane]) : NAN;
-            due[lane] = time <= group->end[lane] ? -1 : 0;
-            times[lane] = due[lane] ? time : group->time[lane];
-        }
-        if (!lanes_any(due)) {
-            return;
-        }
+    while (lanes_any(due)) {
+        const Lanes times = lanes_select(due, group->next_sample, group->time);
         evaluate_within(group, due, (times - group->time) / group->length, rates, quantities);
         for (int lane = 0; lane < LANES; lane++) {
             if (due[lane]) {
-                const int64_t row = group->run[lane] * batch->samples + group->sample[lane]++;
-                store(batch, quantities, lane, batch->sampled + row * batch->outputs);
+                store_sample(group, quantities, lane);
             }
         }
+        due &= (Mask)(group->next_sample <= group->end);
     }
 }
 
@@ -187,10 +179,7 @@ static void record_within(Group *group, Mask mask) {
 
 void group_record_step(Group *group, Mask mask) {
     const Batch *batch = group->batch;
-    Mask sampled = {0};
-    for (int lane = 0; lane < LANES; lane++) {
-        sampled[lane] = mask[lane] && due_sample(group, lane, group->end[lane]) <= group->end[lane] ? -1 : 0;
-    }
+    const Mask sampled = mask & (Mask)(group->next_sample <= group->end);
     const bool within = batch->extremes + batch->crossings > 0 && lanes_any(mask);
     if (within || lanes_any(sampled)) {
         group_dense(group, within ? mask : sampled);
@@ -210,9 +199,8 @@ void group_record_start(Group *group, Mask mask) {
     for (int lane = 0; lane < LANES; lane++) {
         if (mask[lane]) {
             const int64_t run = group->run[lane];
-            while (due_sample(group, lane, group->time[lane]) <= group->time[lane]) {
-                const int64_t row = run * batch->samples + group->sample[lane]++;
-                store(batch, quantities, lane, batch->sampled + row * batch->outputs);
+            while (group->next_sample[lane] <= group->time[lane]) {
+                store_sample(group, quantities, lane);
             }
             for (int64_t i = 0; i < batch->extremes; i++) {
                 widen(batch, run * batch->extremes + i, quantities[batch->extreme_columns[i]][lane]);

@@ -190,11 +190,9 @@ void group_step(Group *group) {
     } else {
         group->lost |= group->active & ~good;
     }
-    for (int lane = 0; lane < LANES; lane++) {
-        group->trials[lane]++;
-        group->accepted[lane] += good[lane] ? 1 : 0;
-        group->lost[lane] |= group->trials[lane] > MOST_TRIALS ? -1 : 0;
-    }
+    group->trials += 1;
+    group->accepted -= good; /* a mask is -1 where it is set */
+    group->lost |= group->active & (Mask)(group->trials > MOST_TRIALS);
     group_record_step(group, good);
     accept(group, good);
 }

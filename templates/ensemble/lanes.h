@@ -11,6 +11,12 @@
 typedef double Lanes __attribute__((vector_size(8 * LANES)));
 typedef int64_t Mask __attribute__((vector_size(8 * LANES)));
 
+#ifdef __has_builtin
+#define HAS_REDUCTION __has_builtin(__builtin_reduce_or)
+#else
+#define HAS_REDUCTION 0
+#endif
+
 #define LANE_FUNCTION static inline __attribute__((always_inline, unused))
 
 /* The same number in all lanes; x - 0 is x, the sign of zero included. */
@@ -40,11 +46,15 @@ LANE_FUNCTION Lanes lanes_select(Mask mask, Lanes a, Lanes b) {
 }
 
 LANE_FUNCTION bool lanes_any(Mask mask) {
+#if HAS_REDUCTION
+    return __builtin_reduce_or(mask) != 0;
+#else
     int64_t any = 0;
     for (int i = 0; i < LANES; i++) {
         any |= mask[i];
     }
     return any != 0;
+#endif
 }
 
 LANE_FUNCTION Lanes lanes_abs(Lanes x) {

@@ -1,4 +1,4 @@
-"""The C host of the folder host/, built for several platforms and under sanitizers, and FMUs as it takes them."""
+"""The C hosts of host/ and host3/, built for several platforms and under sanitizers, and FMUs as they take them."""
 
 from __future__ import annotations
 
@@ -13,11 +13,13 @@ from fmpy import read_model_description
 
 from lag2fmu.fmu import Fmu
 from lag2fmu.fmu.backends.native import fmi_headers
+from lag2fmu.fmu.units import units
 from lag2fmu.formats.loading import load
 from lag2fmu.mechanism import Mechanism
 
 HERE = Path(__file__).parent
 HOST = sorted((HERE / "host").glob("*.c"))
+HOST3 = sorted((HERE / "host3").glob("*.c"))
 INCLUDES = [f"-I{folder}" for folder in (HERE / "host", HERE.parent / "runtime", fmi_headers())]
 STRICT = ["-std=c99", "-Wall", "-Wextra", "-Wpedantic", "-Werror"]
 
@@ -55,6 +57,22 @@ def build(target: Path, command: Sequence[str], sources: Sequence[Path], *after:
     done = subprocess.run(line, cwd=target.parent, capture_output=True, text=True, check=False)
     assert done.returncode == 0, done.stderr
     return target
+
+
+def build_host3(folder: Path, command: Sequence[str], sources: Sequence[Path], *after: str) -> Path:
+    """The host for FMI 3.0 in ``folder``, from its own files and ``sources`` of the FMU that are unpacked there."""
+    here = [f"-I{folder / 'sources'}", f"-I{HOST3[0].parent}"]
+    line = [*command, "-std=c99", "-DFMI3_OVERRIDE_FUNCTION_PREFIX", *here]
+    return build(folder / "host3.exe", line, [*HOST3, *sources], *after, "-lpthread", "-lm")
+
+
+def with_host3(fmu: Fmu, folder: Path, command: Sequence[str]) -> Path:
+    """The host for FMI 3.0 with all of the FMU in it, which sanitizers then see, too."""
+    sources = {path.name: path.read_text("utf-8") for path in unpack_sources(fmu, folder)}
+    joined = units(sources)
+    for name, text in joined.items():
+        (folder / "sources" / name).write_text(text, "utf-8")
+    return build_host3(folder, command, [folder / "sources" / name for name in joined])
 
 
 def zig(target: str) -> list[str]:

@@ -1,0 +1,199 @@
+"""The equations of a mechanism as plain functions: on NumPy arrays in lanes, and as an external function of CasADi."""
+
+from __future__ import annotations
+
+import ctypes
+import os
+from collections.abc import Sequence
+from functools import cached_property
+from pathlib import Path
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from lag2fmu.codegen.lanes import render_external, render_function
+from lag2fmu.description import names
+from lag2fmu.dynamics.lagrange import derive
+from lag2fmu.dynamics.plain import KNOWNS, plain_functions
+from lag2fmu.dynamics.samples import start_values
+from lag2fmu.ensemble.libraries import Library, built, in_threads, lanes_here
+from lag2fmu.errors import ExportError, LoadError
+from lag2fmu.fmu.backends.backend import identifier_of
+from lag2fmu.fmu.compilers import compile_here, host_platform
+from lag2fmu.formats.loading import as_mechanism
+from lag2fmu.mechanism.record import Mechanism
+
+Floats = NDArray[np.float64]
+
+_PART = 4096
+"""Points that are worth a thread."""
+
+
+class StateFunction:
+    """dx/dt = f(t, x, u, p) of a mechanism, with exact Jacobians; all values in SI units.
+
+    ``names`` {"x", "u", "p": names of the entries}: x has the coordinates, their velocities and the further states, u
+    the inputs (generalized forces Q first), p the independent parameters. ``start`` {"t", "x", "u", "p": values} is the
+    start of the mechanism.
+    """
+
+    def __init__(self, model: Mechanism | str | Path, *, lanes: int | None = None, compiler: str = "zig") -> None:
+        """Derive ``model``, a mechanism or what ``load`` takes; it is compiled at the first call.
+
+        ``lanes`` and ``compiler`` are those of ``Ensemble``. Raises LoadError, and DerivationError for mechanisms with
+        events or coordinates without mass.
+        """
+        mechanism = as_mechanism(model)
+        equations = derive(mechanism)
+        self._functions = plain_functions(equations)
+        self._lane_count, self._compiler = lanes, compiler
+        self.mechanism = equations.mechanism
+        q = [c.name for c in self.mechanism.coordinates]
+        self.names = {
+            "x": (*q, *map(names.velocity, q), *(z.name for z in self.mechanism.states)),
+            "u": self._functions.program.inputs,
+            "p": tuple(p.name for p in self.mechanism.parameters if p.value is not None),
+        }
+        values = start_values(self.mechanism)
+        self.start = {"t": np.zeros(())} | {
+            known: np.array([values.get(name, 0.0) for name in entries]) for known, entries in self.names.items()
+        }
+
+    def __repr__(self) -> str:
+        """One line: of what, and its sizes."""
+        sizes = ", ".join(f"{len(entries)} {known}" for known, entries in self.names.items())
+        return f"<StateFunction of {self.mechanism.name}: {sizes}>"
+
+    @property
+    def sparsity(self) -> dict[str, NDArray[np.bool_]]:
+        """Which entries of the Jacobians by "t", "x", "u", "p" are not always zero: (N, 1), (N, N), (N, m), (N, k)."""
+        found = {}
+        for known in KNOWNS:
+            found[known] = np.zeros((len(self.names["x"]), self._size(known)), dtype=bool)
+            for place in self._functions.sparsity[known]:
+                found[known][place] = True
+        return found
+
+    def __call__(
+        self, x: ArrayLike, u: ArrayLike | None = None, p: ArrayLike | None = None, t: ArrayLike = 0.0
+    ) -> Floats:
+        """dx/dt, (..., N), at states ``x`` (..., N), inputs ``u`` (..., m), parameters ``p`` (..., k), times ``t``.
+
+        Times are (...) in s. The leading dimensions broadcast; without ``u`` and ``p`` they are as at the start. NaN at
+        singular positions. Raises LoadError for shapes that do not fit.
+        """
+        return self._evaluate(t, x, u, p, jacobian=False)
+
+    def accelerations(
+        self, x: ArrayLike, u: ArrayLike | None = None, p: ArrayLike | None = None, t: ArrayLike = 0.0
+    ) -> Floats:
+        """The accelerations, (..., n), of dx/dt as above."""
+        n = len(self.mechanism.coordinates)
+        return self(x, u, p, t)[..., n : 2 * n]
+
+    def jacobians(
+        self, x: ArrayLike, u: ArrayLike | None = None, p: ArrayLike | None = None, t: ArrayLike = 0.0
+    ) -> dict[str, Floats]:
+        """The derivatives of dx/dt by "t", "x", "u", "p": (..., N, 1), (..., N, N), (..., N, m), (..., N, k).
+
+        Arguments as above. Raises LoadError for shapes that do not fit.
+        """
+        entries = self._evaluate(t, x, u, p, jacobian=True)
+        found, first = {}, 0
+        for known in KNOWNS:
+            places = self._functions.sparsity[known]
+            matrix = np.zeros((*entries.shape[:-1], len(self.names["x"]), self._size(known)))
+            if places:
+                rows, columns = zip(*places, strict=True)
+                matrix[..., list(rows), list(columns)] = entries[..., first : first + len(places)]
+            found[known] = matrix
+            first += len(places)
+        return found
+
+    def external(self, folder: str | Path = ".", name: str | None = None) -> Path:
+        """Write the function for CasADi to ``folder``, its C sources and a library beside them; return the library.
+
+        ``casadi.external(name, str(path))`` loads it, by default with the name of the mechanism: f(t, x, u, p) with
+        Jacobians, of which CasADi makes forward and adjoint derivatives. Raises ExportError and BuildError.
+        """
+        name = identifier_of(name or self.mechanism.name)
+        sources = render_external(self._functions, name, self.names)
+        path = Path(folder) / f"{name}{host_platform().suffix}"
+        library = compile_here(sources, name, self._compiler)
+        try:
+            for file, text in sources.items():
+                (path.parent / file).write_text(text, "utf-8", newline="\n")
+            path.write_bytes(library)
+        except OSError as error:
+            raise ExportError(f"cannot write '{path}': {error.strerror or error}; choose another folder") from error
+        return path
+
+    def _size(self, known: str) -> int:
+        return 1 if known == "t" else len(self.names[known])
+
+    @cached_property
+    def _library(self) -> Library:
+        lanes = self._lane_count or lanes_here(self._compiler)
+        return built(render_function(self._functions, self.mechanism.name, lanes), "function", self._compiler)
+
+    def _evaluate(
+        self, t: ArrayLike, x: ArrayLike, u: ArrayLike | None, p: ArrayLike | None, *, jacobian: bool
+    ) -> Floats:
+        given = {"t": np.asarray(t, dtype=np.float64)[..., None]}
+        for known, value in (("x", x), ("u", u), ("p", p)):
+            array = np.asarray(self.start[known] if value is None else value, dtype=np.float64)
+            if array.shape[-1:] != (len(self.names[known]),):
+                raise LoadError(f"{known} has shape {array.shape}; expected (..., {len(self.names[known])})")
+            given[known] = array
+        try:
+            batch = np.broadcast_shapes(*(array.shape[:-1] for array in given.values()))
+        except ValueError as error:
+            shapes = ", ".join(f"{known} {array.shape}" for known, array in given.items())
+            raise LoadError(f"the leading dimensions do not broadcast: {shapes}") from error
+        count = int(np.prod(batch))
+        arrays, strides = zip(*(_points(array, batch, count) for array in given.values()), strict=True)
+        width = sum(map(len, self._functions.sparsity.values())) if jacobian else len(self.names["x"])
+        results = np.empty((count, width))
+        _call(self._library, arrays, strides, results, jacobian=jacobian)
+        return results.reshape(*batch, width)
+
+
+def _points(array: Floats, batch: tuple[int, ...], count: int) -> tuple[Floats, int]:
+    """``array`` (..., k) with a row a point and k, or as one row and 0 where all points have the same."""
+    if array.ndim == 1 or array.size == array.shape[-1]:
+        return np.ascontiguousarray(array.reshape(-1)), 0
+    rows = np.broadcast_to(array, (*batch, array.shape[-1])).reshape(count, array.shape[-1])
+    return np.ascontiguousarray(rows), array.shape[-1]
+
+
+class _Points(ctypes.Structure):
+    """The struct Points of function_batch.c."""
+
+    _fields_ = (
+        *((name, ctypes.c_int64) for name in ("first", "end", "jacobian")),
+        *((name, ctypes.c_void_p) for name in KNOWNS),
+        ("strides", ctypes.c_int64 * 4),
+        ("results", ctypes.c_void_p),
+    )
+
+
+def _call(
+    library: Library, arrays: Sequence[Floats], strides: Sequence[int], results: Floats, *, jacobian: bool
+) -> None:
+    """Compute all points, many of them in several threads."""
+    function, count = library.function("function_values"), len(results)
+    parts = max(1, min(os.cpu_count() or 1, count // _PART))
+    pointers = [array.ctypes.data for array in arrays]
+
+    def work(part: int) -> None:
+        ends = (part * count // parts, (part + 1) * count // parts)
+        function(
+            ctypes.byref(_Points(*ends, int(jacobian), *pointers, (ctypes.c_int64 * 4)(*strides), results.ctypes.data))
+        )
+
+    in_threads(work, range(parts))
+
+
+def function(model: Mechanism | str | Path) -> StateFunction:
+    """The equations of ``model`` as plain functions, see ``StateFunction``. Raises LoadError and DerivationError."""
+    return StateFunction(model)

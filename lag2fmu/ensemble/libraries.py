@@ -1,0 +1,68 @@
+"""Libraries that are compiled for the processor of this machine, loaded, and called in threads."""
+
+from __future__ import annotations
+
+import ctypes
+import os
+import tempfile
+from collections.abc import Callable, Iterable, Mapping
+from concurrent.futures import ThreadPoolExecutor
+from pathlib import Path
+from typing import TypeVar
+
+from lag2fmu.errors import BuildError
+from lag2fmu.fmu.compilers import compile_here, host_platform, processor_macros
+
+Part = TypeVar("Part")
+_LANES = (("__AVX512F__", 8), ("__AVX__", 4))
+"""What the compiler predefines for a processor, and how many doubles it has in a register; all others have 2."""
+
+
+def lanes_here(compiler: str) -> int:
+    """The doubles in a vector register of this machine, as far as ``compiler`` knows."""
+    macros = processor_macros(compiler)
+    return next((lanes for macro, lanes in _LANES if macro in macros), 2)
+
+
+def built(sources: Mapping[str, str], name: str, compiler: str) -> Library:
+    """The library ``name`` of ``sources`` {file name: text}, compiled or kept, and loaded; raises BuildError."""
+    return Library(compile_here(sources, name, compiler), f"{name}{host_platform().suffix}")
+
+
+def in_threads(work: Callable[[Part], None], parts: Iterable[Part]) -> None:
+    """Do the ``work`` on all ``parts``, each in a thread of its own; one alone in this thread."""
+    parts = list(parts)
+    if len(parts) == 1:
+        work(parts[0])
+        return
+    with ThreadPoolExecutor(len(parts)) as pool:
+        list(pool.map(work, parts))
+
+
+class Library:
+    """A compiled library, loaded; its functions run without Python's lock."""
+
+    def __init__(self, content: bytes, name: str) -> None:
+        """Load the library of this ``content``; raises BuildError where the system refuses it."""
+        handle, path = tempfile.mkstemp(prefix="lag2fmu-", suffix=Path(name).suffix)
+        os.write(handle, content)
+        os.close(handle)
+        try:
+            self._library = ctypes.CDLL(path)
+        except OSError as error:
+            raise BuildError(f"the library '{name}' that was just built cannot be loaded: {error}") from error
+        finally:
+            if os.name == "posix":  # it stays loaded; elsewhere a loaded file cannot be removed
+                Path(path).unlink()
+
+    def number(self, name: str) -> int:
+        """What the function ``name``, which takes nothing, returns."""
+        function = self._library[name]
+        function.restype, function.argtypes = ctypes.c_int64, []
+        return int(function())
+
+    def function(self, name: str) -> Callable[..., None]:
+        """The function ``name``, which returns nothing and takes pointers."""
+        function = self._library[name]
+        function.restype = None
+        return function

@@ -1,0 +1,96 @@
+"""The equations as plain functions: against the reference, finite differences and CasADi's own differentiation."""
+
+from __future__ import annotations
+
+from functools import cache
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+import lag2fmu
+from lag2fmu.ensemble import StateFunction
+from lag2fmu.errors import DerivationError, LoadError
+
+pytestmark = pytest.mark.fmu
+
+
+@cache
+def function(model: str) -> StateFunction:
+    return StateFunction(model)
+
+
+def points(f: StateFunction, *batch: int) -> np.ndarray:
+    return f.start["x"] + np.random.default_rng(0).uniform(-0.3, 0.3, (*batch, len(f.start["x"])))
+
+
+def double_pendulum(x, u, p, cos, sin):  # type: ignore[no-untyped-def]
+    """The accelerations by hand: Landau, Lifshitz, Mechanics, section 5, problem 1, for massless rods."""
+    a, b, ad, bd = (x[i] for i in range(4))
+    m1, m2, l1, l2, g = (p[i] for i in range(5))
+    m11, m12, m22 = (m1 + m2) * l1**2, m2 * l1 * l2 * cos(a - b), m2 * l2**2
+    f1 = u[0] - m2 * l1 * l2 * sin(a - b) * bd**2 - (m1 + m2) * g * l1 * sin(a)
+    f2 = u[1] + m2 * l1 * l2 * sin(a - b) * ad**2 - m2 * g * l2 * sin(b)
+    det = m11 * m22 - m12**2
+    return [ad, bd, (m22 * f1 - m12 * f2) / det, (m11 * f2 - m12 * f1) / det]
+
+
+def test_accelerations_with_any_leading_dimensions() -> None:
+    f = function("double_pendulum")
+    x, u = points(f, 7, 3), np.array([0.3, -0.2])
+    expected = np.stack(double_pendulum(np.moveaxis(x, -1, 0), u, f.start["p"], np.cos, np.sin), axis=-1)
+    assert np.allclose(f(x, u), expected, rtol=1e-12, atol=1e-12)
+    assert np.allclose(f.accelerations(x, u), expected[..., 2:], rtol=1e-12, atol=1e-12)
+    p = np.tile(f.start["p"], (3, 1))
+    assert np.array_equal(f(x, u, p), f(x, u))
+    assert f(x[0, 0]).shape == (4,)
+    assert np.array_equal(f(np.tile(x, (2000, 1, 1)), u)[-7:], f(x, u))
+
+
+@pytest.mark.parametrize("model", ["double_pendulum", "four_bar_linkage"])
+def test_jacobians_are_differences_of_the_function(model: str) -> None:
+    f = function(model)
+    known = {"t": np.zeros(()), "x": points(f, 4) if model == "double_pendulum" else f.start["x"][None]}
+    known |= {name: f.start[name] for name in ("u", "p")}
+    jacobians = f.jacobians(**known)
+    for name, jacobian in jacobians.items():
+        for j in range(jacobian.shape[-1]):
+            step = np.zeros(jacobian.shape[-1])
+            step[j] = 1e-5 * max(1.0, float(np.abs(np.atleast_1d(known[name])[..., j]).max()))
+            shift = step[0] if name == "t" else step
+            up, down = (f(**(known | {name: known[name] + sign * shift})) for sign in (1.0, -1.0))
+            assert np.allclose(jacobian[..., j], (up - down) / (2.0 * step[j]), rtol=1e-6, atol=1e-5)
+        assert not jacobian[..., ~f.sparsity[name]].any()
+
+
+def test_the_external_function_of_casadi(tmp_path: Path) -> None:
+    """Values, forward and adjoint derivatives against CasADi's own differentiation of formulas written by hand."""
+    ca = pytest.importorskip("casadi", reason="CasADi is not installed")
+    f = function("double_pendulum")
+    external = ca.external("double_pendulum", str(f.external(tmp_path)))
+    assert [external.name_in(i) for i in range(4)] == ["t", "x", "u", "p"]
+    assert (tmp_path / "double_pendulum.c").is_file()
+    symbols = [ca.SX.sym("t"), ca.SX.sym("x", 4), ca.SX.sym("u", 2), ca.SX.sym("p", 5)]
+    own = ca.Function("f", symbols, [ca.vertcat(*double_pendulum(*symbols[1:], ca.cos, ca.sin))])
+    at = [0.0, points(f), [0.2, 0.1], f.start["p"]]
+    seeds = [1.0, [0.1, 0.2, 0.3, 0.4], [0.5, 0.6], [0.7, 0.8, 0.9, 1.0, 1.1]]
+    weights = [1.0, -2.0, 3.0, 0.5]
+    for calculate in (
+        lambda function: function(*at),
+        lambda function: function.forward(1)(*at, function(*at), *seeds),
+        lambda function: ca.vertcat(*function.reverse(1)(*at, function(*at), weights)),
+    ):
+        assert np.allclose(np.array(calculate(external)), np.array(calculate(own)), rtol=1e-10, atol=1e-10)
+
+
+def test_it_is_offered_at_the_top() -> None:
+    assert repr(lag2fmu.function("pendulum")).startswith("<StateFunction of pendulum: 2 x, 1 u")
+
+
+def test_what_has_no_plain_function_is_refused() -> None:
+    with pytest.raises(DerivationError, match="'bouncing_ball' has events"):
+        StateFunction("bouncing_ball")
+    with pytest.raises(LoadError, match=r"x has shape \(3,\); expected \(..., 4\)"):
+        function("double_pendulum")(np.zeros(3))
+    with pytest.raises(LoadError, match="do not broadcast"):
+        function("double_pendulum")(np.zeros((3, 4)), np.zeros((2, 2)))
