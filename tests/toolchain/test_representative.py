@@ -1,4 +1,4 @@
-"""Representative FMUs, also of a robot, of SymPy's mechanics and of parts, through every importer; models through check."""
+"""Representative FMUs, also of a robot, of SymPy and of parts, through every importer; every model through check."""
 
 from __future__ import annotations
 
