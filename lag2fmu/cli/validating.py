@@ -30,7 +30,7 @@ def validate_demo(plot: Path | None) -> None:
     operations = program.operations("mechanism_accelerations")
     click.echo(f"{mechanism.title}: derived; the accelerations take {operations} operations, by {program.method}")
     with tempfile.TemporaryDirectory(prefix="lag2fmu-") as folder:
-        fmu = export(mechanism, Path(folder, "double_pendulum.fmu"))
+        fmu = export(mechanism, Path(folder, "double_pendulum.fmu"), page="static")
         solver = METHODS[fmu.description.solver].title
         click.echo(f"exported {fmu.path.name}: {fmu.path.stat().st_size / 1024:.0f} KiB, co-simulation by {solver}")
         with progress_bar("validating", 1.0) as progress:

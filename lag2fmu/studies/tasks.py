@@ -71,9 +71,7 @@ def task_of_fmu(
     scalars = scalars_of(description, path)
     if choices["solver"] is not None:
         raise LoadError(f"'{path.name}' has its solver inside; leave the solver out")
-    for name in (*design.names, *(outputs or ())):
-        if name not in scalars:
-            raise LoadError(f"'{path.name}' has no variable '{name}'; {suggestion(name, scalars)}")
+    _check_known(path.name, (*design.names, *(outputs or ())), scalars)
     stop, step = times_of(path, choices["stop_time"], None)
     times = _times(choices, stop)
     inputs = trajectory_of(choices.pop("inputs"), float(times[-1]), step)
@@ -89,9 +87,19 @@ def task_of_fmu(
         input_times=None if inputs is None else inputs.time,
         **{name: choices[name] for name in ("values", "hold", "tolerance")},
     )
+    return task, _units_of(scalars), str(description.description or description.modelName)
+
+
+def _check_known(file: str, names: Sequence[str], scalars: Mapping[str, Any]) -> None:
+    for name in names:
+        if name not in scalars:
+            raise LoadError(f"'{file}' has no variable '{name}'; {suggestion(name, scalars)}")
+
+
+def _units_of(scalars: Mapping[str, Any]) -> dict[str, Unit | None]:
+    """The units that the variables of an FMU declare, or their types."""
     texts = {s.name: s.variable.unit or getattr(s.variable.declaredType, "unit", None) for s in scalars.values()}
-    units = {name: _declared(text) for name, text in texts.items()}
-    return task, units, str(description.description or description.modelName)
+    return {name: _declared(text) for name, text in texts.items()}
 
 
 def _declared(text: str | None) -> Unit | None:

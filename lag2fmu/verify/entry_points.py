@@ -46,10 +46,13 @@ def simulate(  # noqa: PLR0913 (the fields of Run)
     inputs: Inputs | None = None,
     hold: bool = False,
     outputs: Sequence[str] | None = None,
+    beside: Sequence[str] = (),
     kind: Kind = "co-simulation",
     progress: Callable[[float], None] | None = None,
 ) -> Trajectory:
     """Run ``model`` as an FMU by fmpy and return its ``outputs`` every ``step`` (s) until ``stop_time`` (s).
+
+    Behind them come those variables of ``beside`` that the FMU has.
 
     ``values`` are start values and parameters in SI; ``kind`` is 'co-simulation' or 'model-exchange' (fmpy's CVode).
     ``inputs`` are signals over time: a Trajectory, the path of a CSV file, a mapping of arrays, a structured array or a
@@ -60,7 +63,9 @@ def simulate(  # noqa: PLR0913 (the fields of Run)
     """
     with as_fmu(model) as path:
         signals = trajectory_of(inputs, *times_of(path, stop_time, step))
-        return simulate_fmu(path, Run(stop_time, step, tolerance, values, signals, hold, outputs, kind, progress))
+        return simulate_fmu(
+            path, Run(stop_time, step, tolerance, values, signals, hold, outputs, beside, kind, progress)
+        )
 
 
 def validate(
@@ -172,4 +177,4 @@ def as_fmu(model: Model, solver: str | None = None, fmi: str = "2.0") -> Iterato
         return
     mechanism = as_mechanism(model)
     with tempfile.TemporaryDirectory(prefix="lag2fmu-") as folder:
-        yield export(mechanism, Path(folder) / f"{mechanism.name}.fmu", solver=solver, fmi=fmi).path
+        yield export(mechanism, Path(folder) / f"{mechanism.name}.fmu", solver=solver, fmi=fmi, page="static").path
