@@ -146,6 +146,7 @@ bool events_settle(Instance *instance, const bool due[], bool *jumped) {
             !contacts_settle(instance, now != NULL ? now + N_SWITCHES : NULL, &moved)) {
             return false;
         }
+        instance_forget_motion(instance); /* the modes of contacts may be others, with the same states */
         *jumped = *jumped || moved;
         turned = turned || moved;
     }
