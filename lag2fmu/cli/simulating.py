@@ -15,6 +15,7 @@ from lag2fmu.cli.terminal import console, progress_bar
 from lag2fmu.description.names import SETTINGS
 from lag2fmu.errors import LoadError
 from lag2fmu.fmu.elements import element_variables
+from lag2fmu.fmu.exporting import is_fmu
 from lag2fmu.formats.loading import pairs_of, values_of
 from lag2fmu.language.units import Unit
 from lag2fmu.mechanism.display import display_units, named
@@ -96,7 +97,7 @@ def _source_and_values(model: str, settings: tuple[str, ...]) -> tuple[Model, di
 
     The values are all that --set gave, or those of the solver for a MODEL.
     """
-    if entry_points.is_fmu(Path(model)):
+    if is_fmu(Path(model)):
         texts, inside = pairs_of(settings), entry_points.mechanism_of(Path(model))
         units = {} if inside is None else display_units(inside)
         echo_settings(texts, units)
