@@ -31,7 +31,7 @@ from lag2fmu.description.parts import (
 from lag2fmu.description.places import WORLD, Body, Frame, Place, Point, Vector, expressions_of
 from lag2fmu.description.ports import Ports
 from lag2fmu.description.subsystems import Part
-from lag2fmu.description.symbols import Coordinate, Declared, Input, Parameter
+from lag2fmu.description.symbols import FILTERED, Coordinate, Declared, Input, Parameter
 from lag2fmu.description.tables import Table
 from lag2fmu.errors import MechanismError
 
@@ -185,13 +185,19 @@ class Description:
 
     @property
     def motions(self) -> tuple[Input, ...]:
-        """The prescribed motions."""
-        return tuple(item for item in self.inputs if item.motion)
+        """The prescribed motions that come with velocity and acceleration."""
+        return tuple(item for item in self.inputs if item.motion is True)
 
     @property
     def driven(self) -> tuple[str, ...]:
-        """The names of the prescribed motions, of which each is carried by a force."""
-        return tuple(item.name for item in self.motions)
+        """The names of all prescribed motions, filtered ones behind: positions may contain them."""
+        return (*(item.name for item in self.motions), *self.filtered)
+
+    @property
+    def filtered(self) -> tuple[str, ...]:
+        """The names of the filtered motions: of inputs as they are written, of further states in a Mechanism."""
+        written = [item.name for item in self.inputs if item.motion == FILTERED]
+        return (*written, *(state.name for state in self.states if state.moves == state.name))
 
     @property
     def places(self) -> tuple[Place, ...]:

@@ -179,7 +179,7 @@ class _Start:
         """Raise DerivationError if the constraints leave no degree of freedom at the start, and nothing drives them."""
         c, jacobian = self.constraints, self.jacobian()
         rank = int(np.linalg.matrix_rank(row_scales(jacobian)[:, None] * jacobian, tol=_INDEPENDENT))
-        drives = {"t", *(name for u in self.mechanism.motions for name in (u.name, names.velocity(u.name)))}
+        drives = {"t", *(x for name in self.mechanism.driven for x in (name, names.velocity(name)))}
         driven = self.graph.symbols([*c.residuals, *c.velocities]) & drives
         if (
             rank == len(self.q)

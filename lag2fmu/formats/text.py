@@ -104,6 +104,7 @@ _READ: dict[str, Callable[[TomlTable, str], object]] = {
     "part": TomlTable.text,
     "unit": TomlTable.unit,
     "flag": TomlTable.flag,
+    "motion": TomlTable.motion,
     "expression": TomlTable.expression,
     "vector": TomlTable.vector,
     "expression or vector": TomlTable.scalar_or_vector,

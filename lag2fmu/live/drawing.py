@@ -19,14 +19,17 @@ from lag2fmu.graph.batches import Floats
 from lag2fmu.live.spots import Spots
 from lag2fmu.mechanism.record import Mechanism
 from lag2fmu.picture.attachments import Attachment
-from lag2fmu.picture.drawing import BACK_TO_FRONT, draw_ground, drawable, layout_of
+from lag2fmu.picture.drawing import BACK_TO_FRONT, drawable, layout_of, rail_of, supports
 from lag2fmu.picture.forces import beside
 from lag2fmu.picture.layout import BOX, GAP, Layout
 from lag2fmu.picture.pulleys import Pulley
-from lag2fmu.picture.scene import STYLES, Canvas, Stroke
+from lag2fmu.picture.scene import Canvas, Stroke
 from lag2fmu.picture.shapes import PARTICLE, ROD, Shape, own_link
+from lag2fmu.picture.walls import draw_walls
 
 Item = dict[str, Any]
+_FAR = 400.0
+"""Walls that are farther are drawn at this distance: bodies move here, and meet the others where they are."""
 _NAMED = 8
 """Bodies beyond which their names are left out; points likewise."""
 
@@ -60,7 +63,6 @@ def drawing(mechanism: Mechanism) -> Drawing | None:
             "handles": handles,
             "count": len(spots.numbers),
             "residuals": len(spots.residuals()),
-            "styles": {name: [style.color, style.width, style.fill, style.dashed] for name, style in STYLES.items()},
         },
         spots,
     )
@@ -91,11 +93,16 @@ def _pulley(pulley: Pulley, spots: Spots) -> list[Any]:
 
 
 def _ground(layout: Layout, spots: Spots) -> Iterator[Item]:
-    """Supports and crosses at spots; rails and walls as lines that stay where they are at the start."""
-    canvas = Canvas()
-    pivots, crosses = draw_ground(canvas, layout)
-    for kind, found in (("support", pivots), ("cross", crosses)):
+    """Supports and crosses at spots; rails, which get as long as the motion; walls, which stay as at the start."""
+    for kind, found in zip(("support", "cross"), supports(layout), strict=True):
         yield from ({"k": kind, "at": spots(i)} for i in found)
+    for spot in layout.skeleton.sliders.values():
+        rail = rail_of(layout, spot)
+        if rail is not None:
+            middle, along, reach = rail
+            yield {"k": "rail", "of": spots(spot), "middle": _rounded(middle), "along": _rounded(along), "reach": reach}
+    canvas = Canvas()
+    draw_walls(canvas, layout, _FAR)
     lines = [[_rounded(p) for p in m.points] for m in canvas.marks if isinstance(m, Stroke)]
     if lines and layout.planar:
         yield {"k": "still", "style": "ground", "lines": lines}
@@ -116,13 +123,21 @@ def _bodies(layout: Layout, spots: Spots) -> Iterator[Item]:
     for name in sorted(s.masses, key=lambda name: BACK_TO_FRONT.index(layout.shapes[name].kind)):
         shape, spot = layout.shapes[name], s.place[name]
         item: Item = {"k": shape.kind, "name": name, "at": spots(spot), "label": len(bodies) <= _NAMED}
-        if shape.kind == PARTICLE and layout.half(spot):
+        if shape.kind == PARTICLE and layout.half(spot) and _falls(layout, spot):
+            item |= {"r": BOX[0], "real": True}
+        elif shape.kind == PARTICLE and layout.half(spot):
             item |= {"k": "slider", "along": _rounded(layout.direction(spot)), "half": list(BOX)}
         elif shape.kind == PARTICLE:
             item["r"] = round(room * (1.3 + 1.4 * (max(s.masses[name], 0.0) / heaviest) ** (1 / 3)), 3)
         else:
             item |= _extended(layout, spots, bodies[name], shape)
         yield item
+
+
+def _falls(layout: Layout, spot: int) -> bool:
+    """Whether what goes up and down at the spot hangs on nothing: it is a ball then, and no slider."""
+    held = {i for _, a in layout.attached if a is not None for i in a.ends}
+    return layout.upright(spot) and layout.pulley is None and spot not in held
 
 
 def _extended(layout: Layout, spots: Spots, body: Body, shape: Shape) -> Item:

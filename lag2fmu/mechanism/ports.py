@@ -89,13 +89,11 @@ def with_chosen_inputs(m: Description, origins: Origins) -> Description:
     The name of a motion stands for its derivatives too, that of a load for all of its inputs. Raises MechanismError for
     a name that is no input, and for a drive of what is no prescribed motion.
     """
-    for name in m.ports.drives:
-        if name not in m.driven:
-            remedy = names.suggestion(name, m.driven)
-            raise MechanismError(f"ports.drives: there is no prescribed motion '{name}'; {remedy}")
+    _check_drives(m)
     if m.ports.inputs is None:
         return m
     known = {x: (x,) for x in input_names(m)} | {u.name: names_of(u) for u in m.inputs}
+    known |= {name: (names.target(name),) for name in m.filtered}
     for place, origin in origins.items():
         table, _, name = place.partition(".")
         if table == "inputs" and origin.startswith("loads."):
@@ -107,6 +105,13 @@ def with_chosen_inputs(m: Description, origins: Origins) -> Description:
             raise MechanismError(f"ports.inputs: there is no input '{name}'; {names.suggestion(name, known)}")
         chosen += known[name]
     return replace(m, ports=replace(m.ports, inputs=tuple(dict.fromkeys(chosen))))
+
+
+def _check_drives(m: Description) -> None:
+    for name in m.ports.drives:
+        if name not in m.driven:
+            remedy = names.suggestion(name, m.driven)
+            raise MechanismError(f"ports.drives: there is no prescribed motion '{name}'; {remedy}")
 
 
 def _site(m: Description, spot: str, where: str) -> Site:

@@ -5,7 +5,7 @@ from __future__ import annotations
 import csv
 import io
 import os
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Collection, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from importlib import import_module
 from pathlib import Path
@@ -87,6 +87,10 @@ class Trajectory:
                 f"trajectory: no column '{', '.join(missing)}'; there are {', '.join(self.names) or 'none'}"
             )
         return self.values[:, [self.names.index(name) for name in names]]
+
+    def without(self, names: Collection[str]) -> Trajectory:
+        """The same without the columns ``names``."""
+        return Trajectory.of(self.time, {name: self[name] for name in self if name not in names})
 
     def interpolated(self, times: ArrayLike) -> Trajectory:
         """The trajectory at ``times`` (s), linear between its own; raises SimulationError outside of its range.

@@ -7,6 +7,7 @@ import subprocess
 import sys
 import zipfile
 from collections.abc import Mapping, Sequence
+from functools import cache
 from pathlib import Path
 
 from fmpy import read_model_description
@@ -14,7 +15,7 @@ from fmpy import read_model_description
 from lag2fmu.fmu import Fmu
 from lag2fmu.fmu.backends.native import fmi_headers
 from lag2fmu.fmu.units import units
-from lag2fmu.formats.loading import load
+from lag2fmu.formats.loading import load, with_values
 from lag2fmu.mechanism import Mechanism
 
 HERE = Path(__file__).parent
@@ -36,11 +37,21 @@ REPRESENTATIVE = [
 ]
 """Autonomous, with inputs and outputs, with a prescribed motion, large, with constraints, with what has no mass."""
 
+FROM_ELSEWHERE = ["arm.urdf", "crane.py:method", "two_armed_robot"]
+"""A robot, an object of SymPy's mechanics, and a mechanism of parts."""
+VALUES = {"crane.py:method": {"M": 3.0, "m": 1.0, "l": 0.8, "g": 9.81, "c": 0.5}}
+"""Values of constants that the file leaves open."""
 
+
+@cache
 def representative(name: str) -> str | Mechanism:
-    """What ``exported`` takes for a name of REPRESENTATIVE."""
-    text = HERE / f"{name}.toml"
-    return load(str(text)) if text.exists() else name
+    """What ``exported`` takes for a name of REPRESENTATIVE or FROM_ELSEWHERE."""
+    file = next((path for path in (HERE / name, HERE / f"{name}.toml") if path.is_file()), None)
+    if file is not None:
+        return load(file)
+    if name in VALUES:
+        return with_values(load(f"{HERE / name}", VALUES[name]), {"theta": 0.7})
+    return name
 
 
 def unpack_sources(fmu: Fmu, folder: Path) -> list[Path]:
