@@ -25,7 +25,7 @@ check: lint
 
 # everything: other importers, cross builds, sanitizers, fuzzing
 test-all: lint
-	-$(BIN)/python -m pip install --quiet --disable-pip-version-check -e ".[imports,importers,docs,page]"
+	-$(BIN)/python -m pip install --quiet --disable-pip-version-check -e ".[imports,importers,docs,page,sweeps]"
 	$(BIN)/python -m pytest $(SPREAD) --all-models $(PYTEST)
 
 lint: $(READY)

@@ -56,7 +56,18 @@ ROOMS = {
         {"sympy", "numpy", "fmpy", "rich", "matplotlib"},
     ),
     "studies": (
-        {"errors", "language", "description", "mechanism", "formats", "reference", "dynamics", "solvers", "codegen"}
+        {
+            "errors",
+            "version",
+            "language",
+            "description",
+            "mechanism",
+            "formats",
+            "reference",
+            "dynamics",
+            "solvers",
+            "codegen",
+        }
         | {"fmu", "ensemble", "verify"},
         {"numpy", "scipy", "xarray", "pyarrow", "matplotlib"},
     ),
@@ -225,6 +236,7 @@ def test_the_public_names_are_these() -> None:
         "sensitivities",
         "simulate",
         "ssp",
+        "sweep",
         "validate",
     ]
     for name in lag2fmu.__all__:

@@ -14,7 +14,7 @@ from lag2fmu.cli.terminal import console, progress_bar
 from lag2fmu.dynamics.lagrange import derive
 from lag2fmu.dynamics.program import lower
 from lag2fmu.errors import ExportError
-from lag2fmu.fmu.exporting import export
+from lag2fmu.fmu.exporting import export, is_fmu
 from lag2fmu.formats.loading import load
 from lag2fmu.mechanism.display import display_units
 from lag2fmu.reference.trajectory import read_csv
@@ -57,7 +57,7 @@ def validate_model(
     for path in reports:
         check_ending(path, (".json", ".txt", *PICTURES))
     source: entry_points.Model = Path(model)
-    if not entry_points.is_fmu(source):
+    if not is_fmu(source):
         source = load_mechanism(model, settings)
     elif settings or solver or fmi:
         raise ExportError(f"'{model}' is an FMU: --set, --solver and --fmi belong to its export; give a MODEL")

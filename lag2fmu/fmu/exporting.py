@@ -84,6 +84,16 @@ class Fmu:
         return self.description.mechanism
 
 
+def is_fmu(model: object) -> bool:
+    """Whether ``model`` is an FMU already (an ``Fmu`` or a path that ends in .fmu)."""
+    return isinstance(model, Fmu) or (isinstance(model, (str, Path)) and Path(model).suffix == ".fmu")
+
+
+def fmu_path(model: object) -> Path:
+    """The path of a model for which ``is_fmu`` holds."""
+    return model.path if isinstance(model, Fmu) else Path(model)  # type: ignore[arg-type]
+
+
 def export(  # noqa: PLR0913 (choices of the user)
     model: Mechanism | str | Path,
     path: str | Path | None = None,

@@ -19,7 +19,7 @@ from lag2fmu.dynamics.lagrange import derive
 from lag2fmu.dynamics.variables import further_states
 from lag2fmu.errors import DerivationError, ExportError, TextError
 from lag2fmu.fmu.carried import read_mechanism
-from lag2fmu.fmu.exporting import Fmu, export
+from lag2fmu.fmu.exporting import Fmu, export, fmu_path, is_fmu
 from lag2fmu.formats.loading import as_mechanism, with_values
 from lag2fmu.mechanism.record import Mechanism
 from lag2fmu.reference.trajectory import Trajectory
@@ -147,16 +147,6 @@ def _reached(equations: EquationsOfMotion, time: float, inputs: Any) -> dict[str
     )
     q, qd, z = (np.array([run[x][-1] for x in group]) for group in (coordinates, rates, further))
     return {"q": q, "qd": qd, "further": z, "t": time}
-
-
-def is_fmu(model: Model) -> bool:
-    """Whether ``model`` is an FMU already (an ``Fmu`` or a path that ends in .fmu)."""
-    return isinstance(model, Fmu) or (isinstance(model, (str, Path)) and Path(model).suffix == ".fmu")
-
-
-def fmu_path(model: Model) -> Path:
-    """The path of a model for which ``is_fmu`` holds."""
-    return model.path if isinstance(model, Fmu) else Path(model)  # type: ignore[arg-type]
 
 
 def mechanism_of(model: Model, values: Mapping[str, float] | None = None) -> Mechanism | None:
