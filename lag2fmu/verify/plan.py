@@ -74,14 +74,19 @@ class Plan:
         return np.union1d(grid, breaks[np.abs(breaks - nearest) > 1e-9 * grid[-1]])
 
 
+def _recorded(run: Run, scalars: Mapping[str, Scalar]) -> list[str]:
+    """The names of what is recorded."""
+    outputs = [s.name for s in scalars.values() if s.variable.causality == "output" and not s.variable.alias]
+    found = outputs if run.outputs is None else list(run.outputs)
+    return found + [name for name in run.beside if name in scalars and name not in found]
+
+
 def planned(description: Any, path: Path, run: Run) -> Plan:
     """What ``run`` means for the FMU ``path``; raises LoadError."""
     stop_time, step = _times(description, run.stop_time, run.step)
     _check_times(stop_time - run.start_time, step)
     scalars = scalars_of(description, path)
-    all_outputs = [s.name for s in scalars.values() if s.variable.causality == "output" and not s.variable.alias]
-    names = all_outputs if run.outputs is None else list(run.outputs)
-    names += [name for name in run.beside if name in scalars and name not in names]
+    names = _recorded(run, scalars)
     _check_known(names, list(scalars), "variable")
     _check_values(run.values or {}, scalars)
     span = stop_time - run.start_time
