@@ -30,6 +30,7 @@ BENCHMARKS: dict[str, tuple[str, ...]] = {
     "constraints": (),
     "contacts": (),
     "repeating": (),
+    "ensembles": (),
     "integrators": PLOTS,
     "long": PLOTS,
     "derivation": PLOTS,
