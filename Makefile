@@ -7,7 +7,10 @@ JOBS ?= 2
 # every process goes on with its part of the tests and then takes from the others
 SPREAD := -n $(JOBS) --dist worksteal
 
-.PHONY: demo test check test-all lint bench clean
+# the models of the gallery that move in the site: all, none, or names with commas between them
+LIVE ?= double_pendulum,newtons_cradle,whipple_bicycle
+
+.PHONY: demo test check test-all lint docs bench clean
 
 demo: $(READY)
 	$(BIN)/lag2fmu demo --plot double_pendulum.png
@@ -22,7 +25,7 @@ check: lint
 
 # everything: other importers, cross builds, sanitizers, fuzzing
 test-all: lint
-	-$(BIN)/python -m pip install --quiet --disable-pip-version-check -e ".[imports,importers]"
+	-$(BIN)/python -m pip install --quiet --disable-pip-version-check -e ".[imports,importers,docs,page,sweeps]"
 	$(BIN)/python -m pytest $(SPREAD) --all-models $(PYTEST)
 
 lint: $(READY)
@@ -30,6 +33,11 @@ lint: $(READY)
 	$(BIN)/ruff format --check .
 	$(BIN)/mypy
 	$(BIN)/mypy templates/python/runtime
+
+# the documentation as a site, in build/site; LIVE=all: every model of the gallery moves, which takes minutes to build
+docs: $(READY)
+	$(BIN)/python -m pip install --quiet --disable-pip-version-check -e ".[docs]"
+	LAG2FMU_LIVE=$(LIVE) NO_MKDOCS_2_WARNING=1 $(BIN)/mkdocs build --strict -f docs/site/mkdocs.yml
 
 # all measurements, an hour of a quiet machine; writes docs/benchmarks.md. BENCH=stepping: that one alone
 bench: $(READY)

@@ -26,6 +26,7 @@ if TYPE_CHECKING:
     from lag2fmu.studies.calibrated import Calibration
     from lag2fmu.studies.calibration import calibrate
     from lag2fmu.studies.sensitivities import Sensitivities, sensitivities
+    from lag2fmu.studies.sweeping import sweep
     from lag2fmu.systems.entry_points import ssp
     from lag2fmu.verify import Report, linearize, simulate, validate
     from lag2fmu.verify.plots.animation import animate
@@ -57,6 +58,7 @@ _HOME = {
     "page": "lag2fmu.fmu.paging",
     "sensitivities": "lag2fmu.studies.sensitivities",
     "simulate": "lag2fmu.verify",
+    "sweep": "lag2fmu.studies.sweeping",
     "ssp": "lag2fmu.systems.entry_points",
     "validate": "lag2fmu.verify",
 }
@@ -90,6 +92,7 @@ __all__ = [
     "sensitivities",
     "simulate",
     "ssp",
+    "sweep",
     "validate",
 ]
 

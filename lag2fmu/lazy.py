@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping
 from importlib import import_module
+from typing import Any
 
 
 def offered(package: str, homes: Mapping[str, str]) -> Callable[[str], object]:
@@ -18,3 +19,11 @@ def offered(package: str, homes: Mapping[str, str]) -> Callable[[str], object]:
         return getattr(import_module(homes[name]), name)
 
     return find
+
+
+def looked_up(module: str, name: str) -> Any:
+    """``name`` of ``module``, looked up at this moment.
+
+    For records that show themselves: what draws them stands in a room below theirs, which they cannot import.
+    """
+    return getattr(import_module(module), name)

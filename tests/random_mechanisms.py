@@ -179,21 +179,24 @@ class Expected:
         """
         values = dict(values)
         for unknown, equation in self.equilibria:
-            found = equation.subs({s: values[s.name] for s in equation.free_symbols if s.name != unknown}).evalf()
+            found = _with_flat_signs(equation)
+            found = found.subs({s: values[s.name] for s in found.free_symbols if s.name != unknown}).evalf()
             x = sp.Symbol(unknown, real=True)
             values[unknown] = float(-found.coeff(x, 0) / found.coeff(x, 1)) if found.has(x) else values[unknown]
         return values
 
     def numbers(self, values: Mapping[str, float]) -> list[np.ndarray]:
         """Residual, momenta and outputs in double precision."""
-        rows = [
-            [e.replace(sp.Derivative, lambda *_: sp.S.Zero) for e in row]  # of the sign, where SymPy says no more
-            for row in (self.residual, self.momenta, self.outputs)
-        ]
+        rows = [[_with_flat_signs(e) for e in row] for row in (self.residual, self.momenta, self.outputs)]
         symbols = sorted({s for row in rows for e in row for s in e.free_symbols}, key=str)
         at = [values[s.name] for s in symbols]
         modules = [{"Heaviside": lambda x, *_: np.heaviside(x, 0.5), "DiracDelta": lambda *_: 0.0}, "numpy"]
         return [np.array(sp.lambdify(symbols, row, modules, cse=True)(*at), dtype=float) for row in rows]
+
+
+def _with_flat_signs(e: sp.Expr) -> sp.Expr:
+    """``e`` with the derivative of a sign written as 0, of which SymPy says no more."""
+    return e.replace(sp.Derivative, lambda *_: sp.S.Zero)
 
 
 def mechanism(seed: int) -> Mechanism:

@@ -18,12 +18,12 @@ PACKAGE = Path(lag2fmu.__file__).parent
 ROOMS = {
     "language": ({"errors"}, {"sympy"}),
     "description": ({"errors", "language"}, {"sympy"}),
-    "mechanism": ({"errors", "language", "description"}, {"sympy"}),
+    "mechanism": ({"errors", "lazy", "language", "description"}, {"sympy"}),
     "formats": (
         {"errors", "resources", "xml_tree", "language", "description", "mechanism"},
         {"sympy", "numpy", "tomli", "mujoco"},
     ),
-    "reference": ({"errors", "language", "description", "mechanism"}, {"sympy", "numpy", "scipy"}),
+    "reference": ({"errors", "lazy", "language", "description", "mechanism"}, {"sympy", "numpy", "scipy"}),
     "graph": ({"errors", "language"}, {"sympy", "numpy"}),
     "dynamics": ({"errors", "language", "description", "mechanism", "formats", "graph"}, {"sympy", "numpy", "scipy"}),
     "analysis": (
@@ -56,7 +56,18 @@ ROOMS = {
         {"sympy", "numpy", "fmpy", "rich", "matplotlib"},
     ),
     "studies": (
-        {"errors", "language", "description", "mechanism", "formats", "reference", "dynamics", "solvers", "codegen"}
+        {
+            "errors",
+            "version",
+            "language",
+            "description",
+            "mechanism",
+            "formats",
+            "reference",
+            "dynamics",
+            "solvers",
+            "codegen",
+        }
         | {"fmu", "ensemble", "verify"},
         {"numpy", "scipy", "xarray", "pyarrow", "matplotlib"},
     ),
@@ -225,6 +236,7 @@ def test_the_public_names_are_these() -> None:
         "sensitivities",
         "simulate",
         "ssp",
+        "sweep",
         "validate",
     ]
     for name in lag2fmu.__all__:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import sys
+from dataclasses import replace
 from importlib.util import find_spec
 
 import numpy as np
@@ -28,9 +29,32 @@ def test_objects_are_short_in_a_line_and_show_themselves_in_a_notebook() -> None
     assert repr(RUN) == "<Trajectory: 3 points, 0 s to 2 s, of theta, theta_dot>"
     assert repr(report) == "<Report: A run; FAILED: step <1>>"
     assert "theta1" in mechanism._repr_html_()
+    assert "<svg" in mechanism._repr_html_()
     assert r"\ddot{\theta_{1}}" in equations._repr_latex_()
     assert "<td>-2</td>" in RUN._repr_html_()
-    assert "step &lt;1&gt;" in report._repr_html_()
+    assert "<td>step &lt;1&gt;</td><td>1.00e+00</td><td>5.00e-01</td><td><b>FAILED</b></td>" in report._repr_html_()
+
+
+def test_a_report_is_text_in_a_notebook_too(monkeypatch: pytest.MonkeyPatch) -> None:
+    """In a kernel of Jupyter, rich shows tables by itself unless it is told not to."""
+    monkeypatch.setattr("rich.console._is_jupyter", lambda: True)
+    assert "step" in str(Report("A run", (Check("step", 1.0, 0.5),), (), ("theta",), {}))
+
+
+def test_a_trajectory_is_a_film() -> None:
+    film = Trajectory.of([0.0, 0.04], {"theta": [1.0, 0.9]}).animate("pendulum")
+    assert film.gif.startswith(b"GIF8")
+    assert film._repr_html_().startswith('<img alt="the motion" src="data:image/gif;base64,R0lGOD')
+
+
+@pytest.mark.fmu
+def test_an_fmu_shows_its_page(exported, tmp_path) -> None:
+    fmu = exported("pendulum")
+    shown = fmu._repr_html_()
+    assert 'srcdoc="&lt;!DOCTYPE html&gt;' in shown
+    assert "<td>theta</td><td>output</td><td>rad</td>" in shown
+    gone = replace(fmu, path=tmp_path / "gone.fmu")
+    assert "<iframe" not in gone._repr_html_()
 
 
 def test_equations_as_sympy() -> None:

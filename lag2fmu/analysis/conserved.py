@@ -124,7 +124,7 @@ def why_energy_changes(equations: EquationsOfMotion) -> str:
         reasons.append("forces that have no potential, or friction, do work")
     if forward(g, [lagrangian(equations)], {v.t: g.one}) != [g.zero]:
         reasons.append("the Lagrangian contains the time")
-    if set(g.cone([rate])) & {node for motion in v.motions for node in motion}:
+    if set(g.cone([rate])) & {node for motion in (*v.motions, *v.filtered) for node in motion}:
         reasons.append("motion inputs drive it")
     if set(g.cone([rate])) & set(v.multipliers):
         reasons.append("constraints move")

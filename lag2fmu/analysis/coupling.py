@@ -33,7 +33,7 @@ from lag2fmu.graph.batches import Floats
 from lag2fmu.mechanism.display import display_units
 
 CHANGE = 0.01
-"""The share by which an oscillation may change its amplitude by the coupling."""
+"""The share by which an oscillation may change its amplitude by the coupling, a hundredth."""
 _FACTORS = ((1, 4.0), (3, 24.0), (3, 48.0))
 """For each degree the power of w h and the divisor of the damping ratio that the coupling adds."""
 _STIFFER, _SLOW = 4.0, 1e-3
@@ -147,7 +147,7 @@ def sentences(about: Linearization) -> Iterator[str]:
         yield (
             f"{', '.join(port.inputs)} and {port.output}: with {f'{port.stiffness:.3g} {unit}'.rstrip()} it swings at "
             f"{port.frequency:.3g} rad/s. Communication steps up to {steps[0]} with held inputs, {steps[1]} with first "
-            f"and {steps[2]} with second derivatives change an oscillation by {CHANGE:.0%} at most{grows}."
+            f"and {steps[2]} with second derivatives change an oscillation by a hundredth at most{grows}."
         )
     if len(found) > _MOST:
         yield f"There are {len(found) - _MOST} further ports."

@@ -17,6 +17,7 @@ from lag2fmu.dynamics.variables import further_states
 from lag2fmu.errors import DerivationError
 from lag2fmu.formats.loading import as_mechanism, with_values
 from lag2fmu.mechanism.record import Mechanism
+from lag2fmu.mechanism.starts import without_dust
 
 Model = EquationsOfMotion | Mechanism | str | Path
 """Derived equations, a mechanism, or the name or path of a model."""
@@ -46,7 +47,7 @@ def resting(model: Mechanism | str | Path) -> Mechanism:
     """``model`` starting at rest in the equilibrium found from its start; raises DerivationError if there is none."""
     equations = derive(model)
     found, coordinates = the_equilibrium(equations), equations.mechanism.coordinates
-    starts = {c.name: float(x) for c, x in zip(coordinates, found.q, strict=True)}
+    starts = {c.name: without_dust(float(x), c.nominal) for c, x in zip(coordinates, found.q, strict=True)}
     starts |= {names.velocity(c.name): 0.0 for c in coordinates}
     starts |= {z.name: float(x) for z, x in zip(further_states(equations.mechanism), found.further, strict=True)}
     return with_values(as_mechanism(model), starts)

@@ -82,7 +82,7 @@ class Findings:
         from rich.console import Console
 
         stream = StringIO()
-        Console(file=stream, width=110, color_system=None).print(self.table())
+        Console(file=stream, width=110, color_system=None, force_jupyter=False).print(self.table())
         return stream.getvalue()
 
 

@@ -25,7 +25,7 @@ from lag2fmu.cli.commands import (
     ssp,
     validate,
 )
-from lag2fmu.cli.study_commands import calibrate
+from lag2fmu.cli.study_commands import calibrate, sweep
 from lag2fmu.errors import Lag2FmuError
 from lag2fmu.version import VERSION
 
@@ -82,6 +82,6 @@ def main() -> None:
 
 
 _OF_MODELS = (demo, models, new, import_command, show, export_command, page_command, linearize)
-_OF_RUNS = (simulate, validate, check, calibrate, ssp)
+_OF_RUNS = (simulate, validate, check, sweep, calibrate, ssp)
 for _command in (*_OF_MODELS, *_OF_RUNS):
     main.add_command(_command)

@@ -14,6 +14,8 @@ from lag2fmu.cli.settings import echo_settings, load_mechanism
 from lag2fmu.cli.terminal import console, progress_bar
 from lag2fmu.description.names import SETTINGS
 from lag2fmu.errors import LoadError
+from lag2fmu.fmu.elements import element_variables
+from lag2fmu.fmu.exporting import is_fmu
 from lag2fmu.formats.loading import pairs_of, values_of
 from lag2fmu.language.units import Unit
 from lag2fmu.mechanism.display import display_units, named
@@ -43,6 +45,9 @@ def simulate_model(  # noqa: PLR0913, PLR0917 (an option each)
         check_ending(Path(out), CSV)
     source, values, units = _source_and_values(model, settings)
     signals = None if inputs is None else read_csv(inputs, units)
+    of_mechanism = {name: value for name, value in values.items() if name not in SETTINGS}
+    mechanism = entry_points.mechanism_of(source, of_mechanism) if plot or animation else None
+    beside = [] if mechanism is None else _seen_in_plots(source, mechanism)
     with progress_bar("simulating", stop_time) as progress:
         trajectory = entry_points.simulate(
             source,
@@ -52,11 +57,10 @@ def simulate_model(  # noqa: PLR0913, PLR0917 (an option each)
             values=values,
             inputs=signals,
             hold=hold,
+            beside=beside,
             progress=progress,
         )
-    _write(trajectory, out, units)
-    of_mechanism = {name: value for name, value in values.items() if name not in SETTINGS}
-    mechanism = entry_points.mechanism_of(source, of_mechanism) if plot or animation else None
+    _write(trajectory.without(beside), out, units)
     if animation is not None:
         _animate(mechanism, trajectory, animation)
     if plot is not None:
@@ -65,6 +69,16 @@ def simulate_model(  # noqa: PLR0913, PLR0917 (an option each)
 
         title = Path(model).stem if mechanism is None else mechanism.title
         save(motion_figure(title, trajectory, mechanism, signals), plot)
+
+
+def _seen_in_plots(source: Model, mechanism: Mechanism) -> list[str]:
+    """The modes, counts and impulses of contacts, stops and frictions, but for those that are outputs."""
+    from lag2fmu.verify.instances import description_of
+
+    outputs: set[str] = set()
+    if not isinstance(source, Mechanism):
+        outputs = {v.name for v in description_of(Path(str(source))).modelVariables if v.causality == "output"}
+    return [variable.name for variable, _, _ in element_variables(mechanism) if variable.name not in outputs]
 
 
 def _animate(mechanism: Mechanism | None, trajectory: Trajectory, path: Path) -> None:
@@ -83,7 +97,7 @@ def _source_and_values(model: str, settings: tuple[str, ...]) -> tuple[Model, di
 
     The values are all that --set gave, or those of the solver for a MODEL.
     """
-    if entry_points.is_fmu(Path(model)):
+    if is_fmu(Path(model)):
         texts, inside = pairs_of(settings), entry_points.mechanism_of(Path(model))
         units = {} if inside is None else display_units(inside)
         echo_settings(texts, units)

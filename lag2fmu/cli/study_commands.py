@@ -7,7 +7,7 @@ from typing import Any
 
 import click
 
-from lag2fmu.cli.options import BASE, HOLD, SET, STOPS
+from lag2fmu.cli.options import BASE, HOLD, INPUT, SET, STOP_TIME, STOPS
 
 
 @click.command()
@@ -37,3 +37,49 @@ def calibrate(**choices: Any) -> None:
     from lag2fmu.cli.calibrating import calibrate_model
 
     calibrate_model(**choices)
+
+
+@click.command()
+@click.argument("model", metavar="MODEL|FMU")
+@click.option(
+    "--vary",
+    multiple=True,
+    required=True,
+    metavar="NAME=A:B:N|NAME=V,V,...|NAME=@CSV",
+    help="What varies, in its declared unit: N values from A to B, a list, or a column of a table; repeatable. "
+    "With --sample A:B is a range.",
+)
+@click.option("--sample", type=int, metavar="N", help="Draw N runs instead of the full grid.")
+@click.option(
+    "--sampling",
+    type=click.Choice(["random", "sobol", "halton", "latin"]),
+    default="random",
+    show_default=True,
+    help="How they are drawn; the last three are quasi-random.",
+)
+@click.option("--seed", type=int, default=0, show_default=True, help="Of the sample.")
+@click.option("--output", "outputs", multiple=True, metavar="NAME", help="What is read; repeatable; default: outputs.")
+@click.option("--at-end", is_flag=True, help="Read outputs at the end only; else at 101 times.")
+@click.option("--times", metavar="S,S,...", help="Read outputs at these times in seconds.")
+@STOP_TIME
+@click.option("--tolerance", type=float, help="Relative tolerance of the solver.")
+@click.option("--solver", metavar="NAME", help="Integrator, as in export; not for an FMU.")
+@INPUT
+@HOLD
+@click.option("--workers", type=int, metavar="N", help="Run parts in N processes of this machine; for FMUs.")
+@click.option(
+    "-o",
+    "--out",
+    required=True,
+    type=click.Path(path_type=Path),
+    metavar="FILE",
+    help="The result, .nc (NetCDF) or .parquet; the same command after an interruption goes on.",
+)
+@SET
+@BASE
+@STOPS
+def sweep(**choices: Any) -> None:
+    """Run MODEL or an FMU many times, over all that --vary says, and write the results as one table."""
+    from lag2fmu.cli.sweeping import sweep_model
+
+    sweep_model(**choices)

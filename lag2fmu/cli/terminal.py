@@ -31,6 +31,27 @@ def progress_bar(title: str, total: float | None) -> Iterator[Callable[[float], 
 
 
 @contextmanager
+def runs_bar() -> Iterator[Callable[[int, int], None] | None]:
+    """A bar of runs on a terminal's standard error, with their rate and the time that is left: what sets how many."""
+    if not sys.stderr.isatty():
+        yield None
+        return
+    from rich.console import Console
+    from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeRemainingColumn
+
+    rate = TextColumn("{task.fields[rate]}")
+    with Progress(BarColumn(), MofNCompleteColumn(), rate, TimeRemainingColumn(), console=Console(stderr=True)) as bar:
+        task = bar.add_task("runs", total=None, rate="")
+
+        def update(done: int, total: int) -> None:
+            bar.update(task, completed=done, total=total)
+            speed = bar.tasks[task].speed
+            bar.update(task, rate=f"{speed:.3g} runs/s" if speed else "")
+
+        yield update
+
+
+@contextmanager
 def build_progress() -> Iterator[Callable[[int, int, str], None] | None]:
     """The progress of the compiler: the share of the libraries that are done."""
     with progress_bar("building (the first build for a platform takes minutes)", 1.0) as update:

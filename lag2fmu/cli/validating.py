@@ -14,7 +14,7 @@ from lag2fmu.cli.terminal import console, progress_bar
 from lag2fmu.dynamics.lagrange import derive
 from lag2fmu.dynamics.program import lower
 from lag2fmu.errors import ExportError
-from lag2fmu.fmu.exporting import export
+from lag2fmu.fmu.exporting import export, is_fmu
 from lag2fmu.formats.loading import load
 from lag2fmu.mechanism.display import display_units
 from lag2fmu.reference.trajectory import read_csv
@@ -30,7 +30,7 @@ def validate_demo(plot: Path | None) -> None:
     operations = program.operations("mechanism_accelerations")
     click.echo(f"{mechanism.title}: derived; the accelerations take {operations} operations, by {program.method}")
     with tempfile.TemporaryDirectory(prefix="lag2fmu-") as folder:
-        fmu = export(mechanism, Path(folder, "double_pendulum.fmu"))
+        fmu = export(mechanism, Path(folder, "double_pendulum.fmu"), page="static")
         solver = METHODS[fmu.description.solver].title
         click.echo(f"exported {fmu.path.name}: {fmu.path.stat().st_size / 1024:.0f} KiB, co-simulation by {solver}")
         with progress_bar("validating", 1.0) as progress:
@@ -57,7 +57,7 @@ def validate_model(
     for path in reports:
         check_ending(path, (".json", ".txt", *PICTURES))
     source: entry_points.Model = Path(model)
-    if not entry_points.is_fmu(source):
+    if not is_fmu(source):
         source = load_mechanism(model, settings)
     elif settings or solver or fmi:
         raise ExportError(f"'{model}' is an FMU: --set, --solver and --fmi belong to its export; give a MODEL")

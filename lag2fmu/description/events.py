@@ -9,7 +9,7 @@ Damping in Vibroimpact, J. Applied Mechanics 42 (1975) 440-445.
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import NamedTuple
 
 from lag2fmu.description.keys import BORNE, CONFIGURATION, CONSTANT, STATE, doc_key, key, unit_key
@@ -183,7 +183,10 @@ class Friction:
 
 @dataclass(frozen=True)
 class State:
-    """A further state of first order: ``start`` and ``nominal`` in SI, ``derivative`` in its unit per s."""
+    """A further state of first order: ``start`` and ``nominal`` in SI, ``derivative`` in its unit per s.
+
+    ``moves``: the filtered motion whose position or velocity it is; the Mechanism sets it.
+    """
 
     name: str
     unit: Unit | str | None = unit_key()
@@ -193,6 +196,7 @@ class State:
         "difference", "Typical size, in the unit; the solvers' errors are measured by it.", default=1.0
     )
     doc: str = doc_key()
+    moves: str = field(default="", compare=False)
 
     def __post_init__(self) -> None:
         if self.derivative is None:

@@ -66,6 +66,11 @@ def momentum(name: str) -> str:
     return f"p_{name}"
 
 
+def target(motion: str) -> str:
+    """Name of the input that the filtered ``motion`` follows."""
+    return f"{motion}_target"
+
+
 def drive(motion: str) -> str:
     """Name of the generalized force that carries the prescribed ``motion``."""
     return f"F_{motion}"

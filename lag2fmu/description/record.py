@@ -12,7 +12,6 @@ from typing import Any, NamedTuple, TypeVar
 
 import sympy as sp
 
-from lag2fmu.description import names
 from lag2fmu.description.events import IMPACTS, Contact, Friction, State, Stop
 from lag2fmu.description.joints import Joint
 from lag2fmu.description.keys import Key, key
@@ -32,7 +31,7 @@ from lag2fmu.description.parts import (
 from lag2fmu.description.places import WORLD, Body, Frame, Place, Point, Vector, expressions_of
 from lag2fmu.description.ports import Ports
 from lag2fmu.description.subsystems import Part
-from lag2fmu.description.symbols import Coordinate, Declared, Input, Parameter, names_of
+from lag2fmu.description.symbols import FILTERED, Coordinate, Declared, Input, Parameter
 from lag2fmu.description.tables import Table
 from lag2fmu.errors import MechanismError
 
@@ -186,13 +185,19 @@ class Description:
 
     @property
     def motions(self) -> tuple[Input, ...]:
-        """The prescribed motions."""
-        return tuple(item for item in self.inputs if item.motion)
+        """The prescribed motions that come with velocity and acceleration."""
+        return tuple(item for item in self.inputs if item.motion is True)
 
     @property
     def driven(self) -> tuple[str, ...]:
-        """The names of the prescribed motions, of which each is carried by a force."""
-        return tuple(item.name for item in self.motions)
+        """The names of all prescribed motions, filtered ones behind: positions may contain them."""
+        return (*(item.name for item in self.motions), *self.filtered)
+
+    @property
+    def filtered(self) -> tuple[str, ...]:
+        """The names of the filtered motions: of inputs as they are written, of further states in a Mechanism."""
+        written = [item.name for item in self.inputs if item.motion == FILTERED]
+        return (*written, *(state.name for state in self.states if state.moves == state.name))
 
     @property
     def places(self) -> tuple[Place, ...]:
@@ -213,18 +218,6 @@ class Description:
     def output_names(self) -> dict[str, Output]:
         """Every name that the outputs bring (NAME, or NAME_x ... of a quantity) -> its output, with unit and doc."""
         return {name: output for output in self.outputs for name in output.names}
-
-    @property
-    def input_names(self) -> tuple[str, ...]:
-        """The inputs by name as in the vector u: Q of every coordinate, plain inputs, motions with derivatives."""
-        forces = (names.generalized_force(q.name) for q in self.coordinates)
-        return (*forces, *(name for u in (*self.plain_inputs, *self.motions) for name in names_of(u)))
-
-    @property
-    def hidden_inputs(self) -> frozenset[str]:
-        """The inputs that the ports leave out of the FMU: they keep their start values."""
-        chosen = self.ports.inputs
-        return frozenset() if chosen is None else frozenset(self.input_names) - frozenset(chosen)
 
     def frame(self, name: str) -> Frame:
         """The frame called ``name``; raises MechanismError if there is none ("world" is none: it does not move)."""

@@ -3,14 +3,20 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, field
+from typing import TypeAlias
 
 import sympy as sp
 
 from lag2fmu.description import names
 from lag2fmu.description.keys import CONSTANT, OWN, bound_key, doc_key, key, unit_key
 from lag2fmu.errors import MechanismError
-from lag2fmu.language.units import Unit, parse_unit
+from lag2fmu.language.units import SECOND, Unit, parse_unit
 from lag2fmu.language.vocabulary import normal_form, symbol
+
+Expression: TypeAlias = "sp.Expr | int | float"
+
+FILTERED = "filtered"
+"""The kind of a prescribed motion that is given by its position alone."""
 
 
 @dataclass(frozen=True)
@@ -73,19 +79,40 @@ class Parameter:
 
 @dataclass(frozen=True)
 class Input:
-    """A signal from outside, start value in SI units. A ``motion`` input y0 comes with y0_dot and y0_ddot."""
+    """A signal from outside, start value in SI units. A ``motion`` input y0 comes with y0_dot and y0_ddot.
+
+    A "filtered" motion comes alone, as y0_target. What moves the mechanism is y0, which follows it by a critically
+    damped filter with the ``time_constant`` T (s): T^2 y0_ddot + 2 T y0_dot + y0 = y0_target.
+    """
 
     name: str
     unit: Unit | None = unit_key()
     start: float = key("number", "Value while nothing is connected, in the unit.", default=0.0)
-    motion: bool = key(
-        "flag",
-        "true: a prescribed motion NAME, NAME_dot, NAME_ddot, for positions and energies too.",
+    motion: bool | str = key(
+        "motion",
+        'true: a prescribed motion NAME, NAME_dot, NAME_ddot, for positions too; "filtered": NAME_target, smoothed.',
         default=False,
+    )
+    time_constant: Expression | None = key(
+        "expression",
+        "Of the filter of a filtered motion, in s: a number, or an expression of parameters.",
+        default=None,
+        names=CONSTANT,
+        unit=SECOND,
     )
     doc: str = doc_key(order=1)
     minimum: float | None = bound_key("min")
     maximum: float | None = bound_key("max")
+
+    def __post_init__(self) -> None:
+        where = f"inputs.{self.name}"
+        if self.motion not in (True, False, FILTERED):
+            raise MechanismError(f"{where}.motion: {self.motion!r} is no kind of motion; give true or '{FILTERED}'")
+        if (self.motion == FILTERED) != (self.time_constant is not None):
+            wanted = "is missing; give it in s" if self.time_constant is None else f"goes with motion = '{FILTERED}'"
+            raise MechanismError(f"{where}: 'time_constant' {wanted}")
+        if self.time_constant is not None:
+            object.__setattr__(self, "time_constant", normal_form(self.time_constant, f"{where}.time_constant"))
 
 
 def names_of(u: Input) -> tuple[str, ...]:
@@ -192,17 +219,21 @@ def signal(
     unit: str | None = None,
     *,
     start: float = 0.0,
-    motion: bool = False,
+    motion: bool | str = False,
+    time_constant: float | sp.Expr | None = None,
     minimum: float | None = None,
     maximum: float | None = None,
     doc: str = "",
 ) -> Declared:
     """An FMU input for expressions of forces; with ``motion=True`` a prescribed motion with ``.dot`` and ``.ddot``.
 
+    With ``motion="filtered"`` it follows the input NAME_target by a filter with the ``time_constant`` (s).
+
     Raises UnitError for an unknown unit.
     """
     u = _unit(unit)
-    return Declared(Input(name, u, _si(u, start), motion, doc, _si(u, minimum), _si(u, maximum)))
+    low, high = _si(u, minimum), _si(u, maximum)
+    return Declared(Input(name, u, _si(u, start), motion, time_constant, doc, low, high))
 
 
 def _unit(unit: str | None) -> Unit | None:

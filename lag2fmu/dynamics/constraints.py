@@ -29,6 +29,7 @@ from lag2fmu.graph.autodiff import forward, reverse
 from lag2fmu.graph.from_sympy import Translator
 from lag2fmu.graph.graph import Graph, Node
 from lag2fmu.mechanism.record import Mechanism
+from lag2fmu.mechanism.starts import without_dust
 
 Floats = NDArray[np.float64]
 
@@ -178,7 +179,7 @@ class _Start:
         """Raise DerivationError if the constraints leave no degree of freedom at the start, and nothing drives them."""
         c, jacobian = self.constraints, self.jacobian()
         rank = int(np.linalg.matrix_rank(row_scales(jacobian)[:, None] * jacobian, tol=_INDEPENDENT))
-        drives = {"t", *(name for u in self.mechanism.motions for name in (u.name, names.velocity(u.name)))}
+        drives = {"t", *(x for name in self.mechanism.driven for x in (name, names.velocity(name)))}
         driven = self.graph.symbols([*c.residuals, *c.velocities]) & drives
         if (
             rank == len(self.q)
@@ -201,6 +202,7 @@ class _Start:
         for free, bar in ((~self.given, np.inf), (np.ones_like(self.given), PROJECTED)):
             if MET < relative_size(*measure(self.q)) <= bar:
                 self.q = self._newton(self.q, measure, free)
+        self.q = self._cleaned(self.q, [c.start for c in self.mechanism.coordinates], measure)
         self._check("the start", self.q, measure, "positions")
 
     def solve_velocities(self) -> None:
@@ -216,6 +218,7 @@ class _Start:
         for free, bar in ((~self.velocity_given, np.inf), (np.ones_like(self.given), PROJECTED)):
             if MET < relative_size(*relative(self.qd)) <= bar:
                 self.qd = self._newton(self.qd, measure, free)
+        self.qd = self._cleaned(self.qd, [c.velocity for c in self.mechanism.coordinates], relative)
         self._check("the velocities at the start", self.qd, relative, "velocities")
 
     def _newton(self, x: Floats, measure: Measure, free: NDArray[np.bool_]) -> Floats:
@@ -236,6 +239,13 @@ class _Start:
                 break
             x, r, jacobian = trial, found, slopes
         return x
+
+    def _cleaned(self, x: Floats, before: Sequence[float], measure: Measure) -> Floats:
+        """x (n,) without the dust of rounding in what was moved from ``before``, where the constraints allow that."""
+        size = self.nominal * max(1.0, float(np.abs(x / self.nominal).max()))
+        pairs = zip(x, before, size, strict=True)
+        clean = np.array([new if new == old else without_dust(float(new), float(s)) for new, old, s in pairs])
+        return clean if relative_size(*measure(clean)) <= max(MET, relative_size(*measure(x))) else x
 
     def _check(self, what: str, x: Floats, measure: Measure, level: str) -> None:
         """Raise DerivationError unless ``x``, positions or velocities, meets the constraints of ``measure``."""

@@ -14,7 +14,6 @@ from dataclasses import dataclass, field
 import sympy as sp
 
 from lag2fmu.description import names
-from lag2fmu.description.outputs import QUANTITIES, TURNING, Output
 from lag2fmu.description.parts import Damper, Load, Spring
 from lag2fmu.description.places import WORLD, Body
 from lag2fmu.dynamics.frames import Frames, Rate, Velocity
@@ -89,7 +88,7 @@ class Energies:
 
 
 class Composer:
-    """Puts the parts of a mechanism on the graph: ``energies`` and forces, and each ``output``.
+    """Puts the parts of a mechanism on the graph: ``energies`` and forces.
 
     ``rate`` gives d/dt of functions of t, q and motions.
     """
@@ -252,10 +251,10 @@ class Composer:
             elif load.force is not None:
                 self._act(self.effort, self.place(target), self.put.vector(tuple(load.force)))
             else:
-                self._act(self.effort, (self._angle(target),), (self.put(load.torque),))
+                self._act(self.effort, (self.angle(target),), (self.put(load.torque),))
 
-    def _angle(self, name: str) -> Node:
-        """The angle (rad) of the planar body or point ``name``"""
+    def angle(self, name: str) -> Node:
+        """The angle (rad) of the planar body or point ``name``."""
         parts = (*self.mechanism.bodies, *self.mechanism.points)
         return self.put(next(part.angle for part in parts if part.name == name))
 
@@ -269,31 +268,6 @@ class Composer:
     def _act(self, total: dict[Node, Node], where: Vector, force: Vector) -> None:
         for node, component in zip(where, force, strict=True):
             total[node] = self.g.add(total.get(node, self.g.zero), component)
-
-    def output(self, output: Output) -> Vector:
-        """The nodes of an output, one for each of its names, in SI units."""
-        if output.quantity is None:
-            return (self.put(output.expression),)
-        accelerating = Forward(self.g, self.variables.direction(self.g, accelerating=True))
-        if output.point is None:
-            return self._of_frame(output, str(output.frame), accelerating)
-        found = (self._angle(str(output.point)),) if output.turning else self.place(str(output.point))
-        order = tuple(TURNING if output.turning else QUANTITIES).index(output.quantity)
-        for rate in (self.rate, accelerating)[:order]:
-            found = tuple(rate(found))
-        return found
-
-    def _of_frame(self, output: Output, name: str, accelerating: Rate) -> Vector:
-        """The quantity of the frame ``name`` that is ``output``"""
-        if output.quantity == "quaternion":
-            return self.frames.quaternion(name)
-        if output.quantity == "angles":
-            return self.frames.angles(name)
-        if output.quantity == "rotation":
-            return tuple(entry for row in zip(*self.frames.axes(name), strict=True) for entry in row)
-        own = self.velocities[name].angular
-        own = tuple(accelerating(own)) if output.quantity == "angular_acceleration" else own
-        return own if output.axes != WORLD else self.frames.to_world(name, own)
 
     def _direct(self) -> tuple[Node, ...]:
         given = {force.coordinate: self.put(force.expression) for force in self.mechanism.forces}

@@ -127,7 +127,7 @@ class _Paper:
         from sympy.printing.mathml import MathMLPresentationPrinter
 
         coordinates = [q.name for q in equations.mechanism.coordinates]
-        moving = [*coordinates, *(motion.name for motion in equations.mechanism.motions)]
+        moving = [*coordinates, *equations.mechanism.driven]
         dotted = {names.velocity(name): (name, 1) for name in moving}
         dotted |= {names.acceleration(name): (name, 2) for name in moving}
         further = [z.name for z in further_states(equations.mechanism)]

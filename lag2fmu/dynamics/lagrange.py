@@ -31,6 +31,7 @@ from lag2fmu.dynamics.equations import EquationsOfMotion
 from lag2fmu.dynamics.formulas import formulas
 from lag2fmu.dynamics.massless import with_equilibria
 from lag2fmu.dynamics.nominals import with_nominals
+from lag2fmu.dynamics.outputs import composed_output
 from lag2fmu.dynamics.rows import Rows, compose_rows
 from lag2fmu.dynamics.samples import (
     check_agreement,
@@ -222,7 +223,9 @@ def _equations(solved: _Solved) -> DerivedEquations:
     g, v = solved.graph, solved.variables
     completed, started = _starting(solved)
     check_starts(started)
-    outputs = {name: x for o in mechanism.outputs for name, x in zip(o.names, composer.output(o), strict=True)}
+    outputs = {
+        name: x for o in mechanism.outputs for name, x in zip(o.names, composed_output(composer, o), strict=True)
+    }
     dependent = {p.name: composer.put.names[p.name] for p in mechanism.parameters if p.expression is not None}
     momenta = tuple(reverse(g, {parts.lagrangian(g): g.one}, v.qd))
     rate, accelerating = (Forward(g, v.direction(g, along)) for along in (False, True))

@@ -22,7 +22,7 @@ from lag2fmu.dynamics.variables import Variables, integrated_states
 from lag2fmu.errors import DerivationError
 from lag2fmu.graph.autodiff import forward
 from lag2fmu.graph.graph import Graph, Node
-from lag2fmu.graph.to_sympy import tidy, written
+from lag2fmu.graph.to_sympy import tidy, written, written_operations
 from lag2fmu.mechanism.record import Mechanism
 
 _LONG = 300
@@ -30,6 +30,9 @@ _LONG = 300
 
 _PREFERENCE = {True: 0, None: 1, False: 2}
 """Rank of a coordinate by whether its start is given. An equation is solved for the coordinate of highest rank."""
+
+MOST_SHOWN = 50
+"""Operations of a force that an error shows."""
 
 
 def with_equilibria(
@@ -127,13 +130,18 @@ def _equilibrium(
         )
     kind, unknowns = ("damped_equilibrium", v.qd) if moving else ("equilibrium", v.q)
     solvable = [i for i in moved if forward(graph, [force], {unknowns[i]: graph.one}) != [graph.zero]]
-    expression = _shortest(written(graph, [force])[0])
+    shown = _shown(graph, force)
     if slope == graph.zero or not solvable:
         what = "velocity" if moving else "coordinate"
-        raise DerivationError(f"{where} depends on no {what} along it: it is {expression}; {remedy}")
+        raise DerivationError(f"{where} depends on no {what} along it: it is {shown}; {remedy}")
     if moving and v.moves(graph, slope):
-        raise DerivationError(
-            f"{where}, {expression}, is not affine in the velocities, which is not supported; {remedy}"
-        )
+        raise DerivationError(f"{where}, {shown}, is not affine in the velocities, which is not supported; {remedy}")
     solved = solvable[0]
+    expression = _shortest(written(graph, [force])[0])
     return solved, Constraint(names.massless(mechanism.coordinates[solved].name), expression, kind)
+
+
+def _shown(graph: Graph, force: Node) -> str:
+    """``force`` as a message can hold it: a long formula is counted, for it may have millions of operations."""
+    count = written_operations(graph, [force])
+    return str(_shortest(written(graph, [force])[0])) if count <= MOST_SHOWN else f"a formula of {count} operations"

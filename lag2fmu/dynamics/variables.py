@@ -23,6 +23,8 @@ class Variables:
 
     ``further``: the further states z, (f,), and ``further_rates``: their derivatives as nodes, once they are composed.
 
+    ``filtered``: those of them that are position and velocity of a filtered motion.
+
     ``multipliers``: one for each constraint, (m,). ``forces``: those of the rows that modes switch, see ``Rows``; of
     latches they are multipliers too. ``motions`` holds (y0, y0_dot, y0_ddot) for each motion input.
     ``rates`` holds the first, then the second time derivatives of all inputs; it is empty unless an equilibrium of a
@@ -41,6 +43,7 @@ class Variables:
     parameters: tuple[Node, ...]
     rates: tuple[Node, ...] = ()
     further: tuple[Node, ...] = ()
+    filtered: tuple[tuple[Node, Node], ...] = ()
     further_rates: tuple[Node, ...] = ()
 
     @property
@@ -60,8 +63,8 @@ class Variables:
 
     @property
     def driven(self) -> tuple[tuple[Node, Node], ...]:
-        """Position and velocity of each prescribed motion."""
-        return tuple((y, y_dot) for y, y_dot, _ in self.motions)
+        """Position and velocity of each prescribed motion, filtered ones behind."""
+        return (*((y, y_dot) for y, y_dot, _ in self.motions), *self.filtered)
 
     @property
     def signals(self) -> tuple[Node, ...]:
@@ -122,6 +125,10 @@ def declare(graph: Graph, mechanism: Mechanism) -> Variables:
         ),
         parameters=nodes([p.name for p in mechanism.parameters if p.value is not None]),
         further=nodes([state.name for state in further_states(mechanism)]),
+        filtered=tuple(
+            nodes([name, names.velocity(name)])  # type: ignore[misc]
+            for name in mechanism.filtered
+        ),
     )
     if not any(c.massless for c in mechanism.constraints):
         return v

@@ -25,6 +25,9 @@ from lag2fmu.solvers.methods import METHODS
 
 Row = dict[str, str]
 
+PAGE = "documentation/index.html"
+"""What people read first, in the archive: where FMI 2.0.5, section 2.3, wants it."""
+
 
 def documentation(
     equations: EquationsOfMotion,
@@ -49,7 +52,7 @@ def documentation(
         vendor = resource_folder("templates") / "page" / "vendor"
         files |= {path.name: path for path in sorted(vendor.glob("*.LICENSE.txt"))}
     return {
-        "documentation/index.html": text.encode(),
+        PAGE: text.encode(),
         **{f"documentation/licenses/{name}": path.read_text("utf-8").encode() for name, path in files.items()},
     }
 

@@ -64,7 +64,7 @@ def terminals_of(description: ModelDescription) -> tuple[Terminal, ...]:
     """The terminals of the FMU; only inputs and outputs are members of them."""
     m = description.mechanism
     found: list[Terminal] = []
-    for terminal in (*_of_coordinates(description), *_of_motions(m), *_of_places(description)):
+    for terminal in (*_of_coordinates(description), *_of_motions(m), *_of_filtered(m), *_of_places(description)):
         connected = _connected(description)
         members = {member: variable for member, variable in terminal.members.items() if variable in connected}
         name = terminal.name
@@ -101,6 +101,14 @@ def _of_motions(m: Mechanism) -> Iterator[Terminal]:
     for motion in m.motions:
         members = _motion(motion.name) | {"force": names.drive(motion.name)}
         yield Terminal(motion.name, "org.lag2fmu.coordinate", motion.doc, members, frozenset({"force"}))
+
+
+def _of_filtered(m: Mechanism) -> Iterator[Terminal]:
+    """The motion goes in as a target; position and velocity that follow it are no part of the connection."""
+    docs = {z.name: z.doc for z in m.states}
+    for name in m.filtered:
+        members = {"coordinate": names.target(name), "force": names.drive(name)}
+        yield Terminal(name, "org.lag2fmu.coordinate", docs[name], members, frozenset({"force"}))
 
 
 def _of_places(description: ModelDescription) -> Iterator[Terminal]:

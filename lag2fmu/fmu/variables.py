@@ -8,7 +8,7 @@ Citations are of the FMI 2.0.5 specification.
 
 from __future__ import annotations
 
-from collections.abc import Collection, Iterable, Sequence
+from collections.abc import Collection, Iterable, Iterator, Sequence
 from dataclasses import dataclass, replace
 from difflib import get_close_matches
 
@@ -27,11 +27,13 @@ from lag2fmu.fmu.builder import Builder
 from lag2fmu.fmu.dependencies import dependencies
 from lag2fmu.fmu.elements import add_elements, element_variables
 from lag2fmu.fmu.event_variables import add_event_variables, indicator_dependencies
+from lag2fmu.fmu.input_variables import input_variables
 from lag2fmu.fmu.row_forces import row_forces
 from lag2fmu.fmu.runtime_tables import runtime_tables
 from lag2fmu.fmu.scalar_variable import ScalarVariable
 from lag2fmu.language.units import JOULE, SECOND, WATT, Unit, parse_unit
 from lag2fmu.mechanism.norms import norm_constraints
+from lag2fmu.mechanism.ranges import half_range, positive_parameters
 from lag2fmu.mechanism.record import Mechanism
 from lag2fmu.mechanism.unit_check import constraint_units
 
@@ -74,7 +76,7 @@ def build_table(equations: EquationsOfMotion, program: Program, *, events: bool 
     builder.add(ScalarVariable("time", 0, "independent", "continuous", unit=SECOND, doc="time"), "VARIABLE_TIME", 0)
     _add_states(builder, mechanism, program.outputs)
     hidden = mechanism.hidden_inputs
-    for index, variable in enumerate(_inputs(mechanism)):
+    for index, variable in enumerate(input_variables(mechanism)):
         if variable.name not in hidden:
             builder.add(variable, "VARIABLE_INPUT", index)
     _add_parameters(builder, mechanism, program)
@@ -165,33 +167,15 @@ def _add_states(builder: Builder, mechanism: Mechanism, outputs: Collection[str]
         builder.add(state, "VARIABLE_STATE", i)
 
 
-def _inputs(mechanism: Mechanism) -> Iterable[ScalarVariable]:
-    """The inputs in the order of the vector u: Q of every coordinate, plain inputs, motions with their derivatives."""
-    for q in mechanism.coordinates:
-        unit = None if q.unit is None else JOULE / q.unit
-        doc = f"external generalized force on {q.name}"
-        yield ScalarVariable(names.generalized_force(q.name), 0, "input", "continuous", None, 0.0, unit, doc)
-    for u in mechanism.plain_inputs:
-        yield ScalarVariable(u.name, 0, "input", "continuous", None, u.start, u.unit, u.doc, u.minimum, u.maximum)
-    for u in mechanism.motions:
-        rates = (names.velocity(u.name), names.acceleration(u.name))
-        doc = f"{u.doc or 'prescribed motion'}; to be given with {' and '.join(rates)}"
-        yield ScalarVariable(u.name, 0, "input", "continuous", None, u.start, u.unit, doc, u.minimum, u.maximum)
-        unit = u.unit
-        for name, rate in zip(rates, ("velocity", "acceleration"), strict=True):
-            unit = _per(unit, SECOND)
-            doc = f"{rate} of {u.name}, to be given with it"
-            yield ScalarVariable(name, 0, "input", "continuous", None, 0.0, unit, doc)
-
-
 def _add_parameters(builder: Builder, mechanism: Mechanism, program: Program) -> None:
     """Add the independent parameters, which stand behind the modes in p, and the settings of the solver."""
     independent = [p for p in mechanism.parameters if p.value is not None]
-    fixed = mechanism.fixed_parameters
+    fixed, positive = mechanism.fixed_parameters, positive_parameters(mechanism)
     for i, p in enumerate(independent, program.masks + program.switches):
         variability, kind = _PARAMETER[p.name in fixed]
+        low = 0.0 if p.minimum is None and p.name in positive else p.minimum
         variable = ScalarVariable(
-            p.name, 0, "parameter", variability, "exact", p.value, p.unit, p.doc, p.minimum, p.maximum
+            p.name, 0, "parameter", variability, "exact", p.value, p.unit, p.doc, low, p.maximum, half_range(p)
         )
         builder.add(variable, kind, i)
     for i, (name, (unit, doc)) in enumerate(_SETTINGS.items()):
@@ -225,31 +209,33 @@ def _add_dependent(builder: Builder, mechanism: Mechanism, program: Program) -> 
 
 
 def _add_locals(builder: Builder, mechanism: Mechanism, program: Program) -> None:
-    """Add outputs, momenta, residuals and energies, as ``program`` lists them."""
-    gaps = {names.gap(contact.name): contact for contact in mechanism.unilaterals}
-    outputs = mechanism.output_names
-    residuals = {names.residual(c.name): (c, unit) for c, unit in _constraints(mechanism)}
-    drives = {names.drive(name): name for name in mechanism.driven}
+    """Add outputs, momenta, drives, residuals and energies, as ``program`` lists them."""
+    known = dict(_meanings(mechanism))
+    for i, name in enumerate(program.locals):
+        unit, doc = known[name]
+        builder.add(_calculated(name, program, unit, doc), "VARIABLE_LOCAL", i)
+
+
+def _meanings(mechanism: Mechanism) -> Iterator[tuple[str, tuple[Unit | None, str]]]:
+    """(name, (unit, doc)) of everything that may be among the locals; an output may have the name of another one."""
+    yield from ((name, (WATT if name == "external_power" else JOULE, doc)) for name, doc in _ENERGY_DOCS.items())
+    for contact in mechanism.unilaterals:
+        yield names.gap(contact.name), (contact.unit, f"gap of {contact.name}")
+    for c, unit in _constraints(mechanism):
+        yield names.residual(c.name), (unit, f"residual of the {c.kind} constraint {c.name}")
     declared: tuple[Input | State, ...] = (*mechanism.inputs, *mechanism.states)
     units = {part.name: _resolved(part.unit) for part in declared}
-    momenta = {names.momentum(q.name): q for q in mechanism.coordinates}
-    for i, name in enumerate(program.locals):
-        if name in outputs:
-            unit, doc = _resolved(outputs[name].unit), outputs[name].doc
-        elif name in momenta:
-            q = momenta[name]
-            unit, doc = (None if q.unit is None else JOULE * SECOND / q.unit), f"generalized momentum of {q.name}"
-        elif name in drives:
-            of = units[drives[name]]
-            unit, doc = None if of is None else JOULE / of, f"generalized force that carries the motion {drives[name]}"
-        elif name in residuals:
-            c, unit = residuals[name]
-            doc = f"residual of the {c.kind} constraint {c.name}"
-        elif name in gaps:
-            unit, doc = gaps[name].unit, f"gap of {gaps[name].name}"
-        else:
-            unit, doc = (WATT if name == "external_power" else JOULE), _ENERGY_DOCS[name]
-        builder.add(_calculated(name, program, unit, doc), "VARIABLE_LOCAL", i)
+    for name in mechanism.driven:
+        unit = units[name]
+        yield (
+            names.drive(name),
+            (None if unit is None else JOULE / unit, f"generalized force that carries the motion {name}"),
+        )
+    for q in mechanism.coordinates:
+        momentum = None if q.unit is None else JOULE * SECOND / q.unit
+        yield names.momentum(q.name), (momentum, f"generalized momentum of {q.name}")
+    for name, output in mechanism.output_names.items():
+        yield name, (_resolved(output.unit), output.doc)
 
 
 def _constraints(mechanism: Mechanism) -> Iterable[tuple[Constraint, Unit | None]]:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import inspect
 import math
-from collections.abc import Callable, Iterable, Mapping
+from collections.abc import Callable, Iterable, Iterator, Mapping
 from dataclasses import replace
 from pathlib import Path
 from typing import Any, NamedTuple
@@ -216,9 +216,7 @@ def _given(written: bool | None, found: bool | None) -> bool:
 def _check_settable(m: Mechanism, wanted: Iterable[str]) -> None:
     """Raise LoadError for the first name in ``wanted`` that is no independent parameter or start value of ``m``."""
     dependent = {p.name: p.expression for p in m.parameters if p.expression is not None}
-    known = [p.name for p in m.parameters if p.name not in dependent]
-    known += [name for q in m.coordinates for name in (q.name, names.velocity(q.name))] + [u.name for u in m.inputs]
-    known += [z.name for z in m.states]
+    known = [name for name in _with_starts(m) if name not in dependent]
     for name in wanted:
         if name in dependent:
             raise LoadError(
@@ -230,6 +228,15 @@ def _check_settable(m: Mechanism, wanted: Iterable[str]) -> None:
             raise LoadError(
                 f"'{name}' is no parameter, coordinate, velocity, input or further state of '{m.name}'; {near}{listed}"
             )
+
+
+def _with_starts(m: Mechanism) -> Iterator[str]:
+    """What has a value or a start; a filtered motion has one start, which its target has too."""
+    followed = {x for name in m.filtered for x in (names.velocity(name), names.target(name))}
+    yield from (p.name for p in m.parameters)
+    for q in m.coordinates:
+        yield from (q.name, names.velocity(q.name))
+    yield from (name for name in (*(u.name for u in m.inputs), *(z.name for z in m.states)) if name not in followed)
 
 
 def _check_finite(name: str, value: object) -> float:

@@ -12,6 +12,7 @@ from typing import Any
 from lag2fmu.description import parts, places
 from lag2fmu.description.keys import Key
 from lag2fmu.description.ports import ALL, NONE
+from lag2fmu.description.symbols import FILTERED
 from lag2fmu.formats.keys import CONSTRAINT, EXPRESSIONS, NAMED, SINGLE, TABLES
 from lag2fmu.language.identifiers import IDENTIFIER, MAX_NAME, SCHEMA_NAME
 
@@ -34,6 +35,7 @@ VALUES: dict[str, Schema] = {
     "number": {"type": "number"},
     "difference": {"type": "number"},
     "flag": {"type": "boolean"},
+    "motion": {"anyOf": [{"type": "boolean"}, {"enum": [FILTERED]}]},
     "expression": _EXPRESSION,
     "vector": _VECTOR,
     "expression or vector": {"anyOf": [_EXPRESSION, _VECTOR]},

@@ -22,7 +22,7 @@ from lag2fmu.description.subsystems import Part
 from lag2fmu.description.symbols import Coordinate, start_or_guess
 from lag2fmu.errors import LoadError, MechanismError, TextError
 from lag2fmu.formats.keys import CONSTRAINT, NAMED, SINGLE, TABLES
-from lag2fmu.formats.robots import robot
+from lag2fmu.formats.robots import READERS, robot
 from lag2fmu.formats.toml_table import Surroundings, TomlTable
 from lag2fmu.language.units import DIMENSIONLESS
 from lag2fmu.mechanism.assembly import Settable, settable
@@ -104,6 +104,7 @@ _READ: dict[str, Callable[[TomlTable, str], object]] = {
     "part": TomlTable.text,
     "unit": TomlTable.unit,
     "flag": TomlTable.flag,
+    "motion": TomlTable.motion,
     "expression": TomlTable.expression,
     "vector": TomlTable.vector,
     "expression or vector": TomlTable.scalar_or_vector,
@@ -257,8 +258,9 @@ def _setting(settings: TomlTable, name: str, of: Settable | None) -> Any:
 def _mechanism_in(file: Path, table: TomlTable) -> Description:
     """The mechanism in the ``file`` of the part that ``table`` describes; raises TextError with both places."""
     place, files = table.place("file"), (*table.around.files, file.absolute())
-    if file.suffix not in (".toml", ".urdf"):
-        raise TextError(f"{place}: '{file.name}' is no .toml or .urdf file; in Python any mechanism can be a part")
+    if file.suffix not in (".toml", *READERS):
+        known = f".toml, {' or '.join(READERS)}"
+        raise TextError(f"{place}: '{file.name}' is no {known} file; in Python any mechanism can be a part")
     if file.absolute() in table.around.files or len(files) > MAX_FILES:
         listed = " -> ".join(path.name for path in files)
         circle = "is in a circle" if file.absolute() in table.around.files else "is nested too deeply"
@@ -267,7 +269,7 @@ def _mechanism_in(file: Path, table: TomlTable) -> Description:
     try:
         if file not in around.known:
             around.known[file] = (
-                robot(file).description if file.suffix == ".urdf" else _description(_parse_toml(_text_in(file)), around)
+                robot(file).description if file.suffix in READERS else _description(_parse_toml(_text_in(file)), around)
             )
         return around.known[file]
     except (MechanismError, LoadError) as error:

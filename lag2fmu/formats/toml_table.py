@@ -12,6 +12,7 @@ import sympy as sp
 
 from lag2fmu.description.names import suggestion
 from lag2fmu.description.record import Description
+from lag2fmu.description.symbols import FILTERED
 from lag2fmu.errors import TextError, UnitError
 from lag2fmu.language.parser import parse
 from lag2fmu.language.units import Unit, parse_unit
@@ -74,6 +75,15 @@ class TomlTable:
         if not isinstance(value, bool):
             raise TextError(f"{self.place(key)}: expected true or false, got {describe(value)}")
         return value
+
+    def motion(self, key: str) -> bool | str:
+        """The boolean or the word ``key``, false if it is not there; raises TextError for anything else."""
+        value = self.content.get(key, False)
+        if value is True or value is False:
+            return value
+        if value != FILTERED:
+            raise TextError(f"{self.place(key)}: expected true, false or '{FILTERED}', got {describe(value)}")
+        return FILTERED
 
     def number(self, key: str, convert: Callable[[Fraction], float] = float) -> float | None:
         """The number ``key`` passed through ``convert`` (to SI); None if it is not there.

@@ -242,6 +242,7 @@ _WRITE: dict[str, Callable[[Any], str]] = {
     "part": _string,
     "unit": lambda unit: _string(unit.name or "1"),
     "flag": lambda _: "true",
+    "motion": lambda kind: "true" if kind is True else _string(kind),
     "expression": _expression,
     "vector": _vector,
     "expression or vector": lambda value: _vector(value) if isinstance(value, tuple) else _expression(value),

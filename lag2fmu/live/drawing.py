@@ -8,6 +8,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
+from fractions import Fraction
 from typing import Any
 
 import numpy as np
@@ -18,12 +19,13 @@ from lag2fmu.graph.batches import Floats
 from lag2fmu.live.spots import Spots
 from lag2fmu.mechanism.record import Mechanism
 from lag2fmu.picture.attachments import Attachment
-from lag2fmu.picture.drawing import BACK_TO_FRONT, draw_ground, drawable, layout_of
+from lag2fmu.picture.drawing import BACK_TO_FRONT, drawable, layout_of, rail_of, supports
 from lag2fmu.picture.forces import beside
 from lag2fmu.picture.layout import BOX, GAP, Layout
 from lag2fmu.picture.pulleys import Pulley
-from lag2fmu.picture.scene import STYLES, Canvas, Stroke
+from lag2fmu.picture.scene import Canvas, Stroke
 from lag2fmu.picture.shapes import PARTICLE, ROD, Shape, own_link
+from lag2fmu.picture.walls import draw_walls
 
 Item = dict[str, Any]
 _NAMED = 8
@@ -59,7 +61,6 @@ def drawing(mechanism: Mechanism) -> Drawing | None:
             "handles": handles,
             "count": len(spots.numbers),
             "residuals": len(spots.residuals()),
-            "styles": {name: [style.color, style.width, style.fill, style.dashed] for name, style in STYLES.items()},
         },
         spots,
     )
@@ -90,11 +91,16 @@ def _pulley(pulley: Pulley, spots: Spots) -> list[Any]:
 
 
 def _ground(layout: Layout, spots: Spots) -> Iterator[Item]:
-    """Supports and crosses at spots; rails and walls as lines that stay where they are at the start."""
-    canvas = Canvas()
-    pivots, crosses = draw_ground(canvas, layout)
-    for kind, found in (("support", pivots), ("cross", crosses)):
+    """Supports and crosses at spots; rails, which get as long as the motion; walls, which stay as at the start."""
+    for kind, found in zip(("support", "cross"), supports(layout), strict=True):
         yield from ({"k": kind, "at": spots(i)} for i in found)
+    for spot in layout.skeleton.sliders.values():
+        rail = rail_of(layout, spot)
+        if rail is not None:
+            middle, along, reach = rail
+            yield {"k": "rail", "of": spots(spot), "middle": _rounded(middle), "along": _rounded(along), "reach": reach}
+    canvas = Canvas()
+    draw_walls(canvas, layout)
     lines = [[_rounded(p) for p in m.points] for m in canvas.marks if isinstance(m, Stroke)]
     if lines and layout.planar:
         yield {"k": "still", "style": "ground", "lines": lines}
@@ -115,13 +121,21 @@ def _bodies(layout: Layout, spots: Spots) -> Iterator[Item]:
     for name in sorted(s.masses, key=lambda name: BACK_TO_FRONT.index(layout.shapes[name].kind)):
         shape, spot = layout.shapes[name], s.place[name]
         item: Item = {"k": shape.kind, "name": name, "at": spots(spot), "label": len(bodies) <= _NAMED}
-        if shape.kind == PARTICLE and layout.half(spot):
+        if shape.kind == PARTICLE and layout.half(spot) and _falls(layout, spot):
+            item |= {"r": BOX[0], "real": True}
+        elif shape.kind == PARTICLE and layout.half(spot):
             item |= {"k": "slider", "along": _rounded(layout.direction(spot)), "half": list(BOX)}
         elif shape.kind == PARTICLE:
             item["r"] = round(room * (1.3 + 1.4 * (max(s.masses[name], 0.0) / heaviest) ** (1 / 3)), 3)
         else:
             item |= _extended(layout, spots, bodies[name], shape)
         yield item
+
+
+def _falls(layout: Layout, spot: int) -> bool:
+    """Whether what goes up and down at the spot hangs on nothing: it is a ball then, and no slider."""
+    held = {i for _, a in layout.attached if a is not None for i in a.ends}
+    return layout.upright(spot) and layout.pulley is None and spot not in held
 
 
 def _extended(layout: Layout, spots: Spots, body: Body, shape: Shape) -> Item:
@@ -138,9 +152,11 @@ def _extended(layout: Layout, spots: Spots, body: Body, shape: Shape) -> Item:
     square = g.divide(s.put(body.inertia), s.put(body.mass))
     scale = g.apply("sqrt", g.multiply(g.constant(3 if shape.kind == ROD else 2), square))
     found["extent"] = spots.vector([scale])
-    link = own_link(s, body) if shape.kind == ROD else None
-    if link is not None:
+    link = own_link(s, body)
+    if link is not None and shape.kind == ROD:
         return found | {"ray": [spots(i) for i in link.ends]}
+    if link is not None:  # it rolls about the first end
+        found |= {"at": spots(link.ends[0]), "extent": spots.vector([g.constant(Fraction(float(shape.size[0])))])}
     angle = s.put(body.angle)
     return found | {"turn": spots.vector([g.apply("cos", angle), g.apply("sin", angle)])}
 

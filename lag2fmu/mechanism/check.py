@@ -210,18 +210,24 @@ def _measured_by(output: Output, where: str) -> str:
 def _check_output(m: Description, where: str, output: Output) -> None:
     """An output has an expression, or the quantity of a frame or point."""
     key = _measured_by(output, where)
-    known = [name for name, (of, _, _) in QUANTITIES.items() if of == key]
-    if key == "point":
-        turns = any(part.angle is not None for part in (*m.bodies, *m.points) if part.name == str(output.point))
-        if not (turns and output.quantity in TURNING):  # what only turns is at no place
-            _location(m, str(output.point), f"{where}.point")
-        known += TURNING if turns else ()
+    known = _quantities(m, output, key, where)
     if (output.quantity is None) == (key != "expression") or (known and output.quantity not in known):
         wanted = f"give one of {', '.join(known)}" if known else "it goes with 'frame' or 'point'"
         raise MechanismError(f"{where}.quantity: {output.quantity!r} does not fit; {wanted}")
     _check_axes(where, output, key == "frame" and str(output.quantity).startswith("angular_"))
+
+
+def _quantities(m: Description, output: Output, key: str, where: str) -> list[str]:
+    """The quantities that there are of what ``output`` is measured by; raises MechanismError if that is not there."""
+    known = [name for name, (of, _, _) in QUANTITIES.items() if of == key]
     if key == "frame":
         try:
             m.frame(str(output.frame))
         except MechanismError as error:
             raise MechanismError(f"{where}.frame: {error}") from None
+    if key == "point":
+        turns = any(part.angle is not None for part in (*m.bodies, *m.points) if part.name == str(output.point))
+        if not (turns and output.quantity in TURNING):  # what only turns is at no place
+            _location(m, str(output.point), f"{where}.point")
+        known += TURNING if turns else ()
+    return known

@@ -16,6 +16,7 @@ from lag2fmu.mechanism.assembly import assembled
 from lag2fmu.mechanism.check import check
 from lag2fmu.mechanism.compliance import compliant_contacts
 from lag2fmu.mechanism.event_check import check_events, check_meaning
+from lag2fmu.mechanism.filters import with_filters
 from lag2fmu.mechanism.geometry import check_geometry
 from lag2fmu.mechanism.joint_equations import written_out
 from lag2fmu.mechanism.loads import with_inputs
@@ -76,11 +77,11 @@ def _places(table: str, parts: Iterable[Any]) -> list[str]:
 
 
 def _with_places(written: Description) -> tuple[Description, Origins]:
-    """The description with what ports, loads and joints on a parent bring; its outputs know their number of entries."""
+    """The description with what filters, ports, loads and joints bring; its outputs know their number of entries."""
+    written, origins = with_filters(written)
     known = {q.name for q in written.coordinates}
     coordinates: dict[str, Coordinate] = {}
     frames: list[Frame] = []
-    origins: Origins = {}
     for joint in (joint for joint in written.joints if joint.parent is not None):
         brought = {q.name: q for q in joint.own_coordinates() if q.name not in known}
         coordinates |= brought

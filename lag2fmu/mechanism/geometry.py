@@ -192,7 +192,7 @@ def values_of(m: Description) -> Values:
 
     Raises MechanismError for definitions in a circle.
     """
-    values = {"t": 0.0} | {u.name: u.start for u in m.motions}
+    values = {"t": 0.0} | {u.name: u.start for u in m.motions} | {z.name: z.start for z in m.states if z.moves}
     values |= {p.name: p.value for p in m.parameters if p.value is not None}
     dependent = in_order([p for p in m.parameters if p.expression is not None], "parameters")
     followers = [(p.name, p.expression) for p in dependent]

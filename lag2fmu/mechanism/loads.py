@@ -2,15 +2,17 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from dataclasses import replace
+
+import sympy as sp
 
 from lag2fmu.description.parts import Load
 from lag2fmu.description.places import AXES, Place
 from lag2fmu.description.record import Description
 from lag2fmu.description.symbols import Input
 from lag2fmu.errors import MechanismError
-from lag2fmu.language.units import NEWTON, TORQUE
+from lag2fmu.language.units import NEWTON, TORQUE, Unit
 from lag2fmu.language.vocabulary import symbol
 
 
@@ -32,32 +34,31 @@ def with_inputs(m: Description) -> tuple[list[Load], list[tuple[str, Input]]]:
 def opened(load: Load, places: Mapping[str, Place], what: str = "") -> tuple[Load, list[Input]]:
     """The ``load``, which is an input itself, with the inputs that it refers to, in N or N.m; ``places`` by name.
 
-    ``what`` it is says their doc, by default that of a load.
-
-    Raises MechanismError for one that has a value as well.
+    Their doc says ``what`` it is, by default a force or torque. Raises MechanismError for one that has a value as well.
     """
-    own = _inputs_of(load, places, what)
-    entries = [symbol(item.name) for item in own]
-    value = entries[0] if [item.name for item in own] == [load.name] else entries
-    key = "force" if load.point is not None else "torque"
-    return replace(load, input=False, **{key: value}), own  # type: ignore[arg-type]
-
-
-def _inputs_of(load: Load, places: Mapping[str, Place], what: str) -> list[Input]:
-    """An input for each entry of the force or torque: NAME for a planar torque, else NAME_x, ...; N or N.m."""
     if load.force is not None or load.torque is not None:
         raise MechanismError(f"loads.{load.name}: 'input' and a value exclude each other; leave one out")
-    is_force = load.point is not None
-    name = str(load.point if is_force else load.body)
-    place = places.get(name)
-    if not is_force and (place is None or place.frame is None):
-        return [Input(load.name, TORQUE, doc=f"torque on {name}")]
-    what = what or (f"force '{load.name}' at {name}" if is_force else f"torque on {name}")
+    written = replace(load, input=False)
+    if load.point is not None:
+        place = places.get(str(load.point))
+        axes = AXES[: 2 if place is None else place.dimension]
+        own = _along(load, axes, NEWTON, what or f"force '{load.name}' at {load.point}")
+        return replace(written, force=_entries(own)), own
+    place, what = places.get(str(load.body)), what or f"torque on {load.body}"
+    if place is None or place.frame is None:
+        return replace(written, torque=symbol(load.name)), [Input(load.name, TORQUE, doc=what)]
+    own = _along(load, AXES, TORQUE, what)
+    return replace(written, torque=_entries(own)), own
+
+
+def _along(load: Load, axes: Iterable[str], unit: Unit, what: str) -> list[Input]:
+    """An input NAME_x, ... for each entry of a force or torque."""
     of_frame = " of its frame" if load.axes == "frame" else ""
-    return [
-        Input(f"{load.name}_{axis}", NEWTON if is_force else TORQUE, doc=f"{what}, along {axis}{of_frame}")
-        for axis in AXES[: 2 if place is None else place.dimension]
-    ]
+    return [Input(f"{load.name}_{axis}", unit, doc=f"{what}, along {axis}{of_frame}") for axis in axes]
+
+
+def _entries(inputs: Iterable[Input]) -> tuple[sp.Symbol, ...]:
+    return tuple(symbol(item.name) for item in inputs)
 
 
 def rigid_place(m: Description, name: str, where: str) -> Place:

@@ -2,14 +2,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, replace
 
 from lag2fmu.description import names
 from lag2fmu.description.joints import joined
 from lag2fmu.description.outputs import Output
 from lag2fmu.description.parts import Load
-from lag2fmu.description.places import WORLD, Place, Point
+from lag2fmu.description.places import WORLD, Body, Frame, Place, Point
 from lag2fmu.description.record import Description
 from lag2fmu.description.symbols import Input, names_of
 from lag2fmu.errors import MechanismError
@@ -42,24 +42,14 @@ def with_ports(m: Description) -> tuple[Description, Origins]:
     not there, a torque on what cannot turn, and axes of a frame where there is none.
     """
     listed = m.ports.listed()
-    if not any(listed.values()):
-        return m, {}
     sites = {spot: _site(m, spot, f"ports.{field}") for field, spots in listed.items() for spot in spots}
+    if not sites:
+        return m, {}
     points = {site.added.name: site.added for site in sites.values() if site.added is not None}
-    origins: Origins = {f"points.{name}": "ports" for name in points}
     m = replace(m, points=joined(m.points, points.values(), "points", by="port"))
-    loads: list[Load] = []
-    inputs: list[Input] = []
-    declared = {u.name for u in m.inputs}
-    for field, load in _loads(m, sites):
-        spot = sites[field.partition(".")[2]].name
-        what = f"force at {spot}" if load.point is not None else f"torque on {spot}"
-        written, own = opened(load, {place.name: place for place in m.places}, what)
-        loads.append(written)
-        new = [item for item in own if item.name not in declared]
-        inputs += new
-        origins |= {f"loads.{load.name}": f"ports.{field}"} | {f"inputs.{x.name}": f"ports.{field}" for x in new}
+    loads, inputs, origins = _forces(m, sites)
     outputs = list(_outputs(m, sites))
+    origins |= dict.fromkeys((f"points.{name}" for name in points), "ports")
     origins |= {f"outputs.{output.name}": "ports" for output in outputs}
     found = replace(
         m,
@@ -70,19 +60,40 @@ def with_ports(m: Description) -> tuple[Description, Origins]:
     return found, origins
 
 
+def _forces(m: Description, sites: Mapping[str, Site]) -> tuple[list[Load], list[Input], Origins]:
+    """The loads of the ports, the inputs of these that are not declared, and what port brings each of them."""
+    places, declared = {place.name: place for place in (*m.places, *m.bodies)}, {u.name for u in m.inputs}
+    loads: list[Load] = []
+    inputs: list[Input] = []
+    origins: Origins = {}
+    for field, load in _loads(m, sites):
+        spot = sites[field.partition(".")[2]].name
+        what = f"force at {spot}" if load.point is not None else f"torque on {spot}"
+        written, own = opened(load, places, what)
+        new = [item for item in own if item.name not in declared]
+        loads.append(written)
+        inputs += new
+        origins |= {f"loads.{load.name}": f"ports.{field}"} | {f"inputs.{x.name}": f"ports.{field}" for x in new}
+    return loads, inputs, origins
+
+
+def input_names(m: Description) -> tuple[str, ...]:
+    """The inputs by name as in the vector u: Q of every coordinate, plain inputs, motions with their derivatives."""
+    forces = (names.generalized_force(q.name) for q in m.coordinates)
+    return (*forces, *(name for u in (*m.plain_inputs, *m.motions) for name in names_of(u)))
+
+
 def with_chosen_inputs(m: Description, origins: Origins) -> Description:
     """``m``, which has all inputs, with its choice of inputs as names of variables; those of ports are always there.
 
     The name of a motion stands for its derivatives too, that of a load for all of its inputs. Raises MechanismError for
     a name that is no input, and for a drive of what is no prescribed motion.
     """
-    for name in m.ports.drives:
-        if name not in m.driven:
-            remedy = names.suggestion(name, m.driven)
-            raise MechanismError(f"ports.drives: there is no prescribed motion '{name}'; {remedy}")
+    _check_drives(m)
     if m.ports.inputs is None:
         return m
-    known = {x: (x,) for x in m.input_names} | {u.name: names_of(u) for u in m.inputs}
+    known = {x: (x,) for x in input_names(m)} | {u.name: names_of(u) for u in m.inputs}
+    known |= {name: (names.target(name),) for name in m.filtered}
     for place, origin in origins.items():
         table, _, name = place.partition(".")
         if table == "inputs" and origin.startswith("loads."):
@@ -96,32 +107,32 @@ def with_chosen_inputs(m: Description, origins: Origins) -> Description:
     return replace(m, ports=replace(m.ports, inputs=tuple(dict.fromkeys(chosen))))
 
 
+def _check_drives(m: Description) -> None:
+    for name in m.ports.drives:
+        if name not in m.driven:
+            remedy = names.suggestion(name, m.driven)
+            raise MechanismError(f"ports.drives: there is no prescribed motion '{name}'; {remedy}")
+
+
 def _site(m: Description, spot: str, where: str) -> Site:
     """The point, body or frame ``spot``; raises MechanismError with ``where`` if there is none, or more than one."""
     table, _, name = spot.rpartition(".")
-    frames = {frame.name: frame for frame in m.frames}
-    places = {"bodies": m.placed_bodies, "points": m.points}
-    found = {of: part for of, parts in places.items() for part in parts if part.name == name}
-    rotors = [body.name for body in m.bodies if not body.placed]
-    kinds = [*found, *(["frames"] if name in frames else [])]
-    chosen = [kind for kind in kinds if table in ("", kind)]
-    if len(chosen) > 1:
-        both = " or ".join(f"'{kind}.{name}'" for kind in chosen)
+    every: dict[str, tuple[Body | Point | Frame, ...]] = {"bodies": m.bodies, "points": m.points, "frames": m.frames}
+    found = {of: part for of, parts in every.items() for part in parts if part.name == name and table in ("", of)}
+    if len(found) > 1:
+        both = " or ".join(f"'{kind}.{name}'" for kind in found)
         raise MechanismError(f"{where}: '{name}' is the name of two places; write {both}")
-    if not chosen and name in rotors and table in ("", "bodies"):
-        body = next(body for body in m.bodies if body.name == name)
-        return Site(name, body, None)
-    if not chosen:
-        known = [*(place.name for place in m.places), *frames]
+    if not found:
+        known = [part.name for parts in every.values() for part in parts]
         raise MechanismError(f"{where}: there is no point, body or frame '{spot}'; {names.suggestion(spot, known)}")
-    if chosen[0] != "frames":
-        place = found[chosen[0]]
-        return Site(name, place, None if place.frame in (None, WORLD) else str(place.frame))
-    origin = Point(f"{name}_origin", (0, 0, 0), frame=name)
-    return Site(name, origin, name, origin)
+    (place,) = found.values()
+    if isinstance(place, Frame):
+        place = origin = Point(f"{name}_origin", (0, 0, 0), frame=name)
+        return Site(name, place, name, origin)
+    return Site(name, place, None if place.frame in (None, WORLD) else str(place.frame))
 
 
-def _loads(m: Description, sites: dict[str, Site]) -> Iterator[tuple[str, Load]]:
+def _loads(m: Description, sites: Mapping[str, Site]) -> Iterator[tuple[str, Load]]:
     """(place of the port, load) for each force and torque; raises MechanismError for what cannot be."""
     for spot, axes in m.ports.acting("forces"):
         site, where = sites[spot], f"forces.{spot}"
@@ -145,7 +156,7 @@ def _check_placed(site: Site, where: str) -> None:
         raise MechanismError(f"ports.{where}: '{site.name}' only turns and is at no place; let a torque act on it")
 
 
-def _outputs(m: Description, sites: dict[str, Site]) -> Iterator[Output]:
+def _outputs(m: Description, sites: Mapping[str, Site]) -> Iterator[Output]:
     """The outputs of the places whose motion goes out."""
     for field, quantity in MOTION.items():
         for spot in getattr(m.ports, field):

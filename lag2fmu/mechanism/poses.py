@@ -42,7 +42,7 @@ class Poses:
     def __init__(self, m: Description) -> None:
         self.frames = {frame.name: frame for frame in m.frames}
         self._meaning = written_out({d.name: d.expression for d in in_order(m.definitions, "definitions")})
-        moving = [*(q.name for q in m.coordinates), *(u.name for u in m.motions)]
+        moving = [*(q.name for q in m.coordinates), *m.driven]
         self._rates = {symbol(name): symbol(names.velocity(name)) for name in moving}
         self._rates[TIME] = sp.S.One
 

@@ -13,8 +13,10 @@ from lag2fmu.description.parts import Constraint, in_order_of_kinds
 from lag2fmu.description.record import Description
 from lag2fmu.description.subsystems import Part
 from lag2fmu.description.symbols import Coordinate
+from lag2fmu.lazy import looked_up
 from lag2fmu.mechanism.completion import completed
 from lag2fmu.mechanism.name_check import check_names
+from lag2fmu.mechanism.ports import input_names
 from lag2fmu.mechanism.scope import Scope, fixed_parameters
 from lag2fmu.mechanism.unilaterals import Unilateral
 
@@ -54,16 +56,18 @@ class Mechanism(Description):
         return f"<Mechanism {self.name}: {self.title}; {counted}>"
 
     def _repr_html_(self) -> str:
-        """Coordinates, parameters and inputs, for a notebook."""
+        """The sketch, and a table of coordinates, parameters and inputs, for a notebook."""
         from html import escape
 
+        picture = looked_up("lag2fmu.fmu.sketch", "picture_of")(self)
         rows = "".join(
             f"<tr><td>{item.name}</td><td>{kind}</td><td>{item.unit.si_name if item.unit else ''}</td>"
             f"<td>{escape(item.doc)}</td></tr>"
             for kind in ("coordinate", "parameter", "input")
             for item in getattr(self, f"{kind}s")
         )
-        return f"<p>{escape(repr(self)[1:-1])}</p><table>{rows}</table>"
+        sketch = f'<div style="background: white; display: inline-block">{picture}</div>' if picture else ""
+        return f"<p>{escape(repr(self)[1:-1])}</p>{sketch}<table>{rows}</table>"
 
     def __init__(self, name: str, **tables: Any) -> None:
         """The keywords are the tables of ``Description``.
@@ -100,6 +104,12 @@ class Mechanism(Description):
     def fixed_parameters(self) -> frozenset[str]:
         """The names of the parameters in holonomic constraints and gaps, see ``scope``: they cannot change in a run."""
         return fixed_parameters(self, self.scope, (unilateral.gap for unilateral in self.unilaterals))
+
+    @property
+    def hidden_inputs(self) -> frozenset[str]:
+        """The inputs that the ports leave out of the FMU: they keep their start values."""
+        chosen = self.ports.inputs
+        return frozenset() if chosen is None else frozenset(input_names(self)) - frozenset(chosen)
 
     def part_of(self, place: str) -> str | None:
         """The name of the part that brings what stands at ``place`` ('coordinates.leg_knee'), None if none does."""

@@ -14,6 +14,7 @@ from lag2fmu.description.parts import Force
 from lag2fmu.description.places import WORLD, Rotation
 from lag2fmu.description.ports import Acting
 from lag2fmu.description.record import Description, label_of, table_keys
+from lag2fmu.description.symbols import FILTERED
 from lag2fmu.errors import MechanismError
 from lag2fmu.language.vocabulary import TableCall, symbol, table_function
 from lag2fmu.mechanism.loads import with_inputs
@@ -46,7 +47,7 @@ class _Renaming:
     def __init__(self, d: Description, prefix: str, share: frozenset[str]) -> None:
         self.prefix, self.share = prefix, share
         self.known = {"t": "t"}
-        moving = [q.name for q in d.coordinates] + [u.name for u in d.motions]
+        moving = [q.name for q in d.coordinates] + [*d.driven]
         for derived in (str, names.velocity, names.acceleration):
             self.known |= {derived(name): derived(self.of(name)) for name in moving}
         self.known |= {names.generalized_force(q.name): names.generalized_force(self.of(q.name)) for q in d.coordinates}
@@ -54,6 +55,7 @@ class _Renaming:
         plain: list[Any] = [
             *d.parameters,
             *d.plain_inputs,
+            *(replace(u, name=names.target(u.name)) for u in d.inputs if u.motion == FILTERED),
             *(u for _, u in with_inputs(d)[1]),
             *d.states,
             *d.definitions,

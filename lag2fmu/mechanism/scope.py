@@ -67,6 +67,8 @@ def _meanings(m: Description) -> dict[str, str]:
     )
     for what, parts in groups:
         meaning |= {part.name: what for part in parts}
+    for name in m.filtered:
+        meaning |= {name: "motion", names.velocity(name): "motion velocity"}
     return meaning
 
 

@@ -33,7 +33,7 @@ def annotate(canvas: Canvas, layout: Layout) -> None:
 def _coordinates(canvas: Canvas, layout: Layout) -> None:
     """Names at the hinges and arrows along the rails, also of prescribed motions."""
     s, m = layout.skeleton, layout.mechanism
-    names = {c.name for c in m.coordinates} | {u.name for u in m.motions}
+    names = {c.name for c in m.coordinates} | {*m.driven}
     if len(names) > _MOVING:
         canvas.notes.append(f"The names of {len(names)} coordinates are left out.")
         return

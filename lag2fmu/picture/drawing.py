@@ -12,6 +12,7 @@ from lag2fmu.mechanism.record import Mechanism
 from lag2fmu.picture import glyphs
 from lag2fmu.picture.annotations import annotate
 from lag2fmu.picture.forces import draw_forces
+from lag2fmu.picture.frictions import draw_frictions, draw_hinge_stops
 from lag2fmu.picture.labels import pretty
 from lag2fmu.picture.layout import BOX, Layout
 from lag2fmu.picture.pulleys import draw_pulley
@@ -74,22 +75,16 @@ def _things(start: Layout, layout: Layout) -> Canvas:
         draw_pulley(canvas, layout.pulley, flat, BOX[0])
     _grounds(canvas, start)
     draw_walls(canvas, start)
+    draw_hinge_stops(canvas, start)
     _links(canvas, layout, flat)
     _bodies(canvas, layout, flat, layout.shapes)
     _points(canvas, layout)
     draw_forces(canvas, layout)
+    draw_frictions(canvas, layout)
     return canvas
 
 
-def draw_ground(canvas: Canvas, layout: Layout) -> tuple[list[int], list[int]]:
-    """Rails and walls as at the start; the answer is the spots that supports hold, and those that are crosses."""
-    for coordinate, i in layout.skeleton.sliders.items():
-        _rail(canvas, layout, coordinate, i)
-    draw_walls(canvas, layout)
-    return _supports(layout)
-
-
-def _supports(layout: Layout) -> tuple[list[int], list[int]]:
+def supports(layout: Layout) -> tuple[list[int], list[int]]:
     """The spots where a link or a spring ends that does not move, and those that something only refers to."""
     s = layout.skeleton
     still = s.still()
@@ -103,7 +98,7 @@ def _supports(layout: Layout) -> tuple[list[int], list[int]]:
 def _grounds(canvas: Canvas, layout: Layout) -> None:
     """A support where a link or a spring ends that does not move, a cross where something only refers to, rails."""
     s, flat = layout.skeleton, layout.at_start
-    pivots, crosses = _supports(layout)
+    pivots, crosses = supports(layout)
     for i in pivots:
         canvas.stroke("ground", "ground", glyphs.support(flat[i]))
     for i in crosses:
@@ -114,12 +109,22 @@ def _grounds(canvas: Canvas, layout: Layout) -> None:
 
 def _rail(canvas: Canvas, layout: Layout, coordinate: str, spot: int) -> None:
     """The ground under what slides or rolls."""
+    rail = rail_of(layout, spot)
+    if rail is not None:
+        middle, along, reach = rail
+        lines = glyphs.hatched(middle - reach * along, middle + reach * along)
+        canvas.stroke(f"coordinates.{coordinate}", "ground", lines)
+
+
+def rail_of(layout: Layout, spot: int) -> tuple[Floats, Floats, float] | None:
+    """The middle (2,) of the ground under a spot at the start, its direction (2,) and half its length.
+
+    None: there is no ground under it.
+    """
     depth = layout.radius(spot) or (BOX[1] + 0.2 if layout.half(spot) else 0.0)
-    if depth and layout.planar and not layout.upright(spot):
-        along = layout.direction(spot)
-        middle, reach = layout.at_start[spot] - depth * layout.across(spot), max(11.0, 1.2 * depth)
-        rail = glyphs.hatched(middle - reach * along, middle + reach * along)
-        canvas.stroke(f"coordinates.{coordinate}", "ground", rail)
+    if not depth or not layout.planar or layout.upright(spot):
+        return None
+    return layout.at_start[spot] - depth * layout.across(spot), layout.direction(spot), max(11.0, 1.2 * depth)
 
 
 def _links(canvas: Canvas, layout: Layout, flat: Floats) -> None:

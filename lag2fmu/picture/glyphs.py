@@ -58,6 +58,14 @@ def support(pivot: Points) -> list[Points]:
     return [np.vstack([pivot, left, right, pivot]), *hatched(left - np.array([1.2, 0.0]), right + np.array([1.2, 0.0]))]
 
 
+def shoes(center: Points, reach: float, half: float) -> list[Points]:
+    """Two brake shoes about ``center`` (2,), each of ``half`` an angle (rad) up and down: closed polylines (k, 2)."""
+    angle = np.linspace(-half, half, 12)
+    rays = np.column_stack([np.cos(angle), np.sin(angle)])
+    shoe = np.vstack([reach * rays, (reach + 1.2) * rays[::-1], reach * rays[:1]])
+    return [center + shoe, center - shoe]
+
+
 def cross(center: Points) -> list[Points]:
     """A place (2,) that something refers to: polylines (k, 2)."""
     return [center + np.array([[-1.2, 0.0], [1.2, 0.0]]), center + np.array([[0.0, -1.2], [0.0, 1.2]])]

@@ -82,7 +82,15 @@ class Layout:
         reach = float(np.ptp(flat, axis=0).max())
         largest = max((float(shape.size.max()) for shape in self.shapes.values()), default=0.0)
         extent = max(reach, 3 * largest)
-        return (extent / (DISPLACED if self._crowded() else SIZE)) or 1.0
+        return (extent / (DISPLACED if self._crowded() else SIZE)) or self._travel(sorted(numbers)) / DISPLACED or 1.0
+
+    def _travel(self, spots: list[int]) -> float:
+        """How far the spots go in the picture, m: at states around the start, and from there to where q is 0."""
+        rest = {**self.values, **{c.name: 0.0 for c in self.mechanism.coordinates}}
+        moved = [self.skeleton.positions(self.skeleton.samples), self.skeleton.positions(rest)[..., None]]
+        flat = self.view.flat(np.moveaxis(np.concatenate(moved, axis=2)[spots], 1, -1))
+        known = flat[np.isfinite(flat).all(axis=-1)]
+        return float(np.ptp(known, axis=0).max()) if len(known) else 0.0
 
     def _crowded(self) -> bool:
         """Whether all there is are bodies on lines whose coordinates seem to be displacements from where they rest.

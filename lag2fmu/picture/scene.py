@@ -45,6 +45,7 @@ STYLES: Mapping[str, Style] = {
     "joint": Style("#44525f", 0.5, "#ffffff"),
     "spring": Style("#c05f1f", 0.55),
     "damper": Style("#6b4fa0", 0.55),
+    "friction": Style("#8a6d1f", 0.45, "#d9c58a"),
     "load": Style("#b3261e", 0.6, "#b3261e"),
     "gravity": Style("#5a6b7b", 0.55, "#5a6b7b"),
     "coordinate": Style("#1d7a4c", 0.45, "#1d7a4c"),

@@ -1,5 +1,7 @@
 """What a body looks like, guessed from its mass and inertia: a rod, a disc, a ball or a box of the same moments.
 
+What rolls is a disc of the radius on which it does, about the place that moves in proportion to the angle.
+
 A uniform rod of length 2 h has I = m h^2/3 across, a disc m r^2/2 about its axis, a ball 2/5 m r^2, a box of half edges
 a, b, c m (b^2 + c^2)/3 about the edge a. Source: Landau, Lifshitz, Mechanics, section 32, problem 2.
 """
@@ -62,16 +64,18 @@ def shape_of(skeleton: Skeleton, body: Body, values: Values, positions: Floats, 
 
 
 def _planar(skeleton: Skeleton, body: Body, center: Floats, mass: float, values: Values, positions: Floats) -> Shape:
-    """A rod along the arm that turns with the body, else a disc."""
+    """A rod along the arm that turns with the body, else a disc; of one that rolls the axis is the place that rolls."""
     gyration = np.sqrt(max(skeleton.number(body.inertia, values), 0.0) / mass)
-    link = own_link(skeleton, body)
-    if link is not None:
-        along = np.asarray(positions[link.ends[1]] - positions[link.ends[0]], dtype=np.float64)
+    link, place = own_link(skeleton, body), skeleton.place[body.name]
+    base, end = (place, place) if link is None else link.ends
+    radius = _rolling_radius(skeleton, body, base)
+    along = positions[end] - positions[base]
+    if radius is None and link is not None:
         return Shape(ROD, center, np.array([np.sqrt(3) * gyration, 0, 0]), _frame_on(along))
     angle = skeleton.number(body.angle, values)
-    across = np.array([np.sin(angle), -np.cos(angle), 0.0])
-    axes = np.array([[0.0, 0.0, 1.0], -across, np.cross([0.0, 0.0, 1.0], -across)])
-    return Shape(DISC, center, np.array([np.sqrt(2) * gyration, 0, 0]), axes)
+    spoke = along / np.linalg.norm(along) if np.any(along) else np.array([-np.sin(angle), np.cos(angle), 0.0])
+    axes = np.array([[0.0, 0.0, 1.0], spoke, np.cross([0.0, 0.0, 1.0], spoke)])
+    return Shape(DISC, positions[base], np.array([radius or np.sqrt(2) * gyration, 0, 0]), axes)
 
 
 def own_link(skeleton: Skeleton, body: Body) -> Link | None:
@@ -84,6 +88,17 @@ def own_link(skeleton: Skeleton, body: Body) -> Link | None:
         if any(not skeleton.moves(angle + sign * turn) for sign in (1, -1)):
             return link
     return None
+
+
+def _rolling_radius(skeleton: Skeleton, body: Body, spot: int) -> float | None:
+    """The radius (m) on which the body rolls straight on; None unless ``spot`` moves in proportion to its angle."""
+    moved, turned = skeleton.spot_slopes[spot], skeleton.slopes([skeleton.put(body.angle)])[0]
+    if not np.isfinite(moved).all() or np.ptp(moved, axis=2).max() > 0 or np.ptp(turned, axis=1).max() > 0:
+        return None
+    per_angle = moved[:, :, 0] @ turned[:, 0] / max(float(turned[:, 0] @ turned[:, 0]), 1e-300)
+    left = moved[:, :, 0] - np.outer(per_angle, turned[:, 0])
+    radius = float(np.linalg.norm(per_angle))
+    return radius if radius > 0 and np.abs(left).max() <= 1e-9 * radius else None
 
 
 def _spatial(

@@ -72,7 +72,7 @@ class Skeleton:
         self.variables = declare(self.graph, m)
         self.put = translator(self.graph, m, self.variables)
         self._meaning = written_out({d.name: d.expression for d in m.definitions})
-        self.order = {name: i for i, name in enumerate(("t", *(u.name for u in m.motions)))}
+        self.order = {name: i for i, name in enumerate(("t", *m.driven))}
         self.order |= {c.name: len(self.order) + i for i, c in enumerate(m.coordinates)}
         self.frames = Frames(self.graph, m, self.put)
         self.reads = len(m.places) <= MOST_PARTS
@@ -206,7 +206,7 @@ class Skeleton:
         generator = np.random.default_rng(5)
         values: dict[str, Floats | float] = dict(self.start())
         moving = {c.name: c.nominal for c in self.mechanism.coordinates}
-        moving |= {u.name: 1.0 for u in self.mechanism.motions} | {"t": 1.0}
+        moving |= dict.fromkeys(self.mechanism.driven, 1.0) | {"t": 1.0}
         for name, size in moving.items():
             values[name] = values[name] + size * np.append(0.0, generator.uniform(-0.7, 0.7, _SAMPLES))
         known = np.asarray(np.isfinite(self.positions(values)).all(axis=(0, 1)))

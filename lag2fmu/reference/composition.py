@@ -29,9 +29,9 @@ Vector = tuple[sp.Expr, ...]
 
 @dataclass(frozen=True)
 class Symbols:
-    """The symbols of a mechanism with n coordinates, k motion inputs, m plain inputs and p parameters, in its order.
+    """The symbols of a mechanism with n coordinates, k motions, m plain inputs and p parameters, in its order.
 
-    ``further``: the f further states of first order.
+    ``further``: the f further states of first order, without those of the ``filtered`` motions, the last ones of the k.
     """
 
     q: tuple[sp.Symbol, ...]
@@ -43,22 +43,25 @@ class Symbols:
     external: tuple[sp.Symbol, ...]
     parameters: tuple[sp.Symbol, ...]
     further: tuple[sp.Symbol, ...] = ()
+    filtered: int = field(default=0, kw_only=True)
 
     @property
     def signals(self) -> tuple[sp.Symbol, ...]:
-        """Everything that comes from outside: y, y_dot, y_ddot, plain inputs, Q_<coordinate>; (3 k + m + n,)."""
-        return (*self.motion, *self.motion_dot, *self.motion_ddot, *self.plain, *self.external)
+        """Everything that comes from outside: y, y_dot, y_ddot without filtered ones, plain inputs, Q_<coordinate>."""
+        k = len(self.motion) - self.filtered
+        return (*self.motion[:k], *self.motion_dot[:k], *self.motion_ddot[:k], *self.plain, *self.external)
 
     @property
     def inputs(self) -> tuple[sp.Symbol, ...]:
-        """What forces may contain beside t, q, qd and parameters: signals and further states; (3 k + m + n + f,)."""
-        return (*self.signals, *self.further)
+        """What forces may contain beside t, q, qd and parameters: (3 k + m + n + f,), the motions first."""
+        motions = (*self.motion, *self.motion_dot, *self.motion_ddot)
+        return (*motions, *self.plain, *self.external, *self.further)
 
 
 def symbols_of(mechanism: Mechanism) -> Symbols:
     """The symbols of ``mechanism``."""
     q = [c.name for c in mechanism.coordinates]
-    y = [u.name for u in mechanism.motions]
+    y = mechanism.driven
     groups = (
         q,
         [velocity(name) for name in q],
@@ -68,9 +71,10 @@ def symbols_of(mechanism: Mechanism) -> Symbols:
         [u.name for u in mechanism.plain_inputs],
         [generalized_force(name) for name in q],
         [p.name for p in mechanism.parameters],
-        [z.name for z in mechanism.states],
+        [z.name for z in mechanism.states if not z.moves],
     )
-    return Symbols(*(tuple(symbol(name) for name in group) for group in groups))
+    filtered = len(y) - len(mechanism.motions)
+    return Symbols(*(tuple(symbol(name) for name in group) for group in groups), filtered=filtered)
 
 
 def composition_of(mechanism: Mechanism) -> Composition:
@@ -91,7 +95,8 @@ def _composition(mechanism: Mechanism, *_derived: object) -> Composition:
 class Composition:
     """T, V, Rayleigh's R (J, J, W), the non-potential forces Q (n,), the outputs by name as expressions; L = T - V.
 
-    ``further``: the derivatives of the further states, (f,). Without the parts that are on frames.
+    ``further``: the derivatives of the further states, behind them those of filtered motions and their velocities.
+    Without the parts that are on frames.
     Where the user gives a whole Lagrangian its part of second degree in qd counts as T and the rest as -V: V then
     holds velocity-dependent potentials, and terms of moving supports too.
     """
@@ -138,7 +143,7 @@ class Composition:
         qdd = (symbol(acceleration(q.name)) for q in s.q)
         moving = (*s.q, *s.qd, *s.motion, *s.motion_dot, *s.further)
         rates = (*s.qd, *qdd, *s.motion_dot, *s.motion_ddot, *self.further)
-        pairs = ((TIME, sp.S.One), *zip(moving, rates, strict=True))
+        pairs = ((TIME, sp.S.One), *zip(moving, rates, strict=False))  # those of filters stand behind
         used = expression.free_symbols
         return sp.Add(*(expression.diff(x) * x_dot for x, x_dot in pairs if x in used))
 

@@ -178,7 +178,7 @@ def accelerations_without_qdd(composition: Composition, velocities: Sequence[sp.
     s = composition.symbols
     moving = dict(zip(s.q, s.qd, strict=True)) | {TIME: sp.S.One}
     moving |= dict(zip(s.motion, s.motion_dot, strict=True)) | dict(zip(s.motion_dot, s.motion_ddot, strict=True))
-    moving |= dict(zip(s.further, composition.further, strict=True))
+    moving |= dict(zip(s.further, composition.further, strict=False))  # those of filters stand behind
     return [sp.Add(*(w.diff(x) * rate for x, rate in moving.items())) for w in velocities]
 
 

@@ -37,29 +37,47 @@ def parse_table(
 
     With ``gaps`` an empty cell is a missing value, NaN in the table. Raises LoadError.
     """
+    header, table, lines = _parsed(text, where, units, gaps=gaps, first="time")
+    check_names(header[1:], f"{where}, line 1", LoadError)
+    for i in np.flatnonzero(np.diff(table[:, 0]) <= 0)[:1].tolist():
+        raise LoadError(
+            f"{where}, line {lines[i + 1]}, column 'time': {float(table[i + 1, 0])!r} s does not come after "
+            f"{float(table[i, 0])!r} s; times must increase"
+        )
+    return tuple(header[1:]), table
+
+
+def parse_columns(
+    text: str, where: str = "CSV", units: Mapping[str, Unit] | None = None
+) -> tuple[tuple[str, ...], NDArray[np.float64]]:
+    """The names of all columns and the table (rows, names) in ``text``, in SI, with no time; raises LoadError."""
+    header, table, _ = _parsed(text, where, units)
+    return tuple(header), table
+
+
+def _parsed(
+    text: str, where: str, units: Mapping[str, Unit] | None, *, gaps: bool = False, first: str = ""
+) -> tuple[list[str], NDArray[np.float64], list[int]]:
+    """Header, table in SI and the lines of its rows; ``first`` is what the first column has to be."""
     reader = csv.reader(io.StringIO(text, newline=""))
     rows: list[list[float]] = []
+    lines: list[int] = []
     try:
         header, own = _headings(next(reader, []), f"{where}, line 1", {} if units is None else units)
-        if not header or header[0] != "time":
+        if not header or (first and header[0] != first):
             found, commas = header[:1] or "missing", "; separate columns by commas" if ";" in text[:1000] else ""
             raise LoadError(f"{where}, line 1: the first column is {found}, expected 'time' (time,name,...){commas}")
-        check_names(header[1:], f"{where}, line 1", LoadError)
         for row in filter(None, reader):
             rows.append(_numbers(row, header, f"{where}, line {reader.line_num}", gaps=gaps))
-            if len(rows) > 1 and rows[-1][0] <= rows[-2][0]:
-                raise LoadError(
-                    f"{where}, line {reader.line_num}, column 'time': {rows[-1][0]!r} s does not come after "
-                    f"{rows[-2][0]!r} s; times must increase"
-                )
+            lines.append(reader.line_num)
     except csv.Error as error:
         raise LoadError(f"{where}, line {reader.line_num}: {error}") from error
     if not rows:
-        raise LoadError(f"{where}: there are no rows below the header; give at least one time")
+        raise LoadError(f"{where}: there are no rows below the header; give at least one")
     table = np.array(rows)
     for column, unit in own.items():
         table[:, column] = unit.array_to_si(table[:, column])
-    return tuple(header[1:]), table
+    return header, table, lines
 
 
 def _headings(cells: Sequence[str], where: str, units: Mapping[str, Unit]) -> tuple[list[str], dict[int, Unit]]:

@@ -62,6 +62,9 @@ class EnergyFunctions:
         starts = {u.name: u.start for u in mechanism.inputs} | {z.name: z.start for z in mechanism.states}
         self._starts = np.array([starts.get(x.name, 0.0) for x in s.inputs])
         self._row = {x.name: i for i, x in enumerate(s.inputs)}
+        self._state_rows = [self._row[z.name] for z in mechanism.states]
+        self._filtered = slice(3 * len(s.motion) - s.filtered, 3 * len(s.motion))
+        self._filters = compiled((*s.inputs, *s.parameters), c.further[len(s.further) + 1 :: 2])
 
     @property
     def input_names(self) -> tuple[str, ...]:
@@ -114,9 +117,21 @@ class EnergyFunctions:
                     f"mechanism '{self.mechanism.name}' has no input '{name}'; known are {', '.join(self._row)}"
                 )
             signals[self._row[name]] = value
+        self._accelerate(signals)
         time = np.empty(batch)
         time[...] = t
         return State(time, batch_last(positions), batch_last(velocities), signals)
+
+    def with_states(self, inputs: Floats, z: Floats) -> Floats:
+        """``inputs`` (3 k + m + n + f, *batch) with the further states z, those of filters included, put in."""
+        inputs[self._state_rows] = z
+        self._accelerate(inputs)
+        return inputs
+
+    def _accelerate(self, inputs: Floats) -> None:
+        """Put the accelerations of filtered motions in, which follow from their states and targets."""
+        if self.composition.symbols.filtered:
+            inputs[self._filtered] = self._filters(inputs, self.constants)
 
     def input_values(self, inputs: Mapping[str, float]) -> Floats:
         """All inputs in the order of ``input_names``, (3 k + m + n,): those not among ``inputs`` at their starts.

@@ -51,7 +51,7 @@ class Equations:
     ) -> None:
         self.energies = EnergyFunctions(mechanism, parameters, composition)
         self.mechanism, self.n = mechanism, self.energies.n
-        self._motions = len(mechanism.motions)
+        self._motions = len(mechanism.driven)
         self._parts = self.energies.velocity_part()
         self._pairs, self._diagonal = np.triu_indices(self.n, 1), np.diag_indices(self.n)
         self._steps = 1j * STEP * np.eye(2 * self.n)  # along each q and qd

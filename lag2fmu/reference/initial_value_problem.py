@@ -153,7 +153,7 @@ class InitialValueProblem:
         slopes = np.empty_like(copies)
         slopes[:, :n] = copies[:, n : 2 * n]
         for copy, slope in zip(copies, slopes, strict=True):
-            inputs[len(inputs) - len(self.further) :] = copy[2 * n : self.size]
+            self.equations.energies.with_states(inputs, copy[2 * n : self.size])
             qdd, multipliers, slope[self.size] = self._single.rates(t, copy, inputs, self.damping)
             slope[n : 2 * n] = qdd
             if self.further:

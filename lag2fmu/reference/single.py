@@ -68,7 +68,7 @@ class SingleState:
         spatial = self.equations.energies.spatial
         if not spatial.loaded:
             return 0.0
-        configuration = 1 + 2 * self.n + 2 * len(self.equations.mechanism.motions)
+        configuration = 1 + 2 * self.n + 2 * len(self.equations.mechanism.driven)
         return spatial.forces(self._row[:configuration], self._row[1 + 2 * self.n :])
 
     def _constrained(self, forcing: Floats, damping: float) -> tuple[Floats, Floats]:

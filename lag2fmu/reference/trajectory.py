@@ -5,7 +5,7 @@ from __future__ import annotations
 import csv
 import io
 import os
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Collection, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from importlib import import_module
 from pathlib import Path
@@ -16,6 +16,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from lag2fmu.errors import SimulationError
 from lag2fmu.language.units import Unit
+from lag2fmu.lazy import looked_up
 from lag2fmu.reference.csv_tables import check_names, csv_text, parse_table
 
 Floats = NDArray[np.float64]
@@ -87,6 +88,10 @@ class Trajectory:
             )
         return self.values[:, [self.names.index(name) for name in names]]
 
+    def without(self, names: Collection[str]) -> Trajectory:
+        """The same without the columns ``names``."""
+        return Trajectory.of(self.time, {name: self[name] for name in self if name not in names})
+
     def interpolated(self, times: ArrayLike) -> Trajectory:
         """The trajectory at ``times`` (s), linear between its own; raises SimulationError outside of its range.
 
@@ -142,6 +147,16 @@ class Trajectory:
             axis.set_ylabel(name)
         axes[-1].set_xlabel("time in s")
         return figure
+
+    def animate(self, model: Any, path: str | os.PathLike[str] | None = None) -> Any:
+        """The motion of ``model``, a mechanism or what ``load`` takes: a film that shows itself in a notebook.
+
+        With ``path`` (.gif, .mp4 or .html) it is written there instead, as ``lag2fmu.animate`` does, which lists the
+        errors raised.
+        """
+        if path is None:
+            return looked_up("lag2fmu.verify.plots.animation", "film")(model, self)
+        return looked_up("lag2fmu.verify.plots.animation", "animate")(model, self, path)
 
     def to_csv(self, units: Mapping[str, Unit] | None = None) -> str:
         """The text ``time,name,...``, one line a time (s); numbers read back to the same bits (at most 17 digits).

@@ -50,10 +50,14 @@ class Connector:
 
 @dataclass(frozen=True)
 class Terminal:
-    """Variables that belong together, {member: variable}; ``rule`` says how members of two terminals are matched."""
+    """Variables that belong together, {member: variable}; ``rule`` says how members of two terminals are matched.
+
+    ``inflows`` are the members whose sum over a connection is zero, as forces in balance are.
+    """
 
     rule: str
     members: Mapping[str, str]
+    inflows: frozenset[str] = frozenset()
 
 
 @dataclass(frozen=True)
@@ -113,6 +117,6 @@ def _connector(v: Variable, units: Mapping[str, Unit]) -> Connector:
 
 
 def _terminal(element: Element) -> Terminal:
-    variables = [m for m in element.children if m.tag == "TerminalMemberVariable"]
-    named = {m.get("memberName") or m.get("variableName"): m.get("variableName") for m in variables}
-    return Terminal(element.get("matchingRule"), named)
+    variables = {m.get("memberName") or m.get("variableName"): m for m in element.all("TerminalMemberVariable")}
+    inflows = frozenset(name for name, m in variables.items() if m.get("variableKind") in ("inflow", "outflow"))
+    return Terminal(element.get("matchingRule"), {x: m.get("variableName") for x, m in variables.items()}, inflows)

@@ -26,10 +26,14 @@ class End(NamedTuple):
 
 
 class Connection(NamedTuple):
-    """What the output ``source`` says, the input ``target`` hears."""
+    """What the output ``source`` says, times ``factor``, the input ``target`` hears.
+
+    Forces of two terminals are both those on the own mechanism: what is in balance has the factor -1.
+    """
 
     source: End
     target: End
+    factor: float = 1.0
 
 
 def connected(words: Iterable[str], components: Components) -> tuple[Connection, ...]:
@@ -55,13 +59,13 @@ def _of_word(word: str, components: Components) -> Iterator[Connection]:
     if not colon:
         raise LoadError(f"--connect {word}: expected COMPONENT.OUTPUT:COMPONENT.INPUT")
     one, other = (_end(word, text, components) for text in (left, right))
-    pairs = [(one, other)]
+    pairs = [(one, other, 1.0)]
     if _is_terminal(one, components) and _is_terminal(other, components):
         pairs = list(_members(word, one, other, components))
-    for a, b in pairs:
+    for a, b, factor in pairs:
         for end in (a, b):
             _connector(word, end, components)
-        yield _directed(word, a, b, components)
+        yield _directed(word, a, b, components)._replace(factor=factor)
 
 
 def _end(word: str, text: str, components: Components) -> End:
@@ -80,8 +84,8 @@ def _is_terminal(end: End, components: Components) -> bool:
     )
 
 
-def _members(word: str, one: End, other: End, components: Components) -> Iterator[tuple[End, End]]:
-    """The pairs of connectors that belong together in two terminals (FMI 3.0.2, section 2.4.9.1).
+def _members(word: str, one: End, other: End, components: Components) -> Iterator[tuple[End, End, float]]:
+    """The pairs of connectors that belong together in two terminals, with their factors (FMI 3.0.2, section 2.4.9.1).
 
     By the rule "plug" all names of members are the same, by "bus" some are, by "sequence" their order counts.
     """
@@ -89,14 +93,16 @@ def _members(word: str, one: End, other: End, components: Components) -> Iterato
     if a.rule != b.rule:
         raise LoadError(f"--connect {word}: the terminal {one} matches by '{a.rule}', {other} by '{b.rule}'")
     if a.rule == "sequence":
-        pairs = list(zip(a.members.values(), b.members.values(), strict=False))
+        pairs = list(zip(a.members, b.members, strict=False))
     else:
-        pairs = [(variable, b.members[member]) for member, variable in a.members.items() if member in b.members]
+        pairs = [(member, member) for member in a.members if member in b.members]
     whole = len(pairs) == len(a.members) == len(b.members)
     if not pairs or (a.rule != "bus" and not whole):
         has = ", ".join(a.members)
         raise LoadError(f"--connect {word}: {one} has the members {has}, and {other} has {', '.join(b.members)}")
-    yield from ((End(one.component, x), End(other.component, y)) for x, y in pairs)
+    for x, y in pairs:
+        factor = -1.0 if x in a.inflows and y in b.inflows else 1.0
+        yield End(one.component, a.members[x]), End(other.component, b.members[y]), factor
 
 
 def _connector(word: str, end: End, components: Components) -> Connector:
@@ -121,16 +127,22 @@ def _directed(word: str, one: End, other: End, components: Components) -> Connec
             f"--connect {word}: {one} is of causality {a.causality} and {other} of causality {b.causality}; "
             "connect an output with an input"
         )
+    _check_fit(f"--connect {word}", (one, a), (other, b))
+    return Connection(one, other)
+
+
+def _check_fit(where: str, one: tuple[End, Connector], other: tuple[End, Connector]) -> None:
+    """Raise LoadError unless type, sizes and dimension of both connectors agree."""
+    (left, a), (right, b) = one, other
     if a.type != b.type and {a.type, b.type} != {"Real", "Float64"}:
-        raise LoadError(f"--connect {word}: {one} is of type {a.type} and {other} of type {b.type}; they must agree")
+        raise LoadError(f"{where}: {left} is of type {a.type} and {right} of type {b.type}; they must agree")
     if a.sizes != b.sizes:
         shown = [" x ".join(sizes) or "a scalar" for sizes in (a.sizes, b.sizes)]
-        raise LoadError(f"--connect {word}: {one} is {shown[0]} and {other} is {shown[1]}; the sizes must agree")
+        raise LoadError(f"{where}: {left} is {shown[0]} and {right} is {shown[1]}; the sizes must agree")
     if a.unit is not None and b.unit is not None and a.unit.dimension != b.unit.dimension:
         raise LoadError(
-            f"--connect {word}: {one} is in {_shown(a.unit)} and {other} in {_shown(b.unit)}; the dimensions must agree"
+            f"{where}: {left} is in {_shown(a.unit)} and {right} in {_shown(b.unit)}; the dimensions must agree"
         )
-    return Connection(one, other)
 
 
 def _shown(unit: Unit) -> str:

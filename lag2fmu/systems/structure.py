@@ -80,15 +80,17 @@ def ssd(system: System) -> bytes:
         ET.SubElement(bindings, "ssd:ParameterBinding", {"source": PARAMETERS})
     elements = ET.SubElement(whole, "ssd:Elements")
     for place, component in enumerate(system.components.values()):
-        used = {end.connector for pair in system.connections for end in pair if end.component == component.name}
+        used = {end.connector for c in system.connections for end in c[:2] if end.component == component.name}
         shown = [c for name, c in component.connectors.items() if c.causality == "output" or name in used]
         _component(elements, component, system.sources[component.name], shown, place, units)
     if system.connections:
         parent = ET.SubElement(whole, "ssd:Connections")
-        for source, target in system.connections:
+        for source, target, factor in system.connections:
             start = {"startElement": source.component, "startConnector": source.connector}
             end = {"endElement": target.component, "endConnector": target.connector}
-            ET.SubElement(parent, "ssd:Connection", start | end)
+            element = ET.SubElement(parent, "ssd:Connection", start | end)
+            if factor != 1.0:
+                ET.SubElement(element, "ssc:LinearTransformation", {"factor": repr(factor)})
     units.write(root, "ssd")
     ET.SubElement(root, "ssd:DefaultExperiment", {"startTime": "0.0", "stopTime": repr(system.stop_time)})
     return document(root)

@@ -19,7 +19,7 @@ from lag2fmu.dynamics.lagrange import derive
 from lag2fmu.dynamics.variables import further_states
 from lag2fmu.errors import DerivationError, ExportError, TextError
 from lag2fmu.fmu.carried import read_mechanism
-from lag2fmu.fmu.exporting import Fmu, export
+from lag2fmu.fmu.exporting import Fmu, export, fmu_path, is_fmu
 from lag2fmu.formats.loading import as_mechanism, with_values
 from lag2fmu.mechanism.record import Mechanism
 from lag2fmu.reference.trajectory import Trajectory
@@ -46,10 +46,13 @@ def simulate(  # noqa: PLR0913 (the fields of Run)
     inputs: Inputs | None = None,
     hold: bool = False,
     outputs: Sequence[str] | None = None,
+    beside: Sequence[str] = (),
     kind: Kind = "co-simulation",
     progress: Callable[[float], None] | None = None,
 ) -> Trajectory:
     """Run ``model`` as an FMU by fmpy and return its ``outputs`` every ``step`` (s) until ``stop_time`` (s).
+
+    Behind them come those variables of ``beside`` that the FMU has.
 
     ``values`` are start values and parameters in SI; ``kind`` is 'co-simulation' or 'model-exchange' (fmpy's CVode).
     ``inputs`` are signals over time: a Trajectory, the path of a CSV file, a mapping of arrays, a structured array or a
@@ -60,7 +63,9 @@ def simulate(  # noqa: PLR0913 (the fields of Run)
     """
     with as_fmu(model) as path:
         signals = trajectory_of(inputs, *times_of(path, stop_time, step))
-        return simulate_fmu(path, Run(stop_time, step, tolerance, values, signals, hold, outputs, kind, progress))
+        return simulate_fmu(
+            path, Run(stop_time, step, tolerance, values, signals, hold, outputs, beside, kind, progress)
+        )
 
 
 def validate(
@@ -144,16 +149,6 @@ def _reached(equations: EquationsOfMotion, time: float, inputs: Any) -> dict[str
     return {"q": q, "qd": qd, "further": z, "t": time}
 
 
-def is_fmu(model: Model) -> bool:
-    """Whether ``model`` is an FMU already (an ``Fmu`` or a path that ends in .fmu)."""
-    return isinstance(model, Fmu) or (isinstance(model, (str, Path)) and Path(model).suffix == ".fmu")
-
-
-def fmu_path(model: Model) -> Path:
-    """The path of a model for which ``is_fmu`` holds."""
-    return model.path if isinstance(model, Fmu) else Path(model)  # type: ignore[arg-type]
-
-
 def mechanism_of(model: Model, values: Mapping[str, float] | None = None) -> Mechanism | None:
     """The mechanism of ``model`` with ``values`` (SI) of its parameters and starts; None for an FMU of another tool.
 
@@ -182,4 +177,4 @@ def as_fmu(model: Model, solver: str | None = None, fmi: str = "2.0") -> Iterato
         return
     mechanism = as_mechanism(model)
     with tempfile.TemporaryDirectory(prefix="lag2fmu-") as folder:
-        yield export(mechanism, Path(folder) / f"{mechanism.name}.fmu", solver=solver, fmi=fmi).path
+        yield export(mechanism, Path(folder) / f"{mechanism.name}.fmu", solver=solver, fmi=fmi, page="static").path

@@ -29,8 +29,9 @@ class Run:
     ``stop_time``, the communication ``step`` (s), the relative ``tolerance`` of the solver; ``values`` are start values
     of parameters, states and inputs in SI; ``inputs`` are linear between their times, and a motion given by position
     alone is a spline; with ``hold`` they keep their value during a communication step. ``outputs`` are recorded
-    (default: all). ``progress`` is called with the time reached, ``warned`` with each warning of the FMU (default: they
-    are logged). With ``events``, co-simulation by FMI 3.0 uses event mode and early return.
+    (default: all), and behind them those of ``beside`` that the FMU has. ``progress`` is called with the time reached,
+    ``warned`` with each warning of the FMU (default: they are logged). With ``events``, co-simulation by FMI 3.0 uses
+    event mode and early return.
     The run begins at ``start_time`` (s), where the ``values`` hold.
     """
 
@@ -41,6 +42,7 @@ class Run:
     inputs: Trajectory | None = None
     hold: bool = False
     outputs: Sequence[str] | None = None
+    beside: Sequence[str] = ()
     kind: Kind = "co-simulation"
     progress: Callable[[float], None] | None = None
     warned: Callable[[str], None] | None = None
@@ -72,13 +74,19 @@ class Plan:
         return np.union1d(grid, breaks[np.abs(breaks - nearest) > 1e-9 * grid[-1]])
 
 
+def _recorded(run: Run, scalars: Mapping[str, Scalar]) -> list[str]:
+    """The names of what is recorded."""
+    outputs = [s.name for s in scalars.values() if s.variable.causality == "output" and not s.variable.alias]
+    found = outputs if run.outputs is None else list(run.outputs)
+    return found + [name for name in run.beside if name in scalars and name not in found]
+
+
 def planned(description: Any, path: Path, run: Run) -> Plan:
     """What ``run`` means for the FMU ``path``; raises LoadError."""
     stop_time, step = _times(description, run.stop_time, run.step)
     _check_times(stop_time - run.start_time, step)
     scalars = scalars_of(description, path)
-    all_outputs = [s.name for s in scalars.values() if s.variable.causality == "output" and not s.variable.alias]
-    names = all_outputs if run.outputs is None else list(run.outputs)
+    names = _recorded(run, scalars)
     _check_known(names, list(scalars), "variable")
     _check_values(run.values or {}, scalars)
     span = stop_time - run.start_time

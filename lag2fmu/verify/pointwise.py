@@ -146,8 +146,10 @@ def _input_ranges(task: Task, input_names: Sequence[str]) -> dict[str, tuple[flo
     """
     declared = {u.name: u for u in task.mechanism.inputs}
     found = {}
+    filtered = {names.acceleration(name) for name in task.mechanism.filtered}
+    without = task.mechanism.hidden_inputs | filtered
     for name in input_names:
-        if name in task.mechanism.hidden_inputs:
+        if name in without:
             continue
         given = declared.get(name)
         start = given.start if given is not None else 0.0

@@ -86,7 +86,7 @@ class Report:
         from rich.console import Console
 
         stream = StringIO()
-        Console(file=stream, width=110, color_system=None).print(self.table())
+        Console(file=stream, width=110, color_system=None, force_jupyter=False).print(self.table())
         return stream.getvalue()
 
     def __repr__(self) -> str:
@@ -96,10 +96,17 @@ class Report:
         return f"<Report: {self.title}; {outcome}>"
 
     def _repr_html_(self) -> str:
-        """The table, for a notebook."""
+        """The table and the notes, for a notebook."""
         from html import escape
 
-        return f"<pre>{escape(str(self))}</pre>"
+        rows = "".join(
+            f"<tr><td>{escape(check.name)}</td><td>{check.value:.2e}</td><td>{check.bar:.2e}</td>"
+            f"<td>{'ok' if check.passed else '<b>FAILED</b>'}</td><td>{escape(check.detail)}</td></tr>"
+            for check in self.checks
+        )
+        head = "<tr><th>compared</th><th>value</th><th>bar</th><th></th><th>detail</th></tr>"
+        notes = "".join(f"<p>{escape(note)}</p>" for note in self.notes)
+        return f"<p><b>{escape(self.title)}</b></p><table>{head}{rows}</table>{notes}"
 
     def to_json(self) -> str:
         """Everything but the trajectories as JSON."""

@@ -23,7 +23,10 @@ export function readAddress(hash, variables) {
 export function addressOf(state, variables) {
   const named = new Map(variables.map((variable) => [variable.index, variable]));
   const entries = new URLSearchParams();
-  for (const [owner, prefix] of [["settings", ""], ["grey", "grey."]]) {
+  for (const [owner, prefix] of [
+    ["settings", ""],
+    ["grey", "grey."],
+  ]) {
     for (const [index, value] of state[owner] ?? []) {
       const variable = named.get(index);
       if (value !== variable.start) entries.set(prefix + variable.name, Number(value.toPrecision(12)));

@@ -54,7 +54,10 @@ export function reach(mechanism, target, measure, first, nominals) {
     const dot = (a, b) => a.reduce((sum, x, i) => sum + x * b[i], 0);
     const matrix = columns.map((a) => columns.map((b) => dot(a, b)));
     matrix.forEach((row, i) => (row[i] += damping * (row[i] + 1e-12)));
-    const step = solve(matrix, columns.map((a) => -dot(a, now)));
+    const step = solve(
+      matrix,
+      columns.map((a) => -dot(a, now)),
+    );
     const kept = q.slice(0, n);
     step.forEach((x, i) => (q[i] += x * nominals[i]));
     const next = residuals();

@@ -74,8 +74,14 @@ export function cross(center, size = 1) {
   const [x, y] = center;
   const reach = 1.2 * size;
   return [
-    [[x - reach, y], [x + reach, y]],
-    [[x, y - reach], [x, y + reach]],
+    [
+      [x - reach, y],
+      [x + reach, y],
+    ],
+    [
+      [x, y - reach],
+      [x, y + reach],
+    ],
   ];
 }
 
@@ -83,7 +89,10 @@ export function cross(center, size = 1) {
 export function arrow(a, b, head = 2) {
   const { along, across } = axesOf(a, b);
   const foot = off(b, along, -head);
-  return [[a, foot], [b, off(foot, along, 0, across, 0.4 * head), off(foot, along, 0, across, -0.4 * head), b]];
+  return [
+    [a, foot],
+    [b, off(foot, along, 0, across, 0.4 * head), off(foot, along, 0, across, -0.4 * head), b],
+  ];
 }
 
 /** An arrow along a circle from one angle to another. */

@@ -3,18 +3,19 @@
 import { addressOf, readAddress } from "./address.js";
 import { compare, verdict } from "./badge.js";
 import { colorOf, onSchemeChange } from "./colors.js";
-import { reach } from "./drag.js";
 import { GaugesView } from "./gauges.js";
+import { Hand } from "./hand.js";
 import { loadMechanism } from "./mechanism.js";
 import { Panel } from "./panel.js";
 import { PlaneView } from "./plane.js";
-import { Player, byId } from "./player.js";
+import { byId, Player } from "./player.js";
 import { Run } from "./run.js";
 import { Settings } from "./settings.js";
 import { makeSpaceView } from "./space.js";
+import { Trails } from "./trails.js";
 
 const BUDGET = 7;
-const TRAIL = 160;
+const SMALL = 50;
 
 const calm = window.matchMedia("(prefers-reduced-motion: reduce)");
 
@@ -33,6 +34,7 @@ class Page {
     this.watched = this.variables.filter((variable) => variable.discrete && variable.watched);
     this.drawing = model.drawing;
     this.view = this.makeView(three);
+    this.trails = new Trails(this);
     this.given = readAddress(this.hash(), this.variables);
     this.begin();
   }
@@ -56,6 +58,7 @@ class Page {
       this.grey.compute(2000, Infinity);
     }
     this.start(settings);
+    this.enlarge();
     this.player = new Player(this, Number(words.speed) || this.model.speed, !calm.matches && words.paused !== "1");
     this.panel = new Panel(this, (time) => this.player.seek(time));
     this.panel.choose((words.plot ?? this.model.plot.join(",")).split(","));
@@ -66,10 +69,30 @@ class Page {
       ["Inputs", settable("input"), settable("parameter").length < 5],
       ["Start values", [...settable("coordinate"), ...settable("velocity")], false],
     ];
-    this.settings = new Settings(byId("settings"), groups, (v) => this.swing(v), (v, x) => this.change(v, x));
+    this.settings = new Settings(
+      byId("settings"),
+      groups,
+      (v) => this.swing(v),
+      (v, x) => this.change(v, x),
+    );
     this.showSettings();
     if (words.t) this.player.seek(Math.min(Number(words.t) || 0, stop));
     this.listen();
+  }
+
+  /** Gives what moves little, such as a single particle, the whole picture. */
+  enlarge() {
+    if (!this.drawing || this.drawing.items.some((item) => item.wall || ["still", "rail", "pulley"].includes(item.k)))
+      return;
+    this.run.compute(300);
+    const view = new PlaneView(byId("view"), this.drawing, this.colors);
+    for (let k = 0; k < this.run.points.length; k += Math.ceil(this.run.count / 200)) {
+      this.mechanism.point.set(this.run.points[k]);
+      view.include(this.mechanism.draw(this.run.timeOf(k)));
+    }
+    const [left, bottom, right, top] = view.box;
+    const extent = Math.max(right - left, top - bottom);
+    if (extent > 1e-6 && extent < SMALL) this.drawing.unit *= extent / SMALL;
   }
 
   /** A run from the start with these settings; the time is 0. */
@@ -79,6 +102,20 @@ class Page {
     this.default = [...settings].every(([index, value]) => this.byIndex(index).start === value);
     this.view.forget();
     this.changed();
+  }
+
+  /** The same, unless it cannot start there; plays. */
+  startAt(settings) {
+    const before = this.run.settings;
+    this.start(settings);
+    this.trouble = "";
+    if (this.run.error) {
+      this.trouble = `It cannot start there: ${this.run.error}`;
+      this.start(before);
+    }
+    this.player.time = 0;
+    this.showSettings();
+    if (!calm.matches) this.player.play();
   }
 
   byIndex(index) {
@@ -122,6 +159,7 @@ class Page {
     const fixed = variable.fixed || this.player.time === 0;
     const settings = new Map(this.run.settings).set(variable.index, value);
     this.settings.set(variable, value);
+    this.trouble = "";
     if (fixed) {
       this.start(settings);
       this.player.time = 0;
@@ -173,13 +211,7 @@ class Page {
   listen() {
     const canvas = byId("view");
     this.view.moved = () => this.changed();
-    const place = (event) => {
-      const box = canvas.getBoundingClientRect();
-      return [event.clientX - box.left, event.clientY - box.top];
-    };
-    canvas.addEventListener("pointerdown", (event) => this.grab(canvas, event, ...place(event)), { capture: true });
-    canvas.addEventListener("pointermove", (event) => this.pull(canvas, ...place(event)));
-    for (const end of ["pointerup", "pointercancel"]) canvas.addEventListener(end, () => this.let());
+    this.hand = new Hand(this, canvas);
     onSchemeChange(() => {
       this.view.forget();
       this.seen = 0;
@@ -188,54 +220,6 @@ class Page {
     new ResizeObserver(() => this.changed()).observe(canvas);
     byId("reset").addEventListener("click", () => this.reset());
     byId("keep").addEventListener("click", () => this.keep());
-  }
-
-  grab(canvas, event, x, y) {
-    const handle = this.drawing && this.view.handleAt(x, y, this.run.pose(this.player.time), event.pointerType === "touch" ? 44 : 26);
-    if (!handle || event.button !== 0) return;
-    canvas.setPointerCapture(event.pointerId);
-    this.view.grabbed?.(handle[1], this.run.pose(this.player.time));
-    this.held = { spot: handle[1], playing: this.player.playing };
-    this.player.pause();
-    event.preventDefault();
-  }
-
-  pull(canvas, x, y) {
-    if (!this.held) {
-      const over = this.drawing && this.view.handleAt(x, y, this.run.pose(this.player.time));
-      canvas.classList.toggle("over", Boolean(over));
-      return;
-    }
-    const { spot } = this.held;
-    const point = this.mechanism.point;
-    this.run.pose(this.player.time);
-    if (this.held.q) point.set(this.held.q);
-    const first = 3 * this.drawing.count;
-    const nominals = this.coordinates.map((variable) => variable.nominal || 1);
-    this.held.q = reach(this.mechanism, this.view.target(x, y), this.view.measure(spot), first, nominals);
-    this.changed();
-  }
-
-  /** What was dragged is let go: the run starts there. */
-  let() {
-    const { held } = this;
-    this.held = null;
-    if (!held?.q) {
-      if (held?.playing) this.player.play();
-      return;
-    }
-    const before = this.run.settings;
-    const settings = new Map(before);
-    this.coordinates.forEach((variable, i) => settings.set(variable.index, held.q[i]));
-    this.start(settings);
-    this.trouble = "";
-    if (this.run.error) {
-      this.trouble = `It cannot start there: ${this.run.error}`;
-      this.start(before);
-    }
-    this.player.time = 0;
-    this.showSettings();
-    if (!calm.matches) this.player.play();
   }
 
   /** One frame: computes ahead, then shows what is at the time of the player. */
@@ -263,10 +247,10 @@ class Page {
       shown.grey = this.grey.pose(Math.min(time, this.grey.end)).slice();
       shown.greyPoint = this.mechanism.point.slice(0, this.coordinates.length);
     }
-    if (this.drawing) shown.trails = this.trails(time);
+    if (this.drawing) shown.trails = this.trails.until(this.run, time);
     shown.spots = this.run.pose(time);
-    if (this.held?.q) {
-      this.mechanism.point.set(this.held.q);
+    if (this.hand.q) {
+      this.mechanism.point.set(this.hand.q);
       shown.spots = this.mechanism.draw(0);
       shown.trails = [];
     }
@@ -289,29 +273,6 @@ class Page {
     }
   }
 
-  /** Where the bodies were before, oldest first. */
-  trails(time) {
-    const { run } = this;
-    const last = Math.floor(time / run.timeOf(1));
-    const stride = Math.max(1, Math.ceil((0.12 * run.count) / TRAIL));
-    const first = Math.max(0, last - stride * TRAIL);
-    if (this.trailed?.run !== run || this.trailed.last > last || this.trailed.first > first + stride) {
-      this.trailed = { run, known: new Map() };
-    }
-    const known = this.trailed.known;
-    const spots = this.drawing.handles.slice(0, 8).map(([, spot]) => spot);
-    for (let k = Math.ceil(first / stride) * stride; k <= last && k < run.points.length; k += stride) {
-      if (known.has(k)) continue;
-      this.mechanism.point.set(run.points[k]);
-      known.set(k, this.view.places(this.mechanism.draw(run.timeOf(k)), spots));
-    }
-    for (const k of known.keys()) if (k < first) known.delete(k);
-    Object.assign(this.trailed, { first, last });
-    const here = this.view.places(run.pose(time), spots);
-    const rows = [...known.keys()].sort((a, b) => a - b).map((k) => known.get(k));
-    return spots.map((_, i) => [...rows.map((row) => row[i]), here[i]]);
-  }
-
   /** Modes, messages and the badge. */
   tell(time) {
     const { run } = this;
@@ -322,7 +283,11 @@ class Page {
     const message = run.error ? `Ends at ${run.end.toPrecision(4)} s: ${run.error}` : (this.trouble ?? "");
     if (byId("message").textContent !== message) byId("message").textContent = message;
     if (this.model.reference && !this.judged && this.default && run.done && !run.error) {
-      const { passed, text: said, title } = verdict(compare(run, this.model.reference, this.variables), this.model.reference.bar);
+      const {
+        passed,
+        text: said,
+        title,
+      } = verdict(compare(run, this.model.reference, this.variables), this.model.reference.bar);
       Object.assign(byId("badge"), { textContent: said, title, className: passed ? "good" : "bad" });
       this.judged = true;
     }
@@ -339,7 +304,7 @@ async function main() {
     URL.revokeObjectURL(address);
   }
   const page = new Page(model, mechanism, three);
-  window.live = page;
+  window.lag2fmu = page;
   window.requestAnimationFrame((time) => page.frame(time));
 }
 

@@ -71,7 +71,10 @@ export class Panel {
     if (energies.length) groups.push(["energy-plot", energies.map(line)]);
     const energy = ["total_energy", "generalized_energy"].find((name) => this.named(name));
     if (energy && this.named("external_power")) {
-      groups.push(["balance-plot", [{ label: "balance, J", color: "series4", column: (run) => this.balance(run, energy) }]]);
+      groups.push([
+        "balance-plot",
+        [{ label: "balance, J", color: "series4", column: (run) => this.balance(run, energy) }],
+      ]);
     }
     return groups;
   }
@@ -114,7 +117,8 @@ export class Panel {
       this.last = performance.now();
       this.refill(run, grey);
     }
-    for (const { plot } of this.plots) plot.at(time);
+    const index = Math.min(run.values.length - 1, Math.round(time / run.timeOf(1)));
+    for (const { plot } of this.plots) plot.at(time, index);
     const place = (of) => this.pair.map((variable) => of.valueAt(variable, Math.min(time, of.end)));
     this.phase.draw(place(run), grey ? place(grey) : null);
   }

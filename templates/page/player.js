@@ -85,7 +85,8 @@ export class Player {
   key(event) {
     const field = event.target.closest?.("input, select, textarea, summary, button, a");
     if (event.ctrlKey || event.metaKey || event.altKey) return;
-    if (field && (field.type !== "range" || field.dataset.name) && (event.key !== " " || field.tagName !== "BUTTON")) return;
+    if (field && (field.type !== "range" || field.dataset.name) && (event.key !== " " || field.tagName !== "BUTTON"))
+      return;
     if (field?.tagName === "BUTTON") return;
     const count = event.shiftKey ? 10 : 1;
     const keys = {

@@ -4,6 +4,9 @@
 
 const HEIGHT = 210;
 
+/** Ticks of an axis, short: 2e-5 and not 2.00e-5. */
+const short = (ticks) => ticks.map((x) => number(x).replace(/\.?0*e/, "e"));
+
 export const number = (x) => {
   if (x === null || x === undefined || !Number.isFinite(x)) return "–";
   const size = Math.abs(x);
@@ -14,10 +17,10 @@ export const number = (x) => {
 export class TimePlot {
   constructor(host, series, colors, seek) {
     Object.assign(this, { host, colors, marks: [] });
-    const axis = { stroke: () => colors("text"), grid: { stroke: () => colors("grid"), width: 1 }, size: 46 };
+    const axis = { stroke: () => colors("text"), grid: { stroke: () => colors("grid"), width: 1 }, size: 54 };
     axis.ticks = { stroke: () => colors("grid"), size: 4 };
     axis.font = "12px system-ui, sans-serif";
-    const time = { ...axis, size: 30, values: (_, ticks) => ticks.map(number) };
+    const time = { ...axis, size: 30, values: (_, ticks) => short(ticks) };
     const lines = series.map((s) => ({
       label: s.label,
       stroke: () => colors(s.color),
@@ -32,8 +35,8 @@ export class TimePlot {
         height: HEIGHT,
         scales: { x: { time: false } },
         cursor: { drag: { x: false, y: false }, points: { size: 6 } },
-        legend: { live: true },
-        axes: [time, { ...axis, values: (_, ticks) => ticks.map(number) }],
+        legend: { live: true, markers: { width: 3 } },
+        axes: [time, { ...axis, values: (_, ticks) => short(ticks) }],
         series: [{ label: "t / s", value: (_, x) => number(x) }, ...lines],
         hooks: { draw: [(plot) => this.drawMarks(plot)] },
       },
@@ -72,7 +75,9 @@ export class TimePlot {
     c.restore();
   }
 
-  at(time) {
+  /** Marks the time, and shows the values there unless the mouse asks for others. */
+  at(time, index) {
+    if (!(this.plot.cursor.left >= 0)) this.plot.setLegend({ idx: index }, false);
     this.line.style.transform = `translateX(${this.plot.valToPos(time, "x")}px)`;
   }
 
@@ -161,13 +166,13 @@ export class PhasePlot {
     for (const x of ticks(...this.x)) {
       c.moveTo(this.across(x), top);
       c.lineTo(this.across(x), bottom);
-      c.fillText(number(x), this.across(x), bottom + 15 * this.ratio);
+      c.fillText(short([x])[0], this.across(x), bottom + 15 * this.ratio);
     }
     c.textAlign = "right";
     for (const y of ticks(...this.y)) {
       c.moveTo(left, this.up(y));
       c.lineTo(right, this.up(y));
-      c.fillText(number(y), left - 6 * this.ratio, this.up(y) + 4 * this.ratio);
+      c.fillText(short([y])[0], left - 6 * this.ratio, this.up(y) + 4 * this.ratio);
     }
     c.stroke();
     c.fillText(this.labels[0], right, bottom + 30 * this.ratio);

@@ -2,6 +2,9 @@
 
 const MOST_SNAPSHOTS = 400;
 
+/** Counts what changes in any run, so that no two states of runs have the same version. */
+let changes = 0;
+
 export class Run {
   /**
    * `experiment`: stop, step and tolerance; `settings`: a Map of variables to values at the start; `watched`: the
@@ -11,13 +14,13 @@ export class Run {
     Object.assign(this, { mechanism, experiment, settings: new Map(settings), watched });
     this.count = Math.max(1, Math.round(experiment.stop / experiment.step));
     this.every = Math.ceil(this.count / MOST_SNAPSHOTS);
-    this.changed = true;
     this.restart();
   }
 
   restart() {
-    Object.assign(this, { points: [], values: [], snapshots: [], marks: [], error: "", version: 0 });
+    Object.assign(this, { points: [], values: [], snapshots: [], marks: [], error: "" });
     this.moved();
+    this.begun = (this.begun ?? 0) + 1;
     if (this.mechanism.begin(this.experiment, this.settings)) {
       this.record(true);
     } else {
@@ -26,8 +29,8 @@ export class Run {
   }
 
   moved() {
-    this.changed = true;
-    this.version += 1;
+    changes += 1;
+    this.version = changes;
   }
 
   /** The time of the record with this index, s. */
@@ -85,6 +88,7 @@ export class Run {
     for (const list of [this.points, this.values, this.snapshots]) list.length = known + 1;
     this.marks = this.marks.filter((mark) => mark.index <= known);
     this.error = "";
+    this.begun += 1;
     while (this.points.length <= index && !this.done) this.compute(0);
   }
 

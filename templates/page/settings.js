@@ -55,7 +55,7 @@ export class Settings {
       type: "range",
       min: least,
       max: most,
-      step: (most - least) / STEPS,
+      step: nice((most - least) / STEPS),
       "aria-label": `${label}: ${variable.doc}`,
       "data-name": variable.name,
     });

@@ -18,7 +18,12 @@ class Maker {
 
   material(style) {
     if (!this.materials.has(style)) {
-      const options = { color: this.colors(style), transparent: this.opacity < 1, opacity: this.opacity, shininess: 40 };
+      const options = {
+        color: this.colors(style),
+        transparent: this.opacity < 1,
+        opacity: this.opacity,
+        shininess: 40,
+      };
       this.materials.set(style, new this.three.MeshPhongMaterial(options));
     }
     return this.materials.get(style);

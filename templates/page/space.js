@@ -1,6 +1,6 @@
 /** The mechanism in space, by three.js: the mouse turns it, the wheel comes nearer. */
 
-import { Moment, cross3, dot, minus, unitVector } from "./scene.js";
+import { cross3, dot, Moment, minus, unitVector } from "./scene.js";
 import { makeParts } from "./solids.js";
 
 const FIELD = 32;
@@ -67,7 +67,7 @@ class SpaceView {
       [low, high] = [least.map((x) => x - 45), most.map((x) => x + 45)];
     }
     const target = low.map((x, k) => (x + high[k]) / 2);
-    const radius = Math.max(12, Math.hypot(...high.map((x, k) => x - low[k])) / 2 + 4);
+    const radius = Math.max(12, 0.42 * Math.hypot(...high.map((x, k) => x - low[k])) + 4);
     const { clientWidth: width, clientHeight: height } = this.canvas;
     const aspect = width / Math.max(1, height);
     const half = (FIELD * Math.PI) / 360;
@@ -89,7 +89,12 @@ class SpaceView {
   direction() {
     const rise = Math.asin(Math.max(-1, Math.min(1, dot(this.normal, this.up)))) + this.turned[1];
     const height = Math.max(-1.5, Math.min(1.5, rise));
-    const level = unitVector(minus(this.normal, this.up.map((x) => x * dot(this.normal, this.up))));
+    const level = unitVector(
+      minus(
+        this.normal,
+        this.up.map((x) => x * dot(this.normal, this.up)),
+      ),
+    );
     const side = cross3(this.up, level);
     const [c, s] = [Math.cos(this.turned[0]), Math.sin(this.turned[0])];
     return [0, 1, 2].map((k) => Math.cos(height) * (c * level[k] + s * side[k]) + Math.sin(height) * this.up[k]);
@@ -194,7 +199,9 @@ class SpaceView {
       this.scene.remove(this.floor);
       this.floor.geometry.dispose();
     }
-    const corners = [0, 1, 2, 3, 4, 5, 6, 7].map((k) => [0, 1, 2].map((i) => (k & (1 << i) ? this.high[i] : this.low[i])));
+    const corners = [0, 1, 2, 3, 4, 5, 6, 7].map((k) =>
+      [0, 1, 2].map((i) => (k & (1 << i) ? this.high[i] : this.low[i])),
+    );
     const lowest = Math.min(...corners.map((corner) => dot(corner, this.up)));
     const middle = this.low.map((x, k) => (x + this.high[k]) / 2);
     const size = Math.min(600, 1.25 * Math.max(...this.high.map((x, k) => x - this.low[k])));

@@ -455,7 +455,7 @@ static bool row(const Instance *self, fmi3ValueReference vr, size_t e, double ou
     case Y: out[1] = m->x[1], out[2] = m->x[0], out[3] = 1.0; break;
     case RATE:
         if (e == 0) out[1] = -m->k, out[3] = 1.0, out[4] = fault("NO_PARAMETERS") ? 0.0 : -m->x[0];
-        else out[1] = m->f, out[2] = -1.0, out[5] = fault("NO_PARAMETERS") ? 0.0 : m->x[0];
+        else out[1] = m->f, out[2] = -1.0, out[5] = fault("NO_PARAMETERS") || fault("NO_FIXED") ? 0.0 : m->x[0];
         break;
     default: return false;
     }
@@ -569,6 +569,7 @@ EXPORT fmi3Status fmi3UpdateDiscreteStates(fmi3Instance instance, fmi3Boolean *a
     *defined = fault("PAST_EVENT");
     *next = m->start - 1.0;
     if (fault("SILENT_CHANGE")) m->x[1] += 0.125;
+    if (fault("OTHER_EVENT") && !self->exchange && *again) m->x[1] += 0.125;
     return fmi3OK;
 }
 

@@ -23,6 +23,7 @@ from lag2fmu.cli import main
 from lag2fmu.errors import ExportError, LoadError
 from lag2fmu.systems.components import Component, Connector, Terminal, Unit
 from lag2fmu.systems.connections import connected
+from lag2fmu.systems.structure import System, ssd
 
 pytestmark = pytest.mark.fmu
 
@@ -191,16 +192,34 @@ def component(name: str, causalities: dict[str, str], rule: str = "bus", unit: s
     """A component with one terminal, ``port``, whose members are called as the variables behind the first letter."""
     newton = Unit(unit, (1, 1, -2, 0, 0, 0, 0, 0), 1.0, 0.0)
     connectors = {v: Connector(v, causality, "Real", newton, (), True) for v, causality in causalities.items()}
-    terminal = Terminal(rule, {v[1:]: v for v in causalities})
+    terminal = Terminal(rule, {v[1:]: v for v in causalities}, frozenset({"force"}))
     return Component(name, Path(f"{name}.fmu"), "2.0", "CoSimulation", connectors, {"port": terminal}, None)
 
 
 def test_terminals_connect_what_belongs_together() -> None:
-    """Force in and motion out on one side, the other way round on the other; members of one side only stay free."""
+    """Force in and motion out on one side, the other way round on the other; members of one side only stay free.
+
+    Forces are those on the own mechanism, which are in balance.
+    """
     a = component("a", {"aforce": "input", "aplace": "output", "aheat": "output"})
     b = component("b", {"bforce": "output", "bplace": "input"})
     found = connected(["a.port:b.port"], {"a": a, "b": b})
-    assert [f"{c.source}>{c.target}" for c in found] == ["b.bforce>a.aforce", "a.aplace>b.bplace"]
+    assert [f"{c.factor:g} {c.source}>{c.target}" for c in found] == ["-1 b.bforce>a.aforce", "1 a.aplace>b.bplace"]
+
+
+def test_forces_of_terminals_change_sign_in_the_archive(exported, tmp_path) -> None:
+    """The terminals of the coordinates of two FMUs give out motion both, and cannot be connected."""
+    a, b = component("a", {"aforce": "input"}), component("b", {"bforce": "output"})
+    system = System(
+        "s", {"a": a, "b": b}, {"a": "x", "b": "y"}, connected(["a.port:b.port"], {"a": a, "b": b}), {}, 1.0
+    )
+    root = etree.fromstring(ssd(system).replace(b'version="2.0"', b'version="1.0"'))
+    (transformation,) = root.iter("{http://ssp-standard.org/SSP1/SystemStructureCommon}LinearTransformation")
+    assert transformation.get("factor") == "-1.0"
+    etree.XMLSchema(file=str(schema_of_fmpy(SCHEMAS["SystemStructure.ssd"]))).assertValid(root)
+    car = exported(CAR)
+    with pytest.raises(LoadError, match=r"cart\.x is of causality output and wagon\.x of causality output"):
+        lag2fmu.ssp({"cart": car, "wagon": car}, tmp_path / "x.ssp", connect=["cart.x:wagon.x"])
 
 
 @pytest.mark.parametrize(

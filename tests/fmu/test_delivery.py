@@ -13,6 +13,7 @@ from describing import described
 from PIL import Image
 
 import lag2fmu
+from lag2fmu.analysis.entry_points import resting
 from lag2fmu.errors import ExportError
 from lag2fmu.explain.procedure import procedure
 from lag2fmu.fmu.documentation import scene_at_start
@@ -21,8 +22,9 @@ from lag2fmu.fmu.versions import VERSIONS
 from lag2fmu.formats.loading import load
 from lag2fmu.formats.text import read
 from lag2fmu.formats.write import write
-from lag2fmu.mechanism import Mechanism
+from lag2fmu.mechanism import Body, Mechanism, Part, coordinate, parameter, signal
 from lag2fmu.mechanism.record import complete
+from lag2fmu.mechanism.starts import without_dust
 from lag2fmu.verify.simulate import problems
 
 IMPRINT = {
@@ -111,3 +113,70 @@ def test_an_unknown_word_and_the_python_backend_are_refused(tmp_path) -> None:
     with pytest.raises(ExportError, match=r"runs its equations from resources/"):
         lag2fmu.export("pendulum", tmp_path / "x.fmu", backend="python", without=["equations"])
     assert not list(tmp_path.iterdir())
+
+
+def bounds(mechanism: Mechanism) -> dict[str, tuple[float | None, float | None, float | None]]:
+    """{name: (min, max, nominal)} of parameters and inputs."""
+    description, _ = described(mechanism)
+    wanted = ("parameter", "input")
+    return {v.name: (v.minimum, v.maximum, v.nominal) for v in description.variables if v.causality in wanted}
+
+
+def test_masses_and_inertias_have_a_least_value() -> None:
+    """Also those of parts; a length that may point the other way and a stiffness have none."""
+    found = bounds(load("double_pendulum"))
+    assert found["m1"][0] == 0.0
+    assert found["l1"][0] is None
+    assert bounds(load("acrobot"))["I1"][0] == 0.0
+    assert bounds(load("andrews_squeezer"))["l0"][0] == 0.0, "the length of its spring"
+    assert bounds(load("elastic_pendulum"))["k"][0] is None
+    x, m = coordinate("x", "m"), parameter("m", 2.0, "kg")
+    plate = Mechanism("plate", coordinates=[x], parameters=[m], bodies=[Body("plate", m, (x, 0))])
+    whole = bounds(Mechanism("two", parts=[Part("left", plate), Part("right", plate)]))
+    assert whole["left_m"][0] == whole["right_m"][0] == 0.0
+
+
+def test_a_given_bound_stays_and_ranges_give_nominal_values() -> None:
+    x = coordinate("x", "m")
+    m = parameter("m", 2.0, "kg", minimum=0.5, maximum=4.5)
+    F = signal("F", "kN", minimum=-3.0, maximum=1.0)
+    found = bounds(Mechanism("cart", coordinates=[x], parameters=[m], inputs=[F], bodies=[Body("b", m, (x, 0))]))
+    assert found["m"] == (0.5, 4.5, 2.0)
+    assert found["F"] == (-3000.0, 1000.0, 2000.0)
+
+
+@pytest.mark.parametrize(
+    ("x", "size", "clean"),
+    [
+        (15.000000000000002, 1.0, 15.0),
+        (0.0049050000000000005, 1.0, 0.004905),
+        (-1.1e-17, 1.0, 0.0),
+        (-1.1e-17, 1e-9, -1.1e-17),
+        (1.5707963267948966, 1.0, 1.5707963267948966),
+        (1.000000000001, 1.0, 1.000000000001),
+        (1e-12, 1.0, 1e-12),
+        (0.1 + 0.2, 1.0, 0.3),
+        (0.0, 1.0, 0.0),
+    ],
+)
+def test_dust_is_no_more_than_four_roundings(x: float, size: float, clean: float) -> None:
+    assert without_dust(x, size) == clean
+    assert abs(without_dust(x, size) - x) <= 4 * np.finfo(float).eps * max(abs(x), size)
+
+
+def test_computed_starts_have_no_dust_and_given_ones_stay() -> None:
+    """What the user typed in centimetres is what stands in the XML; what constraints give is rounded to what it is."""
+    found = {v.name: v.start for v in described(load("sphere_on_turntable"))[0].variables}
+    assert found["e1_dot"] == 15.0
+    velocities = [v.start for v in described(load("whipple_bicycle"))[0].variables if v.name.endswith("_dot")]
+    assert not [x for x in velocities if x is not None and 0 < abs(x) < 1e-12]
+    given = [
+        coordinate("x", "cm", start=30.0),
+        coordinate("y", "m", start=0.1 + 0.2),
+        coordinate("z", "deg", start=0.1),
+    ]
+    mechanism = Mechanism("three", coordinates=given, bodies=[Body("b", 1.0, tuple(given))])
+    starts = {v.name: v.start for v in described(mechanism)[0].variables if v.start is not None}
+    assert starts["x"] == 0.3
+    assert starts["y"] == 0.1 + 0.2, "this is what was given"
+    assert [q.start for q in resting(load("elastic_pendulum")).coordinates] == [0.0981, 0.0]

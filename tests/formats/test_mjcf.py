@@ -121,9 +121,42 @@ def test_what_is_not_taken_is_listed(robot: Robot) -> None:
     )
 
 
+NAN = '<mujoco><option gravity="0 0 nan"/><worldbody><body><joint/><geom size="1"/></body></worldbody></mujoco>'
+TWO = '<body name="a b"><joint name="x y"/><geom size="1"/><body name="a_b"><joint/><geom size="1"/></body></body>'
+HEAVY = '<body><joint/><inertial pos="0 0 0" mass="{}" diaginertia="{}"/></body>'
+REFUSED = "MuJoCo refuses it: .*"
+
+
+def world(inside: str) -> str:
+    return f"<mujoco><worldbody>{inside}</worldbody></mujoco>"
+
+
 @pytest.mark.parametrize(
     ("text", "message"),
     [
+        ("", "no well-formed XML: no element found"),
+        ("<mujoco/><mujoco/>", "no well-formed XML: junk after document element"),
+        (NAN, "a number in gravity is not finite"),
+        (body('<joint damping="nan"/>'), "a number in dof_damping is not finite"),
+        (body('<joint damping="1e400"/>'), REFUSED + "damping"),
+        (body('<joint axiss="0 0 1"/>'), REFUSED + "axiss"),
+        (body('<joint type="screw"/>'), REFUSED + "screw"),
+        (body('<joint axis="0 0 0"/>'), REFUSED + "axis"),
+        (body('<joint axis="0 1"/>'), REFUSED + "axis"),
+        (body('<joint axis="x"/>'), REFUSED + "axis"),
+        (body('<joint class="big"/>'), REFUSED + "big"),
+        (body('<joint range="1 -1" limited="true"/>'), REFUSED + "range"),
+        (body('<joint name="a"/><joint name="a" type="slide"/>'), REFUSED + "repeated name 'a'"),
+        (body("<joint/>", '<actuator><motor joint="knee"/></actuator>'), REFUSED + "knee"),
+        (body("<joint/>", '<equality><connect body1="arm" anchor="0 0 0"/></equality>'), REFUSED + "arm"),
+        (body("<joint/>", '<asset><mesh name="m" file="none.stl"/></asset>'), REFUSED + "none.stl"),
+        (body("<joint/>", '<extension><plugin plugin="none"/></extension>'), REFUSED + "none"),
+        (world("<bdy/>"), REFUSED + "bdy"),
+        (world('<body quat="0 0 0 0"><joint/><geom size="1"/></body>'), REFUSED + "quaternion"),
+        (world(HEAVY.format("-1", "1 1 1")), REFUSED + "mass"),
+        (world(HEAVY.format("1", "1 1 3")), REFUSED + "inertia"),
+        (world('<body><geom size="1"/></body>'), "nothing moves in this robot"),
+        (world(TWO), "would both be called 'a_b'; rename one"),
         ("<mujoco", "no well-formed XML"),
         ("<robot/>", r"its top element is <robot>; a MJCF file has <mujoco>"),
         ("<mujoco><worldbody><body><joint/></body></worldbody></mujoco>", "MuJoCo refuses it: .*mass and inertia"),
@@ -154,3 +187,13 @@ def test_without_mujoco_the_remedy_is_named(robot: Robot, monkeypatch: pytest.Mo
     monkeypatch.setattr(builtins, "__import__", refusing)
     with pytest.raises(LoadError, match=r"needs the package mujoco; pip install 'lag2fmu\[mujoco\]'"):
         robot(ARM)
+
+
+def test_a_file_may_be_a_part(robot: Robot, tmp_path: Path) -> None:
+    """Two pendulums of one file, each as it is alone: phi'' = -m g l sin(phi) / (J + m l^2)."""
+    rod = '<joint name="phi" axis="0 -1 0"/>'
+    alone = accelerations(robot(body(rod)), phi=0.4)["phi"]
+    parts = "".join(f'[parts.{name}]\nfile = "robot.xml"\n' for name in ("left", "right"))
+    (tmp_path / "pair.toml").write_text(f'[mechanism]\nname = "pair"\n[gravity]\nacceleration = 9.81\n{parts}')
+    found = accelerations(load(tmp_path / "pair.toml"), left_phi=0.4, right_phi=-0.4)
+    assert found == {"left_phi": pytest.approx(alone, rel=1e-12), "right_phi": pytest.approx(-alone, rel=1e-12)}

@@ -59,7 +59,7 @@ def test_everything_reads_back_the_same() -> None:
     assert again.warnings == mechanism.warnings
     assert write(again) == text
     ports = ["bead_force_x", "bead_force_y", "rod_torque"]
-    assert [u.name for u in again.inputs] == ["F", "y0", *ports, "push_x", "push_y", "turn"]
+    assert [u.name for u in again.inputs] == ["F", "y0", "z0_target", *ports, "push_x", "push_y", "turn"]
 
 
 @pytest.mark.parametrize("unit", ["deg", "mm", "rpm", "degC", "km/h", "lbf", "kN", "%", "eV", "1"])

@@ -28,6 +28,14 @@ PENDULUM = f"""
 </robot>"""
 
 
+ARM = """
+<robot name="arm">
+  <link name="base"/>
+  <link name="arm"><inertial><origin xyz="0.25 0 0"/><mass value="2"/>
+    <inertia ixx="0.001" iyy="0.04" izz="0.04" ixy="0" ixz="0" iyz="0"/></inertial></link>
+  <joint name="shoulder" type="continuous"><parent link="base"/><child link="arm"/><axis xyz="0 1 0"/></joint>
+</robot>"""
+
 Robot = Callable[..., Mechanism]
 
 
@@ -184,3 +192,10 @@ def test_what_is_wrong_is_named_in_one_sentence(robot: Robot, what: str) -> None
 def test_an_unknown_base_is_named(robot: Robot) -> None:
     with pytest.raises(Lag2FmuError, match="base = 'free' is unknown; give one of fixed, floating, planar"):
         robot(PENDULUM, base="free")
+
+
+def test_a_base_that_floats_needs_mass_and_the_message_stays_short(robot: Robot) -> None:
+    """The formula of the force that has nothing to move would have a million operations."""
+    with pytest.raises(Lag2FmuError, match=r"has no mass.* a formula of \d+ operations; ") as error:
+        derive(robot(ARM, base="floating"))
+    assert len(str(error.value)) < 500

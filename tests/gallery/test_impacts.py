@@ -8,9 +8,11 @@ from itertools import pairwise
 
 import numpy as np
 import pytest
+from fmpy.fmi1 import FMICallException
 from scipy.integrate import quad
 from scipy.optimize import brentq
 from scipy.special import ellipj, ellipk
+from stepping import Stepping
 
 import lag2fmu
 from lag2fmu.formats.loading import load
@@ -83,6 +85,23 @@ def test_a_cradle_whose_impacts_are_simultaneous(exported) -> None:
     speed = 2 * frequency * np.sin(0.3)
     after = [run[f"{name}_dot"][-1] / speed for name in "abc"]
     assert after == pytest.approx([-1 / 3, 2 / 3, 2 / 3], abs=1e-7)
+
+
+@pytest.mark.parametrize("step", [0.002, 0.04])
+def test_the_motion_ends_where_a_contact_loses_its_lever(exported, step: float) -> None:
+    """The first ball pushes the second one up to where both strings are level; there the force has no bound."""
+    with Stepping(exported("newtons_cradle").path) as s:
+        s.start({"solver_tolerance": 1e-10})
+        s.set({"Q_a": 100.0})
+        (energy,) = s.get(["total_energy"])
+        with pytest.raises(FMICallException, match="discard"):
+            s.steps(round(0.04 / step), step)
+        (_, _, sentence), *_ = s.log
+        assert "left: gap or force grows beyond all bounds" in sentence
+        assert s.get(["a", "b"]) == pytest.approx([np.pi / 2, np.pi / 2], abs=1e-5)
+        a, a_dot, b_dot, after = s.get(["a", "a_dot", "b_dot", "total_energy"])
+        assert a_dot == pytest.approx(b_dot, rel=1e-7)
+        assert after - energy == pytest.approx(100.0 * (a + 0.6), rel=1e-9)
 
 
 # ------------------------------------------------------------------------------------------------- rocking block

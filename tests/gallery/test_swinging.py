@@ -60,3 +60,31 @@ def test_furuta_pendulum(motion) -> None:
 
     run = motion("furuta_pendulum", 3.0)
     assert run.columns(["alpha", "beta"]) == pytest.approx(by_hand(terms, [0.0, 1.0, 2.0, 0.0], run.time), abs=1e-7)
+
+
+def test_two_armed_robot(motion) -> None:
+    """Two chains of two rods on a carriage, as sums of J^T m J and J^T (m g - m J' qd) over the rods."""
+    M, d, m, h, c = 6.0, 3.0, 2.0, 0.35, 0.1
+    arms = ((1, 0.45, 1.5), (3, 0.4, 2.5))  # where the shoulder stands among the coordinates, l, n
+
+    def terms(_, *state):
+        q, v = np.array(state[:5]), np.array(state[5:])
+        inertia, force = np.diag([M, 0, 0, 0, 0.0]), np.array([2.0 - d * v[0], *(-c * v[1:])])
+        for i, l, n in arms:  # noqa: E741
+            lower, rate = q[i] + q[i + 1], v[i] + v[i + 1]
+            for mass, length, reach, far in ((m, l, l / 2, 0.0), (n, h, l, h / 2)):
+                s, k = reach * np.sin(q[i]), reach * np.cos(q[i])
+                s2, k2 = far * np.sin(lower), far * np.cos(lower)
+                turn = np.zeros(5)
+                turn[i], turn[i + 1] = 1.0, 1.0 if far else 0.0
+                J = np.zeros((2, 5))
+                J[0, 0], J[:, i], J[:, i + 1] = 1.0, (k + k2, s + s2), (k2, s2)
+                bias = np.array([-s * v[i] ** 2 - s2 * rate**2, k * v[i] ** 2 + k2 * rate**2])
+                inertia = inertia + mass * (J.T @ J + length**2 / 12 * np.outer(turn, turn))
+                force = force + mass * J.T @ (np.array([0.0, -G]) - bias)
+        return inertia, force
+
+    run = motion("two_armed_robot", 2.0, F=2.0)
+    names = ["x", "left_shoulder", "left_elbow", "right_shoulder", "right_elbow"]
+    start = [0.0, -0.6, -0.9, 0.8, 0.5, *[0.0] * 5]
+    assert run.columns(names) == pytest.approx(by_hand(terms, start, run.time), abs=1e-7)

@@ -15,7 +15,7 @@ from lag2fmu.formats.write import write
 from lag2fmu.language.expressions import symbol
 from lag2fmu.mechanism import Body, Constraint, Frame, Joint, Load, Mechanism, Output, complete, coordinate, parameter
 
-NO_KEYS = {"name", "coordinate", "kind", "dimension", "declared", "nominal_from", "grid"}
+NO_KEYS = {"moves", "name", "coordinate", "kind", "dimension", "declared", "nominal_from", "grid"}
 """Fields that are no keys: names of parts, the kind of a constraint (a table), what follows."""
 
 

@@ -406,7 +406,7 @@ def test_an_fmu_carries_its_parts(exported: Callable[..., Fmu], folder: Callable
 FAULTS = {
     "missing": ('file = "arm.toml"', r"parts\.left\.file: .*arm\.toml: cannot be read: No such file"),
     "elsewhere": ('file = "../leg.toml"', r"parts\.left\.file: '\.\./leg\.toml' is no file beside the text or below"),
-    "program": ('file = "leg.py"', r"parts\.left\.file: 'leg\.py' is no \.toml or \.urdf file"),
+    "program": ('file = "leg.py"', r"parts\.left\.file: 'leg\.py' is no \.toml, \.urdf or \.xml file"),
     "itself": (
         'file = "walker.toml"',
         r"parts\.left\.file: 'walker\.toml' is in a circle: walker\.toml -> walker\.toml",

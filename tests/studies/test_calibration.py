@@ -31,6 +31,7 @@ def measured(seed: int, values: dict[str, float] | None = None) -> dict[str, Any
     return {"time": TIMES, **dict(zip(NOISE, (found + noise).T, strict=True))}
 
 
+@pytest.mark.slow
 def test_estimates_lie_within_their_confidence() -> None:
     """As often as 95 % say, within what chance allows in 40 repetitions; the bench takes 200."""
     repetitions = 40

@@ -1,4 +1,4 @@
-"""The C host of the folder host/, built for several platforms and under sanitizers, and FMUs as it takes them."""
+"""The C hosts of host/ and host3/, built for several platforms and under sanitizers, and FMUs as they take them."""
 
 from __future__ import annotations
 
@@ -7,17 +7,20 @@ import subprocess
 import sys
 import zipfile
 from collections.abc import Mapping, Sequence
+from functools import cache
 from pathlib import Path
 
 from fmpy import read_model_description
 
 from lag2fmu.fmu import Fmu
 from lag2fmu.fmu.backends.native import fmi_headers
-from lag2fmu.formats.loading import load
+from lag2fmu.fmu.units import units
+from lag2fmu.formats.loading import load, with_values
 from lag2fmu.mechanism import Mechanism
 
 HERE = Path(__file__).parent
 HOST = sorted((HERE / "host").glob("*.c"))
+HOST3 = sorted((HERE / "host3").glob("*.c"))
 INCLUDES = [f"-I{folder}" for folder in (HERE / "host", HERE.parent / "runtime", fmi_headers())]
 STRICT = ["-std=c99", "-Wall", "-Wextra", "-Wpedantic", "-Werror"]
 
@@ -34,11 +37,21 @@ REPRESENTATIVE = [
 ]
 """Autonomous, with inputs and outputs, with a prescribed motion, large, with constraints, with what has no mass."""
 
+FROM_ELSEWHERE = ["arm.urdf", "crane.py:method", "two_armed_robot"]
+"""A robot, an object of SymPy's mechanics, and a mechanism of parts."""
+VALUES = {"crane.py:method": {"M": 3.0, "m": 1.0, "l": 0.8, "g": 9.81, "c": 0.5}}
+"""Values of constants that the file leaves open."""
 
+
+@cache
 def representative(name: str) -> str | Mechanism:
-    """What ``exported`` takes for a name of REPRESENTATIVE."""
-    text = HERE / f"{name}.toml"
-    return load(str(text)) if text.exists() else name
+    """What ``exported`` takes for a name of REPRESENTATIVE or FROM_ELSEWHERE."""
+    file = next((path for path in (HERE / name, HERE / f"{name}.toml") if path.is_file()), None)
+    if file is not None:
+        return load(file)
+    if name in VALUES:
+        return with_values(load(f"{HERE / name}", VALUES[name]), {"theta": 0.7})
+    return name
 
 
 def unpack_sources(fmu: Fmu, folder: Path) -> list[Path]:
@@ -55,6 +68,22 @@ def build(target: Path, command: Sequence[str], sources: Sequence[Path], *after:
     done = subprocess.run(line, cwd=target.parent, capture_output=True, text=True, check=False)
     assert done.returncode == 0, done.stderr
     return target
+
+
+def build_host3(folder: Path, command: Sequence[str], sources: Sequence[Path], *after: str) -> Path:
+    """The host for FMI 3.0 in ``folder``, from its own files and ``sources`` of the FMU that are unpacked there."""
+    here = [f"-I{folder / 'sources'}", f"-I{HOST3[0].parent}"]
+    line = [*command, "-std=c99", "-DFMI3_OVERRIDE_FUNCTION_PREFIX", *here]
+    return build(folder / "host3.exe", line, [*HOST3, *sources], *after, "-lpthread", "-lm")
+
+
+def with_host3(fmu: Fmu, folder: Path, command: Sequence[str]) -> Path:
+    """The host for FMI 3.0 with all of the FMU in it, which sanitizers then see, too."""
+    sources = {path.name: path.read_text("utf-8") for path in unpack_sources(fmu, folder)}
+    joined = units(sources)
+    for name, text in joined.items():
+        (folder / "sources" / name).write_text(text, "utf-8")
+    return build_host3(folder, command, [folder / "sources" / name for name in joined])
 
 
 def zig(target: str) -> list[str]:

@@ -1,4 +1,4 @@
-"""Representative FMUs, with constraints too, through every importer; every bundled model through ``lag2fmu check``."""
+"""Representative FMUs, also of a robot, of SymPy and of parts, through every importer; every model through check."""
 
 from __future__ import annotations
 
@@ -23,11 +23,11 @@ from lag2fmu.reference import Trajectory, integrate
 pytestmark = [pytest.mark.toolchain, pytest.mark.fmu]
 
 STOP, STEP = 1.0, 0.01
-ACCURACY = 2e-6
+ACCURACY = 4e-6
 """Of a run with tolerance 1e-8, by the nominal value of a state."""
 
 
-@pytest.fixture(params=hosts.REPRESENTATIVE)
+@pytest.fixture(params=[*hosts.REPRESENTATIVE, *hosts.FROM_ELSEWHERE])
 def fmu(request, exported) -> Fmu:
     return exported(hosts.representative(request.param))
 

@@ -1,4 +1,4 @@
-"""FMUs of FMI 3.0 under sanitizers: random calls, legal and illegal, in the C host of the folder host3/."""
+"""FMUs of FMI 3.0 under sanitizers and valgrind, in the C host of the folder host3/."""
 
 from __future__ import annotations
 
@@ -22,8 +22,6 @@ pytestmark = [
     ),
 ]
 
-HOST = sorted((Path(__file__).parent / "host3").glob("*.c"))
-PLAIN_NAMES = "-DFMI3_OVERRIDE_FUNCTION_PREFIX"
 CALLS, SEEDS = 200_000, (1, 2)
 MODELS = [
     ("bouncing_ball", False),
@@ -35,16 +33,21 @@ MODELS = [
 """Impacts, dry friction, arrays, constraints, what has no mass."""
 
 
+def said(command: list[str], folder: Path) -> str:
+    """What the host prints, which has nothing to complain of."""
+    done = hosts.run(command, folder)
+    assert (done.returncode, done.stderr) == (0, ""), done.stdout[-2000:] + done.stderr[-4000:]
+    return done.stdout
+
+
 @pytest.mark.parametrize(("model", "arrays"), MODELS)
 def test_random_calls(model: str, arrays: bool, exported, tmp_path: Path) -> None:
-    sources = hosts.unpack_sources(exported(model, fmi="3.0", arrays=arrays), tmp_path)
-    command = ["gcc", "-std=c99", *hosts.ADDRESS, PLAIN_NAMES, f"-I{tmp_path / 'sources'}", f"-I{HOST[0].parent}"]
-    program = hosts.build(tmp_path / "host", command, [*HOST, *sources], "-lm")
+    """Wrong calls out of intermediate updates and out of the logger are among them."""
+    program = str(hosts.with_host3(exported(model, fmi="3.0", arrays=arrays), tmp_path, ["gcc", *hosts.ADDRESS]))
+    assert said([program, "cycles", "1000"], tmp_path) == "1000 cycles\n"
     met: Counter[tuple[str, str, str, str]] = Counter()
     for seed in SEEDS:
-        done = hosts.run([str(program), str(CALLS), str(seed)], tmp_path)
-        assert (done.returncode, done.stderr) == (0, ""), done.stdout[-2000:] + done.stderr[-4000:]
-        for line in done.stdout.splitlines():
+        for line in said([program, "random_calls", str(CALLS), str(seed)], tmp_path).splitlines():
             kind, function, *states = line.split()
             for state, legal, accepted, refused in (re.split(r"[:/]", cell[0] + ":" + cell[1:]) for cell in states):
                 met[kind, function, state + legal, "accepted"] += int(accepted)
@@ -55,6 +58,26 @@ def test_random_calls(model: str, arrays: bool, exported, tmp_path: Path) -> Non
             assert count == 0 or verdict == "refused", (kind, function, "is accepted where it is illegal")
     illegal_met = [met[key] for key in met if key[2][1] == "." and key[3] == "refused"]
     assert sum(map(bool, illegal_met)) > 0.8 * len(illegal_met)
+
+
+def test_threads(exported, tmp_path: Path) -> None:
+    """100 instances, each in a thread of its own, pass events like instances that are alone, bit for bit."""
+    program = hosts.with_host3(exported("bouncing_ball", fmi="3.0", arrays=True), tmp_path, ["gcc", *hosts.THREAD])
+    assert said([str(program), "threads", "100"], tmp_path) == "100 threads\n"
+
+
+@pytest.mark.skipif(shutil.which("valgrind") is None, reason="there is no valgrind on this machine")
+def test_valgrind(exported, tmp_path: Path) -> None:
+    """The library that is shipped, over impacts in event mode too: it reads nothing that was not written."""
+    fmu = exported("bouncing_ball", fmi="3.0")
+    hosts.unpack_sources(fmu, tmp_path)
+    (tmp_path / "fmu.so").write_bytes(hosts.library(fmu))
+    tables = [tmp_path / "sources" / name for name in ("ports.c", "tables.c")]
+    linked = [str(tmp_path / "fmu.so"), f"-Wl,-rpath,{tmp_path}"]
+    program = hosts.build_host3(tmp_path, ["gcc", "-O1", "-g1"], tables, *linked)
+    checked = ["valgrind", "-q", "--error-exitcode=9", "--leak-check=full", str(program)]
+    assert said([*checked, "cycles", "200"], tmp_path) == "200 cycles\n"
+    said([*checked, "random_calls", "2000", "3"], tmp_path)
 
 
 @pytest.mark.parametrize("compiler", [["gcc"], [sys.executable, "-m", "ziglang", "cc"]], ids=["gcc", "zig"])

@@ -216,3 +216,24 @@ def test_a_run_of_another_tool_is_drawn_column_by_column() -> None:
     figure = motion_figure("other", run)
     assert len(figure.axes) == 12
     assert "Of 14 columns the first 12 are drawn." in foot(figure)
+
+
+def test_impacts_are_marked_and_velocities_jump_there(tmp_path: Path) -> None:
+    """A ball that strikes the floor at 0.4515 s, between two times: no curve goes beyond the velocities there."""
+    g, strike, e = 9.81, np.sqrt(2 / 9.81), 0.8
+    t = np.linspace(0.0, 0.6, 13)
+    late = np.maximum(t - strike, 0.0)
+    up = e * g * strike
+    y = np.where(t < strike, 1 - g * t**2 / 2, up * late - g * late**2 / 2)
+    speed = np.where(t < strike, -g * t, up - g * late)
+    struck = (t >= strike).astype(float)
+    columns = {"y": y, "y_dot": speed, "floor_mode": 1 + 0 * t, "floor_impacts": struck, "floor_impulse": 2 * struck}
+    figure = motion_figure("ball", Trajectory.of(t, columns), load("bouncing_ball"))
+    assert {"modes", "impulses of impacts"} <= set(titles(figure))
+    panels = {axes.get_title(): axes for axes in figure.axes}
+    curve, marks = panels["velocities"].lines
+    assert curve.get_ydata().max() == pytest.approx(speed.max())
+    assert curve.get_ydata().min() == pytest.approx(speed.min())
+    assert list(marks.get_xdata()) == [t[t >= strike][0]]
+    assert panels["impulses of impacts"].get_ylabel() == "in kg.m/s"
+    save(figure, tmp_path / "x.png")

@@ -14,6 +14,7 @@ from lag2fmu.checking.fmi3.events import (
 )
 from lag2fmu.checking.fmi3.illegal import ANY
 from lag2fmu.checking.fmi3.illegal_own import OWN
+from lag2fmu.checking.fmi3.same_run import same_run
 from lag2fmu.checking.fmi3.ticks import ticking
 from lag2fmu.checking.fmi3.trials import (
     after_the_end,
@@ -35,6 +36,7 @@ _OWN: dict[str, Trial] = {
     "results of steps": step_results,
     "Event Mode": event_mode,
     "events of model exchange": events_of_exchange,
+    "events by the FMU and by the importer": same_run,
     "clocks": ticking,
     "FMU state in every state": saved_in_every_state,
     "reset in every state": reset_everywhere,

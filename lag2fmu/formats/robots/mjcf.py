@@ -31,6 +31,8 @@ _FREE, _BALL, _SLIDE, _HINGE = range(4)  # mjtJoint
 _ROOT = "world"
 _NAMELESS = ("", "MuJoCo Model")
 _MOST_BYTES = 64 << 20
+_READ = ("body_", "jnt_", "dof_", "tendon_", "actuator_", "eq_", "qpos")
+"""What the names of the lists begin with that are read."""
 
 
 def read_mjcf(path: Path) -> Robot:
@@ -52,7 +54,17 @@ def read_mjcf(path: Path) -> Robot:
         model = mujoco.MjModel.from_xml_path(str(path))
     except ValueError as error:
         raise LoadError(f"{path}: MuJoCo refuses it: {' '.join(str(error).split())}") from error
+    _check_finite(model, path)
     return _Reader(mujoco, model, path).robot()
+
+
+def _check_finite(model: Any, path: Path) -> None:
+    """Raise LoadError for a number that MuJoCo took although it is none, with MuJoCo's name of the list it is in."""
+    numbers = {name: getattr(model, name) for name in dir(model) if name.startswith(_READ)}
+    numbers["gravity"] = model.opt.gravity
+    for name, values in numbers.items():
+        if isinstance(values, np.ndarray) and values.dtype.kind == "f" and not np.isfinite(values).all():
+            raise LoadError(f"{path}: a number in {name} is not finite; correct it in the file")
 
 
 def _turned(quaternion: Iterable[float]) -> Floats:

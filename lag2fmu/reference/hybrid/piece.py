@@ -42,8 +42,7 @@ class Piece:
 
     def with_further(self, inputs: Floats, y: Floats) -> Floats:
         """``inputs`` (i, *batch) with the further states of y (s + 2, *batch) among them."""
-        f = self.size - 2 * self.n
-        return np.concatenate([inputs[: len(inputs) - f], y[2 * self.n : self.size]]) if f else inputs
+        return self.system.energies.with_states(inputs.copy(), y[2 * self.n : self.size])
 
     def slope(self, t: float, y: Floats) -> Floats:
         """dy/dt, (s + 2,): velocities, accelerations, further states, power of work, power that is dissipated."""

@@ -63,9 +63,7 @@ class Run:
 
     def state(self, t: float, y: Floats) -> State:
         """The state at y (s + 2,)."""
-        inputs, f = self.inputs(t), len(self.further)
-        if f:
-            inputs[len(inputs) - f :] = y[2 * self.n : self.size]
+        inputs = self.system.energies.with_states(self.inputs(t), y[2 * self.n : self.size])
         return State(np.float64(t), y[: self.n], y[self.n : 2 * self.n], inputs)
 
     def follow(self, start: Floats, method: str, rtol: float) -> Track:

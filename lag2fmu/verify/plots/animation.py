@@ -2,8 +2,11 @@
 
 from __future__ import annotations
 
+from base64 import b64encode
 from collections.abc import Callable, Iterator
+from dataclasses import dataclass, field
 from pathlib import Path
+from tempfile import TemporaryDirectory
 
 import matplotlib as mpl
 import numpy as np
@@ -61,6 +64,24 @@ def animate(model: Mechanism | str | Path, run: Trajectory, path: str | Path, pr
                     progress((k + 1) / len(times))
     except OSError as error:
         raise ExportError(f"cannot write '{path}': {error.strerror}; choose another place") from error
+
+
+@dataclass(frozen=True)
+class Film:
+    """A motion as the bytes of a GIF, which a notebook shows."""
+
+    gif: bytes = field(repr=False)
+
+    def _repr_html_(self) -> str:
+        return f'<img alt="the motion" src="data:image/gif;base64,{b64encode(self.gif).decode()}">'
+
+
+def film(model: Mechanism | str | Path, run: Trajectory) -> Film:
+    """The motion ``run`` of ``model`` to be shown in a notebook; raises what ``animate`` raises."""
+    with TemporaryDirectory(prefix="lag2fmu-") as folder:
+        path = Path(folder, "film.gif")
+        animate(model, run, path)
+        return Film(path.read_bytes())
 
 
 def _writer(path: Path) -> AbstractMovieWriter:

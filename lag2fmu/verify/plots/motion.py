@@ -16,6 +16,7 @@ from lag2fmu.description.names import velocity
 from lag2fmu.dynamics.equations import EquationsOfMotion
 from lag2fmu.dynamics.lagrange import derive
 from lag2fmu.dynamics.samples import start_values
+from lag2fmu.fmu.elements import element_variables
 from lag2fmu.graph.batches import evaluate
 from lag2fmu.language.units import Unit
 from lag2fmu.mechanism.display import display_units
@@ -25,7 +26,7 @@ from lag2fmu.picture.labels import pretty
 from lag2fmu.reference.trajectory import Trajectory
 from lag2fmu.verify.plots.figures import LETTERS, LINE, MOST_CURVES, by_unit, dressed, in_units, labelled, say
 from lag2fmu.verify.plots.mechanism import draw_marks
-from lag2fmu.verify.plots.modes import draw_modes, modes_in
+from lag2fmu.verify.plots.modes import draw_impulses, draw_modes, events_of, impulses_in, mark_events, modes_in
 
 Floats = NDArray[np.float64]
 
@@ -69,8 +70,9 @@ def motion_figure(
     smooth = _smooth(mechanism, run)
     panels = _panels(mechanism, run, smooth, signals, units, notes)
     spaces = _spaces(equations.mechanism, smooth, signals, units, notes)
-    modes = modes_in(run, mechanism)
-    histories = len(panels) + 2 + bool(modes)
+    modes, impulses = modes_in(run, mechanism), impulses_in(run, mechanism)
+    events = run.time[1:][events_of(run, mechanism)]
+    histories = len(panels) + 2 + bool(modes) + bool(impulses)
     height = max(1.75 * histories, 3.9 * len(spaces), 4.0)
     figure = Figure(figsize=(12, height + 0.7 + 0.2 * len(notes)), layout="constrained")
     figure.suptitle(title, fontsize=14)
@@ -81,9 +83,14 @@ def motion_figure(
         axes = figure.add_subplot(left[row], sharex=first)
         first = first or axes
         _draw_panel(axes, panel)
+        if len(events):
+            mark_events(axes, events)
     _draw_energies(figure.add_subplot(left[len(panels)], sharex=first), run.time, energies)
     axes = figure.add_subplot(left[len(panels) + 1], sharex=first)
     _draw_drift(axes, run.time, energies[H], equations)
+    if impulses:
+        axes = figure.add_subplot(left[len(panels) + 2], sharex=first)
+        draw_impulses(axes, run, impulses, _impulse_unit(mechanism))
     if modes:
         axes = figure.add_subplot(left[-1], sharex=first)
         draw_modes(axes, run, modes)
@@ -93,6 +100,13 @@ def motion_figure(
         space(figure.add_subplot(right[row]))
     say(figure, notes)
     return figure
+
+
+def _impulse_unit(mechanism: Mechanism) -> str:
+    """The label of impulses, '' where they differ in their units."""
+    units = {v.unit for v, kind, _ in element_variables(mechanism) if kind == "VARIABLE_IMPULSE"}
+    unit = units.pop() if len(units) == 1 else None
+    return "" if unit is None else f"in {unit.name}"
 
 
 def _columns(title: str, run: Trajectory) -> Figure:
@@ -149,8 +163,10 @@ def _panels(
 def _smooth(mechanism: Mechanism, run: Trajectory) -> Trajectory:
     """q and qd of ``run`` with more times between its own, so that curves look smooth.
 
-    Between two times q is the cubic with the right values and velocities at both (Hermite), qd its derivative.
+    Between two times q is the cubic with the right values and velocities at both (Hermite), qd its derivative; where
+    velocities may jump, both are straight.
     """
+    straight = events_of(run, mechanism)
     names = [c.name for c in mechanism.coordinates]
     parts = -(-_POINTS // len(run))
     if parts == 1 or len(run) < 2:
@@ -161,9 +177,10 @@ def _smooth(mechanism: Mechanism, run: Trajectory) -> Trajectory:
     for name in names:
         (a, b), (v, w) = ((x[:-1], x[1:]) for x in (run[name], run[velocity(name)]))
         rise = b - a
-        columns[name] = a + s * (h * v + s * (3 * rise - h * (2 * v + w) + s * (h * (v + w) - 2 * rise)))
+        curve = a + s * (h * v + s * (3 * rise - h * (2 * v + w) + s * (h * (v + w) - 2 * rise)))
         slope = h * v + s * (2 * (3 * rise - h * (2 * v + w)) + s * 3 * (h * (v + w) - 2 * rise))
-        columns[velocity(name)] = slope / h
+        columns[name] = np.where(straight, a + s * rise, curve)
+        columns[velocity(name)] = np.where(straight, v + s * (w - v), slope / h)
     time = (run.time[:-1] + s * h).T.ravel()
     return Trajectory.of(
         np.append(time, run.time[-1]),

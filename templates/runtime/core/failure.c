@@ -80,6 +80,9 @@ static void counts_sentence(const Failure *failure, char text[], size_t size) {
         snprintf(text, size, "a communication step took %.3g solver steps to come to time %.17g; take shorter "
                  "communication steps, a larger solver_tolerance or solver_max_step, or export with --solver radau5 if "
                  "the mechanism is stiff", failure->amount, failure->time);
+    } else if (failure->kind == FAILURE_EVENT_COUNT) {
+        snprintf(text, size, "a communication step met %.3g events, the last one at time %.17g; take shorter "
+                 "communication steps", failure->amount, failure->time);
     } else {
         snprintf(text, size, "from time %.17g the communication step would take %.3g solver steps; raise solver_step",
                  failure->time, failure->amount);
@@ -117,6 +120,20 @@ static void accelerations_sentence(const Failure *failure, const char names[], c
     }
 }
 
+/* The kinds that concern the laws of contacts and dry frictions. */
+static void laws_sentence(const Failure *failure, char text[], size_t size) {
+    if (failure->kind == FAILURE_PENETRATION) {
+        snprintf(text, size, "at the start, time %.17g, the gap of %.400s is %.6g (SI); expected 0 or more: start where "
+                 "nothing penetrates", failure->time, CONSTRAINT_NAMES[failure->count], failure->amount);
+    } else if (failure->kind == FAILURE_SLIDING) {
+        snprintf(text, size, "at time %.17g no forces of sliding friction are in equilibrium with the forces that they "
+                 "depend on; check the coefficients of friction", failure->time);
+    } else {
+        snprintf(text, size, "at time %.17g no modes of contacts and dry frictions were found that obey their laws; "
+                 "check friction, and whether latches press a contact shut that cannot give way", failure->time);
+    }
+}
+
 void failure_sentence(const Failure *failure, char text[], size_t size) {
     char names[NAMES_SIZE];
     list_coordinates(failure->coordinates, names, sizeof names);
@@ -135,6 +152,7 @@ void failure_sentence(const Failure *failure, char text[], size_t size) {
         tables_sentence(failure, text, size);
         break;
     case FAILURE_TRIAL_COUNT:
+    case FAILURE_EVENT_COUNT:
     case FAILURE_STEP_COUNT:
         counts_sentence(failure, text, size);
         break;
@@ -143,22 +161,16 @@ void failure_sentence(const Failure *failure, char text[], size_t size) {
                  "iteration; %s", failure->time, failure->step, solver_iteration_remedy());
         break;
     case FAILURE_PENETRATION:
-        snprintf(text, size, "at the start, time %.17g, the gap of %.400s is %.6g (SI); expected 0 or more: start where "
-                 "nothing penetrates", failure->time, CONSTRAINT_NAMES[failure->count], failure->amount);
-        break;
     case FAILURE_SLIDING:
-        snprintf(text, size, "at time %.17g no forces of sliding friction are in equilibrium with the forces that they "
-                 "depend on; check the coefficients of friction", failure->time);
-        break;
     case FAILURE_MODES:
-        snprintf(text, size, "at time %.17g no modes of contacts and dry frictions were found that obey their laws; "
-                 "check friction, and whether latches press a contact shut that cannot give way", failure->time);
+        laws_sentence(failure, text, size);
         break;
     case FAILURE_CONSTRAINTS:
     case FAILURE_MASSLESS:
         constraints_sentence(failure, names, text, size);
         break;
     case FAILURE_EVENT_VALUE:
+    case FAILURE_EVENT_POLE:
     case FAILURE_CHATTERING:
         events_sentence(failure, text, size);
         break;

@@ -79,6 +79,7 @@ typedef struct {
     bool inputs_move;              /* some input is not constant in the running communication step */
     double step_start;             /* s; the time at which that step began */
     double step_end;               /* s; where it ends, if no event comes before */
+    int64_t events_passed;         /* in it */
     double inputs[3 * N_INPUTS];   /* at a stage of the solver, with their first and second derivatives */
 } Scratch;
 
@@ -92,6 +93,7 @@ typedef enum {
     FAILURE_OVERFLOW,        /* a state left the range of double */
     FAILURE_ACCURACY,        /* the error of a state exceeds the tolerance however short the step */
     FAILURE_TRIAL_COUNT,     /* an adaptive method took too many steps */
+    FAILURE_EVENT_COUNT,     /* a communication step met too many events */
     FAILURE_STEP_COUNT,      /* a fixed-step method would need too many steps */
     FAILURE_ITERATION,       /* the equations of an implicit step were not solved */
     FAILURE_CONSTRAINTS,     /* no states were found that meet the constraints */
@@ -100,6 +102,7 @@ typedef enum {
     FAILURE_MODES,           /* no modes were found that obey the laws of contact */
     FAILURE_MASSLESS,        /* the flagged coordinates, which have no mass, do not follow from the others */
     FAILURE_EVENT_VALUE,     /* an event function has no finite value */
+    FAILURE_EVENT_POLE,      /* an event function grows beyond all bounds */
     FAILURE_CHATTERING       /* the events at one time have no end */
 } FailureKind;
 

@@ -18,6 +18,7 @@
 
 static const double FARTHEST = 1000.0;       /* communication steps that a solver step may pass */
 static const double MOST_STEPS = 1e12;       /* of a fixed-step method in a communication step */
+static const double NEAR_POLE = 1e6;         /* of the shortest step: no step goes nearer to a pole of a force */
 static const int64_t MOST_TRIALS = 10000000; /* of an adaptive method likewise: so motions that blow up end */
 
 /* The time (s) up to which steps may go. It is beyond the end of the communication step only if the same inputs may
@@ -72,6 +73,18 @@ static bool pass_event_ahead(Instance *instance, double shortest) {
     return true;
 }
 
+/* Is the solver just before a place where the event function `pole` has no bound, as a force whose lever vanishes? -1:
+   there is no such function. Nearer to there rounding would decide how the motion goes on. */
+static bool is_at_pole(Instance *instance, int pole, double shortest) {
+    if (pole < 0 || !(instance->state.next_step < NEAR_POLE * shortest)) {
+        return false;
+    }
+    instance->failure.kind = FAILURE_EVENT_POLE;
+    instance->failure.time = instance->state.time;
+    instance->failure.event = pole;
+    return true;
+}
+
 /* The error of a trial step in units of the tolerance, HUGE_VAL if the step could not be computed. Above 1 the step
    is to be rejected and instance->failure holds the reason. */
 static double try_step(Instance *instance, Step step) {
@@ -98,6 +111,7 @@ static bool step_adaptively(Instance *instance) {
     State *state = &instance->state;
     const double end = instance->scratch.step_end, horizon = horizon_of(instance, end);
     bool rejected = false;
+    int pole = -1;
     int64_t trials = 0;
     if (!(state->next_step > 0.0)) {
         state->next_step = state->settings[SETTING_STEP] > 0.0 ? state->settings[SETTING_STEP] : first_step(instance);
@@ -124,13 +138,16 @@ static bool step_adaptively(Instance *instance) {
             watch_ranges(instance);
             state->ahead = step.end > instance->scratch.step_end;
             rejected = false;
+            pole = -1;
             if (!state->ahead && !end_solver_step(instance)) {
                 return false;
             }
         } else {
             rejected = true;
             propose_shorter(state, tried, error);
-            if (state->next_step < shortest && !pass_event_ahead(instance, shortest)) {
+            pole = instance->failure.kind == FAILURE_EVENT_POLE ? instance->failure.event : pole;
+            if (is_at_pole(instance, pole, shortest) ||
+                (state->next_step < shortest && !pass_event_ahead(instance, shortest))) {
                 return false;
             }
         }
@@ -241,6 +258,7 @@ bool integrate(Instance *instance, double end) {
     const bool adaptive = METHOD.error_order > 0;
     instance->failure.kind = FAILURE_NONE;
     instance->scratch.step_end = end;
+    instance->scratch.events_passed = 0;
     begin_notices(instance);
     instance_forget_motion(instance);
     inputs_begin(instance);

@@ -1,4 +1,4 @@
-/* host COUNT SEED: random sequences of legal and illegal calls. After each one the status must be one that the
+/* Random sequences of legal and illegal calls. After each one the status must be one that the
    standard's tables and the arguments allow, and every refusal must come with a sentence. Now and then a twin made from
    the serialized state goes on beside the instance: the two must stay equal bit for bit. */
 #include "random_calls3.h"
@@ -43,8 +43,7 @@ unsigned below(Session *s, unsigned n) { return (unsigned)((next(s) >> 33) % n);
 double between(Session *s, double low, double high) { return low + (high - low) * (double)(next(s) >> 11) * 0x1p-53; }
 int mistake(Session *s) { return below(s, 25) == 0; }
 
-/* The letter of a port, see pick(). */
-static char letter_of(const Port *port) {
+char letter_of(const Port *port) {
     switch (port->second ? VARIABLE_ACCELERATION : VARIABLES[port->first].kind) {
     case VARIABLE_STATE:           return 'x';
     case VARIABLE_INPUT:           return 'u';
@@ -298,13 +297,12 @@ static void report(int co_simulation) {
     }
 }
 
-int main(int count, char *arguments[]) {
+void random_calls(int count, unsigned long long seed) {
     static Session s;
-    expect(count == 3, "usage: host COUNT SEED");
     for (s.co_simulation = 0; s.co_simulation < 2; s.co_simulation++) {
-        s.random = 0x9e3779b97f4a7c15u * (strtoull(arguments[2], NULL, 10) + 1);
+        s.random = 0x9e3779b97f4a7c15u * (seed + 1);
         begin(&s);
-        for (int i = 0; i < atoi(arguments[1]); i++) {
+        for (int i = 0; i < count; i++) {
             step(&s);
             if (below(&s, 300) == 0) {
                 twin_steps(&s);
@@ -317,5 +315,4 @@ int main(int count, char *arguments[]) {
         end(&s);
         report(s.co_simulation);
     }
-    return 0;
 }

@@ -56,6 +56,9 @@ int mistake(Session *s);
 /* Ends the program with exit status 1 and this message unless the condition holds. */
 void expect(int condition, const char *format, ...);
 
+/* The letter of a port, see pick(). */
+char letter_of(const Port *port);
+
 /* A random port of a kind: x state, u input, p tunable, f fixed, c calculated real number, i count, m mode, k clock; a
    number beyond all ports if there is none. */
 fmi3ValueReference pick(Session *s, char kind);

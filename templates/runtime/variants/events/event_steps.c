@@ -10,11 +10,12 @@
 #include "roots.h"
 #include "step_size.h"
 
-enum { MOST_CORRECTIONS = 8, MOST_EVENTS_AT_ONCE = 20 };
+enum { MOST_CORRECTIONS = 8, MOST_EVENTS_AT_ONCE = 20, MOST_EVENTS_IN_A_STEP = 1000000 };
 
 /* A function that keeps this part of its greatest value at the nodes is far from 0 between them, too: the sum of
    Lagrange's polynomials is less than 2.1. */
 static const double FAR = 0.5;
+static const double NO_ROOT_THERE = 1e-3; /* of a function's size, that is left of it where it seemed to be 0 */
 static const double SHORTEST_PART = 1.0 / 64.0; /* of a step, in which event functions are taken for polynomials */
 
 /* Where the event functions come down in a trial step: theta of its length, NO_ROOT for those that do not; the first
@@ -23,6 +24,7 @@ typedef struct {
     double theta[SIZE_EVENTS];
     int first;
     double slope;
+    double start; /* its value where the step begins */
 } Descents;
 
 /* values[k][i] of the event functions at the nodes of a part of the step in state->dense. The first node is known. */
@@ -143,6 +145,7 @@ static bool find_descents(Instance *instance, Descents *found) {
             values[k][0] = values[k][ROOT_NODES - 1];
         }
     }
+    found->start = found->first >= 0 ? start[found->first] : 0.0;
     return true;
 }
 
@@ -200,6 +203,16 @@ static void note_due(Instance *instance, const Descents *found, Step step, const
     }
 }
 
+/* The function that seemed to come down is not 0 there: it changes its sign through infinity, as a force does whose
+   lever vanishes. A shorter step may end before that, or tell the root better. */
+static bool report_pole(Instance *instance, int k) {
+    instance->state.event_pending = 0;
+    instance->failure.kind = FAILURE_EVENT_POLE;
+    instance->failure.time = instance->state.time;
+    instance->failure.event = k;
+    return false;
+}
+
 bool events_end_step(Instance *instance, Step *step) {
     Descents found;
     double values[SIZE_EVENTS];
@@ -221,6 +234,9 @@ bool events_end_step(Instance *instance, Step *step) {
         }
         found.slope /= whole;
         note_due(instance, &found, *step, values);
+        if (fabs(values[found.first]) > NO_ROOT_THERE * (fabs(found.start) + EVENT_NOMINALS[found.first])) {
+            return report_pole(instance, found.first);
+        }
     }
     return true;
 }
@@ -266,6 +282,17 @@ static void start_anew(Instance *instance) {
     solver_forget(&instance->state.solver, false);
 }
 
+/* Counts the events of a communication step, the number of which bounds the work in it. */
+static bool count_in_step(Instance *instance) {
+    if (++instance->scratch.events_passed <= MOST_EVENTS_IN_A_STEP) {
+        return true;
+    }
+    instance->failure.kind = FAILURE_EVENT_COUNT;
+    instance->failure.time = instance->state.time;
+    instance->failure.amount = (double)MOST_EVENTS_IN_A_STEP;
+    return false;
+}
+
 bool events_pass(Instance *instance) {
     State *state = &instance->state;
     bool due[SIZE_EVENTS];
@@ -274,7 +301,7 @@ bool events_pass(Instance *instance) {
         due[k] = state->due[k] != 0;
     }
     state->event_pending = 0;
-    if (!count_event(instance) || !events_settle(instance, due, &jumped)) {
+    if (!count_event(instance) || !count_in_step(instance) || !events_settle(instance, due, &jumped)) {
         return false;
     }
     start_anew(instance);

@@ -146,6 +146,7 @@ bool events_settle(Instance *instance, const bool due[], bool *jumped) {
             !contacts_settle(instance, now != NULL ? now + N_SWITCHES : NULL, &moved)) {
             return false;
         }
+        instance_forget_motion(instance); /* the modes of contacts may be others, with the same states */
         *jumped = *jumped || moved;
         turned = turned || moved;
     }
@@ -209,6 +210,9 @@ void events_sentence(const Failure *failure, char text[], size_t size) {
     if (failure->kind == FAILURE_EVENT_VALUE) {
         snprintf(text, size, "at time %.17g the expression %.400s, at whose sign the equations of motion change, has no "
                  "finite value; the motion has left the range where it is defined", failure->time, name);
+    } else if (failure->kind == FAILURE_EVENT_POLE) {
+        snprintf(text, size, "at time %.17g %.400s grows beyond all bounds, and what the equations of motion say ends "
+                 "there; does a force lose its lever, or a denominator vanish?", failure->time, name);
     } else {
         snprintf(text, size, "at time %.17g the motion is pushed back to where %.400s is 0 from both sides, so that the "
                  "forces there have no value; describe dry friction in [frictions], or take a function that rises "

@@ -1,0 +1,56 @@
+"""The gallery: a card for every bundled model, and a page with its sketch, its text and, where chosen, its motion."""
+
+from __future__ import annotations
+
+import html
+
+import lag2fmu
+from lag2fmu.dynamics.equations import EquationsOfMotion
+from lag2fmu.fmu.sketch import picture_of
+from lag2fmu.formats.write import write
+from lag2fmu.resources import bundled
+
+INTRODUCTION = """# Gallery
+
+Every mechanism here comes with lag2fmu. Its name is all that a command needs: `lag2fmu simulate NAME --animate
+NAME.gif` shows it moving, `lag2fmu show NAME` derives its equations, `lag2fmu export NAME` writes its FMU. A test
+compares each FMU with the direct integration of the mechanism, and most with a closed form from the literature.
+"""
+
+
+def pages(live: str) -> dict[str, str]:
+    """Path in the site -> content: the overview, a page for each model, live pages for those that ``live`` names."""
+    names = bundled() if live == "all" else () if live == "none" else tuple(live.split(","))
+    found, cards = {}, []
+    for name in bundled():
+        equations = lag2fmu.derive(name)
+        picture = picture_of(equations.mechanism)
+        title = html.escape(equations.mechanism.title)
+        cards.append(f'<a class="model" href="{name}.html">{picture}<span>{title}</span><code>{name}</code></a>')
+        if name in names:
+            found[f"gallery/live/{name}.html"] = lag2fmu.page(name)
+        found[f"gallery/{name}.md"] = _page(equations, picture, name in names)
+    found["gallery/index.md"] = f'{INTRODUCTION}\n<div class="models">\n' + "\n".join(cards) + "\n</div>\n"
+    return found
+
+
+def _page(equations: EquationsOfMotion, picture: str, live: bool) -> str:
+    m = equations.mechanism
+    moving = f'<iframe class="live" src="live/{m.name}.html" title="{html.escape(m.title)}, moving"></iframe>\n\n'
+    return f"""# {m.title}
+
+{moving if live else f'<div class="sketch">{picture}</div>' if picture else ""}
+
+{f"Source: {html.escape(m.source)}." if m.source else ""}
+
+```sh
+lag2fmu show {m.name}                                # its equations of motion
+lag2fmu simulate {m.name} --animate {m.name}.gif
+lag2fmu export {m.name}
+```
+
+The mechanism as text, as `lag2fmu show {m.name} --format toml` prints it:
+
+```toml
+{write(lag2fmu.load(m.name))}```
+"""

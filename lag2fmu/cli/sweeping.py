@@ -1,0 +1,98 @@
+"""What ``sweep`` does."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from concurrent.futures import Executor, ProcessPoolExecutor
+from contextlib import contextmanager
+from multiprocessing import get_context
+from pathlib import Path
+from typing import Any
+
+import click
+
+from lag2fmu.cli.settings import echo_settings, load_mechanism
+from lag2fmu.cli.terminal import runs_bar
+from lag2fmu.errors import LoadError
+from lag2fmu.fmu.exporting import is_fmu
+from lag2fmu.formats.loading import pairs_of, values_of
+from lag2fmu.language.units import Unit
+from lag2fmu.mechanism.display import display_units
+from lag2fmu.reference.trajectory import read_csv
+from lag2fmu.studies.sweeping import sweep
+from lag2fmu.studies.vary_texts import axes_of_texts, numbers_of_text
+from lag2fmu.verify import entry_points
+
+
+def sweep_model(  # noqa: PLR0913, PLR0917 (an option each)
+    model: str,
+    vary: tuple[str, ...],
+    sample: int | None,
+    sampling: str,
+    seed: int,
+    outputs: tuple[str, ...],
+    at_end: bool,
+    times: str | None,
+    stop_time: float | None,
+    tolerance: float | None,
+    solver: str | None,
+    inputs: Path | None,
+    hold: bool,
+    workers: int | None,
+    out: Path,
+    settings: tuple[str, ...],
+) -> None:
+    """Make the runs and write the result; raises Lag2FmuError."""
+    source, values, units = _source(model, settings)
+    axes = axes_of_texts(pairs_of(vary), units, sampled=sample is not None)
+    with runs_bar() as progress, _pool(workers) as executor:
+        found = sweep(
+            source,
+            {axis.names: axis for axis in axes},
+            sample=sample,
+            sampling=sampling,
+            seed=seed,
+            outputs=outputs or None,
+            at_end=at_end,
+            times=None if times is None else numbers_of_text("--times", times),
+            stop_time=stop_time,
+            values=values,
+            inputs=None if inputs is None else read_csv(inputs, units),
+            hold=hold,
+            tolerance=tolerance,
+            solver=solver,
+            executor=executor,
+            path=out,
+            progress=progress,
+        )
+    _say(found, out)
+
+
+def _say(found: Any, out: Path) -> None:
+    failed = int(found["failed"].sum())
+    click.echo(f"wrote {out}: {found['failed'].size} runs, {failed} failed", err=True)
+    if failed:
+        reasons = found["reason"].values[found["failed"].values]
+        click.echo(f"the first failure: {reasons[0]}", err=True)
+
+
+def _source(model: str, settings: tuple[str, ...]) -> tuple[Any, dict[str, float], dict[str, Unit]]:
+    """What to run, values for each run (SI), and the units of names."""
+    if not is_fmu(Path(model)):
+        mechanism = load_mechanism(model, settings)
+        return mechanism, {}, display_units(mechanism)
+    texts, inside = pairs_of(settings), entry_points.mechanism_of(Path(model))
+    units = {} if inside is None else display_units(inside)
+    echo_settings(texts, units)
+    return Path(model), values_of(texts, units), units
+
+
+@contextmanager
+def _pool(workers: int | None) -> Iterator[Executor | None]:
+    if workers is None:
+        yield None
+        return
+    if workers < 1:
+        raise LoadError(f"--workers {workers}: give at least 1")
+    with ProcessPoolExecutor(workers, mp_context=get_context("spawn")) as pool:
+        yield pool

@@ -1,0 +1,131 @@
+"""Which runs a sweep makes: the full grid of what varies, or a sample of it."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from math import prod
+from typing import Any
+
+import numpy as np
+
+from lag2fmu.errors import LoadError
+from lag2fmu.reference.trajectory import Floats
+
+SAMPLINGS = ("random", "sobol", "halton", "latin")
+
+
+@dataclass(frozen=True, eq=False)
+class Axis:
+    """One thing that varies: ``names`` (k) with ``values`` (n, k) in SI, or a range from ``low`` to ``high``.
+
+    Several names on one axis vary together, as the columns of a table do.
+    """
+
+    names: tuple[str, ...]
+    values: Floats | None = None
+    low: float = 0.0
+    high: float = 0.0
+
+
+@dataclass(frozen=True, eq=False)
+class Design:
+    """The runs of a sweep: ``names`` (k), ``values`` (runs, k) in SI.
+
+    ``shape`` has the lengths of the ``axes`` of a full grid, in whose order the runs stand, and is () for a sample.
+    """
+
+    names: tuple[str, ...]
+    values: Floats
+    axes: tuple[Axis, ...]
+    shape: tuple[int, ...]
+
+    def __len__(self) -> int:
+        """The number of runs."""
+        return len(self.values)
+
+
+def axes_of(vary: Mapping[Any, Any]) -> tuple[Axis, ...]:
+    """The axes that ``vary`` means.
+
+    {name: values (n,)}; {name: (low, high)} as a tuple of two is a range for sampling; {(name, ...): table (n, k)} are
+    columns that vary together. Raises LoadError for anything else, and for a name that stands twice.
+    """
+    axes = tuple(axis if isinstance(axis, Axis) else _axis(key, axis) for key, axis in vary.items())
+    names = [name for axis in axes for name in axis.names]
+    if not names:
+        raise LoadError("nothing varies; name a parameter, start or input with its values")
+    for i, name in enumerate(names):
+        if name in names[:i]:
+            raise LoadError(f"'{name}' varies twice; give it once")
+    return axes
+
+
+def _axis(key: Any, values: Any) -> Axis:
+    names = (key,) if isinstance(key, str) else tuple(key)
+    label = ", ".join(map(str, names))
+    try:
+        if isinstance(values, tuple) and len(values) == 2 and len(names) == 1:
+            low, high = (float(x) for x in values)
+            if not low < high:
+                raise LoadError(f"the range of '{label}', {low:g} to {high:g}, is empty")
+            return Axis(names, None, low, high)
+        table = np.atleast_1d(np.asarray(values, dtype=float))
+    except (TypeError, ValueError):
+        raise LoadError(f"the values of '{label}' are no numbers: {values!r:.60}") from None
+    table = table[:, None] if table.ndim == 1 else table
+    if table.ndim != 2 or table.shape[1] != len(names) or not len(table):
+        raise LoadError(f"the values of '{label}' have shape {np.shape(values)}; give (n,), or (n, k) for k names")
+    return Axis(names, table)
+
+
+def grid(axes: Sequence[Axis]) -> Design:
+    """All combinations, the last axis varying fastest; raises LoadError for a range without a number of values."""
+    tables = []
+    for axis in axes:
+        if axis.values is None:
+            raise LoadError(
+                f"'{axis.names[0]}' has a range from {axis.low:g} to {axis.high:g} and no number of values; "
+                "give the number, or how many runs to sample"
+            )
+        tables.append(axis.values)
+    shape = tuple(map(len, tables))
+    places = np.unravel_index(np.arange(prod(shape)), shape)
+    columns = [table[place] for table, place in zip(tables, places, strict=True)]
+    return Design(_names(axes), np.concatenate(columns, axis=1), tuple(axes), shape)
+
+
+def sampled(axes: Sequence[Axis], count: int, sampling: str = "random", seed: int = 0) -> Design:
+    """``count`` runs: of a range any value, of values and tables any row, all with equal probability.
+
+    ``sampling`` is "random", or quasi-random: "sobol", "halton" (both scrambled), "latin" (hypercube). Raises
+    LoadError. Source: A. B. Owen, Scrambled Sobol and Niederreiter-Xing points, J. Complexity 14, 1998.
+    """
+    if sampling not in SAMPLINGS:
+        raise LoadError(f"unknown sampling '{sampling}'; known are {', '.join(SAMPLINGS)}")
+    if count < 1:
+        raise LoadError(f"{count} runs are to be sampled; give at least 1")
+    columns = []
+    for axis, u in zip(axes, _unit_points(len(axes), count, sampling, seed).T, strict=True):
+        if axis.values is None:
+            columns.append((axis.low + u * (axis.high - axis.low))[:, None])
+        else:
+            columns.append(axis.values[np.minimum((u * len(axis.values)).astype(int), len(axis.values) - 1)])
+    return Design(_names(axes), np.concatenate(columns, axis=1), tuple(axes), ())
+
+
+def _unit_points(dimension: int, count: int, sampling: str, seed: int) -> Floats:
+    """Points in the unit cube, (count, dimension)."""
+    if sampling == "random":
+        return np.random.default_rng(seed).random((count, dimension))
+    from scipy.stats import qmc
+
+    engines = {"sobol": qmc.Sobol, "halton": qmc.Halton, "latin": qmc.LatinHypercube}
+    engine = engines[sampling](dimension, seed=seed)
+    if sampling != "sobol":
+        return np.asarray(engine.random(count))
+    return np.asarray(engine.random_base2(max(0, (count - 1).bit_length())))[:count]  # balanced at powers of two
+
+
+def _names(axes: Sequence[Axis]) -> tuple[str, ...]:
+    return tuple(name for axis in axes for name in axis.names)

@@ -1,0 +1,177 @@
+"""What makes the runs of a sweep: compiled batches for models, fmpy for FMUs. Tasks travel to other processes."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Iterator, Mapping, Sequence
+from contextlib import contextmanager
+from dataclasses import dataclass, field
+from functools import lru_cache
+from pathlib import Path
+
+import numpy as np
+
+from lag2fmu.description import names as words
+from lag2fmu.description.names import suggestion
+from lag2fmu.description.symbols import Coordinate, Input, Parameter
+from lag2fmu.ensemble.compiled import Ensemble
+from lag2fmu.errors import LoadError, SimulationError
+from lag2fmu.fmu.kept_libraries import VARIABLE
+from lag2fmu.formats.text import read
+from lag2fmu.mechanism.record import Mechanism
+from lag2fmu.reference.trajectory import Floats, Trajectory
+from lag2fmu.verify.plan import Run
+from lag2fmu.verify.simulate import simulate_fmu
+
+
+@dataclass(frozen=True, eq=False)
+class Task:
+    """What the runs of a sweep have in common; plain data, so that it can be sent anywhere.
+
+    ``model`` is the text of a mechanism, or the path of an FMU (``is_fmu``). ``outputs`` are read at the ``times`` (s),
+    which end with the stop time. ``bounds`` {name: (least, greatest)} in SI, ``libraries`` a folder where processes of
+    one machine share what they compile.
+    """
+
+    model: str
+    is_fmu: bool
+    names: tuple[str, ...]
+    outputs: tuple[str, ...]
+    times: Floats
+    tolerance: float | None = None
+    solver: str | None = None
+    step: float | None = None
+    values: Mapping[str, float] = field(default_factory=dict)
+    inputs: Mapping[str, Floats] = field(default_factory=dict)
+    input_times: Floats | None = None
+    hold: bool = False
+    bounds: Mapping[str, tuple[float, float]] = field(default_factory=dict)
+    threads: int | None = None
+    libraries: str = ""
+
+
+@dataclass(frozen=True, eq=False)
+class Part:
+    """The results of some runs: ``values`` (runs, times, outputs) in SI, and why runs failed, {run: sentence}."""
+
+    values: Floats
+    reasons: Mapping[int, str]
+
+
+def run_part(task: Task, rows: Floats) -> Part:
+    """Make the runs with the values in ``rows`` (runs, names), in SI."""
+    values = np.full((len(rows), len(task.times), len(task.outputs)), np.nan)
+    reasons = _out_of_bounds(task, rows)
+    good = np.array([i for i in range(len(rows)) if i not in reasons], dtype=int)
+    if len(good):
+        found = (_by_fmpy if task.is_fmu else _by_ensemble)(task, rows[good])
+        values[good] = found.values
+        reasons |= {int(good[i]): reason for i, reason in found.reasons.items()}
+    return Part(values, reasons)
+
+
+def _out_of_bounds(task: Task, rows: Floats) -> dict[int, str]:
+    """Runs that are not made, with the reason."""
+    found: dict[int, str] = {}
+    for name, column in zip(task.names, rows.T, strict=True):
+        low, high = task.bounds.get(name, (-np.inf, np.inf))
+        for i in np.flatnonzero(~((column >= low) & (column <= high))).tolist():
+            found.setdefault(i, f"{name} = {column[i]:g} is out of its bounds, {low:g} to {high:g} (SI)")
+    return found
+
+
+# ------------------------------------------------------------------------------------------------------------- models
+
+
+@lru_cache(maxsize=8)
+def _ensemble(text: str, solver: str | None) -> Ensemble:
+    """The compiled batches of a mechanism, made once in each process."""
+    return Ensemble(read(text, "sweep.toml"), solver=solver)
+
+
+@contextmanager
+def _shared(folder: str) -> Iterator[None]:
+    """Libraries are kept in ``folder`` meanwhile, unless the user has named another one."""
+    if os.environ.get(VARIABLE) or not folder:
+        yield
+        return
+    os.environ[VARIABLE] = folder
+    try:
+        yield
+    finally:
+        del os.environ[VARIABLE]
+
+
+def _by_ensemble(task: Task, rows: Floats) -> Part:
+    with _shared(task.libraries):
+        ensemble = _ensemble(task.model, task.solver)
+        given: dict[str, dict[str, object]] = {"starts": {}, "parameters": {}, "inputs": {}}
+        kinds = kinds_of(ensemble.mechanism)
+        for name, value in task.values.items():
+            given[kinds[name]][name] = value
+        given["inputs"] |= task.inputs
+        for name, column in zip(task.names, rows.T, strict=True):
+            whole = kinds[name] == "inputs" and task.input_times is not None
+            given[kinds[name]][name] = np.repeat(column[:, None], len(task.input_times), 1) if whole else column  # type: ignore[arg-type]
+        runs = ensemble.run(
+            **given,  # type: ignore[arg-type]
+            input_times=task.input_times,
+            hold=task.hold,
+            stop_time=float(task.times[-1]),
+            samples=task.times if len(task.times) > 1 else (),
+            outputs=task.outputs,
+            tolerance=task.tolerance or 1e-6,
+            threads=task.threads,
+        )
+    found = [runs.samples[n] if len(task.times) > 1 else runs.final[n][:, None] for n in task.outputs]
+    return Part(np.stack(found, axis=2), runs.reasons)
+
+
+def kinds_of(mechanism: Mechanism) -> dict[str, str]:
+    """{name: "starts", "parameters" or "inputs"} of what runs of a mechanism can be given."""
+    kinds = {p.name: "parameters" for p in mechanism.parameters if p.value is not None}
+    for q in mechanism.coordinates:
+        kinds |= {q.name: "starts", words.velocity(q.name): "starts", words.generalized_force(q.name): "inputs"}
+    kinds |= {z.name: "starts" for z in mechanism.states} | {u.name: "inputs" for u in mechanism.plain_inputs}
+    for u in mechanism.motions:
+        kinds |= dict.fromkeys((u.name, words.velocity(u.name), words.acceleration(u.name)), "inputs")
+    return kinds
+
+
+def check_names(mechanism: Mechanism, wanted: Sequence[str]) -> None:
+    """Raise LoadError for names in ``wanted`` that runs of ``mechanism`` cannot be given."""
+    kinds = kinds_of(mechanism)
+    for name in wanted:
+        if name not in kinds:
+            what = "parameter, start or input"
+            raise LoadError(f"'{name}' is no {what} of '{mechanism.name}'; {suggestion(name, kinds)}")
+
+
+def bounds_of(mechanism: Mechanism, wanted: Sequence[str]) -> dict[str, tuple[float, float]]:
+    """{name: (least, greatest) value} in SI of those of ``wanted`` that have a bound."""
+    parts: list[Parameter | Coordinate | Input] = [*mechanism.parameters, *mechanism.coordinates, *mechanism.inputs]
+    return {
+        part.name: (-np.inf if part.minimum is None else part.minimum, np.inf if part.maximum is None else part.maximum)
+        for part in parts
+        if part.name in wanted and (part.minimum, part.maximum) != (None, None)
+    }
+
+
+# --------------------------------------------------------------------------------------------------------------- FMUs
+
+
+def _by_fmpy(task: Task, rows: Floats) -> Part:
+    """One run after the other; an FMU of lag2fmu is reset in between instead of loaded anew."""
+    values, reasons = np.full((len(rows), len(task.times), len(task.outputs)), np.nan), {}
+    signals = None if task.input_times is None else Trajectory.of(task.input_times, task.inputs)
+    for i, row in enumerate(rows):
+        try:
+            values_here = {**task.values, **dict(zip(task.names, row.tolist(), strict=True))}
+            stop = float(task.times[-1])
+            asked = Run(stop, task.step, task.tolerance, values_here, signals, task.hold, task.outputs)
+            run = simulate_fmu(Path(task.model), asked)
+        except SimulationError as error:
+            reasons[i] = str(error)
+        else:
+            values[i] = run.interpolated(task.times).columns(task.outputs)
+    return Part(values, reasons)

@@ -1,0 +1,117 @@
+"""Parts of a sweep on disk, so that one that was interrupted goes on where it was.
+
+Beside the result FILE stands the folder FILE.parts while the sweep runs: what the sweep is (sweep.json), and a file for
+each part that is done. A part is written under another name and moved into place, so that it is there whole or not at
+all. The folder goes when the result is written.
+"""
+
+from __future__ import annotations
+
+import hashlib
+import json
+import shutil
+from collections.abc import Iterator
+from pathlib import Path
+from uuid import uuid4
+
+import numpy as np
+
+from lag2fmu.errors import LoadError
+from lag2fmu.studies.design import Design
+from lag2fmu.studies.engines import Part, Task
+from lag2fmu.version import VERSION
+
+MANIFEST = "sweep.json"
+
+
+class Store:
+    """The parts of one sweep in the folder beside its result; None as path keeps them in memory."""
+
+    def __init__(self, path: Path | None, task: Task, design: Design, size: int) -> None:
+        """Open or begin it; raises LoadError where the folder belongs to another sweep."""
+        self.size, self.count = size, -(-len(design) // size)
+        self._memory: dict[int, Part] = {}
+        self.folder = None if path is None else path.with_name(f"{path.name}.parts")
+        if self.folder is None:
+            return
+        manifest = {"lag2fmu": VERSION, "sweep": _fingerprint(task, design), "runs": len(design), "part": size}
+        try:
+            if self.folder.exists():
+                self._check(self.folder, manifest)
+            else:
+                self.folder.mkdir()
+                _write(self.folder / MANIFEST, json.dumps(manifest, indent=1).encode())
+        except OSError as error:
+            raise LoadError(f"'{self.folder}' cannot be used: {error.strerror or error}; choose another -o") from error
+
+    def _check(self, folder: Path, manifest: dict[str, object]) -> None:
+        try:
+            found = json.loads((folder / MANIFEST).read_text("utf-8"))
+        except (OSError, ValueError):
+            found = None
+        if not isinstance(found, dict) or {**found, "part": 0} != {**manifest, "part": 0}:
+            raise LoadError(
+                f"'{folder}' holds parts of another sweep (other model, values, outputs or version); "
+                "delete it, or choose another name for the result"
+            )
+        self.size = int(found["part"])
+        self.count = -(-int(found["runs"]) // self.size)
+
+    def rows(self, number: int) -> slice:
+        """The runs of a part."""
+        return slice(number * self.size, (number + 1) * self.size)
+
+    def missing(self) -> list[int]:
+        """The numbers of the parts that are not done."""
+        return [i for i in range(self.count) if not self._there(i)]
+
+    def _there(self, number: int) -> bool:
+        return number in self._memory if self.folder is None else (self.folder / f"{number}.npz").is_file()
+
+    def put(self, number: int, part: Part) -> None:
+        """Keep a part that is done."""
+        if self.folder is None:
+            self._memory[number] = part
+            return
+        new = self.folder / f"{number}.{uuid4().hex}"
+        failed, reasons = list(part.reasons), [part.reasons[i] for i in part.reasons]
+        with new.open("wb") as file:
+            np.savez(file, values=part.values, failed=np.array(failed, dtype=int), reasons=np.array(reasons, dtype=str))
+        new.replace(self.folder / f"{number}.npz")
+
+    def parts(self) -> Iterator[Part]:
+        """All parts, in order."""
+        for i in range(self.count):
+            yield self._memory[i] if self.folder is None else self._load(self.folder / f"{i}.npz")
+
+    @staticmethod
+    def _load(file: Path) -> Part:
+        try:
+            with np.load(file, allow_pickle=False) as found:
+                reasons = dict(zip(found["failed"].tolist(), found["reasons"].tolist(), strict=True))
+                return Part(found["values"], reasons)
+        except (OSError, ValueError, KeyError) as error:
+            raise LoadError(f"'{file}' is damaged: {error}; delete it and run the sweep again") from error
+
+    def remove(self) -> None:
+        """The result is written: the parts go."""
+        if self.folder is not None:
+            shutil.rmtree(self.folder, ignore_errors=True)
+
+
+def _write(path: Path, content: bytes) -> None:
+    new = path.with_name(f"{path.name}.{uuid4().hex}")
+    new.write_bytes(content)
+    new.replace(path)
+
+
+def _fingerprint(task: Task, design: Design) -> str:
+    """What tells a sweep from another one: all that has a part in its results."""
+    digest = hashlib.sha256()
+    model = Path(task.model).read_bytes() if task.is_fmu else task.model.encode()
+    inputs = sorted((name, np.asarray(column).tobytes()) for name, column in task.inputs.items())
+    times = None if task.input_times is None else np.asarray(task.input_times).tobytes()
+    choices = (task.names, task.outputs, task.tolerance, task.solver, task.step, sorted(task.values.items()), task.hold)
+    for part in (model, design.values.tobytes(), task.times.tobytes(), repr((choices, inputs, times)).encode()):
+        digest.update(hashlib.sha256(part).digest())
+    return digest.hexdigest()

@@ -1,0 +1,141 @@
+"""Sweeps: many runs of one model over what varies, here or on any executor."""
+
+from __future__ import annotations
+
+import tempfile
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from concurrent.futures import FIRST_COMPLETED, Executor, Future, wait
+from pathlib import Path
+from typing import Any
+
+from lag2fmu.errors import LoadError, SimulationError
+from lag2fmu.fmu.exporting import is_fmu
+from lag2fmu.reference.trajectory import Floats
+from lag2fmu.studies.datasets import check_path, dataset, save
+from lag2fmu.studies.design import Design, axes_of, grid, sampled
+from lag2fmu.studies.engines import Part, Task, run_part
+from lag2fmu.studies.parts import Store
+from lag2fmu.studies.tasks import task_of_fmu, task_of_model
+from lag2fmu.verify.inputs import Inputs
+
+_PART = {False: 2000, True: 20}
+"""Runs in a part: of a model, of an FMU."""
+_AHEAD = 64
+"""So many parts wait on an executor at a time."""
+_ATTEMPTS = 3
+"""A part whose worker was lost is sent again, so often in all."""
+
+Progress = Callable[[int, int], None]
+"""Called with the runs that are done, and all."""
+
+
+def sweep(  # noqa: PLR0913 (choices of the user)
+    model: Any,
+    vary: Mapping[Any, Any],
+    *,
+    sample: int | None = None,
+    sampling: str = "random",
+    seed: int = 0,
+    outputs: Sequence[str] | None = None,
+    at_end: bool = False,
+    times: Sequence[float] | Floats | None = None,
+    stop_time: float | None = None,
+    values: Mapping[str, float] | None = None,
+    inputs: Inputs | None = None,
+    hold: bool = False,
+    tolerance: float | None = None,
+    solver: str | None = None,
+    executor: Executor | None = None,
+    part: int | None = None,
+    path: str | Path | None = None,
+    progress: Progress | None = None,
+) -> Any:
+    """Run ``model``, a mechanism, what ``load`` takes or an FMU of any tool, over all that ``vary`` says.
+
+    ``vary`` {name: values (n,)} gives the full grid; {(name, name): (n, 2)} are columns that vary together. With
+    ``sample`` so many runs are drawn (``sampling``: "random", "sobol", "halton", "latin"), where {name: (low, high)} is
+    a range. ``outputs`` are read at ``times`` (s), by default 101 of them, or ``at_end``. ``values``, ``inputs``,
+    ``hold`` are those of ``simulate``; all is in SI units.
+
+    ``executor`` is any concurrent.futures.Executor: it gets parts of ``part`` runs. With ``path`` (.nc, .parquet) the
+    result is written, and parts that are done stand beside it until then: the same call after an interruption goes on.
+    Returns an xarray.Dataset, in which ``failed`` and ``reason`` tell of runs that failed. Raises LoadError for bad
+    arguments, SimulationError where an executor fails.
+    """
+    target = None if path is None else Path(path)
+    check_path(target)
+    axes = axes_of(vary)
+    design = grid(axes) if sample is None else sampled(axes, sample, sampling, seed)
+    with tempfile.TemporaryDirectory(prefix="lag2fmu-", ignore_cleanup_errors=True) as libraries:
+        make = task_of_fmu if is_fmu(model) else task_of_model
+        task, units, title = make(
+            model, design, outputs, at_end=at_end, times=times, stop_time=stop_time, values=values or {}, inputs=inputs,
+            hold=hold, tolerance=tolerance, solver=solver, libraries=libraries, threads=1 if executor else None,
+        )  # fmt: skip
+        store = Store(target, task, design, _size(part, task, len(design)))
+        _make_parts(store, task, design, executor, progress)
+    found = dataset(store, task, design, units, title)
+    if target is not None:
+        save(found, target)
+        store.remove()
+    return found
+
+
+def _size(part: int | None, task: Task, runs: int) -> int:
+    if part is not None and part < 1:
+        raise LoadError(f"parts of {part} runs are asked for; give at least 1")
+    return min(part or _PART[task.is_fmu], runs)
+
+
+def _make_parts(store: Store, task: Task, design: Design, executor: Executor | None, progress: Progress | None) -> None:
+    """Make the parts that are missing, here or on the executor."""
+    missing = store.missing()
+    done = len(design) - sum(len(design.values[store.rows(i)]) for i in missing)
+    if progress is not None:
+        progress(done, len(design))
+    rows = {number: design.values[store.rows(number)] for number in missing}
+    for number, part in _here(task, rows) if executor is None else _there(task, rows, executor):
+        store.put(number, part)
+        done += len(part.values)
+        if progress is not None:
+            progress(done, len(design))
+
+
+def _here(task: Task, rows: Mapping[int, Floats]) -> Iterator[tuple[int, Part]]:
+    for number, values in rows.items():
+        yield number, run_part(task, values)
+
+
+def _there(task: Task, rows: Mapping[int, Floats], executor: Executor) -> Iterator[tuple[int, Part]]:
+    """Parts as they are done. One that is lost with its worker is sent again."""
+    left: list[int] = sorted(rows, reverse=True)
+    attempts = dict.fromkeys(left, 0)
+    running: dict[Future[Part], int] = {}
+    try:
+        while left or running:
+            while left and len(running) < _AHEAD:
+                number = left.pop()
+                attempts[number] += 1
+                running[_submitted(executor, task, rows[number])] = number
+            for future in wait(running, return_when=FIRST_COMPLETED).done:
+                number = running.pop(future)
+                error = future.exception()
+                if error is None:
+                    yield number, future.result()
+                elif isinstance(error, LoadError):
+                    raise error
+                elif attempts[number] >= _ATTEMPTS:
+                    what = f"a part of the runs failed on the executor {_ATTEMPTS} times"
+                    raise SimulationError(f"{what}: {type(error).__name__}: {error}; what was done is kept") from error
+                else:
+                    left.append(number)
+    finally:
+        for future in running:
+            future.cancel()
+
+
+def _submitted(executor: Executor, task: Task, rows: Floats) -> Future[Part]:
+    try:
+        return executor.submit(run_part, task, rows)
+    except RuntimeError as error:  # it is broken or shut down
+        raise SimulationError(f"the executor takes no more runs: {error}; what was done is kept") from error

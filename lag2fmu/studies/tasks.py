@@ -1,0 +1,125 @@
+"""What a sweep of a mechanism or of an FMU is, checked before any run is made."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from typing import Any
+
+import numpy as np
+
+from lag2fmu.description.names import suggestion, velocity
+from lag2fmu.errors import LoadError, UnitError
+from lag2fmu.fmu.exporting import fmu_path
+from lag2fmu.formats.loading import as_mechanism
+from lag2fmu.formats.write import write
+from lag2fmu.language.units import Unit, parse_unit
+from lag2fmu.mechanism.display import display_units
+from lag2fmu.mechanism.record import Mechanism
+from lag2fmu.reference.trajectory import Floats
+from lag2fmu.studies.design import Design
+from lag2fmu.studies.engines import Task, bounds_of, check_names
+from lag2fmu.verify.inputs import trajectory_of
+from lag2fmu.verify.instances import description_of
+from lag2fmu.verify.plan import times_of
+from lag2fmu.verify.scalars import scalars_of
+
+_SAMPLES = 101
+
+
+def task_of_model(
+    model: Any, design: Design, outputs: Sequence[str] | None, **choices: Any
+) -> tuple[Task, dict[str, Unit | None], str]:
+    """The task for a mechanism, the units of its names, and a title."""
+    mechanism = as_mechanism(model)
+    values, inputs = choices.pop("values"), choices.pop("inputs")
+    check_names(mechanism, [*design.names, *values])
+    stop = mechanism.experiment.stop_time if choices["stop_time"] is None else choices["stop_time"]
+    times = _times(choices, stop)
+    found = trajectory_of(inputs, float(times[-1]), mechanism.experiment.step)
+    check_names(mechanism, () if found is None else found.names)
+    shown: dict[str, Unit | None] = dict(display_units(mechanism))
+    task = Task(
+        model=write(mechanism),
+        is_fmu=False,
+        names=design.names,
+        outputs=_outputs_of(mechanism, outputs),
+        times=times,
+        values=values,
+        inputs={} if found is None else {name: found[name] for name in found.names},
+        input_times=None if found is None else found.time,
+        bounds=bounds_of(mechanism, design.names),
+        **{name: choices[name] for name in ("hold", "tolerance", "solver", "libraries", "threads")},
+    )
+    return task, shown, mechanism.title
+
+
+def _outputs_of(mechanism: Mechanism, outputs: Sequence[str] | None) -> tuple[str, ...]:
+    """Names of outputs: as asked for, else coordinates, velocities, further states and the user's outputs."""
+    if outputs is not None:
+        return tuple(outputs)
+    q = [c.name for c in mechanism.coordinates]
+    listed = [*q, *map(velocity, q), *(z.name for z in mechanism.states), *mechanism.output_names]
+    return tuple(dict.fromkeys(listed))
+
+
+def task_of_fmu(
+    model: Any, design: Design, outputs: Sequence[str] | None, **choices: Any
+) -> tuple[Task, dict[str, Unit | None], str]:
+    """The task for an FMU of any tool, the units that it declares, and a title."""
+    path = fmu_path(model).resolve()
+    description = description_of(path)
+    scalars = scalars_of(description, path)
+    if choices["solver"] is not None:
+        raise LoadError(f"'{path.name}' has its solver inside; leave the solver out")
+    _check_known(path.name, (*design.names, *(outputs or ())), scalars)
+    stop, step = times_of(path, choices["stop_time"], None)
+    times = _times(choices, stop)
+    inputs = trajectory_of(choices.pop("inputs"), float(times[-1]), step)
+    every = [s.name for s in scalars.values() if s.variable.causality == "output" and not s.variable.alias]
+    task = Task(
+        model=str(path),
+        is_fmu=True,
+        names=design.names,
+        outputs=tuple(every if outputs is None else outputs),
+        times=times,
+        step=min(step, float(times[-1])),
+        inputs={} if inputs is None else {name: inputs[name] for name in inputs.names},
+        input_times=None if inputs is None else inputs.time,
+        **{name: choices[name] for name in ("values", "hold", "tolerance")},
+    )
+    return task, _units_of(scalars), str(description.description or description.modelName)
+
+
+def _check_known(file: str, names: Sequence[str], scalars: Mapping[str, Any]) -> None:
+    for name in names:
+        if name not in scalars:
+            raise LoadError(f"'{file}' has no variable '{name}'; {suggestion(name, scalars)}")
+
+
+def _units_of(scalars: Mapping[str, Any]) -> dict[str, Unit | None]:
+    """The units that the variables of an FMU declare, or their types."""
+    texts = {s.name: s.variable.unit or getattr(s.variable.declaredType, "unit", None) for s in scalars.values()}
+    return {name: _declared(text) for name, text in texts.items()}
+
+
+def _declared(text: str | None) -> Unit | None:
+    """The unit called ``text``; None for one that is not known here."""
+    try:
+        return None if not text else parse_unit(text)
+    except UnitError:
+        return None
+
+
+def _times(choices: Mapping[str, Any], stop: float) -> Floats:
+    """The times (s) at which outputs are read; raises LoadError."""
+    wanted = choices["times"]
+    if wanted is not None and choices["at_end"]:
+        raise LoadError("outputs are wanted at the end and at times; choose one of them")
+    if not (np.isfinite(stop) and stop > 0):
+        raise LoadError(f"the stop time {stop!r} s is not positive and finite")
+    usual = [stop] if choices["at_end"] else np.linspace(0, stop, _SAMPLES)
+    found = np.atleast_1d(np.asarray(usual if wanted is None else wanted, dtype=float))
+    ascends = found.ndim == 1 and len(found) and np.isfinite(found).all() and (np.diff(found) > 0).all()
+    if not ascends or found[0] < 0 or found[-1] <= 0:
+        raise LoadError("the times of a sweep must be finite, none before 0 s, ascend, and end after 0 s")
+    return found

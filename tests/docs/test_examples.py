@@ -1,0 +1,51 @@
+"""Every example of README.md and of the pages in docs/ runs, and prints what the page says."""
+
+from __future__ import annotations
+
+import re
+from pathlib import Path
+
+import examples
+import pytest
+
+ROOT = Path(__file__).parents[2]
+PAGES = [ROOT / "README.md", *sorted((ROOT / "docs").rglob("*.md"))]
+RUN = {"console", "python", "toml"}
+
+pytestmark = pytest.mark.fmu
+
+
+def _name(page: Path) -> str:
+    return page.relative_to(ROOT).as_posix()
+
+
+@pytest.mark.parametrize("page", [p for p in PAGES if RUN & {b.language for b in examples.blocks(p)}], ids=_name)
+def test_the_examples_of_a_page_run(page: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    for package in re.findall(r"^import (casadi|control|mujoco|pandas|xarray)", page.read_text("utf-8"), re.M):
+        pytest.importorskip(package, reason=f"{package} is not installed")
+    monkeypatch.chdir(tmp_path)
+    monkeypatch.syspath_prepend(tmp_path)
+    examples.run(page, tmp_path)
+
+
+@pytest.mark.parametrize("page", PAGES, ids=_name)
+def test_blocks_that_are_not_run_hold_nothing_that_could_be(page: Path) -> None:
+    for block in examples.blocks(page):
+        if block.language not in RUN:
+            found = re.search(r"^(\$ |lag2fmu |import lag2fmu)", block.text, re.M)
+            assert found is None, f"{_name(page)}, line {block.line}: make it a console or python block"
+
+
+def test_first_steps_end_with_a_pendulum_that_moves(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """By the commands and by Python alike: frames differ, and the bob keeps its distance from the pivot."""
+    image = pytest.importorskip("PIL.Image")
+    monkeypatch.chdir(tmp_path)
+    examples.run(ROOT / "docs" / "first-steps.md", tmp_path)
+    for name in ("my_pendulum.gif", "from_python.gif"):
+        with image.open(tmp_path / name) as picture:
+            assert picture.n_frames == 76  # 3 s, 25 frames a second
+            frames = []
+            for k in (0, 10, 20, 30):
+                picture.seek(k)
+                frames.append(picture.convert("L").tobytes())
+            assert len(set(frames)) == len(frames)

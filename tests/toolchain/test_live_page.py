@@ -1,0 +1,205 @@
+"""Live pages in a real browser: they load without a word, move, react, and compute what their FMUs compute."""
+
+from __future__ import annotations
+
+import re
+import shutil
+import subprocess
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from pathlib import Path
+
+import numpy as np
+import pytest
+from browsing import Browser, keys
+from numpy.typing import NDArray
+
+import lag2fmu
+from lag2fmu.fmu import Fmu
+from lag2fmu.resources import bundled, resource_folder
+from lag2fmu.verify.page_samples import page_samples
+
+pytestmark = pytest.mark.toolchain
+Exported = Callable[..., Fmu]
+
+BIOME = "@biomejs/biome@2.6.8"
+DIFFERENCE = 1e-9
+"""Between a page and its FMU, relative to the largest value of a variable: functions of two C libraries differ."""
+DISTURBANCE = 1e-14
+
+
+@pytest.fixture(scope="session")
+def browser(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Browser]:
+    started = Browser(tmp_path_factory.mktemp("chromium"))
+    yield started
+    started.driver.quit()
+
+
+@pytest.fixture(scope="session")
+def paged(tmp_path_factory: pytest.TempPathFactory, exported: Exported) -> Callable[[str], Path]:
+    """The page of a bundled model, with the solver of its FMU."""
+    folder = tmp_path_factory.mktemp("pages")
+
+    def page(name: str) -> Path:
+        path = folder / f"{name}.html"
+        if not path.exists():
+            lag2fmu.page(name, path, solver=exported(name).description.solver)
+        return path
+
+    return page
+
+
+def _run(fmu: Fmu, names: Sequence[str], values: Mapping[str, float] | None = None) -> NDArray[np.float64]:
+    """The default experiment of an FMU: the values of the variables ``names``."""
+    experiment = fmu.mechanism.experiment
+    arguments = {"stop_time": experiment.stop_time, "step": experiment.step, "values": values, "outputs": names}
+    return lag2fmu.simulate(fmu, **arguments).columns(list(names))
+
+
+@pytest.mark.parametrize("name", bundled())
+def test_a_page_computes_what_its_fmu_does(
+    name: str, browser: Browser, paged: Callable[[str], Path], exported: Exported
+) -> None:
+    browser.open(paged(name))
+    assert browser.ask("page.run.error") == ""
+    fmu = exported(name)
+    names = [state for q in fmu.mechanism.coordinates for state in (q.name, f"{q.name}_dot")]
+    columns = browser.ask("arguments[0].map((n) => page.run.column(page.variables.find((v) => v.name === n)))", names)
+    found, expected = np.array(columns).T, _run(fmu, names)
+    assert found.shape == expected.shape
+    scale = np.maximum(np.abs(expected).max(axis=0), 1e-3)
+    difference = (np.abs(found - expected) / scale).max()
+    if difference > DIFFERENCE:  # where rounding grows, it is no more than what a disturbed start makes of it
+        first = fmu.mechanism.coordinates[0]
+        disturbed = _run(fmu, names, {first.name: first.start + DISTURBANCE * max(1.0, abs(first.start))})
+        assert difference <= 10 * (np.abs(disturbed - expected) / scale).max()
+    before = browser.ask("page.player.time")
+    browser.wait(f"page.player.time !== {before}")
+    assert browser.messages() == []
+
+
+@pytest.fixture
+def pendulum(browser: Browser, paged: Callable[[str], Path]) -> Browser:
+    """The page of a double pendulum at rest at its start."""
+    browser.open(paged("double_pendulum"), "#-paused=1")
+    assert browser.ask("[page.player.playing, page.player.time]") == [False, 0]
+    return browser
+
+
+def _column(browser: Browser, name: str) -> list[float]:
+    return browser.ask("page.run.column(page.variables.find((v) => v.name === arguments[0]))", name)
+
+
+def _slide(browser: Browser, name: str, value: float) -> None:
+    browser.do(
+        "const slider = document.querySelector(`#settings input[data-name=${arguments[0]}]`);"
+        "slider.value = arguments[1]; slider.dispatchEvent(new Event('input', {bubbles: true}))",
+        name,
+        value,
+    )
+    browser.wait("page.run.done")
+
+
+def test_a_slider_at_the_start_begins_another_run(pendulum: Browser) -> None:
+    _slide(pendulum, "l1", 1.5)
+    changed = lag2fmu.simulate("double_pendulum", values={"l1": 1.5}, outputs=["theta1"])["theta1"]
+    assert np.abs(_column(pendulum, "theta1") - changed).max() < DIFFERENCE
+    pendulum.wait("window.location.hash.includes('l1=1.5')")
+
+
+def test_a_slider_acts_from_the_present_moment_on(pendulum: Browser) -> None:
+    before = _column(pendulum, "theta1")
+    pendulum.do("page.player.seek(4)")
+    _slide(pendulum, "g", 15.0)
+    after = _column(pendulum, "theta1")
+    assert after[:401] == before[:401]
+    assert abs(after[500] - before[500]) > 1e-3
+
+
+def test_a_body_is_dragged_to_another_start(pendulum: Browser) -> None:
+    x, y = pendulum.ask(
+        "page.view.toPixels(page.view.places(page.run.pose(0), [page.drawing.handles[1][1]])[0])"
+        ".map((x) => x / page.view.ratio)"
+    )
+    pendulum.drag("view", (x, y), (60, -40))
+    pendulum.wait("page.player.playing")
+    start = [_column(pendulum, name)[0] for name in ("theta1", "theta2")]
+    end = np.array([np.sin(start).sum(), -np.cos(start).sum()])
+    unit, scale = pendulum.ask("[page.drawing.unit, page.view.scale / page.view.ratio]")
+    given = [c.start for c in lag2fmu.load("double_pendulum").coordinates]
+    moved = np.array([np.sin(given).sum(), -np.cos(given).sum()]) + np.array([60, 40]) / scale * unit
+    assert np.abs(end - moved).max() < 2 / scale * unit  # two pixels
+
+
+def test_keys_move_the_time(pendulum: Browser) -> None:
+    step = pendulum.ask("page.run.timeOf(1)")
+    pendulum.press(keys().ARROW_RIGHT)
+    assert pendulum.ask("page.player.time") == pytest.approx(step)
+    pendulum.press(keys().END)
+    assert pendulum.ask("page.player.time") == 10.0
+    pendulum.press(keys().HOME)
+    pendulum.press(keys().SPACE)
+    assert pendulum.ask("page.player.playing") is True
+
+
+def test_a_run_stays_in_grey_and_in_the_address(pendulum: Browser, paged: Callable[[str], Path]) -> None:
+    pendulum.press("g")
+    pendulum.do("page.player.pause(); page.player.seek(0)")
+    _slide(pendulum, "l2", 0.7)
+    pendulum.wait("window.location.hash.includes('grey=1') && window.location.hash.includes('l2=0.7')")
+    address = pendulum.ask("window.location.hash")
+    pendulum.open(paged("double_pendulum"), address)
+    assert pendulum.ask("page.grey.settings.size") == 0
+    assert pendulum.ask("page.variables.find((v) => v.name === 'l2').index") in dict(
+        pendulum.ask("[...page.run.settings]")
+    )
+    assert pendulum.messages() == []
+
+
+def test_the_badge_compares_with_a_direct_integration(browser: Browser, tmp_path: Path) -> None:
+    mechanism = lag2fmu.load("pendulum")
+    lag2fmu.page(mechanism, tmp_path / "page.html", samples=page_samples(mechanism))
+    browser.open(tmp_path / "page.html")
+    browser.wait("page.judged")
+    assert "Agrees with direct integration" in browser.ask("document.getElementById('badge').textContent")
+
+
+def test_a_page_is_dark_narrow_and_calm_if_asked(browser: Browser, paged: Callable[[str], Path]) -> None:
+    features = [("prefers-color-scheme", "dark"), ("prefers-reduced-motion", "reduce")]
+    media = [{"name": name, "value": value} for name, value in features]
+    browser.driver.execute_cdp_cmd("Emulation.setEmulatedMedia", {"features": media})
+    narrow = {"width": 380, "height": 800, "deviceScaleFactor": 2, "mobile": True}
+    browser.driver.execute_cdp_cmd("Emulation.setDeviceMetricsOverride", narrow)
+    try:
+        browser.open(paged("double_pendulum"))
+        assert browser.ask("page.player.playing") is False
+        assert browser.ask("getComputedStyle(document.body).backgroundColor") == "rgb(19, 26, 33)"
+        assert browser.ask("document.getElementById('live').scrollWidth") <= 380
+    finally:
+        browser.driver.execute_cdp_cmd("Emulation.setEmulatedMedia", {"features": []})
+        browser.driver.execute_cdp_cmd("Emulation.clearDeviceMetricsOverride", {})
+
+
+def test_pages_are_small_and_ask_for_nothing(paged: Callable[[str], Path]) -> None:
+    text = paged("double_pendulum").read_text("utf-8")
+    assert len(text.encode()) < 250_000
+    assert "default-src 'none'" in text
+    assert not re.search(r"""(src|href)=["']https?:""", text)
+
+
+def test_frames_are_drawn_in_time(browser: Browser, paged: Callable[[str], Path]) -> None:
+    """The script of a frame of a planar and of a spatial page takes less than a sixtieth of a second."""
+    for name in ("double_pendulum", "heavy_top"):
+        browser.open(paged(name))
+        browser.wait("page.times.length > 60")
+        assert browser.ask("[...page.times].sort((a, b) => a - b)[page.times.length >> 1]") < 1000 / 60
+
+
+def test_the_scripts_are_linted_and_formatted() -> None:
+    npx = shutil.which("npx")
+    if npx is None:
+        pytest.skip("there is no npx")
+    folder = resource_folder("templates") / "page"
+    done = subprocess.run([npx, "--yes", BIOME, "ci", "."], cwd=folder, capture_output=True, text=True, check=False)
+    if "npm error" in done.stderr and "biome" not in done.stdout:
+        pytest.skip("npm has no biome to give")
+    assert done.returncode == 0, done.stdout + done.stderr
