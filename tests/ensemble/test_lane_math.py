@@ -27,10 +27,13 @@ SOURCE = """
     }
 """
 
+PLAIN = "#undef __FMA__\n#undef __ARM_FEATURE_FMA\n"
+"""As if the processor had no fused products."""
+
 Each = Callable[[str, np.ndarray], np.ndarray]
 
 
-@pytest.fixture(scope="module", params=["", "#undef __FMA__\n#undef __ARM_FEATURE_FMA\n"], ids=["native", "plain"])
+@pytest.fixture(scope="module", params=["", pytest.param(PLAIN, marks=pytest.mark.slow)], ids=["native", "plain"])
 def each(request: pytest.FixtureRequest) -> Each:
     """``each(name, x)``: a function of lane_math.h at all ``x``, beside whatever the other lanes hold."""
     folder = resource_folder("templates") / "ensemble"
