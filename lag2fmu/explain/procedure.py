@@ -19,6 +19,7 @@ from lag2fmu.description.symbols import Coordinate
 from lag2fmu.dynamics.equations import EquationsOfMotion
 from lag2fmu.dynamics.formulas import Expressions, expressions
 from lag2fmu.dynamics.lagrange import complete, derive
+from lag2fmu.explain.drawn import drawn
 from lag2fmu.explain.hybrid import Hybrid, Law
 from lag2fmu.explain.length import (
     MAX_DEFINITIONS,
@@ -48,13 +49,13 @@ Formula = tuple[str, sp.Expr]
 """A left side, in the notation of the text or of LaTeX, and the expression it equals."""
 
 
-def procedure(mechanism: Mechanism, style: str = "text", *, full: bool = False) -> str:
-    """The twelve steps for ``mechanism`` as plain text or as LaTeX (``style`` 'text' or 'latex').
+def procedure(mechanism: Mechanism, style: str = "text", *, full: bool = False, width: int = 100) -> str:
+    """The twelve steps for ``mechanism`` in the ``style`` 'text', 'unicode' or 'latex'.
 
-    Long formulas of text are shortened unless they are asked for in ``full``. Raises DerivationError where the
-    equations cannot be derived.
+    'unicode' draws formulas in two dimensions where they fit into ``width`` columns. Long formulas of text are
+    shortened unless they are asked for in ``full``. Raises DerivationError where the equations cannot be derived.
     """
-    notation = TEXT if style == "text" else LATEX
+    notation = drawn(width) if style == "unicode" else {"text": TEXT, "latex": LATEX}[style]
     equations = derive(mechanism)
     mechanism = complete(mechanism, equations)
     steps = _Steps(mechanism, Composition(mechanism), notation, equations, full)
@@ -288,7 +289,7 @@ class _Steps:
         return lines or [self._say("none")]
 
     def _shortened(self, line: str) -> str:
-        if self.full or self.notation is LATEX or len(line) <= LONGEST:
+        if self.full or self.notation is LATEX or max(map(len, line.splitlines())) <= LONGEST:
             return line
         return f"{line[:LONGEST]} ... ({len(line) - LONGEST} more characters; --full writes them)"
 
