@@ -72,7 +72,7 @@ def _functions() -> str:
 
 
 def _units() -> str:
-    named = [name for name in (*unit_table.NAMED, *unit_table.CUSTOMARY) if name]
+    named = [name for name in unit_table.NAMED if name]
     prefixes = ", ".join(f"`{prefix}`" for prefix in unit_table.PREFIXES)
     return f"{', '.join(f'`{name}`' for name in named)}; those of SI take the prefixes {prefixes}"
 

@@ -24,6 +24,8 @@ import generated
 UNMEASURED = "# Measurements\n\n`make bench` measures accuracy and speed, and writes this page.\n"
 _FORMULA = re.compile(r'<(span|div) class="arithmatex">\\[(\[](.*?)\\[)\]]</\1>', re.DOTALL)
 
+_LINK = re.compile(r'href="([^":]+)\.md([#"])')
+
 
 def on_files(files: Files, config: MkDocsConfig) -> Files:
     """Add the generated pages."""
@@ -37,8 +39,8 @@ def on_files(files: Files, config: MkDocsConfig) -> Files:
 
 
 def on_page_content(content: str, **_: object) -> str:
-    """The formulas of a page as MathML, which browsers draw without a script."""
-    return _FORMULA.sub(_mathml, content)
+    """Formulas as MathML, which browsers draw without a script; links of notebooks to pages as those of the site."""
+    return _LINK.sub(r'href="\1.html\2', _FORMULA.sub(_mathml, content))
 
 
 def _mathml(found: re.Match[str]) -> str:

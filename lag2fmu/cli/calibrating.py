@@ -11,7 +11,7 @@ from rich.table import Table
 
 from lag2fmu.cli.options import check_ending, check_picture
 from lag2fmu.cli.settings import load_mechanism
-from lag2fmu.cli.terminal import console
+from lag2fmu.cli.terminal import console, progress_bar
 from lag2fmu.errors import LoadError
 from lag2fmu.formats.loading import pairs_of
 from lag2fmu.language.units import Unit
@@ -41,15 +41,16 @@ def calibrate_model(  # noqa: PLR0913, PLR0917 (an option each)
         check_ending(out, (".toml",))
     mechanism = load_mechanism(model, settings)
     units = display_units(mechanism)
-    found = calibrate(
-        mechanism,
-        list(data),
-        free=[name.strip() for name in free.split(",") if name.strip()],
-        bounds={name: _range(name, text, units) for name, text in pairs_of(bounds).items()},
-        noise={name: _size(name, text, units) for name, text in pairs_of(noise).items()},
-        hold=hold,
-        tolerance=TOLERANCE if tolerance is None else tolerance,
-    )
+    with progress_bar("estimating", None):
+        found = calibrate(
+            mechanism,
+            list(data),
+            free=[name.strip() for name in free.split(",") if name.strip()],
+            bounds={name: _range(name, text, units) for name, text in pairs_of(bounds).items()},
+            noise={name: _size(name, text, units) for name, text in pairs_of(noise).items()},
+            hold=hold,
+            tolerance=TOLERANCE if tolerance is None else tolerance,
+        )
     _print(found, units)
     for warning in found.warnings:
         click.echo(f"warning: {warning}", err=True)

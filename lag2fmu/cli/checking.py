@@ -6,11 +6,12 @@ import sys
 from pathlib import Path
 
 from lag2fmu.checking.check import check_fmu
-from lag2fmu.cli.terminal import console
+from lag2fmu.cli.terminal import console, progress_bar
 
 
 def check_archive(fmu: Path, run: bool) -> None:
     """Print what breaks the standard in ``fmu``; exit with 1 if anything does. Raises Lag2FmuError."""
-    findings = check_fmu(fmu, run=run)
+    with progress_bar("checking", None):
+        findings = check_fmu(fmu, run=run)
     console().print(findings.table())
     sys.exit(0 if findings.passed else 1)

@@ -10,7 +10,7 @@ from typing import Any
 
 import click
 
-from lag2fmu.cli.options import BASE, FMI, HOLD, INPUT, SET, STOP_TIME, STOPS
+from lag2fmu.cli.options import BASE, FMI, HOLD, INPUT, MODEL, MODEL_OR_FMU, SET, SOLVER, STOP_TIME, STOPS
 from lag2fmu.cli.terminal import console
 from lag2fmu.formats.starting import write_start
 from lag2fmu.resources import bundled, summary
@@ -50,8 +50,13 @@ def new(name: str) -> None:
 
 
 @click.command()
-@click.argument("model")
-@click.option("--format", "style", type=click.Choice(["text", "latex", "toml"]), default="text", show_default=True)
+@MODEL
+@click.option(
+    "--format",
+    "style",
+    type=click.Choice(["text", "unicode", "latex", "toml"]),
+    help="Formulas: unicode by default on a terminal that knows it, else text. toml: the mechanism itself.",
+)
 @click.option(
     "--plot", type=click.Path(path_type=Path), help="Draw the mechanism and its normal modes (.png, .svg, .pdf)."
 )
@@ -68,7 +73,7 @@ def show(**choices: Any) -> None:
 
 
 @click.command("export")
-@click.argument("model")
+@MODEL
 @click.option(
     "-o", "--out", "path", type=click.Path(path_type=Path), metavar="FILE", help="The FMU; default MODEL.fmu."
 )
@@ -79,7 +84,7 @@ def show(**choices: Any) -> None:
     show_default=True,
     help="Platform of the binary, or all of them.",
 )
-@click.option("--solver", metavar="NAME", help="Integrator of co-simulation; by default one that suits the start.")
+@SOLVER
 @click.option("--compiler", type=click.Choice(["zig", "host"]), default="zig", show_default=True)
 @click.option(
     "--output",
@@ -138,11 +143,11 @@ def export_command(**choices: Any) -> None:
 
 
 @click.command("page")
-@click.argument("model")
+@MODEL
 @click.option(
     "-o", "--out", "path", type=click.Path(path_type=Path), metavar="FILE", help="The page; default MODEL.html."
 )
-@click.option("--solver", metavar="NAME", help="Integrator; by default one that suits the start.")
+@SOLVER
 @click.option(
     "--reference/--no-reference",
     default=True,
@@ -161,7 +166,7 @@ def page_command(**choices: Any) -> None:
 
 
 @click.command()
-@click.argument("model")
+@MODEL
 @click.option(
     "--at",
     default="start",
@@ -189,7 +194,7 @@ def linearize(**choices: Any) -> None:
 
 
 @click.command()
-@click.argument("model", metavar="MODEL|FMU")
+@MODEL_OR_FMU
 @STOP_TIME
 @click.option("--step", type=float, metavar="S", help="Communication step in seconds.")
 @click.option("--tolerance", type=float, help="Relative tolerance of the solver.")
@@ -215,12 +220,12 @@ def simulate(**choices: Any) -> None:
 
 
 @click.command()
-@click.argument("model", metavar="MODEL|FMU")
+@MODEL_OR_FMU
 @STOP_TIME
 @click.option("--tolerance", type=float, help="Relative tolerance of the FMU's solver.")
 @INPUT
 @HOLD
-@click.option("--solver", metavar="NAME", help="Integrator of co-simulation, as in export.")
+@SOLVER
 @FMI
 @click.option(
     "--report",

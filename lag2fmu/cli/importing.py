@@ -8,6 +8,7 @@ import click
 
 from lag2fmu.cli.options import check_ending
 from lag2fmu.cli.settings import load_mechanism
+from lag2fmu.cli.terminal import progress_bar
 from lag2fmu.errors import ExportError
 from lag2fmu.formats.write import write
 
@@ -17,8 +18,9 @@ def import_model(model: str, path: str | None, force: bool, settings: tuple[str,
     target = None if path is None or path == "-" else Path(path)
     if target is not None:
         check_ending(target, (".toml",))
-    mechanism = load_mechanism(model, settings)
-    text = write(mechanism)
+    with progress_bar("reading", None):
+        mechanism = load_mechanism(model, settings)
+        text = write(mechanism)
     if path == "-":
         click.echo(text, nl=False)
         return

@@ -5,8 +5,11 @@ from __future__ import annotations
 from pathlib import Path
 
 import click
+from click.shell_completion import CompletionItem
 
 from lag2fmu.errors import ExportError
+from lag2fmu.resources import bundled, summary
+from lag2fmu.solvers.methods import METHODS
 
 STRUCTURAL = "lag2fmu.structural"
 """Where the context keeps the structural arguments that options of their own gave, as NAME=VALUE."""
@@ -18,6 +21,24 @@ def _keep(context: click.Context, option: click.Parameter, value: object) -> Non
         context.meta.setdefault(STRUCTURAL, []).append(f"{option.name}={str(value).lower()}")
 
 
+def _models(context: click.Context, argument: click.Parameter, begun: str) -> list[CompletionItem]:
+    """What completes a MODEL: bundled names, and files."""
+    names = [CompletionItem(name, help=summary(path)) for name, path in bundled().items() if name.startswith(begun)]
+    return [*names, CompletionItem(begun, type="file")]
+
+
+def _solvers(context: click.Context, option: click.Parameter, begun: str) -> list[CompletionItem]:
+    return [CompletionItem(name, help=method.title) for name, method in METHODS.items() if name.startswith(begun)]
+
+
+MODEL = click.argument("model", shell_complete=_models)
+MODEL_OR_FMU = click.argument("model", metavar="MODEL|FMU", shell_complete=_models)
+SOLVER = click.option(
+    "--solver",
+    metavar="NAME",
+    help="Integrator of co-simulation; by default one that suits the start.",
+    shell_complete=_solvers,
+)
 SET = click.option(
     "--set",
     "settings",

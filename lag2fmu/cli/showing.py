@@ -3,26 +3,30 @@
 from __future__ import annotations
 
 from pathlib import Path
+from shutil import get_terminal_size
 
 import click
 
 from lag2fmu.analysis.report import analysis_report
 from lag2fmu.cli.options import check_picture
 from lag2fmu.cli.settings import load_mechanism
+from lag2fmu.cli.terminal import knows_unicode
 from lag2fmu.errors import ExportError
 from lag2fmu.explain.procedure import procedure
 from lag2fmu.formats.write import write
 
 
 def show_mechanism(
-    model: str, style: str, plot: Path | None, analysis: bool, full: bool, settings: tuple[str, ...]
+    model: str, style: str | None, plot: Path | None, analysis: bool, full: bool, settings: tuple[str, ...]
 ) -> None:
     """Print the steps, the text and the analysis of ``model``, and draw it; raises Lag2FmuError."""
     if analysis and style == "toml":
         raise ExportError("--analysis is written as text or LaTeX; leave out '--format toml'")
     check_picture(plot)
     mechanism = load_mechanism(model, settings)
-    click.echo(write(mechanism) if style == "toml" else procedure(mechanism, style, full=full), nl=False)
+    style = style or ("unicode" if knows_unicode() else "text")
+    width = get_terminal_size().columns
+    click.echo(write(mechanism) if style == "toml" else procedure(mechanism, style, full=full, width=width), nl=False)
     if analysis:
         click.echo(analysis_report(mechanism, style), nl=False)
     if plot is not None:

@@ -23,6 +23,7 @@ from lag2fmu.mechanism.record import Mechanism
 from lag2fmu.reference.trajectory import Trajectory, read_csv
 from lag2fmu.verify import entry_points
 from lag2fmu.verify.entry_points import Model
+from lag2fmu.verify.plan import times_of
 
 
 def simulate_model(  # noqa: PLR0913, PLR0917 (an option each)
@@ -48,7 +49,7 @@ def simulate_model(  # noqa: PLR0913, PLR0917 (an option each)
     of_mechanism = {name: value for name, value in values.items() if name not in SETTINGS}
     mechanism = entry_points.mechanism_of(source, of_mechanism) if plot or animation else None
     beside = [] if mechanism is None else _seen_in_plots(source, mechanism)
-    with progress_bar("simulating", stop_time) as progress:
+    with progress_bar("simulating", _until(source, stop_time)) as progress:
         trajectory = entry_points.simulate(
             source,
             stop_time=stop_time,
@@ -69,6 +70,13 @@ def simulate_model(  # noqa: PLR0913, PLR0917 (an option each)
 
         title = Path(model).stem if mechanism is None else mechanism.title
         save(motion_figure(title, trajectory, mechanism, signals), plot)
+
+
+def _until(source: Model, stop_time: float | None) -> float | None:
+    """The stop time (s) of the run, None where it is not known before."""
+    if stop_time is not None:
+        return stop_time
+    return source.experiment.stop_time if isinstance(source, Mechanism) else times_of(Path(str(source)), None, None)[0]
 
 
 def _seen_in_plots(source: Model, mechanism: Mechanism) -> list[str]:

@@ -59,6 +59,7 @@ def render_mechanism(
         "dz": tables.further_names,
     }
     n = len(tables.coordinate_names)
+    connected = {slot.index for slot in tables.slots if slot.kind == "VARIABLE_INPUT"}
     context = {
         **texts,
         "guid": repr(guid),
@@ -81,6 +82,7 @@ def render_mechanism(
         "nominal_further": [repr(x) for x in tables.nominal_states[2 * n :]],
         "default_step": repr(tables.default_solver_step),
         "default_duration": repr(tables.default_duration),
+        "kept_inputs": {i: x for i, x in enumerate(tables.start_inputs) if i not in connected},
         "first_motion": len(tables.start_inputs) - 3 * len(tables.motions),
     }
     return render("python/mechanism.py.jinja", context)

@@ -19,6 +19,7 @@ from lag2fmu.description.symbols import Coordinate
 from lag2fmu.dynamics.equations import EquationsOfMotion
 from lag2fmu.dynamics.formulas import Expressions, expressions
 from lag2fmu.dynamics.lagrange import complete, derive
+from lag2fmu.explain.drawn import drawn
 from lag2fmu.explain.hybrid import Hybrid, Law
 from lag2fmu.explain.length import (
     MAX_DEFINITIONS,
@@ -30,6 +31,7 @@ from lag2fmu.explain.length import (
     why_not_differentiated,
 )
 from lag2fmu.explain.notation import LATEX, TEXT, Notation
+from lag2fmu.explain.ports import port_sentences
 from lag2fmu.explain.words import amount, axes, pose, unit_text, vector
 from lag2fmu.language.vocabulary import symbol
 from lag2fmu.mechanism.record import Mechanism
@@ -48,13 +50,13 @@ Formula = tuple[str, sp.Expr]
 """A left side, in the notation of the text or of LaTeX, and the expression it equals."""
 
 
-def procedure(mechanism: Mechanism, style: str = "text", *, full: bool = False) -> str:
-    """The twelve steps for ``mechanism`` as plain text or as LaTeX (``style`` 'text' or 'latex').
+def procedure(mechanism: Mechanism, style: str = "text", *, full: bool = False, width: int = 100) -> str:
+    """The twelve steps for ``mechanism`` in the ``style`` 'text', 'unicode' or 'latex'.
 
-    Long formulas of text are shortened unless they are asked for in ``full``. Raises DerivationError where the
-    equations cannot be derived.
+    'unicode' draws formulas in two dimensions where they fit into ``width`` columns. Long formulas of text are
+    shortened unless they are asked for in ``full``. Raises DerivationError where the equations cannot be derived.
     """
-    notation = TEXT if style == "text" else LATEX
+    notation = drawn(width) if style == "unicode" else {"text": TEXT, "latex": LATEX}[style]
     equations = derive(mechanism)
     mechanism = complete(mechanism, equations)
     steps = _Steps(mechanism, Composition(mechanism), notation, equations, full)
@@ -104,14 +106,17 @@ class _Steps:
         yield "Kinetic energy", self._formulas([("T", tidy(self.composition.kinetic))])
         yield "Potential energy", self._formulas([("V", tidy(self.composition.potential))])
         yield "Lagrangian L = T - V", self._formulas([("L", self._lagrangian)])
-        yield "Non-potential forces", [*self._formulas(self._forces()), *self._laws(self._hybrid.forces())]
+        yield (
+            "Non-potential forces",
+            [*self._formulas(self._forces()), *self._laws(self._hybrid.forces()), *self._ports()],
+        )
         why_not = why_not_differentiated(self._lagrangian)
         if why_not:
             yield "Derivatives of L", [self._say(f"L {why_not}: its derivatives are not written out")]
             yield "Equations of motion", self._on_graph()
             return
         yield "Derivatives of L", self._formulas(self._derivatives())
-        yield "Equations of motion", self._formulas([*self._equations(), *self._of_states()])
+        yield "Equations of motion", self._formulas([*self._equations(), *self._of_states(), *self._drives()])
 
     def _on_frames(self) -> Iterator[tuple[str, Sequence[str]]]:
         """The steps of a spatial mechanism: its frames as they are given; the rest is composed, not written out."""
@@ -132,7 +137,7 @@ class _Steps:
             formulas = [(sign, energy) for sign, energy in written if sign == letter]
             yield title, [self._say(f"{letter} = {general[letter]}"), *(self._formulas(formulas) if formulas else [])]
         yield "Lagrangian L = T - V", [self._say("composed on the graph")]
-        yield "Non-potential forces", [self._say(self._acting()), *self._laws(self._hybrid.forces())]
+        yield "Non-potential forces", [self._say(self._acting()), *self._laws(self._hybrid.forces()), *self._ports()]
         yield "Derivatives of L", [self._say("by automatic differentiation")]
         yield "Equations of motion", self._on_graph()
 
@@ -164,6 +169,7 @@ class _Steps:
             where = "the C code in sources/ of the FMU computes them, with shared parts named"
             return [*lines, self._say(f"they are too long to be written out: {where}{remedy}")]
         sides = [(self.notation.expression(left), right) for left, right in self._written.motion]
+        sides += self._drives()
         return [*lines, *self._formulas(sides)]
 
     @cached_property
@@ -225,6 +231,14 @@ class _Steps:
     def _of_states(self) -> list[Formula]:
         """The equations of the further states."""
         return [(self.notation.name(rate), expression) for rate, expression in self._hybrid.state_equations()]
+
+    def _drives(self) -> list[Formula]:
+        """The forces that carry prescribed motions, where they are short enough."""
+        drives = self._written.drives if self._written is not None else ()
+        return [(self.notation.expression(name), force) for name, force in drives]
+
+    def _ports(self) -> list[str]:
+        return [self._say(sentence) for sentence in port_sentences(self.mechanism)]
 
     def _reactions(self) -> list[sp.Expr]:
         """G^T multiplier, (n,), with the forces of contacts, stops, dry frictions and latches."""
@@ -288,7 +302,7 @@ class _Steps:
         return lines or [self._say("none")]
 
     def _shortened(self, line: str) -> str:
-        if self.full or self.notation is LATEX or len(line) <= LONGEST:
+        if self.full or self.notation is LATEX or max(map(len, line.splitlines())) <= LONGEST:
             return line
         return f"{line[:LONGEST]} ... ({len(line) - LONGEST} more characters; --full writes them)"
 

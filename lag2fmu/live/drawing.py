@@ -28,6 +28,8 @@ from lag2fmu.picture.shapes import PARTICLE, ROD, Shape, own_link
 from lag2fmu.picture.walls import draw_walls
 
 Item = dict[str, Any]
+_FAR = 400.0
+"""Walls that are farther are drawn at this distance: bodies move here, and meet the others where they are."""
 _NAMED = 8
 """Bodies beyond which their names are left out; points likewise."""
 
@@ -100,7 +102,7 @@ def _ground(layout: Layout, spots: Spots) -> Iterator[Item]:
             middle, along, reach = rail
             yield {"k": "rail", "of": spots(spot), "middle": _rounded(middle), "along": _rounded(along), "reach": reach}
     canvas = Canvas()
-    draw_walls(canvas, layout)
+    draw_walls(canvas, layout, _FAR)
     lines = [[_rounded(p) for p in m.points] for m in canvas.marks if isinstance(m, Stroke)]
     if lines and layout.planar:
         yield {"k": "still", "style": "ground", "lines": lines}

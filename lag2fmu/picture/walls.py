@@ -21,8 +21,11 @@ _NEAR = 1e-6
 _HALF_WALL, _PARTICLE = 9.0, 2.2
 
 
-def draw_walls(canvas: Canvas, layout: Layout) -> None:
-    """A hatched line for every contact and stop between a body and something that rests, where it is at the start."""
+def draw_walls(canvas: Canvas, layout: Layout, farthest: float = GAP) -> None:
+    """A hatched line for every contact and stop between a body and something that rests, where it is at the start.
+
+    Walls that are farther from the body than ``farthest`` (units of the picture) are drawn there.
+    """
     gaps = list(_gaps(layout))
     places = slopes_of_places(layout.skeleton) if gaps and layout.planar else {}
     for part, gap in gaps if places else []:
@@ -33,7 +36,7 @@ def draw_walls(canvas: Canvas, layout: Layout) -> None:
         spot, normal = found
         along = -layout.view.flat(normal)
         away = float(layout.skeleton.vector((gap,), layout.values)[0]) / layout.unit
-        wall = layout.at_start[spot] + (_reach(layout, spot, along) + float(np.clip(away, 0.0, GAP))) * along
+        wall = layout.at_start[spot] + (_reach(layout, spot, along) + float(np.clip(away, 0.0, farthest))) * along
         _, across = glyphs.axes(np.zeros(2), along)
         canvas.stroke(part, "ground", glyphs.hatched(wall - _HALF_WALL * across, wall + _HALF_WALL * across))
 

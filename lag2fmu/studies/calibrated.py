@@ -53,6 +53,18 @@ class Calibration:
         """The estimate of ``name`` in SI units; raises LoadError."""
         return float(self.estimates[self._place(name)])
 
+    def _repr_html_(self) -> str:
+        """Estimates with standard errors and intervals of 95 %, in SI units, for a notebook."""
+        from html import escape
+
+        head = "<tr><th></th><th>estimate</th><th>standard error</th><th>with 95 %</th></tr>"
+        rows = ""
+        for name, estimate, error in zip(self.names, self.estimates, self.standard_errors, strict=True):
+            low, high = self.confidence(name)
+            rows += f"<tr><th>{escape(name)}</th><td>{estimate:.6g}</td><td>{error:.2g}</td>"
+            rows += f"<td>{low:.6g} to {high:.6g}</td></tr>"
+        return f"<table>{head}{rows}</table>" + "".join(f"<p>{escape(text)}</p>" for text in self.warnings)
+
     def confidence(self, name: str, level: float = 0.95) -> tuple[float, float]:
         """The interval (SI) that holds ``name`` with the probability ``level``, by Student's distribution.
 

@@ -224,7 +224,7 @@ export class PlaneView {
     for (const item of this.drawing.items) {
       if (!item.label || !item.name) continue;
       const [x, y] = this.toPixels(moment.flat(item.at));
-      const beside = (item.half ? item.half[0] : (item.r ?? 1.5)) * this.size * this.scale;
+      const beside = (item.half ? item.half[0] : (item.r ?? 1.5) * (item.real ? 1 : this.size)) * this.scale;
       c.fillText(item.name, x + beside + 5 * this.ratio, y - beside * 0.4 - 5 * this.ratio);
     }
   }

@@ -19,6 +19,7 @@ from lag2fmu.language.expressions import TIME, symbol
 from lag2fmu.mechanism import (
     Body,
     Constraint,
+    Contact,
     Damper,
     Energy,
     Frame,
@@ -168,6 +169,16 @@ def test_dry_friction_on_what_is_driven_pulls_at_the_drive() -> None:
         Mechanism("belt", coordinates=[x], inputs=[y], bodies=[Body("b", 1.0, (x, 0))], frictions=[rubbing])
     )
     assert equations.graph.evaluate(equations.drives, {"belt_force": -1.25}) == [-1.25]
+
+
+def test_a_table_bears_what_lies_on_it() -> None:
+    """Its drive brings up what the block presses with, the force of the contact."""
+    x, y = coordinate("x", "m"), signal("y", "m", motion=True)
+    table = Contact("table", gap=x - 2 * y)
+    equations = derive(
+        Mechanism("table", coordinates=[x], inputs=[y], bodies=[Body("b", 1.0, (0, x))], contacts=[table], gravity=9.81)
+    )
+    assert equations.graph.evaluate(equations.drives, {"table_force": 9.81}) == [2 * 9.81]
 
 
 def test_the_name_of_the_force_may_not_be_taken() -> None:

@@ -9,12 +9,13 @@ from stepping import Stepping
 
 
 class Wire(NamedTuple):
-    """The output ``source`` of the FMU ``giver`` is the input ``target`` of the FMU ``taker``."""
+    """The output ``source`` of the FMU ``giver``, times ``factor``, is the input ``target`` of the FMU ``taker``."""
 
     giver: str
     source: str
     taker: str
     target: str
+    factor: float = 1.0
 
 
 def run(
@@ -38,8 +39,9 @@ def run(
 def _serve(units: Mapping[str, Stepping], wire: Wire, degree: int) -> None:
     """Set the target of ``wire``, and its derivatives up to ``degree``, as its source is."""
     giver, taker = units[wire.giver], units[wire.taker]
-    taker.set({wire.target: giver.get([wire.source])[0]})
+    taker.set({wire.target: wire.factor * giver.get([wire.source])[0]})
     orders = range(1, degree + 1)
     if degree:
         source, target = [giver.references[wire.source]] * degree, [taker.references[wire.target]] * degree
-        taker.unit.setRealInputDerivatives(target, orders, giver.unit.getRealOutputDerivatives(source, orders))
+        values = [wire.factor * x for x in giver.unit.getRealOutputDerivatives(source, orders)]
+        taker.unit.setRealInputDerivatives(target, orders, values)

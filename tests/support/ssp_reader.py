@@ -12,14 +12,16 @@ _NS = {x: f"http://ssp-standard.org/SSP1/SystemStructure{x}" for x in ("Descript
 
 @dataclass(frozen=True)
 class Read:
-    """``components`` {name: source}, ``connectors`` {(component, name): (kind, type, unit)}, ``connections`` as pairs.
+    """What stands in an archive.
 
-    ``units`` {name: attributes}, ``values`` {name: (value, unit)}, ``texts`` {file in the archive: its XML}.
+    ``components`` {name: source}, ``connectors`` {(component, name): (kind, type, unit)}, ``connections`` as pairs with
+    their ``factors``, ``units`` {name: attributes}, ``values`` {name: (value, unit)}, ``texts`` {file: its XML}.
     """
 
     components: dict[str, str]
     connectors: dict[tuple[str, str], tuple[str, str, str]]
     connections: list[tuple[tuple[str, str], tuple[str, str]]]
+    factors: dict[tuple[tuple[str, str], tuple[str, str]], float]
     units: dict[str, dict[str, str]]
     values: dict[str, tuple[float, str]]
     stop_time: float
@@ -46,18 +48,19 @@ def read_ssp(path: Path) -> Read:
         parameters = ET.fromstring(texts[binding.get("source", "")])
         for p in parameters.findall("ParameterValues:Parameters/ParameterValues:Parameter", _NS):
             values[p.get("name", "")] = (float(p[0].get("value", "")), p[0].get("unit", ""))
+    factors = {}
+    for c in system.findall("Description:Connections/Description:Connection", _NS):
+        start = (c.get("startElement", ""), c.get("startConnector", ""))
+        end = (c.get("endElement", ""), c.get("endConnector", ""))
+        transformation = c.find("Common:LinearTransformation", _NS)
+        factors[start, end] = 1.0 if transformation is None else float(transformation.get("factor", ""))
     experiment = root.find("Description:DefaultExperiment", _NS)
     assert experiment is not None
     return Read(
         {e.get("name", ""): e.get("source", "") for e in elements},
         connectors,
-        [
-            (
-                (c.get("startElement", ""), c.get("startConnector", "")),
-                (c.get("endElement", ""), c.get("endConnector", "")),
-            )
-            for c in system.findall("Description:Connections/Description:Connection", _NS)
-        ],
+        [*factors],
+        factors,
         {
             u.get("name", ""): dict(base.attrib)
             for u in root.findall("Description:Units/Common:Unit", _NS)

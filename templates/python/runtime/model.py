@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
-from dataclasses import dataclass
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, field
 from math import inf
 
 Vector = Sequence[float]
@@ -73,7 +73,8 @@ class Model:
     ``default_duration``, that of the experiment, are in s. Inputs from ``first_motion`` on are prescribed motions: each
     a position, its velocity and its acceleration.
     ``further(..., accelerations)`` gives the derivatives of the further states, (f,), ``nominal_further`` (f,)
-    are their sizes.
+    are their sizes. ``kept_inputs`` {index: value} are those inputs that keep their start values, for they are no
+    variables.
     """
 
     name: str
@@ -89,14 +90,17 @@ class Model:
     follow: Callable[[Vector], Vector]
     further: Callable[[float, Vector, Vector, Vector, Vector], Vector] | None = None
     nominal_further: Vector = ()
+    kept_inputs: Mapping[int, float] = field(default_factory=dict)
 
     def of(self, kind: str) -> list[Variable]:
         """The variables of one kind, by index."""
         return sorted((v for v in self.variables if v.kind == kind), key=lambda v: v.index)
 
     def starts(self, kind: str) -> list[float]:
-        """The start values of the variables of one kind."""
-        return [float(v.start) for v in self.of(kind)]
+        """The start values of one kind, by index; among the inputs those of kept ones, too."""
+        found = dict(self.kept_inputs) if kind == INPUT else {}
+        found |= {v.index: float(v.start) for v in self.of(kind)}
+        return [found[i] for i in sorted(found)]
 
     def moved(self, inputs: Vector, s: float) -> list[float]:
         """``inputs`` after a time ``s`` (s) in which motions go on as velocity and acceleration say."""

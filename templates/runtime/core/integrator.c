@@ -268,8 +268,9 @@ bool integrate(Instance *instance, double end) {
     if (completed) {
         state->event_held = step_waits(instance);
         state->time = state->event_held ? state->time : instance->scratch.step_end;
-        state->interrupted = state->time < end ? state->interrupted : 0.0;
-        state->undisturbed = 1;
+        const bool early = state->time < end; /* the rest of the communication step has the horizon of its beginning */
+        state->interrupted = early ? state->interrupted : 0.0;
+        state->undisturbed = early ? state->undisturbed : 1;
     }
     inputs_end(instance);
     keep_motions(&instance->state);

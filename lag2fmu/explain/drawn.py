@@ -1,0 +1,80 @@
+"""Formulas in two dimensions, with fractions, roots and dots above letters, for terminals that know Unicode."""
+
+from __future__ import annotations
+
+import re
+
+import sympy as sp
+from sympy.printing.pretty.pretty import PrettyPrinter
+from sympy.printing.pretty.pretty_symbology import greek_unicode, pretty_symbol
+from sympy.printing.pretty.stringpict import prettyForm, stringPict
+
+from lag2fmu.explain.length import operations
+from lag2fmu.explain.notation import TEXT, Notation
+from lag2fmu.language.expressions import to_text, with_decimals
+
+MOST_DRAWN = 150
+"""Operations of a formula that is drawn; a longer one would be wider than any terminal."""
+
+_INDENT = " " * 6
+_RATE = re.compile(r"(?P<head>[A-Za-z]+)(?P<rest>\w*?)_(?P<dots>d?dot)")
+_SETTINGS = {"use_unicode": True, "wrap_line": False, "num_columns": None}
+
+
+class Drawn(str):
+    """A formula of one or several lines; ``baseline`` is the line on which an equation goes on, ``text`` its text."""
+
+    __slots__ = ("baseline", "text")
+
+    baseline: int
+    text: str
+
+
+def drawn(width: int) -> Notation:
+    """The notation for a terminal of ``width`` columns; a formula that is wider stays one line of text."""
+
+    def formula(left: str, right: str) -> str:
+        sides = [_picture(left), " = ", _picture(right)]
+        lines = stringPict(*stringPict.next(*sides)).render(wrap_line=False).splitlines()
+        if max(map(len, lines)) + len(_INDENT) > width:
+            return TEXT.formula(getattr(left, "text", left), getattr(right, "text", right))
+        return "\n".join([*(_INDENT + line.rstrip() for line in lines), ""])
+
+    return Notation(
+        name=_name,
+        expression=_expression,
+        partial=lambda f, x: f"∂{f}/∂({x})",
+        total=lambda f: f"d/dt {f}",
+        heading=TEXT.heading,
+        formula=formula,
+        remark=TEXT.remark,
+    )
+
+
+def _expression(expression: sp.Expr) -> str:
+    if operations(expression) > MOST_DRAWN:
+        return to_text(expression)
+    names = {s: sp.Symbol(_spelled(s.name)) for s in expression.free_symbols}
+    form = PrettyPrinter(_SETTINGS)._print(with_decimals(expression).xreplace(names))
+    found = Drawn(form.render(wrap_line=False))
+    found.baseline, found.text = form.baseline, to_text(expression)
+    return found
+
+
+def _name(name: str) -> str:
+    head, external, rest = name.partition("^np_")
+    found = Drawn(f"{head}ⁿᵖ_{pretty_symbol(_spelled(rest))}" if external else pretty_symbol(_spelled(name)))
+    found.baseline, found.text = 0, name
+    return found
+
+
+def _spelled(name: str) -> str:
+    """``theta1_ddot`` as SymPy spells it, thetaddot1: it sets the dots above the letter. Words keep theirs."""
+    match = _RATE.fullmatch(name)
+    if match is None or (len(match["head"]) > 1 and match["head"] not in greek_unicode):
+        return name
+    return "".join(match.group("head", "dots", "rest"))
+
+
+def _picture(side: str) -> stringPict:
+    return prettyForm(str(side), baseline=getattr(side, "baseline", 0))
