@@ -58,3 +58,5 @@ def test_first_steps_end_with_a_pendulum_that_moves(tmp_path: Path, monkeypatch:
                 picture.seek(k)
                 frames.append(picture.convert("L").tobytes())
             assert len(set(frames)) == len(frames)
+    for name in ("my_pendulum.html", "from_python.html"):
+        assert "<canvas" in (tmp_path / name).read_text("utf-8")
