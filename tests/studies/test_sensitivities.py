@@ -114,6 +114,7 @@ def test_a_ball_bounces_as_its_closed_form() -> None:
         ("rolling_disc", ["R", "g", "theta"], 1.0, 1e-7),  # nonholonomic
         ("coulomb_oscillator", ["k", "F", "x"], 10.0, 1e-8),  # dry friction: slides, sticks
         ("pendulum_with_stop", ["l", "wall", "e", "theta"], 2.9, 1e-8),  # the place of an impact varies
+        ("woodpecker", ["c", "mu"], 0.3, 1e-7),  # slides, sticks, opens, with impacts in between
         ("impact_oscillator", ["k", "d", "Omega", "e"], 9.0, 1e-8),  # driven by time
     ],
 )
