@@ -30,6 +30,7 @@ BENCHMARKS: dict[str, tuple[str, ...]] = {
     "constraints": (),
     "contacts": (),
     "repeating": (),
+    "ensembles": (),
     "sweeps": (),
     "sensitivities": (),
     "calibration": (),

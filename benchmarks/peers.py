@@ -68,6 +68,21 @@ def _casadi_given(ca: Any, case: Case) -> tuple[Any, Any, Any, Given]:
 
 def _casadi_lagrange(ca: Any, case: Case, generated_solve: bool) -> tuple[float, Source, int]:
     start = time.process_time()
+    arguments, results = _of_lagrangian(ca, case, generated_solve)
+    function = ca.Function("f", arguments, results, {"cse": True})
+    text = casadi_text(ca, function)
+    kernel = "casadi.c" if generated_solve else "casadi_mass.c"
+    return time.process_time() - start, Source(kernel, text), _operations(ca, function)
+
+
+def casadi_function(ca: Any, case: Case, name: str) -> Any:
+    """CasADi's function of x, Q and p called ``name``: dx/dt by its own LDL^T."""
+    (x, Q, p), (qdd,) = _of_lagrangian(ca, case, True)
+    return ca.Function(name, [x, Q, p], [ca.densify(ca.vertcat(x[case.n :], qdd))], {"cse": True})
+
+
+def _of_lagrangian(ca: Any, case: Case, generated_solve: bool) -> tuple[list[Any], list[Any]]:
+    """x, Q, p, and the accelerations, or without ``generated_solve`` M and h."""
     n = case.n
     q, qd, Q, p = ca.SX.sym("q", n), ca.SX.sym("v", n), ca.SX.sym("Q", n), ca.SX.sym("p", len(case.values))
     named = {name: p[i] for i, name in enumerate(case.values)}
@@ -82,11 +97,7 @@ def _casadi_lagrange(ca: Any, case: Case, generated_solve: bool) -> tuple[float,
     else:
         results = [ca.densify(ca.triu(M)), ca.densify(h)]
     x = ca.SX.sym("x", 2 * n)
-    results = ca.substitute(results, [q, qd], [x[:n], x[n:]])
-    function = ca.Function("f", [x, Q, p], results, {"cse": True})
-    text = casadi_text(ca, function)
-    kernel = "casadi.c" if generated_solve else "casadi_mass.c"
-    return time.process_time() - start, Source(kernel, text), _operations(ca, function)
+    return [x, Q, p], ca.substitute(results, [q, qd], [x[:n], x[n:]])
 
 
 def _operations(ca: Any, function: Any) -> int:
@@ -170,14 +181,14 @@ def mujoco(case: Case, folder: Path) -> Entry:
     _refuse_absolute(case)
     start = time.process_time()
     model = folder / f"{case.name}.xml"
-    model.write_text(_mjcf(case), "utf-8")
+    model.write_text(mjcf_of(case), "utf-8")
     library = next(package.glob("libmujoco.so*"))
     flags = [f"-I{package / 'include'}", str(library), f"-Wl,-rpath,{package}"]
     source = Source("mujoco.c", "", {"MODEL": f'"{model}"'}, flags)
     return Entry(source, time.process_time() - start)
 
 
-def _mjcf(case: Case) -> str:
+def mjcf_of(case: Case) -> str:
     """The mechanism as MJCF; massless links of a free base become joints of the link they carry."""
     rows = _records(case)
     children: dict[int, list[int]] = {}

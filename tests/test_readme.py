@@ -10,6 +10,7 @@ from pathlib import Path
 import pytest
 from examples import blocks
 
+import lag2fmu
 from lag2fmu.dynamics import derive
 from lag2fmu.fmu.sketch import sketch
 from lag2fmu.formats.loading import bundled, load
@@ -62,6 +63,12 @@ def test_the_repository_table_is_true() -> None:
     assert rooms <= set(places)
     for place in places:
         assert any((ROOT / above / place).is_dir() for above in ("", "lag2fmu", "templates/runtime")), place
+
+
+def test_all_public_names_are_in_the_reference_of_python() -> None:
+    page = (ROOT / "docs" / "reference" / "python.md").read_text("utf-8")
+    named = set(re.findall(r"\.(\w+)$|`(\w+)`", page, re.MULTILINE)) | {("Lag2FmuError", "")}
+    assert {*lag2fmu.__all__} - {"__version__"} <= {a or b for a, b in named}
 
 
 def test_models_that_pages_name_are_bundled() -> None:

@@ -9,8 +9,13 @@ from lag2fmu.dynamics.equations import EquationsOfMotion
 from lag2fmu.fmu.sketch import picture_of
 from lag2fmu.formats.write import write
 from lag2fmu.resources import bundled
+from lag2fmu.verify.page_samples import page_samples
 
-INTRODUCTION = """# Gallery
+INTRODUCTION = """---
+hide: [navigation, toc]
+---
+
+# Gallery
 
 Every mechanism here comes with lag2fmu. Its name is all that a command needs: `lag2fmu simulate NAME --animate
 NAME.gif` shows it moving, `lag2fmu show NAME` derives its equations, `lag2fmu export NAME` writes its FMU. A test
@@ -28,7 +33,7 @@ def pages(live: str) -> dict[str, str]:
         title = html.escape(equations.mechanism.title)
         cards.append(f'<a class="model" href="{name}.html">{picture}<span>{title}</span><code>{name}</code></a>')
         if name in names:
-            found[f"gallery/live/{name}.html"] = lag2fmu.page(name)
+            found[f"gallery/live/{name}.html"] = lag2fmu.page(name, samples=page_samples(lag2fmu.load(name)))
         found[f"gallery/{name}.md"] = _page(equations, picture, name in names)
     found["gallery/index.md"] = f'{INTRODUCTION}\n<div class="models">\n' + "\n".join(cards) + "\n</div>\n"
     return found
@@ -37,7 +42,11 @@ def pages(live: str) -> dict[str, str]:
 def _page(equations: EquationsOfMotion, picture: str, live: bool) -> str:
     m = equations.mechanism
     moving = f'<iframe class="live" src="live/{m.name}.html" title="{html.escape(m.title)}, moving"></iframe>\n\n'
-    return f"""# {m.title}
+    return f"""---
+hide: [navigation, toc]
+---
+
+# {m.title}
 
 {moving if live else f'<div class="sketch">{picture}</div>' if picture else ""}
 

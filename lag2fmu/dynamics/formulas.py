@@ -33,13 +33,17 @@ class Formula:
 
 @dataclass(frozen=True)
 class Formulas:
-    """T and V if they are told apart, M(q), the equations of motion (n,), of further states (f,), constraints (m,)."""
+    """T and V if they are told apart, M(q), the equations of motion (n,), of further states (f,), constraints (m,).
+
+    Behind them the forces that carry the prescribed motions, (k,).
+    """
 
     energies: tuple[Formula, ...]
     mass_matrix: Formula
     motion: tuple[Formula, ...]
     further: tuple[Formula, ...]
     constraints: tuple[Formula, ...]
+    drives: tuple[Formula, ...]
 
 
 @dataclass(frozen=True)
@@ -51,6 +55,7 @@ class Expressions:
     motion: tuple[tuple[sp.Expr, sp.Expr], ...]
     further: tuple[tuple[sp.Expr, sp.Expr], ...]
     constraints: tuple[sp.Expr, ...]
+    drives: tuple[tuple[sp.Expr, sp.Expr], ...]
 
 
 def formulas(equations: EquationsOfMotion) -> Formulas | None:
@@ -65,6 +70,7 @@ def formulas(equations: EquationsOfMotion) -> Formulas | None:
         tuple(paper.equation(left, right) for left, right in found.motion),
         tuple(paper.equation(left, right) for left, right in found.further),
         tuple(paper.equation(residual, sp.S.Zero) for residual in found.constraints),
+        tuple(paper.equation(left, right) for left, right in found.drives),
     )
 
 
@@ -83,6 +89,7 @@ def expressions(equations: EquationsOfMotion, most: int) -> Expressions | None:
         *(equations.mass_matrix[i][j] for i, j in triangle),
         *_without_inertia(equations),
         *equations.variables.further_rates,
+        *equations.drives,
         *equations.constraints.residuals,
     ]
     operations = written_operations(g, nodes)
@@ -98,8 +105,11 @@ def expressions(equations: EquationsOfMotion, most: int) -> Expressions | None:
         (sp.Add(*(matrix[i, j] * accelerations[j] for j in range(n)), next(texts)), forces[i]) for i in range(n)
     )
     rates = [sp.Symbol(names.derivative(str(g.leaf[node])), real=True) for node in v.further]
-    further = tuple((rate, next(texts)) for rate in rates)
-    return Expressions(printed, matrix, motion, further, tuple(texts))
+    told = {names.derivative(name) for name in equations.mechanism.filtered}  # y_dot = y_dot tells nothing
+    further = tuple((rate, text) for rate, text in zip(rates, texts, strict=False) if rate.name not in told)
+    carrying = [sp.Symbol(names.drive(name), real=True) for name in equations.mechanism.driven]
+    drives = tuple((force, next(texts)) for force in carrying)
+    return Expressions(printed, matrix, motion, further, tuple(texts), drives)
 
 
 def _read(graph: Graph, nodes: Sequence[Node], operations: int) -> Iterator[sp.Expr]:
@@ -132,6 +142,8 @@ class _Paper:
         dotted |= {names.acceleration(name): (name, 2) for name in moving}
         further = [z.name for z in further_states(equations.mechanism)]
         dotted |= {names.derivative(name): (name, 1) for name in further}
+        filtered = equations.mechanism.filtered
+        dotted |= {names.derivative(names.velocity(name)): (name, 2) for name in filtered}
         forces = {names.generalized_force(name): name for name in coordinates}
 
         class Latex(LatexPrinter):  # type: ignore[misc]

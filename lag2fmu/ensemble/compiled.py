@@ -48,15 +48,15 @@ class Ensemble:
     ) -> None:
         """Derive and compile ``model``, a mechanism or what ``load`` takes.
 
-        ``solver`` is one of METHODS, by default one that suits the motion at the start. ``lanes`` is 8, 4, 2 or 1, by
-        default what this processor has in a register; 0 sends all runs to the scalar runtime. ``compiler`` is 'zig' or
-        'host'. Raises LoadError, DerivationError, ExportError (a solver that does not take the mechanism) or
+        ``solver`` is one of METHODS, by default one that suits the motion at the start. ``lanes`` is 16, 8, 4, 2 or 1,
+        by default what this processor has in two registers; 0 sends all runs to the scalar runtime. ``compiler`` is
+        'zig' or 'host'. Raises LoadError, DerivationError, ExportError (a solver that does not take the mechanism) or
         BuildError.
         """
         if solver is not None and solver not in METHODS:
             raise SimulationError(f"unknown solver '{solver}'; known are {', '.join(METHODS)}")
-        if lanes not in {None, 0, 1, 2, 4, 8}:
-            raise SimulationError(f"lanes = {lanes}; expected 8, 4, 2, 1 or 0, or None for what the processor has")
+        if lanes not in {None, 0, 1, 2, 4, 8, 16}:
+            raise SimulationError(f"lanes = {lanes}; expected 16, 8, 4, 2, 1 or 0, or None for what the processor has")
         mechanism = as_mechanism(model)
         equations = derive(mechanism)
         self.solver = suited_solver(equations, METHODS)[0] if solver is None else solver

@@ -85,9 +85,10 @@ class Hybrid:
             yield Row(names.multiplier(latch.name), rate)
 
     def state_equations(self) -> Iterator[tuple[str, sp.Expr]]:
-        """The equations of the further states: (name of the derivative, its expression)."""
-        for state in self.m.states:
-            yield names.velocity(state.name), self.poses.resolved(state.derivative)
+        """The equations of the further states: (name of the derivative, its expression); of filters one, for y_ddot."""
+        for state in (z for z in self.m.states if z.name not in self.m.filtered):
+            rate = names.acceleration(state.moves) if state.moves else names.velocity(state.name)
+            yield rate, self.poses.resolved(state.derivative)
 
     # ------------------------------------------------------------------------------------------------ one by one
 

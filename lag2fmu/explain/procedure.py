@@ -31,6 +31,7 @@ from lag2fmu.explain.length import (
     why_not_differentiated,
 )
 from lag2fmu.explain.notation import LATEX, TEXT, Notation
+from lag2fmu.explain.ports import port_sentences
 from lag2fmu.explain.words import amount, axes, pose, unit_text, vector
 from lag2fmu.language.vocabulary import symbol
 from lag2fmu.mechanism.record import Mechanism
@@ -105,14 +106,17 @@ class _Steps:
         yield "Kinetic energy", self._formulas([("T", tidy(self.composition.kinetic))])
         yield "Potential energy", self._formulas([("V", tidy(self.composition.potential))])
         yield "Lagrangian L = T - V", self._formulas([("L", self._lagrangian)])
-        yield "Non-potential forces", [*self._formulas(self._forces()), *self._laws(self._hybrid.forces())]
+        yield (
+            "Non-potential forces",
+            [*self._formulas(self._forces()), *self._laws(self._hybrid.forces()), *self._ports()],
+        )
         why_not = why_not_differentiated(self._lagrangian)
         if why_not:
             yield "Derivatives of L", [self._say(f"L {why_not}: its derivatives are not written out")]
             yield "Equations of motion", self._on_graph()
             return
         yield "Derivatives of L", self._formulas(self._derivatives())
-        yield "Equations of motion", self._formulas([*self._equations(), *self._of_states()])
+        yield "Equations of motion", self._formulas([*self._equations(), *self._of_states(), *self._drives()])
 
     def _on_frames(self) -> Iterator[tuple[str, Sequence[str]]]:
         """The steps of a spatial mechanism: its frames as they are given; the rest is composed, not written out."""
@@ -133,7 +137,7 @@ class _Steps:
             formulas = [(sign, energy) for sign, energy in written if sign == letter]
             yield title, [self._say(f"{letter} = {general[letter]}"), *(self._formulas(formulas) if formulas else [])]
         yield "Lagrangian L = T - V", [self._say("composed on the graph")]
-        yield "Non-potential forces", [self._say(self._acting()), *self._laws(self._hybrid.forces())]
+        yield "Non-potential forces", [self._say(self._acting()), *self._laws(self._hybrid.forces()), *self._ports()]
         yield "Derivatives of L", [self._say("by automatic differentiation")]
         yield "Equations of motion", self._on_graph()
 
@@ -165,6 +169,7 @@ class _Steps:
             where = "the C code in sources/ of the FMU computes them, with shared parts named"
             return [*lines, self._say(f"they are too long to be written out: {where}{remedy}")]
         sides = [(self.notation.expression(left), right) for left, right in self._written.motion]
+        sides += self._drives()
         return [*lines, *self._formulas(sides)]
 
     @cached_property
@@ -226,6 +231,14 @@ class _Steps:
     def _of_states(self) -> list[Formula]:
         """The equations of the further states."""
         return [(self.notation.name(rate), expression) for rate, expression in self._hybrid.state_equations()]
+
+    def _drives(self) -> list[Formula]:
+        """The forces that carry prescribed motions, where they are short enough."""
+        drives = self._written.drives if self._written is not None else ()
+        return [(self.notation.expression(name), force) for name, force in drives]
+
+    def _ports(self) -> list[str]:
+        return [self._say(sentence) for sentence in port_sentences(self.mechanism)]
 
     def _reactions(self) -> list[sp.Expr]:
         """G^T multiplier, (n,), with the forces of contacts, stops, dry frictions and latches."""

@@ -78,9 +78,6 @@ _HOSTS = {
 }
 """(system, machine) as Python's ``platform`` names them -> name in PLATFORMS."""
 
-_MACHINES = {"x86_64": "x86_64", "AMD64": "x86_64", "aarch64": "aarch64", "arm64": "aarch64"}
-"""Machine as Python's ``platform`` names it -> what zig's targets begin with."""
-
 
 def host_platform() -> Platform:
     """The platform of this machine; raises BuildError if it is none of PLATFORMS."""
@@ -179,24 +176,19 @@ def processor_macros(compiler: str = "zig") -> frozenset[str]:
 
 
 def compile_here(sources: Mapping[str, str], name: str, compiler: str = "zig") -> bytes:
-    """The shared library ``name`` of ``sources`` {file name: text} for this very processor and no other.
-
-    What zig made of the same before may be kept. Raises BuildError.
-    """
+    """The shared library ``name`` of ``sources`` {file name: text} for this very processor. Raises BuildError."""
     library, joined = f"{name}{host_platform().suffix}", units(sources)
     command = [*_for_here(compiler), *FLAGS, "-shared", "-o", library, *joined, "-lm"]
-
-    def build() -> bytes:
-        return _built(command, {**sources, **joined}, library)
-
     if compiler != "zig":
-        return build()
-    return kept((version("ziglang"), command, sorted(processor_macros(compiler)), sorted(sources.items())), build)
+        return _built(command, {**sources, **joined}, library)
+    made_of = (version("ziglang"), command, sorted(processor_macros(compiler)), sorted(sources.items()))
+    return kept(made_of, lambda: _built(command, {**sources, **joined}, library))
 
 
 def _for_here(compiler: str) -> list[str]:
     """The command that compiles for this processor."""
-    target = next(t for t in host_platform().targets if t.startswith(_MACHINES[platform.machine()]))
+    machine = "x86_64" if platform.machine() in {"x86_64", "AMD64"} else "aarch64"
+    target = next(t for t in host_platform().targets if t.startswith(machine))
     return [*compiler_command(compiler, target), "-mcpu=native" if compiler == "zig" else "-march=native"]
 
 

@@ -155,6 +155,7 @@ def _formulas(equations: EquationsOfMotion) -> list[tuple[str, tuple[Formula, ..
         ("Mass matrix", (found.mass_matrix,)),
         ("Equations of motion", found.motion),
         ("Further states", found.further),
+        ("Forces that carry prescribed motions", found.drives),
         ("Constraints", found.constraints),
     ]
     return [(heading, group) for heading, group in groups if group]

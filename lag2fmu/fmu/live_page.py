@@ -12,6 +12,7 @@ from typing import Any
 from lag2fmu.analysis.evaluation import attempted
 from lag2fmu.codegen.sources import page_sources
 from lag2fmu.description import names
+from lag2fmu.dynamics.equations import EquationsOfMotion
 from lag2fmu.dynamics.functions import Program
 from lag2fmu.errors import DerivationError, ExportError
 from lag2fmu.fmu.compilers import compile_module
@@ -53,12 +54,12 @@ def page_choice(page: str | None) -> str:
     return choice if page or find_spec("ziglang") is not None else "static"
 
 
-def live(mechanism: Mechanism, program: Program, sources: Mapping[str, str]) -> Live:
-    """The picture of a complete ``mechanism``, and its ``program`` from the C ``sources`` of an FMU, compiled.
+def live(equations: EquationsOfMotion, program: Program, sources: Mapping[str, str]) -> Live:
+    """The picture of the mechanism of ``equations``, and their ``program`` from the C ``sources`` of an FMU, compiled.
 
     Raises BuildError if the compiler fails.
     """
-    picture = attempted(lambda: drawing(mechanism), None)
+    picture = attempted(lambda: drawing(equations.mechanism), None)
     function = None
     if picture is not None:
         try:

@@ -12,7 +12,7 @@ from fractions import Fraction
 import sympy as sp
 
 from lag2fmu.errors import UnitError
-from lag2fmu.language.expressions import to_text
+from lag2fmu.language.expressions import number_text, to_text
 from lag2fmu.language.unit_table import BASE_UNITS, Exponents
 from lag2fmu.language.units import si_name
 from lag2fmu.language.vocabulary import Choice, Smooth, TableCall
@@ -30,9 +30,7 @@ def dimension(exponents: Exponents) -> Dimension:
 
 def describe(d: Dimension) -> str:
     """``d`` as a unit name, e.g. ``N.m``-like text for a message."""
-    if any(e.denominator != 1 for e in d):
-        return ".".join(f"{base}^({e})" for base, e in zip(BASE_UNITS, d, strict=False) if e)
-    return si_name((*(int(e) for e in d), 0)) or "1"
+    return si_name((*(int(e) if e.denominator == 1 else e for e in d), 0)) or "1"
 
 
 class DimensionOf:
@@ -116,12 +114,22 @@ class DimensionOf:
             if d is None or a.is_zero:
                 continue
             if found is not None and d != found[1]:
-                raise UnitError(
-                    f"'{to_text(found[0])}' is in {describe(found[1])} but '{to_text(a)}' is in {describe(d)}; "
-                    "they cannot be added"
-                )
+                raise UnitError(_not_alike(*found, a, d))
             found = (a, d)
         return found[1] if found and not unknown else None
+
+
+def _not_alike(term: sp.Expr, d: Dimension, other: sp.Expr, its: Dimension) -> str:
+    """Why two terms have no sum, and what to do about a plain number."""
+    remedy = "; a number has no unit: make it a parameter that has one" if term.is_number or other.is_number else ""
+    sides = f"'{_typed(term)}' is in {describe(d)} but '{_typed(other)}' is in {describe(its)}"
+    return f"{sides}; they cannot be added{remedy}"
+
+
+def _typed(term: sp.Expr) -> str:
+    """``term`` as text, a decimal fraction as it was typed."""
+    decimal = number_text(float(term)) if term.is_Rational and term.q > 1 else ""
+    return decimal if decimal and sp.Rational(decimal) == term else to_text(term)
 
 
 def _product(factors: list[Dimension | None]) -> Dimension | None:

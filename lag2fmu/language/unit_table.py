@@ -2,10 +2,13 @@
 
 from __future__ import annotations
 
+from fractions import Fraction
+
 BASE_UNITS = ("kg", "m", "s", "A", "K", "mol", "cd", "rad")
 """The base units of FMI 2.0 section 2.2.2, in the order of ``Unit.exponents``."""
 
-Exponents = tuple[int, ...]
+Exponents = tuple[int | Fraction, ...]
+"""Of the base units; broken ones are fractions, as in the stiffness of Hertz's contact, N/m^1.5."""
 NONE: Exponents = (0,) * len(BASE_UNITS)
 
 

@@ -43,6 +43,11 @@ class Unit:
         return self.name if self.factor == 1.0 and self.offset == 0.0 else si_name(self.exponents)
 
     @property
+    def is_whole(self) -> bool:
+        """Whether all exponents are whole numbers, as the base units of FMI have to be."""
+        return all(isinstance(e, int) for e in self.exponents)
+
+    @property
     def quantity(self) -> str:
         """What is measured, e.g. ``Torque`` in N.m, by the SI unit's name; '' where there is no common word."""
         return QUANTITIES.get(self.si_name) or QUANTITIES.get(si_name(self.exponents), "")
@@ -72,11 +77,11 @@ class Unit:
 
     def __truediv__(self, other: Unit) -> Unit:
         """The SI unit of a quotient, e.g. ``J/rad`` (named ``N.m``)."""
-        return _from_exponents(tuple(a - b for a, b in zip(self.exponents, other.exponents, strict=True)))
+        return _from_exponents(tuple(_plain(a - b) for a, b in zip(self.exponents, other.exponents, strict=True)))
 
     def __mul__(self, other: Unit) -> Unit:
         """The SI unit of a product."""
-        return _from_exponents(tuple(a + b for a, b in zip(self.exponents, other.exponents, strict=True)))
+        return _from_exponents(tuple(_plain(a + b) for a, b in zip(self.exponents, other.exponents, strict=True)))
 
 
 @cache
@@ -109,8 +114,11 @@ def si_name(exponents: Exponents) -> str:
     return "/".join([".".join(above) or "1", *below])
 
 
-def _power(base: str, exponent: int) -> str:
-    return base if exponent == 1 else f"{base}{exponent}"
+def _power(base: str, exponent: int | Fraction) -> str:
+    if isinstance(exponent, int):
+        return base if exponent == 1 else f"{base}{exponent}"
+    decimal = repr(float(exponent))
+    return f"{base}^{decimal}" if Fraction(decimal) == exponent else f"{base}^({exponent})"
 
 
 def _from_exponents(exponents: Exponents) -> Unit:
@@ -119,7 +127,7 @@ def _from_exponents(exponents: Exponents) -> Unit:
 
 _TOKEN = re.compile(
     r"\s*(?:(?P<operator>\*(?!\*)|\.|/)|(?P<open>\()|(?P<close>\))"
-    r"|(?P<factor>(?P<name>[A-Za-z%]+|1)(?:(?:\*\*|\^)?(?P<exponent>[+-]?\d+))?))\s*"
+    r"|(?P<factor>(?P<name>[A-Za-z%]+|1)(?:(?:\*\*|\^)(?P<broken>[+-]?\d+\.\d+|\([+-]?\d+/\d+\))|(?:\*\*|\^)?(?P<exponent>[+-]?\d+))?))\s*"
 )
 _PLAINER = {
     **{"°C": "degC", "°": "deg", "\N{MICRO SIGN}": "u", "\N{GREEK SMALL LETTER MU}": "u", "Ω": "Ohm"},
@@ -140,25 +148,28 @@ _MISPLACED = {
 def parse_unit(text: str) -> Unit:
     """Resolve ``text``, e.g. ``N*m``, ``N.m``, ``kg*m^2``, ``kg.m2``, ``m/s**2``, ``N/(m/s)`` or ``1``.
 
-    A quotient divides by the one factor that follows it: ``J/kg/K``, ``m/s2``. Raises UnitError for a text that is no
-    unit and for an unknown name, with the nearest known ones.
+    Broken powers follow a ``^`` or ``**``: ``N/m^1.5``, ``m^(1/3)``. A quotient divides by the one factor that follows
+    it: ``J/kg/K``, ``m/s2``. Raises UnitError for a text that is no unit and for an unknown name, with the nearest
+    known ones.
     """
     if len(text) > MAX_UNIT:
         raise UnitError(f"unit '{text[:20]}...': has {len(text)} characters; at most {MAX_UNIT} are read")
     exponents, factor, offset, powers = NONE, 1.0, 0.0, []
     for name, power in _factors(text):
         base, base_factor, base_offset = _look_up(name, text)
-        exponents = tuple(e + power * b for e, b in zip(exponents, base, strict=True))
+        exponents = tuple(_plain(e + power * b) for e, b in zip(exponents, base, strict=True))
         factor *= base_factor**power
         offset = offset or base_offset
         powers.append(power)
     if offset and powers != [1]:
         raise UnitError(f"unit '{text}': a unit with an offset can only stand alone; use K")
-    name = re.sub(r"\*\*|\^", "", re.sub(r"\s", "", text)).replace("*", ".")
+    plain = re.sub(r"\s", "", text).replace("**", "^")
+    whole = all(isinstance(power, int) for power in powers)
+    name = (plain.replace("^", "") if whole else plain).replace("*", ".")
     return Unit("" if exponents == NONE and factor == 1.0 and name == "1" else name, exponents, factor, offset)
 
 
-def _factors(text: str) -> Iterator[tuple[str, int]]:
+def _factors(text: str) -> Iterator[tuple[str, int | Fraction]]:
     """(name, power) of each factor, from left to right; those of ``N/(m/s)`` are N 1, m -1 and s 1.
 
     The grammar: unit = operand {("*" | "." | "/") operand}; operand = name [power] | "(" unit ")". Raises UnitError.
@@ -175,13 +186,27 @@ def _factors(text: str) -> Iterator[tuple[str, int]]:
         elif kind == "operator":
             sign = -around[-1] if token["operator"] == "/" else around[-1]
         else:
-            power = sign * int(token["exponent"] or 1)
-            if abs(power) > 12:
+            power = _exponent(text, token)
+            power = power if sign > 0 else -power
+            if not -12 <= power <= 12:
                 raise UnitError(f"unit '{text}': the power {power} is beyond 12")
             yield token["name"], power
         operand_expected = kind in ("operator", "open")
     if operand_expected or len(around) > 1:
         raise UnitError(f"unit '{text}': incomplete; write '1' for a dimensionless quantity, or leave the unit out")
+
+
+def _exponent(text: str, token: re.Match[str]) -> int | Fraction:
+    """The power of a factor; raises UnitError for a division by zero."""
+    try:
+        return _plain(Fraction((token["broken"] or token["exponent"] or "1").strip("()")))
+    except ZeroDivisionError:
+        raise UnitError(f"unit '{text}': the power '{token['broken']}' divides by zero") from None
+
+
+def _plain(exponent: int | Fraction) -> int | Fraction:
+    """A whole number as int."""
+    return int(exponent) if exponent.denominator == 1 else exponent
 
 
 def _check_place(text: str, token: re.Match[str], operand_expected: bool, depth: int) -> None:

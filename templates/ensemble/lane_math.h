@@ -47,6 +47,21 @@ typedef struct {
     Mask quarters; /* modulo 4 in the two lowest bits */
 } Reduced;
 
+#if (defined(__FMA__) || defined(__ARM_FEATURE_FMA)) && defined(__clang__)
+/* A product that is added to is not rounded: a fraction of pi/2 with all its bits takes three steps. */
+LANE_FUNCTION Reduced reduced_angle(Lanes x) {
+    const Lanes shifted = x * 6.36619772367581382433e-01 + ROUNDER;
+    const Lanes n = shifted - ROUNDER;
+    const Lanes first = __builtin_elementwise_fma(-n, lanes_of(1.57079632679489655800e+00), x); /* exact */
+    const Lanes product = n * 6.12323399573676603587e-17;
+    const Lanes rest = __builtin_elementwise_fma(n, lanes_of(6.12323399573676603587e-17), -product);
+    const Lanes second = first - product, part = first - second;
+    const Lanes other = (first - (second + part)) + (part - product);
+    const Lanes small = (other - rest) - n * -1.49738490485916983e-33;
+    const Lanes high = second + small;
+    return (Reduced){high, (second - high) + small, lanes_bits(shifted)};
+}
+#else
 /* a - b = *difference + the result, exactly. Knuth, volume 2, section 4.2.2, theorem B. */
 LANE_FUNCTION Lanes rest_of_difference(Lanes a, Lanes b, Lanes *difference) {
     *difference = a - b;
@@ -65,7 +80,11 @@ LANE_FUNCTION Reduced reduced_angle(Lanes x) {
     const Lanes high = third + small;
     return (Reduced){high, (third - high) + small, lanes_bits(shifted)};
 }
+#endif
 
+#ifdef __clang__
+#pragma clang fp contract(fast) /* the polynomials; nothing here has to be rounded in between */
+#endif
 LANE_FUNCTION Lanes sin_of_reduced(Reduced r) {
     const Lanes x = r.high, z = x * x, v = z * x;
     const Lanes tail =
@@ -84,6 +103,9 @@ LANE_FUNCTION Lanes cos_of_reduced(Reduced r) {
     return near + (((1.0 - near) - half) + (z * tail - x * r.low));
 }
 
+#ifdef __clang__
+#pragma clang fp contract(off)
+#endif
 /* The sine of an angle so many quarters further on. */
 LANE_FUNCTION Lanes sin_of_quarters(Reduced r, Mask quarters) {
     const Mask odd = -(quarters & 1), sign = (quarters & 2) << 62;

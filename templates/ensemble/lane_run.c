@@ -38,7 +38,7 @@ static void prepare(Group *group) {
 }
 
 EXPORTED int64_t lane_memory(void) {
-    return (int64_t)sizeof(Group) + 64;
+    return (int64_t)sizeof(Group) + 256;
 }
 
 EXPORTED int64_t lane_count(void) {
@@ -47,7 +47,7 @@ EXPORTED int64_t lane_count(void) {
 
 /* memory has lane_memory() bytes. */
 EXPORTED void lane_runs(const Batch *batch, char *memory) {
-    Group *group = (Group *)(void *)(memory + (64 - (uintptr_t)memory % 64));
+    Group *group = (Group *)(void *)(memory + (256 - (uintptr_t)memory % 256));
     memset(group, 0, sizeof *group);
     group->batch = batch;
     group_fill(group);

@@ -3,19 +3,16 @@
 import { addressOf, readAddress } from "./address.js";
 import { compare, verdict } from "./badge.js";
 import { colorOf, onSchemeChange } from "./colors.js";
-import { GaugesView } from "./gauges.js";
 import { Hand } from "./hand.js";
 import { loadMechanism } from "./mechanism.js";
 import { Panel } from "./panel.js";
-import { PlaneView } from "./plane.js";
 import { byId, Player } from "./player.js";
 import { Run } from "./run.js";
 import { Settings } from "./settings.js";
-import { makeSpaceView } from "./space.js";
 import { Trails } from "./trails.js";
+import { enlarge, makeView } from "./views.js";
 
 const BUDGET = 7;
-const SMALL = 50;
 
 const calm = window.matchMedia("(prefers-reduced-motion: reduce)");
 
@@ -33,16 +30,10 @@ class Page {
     this.coordinates = model.coordinates.map((name) => this.variables.find((v) => v.name === name));
     this.watched = this.variables.filter((variable) => variable.discrete && variable.watched);
     this.drawing = model.drawing;
-    this.view = this.makeView(three);
+    this.view = makeView(this, three);
     this.trails = new Trails(this);
     this.given = readAddress(this.hash(), this.variables);
     this.begin();
-  }
-
-  makeView(three) {
-    if (!this.drawing) return new GaugesView(byId("view"), this.coordinates, this.colors);
-    if (this.drawing.planar || !three) return new PlaneView(byId("view"), this.drawing, this.colors);
-    return makeSpaceView(three, byId("view"), this.drawing, this.colors);
   }
 
   hash() {
@@ -58,7 +49,8 @@ class Page {
       this.grey.compute(2000, Infinity);
     }
     this.start(settings);
-    this.enlarge();
+    this.run.compute(300);
+    enlarge(this.drawing, this.run);
     this.player = new Player(this, Number(words.speed) || this.model.speed, !calm.matches && words.paused !== "1");
     this.panel = new Panel(this, (time) => this.player.seek(time));
     this.panel.choose((words.plot ?? this.model.plot.join(",")).split(","));
@@ -78,21 +70,6 @@ class Page {
     this.showSettings();
     if (words.t) this.player.seek(Math.min(Number(words.t) || 0, stop));
     this.listen();
-  }
-
-  /** Gives what moves little, such as a single particle, the whole picture. */
-  enlarge() {
-    if (!this.drawing || this.drawing.items.some((item) => item.wall || ["still", "rail", "pulley"].includes(item.k)))
-      return;
-    this.run.compute(300);
-    const view = new PlaneView(byId("view"), this.drawing, this.colors);
-    for (let k = 0; k < this.run.points.length; k += Math.ceil(this.run.count / 200)) {
-      this.mechanism.point.set(this.run.points[k]);
-      view.include(this.mechanism.draw(this.run.timeOf(k)));
-    }
-    const [left, bottom, right, top] = view.box;
-    const extent = Math.max(right - left, top - bottom);
-    if (extent > 1e-6 && extent < SMALL) this.drawing.unit *= extent / SMALL;
   }
 
   /** A run from the start with these settings; the time is 0. */

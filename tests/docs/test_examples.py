@@ -11,15 +11,20 @@ import pytest
 ROOT = Path(__file__).parents[2]
 PAGES = [ROOT / "README.md", *sorted((ROOT / "docs").rglob("*.md"))]
 RUN = {"console", "python", "toml"}
-
-pytestmark = pytest.mark.fmu
+FIRST_STEPS = ROOT / "docs" / "first-steps.md"
 
 
 def _name(page: Path) -> str:
     return page.relative_to(ROOT).as_posix()
 
 
-@pytest.mark.parametrize("page", [p for p in PAGES if RUN & {b.language for b in examples.blocks(p)}], ids=_name)
+def _shows_something(page: Path) -> bool:
+    return page != FIRST_STEPS and not RUN.isdisjoint(block.language for block in examples.blocks(page))
+
+
+@pytest.mark.fmu
+@pytest.mark.slow
+@pytest.mark.parametrize("page", filter(_shows_something, PAGES), ids=_name)
 def test_the_examples_of_a_page_run(page: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     for package in re.findall(r"^import (casadi|control|mujoco|pandas|xarray)", page.read_text("utf-8"), re.M):
         pytest.importorskip(package, reason=f"{package} is not installed")
@@ -36,11 +41,13 @@ def test_blocks_that_are_not_run_hold_nothing_that_could_be(page: Path) -> None:
             assert found is None, f"{_name(page)}, line {block.line}: make it a console or python block"
 
 
+@pytest.mark.fmu
+@pytest.mark.slow
 def test_first_steps_end_with_a_pendulum_that_moves(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     """By the commands and by Python alike: frames differ, and the bob keeps its distance from the pivot."""
     image = pytest.importorskip("PIL.Image")
     monkeypatch.chdir(tmp_path)
-    examples.run(ROOT / "docs" / "first-steps.md", tmp_path)
+    examples.run(FIRST_STEPS, tmp_path)
     for name in ("my_pendulum.gif", "from_python.gif"):
         with image.open(tmp_path / name) as picture:
             assert picture.n_frames == 76  # 3 s, 25 frames a second

@@ -72,7 +72,7 @@ def test_references_are_those_of_the_code(site: Path) -> None:
     headings = Page(site / "reference" / "command-line.html").names
     assert {f"lag2fmu-{name}" for name in main.commands} <= headings
     assert set(TABLES) <= Page(site / "reference" / "text-format.html").names
-    assert "lag2fmu.export" in Page(site / "reference" / "python.html").names
+    assert "lag2fmu.fmu.exporting.export" in Page(site / "reference" / "python.html").names
     method = (site / "method.html").read_text("utf-8")
     assert "<math" in method
     assert r"\(" not in re.sub(r"<script.*?</script>", "", method, flags=re.S)

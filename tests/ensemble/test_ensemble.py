@@ -61,7 +61,10 @@ def test_a_run_gives_the_same_bits_whatever_runs_beside_it() -> None:
         assert alone.final["theta2"][0] == together.final["theta2"][i]
 
 
-@pytest.mark.parametrize("solver", ["dopri5", "dop853", "rk4"])
+SLOW = pytest.mark.slow  # each compiles the whole runtime
+
+
+@pytest.mark.parametrize("solver", ["dopri5", pytest.param("dop853", marks=SLOW), pytest.param("rk4", marks=SLOW)])
 def test_lanes_agree_with_the_runtime_of_the_fmu(solver: str) -> None:
     asked = {
         "starts": {"theta1": spread(0.2, 0.6)},
@@ -90,6 +93,7 @@ def test_an_ensemble_agrees_with_the_fmu(exported) -> None:
         assert np.allclose(runs[name][0], run[name], rtol=0, atol=3e-7)
 
 
+@SLOW
 @pytest.mark.parametrize(("model", "parameter"), [("four_bar_linkage", "l2"), ("rolling_disc", "m")])
 def test_constrained_mechanisms_run_in_lanes(model: str, parameter: str) -> None:
     free = next(p for p in ensemble(model).mechanism.parameters if p.name == parameter)
@@ -103,6 +107,7 @@ def test_constrained_mechanisms_run_in_lanes(model: str, parameter: str) -> None
     assert all(np.abs(a[name]).max() < 1e-9 for name in residuals)
 
 
+@SLOW
 def test_impacts_take_the_scalar_runtime() -> None:
     """A ball from height h falls for sqrt(2 h / g)."""
     model = ensemble("bouncing_ball")

@@ -27,16 +27,19 @@ SOURCE = """
     }
 """
 
+PLAIN = "#undef __FMA__\n#undef __ARM_FEATURE_FMA\n"
+"""As if the processor had no fused products."""
+
 Each = Callable[[str, np.ndarray], np.ndarray]
 
 
-@pytest.fixture(scope="module")
-def each() -> Each:
+@pytest.fixture(scope="module", params=["", pytest.param(PLAIN, marks=pytest.mark.slow)], ids=["native", "plain"])
+def each(request: pytest.FixtureRequest) -> Each:
     """``each(name, x)``: a function of lane_math.h at all ``x``, beside whatever the other lanes hold."""
     folder = resource_folder("templates") / "ensemble"
     sources = {name: (folder / name).read_text("utf-8") for name in ("lanes.h", "lane_math.h")}
     sources["lane_sizes.h"] = f"#define LANES {lanes_here('zig')}\n"
-    sources["each.c"] = SOURCE + "".join(f"EACH({name})\n" for name in FUNCTIONS)
+    sources["each.c"] = request.param + SOURCE + "".join(f"EACH({name})\n" for name in FUNCTIONS)
     library = built(sources, "lane_math", "zig")
 
     def values(name: str, x: np.ndarray) -> np.ndarray:

@@ -14,8 +14,11 @@ from stepping import Stepping, bits
 import lag2fmu
 from lag2fmu.errors import ExportError
 from lag2fmu.fmu import Fmu, export, read_mechanism
+from lag2fmu.fmu.scalar_variable import ScalarVariable
 from lag2fmu.fmu.versions.fmi2 import to_xml
+from lag2fmu.fmu.versions.shared import add_units
 from lag2fmu.formats.loading import bundled, load
+from lag2fmu.language.units import parse_unit
 from lag2fmu.mechanism import Energy, Mechanism, coordinate, parameter
 from lag2fmu.verify.simulate import problems
 
@@ -221,3 +224,14 @@ def test_what_cannot_be_promoted(name: str, tmp_path) -> None:
 
 def test_promoting_an_output_is_no_error(exported) -> None:
     assert xml(exported("pendulum", outputs=("x", "theta"))).get("guid") == xml(exported("pendulum")).get("guid")
+
+
+def test_a_unit_of_broken_powers_has_no_base_unit() -> None:
+    """The standard's base units have whole exponents; the display unit says what the number means."""
+    root = ET.Element("fmiModelDescription")
+    stiffness = ScalarVariable("K", 0, "parameter", "tunable", "exact", unit=parse_unit("N/mm^1.5"), start=1.0)
+    add_units(root, [stiffness])
+    (unit,) = root.iter("Unit")
+    assert unit.get("name") == "kg/m^0.5/s2"
+    assert [child.tag for child in unit] == ["DisplayUnit"]
+    assert float(unit[0].get("factor", "")) == pytest.approx(1e-3**1.5)

@@ -145,3 +145,21 @@ def test_units_as_they_are_often_written_get_the_right_one(text: str, instead: s
 def test_quantities_have_names(unit: str, quantity: str) -> None:
     assert parse_unit(unit).quantity == quantity
     assert parse_unit("mH").si_name == "H"
+
+
+@pytest.mark.parametrize("text", ["N/m^1.5", "N/m**(3/2)", "kg.s^-2.m^-0.5"])
+def test_powers_may_be_broken(text: str) -> None:
+    """The stiffness of Hertz's contact; its square is a unit again that FMI can write."""
+    unit = parse_unit(text)
+    assert unit.exponents == (1, Fraction(-1, 2), -2, 0, 0, 0, 0, 0)
+    assert not unit.is_whole
+    assert si_name(unit.exponents) == "kg/m^0.5/s2"
+    assert parse_unit(unit.name) == unit
+    assert parse_unit("kg/m^0.5/s2").exponents == unit.exponents
+    assert (unit * unit).is_whole
+    assert parse_unit("N/mm^1.5").factor == pytest.approx(1e3**1.5)
+
+
+def test_a_power_that_divides_by_zero_is_refused() -> None:
+    with pytest.raises(UnitError, match=r"unit 'm\^\(1/0\)': the power '\(1/0\)' divides by zero"):
+        parse_unit("m^(1/0)")

@@ -255,6 +255,9 @@ def test_a_plain_number_is_a_value_in_si_and_fits_everywhere() -> None:
     assert mechanism.warnings == ()
     with pytest.raises(UnitError, match="they cannot be added"):
         replace(mechanism, springs=[Spring("s", 20.0, elongation=x - 1)])
+    remedy = "'0.6' is in 1 .* they cannot be added; a number has no unit: make it a parameter that has one"
+    with pytest.raises(UnitError, match=remedy):
+        replace(mechanism, springs=[Spring("s", 20.0, elongation=x + sp.Rational(3, 5))])
 
 
 def test_masses_are_positive_and_what_drives_is_said() -> None:

@@ -82,9 +82,10 @@ class _Python:
             identifier = identifier_of(mechanism.name)
             blank = ModelDescription(mechanism, (), identifier, "", solver, VERSION, INTERFACE)
             description, files = python_fmu(equations, program, platforms, blank)
-            made = (
-                live(mechanism, program, describe(mechanism, equations, program, solver)[1]) if choices.live else None
-            )
+            made = None
+            if choices.live:
+                _, sources = describe(mechanism, equations, program, solver)
+                made = live(equations, program, sources)
             return Content(description, files, binaries_of_pythonfmu(platforms), _RESOURCES, made)
 
         return build

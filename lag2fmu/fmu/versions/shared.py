@@ -75,8 +75,9 @@ def add_units(root: ET.Element, variables: Iterable[ScalarVariable]) -> None:
     definitions = ET.SubElement(root, "UnitDefinitions")
     for name in sorted(units):
         element = ET.SubElement(definitions, "Unit", {"name": name})
-        exponents = _base_exponents(name, units[name].exponents)
-        ET.SubElement(element, "BaseUnit", {b: str(e) for b, e in zip(BASE_UNITS, exponents, strict=True) if e})
+        if units[name].is_whole:  # the standard has no others
+            exponents = _base_exponents(name, units[name].exponents)
+            ET.SubElement(element, "BaseUnit", {b: str(e) for b, e in zip(BASE_UNITS, exponents, strict=True) if e})
         for shown in sorted(displays.get(name, {}).values(), key=lambda u: u.name):
             attributes = {"name": shown.name, "factor": repr(1.0 / shown.factor)}
             if shown.offset:

@@ -9,6 +9,7 @@ import sympy as sp
 
 from lag2fmu.description.places import AXES
 from lag2fmu.formats.robots.tree import QUARTER, Floats, Pose
+from lag2fmu.mechanism.starts import without_dust
 
 Turn = tuple["str | tuple[sp.Expr, ...]", sp.Expr]
 """An axis and an angle."""
@@ -20,8 +21,10 @@ def number(x: float) -> sp.Expr:
 
 
 def numbers(vector: Iterable[float]) -> tuple[sp.Expr, ...]:
-    """The entries of ``vector`` likewise."""
-    return tuple(number(float(x)) for x in vector)
+    """The entries of ``vector``, which was computed, without the dust of rounding beside the greatest one."""
+    entries = [float(x) for x in vector]
+    size = max(map(abs, entries), default=0.0)
+    return tuple(number(without_dust(x, size)) for x in entries)
 
 
 def turns_of(pose: Pose) -> list[Turn]:

@@ -92,6 +92,7 @@ def test_sizes_count_elements(exported) -> None:
     assert "the array of values has 3 elements; the 2 variables have 4 in all" in unit.log[-1][2]
 
 
+@pytest.mark.slow
 def test_accelerations_that_were_read_before_an_event_are_those_after_it_too(exported) -> None:
     """A block of 1 kg on a belt that a spring of 1 N/m draws back: it sticks up to 1 N, and slides under 0.5 N."""
     with Stepping3(exported("block_on_belt", fmi="3.0").path, "ModelExchange") as unit:

@@ -1,0 +1,68 @@
+"""The page as one file: scripts joined in order, nothing that ends a script early, nothing from elsewhere."""
+
+from __future__ import annotations
+
+import re
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from lag2fmu.errors import ExportError
+from lag2fmu.fmu import live_page
+from lag2fmu.fmu.live_page import page_choice
+from lag2fmu.live.document import script
+from lag2fmu.live.samples import Samples
+from lag2fmu.resources import resource_folder
+
+FOLDER = resource_folder("templates") / "page"
+NAME = re.compile(r"^(?:export )?(?:async )?(?:const|let|function|class) (\w+)", re.MULTILINE)
+
+
+def _opening(module: Path) -> str:
+    """The first line of a module, which says what it is."""
+    return module.read_text("utf-8").splitlines()[0]
+
+
+def test_modules_are_joined_behind_those_they_import() -> None:
+    joined = script(FOLDER)
+    assert not re.search(r"^(import|export) ", joined, re.MULTILINE)
+    assert "</script" not in joined
+    for path in FOLDER.glob("*.js"):
+        for other in re.findall(r'from "\./(\w+)\.js"', path.read_text("utf-8")):
+            first = [joined.index(_opening(FOLDER / f"{name}.js")) for name in (other, path.stem)]
+            assert first == sorted(first), f"{path.name} stands before {other}.js"
+
+
+def test_no_two_modules_name_things_alike() -> None:
+    names = [name for path in FOLDER.glob("*.js") for name in NAME.findall(path.read_text("utf-8"))]
+    assert len(names) == len(set(names))
+
+
+def test_every_module_is_used_and_fits() -> None:
+    joined = script(FOLDER)
+    for path in FOLDER.glob("*.js"):
+        text = path.read_text("utf-8")
+        assert _opening(path) in joined, path.name
+        assert text.count("\n") <= 300, path.name
+
+
+def test_a_page_is_live_unless_it_is_said_otherwise(monkeypatch: pytest.MonkeyPatch) -> None:
+    assert page_choice(None) == "static"  # as the tests have it
+    assert page_choice("live") == "live"
+    monkeypatch.delenv(live_page.VARIABLE)
+    assert page_choice(None) == "live"
+    monkeypatch.setattr(live_page, "find_spec", lambda _: None)
+    assert page_choice(None) == "static"
+    with pytest.raises(ExportError, match="unknown page 'moving'; known are live, static"):
+        page_choice("moving")
+
+
+def test_samples_are_few_and_keep_both_ends() -> None:
+    times = np.linspace(0.0, 1.0, 1001)
+    samples = Samples(("x",), times, times[:, None] ** 2, np.ones(1), np.ones(1001), 1e-4)
+    data = samples.data()
+    assert data is not None
+    assert (data["times"][0], data["times"][-1]) == (0.0, 1.0)
+    assert len(data["times"]) == len(data["values"]) == len(data["growth"]) == 60
+    assert Samples(("x",), times[:0], times[:0, None], np.ones(1), np.ones(0), 1e-4).data() is None
