@@ -26,7 +26,9 @@ def _shows_something(page: Path) -> bool:
 @pytest.mark.slow
 @pytest.mark.parametrize("page", filter(_shows_something, PAGES), ids=_name)
 def test_the_examples_of_a_page_run(page: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    for package in re.findall(r"^import (casadi|control|mujoco|pandas|xarray)", page.read_text("utf-8"), re.M):
+    text = page.read_text("utf-8")
+    needed = {*re.findall(r"^import (casadi|control|mujoco|pandas|xarray)", text, re.M)}
+    for package in sorted(needed | ({"h5netcdf"} if ".nc\n" in text else set())):
         pytest.importorskip(package, reason=f"{package} is not installed")
     monkeypatch.chdir(tmp_path)
     monkeypatch.syspath_prepend(tmp_path)
@@ -56,3 +58,5 @@ def test_first_steps_end_with_a_pendulum_that_moves(tmp_path: Path, monkeypatch:
                 picture.seek(k)
                 frames.append(picture.convert("L").tobytes())
             assert len(set(frames)) == len(frames)
+    for name in ("my_pendulum.html", "from_python.html"):
+        assert "<canvas" in (tmp_path / name).read_text("utf-8")

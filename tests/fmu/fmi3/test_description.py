@@ -13,6 +13,8 @@ from describing import described
 from fmpy import read_model_description
 from fmpy.validation import validate_fmu
 
+from lag2fmu.checking.description import read_document
+from lag2fmu.checking.fmi3.rulebook import FMI3
 from lag2fmu.errors import ExportError
 from lag2fmu.fmu.versions.fmi3 import to_xml
 from lag2fmu.formats.loading import load
@@ -39,7 +41,10 @@ def test_nothing_is_found(model: str, outputs: tuple[str, ...], arrays: bool, tm
 @pytest.mark.parametrize("arrays", [False, True], ids=["flat", "arrays"])
 @pytest.mark.parametrize("model", models())
 def test_nothing_is_found_in_the_gallery(model: str, arrays: bool, tmp_path: Path) -> None:
+    """By fmpy and the schema, and by our own rules on descriptions."""
     assert read(tmp_path, model, outputs=("all",), fmi="3.0", arrays=arrays)[2] == []
+    document = read_document((tmp_path / "modelDescription.xml").read_bytes())
+    assert [*FMI3.on_description(FMI3.describe(document))] == []
 
 
 @pytest.mark.parametrize("model", KINDS)
