@@ -17,6 +17,7 @@ from lag2fmu.fmu.elements import ENUMERATIONS
 from lag2fmu.fmu.live_page import live_document
 from lag2fmu.fmu.scalar_variable import ScalarVariable
 from lag2fmu.fmu.sketch import sketch
+from lag2fmu.live.document import licences
 from lag2fmu.live.samples import Samples
 from lag2fmu.picture.drawing import draw, drawable, layout_of
 from lag2fmu.picture.scene import Scene
@@ -49,8 +50,7 @@ def documentation(
     folder = resource_folder("templates") / "documentation"
     files = {"license.txt": folder / "license.txt"}
     if content.live is not None:
-        vendor = resource_folder("templates") / "page" / "vendor"
-        files |= {path.name: path for path in sorted(vendor.glob("*.LICENSE.txt"))}
+        files |= {path.name: path for path in licences(content.live.spatial)}
     return {
         PAGE: text.encode(),
         **{f"documentation/licenses/{name}": path.read_text("utf-8").encode() for name, path in files.items()},

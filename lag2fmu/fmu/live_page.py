@@ -42,6 +42,11 @@ class Live:
     picture: Drawing | None
     module: bytes
 
+    @property
+    def spatial(self) -> bool:
+        """Whether the mechanism is drawn in space."""
+        return self.picture is not None and not self.picture.data["planar"]
+
 
 def page_choice(page: str | None) -> str:
     """The kind of page: the one that is asked for, else what the environment names, else live.
@@ -76,9 +81,8 @@ def live_document(
     """The page as HTML; ``context`` is that of the static page; ``samples``: what its trajectory is compared with."""
     picture = made.picture
     notes = context["sketch"][1] if context["sketch"] else ()  # type: ignore[index]
-    spatial = picture is not None and not picture.data["planar"]
     data = _data(description, picture, samples)
-    return document({**context, "notes": notes}, data, made.module, spatial=spatial)
+    return document({**context, "notes": notes}, data, made.module, spatial=made.spatial)
 
 
 def _data(description: ModelDescription, picture: Drawing | None, samples: Samples | None) -> dict[str, Any]:

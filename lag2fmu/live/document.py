@@ -31,12 +31,19 @@ def document(context: Mapping[str, object], data: Mapping[str, Any], module: byt
         "data": json.dumps(data, separators=(",", ":"), allow_nan=False).replace("<", "\\u003c"),
         "module": _packed(module),
         "three": _packed((vendor / "three.module.min.js").read_bytes()) if spatial else "",
+        "licences": "\n".join(path.read_text("utf-8").replace("--", "- -") for path in licences(spatial)),
         "uplot": (vendor / "uPlot.iife.min.js").read_text("utf-8").replace("</script", "<\\/script"),
         "script": script(folder),
         "drawn": data["drawing"] is not None,
         "compared": data["reference"] is not None,
     }
     return render("page/page.html.jinja", {**context, **live})
+
+
+def licences(spatial: bool) -> list[Path]:
+    """The files with the licences of the libraries that stand in a page."""
+    vendor = resource_folder("templates") / "page" / "vendor"
+    return [vendor / f"{name}.LICENSE.txt" for name in (("three", "uplot") if spatial else ("uplot",))]
 
 
 def _packed(content: bytes) -> str:
