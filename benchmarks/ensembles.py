@@ -9,12 +9,14 @@ greatest error of a state at the end, against dop853 at a tolerance of 1e-13. Pe
 from __future__ import annotations
 
 import argparse
+import ctypes
 import importlib
 import statistics
 import tempfile
 import time
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from concurrent.futures import ProcessPoolExecutor
+from functools import partial
 from pathlib import Path
 from typing import Any
 
@@ -25,6 +27,7 @@ from rich.table import Table
 
 from benchmarks.cases import case
 from benchmarks.peers import casadi_function, mjcf_of
+from benchmarks.running import KERNELS
 from lag2fmu import Ensemble, export, simulate
 from lag2fmu.ensemble import StateFunction
 from lag2fmu.fmu.compilers import compile_here
@@ -325,37 +328,59 @@ def _rollout(text: str, integrator: str, q: Floats, steps: int) -> Callable[[], 
 # -------------------------------------------------------------------------------------------------- CasADi's external
 
 
-def externals(rounds: int, points: int = 20000) -> Table:
-    """The external function of CasADi and CasADi's own from the same Lagrangian, both in C, called by CasADi's map."""
+def externals(rounds: int, points: int = 4096) -> Table:
+    """The external function and CasADi's own from the same Lagrangian, both in C by CasADi's interface, in one loop."""
     table = Table("CasADi: dx/dt of", "external, ns", "own, ns", "ratio", "bar", box=None)
     ca = optional("casadi")
     for name, bar in (("C8", 0.45), ("S6", 0.55), ("S7", 0.55)) if ca else ():
         chosen = case(name)
         f = StateFunction(chosen.mechanism())
-        x = f.start["x"][:, None] + np.random.default_rng(0).uniform(-0.5, 0.5, (len(f.start["x"]), points))
+        x = f.start["x"] + np.random.default_rng(0).uniform(-0.5, 0.5, (points, len(f.start["x"])))
+        u, p = f.start["u"], f.start["p"]
         with tempfile.TemporaryDirectory() as folder:
-            external = ca.external(f.mechanism.name, str(f.external(folder)))
-            own = _own(ca, chosen, Path(folder))
-            u, p = ca.DM(f.start["u"]), ca.DM(f.start["p"])
-            values = ca.DM(x)
-            given = [external.map(points)(0, values, u, p), own.map(points)(values, u, p)]
-            assert np.abs(np.array(given[0] - given[1])).max() < 1e-6 * max(1.0, np.abs(np.array(given[1])).max())
-            first, second = external.map(points), own.map(points)
-            times = in_turn({"a": lambda: first(0, values, u, p), "b": lambda: second(values, u, p)}, rounds)  # noqa: B023
-        each = [1e9 * seconds / points for seconds in times.values()]
+            external = ctypes.CDLL(str(f.external(folder)))[f.mechanism.name]
+            own = ctypes.CDLL(str(_own(ca, chosen, Path(folder)))).own
+            loop = ctypes.CDLL(str(_loop(Path(folder)))).at_points
+        actions = {
+            "external": partial(_at_points, loop, external, [np.zeros(1), x, u, p], 1),
+            "own": partial(_at_points, loop, own, [x, u, p], 0),
+        }
+        first, second = (action() for action in actions.values())
+        assert np.abs(first - second).max() < 1e-6 * max(1.0, np.abs(second).max())
+        each = [1e9 * seconds / points for seconds in in_turn(actions, 5 * rounds).values()]
         table.add_row(name, *(f"{ns:.0f}" for ns in each), f"{each[0] / each[1]:.2f}", f"{bar}")
     return table
 
 
-def _own(ca: Any, chosen: Any, folder: Path) -> Any:
+def _at_points(loop: Any, function: Any, arguments: Sequence[Floats], moving: int) -> Floats:
+    """The results of a function of CasADi's interface at all points of the argument that moves."""
+    points, size = arguments[moving].shape
+    results, work = np.empty((points, size)), np.empty(100_000)
+    pointers = (ctypes.c_void_p * len(arguments))(*(array.ctypes.data for array in arguments))
+    integers = (ctypes.c_longlong * 1000)()
+    counts = (ctypes.c_longlong(points), ctypes.c_longlong(size))
+    loop(function, pointers, moving, *counts, *map(_pointer, (results, work)), integers)
+    return results
+
+
+def _pointer(array: Floats) -> ctypes.c_void_p:
+    return ctypes.c_void_p(array.ctypes.data)
+
+
+def _own(ca: Any, chosen: Any, folder: Path) -> Path:
     """CasADi's own function dx/dt, with its LDL^T, generated and compiled with the same flags."""
-    function = casadi_function(ca, chosen, "own")
     generator = ca.CodeGenerator("own.c", {"with_header": False})
-    generator.add(function)
+    generator.add(casadi_function(ca, chosen, "own"))
     text = f'#define CASADI_SYMBOL_EXPORT __attribute__((visibility("default")))\n{generator.dump()}'
     library = folder / "own.so"
     library.write_bytes(compile_here({"own.c": text}, "own"))
-    return ca.external("own", str(library))
+    return library
+
+
+def _loop(folder: Path) -> Path:
+    library = folder / "loop.so"
+    library.write_bytes(compile_here({"external.c": (KERNELS / "external.c").read_text("utf-8")}, "loop"))
+    return library
 
 
 if __name__ == "__main__":

@@ -190,7 +190,12 @@ class Expected:
         rows = [[_with_flat_signs(e) for e in row] for row in (self.residual, self.momenta, self.outputs)]
         symbols = sorted({s for row in rows for e in row for s in e.free_symbols}, key=str)
         at = [values[s.name] for s in symbols]
-        modules = [{"Heaviside": lambda x, *_: np.heaviside(x, 0.5), "DiracDelta": lambda *_: 0.0}, "numpy"]
+        own = {
+            "Heaviside": lambda x, *_: np.heaviside(x, 0.5),
+            "DiracDelta": lambda *_: 0.0,
+            "sqrt": lambda x: np.sqrt(np.float64(x)),  # of an integer of any size
+        }
+        modules = [own, "numpy"]
         return [np.array(sp.lambdify(symbols, row, modules, cse=True)(*at), dtype=float) for row in rows]
 
 

@@ -7,6 +7,7 @@ from typing import Any
 
 import numpy as np
 import pytest
+from scipy.integrate import solve_ivp
 
 import lag2fmu
 from lag2fmu.errors import LoadError, SimulationError
@@ -113,6 +114,7 @@ def test_a_ball_bounces_as_its_closed_form() -> None:
         ("rolling_disc", ["R", "g", "theta"], 1.0, 1e-7),  # nonholonomic
         ("coulomb_oscillator", ["k", "F", "x"], 10.0, 1e-8),  # dry friction: slides, sticks
         ("pendulum_with_stop", ["l", "wall", "e", "theta"], 2.9, 1e-8),  # the place of an impact varies
+        ("woodpecker", ["c", "mu"], 0.3, 1e-7),  # slides, sticks, opens, with impacts in between
         ("impact_oscillator", ["k", "d", "Omega", "e"], 9.0, 1e-8),  # driven by time
     ],
 )
@@ -137,3 +139,34 @@ def test_what_has_no_derivative_is_refused() -> None:
 def _guess(model: str) -> str:
     library = compiled(model)
     return next(name for name, v in library.variables.items() if v.initial == "approx")
+
+
+@pytest.mark.slow
+def test_derivatives_are_those_of_a_complex_step() -> None:
+    """The pendulum with a length, gravity and start that have a tiny imaginary part, by SciPy in complex numbers."""
+    times = np.linspace(0.0, 4.0, 9)
+    found = lag2fmu.sensitivities(
+        "pendulum", over=["l", "g", "theta"], outputs=["theta", "theta_dot"], times=times, tolerance=1e-12
+    )
+    library = compiled("pendulum")
+    centre = [float(library.variables[name].start or 0.0) for name in found.over]
+    for i in range(3):
+        length, gravity, start = (value + (1e-30j if i == j else 0) for j, value in enumerate(centre))
+
+        def slope(t: float, x: Any, ratio: complex = gravity / length) -> Any:
+            return [x[1], -ratio * np.sin(x[0])]
+
+        run = solve_ivp(slope, (0, 4), np.array([start, 0j]), "DOP853", times, rtol=1e-12, atol=1e-14)
+        np.testing.assert_allclose(found.derivatives[:, :, i], run.y.T.imag / 1e-30, atol=1e-8)
+
+
+@pytest.mark.toolchain
+def test_derivatives_are_those_of_cvodes() -> None:
+    """Forward sensitivities of the double pendulum; CasADi differentiates the Lagrangian and calls CVODES."""
+    pytest.importorskip("casadi", reason="CasADi is not installed")
+    from benchmarks import sensitivities as bench
+
+    library = compiled("double_pendulum")
+    expected = bench.cvodes(library, 1e-11, "adams")()
+    found = bench.ours(library, 1e-11)()
+    assert abs(found - expected).max() < 1e-7 * abs(expected).max()

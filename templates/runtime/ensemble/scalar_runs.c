@@ -199,7 +199,7 @@ static bool watch_to(Run *run, double time) {
     const Batch *batch = run->batch;
     const double span = batch->stop_times[run->run] - batch->start_time, begin = run->instance.state.time;
     const bool watched = batch->extremes + batch->crossings > 0;
-    const double parts = watched ? ceil((time - begin) / span * WATCHED_PARTS) : 1.0;
+    const double parts = watched ? ceil((time - begin) / span * (double)WATCHED_PARTS) : 1.0;
     for (double i = 1.0; i <= parts; i++) {
         if (watched) {
             if (!integrator_catch_up(&run->instance)) {

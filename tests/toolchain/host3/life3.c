@@ -127,7 +127,7 @@ void cycles(int count) {
     static fmi3Byte bytes[MAX_BYTES];
     Unit unit;
     for (int i = 0; i < count; i++) {
-        start(&unit, i % 2, i);
+        start(&unit, i % 2, i % 5);
         const size_t size = bytes_of(&unit, bytes);
         advance(&unit, 0.0, 0.5, NULL);
         restore(&unit, bytes, size);

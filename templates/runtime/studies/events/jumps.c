@@ -27,6 +27,7 @@ static const double WIDTH = 1e-4;     /* of the differences, relative to the siz
 static const double GRAZING = 1e-7;   /* nominal changes of an event function within the experiment */
 static const double DIFFERENT = 1e-5; /* relative, of two derivatives that should be one */
 static const double ROUGH = 1e-3;     /* likewise, of differences of two widths where modes hold: they are near by 1e-8 */
+static const double STILL = 1e-9;     /* of nominal values: states that move less than that do not jump */
 static const double NOTHING = 1e-12;  /* what rounding leaves of a derivative that is 0, relative */
 
 /* A way to move away from the point before an event. */
@@ -175,6 +176,22 @@ static bool find_shifts(Variations *variations) {
     return true;
 }
 
+/* Do states go on where they were, while forces may jump? Modes then may be decided otherwise beside the motion, as that
+   of a contact whose force has come down to 0, which makes no difference. What modes newly remember does. */
+static bool continuous(const Variations *variations) {
+    const State *before = &variations->before.state, *after = &variations->study.instance.state;
+    bool still = true;
+    for (int i = 0; i < N_STATES; i++) {
+        const double size = fabs(before->states[i]) + NOMINAL_STATES[i];
+        still = still && fabs(after->states[i] - before->states[i]) <= STILL * size;
+    }
+    for (int i = 0; i < N_MASKS; i++) {
+        const double value = fabs(after->parameters[i]);
+        still = still && (after->parameters[i] == before->parameters[i] || value == 0.0 || value == 1.0);
+    }
+    return still;
+}
+
 /* S after the event into the seed of one direction, with what modes remember. */
 static bool jump(Variations *variations, Direction *direction, int k) {
     const double *before = variations->before.state.first_stage;
@@ -183,6 +200,10 @@ static bool jump(Variations *variations, Direction *direction, int k) {
     Way way = {.time = direction->shift, .scale = direction->scale, .seed = &direction->seed};
     for (int i = 0; i < N_STATES; i++) {
         way.states[i] = direction->states[i] + before[i] * direction->shift;
+        direction->seed.states[i] = way.states[i] - after[i] * direction->shift;
+    }
+    if (continuous(variations)) {
+        return true;
     }
     if (!differentiate(variations, &way, pass_beside, N_JUMPING, jumped, apart) ||
         !smooth(variations, &way, jumped, apart)) {
