@@ -56,7 +56,7 @@ def _places(model: Model3) -> Iterator[Place]:
     exact = [v for v in model.states if v.initial == "exact"]
     parameters = [v for v in model.of("parameter") if everything or v.reference in listed]
     first = _numbers(description.listed("InitialUnknown"))
-    yield Place("Initialization Mode", first, _few([*exact, *inputs, *parameters]), compared=True, kinked=events)
+    yield Place("Initialization Mode", first, _few([*exact, *inputs, *parameters]), compared=not events)
     later = _numbers([*description.listed("Output"), *description.listed("ContinuousStateDerivative")])
     if model.kind == "ModelExchange":
         yield Place("Continuous-Time Mode", later, _few([*model.states, *inputs]), compared=True)
