@@ -165,7 +165,7 @@ OTHERS = {
         "name-grammar",
     ),
     "derivative of nothing": (put("der_theta", value=True, derivative="99"), "derivative"),
-    "derivative of itself": (put("der_theta", value=True, derivative="23"), "derivative"),
+    "derivative of itself": (put("der_theta", value=True, derivative="24"), "derivative"),
     "derivative of an input": (put("der_theta", value=True, derivative="5"), "derivative"),
     "unit of a derivative": (put("der_theta_dot", value=True, unit="m/s2"), "derivative-unit"),
     "reinit of an output": (put("x", value=True, reinit="true"), "reinit"),
@@ -232,7 +232,7 @@ def test_a_finding_names_its_line(good: Path, tmp_path: Path) -> None:
     lines = ET.tostring(ET.fromstring(_xml(path)), "unicode").splitlines()
     number = 2 + next(i for i, line in enumerate(lines) if '<ScalarVariable name="m"' in line)  # 1: declaration
     assert finding.place == f"modelDescription.xml:{number} 'm'"
-    assert finding.problem == "start = 1 is outside of max = 0.5"
+    assert finding.problem == "start = 1 is outside of min = 0, max = 0.5"
 
 
 def _xml(path: Path) -> bytes:

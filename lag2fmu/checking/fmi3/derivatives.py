@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 
@@ -16,8 +15,6 @@ _STEP = 1e-4
 """Of the differences, relative to ``_size``; the error of smooth functions is about 1e-8."""
 _BAR = 1e-3
 """Differences and derivative must agree to this, relative to the greater one and the size of the unknown."""
-_BEND = 0.1
-"""Differences to both sides that differ by more than this part of them and _BAR are those of a kink."""
 _ADJOINT_BAR = 1e-9
 """Adjoint and directional derivatives must agree to this, relative to the sum of the products' sizes."""
 _ROUNDING = 1e-12
@@ -26,16 +23,15 @@ _ROUNDING = 1e-12
 
 @dataclass(frozen=True)
 class Place:
-    """A mode in which derivatives are asked for, the unknowns and knowns there, and whether they are ``compared``.
+    """A mode in which derivatives are asked for, the unknowns and knowns there, and whether differences say something.
 
-    ``kinked``: in Initialization Mode a moved start may be in another mode of an FMU that has events.
+    In Initialization Mode a moved start may be in another mode of an FMU that has events.
     """
 
     mode: str
     unknowns: Sequence[Variable3]
     knowns: Sequence[Variable3]
     compared: bool
-    kinked: bool = False
 
     def reach(self, session: Session3) -> None:
         """Lead a new session there. Raises RefusedError, and RecursionError where events do not come to rest."""
@@ -51,12 +47,12 @@ def _places(model: Model3) -> Iterator[Place]:
     description = model.description
     everything = any(u.dependencies is None for u in description.unknowns())
     listed = {r for u in description.unknowns() for r in u.dependencies or ()} | set(description.states)
-    events = bool(description.structure("EventIndicator"))
+    smooth = not description.structure("EventIndicator")
     inputs = [v for v in model.of("input") if v.is_continuous]
     exact = [v for v in model.states if v.initial == "exact"]
     parameters = [v for v in model.of("parameter") if everything or v.reference in listed]
     first = _numbers(description.listed("InitialUnknown"))
-    yield Place("Initialization Mode", first, _few([*exact, *inputs, *parameters]), compared=not events)
+    yield Place("Initialization Mode", first, _few([*exact, *inputs, *parameters]), smooth)
     later = _numbers([*description.listed("Output"), *description.listed("ContinuousStateDerivative")])
     if model.kind == "ModelExchange":
         yield Place("Continuous-Time Mode", later, _few([*model.states, *inputs]), compared=True)
@@ -129,21 +125,14 @@ def _shifted(session: Session3, place: Place, known: Variable3, element: int, by
 
 
 def _differences(session: Session3, place: Place, known: Variable3, element: int, step: float) -> list[float] | None:
-    """The derivatives by central differences; the known gets its value back. None if it cannot be moved.
-
-    They are no numbers at kinks, where those to both sides differ.
-    """
-    here, found = session.numbers(place.unknowns) if place.kinked else [], []
+    """The derivatives by central differences; the known gets its value back. None if it cannot be moved."""
+    found = []
     for by in (step, -2 * step):
         if not _shifted(session, place, known, element, by):
             return None
         found.append(session.numbers(place.unknowns))
     _shifted(session, place, known, element, step)
-    central = [(a - b) / (2 * step) for a, b in zip(found[0], found[1], strict=True)]
-    bends = [(a - 2 * c + b) / step for a, b, c in zip(found[0], found[1], here, strict=True)] if here else central
-    return [
-        math.nan if here and abs(bend) > _BEND * abs(a) + _BAR else a for a, bend in zip(central, bends, strict=True)
-    ]
+    return [(a - b) / (2 * step) for a, b in zip(found[0], found[1], strict=True)]
 
 
 def _compared(
