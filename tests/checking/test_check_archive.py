@@ -130,7 +130,7 @@ def test_exit_codes(good: Path, tmp_path: Path, temporary: Path) -> None:
     done = CliRunner().invoke(main, ["check", "--no-run", str(bad)], catch_exceptions=False)
     assert done.exit_code == 1
     assert "start-range" in done.output
-    assert "outside of max = 0" in done.output
+    assert "outside of min = 0, max = 0" in done.output
     assert list(temporary.iterdir()) == []
 
 

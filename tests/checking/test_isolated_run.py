@@ -11,7 +11,7 @@ from pathlib import Path
 import pytest
 from faults import DESCRIPTION, files_of, spoiled, variable, written
 
-from lag2fmu.checking import Findings, check, check_fmu, isolated_run
+from lag2fmu.checking import Findings, check_fmu, contents, isolated_run
 from lag2fmu.checking.rulebooks import RULEBOOKS
 from lag2fmu.errors import SimulationError
 from lag2fmu.fmu.backends.native import fmi_headers
@@ -59,7 +59,7 @@ def make(tmp_path: Path) -> Make:
 def only(monkeypatch: pytest.MonkeyPatch, *trials: str) -> None:
     """Ask for these trials of FMI 2.0 alone."""
     few = replace(RULEBOOKS["2"], trials=lambda kind: dict.fromkeys(trials))
-    monkeypatch.setattr(check, "rulebook_of", lambda document: few)
+    monkeypatch.setattr(contents, "rulebook_of", lambda document: few)
 
 
 def rules(found: Findings) -> set[tuple[str, str]]:

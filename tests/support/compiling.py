@@ -18,14 +18,28 @@ if shutil.which("gcc"):
 
 
 def compiled(
-    folder: Path, sources: Mapping[str, str], compiler: str = "zig", units: tuple[str, ...] = ()
+    folder: Path,
+    sources: Mapping[str, str],
+    compiler: str = "zig",
+    units: tuple[str, ...] = (),
+    options: tuple[str, ...] = (),
 ) -> ctypes.CDLL:
     """The shared library of ``units`` (default: all .c files) of ``sources``, compiled in ``folder``."""
     for name, text in sources.items():
         (folder / name).write_text(text, "utf-8")
     chosen = units or tuple(sorted(name for name in sources if name.endswith(".c")))
     library = folder / f"{compiler}.so"
-    command = [*COMPILERS[compiler], *STRICT, f"-I{fmi_headers()}", "-shared", "-o", str(library), *chosen, "-lm"]
+    command = [
+        *COMPILERS[compiler],
+        *STRICT,
+        *options,
+        f"-I{fmi_headers()}",
+        "-shared",
+        "-o",
+        str(library),
+        *chosen,
+        "-lm",
+    ]
     done = subprocess.run(command, cwd=folder, capture_output=True, text=True, check=False)
     assert done.returncode == 0, done.stderr
     assert done.stderr == ""

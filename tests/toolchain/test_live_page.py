@@ -28,10 +28,17 @@ DISTURBANCE = 1e-14
 
 
 @pytest.fixture(scope="session")
-def browser(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Browser]:
+def chromium(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Browser]:
     started = Browser(tmp_path_factory.mktemp("chromium"))
     yield started
     started.driver.quit()
+
+
+@pytest.fixture
+def browser(chromium: Browser) -> Iterator[Browser]:
+    """A browser that rests behind the test: a page that is left alone goes on moving and takes a processor."""
+    yield chromium
+    chromium.driver.get("about:blank")
 
 
 @pytest.fixture(scope="session")
