@@ -38,7 +38,8 @@ static void gather(const double from[], int64_t stride, int size, int64_t first,
 }
 
 EXPORTED void function_values(const Points *points) {
-    Lanes t, x[N_STATES], u[SIZE_SIGNALS], p[SIZE_PARAMETERS], results[SIZE_RESULTS], pivots[N_PIVOTS];
+    Lanes t = lanes_of(0.0); /* gather fills it lane by lane, which gcc does not follow */
+    Lanes x[N_STATES], u[SIZE_SIGNALS], p[SIZE_PARAMETERS], results[SIZE_RESULTS], pivots[N_PIVOTS];
     const int count = points->jacobian ? N_ENTRIES : N_STATES;
     for (int64_t first = points->first; first < points->end; first += LANES) {
         const int64_t last = points->end - 1;
