@@ -23,8 +23,10 @@ from lag2fmu.reference import Trajectory, integrate
 pytestmark = [pytest.mark.toolchain, pytest.mark.fmu]
 
 STOP, STEP = 1.0, 0.01
-ACCURACY = 4e-6
+ACCURACY = 2e-6
 """Of a run with tolerance 1e-8, by the nominal value of a state."""
+ACCURACY_OF_CVODE = {"two_armed_robot": 4e-6}
+"""Where CVode, as fmpy sets it up, errs by more than ACCURACY (2.6e-6 here); the FMU's own solvers do not."""
 
 
 @pytest.fixture(params=[*hosts.REPRESENTATIVE, *hosts.FROM_ELSEWHERE])
@@ -61,7 +63,8 @@ def test_fmpy(fmu: Fmu, tmp_path: Path) -> None:
     assert validate_fmu(str(fmu.path)) == []
     folder, expected = Path(fmpy.extract(str(fmu.path), str(tmp_path / "fmu"))), directly(fmu)
     for kind in ("CoSimulation", "ModelExchange"):
-        assert np.abs(end_in_fmpy(folder, states_of(fmu), kind) - expected).max() < ACCURACY, kind
+        bar = ACCURACY_OF_CVODE.get(fmu.mechanism.name, ACCURACY) if kind == "ModelExchange" else ACCURACY
+        assert np.abs(end_in_fmpy(folder, states_of(fmu), kind) - expected).max() < bar, kind
     if shutil.which("cmake") is None:
         pytest.skip("fmpy compiles with CMake, which is not on this machine")
     (shipped,) = (folder / "binaries" / fmpy.platform).iterdir()
