@@ -71,11 +71,12 @@ class Linearization:
         return found[np.lexsort((found.real, found.imag))]
 
     def state_space(self, inputs: Sequence[str] | None = None) -> StateSpace:
-        """A, B, C, D with names, units and operating point, of these ``inputs``, by default of all.
+        """A, B, C, D with names, units and operating point, of these ``inputs``, by default of those that the FMU has.
 
         Raises DerivationError for a name that is no input.
         """
-        chosen = self.inputs if inputs is None else tuple(inputs)
+        hidden = self.mechanism.hidden_inputs
+        chosen = tuple(name for name in self.inputs if name not in hidden) if inputs is None else tuple(inputs)
         for name in chosen:
             if name not in self.inputs:
                 raise DerivationError(
