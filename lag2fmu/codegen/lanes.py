@@ -9,7 +9,8 @@ from itertools import accumulate
 from typing import TypeGuard
 
 from lag2fmu.codegen.c import Dialect, c_function, c_prototype
-from lag2fmu.codegen.sources import RuntimeTables, helpers_of, lookups_of, render_sources
+from lag2fmu.codegen.sources import helpers_of, lookups_of, render_sources
+from lag2fmu.codegen.tables import RuntimeTables
 from lag2fmu.codegen.templates import render
 from lag2fmu.dynamics.functions import Array, Function, Program
 from lag2fmu.dynamics.plain import KNOWNS, PlainFunctions

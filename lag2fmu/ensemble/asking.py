@@ -9,10 +9,10 @@ from difflib import get_close_matches
 import numpy as np
 from numpy.typing import ArrayLike
 
-from lag2fmu.codegen.sources import Slot
+from lag2fmu.codegen.tables import Slot
 from lag2fmu.ensemble.batch import WAITS, Batch, Floats, Integers
 from lag2fmu.errors import LoadError
-from lag2fmu.fmu.variables import VariableTable
+from lag2fmu.fmu.builder import VariableTable
 
 LONGEST_PART = 0.02
 """Of a run, that a step under error control takes by default, as in FMUs."""
