@@ -29,7 +29,7 @@ from lag2fmu.dynamics.equations import EquationsOfMotion
 from lag2fmu.dynamics.tangent import Tangent, differentiate
 from lag2fmu.errors import DerivationError
 from lag2fmu.graph.batches import Floats, Values, evaluate, matrix
-from lag2fmu.graph.graph import Node
+from lag2fmu.graph.nodes import Node
 from lag2fmu.mechanism.display import display_units
 from lag2fmu.mechanism.record import Mechanism
 

@@ -24,7 +24,7 @@ from lag2fmu.dynamics.lagrange import derive
 from lag2fmu.errors import DerivationError
 from lag2fmu.graph.autodiff import forward
 from lag2fmu.graph.batches import Floats, evaluate
-from lag2fmu.graph.graph import Node
+from lag2fmu.graph.nodes import Node
 from lag2fmu.graph.to_sympy import tidy, written
 from lag2fmu.language.vocabulary import symbol
 from lag2fmu.mechanism.completion import Mechanism

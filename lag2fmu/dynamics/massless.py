@@ -17,8 +17,9 @@ import sympy as sp
 
 from lag2fmu.description import names
 from lag2fmu.description.parts import Constraint
-from lag2fmu.dynamics.elimination import Entries, null_vectors
-from lag2fmu.dynamics.variables import Variables, integrated_states
+from lag2fmu.dynamics.elimination import null_vectors
+from lag2fmu.dynamics.parts import Entries, Variables
+from lag2fmu.dynamics.variables import integrated_states
 from lag2fmu.errors import DerivationError
 from lag2fmu.graph.autodiff import forward
 from lag2fmu.graph.graph import Graph, Node
