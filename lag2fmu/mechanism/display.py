@@ -25,6 +25,8 @@ def display_units(mechanism: Mechanism) -> dict[str, Unit]:
     for name, unit in moving.items():
         first = _rate(unit)
         units |= {name: unit, names.velocity(name): first, names.acceleration(name): _rate(first)}
+    for motion in mechanism.motions:
+        units[names.drive(motion.name)] = None if motion.unit is None else JOULE / motion.unit
     for z in mechanism.states:
         unit = parse_unit(z.unit) if isinstance(z.unit, str) else z.unit
         units |= {z.name: unit, names.derivative(z.name): _rate(unit)}
