@@ -32,12 +32,13 @@ from lag2fmu.verify.comparison import (
     windows_after,
 )
 from lag2fmu.verify.hybrid import comparable, extent, has_rows, row_checks, row_outputs
-from lag2fmu.verify.instances import description_of, has_event_mode, offers_model_exchange
+from lag2fmu.verify.instances import description_of, has_event_mode, offers_model_exchange, problems
 from lag2fmu.verify.invariants import action_note, drift_checks, hamilton_checks
-from lag2fmu.verify.plan import Kind, Run, takes_derivatives
+from lag2fmu.verify.plan import takes_derivatives
 from lag2fmu.verify.pointwise import pointwise_checks
 from lag2fmu.verify.report import Check, Report
-from lag2fmu.verify.simulate import problems, simulate_fmu
+from lag2fmu.verify.run import Kind, Run
+from lag2fmu.verify.simulate import simulate_fmu
 from lag2fmu.verify.task import ROUNDING, Floats, Task
 
 DIRECT = "direct integration"
