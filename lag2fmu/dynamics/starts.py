@@ -19,7 +19,7 @@ def start_values(mechanism: Mechanism) -> State:
     values |= {state.name: state.start for state in mechanism.states}
     for u in mechanism.inputs:
         values |= {u.name: u.start, names.velocity(u.name): 0.0, names.acceleration(u.name): 0.0}
-    if any(c.massless for c in mechanism.constraints):
+    if mechanism.has_input_rates:
         first = [names.rate(name) for name in values if name != "t"]
         values |= dict.fromkeys((*first, *map(names.rate, first)), 0.0)
     values |= {p.name: p.value for p in mechanism.parameters if p.value is not None}
