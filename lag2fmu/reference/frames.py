@@ -22,7 +22,7 @@ import sympy as sp
 from lag2fmu.description.places import AXES, WORLD, Frame
 from lag2fmu.mechanism.record import Mechanism
 from lag2fmu.reference.composition import Composition
-from lag2fmu.reference.functions import Array, Slots, unit_vector
+from lag2fmu.reference.functions import Array, Slots, atan2, unit_vector
 
 _NEXT, _LAST = np.array([1, 2, 0]), np.array([2, 0, 1])
 """The axes after and before x, y, z."""
@@ -206,6 +206,17 @@ class Element:
     ends: tuple[Spot, Spot]
     values: slice
     free: bool
+
+
+def turning(pose: Pose, quantity: str, *, in_world: bool) -> Array:
+    """The entries of an angular velocity (rad/s), a rotation matrix or angles about x, y, z (rad) of a frame, (k, N)."""
+    R = pose.R
+    if quantity == "angular_velocity":
+        return pose.w if in_world else apply_transposed(R, pose.w)
+    if quantity == "rotation":
+        return R.reshape(9, *R.shape[2:])
+    cosine = np.sqrt(R[0, 0] ** 2 + R[0, 1] ** 2)
+    return np.stack([atan2(-R[1, 2], R[2, 2]), atan2(R[0, 2], cosine), atan2(-R[0, 1], R[0, 0])])
 
 
 def growth(gap: Array, rate: Array, root: Callable[[Any], Any]) -> Any:

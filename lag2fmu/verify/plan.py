@@ -17,6 +17,9 @@ from lag2fmu.verify.instances import description_of
 from lag2fmu.verify.run import Floats, Kind, Plan, Run, Scalar
 from lag2fmu.verify.scalars import scalars_of
 
+POINTS = 500
+"""Communication steps of a run for which no usable one is known."""
+
 
 def _recorded(run: Run, scalars: Mapping[str, Scalar]) -> list[str]:
     """The names of what is recorded."""
@@ -58,7 +61,8 @@ def times_of(path: Path, stop_time: float | None, step: float | None) -> tuple[f
 def _times(description: Any, stop_time: float | None, step: float | None) -> tuple[float, float]:
     experiment = description.defaultExperiment
     stop = float(getattr(experiment, "stopTime", None) or 1.0) if stop_time is None else stop_time
-    return stop, float(getattr(experiment, "stepSize", None) or stop / 500) if step is None else step
+    usual = float(getattr(experiment, "stepSize", None) or stop / POINTS)
+    return stop, (usual if usual <= stop else stop / POINTS) if step is None else step
 
 
 def takes_derivatives(description: Any, kind: Kind = "co-simulation") -> bool:

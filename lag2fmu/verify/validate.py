@@ -143,7 +143,7 @@ class _References:
         """The one at ``times`` (k,) in s, with these values of the states at the first of them."""
         task = self._task
         driving = task.driving(task.steps[1])
-        return integrate(task.mechanism, times, starts=starts, inputs=driving, rtol=self._rtol)
+        return integrate(task.mechanism, times, starts=starts, inputs=driving, rtol=self._rtol, whole=task.stop_time)
 
 
 def _run(task: Task, kind: Kind, step: float, events: bool, warned: Callable[[str], None]) -> Trajectory:
