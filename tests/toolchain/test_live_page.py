@@ -25,6 +25,15 @@ BIOME = "@biomejs/biome@2.6.8"
 DIFFERENCE = 1e-9
 """Between a page and its FMU, relative to the largest value of a variable: functions of two C libraries differ."""
 DISTURBANCE = 1e-14
+UNBALANCED = 1e-4
+"""Of the largest energy, what may be left in the balance: solvers of a tolerance of 1e-6 drift."""
+BALANCE = """(() => {
+    const named = (name) => page.variables.find((v) => v.name === name);
+    const greatest = (column) => Math.max(...column.map(Math.abs));
+    const energy = greatest(page.run.column(named("kinetic_energy") ?? named("generalized_energy")));
+    const plot = page.panel.columns().find(([id]) => id === "balance-plot");
+    return greatest(plot[1][0].column(page.run)) / energy;
+})()"""
 
 
 @pytest.fixture(scope="session")
@@ -79,6 +88,7 @@ def test_a_page_computes_what_its_fmu_does(
         first = fmu.mechanism.coordinates[0]
         disturbed = _run(fmu, names, {first.name: first.start + DISTURBANCE * max(1.0, abs(first.start))})
         assert difference <= 10 * (np.abs(disturbed - expected) / scale).max()
+    assert browser.ask(BALANCE) < UNBALANCED
     before = browser.ask("page.player.time")
     browser.wait(f"page.player.time !== {before}")
     assert browser.messages() == []
