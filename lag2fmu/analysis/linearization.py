@@ -29,7 +29,7 @@ from lag2fmu.dynamics.equations import EquationsOfMotion
 from lag2fmu.dynamics.tangent import Tangent, differentiate
 from lag2fmu.errors import DerivationError
 from lag2fmu.graph.batches import Floats, Values, evaluate, matrix
-from lag2fmu.graph.graph import Node
+from lag2fmu.graph.nodes import Node
 from lag2fmu.mechanism.display import display_units
 from lag2fmu.mechanism.record import Mechanism
 
@@ -71,11 +71,12 @@ class Linearization:
         return found[np.lexsort((found.real, found.imag))]
 
     def state_space(self, inputs: Sequence[str] | None = None) -> StateSpace:
-        """A, B, C, D with names, units and operating point, of these ``inputs``, by default of all.
+        """A, B, C, D with names, units and operating point, of these ``inputs``, by default of those that the FMU has.
 
         Raises DerivationError for a name that is no input.
         """
-        chosen = self.inputs if inputs is None else tuple(inputs)
+        hidden = self.mechanism.hidden_inputs
+        chosen = tuple(name for name in self.inputs if name not in hidden) if inputs is None else tuple(inputs)
         for name in chosen:
             if name not in self.inputs:
                 raise DerivationError(

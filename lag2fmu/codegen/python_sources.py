@@ -7,7 +7,8 @@ from collections.abc import Mapping, Sequence
 from fractions import Fraction
 
 from lag2fmu.codegen.python import BUILT_IN, ORDINARY, python_body, used_functions
-from lag2fmu.codegen.sources import RuntimeTables, Slot, lookups_of
+from lag2fmu.codegen.sources import lookups_of
+from lag2fmu.codegen.tables import RuntimeTables, Slot
 from lag2fmu.codegen.templates import render
 from lag2fmu.dynamics.functions import Function, Program
 from lag2fmu.resources import resource_folder

@@ -23,16 +23,17 @@ from pathlib import Path
 
 import numpy as np
 
-from lag2fmu.dynamics.constraints import Constraints, compose, starting_consistently
+from lag2fmu.dynamics.constraints import compose, starting_consistently
 from lag2fmu.dynamics.drives import drive_forces
-from lag2fmu.dynamics.elimination import Entries, Solution, mass_matrix, solve
-from lag2fmu.dynamics.energies import Composer, Energies
+from lag2fmu.dynamics.elimination import mass_matrix, solve
+from lag2fmu.dynamics.energies import Composer
 from lag2fmu.dynamics.equations import EquationsOfMotion
 from lag2fmu.dynamics.formulas import formulas
 from lag2fmu.dynamics.massless import with_equilibria
 from lag2fmu.dynamics.nominals import with_nominals
 from lag2fmu.dynamics.outputs import composed_output
-from lag2fmu.dynamics.rows import Rows, compose_rows
+from lag2fmu.dynamics.parts import Constraints, Energies, Entries, Rows, Solution, Variables
+from lag2fmu.dynamics.rows import compose_rows
 from lag2fmu.dynamics.samples import (
     check_agreement,
     check_positive,
@@ -45,7 +46,7 @@ from lag2fmu.dynamics.samples import (
 )
 from lag2fmu.dynamics.symbolic import Symbolic
 from lag2fmu.dynamics.terms import named_energies, quadratic_form, unconstrained_residual, with_constraints
-from lag2fmu.dynamics.variables import Variables, declare, further_states, translator
+from lag2fmu.dynamics.variables import declare, further_states, translator
 from lag2fmu.formats.loading import as_mechanism
 from lag2fmu.graph.autodiff import Forward, reverse
 from lag2fmu.graph.batches import matrix

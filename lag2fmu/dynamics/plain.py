@@ -17,7 +17,7 @@ from lag2fmu.dynamics.program import lower
 from lag2fmu.dynamics.schur_complement import solve_constrained
 from lag2fmu.errors import DerivationError
 from lag2fmu.graph.autodiff import forward
-from lag2fmu.graph.graph import Node
+from lag2fmu.graph.nodes import Node
 
 KNOWNS = ("t", "x", "u", "p")
 """What the functions depend on: time, states, inputs, independent parameters."""

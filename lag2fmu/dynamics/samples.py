@@ -8,7 +8,7 @@ from collections.abc import Iterator, Mapping, Sequence
 import numpy as np
 
 from lag2fmu.description import names
-from lag2fmu.dynamics.elimination import Entries, Solution
+from lag2fmu.dynamics.parts import Entries, Solution
 from lag2fmu.dynamics.variables import further_states
 from lag2fmu.errors import DerivationError
 from lag2fmu.graph.batches import Floats, evaluate, matrix

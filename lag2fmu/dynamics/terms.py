@@ -8,13 +8,10 @@ from __future__ import annotations
 from collections.abc import Sequence
 from fractions import Fraction
 
-from lag2fmu.dynamics.constraints import Constraints
-from lag2fmu.dynamics.elimination import Entries
-from lag2fmu.dynamics.energies import Energies, RigidInertia
 from lag2fmu.dynamics.frames import Rate
+from lag2fmu.dynamics.parts import Constraints, Energies, Entries, RigidInertia, Variables
 from lag2fmu.dynamics.quadratic import second_degree
 from lag2fmu.dynamics.samples import check_quadratic
-from lag2fmu.dynamics.variables import Variables
 from lag2fmu.graph.autodiff import forward, reverse
 from lag2fmu.graph.graph import Graph, Node
 from lag2fmu.graph.operations import NEGATE

@@ -3,90 +3,19 @@
 from __future__ import annotations
 
 from collections.abc import Iterable
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from graphlib import TopologicalSorter
 
 import sympy as sp
 
 from lag2fmu.description import names
 from lag2fmu.description.events import State
+from lag2fmu.dynamics.parts import Variables
 from lag2fmu.dynamics.tables import interpolant
 from lag2fmu.graph.from_sympy import Translator
 from lag2fmu.graph.graph import Graph, Node
 from lag2fmu.language.units import JOULE
 from lag2fmu.mechanism.record import Mechanism
-
-
-@dataclass(frozen=True)
-class Variables:
-    """The variables as nodes: t; q, qd, qdd, Q of n entries each; plain inputs, motions and independent parameters.
-
-    ``further``: the further states z, (f,), and ``further_rates``: their derivatives as nodes, once they are composed.
-
-    ``filtered``: those of them that are position and velocity of a filtered motion.
-
-    ``multipliers``: one for each constraint, (m,). ``forces``: those of the rows that modes switch, see ``Rows``; of
-    latches they are multipliers too. ``motions`` holds (y0, y0_dot, y0_ddot) for each motion input.
-    ``rates`` holds the first, then the second time derivatives of all inputs; it is empty unless an equilibrium of a
-    coordinate without mass is a constraint. Forces move such a constraint, so its derivatives contain their rates.
-    """
-
-    t: Node
-    q: tuple[Node, ...]
-    qd: tuple[Node, ...]
-    qdd: tuple[Node, ...]
-    multipliers: tuple[Node, ...]
-    forces: tuple[Node, ...]
-    Q: tuple[Node, ...]
-    plain: tuple[Node, ...]
-    motions: tuple[tuple[Node, Node, Node], ...]
-    parameters: tuple[Node, ...]
-    rates: tuple[Node, ...] = ()
-    further: tuple[Node, ...] = ()
-    filtered: tuple[tuple[Node, Node], ...] = ()
-    further_rates: tuple[Node, ...] = ()
-
-    @property
-    def states(self) -> tuple[Node, ...]:
-        """The vector x of the generated functions: q, qd and the further states, (2 n + f,)."""
-        return (*self.q, *self.qd, *self.further)
-
-    @property
-    def unknowns(self) -> tuple[Node, ...]:
-        """What the equations of motion determine: accelerations and multipliers, n + m."""
-        return (*self.qdd, *self.multipliers)
-
-    @property
-    def inputs(self) -> tuple[Node, ...]:
-        """All inputs in the order of the FMU: Q, plain inputs, each motion with its derivatives."""
-        return (*self.Q, *self.plain, *(node for motion in self.motions for node in motion))
-
-    @property
-    def driven(self) -> tuple[tuple[Node, Node], ...]:
-        """Position and velocity of each prescribed motion, filtered ones behind."""
-        return (*((y, y_dot) for y, y_dot, _ in self.motions), *self.filtered)
-
-    @property
-    def signals(self) -> tuple[Node, ...]:
-        """The inputs and behind them their rates."""
-        return (*self.inputs, *self.rates)
-
-    def direction(self, graph: Graph, accelerating: bool) -> dict[Node, Node]:
-        """The direction of time {variable: its rate}: t -> 1, q -> qd, motions alike, qd -> qdd if ``accelerating``.
-
-        Further states have the rates that are composed so far.
-        """
-        rates = {self.t: graph.one} | dict(zip(self.q, self.qd, strict=True))
-        rates |= zip(self.further, self.further_rates, strict=False)
-        if self.rates:
-            rates |= dict(zip(self.signals, self.rates, strict=False))
-        for y, y_dot, y_ddot in self.motions:
-            rates |= {y: y_dot, y_dot: y_ddot}
-        return rates | dict(zip(self.qd, self.qdd, strict=True)) if accelerating else rates
-
-    def moves(self, graph: Graph, node: Node) -> bool:
-        """Whether ``node`` contains velocities."""
-        return bool(set(self.qd) & set(graph.cone([node])))
 
 
 def further_states(mechanism: Mechanism) -> tuple[State, ...]:

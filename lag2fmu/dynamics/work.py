@@ -7,7 +7,7 @@ from collections.abc import Iterator
 from lag2fmu.dynamics.equations import EquationsOfMotion
 from lag2fmu.dynamics.terms import generalized_forces
 from lag2fmu.graph.autodiff import forward, reverse
-from lag2fmu.graph.graph import Node
+from lag2fmu.graph.nodes import Node
 
 
 def power_of_work(equations: EquationsOfMotion) -> Node:

@@ -9,10 +9,10 @@ from difflib import get_close_matches
 import numpy as np
 from numpy.typing import ArrayLike
 
-from lag2fmu.codegen.sources import Slot
+from lag2fmu.codegen.tables import Slot
 from lag2fmu.ensemble.batch import WAITS, Batch, Floats, Integers
 from lag2fmu.errors import LoadError
-from lag2fmu.fmu.variables import VariableTable
+from lag2fmu.fmu.builder import VariableTable
 
 LONGEST_PART = 0.02
 """Of a run, that a step under error control takes by default, as in FMUs."""
@@ -34,6 +34,8 @@ class Asked:
     extremes: Sequence[str]
     crossings: Sequence[str]
     most_crossings: int
+    events: Sequence[str]
+    most_events: int
     tolerance: float
     step: ArrayLike
     max_step: ArrayLike
@@ -59,10 +61,13 @@ def columns_of(table: VariableTable) -> dict[str, int]:
     return {name: begins[slot.kind] + slot.index for name, slot in slots.items() if slot.kind in begins}
 
 
-def batch_of(asked: Asked, table: VariableTable, default_stop: float, *, fixed_step: bool) -> Batch:
+def batch_of(
+    asked: Asked, table: VariableTable, events: Mapping[str, int], default_stop: float, *, fixed_step: bool
+) -> Batch:
     """The batch that is ``asked`` for; raises LoadError for what does not fit, with its name, shape and the remedy.
 
-    ``default_stop`` is a stop time in s; a method of ``fixed_step`` takes the mechanism's usual step by default.
+    ``events`` {name: number in the runtime} are those that can be asked for. ``default_stop`` is a stop time in s; a
+    method of ``fixed_step`` takes the mechanism's usual step by default.
     """
     knot_times = _knot_times(asked)
     inputs = {name: _signal(name, value, asked, len(knot_times)) for name, value in asked.inputs.items()}
@@ -75,8 +80,9 @@ def batch_of(asked: Asked, table: VariableTable, default_stop: float, *, fixed_s
         steps = np.minimum(np.where(steps > 0, steps, table.tables.default_solver_step), longest)
     outputs = _outputs(asked, table)
     columns = [_columns(kind, names, table) for kind, names in _wanted(asked, outputs).items()]
+    kinds = _event_kinds(asked, events)
     times = _sample_times(asked, start, float(stops.max()))
-    o, e, c = map(len, columns)
+    o, e, c, k = (*map(len, columns), len(kinds))
     return Batch(
         hold=asked.hold,
         start_time=start,
@@ -95,12 +101,15 @@ def batch_of(asked: Asked, table: VariableTable, default_stop: float, *, fixed_s
         output_columns=columns[0],
         extreme_columns=columns[1],
         crossing_columns=columns[2],
+        event_kinds=kinds,
         finals=np.full((runs, o), np.nan),
         sampled=np.full((runs, len(times), o), np.nan),
         minima=np.full((runs, e), np.inf),
         maxima=np.full((runs, e), -np.inf),
         crossed=np.full((runs, c, asked.most_crossings), np.nan),
         crossing_counts=np.zeros((runs, c), dtype=np.int64),
+        event_times=np.empty((runs, k, asked.most_events)),
+        event_counts=np.zeros((runs, k), dtype=np.int64),
         reached=np.full(runs, start),
         accepted=np.zeros(runs, dtype=np.int64),
         status=np.full(runs, WAITS, dtype=np.int64),
@@ -162,6 +171,14 @@ def _columns(kind: str, wanted: Sequence[str], table: VariableTable) -> Integers
         if name not in known:
             raise _unknown(kind, name, known)
     return np.array([known[name] for name in wanted], dtype=np.int64)
+
+
+def _event_kinds(asked: Asked, events: Mapping[str, int]) -> Integers:
+    """The numbers of the events whose times are asked for."""
+    for name in asked.events:
+        if name not in events:
+            raise _unknown("event", name, events)
+    return np.array([events[name] for name in asked.events], dtype=np.int64)
 
 
 def _unknown(kind: str, name: str, known: Iterable[str]) -> LoadError:

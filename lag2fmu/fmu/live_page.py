@@ -143,8 +143,9 @@ def _unit(unit: Unit | None) -> dict[str, Any]:
 
 def _kind(variable: ScalarVariable, mechanism: Mechanism) -> str:
     coordinates = [c.name for c in mechanism.coordinates]
-    if variable.name in coordinates:
+    states = {z.name for z in mechanism.states if z.name not in mechanism.filtered}
+    if variable.name in coordinates or variable.name in mechanism.filtered:
         return "coordinate"
-    if variable.name in map(names.velocity, coordinates) or variable.name in {z.name for z in mechanism.states}:
+    if variable.name in map(names.velocity, coordinates) or variable.name in states:
         return "velocity"
     return variable.causality if variable.causality in {"parameter", "input"} else "other"

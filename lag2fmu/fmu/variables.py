@@ -9,10 +9,9 @@ Citations are of the FMI 2.0.5 specification.
 from __future__ import annotations
 
 from collections.abc import Collection, Iterable, Iterator, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from difflib import get_close_matches
 
-from lag2fmu.codegen.sources import RuntimeTables
 from lag2fmu.description import names
 from lag2fmu.description.events import State
 from lag2fmu.description.parts import Constraint
@@ -23,7 +22,7 @@ from lag2fmu.dynamics.functions import Program
 from lag2fmu.dynamics.massless import continuous_states
 from lag2fmu.dynamics.variables import integrated_states
 from lag2fmu.errors import ExportError
-from lag2fmu.fmu.builder import Builder
+from lag2fmu.fmu.builder import Builder, VariableTable
 from lag2fmu.fmu.dependencies import dependencies
 from lag2fmu.fmu.elements import add_elements, element_variables
 from lag2fmu.fmu.event_variables import add_event_variables, indicator_dependencies
@@ -51,18 +50,6 @@ _SETTINGS = {
     "solver_step": ("s", "first step of an adaptive solver, step of a fixed-step solver; 0: automatic"),
     "solver_max_step": ("s", "longest step of the solver; 0: a fiftieth of the experiment (fixed steps: no limit)"),
 }
-
-
-@dataclass(frozen=True)
-class VariableTable:
-    """All variables in the order of modelDescription.xml, and what C needs of them."""
-
-    variables: tuple[ScalarVariable, ...]
-    tables: RuntimeTables
-
-    def __getitem__(self, name: str) -> ScalarVariable:
-        """The variable called ``name``; raises KeyError."""
-        return next(v for v in self.variables if v.name == name)
 
 
 def build_table(equations: EquationsOfMotion, program: Program, *, events: bool = False) -> VariableTable:

@@ -5,7 +5,8 @@ from __future__ import annotations
 from collections.abc import Iterable, Sequence
 
 from lag2fmu.dynamics.functions import Array, Program, filling
-from lag2fmu.graph.graph import Graph, Node
+from lag2fmu.graph.graph import Graph
+from lag2fmu.graph.nodes import Node
 from lag2fmu.graph.operations import SYMBOL
 from lag2fmu.picture.skeleton import Skeleton
 

@@ -113,8 +113,7 @@ class Composition:
 
     def __post_init__(self) -> None:
         """Compose everything once."""
-        s = symbols_of(self.mechanism)
-        self._set(symbols=s, _meaning=_meaning(self.mechanism))
+        self._set(symbols=self._symbols(), _meaning=_meaning(self.mechanism))
         kinetic, potential = self._given_energies()
         self._set(further=tuple(self.written(z.derivative) for z in self.mechanism.states))
         self._set(
@@ -124,6 +123,10 @@ class Composition:
             forces=self._forces(),
             outputs={name: x for output in self.mechanism.outputs for name, x in self._output(output)},
         )
+
+    def _symbols(self) -> Symbols:
+        """Which symbols are coordinates, motions and inputs."""
+        return symbols_of(self.mechanism)
 
     def _set(self, **values: object) -> None:
         for name, value in values.items():

@@ -16,7 +16,7 @@ enum {
 
 /* [a][b] are the shapes of arrays. Columns are indices in the vector of quantities. */
 typedef struct {
-    int64_t runs, samples, outputs, extremes, crossings, most_crossings, knots;
+    int64_t runs, samples, outputs, extremes, crossings, most_crossings, events, most_events, knots;
     int64_t inputs_apart;         /* 1: each run has its own inputs, 0: all have the same */
     int64_t hold;                 /* 1: inputs keep their values between knots, 0: they are linear there */
     double start_time;            /* s */
@@ -31,11 +31,14 @@ typedef struct {
     const double *inputs;         /* [runs or 1][knots][inputs] */
     const double *sample_times;   /* s, [samples], ascending */
     const int64_t *output_columns, *extreme_columns, *crossing_columns;
+    const int64_t *event_kinds;   /* [events]; indicators, and behind them the impacts of contacts */
     double *finals;               /* [runs][outputs] */
     double *sampled;              /* [runs][samples][outputs] */
     double *minima, *maxima;      /* [runs][extremes] */
     double *crossed;              /* s, [runs][crossings][most_crossings] */
     int64_t *crossing_counts;     /* [runs][crossings]; also of those that found no place */
+    double *event_times;          /* s, [runs][events][most_events]; of events in the scalar runtime, lanes have none */
+    int64_t *event_counts;        /* [runs][events]; also of those that found no place */
     double *reached;              /* s, [runs] */
     int64_t *accepted;            /* [runs]; solver steps */
     int64_t *status;              /* [runs] */

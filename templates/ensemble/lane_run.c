@@ -27,6 +27,7 @@ static void prepare(Group *group) {
     for (int i = 0; i < N_STATES; i++) {
         lanes_put(&group->stages[0][i], stale, derivatives[i]);
     }
+    method_begin(group, stale);
     if (lanes_any(fresh)) {
         const Mask unknown = fresh & ~(Mask)(group->next_step > 0.0);
         if (ERROR_ORDER > 0 && lanes_any(unknown)) {

@@ -64,7 +64,9 @@ def test_a_run_gives_the_same_bits_whatever_runs_beside_it() -> None:
 SLOW = pytest.mark.slow  # each compiles the whole runtime
 
 
-@pytest.mark.parametrize("solver", ["dopri5", pytest.param("dop853", marks=SLOW), pytest.param("rk4", marks=SLOW)])
+@pytest.mark.parametrize(
+    "solver", ["dopri5", *(pytest.param(other, marks=SLOW) for other in ("dop853", "rk4", "verlet", "gauss4"))]
+)
 def test_lanes_agree_with_the_runtime_of_the_fmu(solver: str) -> None:
     asked = {
         "starts": {"theta1": spread(0.2, 0.6)},
@@ -107,16 +109,64 @@ def test_constrained_mechanisms_run_in_lanes(model: str, parameter: str) -> None
     assert all(np.abs(a[name]).max() < 1e-9 for name in residuals)
 
 
+def test_both_zeros_of_a_quantity_that_turns_just_beyond_0() -> None:
+    """From rest at a, a little over a right angle, the potential energy -m g l cos(theta) is positive at both ends.
+
+    It is zero at d, T/2 - d, T/2 + d, ... with the period T of elliptic integrals, the last two within one solver step.
+    """
+    a = 0.5 * np.pi + np.array([1e-1, 1e-2, 1e-3, 1e-4])
+    half = 2.0 * ellipk(np.sin(0.5 * a) ** 2) * np.sqrt(1.0 / 9.81)
+    runs = ensemble("pendulum").run(
+        starts={"theta": a}, parameters={"l": 1.0, "g": 9.81}, stop_time=1.5 * half,
+        crossings=["potential_energy"], tolerance=1e-10,
+    )  # fmt: skip
+    assert (runs.crossing_counts["potential_energy"] == 3).all()
+    first, second, third = runs.crossings["potential_energy"][:, :3].T
+    assert np.allclose(0.5 * (second + third), half, rtol=1e-8)
+    assert np.allclose(third - second, 2.0 * first, rtol=1e-4)
+
+
 @SLOW
-def test_impacts_take_the_scalar_runtime() -> None:
-    """A ball from height h falls for sqrt(2 h / g)."""
+def test_zeros_and_extremes_of_scalar_runs() -> None:
+    """The same in the scalar runtime, and a vibration that is fast beside the run."""
+    a = 0.5 * np.pi + np.array([1e-2, 1e-4])
+    scalar = ensemble("pendulum", lanes=0)
+    asked = {"starts": {"theta": a}, "parameters": {"l": 1.0}, "tolerance": 1e-10, "extremes": ["theta", "theta_dot"]}
+    wanted = {"stop_time": 1.2, "crossings": ["potential_energy", "theta_dot"]}
+    one, other = ensemble("pendulum").run(**asked, **wanted), scalar.run(**asked, **wanted)
+    for name in ("potential_energy", "theta_dot"):
+        assert np.array_equal(one.crossing_counts[name], other.crossing_counts[name])
+        assert np.allclose(one.crossings[name], other.crossings[name], rtol=0, atol=1e-6, equal_nan=True)
+    for name in asked["extremes"]:
+        assert np.allclose(one.maximum[name], other.maximum[name], rtol=0, atol=1e-6)
+        assert np.allclose(one.minimum[name], other.minimum[name], rtol=0, atol=1e-6)
+    stiff = {"l": 1.0, "g": 1e5}
+    fast = scalar.run(
+        starts={"theta": 0.01}, parameters=stiff, crossings=["theta"], most_crossings=2000, stop_time=10.0
+    )
+    assert fast.crossing_counts["theta"][0] == round(10.0 * np.sqrt(1e5) / np.pi)
+
+
+@SLOW
+def test_events_of_scalar_runs() -> None:
+    """A ball from height h falls for t1 = sqrt(2 h / g) and flies for 2 t1 e^k after its impact k."""
     model = ensemble("bouncing_ball")
-    name = model.mechanism.coordinates[0].name
     heights = spread(0.5, 2.0, 3)
-    runs = model.run(starts={name: heights}, stop_time=0.1, outputs=[name])
-    gravity = next(float(p.value) for p in model.mechanism.parameters if p.name == "g")
+    runs = model.run(starts={"y": heights}, stop_time=3.0, outputs=["y"], events=["floor_impact", "indicator(floor)"])
+    first = np.sqrt(2.0 * heights / 9.81)
     assert not runs.in_lanes.any()
-    assert np.allclose(runs.final[name], heights - 0.5 * gravity * 0.01, atol=1e-6)
+    for found, t1 in zip(runs.events["floor_impact"], first, strict=True):
+        expected = t1 + 2.0 * t1 * np.concatenate([[0.0], np.cumsum(0.8 ** np.arange(1, 60))])
+        count = min(len(found), 20)
+        assert count == min(int((expected < 3.0).sum()), 20)
+        assert np.allclose(found[:count], expected[:count], rtol=0, atol=1e-6)
+        assert (np.diff(found) > 0).all()
+    assert (runs.event_counts["indicator(floor)"] >= runs.event_counts["floor_impact"]).all()
+    short = model.run(starts={"y": heights}, stop_time=3.0, events=["floor_impact"], most_events=2)
+    assert [len(times) for times in short.events["floor_impact"]] == [2, 2, 2]
+    assert np.array_equal(short.event_counts["floor_impact"], runs.event_counts["floor_impact"])
+    with pytest.raises(LoadError, match=r"event 'floor': there is no such variable; known are indicator\(floor\)"):
+        model.run(events=["floor"])
 
 
 def test_a_run_that_fails_has_a_reason_and_stops_no_other() -> None:

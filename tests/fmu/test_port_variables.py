@@ -14,7 +14,7 @@ from scipy.integrate import solve_ivp
 from stepping import Stepping
 
 from lag2fmu.checking import check_fmu
-from lag2fmu.fmu import Fmu, export
+from lag2fmu.fmu import Fmu, export, live_page
 from lag2fmu.fmu.terminals import Terminal, terminals_of
 from lag2fmu.formats.loading import load
 from lag2fmu.formats.text import read
@@ -163,6 +163,36 @@ def test_terminals_are_two_ends_of_a_bond(lifted: Mechanism) -> None:
     assert ordinary["theta"].members.keys() == ordinary["y0"].members.keys()
     assert {t.kind for t in ordinary.values()} == {"org.lag2fmu.coordinate"}
     assert "force" not in found(load("motion_driven_pendulum"))["y0"].members  # a local variable cannot be connected
+
+
+def test_arrays_leave_no_input_without_a_terminal() -> None:
+    """Where only some of the forces Q are inputs, they are no array; the terminal of the coordinates has them all."""
+    text = PAIR.format("Q_b")
+    of = found(read(text, "pair.toml"), fmi="3.0", arrays=True)["coordinates"]
+    assert of.members == {"coordinate": "q", "velocity": "qd", "force_b": "Q_b"}
+    assert "force_b" in of.flows
+    whole = found(read(PAIR.format('Q_a", "Q_b'), "pair.toml"), fmi="3.0", arrays=True)["coordinates"]
+    assert whole.members == {"coordinate": "q", "velocity": "qd", "force": "Q"}
+
+
+PAIR = """
+[mechanism]
+name = "pair"
+[coordinates]
+a = {{ unit = "m" }}
+b = {{ unit = "m" }}
+[energy]
+kinetic = "a_dot**2 + b_dot**2"
+[ports]
+inputs = ["{}"]
+"""
+
+
+def test_the_page_takes_a_filtered_motion_for_a_place(lifted: Mechanism) -> None:
+    """Its slider goes about the start, as that of a coordinate does."""
+    kinds = {v["name"]: v["kind"] for v in live_page._data(described(lifted)[0], None, None)["variables"]}
+    found = [kinds[name] for name in ("a", "y0", "y0_dot", "y0_target")]
+    assert found == ["coordinate", "coordinate", "velocity", "input"]
 
 
 def test_terminals_are_valid(lifted: Mechanism, exported: Callable[..., Fmu]) -> None:

@@ -8,7 +8,7 @@ from lag2fmu.errors import LoadError
 from lag2fmu.formats.robots.assembly import mechanism_of
 from lag2fmu.formats.robots.mjcf import read_mjcf
 from lag2fmu.formats.robots.urdf import read_urdf
-from lag2fmu.mechanism.record import Mechanism
+from lag2fmu.mechanism.completion import Mechanism
 
 READERS = {".urdf": read_urdf, ".xml": read_mjcf}
 """What reads a file of this ending."""

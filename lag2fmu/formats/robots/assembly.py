@@ -24,7 +24,7 @@ from lag2fmu.formats.robots.parts import UNITS, Parts
 from lag2fmu.formats.robots.tree import MOVING, Inertia, Joint, Mimic, Pose, Robot
 from lag2fmu.formats.robots.writing import axis_of, number, numbers, turn, turns_of
 from lag2fmu.language.vocabulary import symbol
-from lag2fmu.mechanism.record import Mechanism
+from lag2fmu.mechanism.completion import Mechanism
 
 BASES = ("fixed", "floating", "planar")
 
