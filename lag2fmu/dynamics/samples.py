@@ -9,7 +9,7 @@ import numpy as np
 
 from lag2fmu.description import names
 from lag2fmu.dynamics.parts import Entries, Solution
-from lag2fmu.dynamics.variables import further_states
+from lag2fmu.dynamics.variables import further_states, has_input_rates
 from lag2fmu.errors import DerivationError
 from lag2fmu.graph.batches import Floats, evaluate, matrix
 from lag2fmu.graph.graph import Graph, Node
@@ -31,7 +31,7 @@ def start_values(mechanism: Mechanism) -> State:
     values |= {state.name: state.start for state in further_states(mechanism)}
     for u in mechanism.inputs:
         values |= {u.name: u.start, names.velocity(u.name): 0.0, names.acceleration(u.name): 0.0}
-    if any(c.massless for c in mechanism.constraints):
+    if has_input_rates(mechanism):
         first = [names.rate(name) for name in values if name != "t"]
         values |= dict.fromkeys((*first, *map(names.rate, first)), 0.0)
     values |= {p.name: p.value for p in mechanism.parameters if p.value is not None}

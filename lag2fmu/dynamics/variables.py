@@ -15,6 +15,7 @@ from lag2fmu.dynamics.tables import interpolant
 from lag2fmu.graph.from_sympy import Translator
 from lag2fmu.graph.graph import Graph, Node
 from lag2fmu.language.units import JOULE
+from lag2fmu.language.vocabulary import symbol
 from lag2fmu.mechanism.record import Mechanism
 
 
@@ -59,10 +60,19 @@ def declare(graph: Graph, mechanism: Mechanism) -> Variables:
             for name in mechanism.filtered
         ),
     )
-    if not any(c.massless for c in mechanism.constraints):
+    if not has_input_rates(mechanism):
         return v
     first = [names.rate(str(graph.leaf[node])) for node in v.inputs]
     return replace(v, rates=nodes([*first, *map(names.rate, first)]))
+
+
+def has_input_rates(mechanism: Mechanism) -> bool:
+    """Whether the equations of ``mechanism`` contain the time derivatives of inputs.
+
+    Forces move the equilibrium of a coordinate without mass; where that is a constraint, its derivatives contain their
+    rates. Filters of motions are led by the derivatives of what they follow.
+    """
+    return bool(mechanism.filtered) or any(c.massless for c in mechanism.constraints)
 
 
 def _forces(mechanism: Mechanism) -> list[str]:
@@ -79,13 +89,24 @@ def _forces(mechanism: Mechanism) -> list[str]:
 def translator(graph: Graph, mechanism: Mechanism, variables: Variables) -> Translator:
     """A translator that knows the variables, the dependent parameters and the definitions of ``mechanism``."""
     v = variables
-    known = [v.t, *v.states, *v.unknowns, *v.forces, *v.inputs, *v.parameters]
+    known = [v.t, *v.states, *v.unknowns, *v.forces, *v.signals, *v.parameters]
     translate = Translator(
         graph, {str(graph.leaf[node]): node for node in known}, (e for _, e in mechanism.expressions())
     )
     named = {p.name: p.expression for p in mechanism.parameters if p.expression is not None}
     named |= {d.name: d.expression for d in mechanism.definitions}
+    named |= {names.acceleration(y): _led(y, named[names.acceleration(y)]) for y in mechanism.filtered}
     uses = {name: sorted({s.name for s in e.free_symbols} & named.keys()) for name, e in named.items()}
     for name in TopologicalSorter(uses).static_order():
         translate.define(name, translate(named[name]))
     return translate
+
+
+def _led(name: str, acceleration: sp.Expr) -> sp.Expr:
+    """The ``acceleration`` of a filtered motion where the time derivatives of its target are known.
+
+    The filter then acts on what the motion deviates by from the target r: y_ddot = r_ddot + f(y - r, y_dot - r_dot). A
+    motion that has come to the target stays on it. Where the importer gives no derivatives, they are 0.
+    """
+    y_dot, first = symbol(names.velocity(name)), names.rate(names.target(name))
+    return symbol(names.rate(first)) + acceleration.xreplace({y_dot: y_dot - symbol(first)})

@@ -89,6 +89,11 @@ class Spatial:
         return bool(self._loads or self._forceful)
 
     @property
+    def rated(self) -> int:
+        """How many dampers with a force act on frames."""
+        return len(self._forceful)
+
+    @property
     def empty(self) -> bool:
         """Whether nothing is on a frame."""
         return not self._links and not self._spots
@@ -132,22 +137,35 @@ class Spatial:
         return in_blocks(evaluate, np.concatenate([rows, arguments, entries]), n, width=n + 1)
 
     def symbolic_forces(self) -> list[sp.Expr]:
-        """Q of the loads on frames as expressions, (n,)."""
-        s, values = self._composition.symbols, np.array(self.expressions, dtype=object)
-        poses, total = poses_of(self._links, values), [sp.S.Zero] * self.n
-        for load in self._loads:
+        """Q of loads and of dampers with a force on frames as expressions, (n,)."""
+        values = np.array(self.expressions, dtype=object)
+        found = self.efforts([sp.sympify(rate) for rate in self.rates(values, sp.sqrt)])
+        names = [sp.Dummy(real=True) for _ in found]  # an effort may depend on velocities, but is not differentiated
+        power, known = sp.sympify(self.power(values, names, sp.sqrt)), dict(zip(names, found, strict=True))
+        return [power.diff(v).xreplace(known) for v in self._composition.symbols.qd]
+
+    def rates(self, values: Array, root: Callable[[Any], Any]) -> list[Any]:
+        """How fast the dampers with a force grow (m/s), for ``values`` of the ``expressions`` as ``terms`` has them."""
+        poses = poses_of(self._links, values)
+        return [_growth(*self._gap(element, poses, values), root) for element, _ in self._forceful]
+
+    def efforts(self, rates: Sequence[sp.Expr]) -> list[sp.Expr]:
+        """The 3 entries of each load, and the force of each damper with one as an expression of its rate."""
+        composition = self._composition
+        entries = [x for load in self._loads for x in _entries(composition, load)]
+        dampers = [x for x in filter(self._framed, composition.mechanism.dampers) if x.force is not None]
+        return entries + [composition.written(x.force_at(r)) for x, r in zip(dampers, rates, strict=True)]
+
+    def power(self, values: Array, efforts: Sequence[Any], root: Callable[[Any], Any]) -> Any:
+        """The power (W) of the ``efforts`` at ``values`` of the ``expressions``; Q is its slope along qd."""
+        poses, forces = poses_of(self._links, values), efforts[3 * len(self._loads) :]
+        total: Any = 0
+        for i, load in enumerate(self._loads):
             moved, R = self._moved(load, poses, values)
-            vector = np.array(_entries(self._composition, load), dtype=object)
-            if load.axes != WORLD:
-                vector = apply(R, vector)
-            total = [Q + dot(vector, np.array([x.diff(v) for x in moved])) for Q, v in zip(total, s.qd, strict=True)]
-        for damper, element in zip(
-            filter(self._framed, self._composition.mechanism.dampers), self._dampers, strict=True
-        ):
-            if damper.force is not None:
-                rate = _growth(*self._gap(element, poses, values), sp.sqrt)
-                force = self._composition.written(damper.force_at(rate))
-                total = [Q - force * rate.diff(v) for Q, v in zip(total, s.qd, strict=True)]
+            vector = np.array(efforts[3 * i : 3 * i + 3], dtype=object)
+            total = total + dot(vector if load.axes == WORLD else apply(R, vector), moved)
+        for rate, force in zip(self.rates(values, root), forces, strict=True):
+            total = total - force * rate
         return total
 
     def outputs(self, rows: Array, rates: Array) -> dict[str, Array]:

@@ -20,6 +20,8 @@ from lag2fmu.verify.scalars import Scalar, scalars_of
 
 Floats = NDArray[np.float64]
 Kind = Literal["co-simulation", "model-exchange"]
+POINTS = 500
+"""Communication steps of a run for which no usable one is known."""
 
 
 @dataclass(frozen=True)
@@ -121,7 +123,8 @@ def times_of(path: Path, stop_time: float | None, step: float | None) -> tuple[f
 def _times(description: Any, stop_time: float | None, step: float | None) -> tuple[float, float]:
     experiment = description.defaultExperiment
     stop = float(getattr(experiment, "stopTime", None) or 1.0) if stop_time is None else stop_time
-    return stop, float(getattr(experiment, "stepSize", None) or stop / 500) if step is None else step
+    usual = float(getattr(experiment, "stepSize", None) or stop / POINTS)
+    return stop, (usual if usual <= stop else stop / POINTS) if step is None else step
 
 
 def takes_derivatives(description: Any, kind: Kind = "co-simulation") -> bool:

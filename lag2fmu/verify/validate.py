@@ -38,7 +38,7 @@ from lag2fmu.verify.plan import Kind, Run, takes_derivatives
 from lag2fmu.verify.pointwise import pointwise_checks
 from lag2fmu.verify.report import Check, Report
 from lag2fmu.verify.simulate import problems, simulate_fmu
-from lag2fmu.verify.task import ROUNDING, Floats, Task
+from lag2fmu.verify.task import ROUNDING, Floats, Task, moves_a_target
 
 DIRECT = "direct integration"
 SHARE = 0.8
@@ -58,14 +58,14 @@ def validate_fmu(
 ) -> Report:
     """Compare the FMU ``path`` with the direct integration of ``mechanism`` from 0 to ``stop_time`` (s).
 
-    ``inputs`` drives both, linear between its times, or with ``hold`` constant during a communication step;
+    ``inputs`` drives both, linear between its times, or held during a step with ``hold`` or where ``moves_a_target``;
     ``tolerance`` is the relative one of the FMU's solver; ``progress`` is told the share that is done. The module says
     what the bars are. Raises SimulationError if either side fails; differences are reported, not raised. Source: E.
     Hairer, S. P. Norsett, G. Wanner, Solving Ordinary Differential Equations I, section I.14, for how neighbouring
     solutions, and hence errors, grow apart.
     """
     mechanism, experiment = complete(mechanism), mechanism.experiment
-    hold = hold or not takes_derivatives(description_of(path))
+    hold = hold or not takes_derivatives(description_of(path)) or moves_a_target(mechanism, inputs)
     task = Task(mechanism, path, stop_time or experiment.stop_time, tolerance or experiment.tolerance, inputs, hold)
     found = problems(path)
     checks = [Check("findings of fmpy's validation", float(len(found)), 0.0, "; ".join(found)[:200])]
@@ -143,7 +143,7 @@ class _References:
         """The one at ``times`` (k,) in s, with these values of the states at the first of them."""
         task = self._task
         driving = task.driving(task.steps[1])
-        return integrate(task.mechanism, times, starts=starts, inputs=driving, rtol=self._rtol)
+        return integrate(task.mechanism, times, starts=starts, inputs=driving, rtol=self._rtol, whole=task.stop_time)
 
 
 def _run(task: Task, kind: Kind, step: float, events: bool, warned: Callable[[str], None]) -> Trajectory:
