@@ -33,7 +33,7 @@ from math import pi
 
 import numpy as np
 
-from lag2fmu.analysis.linearization import Linearization
+from lag2fmu.analysis.state_space import Linearization
 from lag2fmu.description import names
 from lag2fmu.description.symbols import names_of
 from lag2fmu.graph.batches import Floats

@@ -13,7 +13,7 @@ from sympy import cos, sin
 from lag2fmu import derive
 from lag2fmu.analysis import analysis_sections, linearize
 from lag2fmu.analysis.coupling import CHANGE, Port, bonds, ports
-from lag2fmu.analysis.linearization import Linearization
+from lag2fmu.analysis.state_space import Linearization
 from lag2fmu.formats.loading import load
 from lag2fmu.mechanism import Body, Mechanism, coordinate, signal
 
