@@ -28,7 +28,7 @@ from math import pi
 
 import numpy as np
 
-from lag2fmu.analysis.linearization import Linearization
+from lag2fmu.analysis.state_space import Linearization
 from lag2fmu.graph.batches import Floats
 from lag2fmu.mechanism.display import display_units
 

@@ -18,12 +18,12 @@ from lag2fmu.analysis.conserved import conserved, why_energy_changes
 from lag2fmu.analysis.equilibria import Equilibrium, equilibria
 from lag2fmu.analysis.evaluation import attempted, driven_by_time
 from lag2fmu.analysis.floquet import floquet
-from lag2fmu.analysis.linearization import Linearization, linearize
+from lag2fmu.analysis.linearization import linearize
 from lag2fmu.analysis.modes import Mode, normal_modes
+from lag2fmu.analysis.state_space import Linearization
 from lag2fmu.description import names
 from lag2fmu.dynamics.equations import EquationsOfMotion
 from lag2fmu.dynamics.lagrange import derive
-from lag2fmu.dynamics.variables import further_states
 from lag2fmu.errors import DerivationError
 from lag2fmu.graph.batches import Floats
 from lag2fmu.language.expressions import to_text
@@ -158,7 +158,7 @@ def _stability(equations: EquationsOfMotion, item: Equilibrium) -> str:
 def _place(equations: EquationsOfMotion, item: Equilibrium) -> str:
     m = equations.mechanism
     parts = [(c.name, c.nominal, c.unit) for c in m.coordinates]
-    parts += [(z.name, z.nominal, z.unit if isinstance(z.unit, Unit) else None) for z in further_states(m)]
+    parts += [(z.name, z.nominal, z.unit if isinstance(z.unit, Unit) else None) for z in m.states]
     return ", ".join(
         f"{name} = {_quantity(x, unit, nominal)}" for x, (name, nominal, unit) in zip(item.place, parts, strict=True)
     )

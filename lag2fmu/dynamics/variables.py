@@ -15,20 +15,16 @@ from lag2fmu.dynamics.tables import interpolant
 from lag2fmu.graph.from_sympy import Translator
 from lag2fmu.graph.graph import Graph, Node
 from lag2fmu.language.units import JOULE
+from lag2fmu.language.vocabulary import symbol
 from lag2fmu.mechanism.record import Mechanism
-
-
-def further_states(mechanism: Mechanism) -> tuple[State, ...]:
-    """The further states in the order of the vector z: those of the user."""
-    return mechanism.states
 
 
 def integrated_states(mechanism: Mechanism) -> tuple[State, ...]:
     """The further states that an FMU integrates: those of the user, and of a hybrid mechanism the dissipated energy."""
     if not mechanism.hybrid:
-        return further_states(mechanism)
+        return mechanism.states
     doc = "energy that friction, dampers and impacts have taken since the start"
-    return (*further_states(mechanism), State(names.DISSIPATED_ENERGY, JOULE, 0.0, sp.S.Zero, 1.0, doc))
+    return (*mechanism.states, State(names.DISSIPATED_ENERGY, JOULE, 0.0, sp.S.Zero, 1.0, doc))
 
 
 def declare(graph: Graph, mechanism: Mechanism) -> Variables:
@@ -53,13 +49,13 @@ def declare(graph: Graph, mechanism: Mechanism) -> Variables:
             for u in mechanism.motions
         ),
         parameters=nodes([p.name for p in mechanism.parameters if p.value is not None]),
-        further=nodes([state.name for state in further_states(mechanism)]),
+        further=nodes([state.name for state in mechanism.states]),
         filtered=tuple(
             nodes([name, names.velocity(name)])  # type: ignore[misc]
             for name in mechanism.filtered
         ),
     )
-    if not any(c.massless for c in mechanism.constraints):
+    if not mechanism.has_input_rates:
         return v
     first = [names.rate(str(graph.leaf[node])) for node in v.inputs]
     return replace(v, rates=nodes([*first, *map(names.rate, first)]))
@@ -79,13 +75,24 @@ def _forces(mechanism: Mechanism) -> list[str]:
 def translator(graph: Graph, mechanism: Mechanism, variables: Variables) -> Translator:
     """A translator that knows the variables, the dependent parameters and the definitions of ``mechanism``."""
     v = variables
-    known = [v.t, *v.states, *v.unknowns, *v.forces, *v.inputs, *v.parameters]
+    known = [v.t, *v.states, *v.unknowns, *v.forces, *v.signals, *v.parameters]
     translate = Translator(
         graph, {str(graph.leaf[node]): node for node in known}, (e for _, e in mechanism.expressions())
     )
     named = {p.name: p.expression for p in mechanism.parameters if p.expression is not None}
     named |= {d.name: d.expression for d in mechanism.definitions}
+    named |= {names.acceleration(y): _led(y, named[names.acceleration(y)]) for y in mechanism.filtered}
     uses = {name: sorted({s.name for s in e.free_symbols} & named.keys()) for name, e in named.items()}
     for name in TopologicalSorter(uses).static_order():
         translate.define(name, translate(named[name]))
     return translate
+
+
+def _led(name: str, acceleration: sp.Expr) -> sp.Expr:
+    """The ``acceleration`` of a filtered motion where the time derivatives of its target are known.
+
+    The filter then acts on what the motion deviates by from the target r: y_ddot = r_ddot + f(y - r, y_dot - r_dot). A
+    motion that has come to the target stays on it. Where the importer gives no derivatives, they are 0.
+    """
+    y_dot, first = symbol(names.velocity(name)), names.rate(names.target(name))
+    return symbol(names.rate(first)) + acceleration.xreplace({y_dot: y_dot - symbol(first)})

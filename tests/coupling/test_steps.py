@@ -12,7 +12,7 @@ from scipy.linalg import expm
 from lag2fmu import derive
 from lag2fmu.analysis import analysis_sections, linearize
 from lag2fmu.analysis.coupling import CHANGE, Port, ports
-from lag2fmu.analysis.linearization import Linearization
+from lag2fmu.analysis.state_space import Linearization
 from lag2fmu.formats.loading import load
 
 

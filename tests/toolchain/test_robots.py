@@ -32,7 +32,7 @@ REFUSED = {
     "iris_simple.urdf": "nothing moves in this robot",
     "quadrotor_base.urdf": "nothing moves in this robot",
     "romeo.urdf": "the motion along LHand has no mass",
-    "romeo_laas_small.urdf": "is not positive definite",
+    "romeo_laas_small.urdf": "is not positive",
     "ur3.urdf": "the robot has no links",
 }
 """The files that are no tree of rigid bodies that moves, with the reason that is given."""
