@@ -64,6 +64,10 @@ class StateFunction:
         sizes = ", ".join(f"{len(entries)} {known}" for known, entries in self.names.items())
         return f"<StateFunction of {self.mechanism.name}: {sizes}>"
 
+    def __getstate__(self) -> dict[str, object]:
+        """All but the loaded library, which the process that reads this compiles for its own processor."""
+        return {name: value for name, value in vars(self).items() if name != "_library"}
+
     @property
     def sparsity(self) -> dict[str, NDArray[np.bool_]]:
         """Which entries of the Jacobians by "t", "x", "u", "p" are not always zero: (N, 1), (N, N), (N, m), (N, k)."""
