@@ -29,6 +29,7 @@ BENCHMARKS: dict[str, tuple[str, ...]] = {
     "robots": (),
     "constraints": (),
     "contacts": (),
+    "impacts": (),
     "repeating": (),
     "ensembles": (),
     "sweeps": (),
