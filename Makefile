@@ -39,9 +39,9 @@ docs: $(READY)
 	$(BIN)/python -m pip install --quiet --disable-pip-version-check -e ".[docs]"
 	LAG2FMU_LIVE=$(LIVE) NO_MKDOCS_2_WARNING=1 $(BIN)/mkdocs build --strict -f docs/site/mkdocs.yml
 
-# all measurements, an hour of a quiet machine; writes docs/benchmarks.md. BENCH=stepping: that one alone
+# all measurements, half an hour of a quiet machine; writes docs/benchmarks.md. BENCH=stepping: that one alone
 bench: $(READY)
-	-$(BIN)/python -m pip install --quiet --disable-pip-version-check -e ".[bench]"
+	-$(BIN)/python -m pip install --quiet --disable-pip-version-check -e ".[bench,sweeps]"
 	$(BIN)/python -m benchmarks.all $(BENCH)
 
 $(READY): pyproject.toml

@@ -1,8 +1,8 @@
-"""All measurements in turn, and their tables in docs/benchmarks.md with the name of the processor.
+"""All measurements in turn, their tables and pictures in docs/benchmarks.md with the name of the processor.
 
 Run with `make bench` or `python -m benchmarks.all [NAME ...]`; with names only these run, and no file is written. The
-whole takes about an hour of a machine that does nothing else. Peers come with `pip install -e ".[bench]"`; those that
-are missing are named in the tables.
+whole takes about half an hour of a machine that does nothing else. Peers come with
+`pip install -e ".[bench,sweeps]"`; those that are missing are named in the tables.
 """
 
 from __future__ import annotations
@@ -21,25 +21,25 @@ from lag2fmu.version import VERSION
 
 ROOT = Path(__file__).parent.parent
 OUT = ROOT / "docs" / "benchmarks.md"
-PLOTS = ("--folder", "build/benchmarks")
-BENCHMARKS: dict[str, tuple[str, ...]] = {
-    "export": (),
-    "stepping": (),
-    "adjoints": (),
-    "robots": (),
-    "constraints": (),
-    "contacts": (),
-    "impacts": (),
-    "repeating": (),
-    "ensembles": (),
-    "sweeps": (),
-    "sensitivities": (),
-    "calibration": (),
-    "integrators": PLOTS,
-    "long": PLOTS,
-    "derivation": PLOTS,
+PICTURES = OUT.parent / "assets" / "benchmarks"
+BENCHMARKS: dict[str, bool] = {
+    "export": False,
+    "stepping": False,
+    "adjoints": False,
+    "robots": False,
+    "constraints": False,
+    "contacts": False,
+    "impacts": False,
+    "repeating": False,
+    "ensembles": False,
+    "sweeps": False,
+    "sensitivities": False,
+    "calibration": False,
+    "integrators": True,
+    "long": True,
+    "derivation": False,
 }
-"""Module of this folder -> its arguments."""
+"""Module of this folder -> whether it draws pictures; their names begin with its name."""
 
 
 def main() -> None:
@@ -52,7 +52,7 @@ def main() -> None:
         parser.error(f"there is no benchmark '{unknown[0]}'; there are {', '.join(BENCHMARKS)}")
     sections, failed = [], []
     for name in names or BENCHMARKS:
-        code, text = _run(name)
+        code, text = _run(name, PICTURES if not names else ROOT / "build" / "benchmarks")
         failed += [name] if code else []
         sections.append(_section(name, text if code == 0 else f"{text}\nended with exit code {code}"))
     if not names:
@@ -62,10 +62,11 @@ def main() -> None:
         sys.exit(f"failed: {', '.join(failed)}")
 
 
-def _run(name: str) -> tuple[int, str]:
-    """The exit code of a benchmark and what it printed, which is shown while it runs."""
+def _run(name: str, pictures: Path) -> tuple[int, str]:
+    """The exit code of a benchmark and what it printed, which is shown while it runs; its pictures go to a folder."""
     print(f"== {name}", flush=True)
-    command = [sys.executable, "-m", f"benchmarks.{name}", *BENCHMARKS[name]]
+    command = [sys.executable, "-m", f"benchmarks.{name}"]
+    command += ["--folder", str(pictures)] if BENCHMARKS[name] else []
     environment = os.environ | {"COLUMNS": "150", "PYTHONIOENCODING": "utf-8", "PYTHONUNBUFFERED": "1"}
     lines = []
     with subprocess.Popen(
@@ -78,10 +79,12 @@ def _run(name: str) -> tuple[int, str]:
 
 
 def _section(name: str, text: str) -> str:
-    """A section of the file: what is measured, as the module says, and the tables."""
+    """A section of the file: what is measured, as the module says, the tables and the pictures."""
     module = ast.parse((Path(__file__).parent / f"{name}.py").read_text("utf-8"))
     title, *paragraphs = (ast.get_docstring(module) or name).split("\n\n")
-    return f"\n## {title.rstrip('.')}\n\n{_prose(paragraphs)}\n\n```text\n{text}\n```\n"
+    pictures = sorted(PICTURES.glob(f"{name}*.svg")) if BENCHMARKS[name] else []
+    shown = "".join(f"\n![{picture.stem}]({picture.relative_to(OUT.parent).as_posix()})\n" for picture in pictures)
+    return f"\n## {title.rstrip('.')}\n\n{_prose(paragraphs)}\n\n```text\n{text}\n```\n{shown}"
 
 
 def _prose(paragraphs: Iterable[str]) -> str:

@@ -29,7 +29,7 @@ from rich.table import Table
 from sympy import cos, sin, sqrt
 
 from benchmarks.cases import Floats
-from benchmarks.running import KERNELS
+from benchmarks.running import KERNELS, save
 from lag2fmu.dynamics import derive, lower
 from lag2fmu.dynamics.lagrange import complete
 from lag2fmu.fmu.backends.native import describe, fmi_headers
@@ -158,8 +158,8 @@ CLOSED = {"four-bar linkage": (lambda: complete(load("four_bar_linkage")), 1.5)}
 """The same, with a closed loop, for steps of 1 ms only."""
 INTERLEAVED = 7
 """So many times the runs that are compared with each other take turns."""
-CONTESTS = ((SMOOTH, EXPLICIT, (ADAMS, DOP853)), (STIFF, IMPLICIT, (BDF, RADAU5)))
-"""Problems, solvers for them, and the peers."""
+CONTESTS = {"smooth": (SMOOTH, EXPLICIT, (ADAMS, DOP853)), "stiff": (STIFF, IMPLICIT, (BDF, RADAU5))}
+"""Kind of problem -> problems, solvers for them, and the peers."""
 WHICH = {ADAMS: "adams", BDF: "bdf", DOP853: "dop853", RADAU5: "radau5"}
 """What benchmarks/kernels/integrators.c calls the peers."""
 FORTRAN = ("radau5.f", "dc_lapack.f", "lapack.f", "lapackc.f")
@@ -275,17 +275,17 @@ def time_at(runs: Sequence[Run], error: float) -> float:
 # ------------------------------------------------------------------------------------------------------------ showing
 
 
-def plot(name: str, found: dict[str, list[Run]], path: Path) -> None:
-    """CPU time over error."""
-    figure = Figure(figsize=(6, 4.5), layout="constrained")
-    axes = figure.subplots()
-    for method, runs in found.items():
-        axes.loglog([run.error for run in runs], [run.time / 1e3 for run in runs], "o-", ms=3, label=method)
-    axes.invert_xaxis()
-    axes.set(xlabel="relative error at the end", ylabel="CPU time / us", title=name)
-    axes.grid(alpha=0.3)
-    axes.legend()
-    figure.savefig(path, dpi=120)
+def plot(found: dict[str, dict[str, list[Run]]], path: Path) -> None:
+    """CPU time over error, a picture a problem."""
+    figure = Figure(figsize=(4 * len(found), 4), layout="constrained")
+    for axes, (name, runs_of) in zip(figure.subplots(1, len(found)), found.items(), strict=True):
+        for method, runs in runs_of.items():
+            axes.loglog([run.error for run in runs], [run.time / 1e3 for run in runs], "o-", ms=3, label=method)
+        axes.invert_xaxis()
+        axes.set(xlabel="relative error at the end", ylabel="CPU time / us", title=name)
+        axes.grid(alpha=0.3)
+        axes.legend(fontsize=8)
+    save(figure, path)
 
 
 def show_ratios(found: dict[str, dict[str, list[Run]]], method: str, peer: str, console: Console) -> None:
@@ -340,7 +340,7 @@ def main() -> None:
         raise SystemExit("this benchmark links fmpy's SUNDIALS on Linux only")
     hosts: dict[str, dict[str, Path]] = {}
     with tempfile.TemporaryDirectory() as folder:
-        for problems, methods, all_peers in CONTESTS:
+        for kind, (problems, methods, all_peers) in CONTESTS.items():
             peers = [peer for peer in all_peers if not missing(peer)]
             for peer in {*all_peers} - {*peers}:
                 console.print(f"no comparison with {peer}: {missing(peer)}")
@@ -355,7 +355,7 @@ def main() -> None:
                     method: precision(*entrant, stop, exact, scales(mechanism, exact), options.rounds)
                     for method, entrant in entrants.items()
                 }
-                plot(name, found[name], options.folder / f"integrators_{mechanism.name}.png")
+            plot(found, options.folder / f"integrators_{kind}.svg")
             for peer in peers:
                 for method in methods:
                     show_ratios(found, method, peer, console)

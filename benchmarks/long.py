@@ -24,7 +24,7 @@ from rich.table import Table
 
 from benchmarks.cases import Floats
 from benchmarks.integrators import kepler
-from benchmarks.running import KERNELS
+from benchmarks.running import KERNELS, save
 from lag2fmu.codegen import METHODS
 from lag2fmu.dynamics import derive, lower
 from lag2fmu.fmu.backends.native import describe, fmi_headers
@@ -160,7 +160,7 @@ def plot(results: dict[str, dict[str, Run]], path: Path) -> None:
         axis.set(xlabel="periods", ylabel="relative energy error", title=name)
         axis.grid(alpha=0.3)
         axis.legend(fontsize=8)
-    figure.savefig(path, dpi=120)
+    save(figure, path)
 
 
 def main() -> None:
@@ -180,7 +180,7 @@ def main() -> None:
                 found[solver] = host.run(host.effort_for(problem.cost), options.periods)
             results[name] = found
             show(name, found, console)
-    plot(results, options.folder / "long.png")
+    plot(results, options.folder / "long.svg")
 
 
 if __name__ == "__main__":

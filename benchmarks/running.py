@@ -12,7 +12,9 @@ from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
 
+import matplotlib
 import numpy as np
+from matplotlib.figure import Figure
 
 from benchmarks.cases import Case, Floats
 from benchmarks.recursive import Given, inverse_and_mass
@@ -169,3 +171,9 @@ def time_interleaved(kernels: Mapping[str, Kernel], rows: Floats, n: int, rounds
     for _ in range(rounds):
         for kernel in kernels.values():
             kernel.times.append(kernel.run(rows, n, kernel.repetitions)[0])
+
+
+def save(figure: Figure, path: Path) -> None:
+    """Write a picture as SVG: text stays text, and equal pictures are equal files."""
+    with matplotlib.rc_context({"svg.fonttype": "none", "svg.hashsalt": "lag2fmu"}):
+        figure.savefig(path, metadata={"Date": None})

@@ -22,7 +22,7 @@ from lag2fmu.dynamics.equations import EquationsOfMotion
 from lag2fmu.errors import DerivationError
 from lag2fmu.graph.autodiff import forward, reverse
 from lag2fmu.graph.batches import Floats, Values, evaluate, matrix
-from lag2fmu.graph.graph import Node
+from lag2fmu.graph.nodes import Node
 from lag2fmu.graph.to_sympy import tidy, written, written_operations
 
 MAX_COORDINATES, MAX_OPERATIONS = 3, 200

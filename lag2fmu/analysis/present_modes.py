@@ -15,13 +15,13 @@ from typing import Any
 import numpy as np
 
 from lag2fmu.analysis.evaluation import saddle
-from lag2fmu.dynamics.constraints import Constraints
 from lag2fmu.dynamics.equations import EquationsOfMotion
 from lag2fmu.dynamics.modes import Modes, pushes, sliding_forces
+from lag2fmu.dynamics.parts import Constraints
 from lag2fmu.errors import DerivationError
 from lag2fmu.graph.autodiff import Forward, forward
 from lag2fmu.graph.batches import Floats, Values, evaluate, matrix
-from lag2fmu.graph.graph import Node
+from lag2fmu.graph.nodes import Node
 
 _TOUCHING, _ROUNDING, _STEPS = 1e-6, 1e-8, 20
 """Shares of nominal values at which gaps and speeds are 0, of the greatest force at which forces are; Newton steps."""

@@ -200,6 +200,13 @@ def linearize(**choices: Any) -> None:
 @click.option("--tolerance", type=float, help="Relative tolerance of the solver.")
 @INPUT
 @HOLD
+@click.option(
+    "--output",
+    "wanted",
+    multiple=True,
+    metavar="NAME",
+    help="Record another variable too, as a force or an energy ('all': each local one); repeatable.",
+)
 @click.option("-o", "--out", metavar="CSV", help="Write the trajectory; '-' is standard output.")
 @click.option("--plot", type=click.Path(path_type=Path), help="Draw the motion (.png, .svg, .pdf).")
 @click.option(

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
+from difflib import get_close_matches
 from pathlib import Path
 
 import click
@@ -15,7 +16,7 @@ from lag2fmu.cli.terminal import console, progress_bar
 from lag2fmu.description.names import SETTINGS
 from lag2fmu.errors import LoadError
 from lag2fmu.fmu.elements import element_variables
-from lag2fmu.fmu.exporting import is_fmu
+from lag2fmu.fmu.record import is_fmu
 from lag2fmu.formats.loading import pairs_of, values_of
 from lag2fmu.language.units import Unit
 from lag2fmu.mechanism.display import display_units, named
@@ -23,7 +24,9 @@ from lag2fmu.mechanism.record import Mechanism
 from lag2fmu.reference.trajectory import Trajectory, read_csv
 from lag2fmu.verify import entry_points
 from lag2fmu.verify.entry_points import Model
+from lag2fmu.verify.instances import description_of
 from lag2fmu.verify.plan import times_of
+from lag2fmu.verify.scalars import scalars_of
 
 
 def simulate_model(  # noqa: PLR0913, PLR0917 (an option each)
@@ -33,6 +36,7 @@ def simulate_model(  # noqa: PLR0913, PLR0917 (an option each)
     tolerance: float | None,
     inputs: Path | None,
     hold: bool,
+    wanted: tuple[str, ...],
     out: str | None,
     plot: Path | None,
     animation: Path | None,
@@ -49,15 +53,19 @@ def simulate_model(  # noqa: PLR0913, PLR0917 (an option each)
     of_mechanism = {name: value for name, value in values.items() if name not in SETTINGS}
     mechanism = entry_points.mechanism_of(source, of_mechanism) if plot or animation else None
     beside = [] if mechanism is None else _seen_in_plots(source, mechanism)
-    with progress_bar("simulating", _until(source, stop_time)) as progress:
+    with (
+        progress_bar("simulating", _until(source, stop_time)) as progress,
+        entry_points.as_fmu(source) as path,
+    ):
         trajectory = entry_points.simulate(
-            source,
+            path,
             stop_time=stop_time,
             step=step,
             tolerance=tolerance,
             values=values,
             inputs=signals,
             hold=hold,
+            outputs=_recorded(path, wanted),
             beside=beside,
             progress=progress,
         )
@@ -79,10 +87,28 @@ def _until(source: Model, stop_time: float | None) -> float | None:
     return source.experiment.stop_time if isinstance(source, Mechanism) else times_of(Path(str(source)), None, None)[0]
 
 
+def _recorded(path: Path, wanted: tuple[str, ...]) -> list[str] | None:
+    """The outputs of the FMU ``path`` and the ``wanted`` variables beside them, 'all': each local one; None: outputs.
+
+    Raises LoadError for a name that the FMU does not have.
+    """
+    if not wanted:
+        return None
+    scalars = scalars_of(description_of(path), path)
+    own = {
+        kind: [name for name, s in scalars.items() if s.variable.causality == kind and not s.variable.alias]
+        for kind in ("output", "local")
+    }
+    for name in wanted:
+        if name != "all" and name not in scalars:
+            near = get_close_matches(name, scalars) or own["local"]
+            raise LoadError(f"--output {name}: there is no such variable; known are {', '.join(near)}")
+    named = [x for name in wanted for x in (own["local"] if name == "all" else [name])]
+    return [*dict.fromkeys([*own["output"], *named])]
+
+
 def _seen_in_plots(source: Model, mechanism: Mechanism) -> list[str]:
     """The modes, counts and impulses of contacts, stops and frictions, but for those that are outputs."""
-    from lag2fmu.verify.instances import description_of
-
     outputs: set[str] = set()
     if not isinstance(source, Mechanism):
         outputs = {v.name for v in description_of(Path(str(source))).modelVariables if v.causality == "output"}

@@ -15,8 +15,8 @@ from textwrap import fill
 
 from lag2fmu.dynamics.functions import Function, Program
 from lag2fmu.dynamics.tables import LOOKUPS
-from lag2fmu.graph.graph import Node
 from lag2fmu.graph.interpolants import Interpolant
+from lag2fmu.graph.nodes import Node
 from lag2fmu.graph.operations import CONSTANT, OPERATIONS
 
 MAX_STATEMENTS = 1500

@@ -6,15 +6,21 @@ from collections import Counter
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from itertools import accumulate
+from typing import TypeGuard
 
 from lag2fmu.codegen.c import Dialect, c_function, c_prototype
-from lag2fmu.codegen.sources import RuntimeTables, helpers_of, lookups_of, render_sources
+from lag2fmu.codegen.sources import helpers_of, lookups_of, render_sources
+from lag2fmu.codegen.tables import RuntimeTables
 from lag2fmu.codegen.templates import render
 from lag2fmu.dynamics.functions import Array, Function, Program
 from lag2fmu.dynamics.plain import KNOWNS, PlainFunctions
 from lag2fmu.resources import resource_folder
+from lag2fmu.solvers.collocation import Collocation
 from lag2fmu.solvers.methods import Method
 from lag2fmu.solvers.tableaus import Tableau
+
+LaneMethod = Tableau | Collocation
+"""The methods that are written out for lanes; of collocation the variational ones."""
 
 _LIBRARY = ("tan", "asin", "acos", "atan", "sinh", "cosh", "tanh")
 """Functions that the C library computes lane by lane."""
@@ -36,12 +42,17 @@ LANES = Dialect(
 )
 
 
-def runs_in_lanes(program: Program, method: object) -> bool:
-    """Whether the motion is smooth and has a formula, and the method is written out for lanes."""
-    return isinstance(method, Tableau) and not program.hybrid and program.signals == len(program.inputs)
+def runs_in_lanes(program: Program, method: Method, motions: int) -> TypeGuard[LaneMethod]:
+    """Whether the motion is smooth and has a formula, and the method is written out for lanes.
+
+    Variational methods are for mechanisms without constraints, and without the ``motions`` that may strike.
+    """
+    free = not program.constraints and not motions
+    written = isinstance(method, Tableau) or (isinstance(method, Collocation) and method.variational and free)
+    return written and not program.hybrid and program.signals == len(program.inputs)
 
 
-def render_lanes(program: Program, tables: RuntimeTables, method: Tableau, lanes: int) -> Mapping[str, str]:
+def render_lanes(program: Program, tables: RuntimeTables, method: LaneMethod, lanes: int) -> Mapping[str, str]:
     """{file name: text} of all C sources and headers of a library that runs batches in groups of ``lanes``."""
     functions = lane_functions(program)
     context = {
@@ -58,12 +69,17 @@ def render_lanes(program: Program, tables: RuntimeTables, method: Tableau, lanes
         "factor": program.factor_size,
         **_printing(program, functions),
     }
-    left_out = "lane_projection_none.c" if tables.constraint_names else "lane_projection.c"
+    explicit = isinstance(method, Tableau)
+    left_out = {
+        "lane_projection_none.c" if tables.constraint_names else "lane_projection.c",
+        "lane_variational.c" if explicit else "lane_runge_kutta.c",
+    }
     folder = resource_folder("templates") / "ensemble"
-    files = {path.name: path.read_text("utf-8") for path in folder.glob("*.[ch]") if path.name != left_out}
+    files = {path.name: path.read_text("utf-8") for path in folder.glob("*.[ch]") if path.name not in left_out}
     files |= _lookup_files(replace(program, functions=functions))
-    generated = ("lane_sizes.h", "lane_equations.h", "lane_equations.c", "lane_tableau.h")
+    generated = ("lane_sizes.h", "lane_equations.h", "lane_equations.c")
     files |= {name: render(f"ensemble/{name}.jinja", context) for name in generated}
+    files["lane_tableau.h"] = render(f"ensemble/lane_{'tableau' if explicit else 'collocation'}.h.jinja", context)
     return dict(sorted(files.items()))
 
 
@@ -94,6 +110,7 @@ def lane_functions(program: Program) -> tuple[Function, ...]:
     )
     chosen = [accelerations, inertias, by_name.get("further", resting), locals_]
     chosen += [by_name[name] for name in ("constraints", "constrained", "solve") if program.constraints]
+    chosen += [by_name[name] for name in ("canonical", "factor", "solve") if "canonical" in by_name]
     return tuple(replace(f, name=f.name.replace("mechanism_", "lanes_")) for f in chosen)
 
 

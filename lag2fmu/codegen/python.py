@@ -14,7 +14,7 @@ from fractions import Fraction
 
 from lag2fmu.dynamics.functions import Function, Program
 from lag2fmu.dynamics.tables import LOOKUPS
-from lag2fmu.graph.graph import Node
+from lag2fmu.graph.nodes import Node
 from lag2fmu.graph.operations import ADD, CONSTANT, DIVIDE, MULTIPLY, NEGATE, OPERATIONS, SUBTRACT
 
 WIDTH = 96

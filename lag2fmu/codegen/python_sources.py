@@ -7,9 +7,10 @@ from collections.abc import Mapping, Sequence
 from fractions import Fraction
 
 from lag2fmu.codegen.python import BUILT_IN, ORDINARY, python_body, used_functions
-from lag2fmu.codegen.sources import RuntimeTables, Slot, lookups_of
+from lag2fmu.codegen.sources import lookups_of
+from lag2fmu.codegen.tables import RuntimeTables, Slot
 from lag2fmu.codegen.templates import render
-from lag2fmu.dynamics.functions import Function, Program
+from lag2fmu.dynamics.functions import Function, Program, with_held_inputs
 from lag2fmu.resources import resource_folder
 from lag2fmu.solvers.tableaus import Tableau
 
@@ -49,6 +50,7 @@ def render_mechanism(
     meanings: Mapping[str, tuple[str, str]],
 ) -> str:
     """The module with the equations; ``texts`` are title and source, ``meanings`` {variable: (unit, doc)}."""
+    program = with_held_inputs(program, PRINTED) if program.signals > len(program.inputs) else program
     functions = [f for name in PRINTED for f in program.functions if f.name == name]
     used = used_functions(program, functions)
     labels = {

@@ -6,23 +6,20 @@ by coordinates of its own. Both are written out when the mechanism is built, and
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator, Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, field
-from typing import NamedTuple, TypeVar
+from typing import NamedTuple
 
 import sympy as sp
 
 from lag2fmu.description.keys import CONFIGURATION, CONSTANT, key
 from lag2fmu.description.names import suggestion
-from lag2fmu.description.outputs import Output
-from lag2fmu.description.parts import Constraint, Damper, Definition, Load
 from lag2fmu.description.places import (
     AXES,
     WORLD,
     End,
     Expression,
     Frame,
-    Point,
     Vector,
     axes_key,
     checked_axis,
@@ -263,22 +260,3 @@ def across(axis: str | Sequence[Expression] | None) -> tuple[sp.Matrix, sp.Matri
     least = min(range(3), key=lambda k: abs(value_of(u[k])))
     first = direction(tuple(u.cross(direction(AXES[least]))))
     return first, u.cross(first)
-
-
-# ---------------------------------------------------------------------------------------------------------- merging
-
-Named = TypeVar("Named", Frame, Definition, Damper, Constraint, Output, Point, Load)
-
-
-def joined(own: Iterable[Named], brought: Iterable[Named], table: str, by: str = "joint") -> tuple[Named, ...]:
-    """``own`` parts and those that joints (or other things, called ``by``) bring.
-
-    Raises MechanismError where a name stands for two different ones.
-    """
-    parts = list(own)
-    for part in brought:
-        same = [other for other in parts if other.name == part.name]
-        if any(other != part for other in same):
-            raise MechanismError(f"{table}.{part.name}: a {by} brings one of this name too; rename one of them")
-        parts += [] if same else [part]
-    return tuple(parts)

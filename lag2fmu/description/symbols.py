@@ -82,7 +82,8 @@ class Input:
     """A signal from outside, start value in SI units. A ``motion`` input y0 comes with y0_dot and y0_ddot.
 
     A "filtered" motion comes alone, as y0_target. What moves the mechanism is y0, which follows it by a critically
-    damped filter with the ``time_constant`` T (s): T^2 y0_ddot + 2 T y0_dot + y0 = y0_target.
+    damped filter with the ``time_constant`` T (s): T^2 y0_ddot + 2 T y0_dot + y0 = y0_target. What the importer says
+    of the target's derivatives r', r'' is added to the right side: 2 T r' + T^2 r''.
     """
 
     name: str

@@ -14,7 +14,7 @@ from __future__ import annotations
 
 import random
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -22,14 +22,14 @@ from numpy.typing import NDArray
 from lag2fmu.description import names
 from lag2fmu.description.parts import Constraint
 from lag2fmu.dynamics.least_steps import least_step, relative_size, row_scales
-from lag2fmu.dynamics.samples import start_values
-from lag2fmu.dynamics.variables import Variables
+from lag2fmu.dynamics.parts import Constraints, Variables
+from lag2fmu.dynamics.starts import start_values
 from lag2fmu.errors import DerivationError
 from lag2fmu.graph.autodiff import forward, reverse
 from lag2fmu.graph.from_sympy import Translator
 from lag2fmu.graph.graph import Graph, Node
+from lag2fmu.language.expressions import without_dust
 from lag2fmu.mechanism.record import Mechanism
-from lag2fmu.mechanism.starts import without_dust
 
 Floats = NDArray[np.float64]
 
@@ -42,31 +42,6 @@ _SHOWN = 6
 
 Measure = Callable[[Floats], tuple[Floats, Floats]]
 """x (n,) -> residuals (m,) and their Jacobian in units of the nominal values (m, n)."""
-
-
-@dataclass(frozen=True)
-class Constraints:
-    """The constraints as nodes, the h holonomic ones first, m in all.
-
-    ``positions``: phi (h,); ``velocities``: G qd + b (m,); ``accelerations``: gamma (m,); ``jacobian``: G (m, n).
-    """
-
-    positions: tuple[Node, ...]
-    velocities: tuple[Node, ...]
-    accelerations: tuple[Node, ...]
-    jacobian: tuple[tuple[Node, ...], ...]
-
-    def __len__(self) -> int:
-        return len(self.velocities)
-
-    @property
-    def residuals(self) -> tuple[Node, ...]:
-        """What each constraint says is zero: phi, or A qd + b, (m,)."""
-        return (*self.positions, *self.velocities[len(self.positions) :])
-
-    def equation(self, k: int) -> tuple[Node, Node, Node]:
-        """Residual, velocity and acceleration of the constraint ``k``."""
-        return self.residuals[k], self.velocities[k], self.accelerations[k]
 
 
 def compose(graph: Graph, mechanism: Mechanism, put: Translator, v: Variables) -> Constraints:

@@ -14,11 +14,8 @@ from __future__ import annotations
 from collections.abc import Iterable
 from dataclasses import replace
 
-from lag2fmu.dynamics.constraints import Constraints
-from lag2fmu.dynamics.energies import Energies
-from lag2fmu.dynamics.rows import Rows
+from lag2fmu.dynamics.parts import Constraints, Energies, Rows, Variables
 from lag2fmu.dynamics.terms import unconstrained_residual
-from lag2fmu.dynamics.variables import Variables
 from lag2fmu.graph.autodiff import Forward, reverse
 from lag2fmu.graph.graph import Graph, Node
 from lag2fmu.mechanism.record import Mechanism

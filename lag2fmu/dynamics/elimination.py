@@ -13,16 +13,9 @@ from collections import Counter
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
+from lag2fmu.dynamics.parts import Entries, Solution
 from lag2fmu.dynamics.quadratic import LinearNodes, QuadraticForm
 from lag2fmu.graph.graph import Graph, Node
-
-
-@dataclass(frozen=True)
-class Solution:
-    """x of M x = rhs, (n,) nodes, and the pivots, (n,) nodes, positive where M is positive definite."""
-
-    x: tuple[Node, ...]
-    pivots: tuple[Node, ...]
 
 
 @dataclass(frozen=True)
@@ -111,10 +104,6 @@ class _Elimination:
     def _add_load(self, node: Node, value: Node) -> None:
         if value != self.g.zero:
             self.load[node] = self.g.add(self.load[node], value) if node in self.load else value
-
-
-Entries = Mapping[tuple[Node, Node], Node]
-"""A quadratic form over linear nodes, {(a, b): H_ab} with each pair once."""
 
 
 def solve(

@@ -8,83 +8,21 @@ Source: Hand, Finch, Analytical Mechanics, chapters 1 and 8; Goldstein, Classica
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import dataclass, field
+from collections.abc import Iterator, Sequence
 
 import sympy as sp
 
 from lag2fmu.description import names
 from lag2fmu.description.parts import Damper, Load, Spring
 from lag2fmu.description.places import WORLD, Body
-from lag2fmu.dynamics.frames import Frames, Rate, Velocity
-from lag2fmu.dynamics.variables import Variables
+from lag2fmu.dynamics.frames import Frames, Rate
+from lag2fmu.dynamics.parts import Energies, Inertia, RigidInertia, Variables, Velocity
 from lag2fmu.graph.autodiff import Forward
 from lag2fmu.graph.from_sympy import Translator
 from lag2fmu.graph.graph import Graph, Node
 from lag2fmu.graph.vectors import Vector, apply, times
 from lag2fmu.language.vocabulary import symbol
 from lag2fmu.mechanism.record import Mechanism
-
-
-@dataclass(frozen=True)
-class Inertia:
-    """A mass or moment of inertia ``weight`` that moves along ``place``: T = 1/2 weight (d place/dt)^2.
-
-    ``weight`` in kg or kg.m2, ``place`` in m or rad; ``gravity`` is the acceleration of gravity along ``place``, m/s2.
-    """
-
-    weight: Node
-    place: Node
-    gravity: Node
-
-
-@dataclass(frozen=True)
-class RigidInertia:
-    """A spatial body: ``mass`` (kg) and inertia ``tensor`` (3, 3) in kg.m2 about its mass centre, in its frame's axes.
-
-    So are all vectors. ``velocity`` (m/s) of the mass centre with the angular velocity (rad/s), (3,) each; ``shift``:
-    their parts J qd, without what moves by itself; ``gravity`` (3,): the acceleration of gravity, m/s2.
-    T = 1/2 m v.v + 1/2 omega.I.omega: Goldstein, Classical Mechanics, section 5.3.
-    """
-
-    mass: Node
-    tensor: tuple[Vector, ...]
-    velocity: Velocity
-    shift: Velocity
-    gravity: Vector
-
-
-@dataclass(frozen=True)
-class Energies:
-    """What the Lagrange equations are made of, as nodes.
-
-    ``inertias``: the particles and planar bodies, each mass along every axis and each moment of inertia; ``rigid``: the
-    spatial bodies; ``potential``: V of springs and the user, as far as it is free of velocities; ``remainder``: the
-    user's part of L beside these (further kinetic energy, velocity-dependent potentials, a whole Lagrangian);
-    ``dissipation``: R; ``effort``: {place: force} of the loads, generalized forces being Q = sum force * dplace/dq;
-    ``impetus``: the same at velocities, Q = sum force * dvelocity/dqd; ``direct``: forces on the coordinates
-    themselves, (n,), the external inputs Q among them. ``split``: whether T and V are told apart.
-    ``carried``: {velocity: inertia} of velocities that vanish along the motion and count with an inertia, to make M
-    regular.
-    """
-
-    inertias: tuple[Inertia, ...]
-    rigid: tuple[RigidInertia, ...]
-    potential: Node
-    remainder: Node
-    dissipation: Node
-    effort: dict[Node, Node]
-    impetus: dict[Node, Node]
-    direct: tuple[Node, ...]
-    kinetic_energy: Node
-    potential_energy: Node
-    split: bool
-    carried: Mapping[Node, Node] = field(default_factory=dict)
-
-    def lagrangian(self, graph: Graph) -> Node:
-        """L = T - V (J) as a node, the inertias included."""
-        bodies = graph.subtract(self.kinetic_energy, self.potential_energy)
-        return bodies if self.split else graph.add(bodies, self.remainder)
 
 
 class Composer:

@@ -8,11 +8,7 @@ from typing import TypeVar
 
 from lag2fmu.description import names
 from lag2fmu.dynamics.blocks import united
-from lag2fmu.dynamics.constraints import Constraints
-from lag2fmu.dynamics.elimination import Entries, Solution
-from lag2fmu.dynamics.energies import Energies
-from lag2fmu.dynamics.rows import Rows
-from lag2fmu.dynamics.variables import Variables
+from lag2fmu.dynamics.parts import Constraints, Energies, Entries, Rows, Solution, Variables
 from lag2fmu.graph.graph import Graph, Node
 from lag2fmu.mechanism.record import Mechanism
 

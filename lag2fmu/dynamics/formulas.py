@@ -13,11 +13,11 @@ import sympy as sp
 
 from lag2fmu.description import names
 from lag2fmu.dynamics.equations import EquationsOfMotion
-from lag2fmu.dynamics.variables import further_states
 from lag2fmu.graph.graph import Graph
 from lag2fmu.graph.nodes import Node
 from lag2fmu.graph.to_sympy import tidy, written, written_operations
 from lag2fmu.language.expressions import with_decimals
+from lag2fmu.language.vocabulary import symbol
 
 MAX_OPERATIONS = 500
 """Mechanisms whose formulas have more operations, written out, are not printed."""
@@ -95,7 +95,7 @@ def expressions(equations: EquationsOfMotion, most: int) -> Expressions | None:
     operations = written_operations(g, nodes)
     if operations > most:
         return None
-    texts = _read(g, nodes, operations)
+    texts = _read(g, nodes, operations, [*map(names.target, equations.mechanism.filtered)])
     printed = tuple((letter, next(texts)) for letter in letters)
     lower = {place: next(texts) for place in triangle}
     matrix = sp.ImmutableMatrix(n, n, lambda i, j: lower[max(i, j), min(i, j)])
@@ -112,9 +112,14 @@ def expressions(equations: EquationsOfMotion, most: int) -> Expressions | None:
     return Expressions(printed, matrix, motion, further, tuple(texts), drives)
 
 
-def _read(graph: Graph, nodes: Sequence[Node], operations: int) -> Iterator[sp.Expr]:
-    """The ``nodes`` as expressions, tidied if they have no more than MAX_OPERATIONS operations together."""
-    found = written(graph, nodes)
+def _read(graph: Graph, nodes: Sequence[Node], operations: int, targets: Sequence[str]) -> Iterator[sp.Expr]:
+    """The ``nodes`` as expressions, tidied if they have no more than MAX_OPERATIONS operations together.
+
+    The time derivatives of the ``targets`` that filtered motions follow are called as those of coordinates are.
+    """
+    rates = {symbol(names.rate(t)): symbol(names.velocity(t)) for t in targets}
+    rates |= {symbol(names.rate(names.rate(t))): symbol(names.acceleration(t)) for t in targets}
+    found = [x.xreplace(rates) for x in written(graph, nodes)]
     return iter(found) if operations > MAX_OPERATIONS else map(tidy, found)
 
 
@@ -137,10 +142,10 @@ class _Paper:
         from sympy.printing.mathml import MathMLPresentationPrinter
 
         coordinates = [q.name for q in equations.mechanism.coordinates]
-        moving = [*coordinates, *equations.mechanism.driven]
+        moving = [*coordinates, *equations.mechanism.driven, *map(names.target, equations.mechanism.filtered)]
         dotted = {names.velocity(name): (name, 1) for name in moving}
         dotted |= {names.acceleration(name): (name, 2) for name in moving}
-        further = [z.name for z in further_states(equations.mechanism)]
+        further = [z.name for z in equations.mechanism.states]
         dotted |= {names.derivative(name): (name, 1) for name in further}
         filtered = equations.mechanism.filtered
         dotted |= {names.derivative(names.velocity(name)): (name, 2) for name in filtered}

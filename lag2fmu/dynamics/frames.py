@@ -11,9 +11,9 @@ Source: R. Featherstone, Rigid Body Dynamics Algorithms, section 2.8; J. J. Crai
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
 
 from lag2fmu.description.places import WORLD, Frame
+from lag2fmu.dynamics.parts import Velocity
 from lag2fmu.graph.from_sympy import Translator
 from lag2fmu.graph.graph import Graph, Node
 from lag2fmu.graph.vectors import (
@@ -31,18 +31,6 @@ from lag2fmu.mechanism.record import Mechanism
 
 Rate = Callable[[Sequence[Node]], Sequence[Node]]
 """Takes nodes, (k,), and returns their derivatives along a motion, (k,)."""
-
-
-@dataclass(frozen=True)
-class Velocity:
-    """The velocity (3,) of a frame's origin (m/s) and its angular velocity (3,) (rad/s), both in the frame's axes."""
-
-    linear: Vector
-    angular: Vector
-
-    def at(self, g: Graph, place: Vector, rate: Vector) -> Vector:
-        """The velocity (3,) of the point ``place`` (m), which moves with ``rate`` (m/s) in the frame; in its axes."""
-        return plus(g, plus(g, self.linear, cross(g, self.angular, place)), rate)
 
 
 class Frames:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Container, Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from itertools import accumulate
 
@@ -183,3 +183,17 @@ class Program:
         """The number of arithmetic operations and function calls of the function ``name``."""
         function = next(f for f in self.functions if f.name == name)
         return self.graph.operations((node for *_, node in function.results), function.given)
+
+
+def with_held_inputs(program: Program, wanted: Container[str]) -> Program:
+    """``program`` with those of its functions whose names are ``wanted``, where inputs are constant: u has no rates."""
+    k, graph = len(program.inputs), program.graph.copy()
+    functions: list[Function] = []
+    for f in program.functions:
+        if f.name in wanted:
+            rates = [node for a in f.arguments if a.name == "u" for node in a.entries[k:]]
+            nodes = graph.substitute([node for *_, node in f.results], dict.fromkeys(rates, graph.zero))
+            arguments = tuple(replace(a, entries=a.entries[:k]) if a.name == "u" else a for a in f.arguments)
+            results = tuple((array, i, node) for (array, i, _), node in zip(f.results, nodes, strict=True))
+            functions.append(replace(f, arguments=arguments, results=results))
+    return replace(program, graph=graph, signals=k, functions=tuple(functions))

@@ -16,9 +16,10 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 
 from lag2fmu.dynamics.functions import EventFunction, Function, nodes_of, with_nodes
-from lag2fmu.dynamics.samples import start_values
+from lag2fmu.dynamics.parts import Variables
+from lag2fmu.dynamics.starts import start_values
 from lag2fmu.dynamics.tables import in_pieces
-from lag2fmu.dynamics.variables import Variables, integrated_states
+from lag2fmu.dynamics.variables import integrated_states
 from lag2fmu.graph.autodiff import reverse
 from lag2fmu.graph.fingerprint import PRIME
 from lag2fmu.graph.graph import Graph, Node

@@ -17,12 +17,14 @@ import sympy as sp
 
 from lag2fmu.description import names
 from lag2fmu.description.parts import Constraint
-from lag2fmu.dynamics.elimination import Entries, null_vectors
-from lag2fmu.dynamics.variables import Variables, integrated_states
+from lag2fmu.dynamics.elimination import null_vectors
+from lag2fmu.dynamics.parts import Entries, Variables
+from lag2fmu.dynamics.variables import integrated_states
 from lag2fmu.errors import DerivationError
 from lag2fmu.graph.autodiff import forward
 from lag2fmu.graph.graph import Graph, Node
 from lag2fmu.graph.to_sympy import tidy, written, written_operations
+from lag2fmu.mechanism.name_check import check_names
 from lag2fmu.mechanism.record import Mechanism
 
 _LONG = 300
@@ -43,7 +45,7 @@ def with_equilibria(
     ``entries`` is the quadratic form of T over the velocity graph, ``forcing`` (n,) are nodes of the same graph. Each
     equation is solved for one coordinate, of several for one whose start is a guess. This coordinate loses its own
     start value; if the equation contains velocities, it loses its start velocity instead. Raises DerivationError for an
-    equation that determines no coordinate.
+    equation that determines no coordinate, MechanismError for a name that clashes with those of the equilibria.
     """
     order = sorted(range(len(v.qd)), key=lambda i: _PREFERENCE[mechanism.coordinates[i].given])
     found = null_vectors(graph, entries, [v.qd[i] for i in order])
@@ -62,7 +64,9 @@ def with_equilibria(
         equilibria.append(equilibrium)
         given = False if equilibrium.holonomic else coordinates[i].given
         coordinates[i] = replace(coordinates[i], given=given, velocity_given=False)
-    return mechanism.with_equilibria(equilibria, coordinates)
+    completed = mechanism.with_equilibria(equilibria, coordinates)
+    check_names(completed)
+    return completed
 
 
 def determined(mechanism: Mechanism) -> tuple[int | None, ...]:

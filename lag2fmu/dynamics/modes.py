@@ -16,9 +16,8 @@ from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 from lag2fmu.description import names
-from lag2fmu.dynamics.constraints import Constraints
 from lag2fmu.dynamics.equations import EquationsOfMotion
-from lag2fmu.dynamics.rows import Rows
+from lag2fmu.dynamics.parts import Constraints, Rows
 from lag2fmu.graph.autodiff import Forward, reverse
 from lag2fmu.graph.graph import Graph, Node
 

@@ -17,7 +17,7 @@ from lag2fmu.dynamics.program import lower
 from lag2fmu.dynamics.schur_complement import solve_constrained
 from lag2fmu.errors import DerivationError
 from lag2fmu.graph.autodiff import forward
-from lag2fmu.graph.graph import Node
+from lag2fmu.graph.nodes import Node
 
 KNOWNS = ("t", "x", "u", "p")
 """What the functions depend on: time, states, inputs, independent parameters."""
@@ -42,18 +42,19 @@ def plain_functions(equations: EquationsOfMotion) -> PlainFunctions:
     """
     whole = lower(equations)
     name = equations.mechanism.name
-    if whole.hybrid or whole.signals > len(whole.inputs):
+    if whole.hybrid or any(c.massless for c in equations.mechanism.constraints):
         what = "events" if whole.hybrid else "coordinates without mass that forces determine"
         raise DerivationError(f"'{name}' has {what}: no plain function has that; use an Ensemble, or export an FMU")
     equations = equations.apart()
     g, v = equations.graph, equations.variables
     unknowns, pivots = _solution(equations)
     known = dict(zip(v.unknowns, unknowns, strict=True))
-    rates = (*v.qd, *unknowns[: len(v.q)], *g.substitute(v.further_rates, known))
-    arrays = (Array("t", (v.t,), True), Array("x", v.states), Array("u", v.signals), Array("p", v.parameters))
+    held = dict.fromkeys(v.rates, g.zero)
+    rates = g.substitute((*v.qd, *unknowns[: len(v.q)], *g.substitute(v.further_rates, known)), held)
+    arrays = (Array("t", (v.t,), True), Array("x", v.states), Array("u", v.inputs), Array("p", v.parameters))
     entries, sparsity = [], {}
     for array in arrays:
-        columns = [_column(equations, unknowns, known, node) for node in array.entries]
+        columns = [g.substitute(_column(equations, unknowns, known, node), held) for node in array.entries]
         places = [(i, j) for j, column in enumerate(columns) for i, entry in enumerate(column) if entry != g.zero]
         sparsity[array.name] = tuple(places)
         entries += [columns[j][i] for i, j in places]
@@ -61,7 +62,8 @@ def plain_functions(equations: EquationsOfMotion) -> PlainFunctions:
         _filling("derivative", "Derivatives f = dx/dt and the pivots of the solution.", arrays, "f", rates, pivots),
         _filling("jacobian", "Entries J of the Jacobians of f, see PlainFunctions.", arrays, "J", entries, pivots),
     )
-    return PlainFunctions(replace(whole, graph=g, functions=tuple(f.check(g) for f in functions)), sparsity)
+    checked = tuple(f.check(g) for f in functions)
+    return PlainFunctions(replace(whole, graph=g, signals=len(v.inputs), functions=checked), sparsity)
 
 
 def _filling(

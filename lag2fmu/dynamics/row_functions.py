@@ -8,7 +8,7 @@ from lag2fmu.dynamics.equations import EquationsOfMotion
 from lag2fmu.dynamics.functions import Array, EventFunction, Function, filling
 from lag2fmu.dynamics.kinks import nominal_size
 from lag2fmu.dynamics.row_tables import SparseRows
-from lag2fmu.graph.graph import Node
+from lag2fmu.graph.nodes import Node
 
 
 def rows_in_all_modes(

@@ -6,7 +6,7 @@ from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 from itertools import accumulate
 
-from lag2fmu.graph.graph import Node
+from lag2fmu.graph.nodes import Node
 
 
 @dataclass(frozen=True)

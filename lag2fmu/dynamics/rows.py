@@ -8,63 +8,13 @@ Source: Ch. Glocker, Set-Valued Force Laws, Springer 2001, chapters 5 and 6.
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass
 
-from lag2fmu.dynamics.variables import Variables
+from lag2fmu.dynamics.parts import Rows, Variables
 from lag2fmu.errors import DerivationError
 from lag2fmu.graph.autodiff import forward, reverse
 from lag2fmu.graph.from_sympy import Translator
 from lag2fmu.graph.graph import Graph, Node
 from lag2fmu.mechanism.record import Mechanism
-
-
-@dataclass(frozen=True)
-class Rows:
-    """The R rows: gaps of the U contacts and stops, their S slips, F dry frictions, then L latches.
-
-    ``positions`` are gaps (U,) and behind them the positions of the holonomic latches, which come first among latches;
-    ``velocities``, ``accelerations`` (gamma) and ``forces`` (the multipliers) are (R,), ``jacobian`` is (R, n).
-    ``slips`` says how many slips each contact has. ``restitution``, ``friction`` and ``static_friction`` are (U,),
-    ``sliding`` and ``holding`` the forces of the F dry frictions, without a sign; ``conditions`` (L,) are positive
-    while latches hold.
-    """
-
-    positions: tuple[Node, ...]
-    velocities: tuple[Node, ...]
-    accelerations: tuple[Node, ...]
-    jacobian: tuple[tuple[Node, ...], ...]
-    forces: tuple[Node, ...]
-    slips: tuple[int, ...]
-    restitution: tuple[Node, ...]
-    friction: tuple[Node, ...]
-    static_friction: tuple[Node, ...]
-    sliding: tuple[Node, ...]
-    holding: tuple[Node, ...]
-    conditions: tuple[Node, ...]
-
-    def __len__(self) -> int:
-        return len(self.velocities)
-
-    @property
-    def gaps(self) -> tuple[Node, ...]:
-        """The gaps, (U,)."""
-        return self.positions[: len(self.slips)]
-
-    def symbols(self, graph: Graph) -> set[str]:
-        """The names of all variables that the rows depend on, but for what rows bear."""
-        of_rows = (*self.positions, *self.velocities, *self.accelerations, *(x for row in self.jacobian for x in row))
-        of_laws = (*self.restitution, *self.friction, *self.static_friction, *self.sliding, *self.holding)
-        return graph.symbols([*of_rows, *of_laws]) - {str(graph.leaf[node]) for node in self.forces}
-
-    @property
-    def frictional(self) -> range:
-        """The rows that may slide with friction: slips and dry frictions."""
-        return range(len(self.slips), len(self.slips) + sum(self.slips) + len(self.sliding))
-
-    @property
-    def latches(self) -> range:
-        """The rows of latches."""
-        return range(self.frictional.stop, len(self))
 
 
 def compose_rows(graph: Graph, mechanism: Mechanism, put: Translator, v: Variables) -> Rows:

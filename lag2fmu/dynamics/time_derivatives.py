@@ -12,7 +12,7 @@ from dataclasses import dataclass
 
 from lag2fmu.dynamics.equations import EquationsOfMotion
 from lag2fmu.graph.autodiff import forward
-from lag2fmu.graph.graph import Node
+from lag2fmu.graph.nodes import Node
 
 
 @dataclass(frozen=True)

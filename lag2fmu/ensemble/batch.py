@@ -15,16 +15,21 @@ Integers = NDArray[np.int64]
 
 WAITS, DONE, LEFT, FAILED = range(4)
 """The status of a run: see batch.h."""
+STOPPED = 2**62
+"""A number of the next run that ends the work of all threads: see batch.h."""
 REASON = 1024
 """The longest sentence on why a run failed, in bytes, with its end."""
 
-_COUNTS = ("runs", "samples", "outputs", "extremes", "crossings", "most_crossings", "knots", "inputs_apart", "hold")
+_COUNTS = (
+    *("runs", "samples", "outputs", "extremes", "crossings", "most_crossings", "events", "most_events"),
+    *("knots", "inputs_apart", "hold"),
+)
 _NUMBERS = ("start_time", "tolerance")
 _ARRAYS = (
     *("starts", "parameters", "stop_times", "steps", "longest_steps", "nominals", "knot_times", "inputs"),
-    *("sample_times", "output_columns", "extreme_columns", "crossing_columns"),
-    *("finals", "sampled", "minima", "maxima", "crossed", "crossing_counts", "reached", "accepted", "status", "next"),
-    "reasons",
+    *("sample_times", "output_columns", "extreme_columns", "crossing_columns", "event_kinds"),
+    *("finals", "sampled", "minima", "maxima", "crossed", "crossing_counts", "event_times", "event_counts"),
+    *("reached", "accepted", "status", "next", "reasons"),
 )
 
 
@@ -42,7 +47,7 @@ class _Batch(ctypes.Structure):
 class Batch:
     """A batch of runs as batch.h describes it; all values in SI units, the arrays C-contiguous.
 
-    ``reasons`` is empty where no scalar runtime runs.
+    ``reasons`` is empty where no scalar runtime runs. ``event_times`` are not set beyond ``event_counts``.
     """
 
     hold: bool
@@ -60,12 +65,15 @@ class Batch:
     output_columns: Integers
     extreme_columns: Integers
     crossing_columns: Integers
+    event_kinds: Integers
     finals: Floats
     sampled: Floats
     minima: Floats
     maxima: Floats
     crossed: Floats
     crossing_counts: Integers
+    event_times: Floats
+    event_counts: Integers
     reached: Floats
     accepted: Integers
     status: Integers
@@ -81,6 +89,8 @@ class Batch:
             "extremes": len(self.extreme_columns),
             "crossings": len(self.crossing_columns),
             "most_crossings": self.crossed.shape[2],
+            "events": len(self.event_kinds),
+            "most_events": self.event_times.shape[2],
             "knots": len(self.knot_times),
             "inputs_apart": int(len(self.inputs) > 1),
             "hold": int(self.hold),
@@ -103,4 +113,4 @@ def run_batch(library: Library, name: str, batch: Batch, threads: int, *further:
         function(ctypes.byref(struct), memory, *pointers)
 
     batch.next[...] = 0
-    in_threads(work, range(threads))
+    in_threads(work, range(threads), lambda: batch.next.fill(STOPPED))

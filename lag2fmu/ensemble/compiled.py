@@ -12,20 +12,20 @@ from typing import TypeAlias
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from lag2fmu.codegen.lanes import render_lanes, render_scalar, runs_in_lanes
+from lag2fmu.codegen.lanes import LaneMethod, render_lanes, render_scalar, runs_in_lanes
 from lag2fmu.dynamics.lagrange import complete, derive
 from lag2fmu.dynamics.program import lower
 from lag2fmu.ensemble.asking import Asked, batch_of, columns_of, motions_alone, names_of
 from lag2fmu.ensemble.batch import DONE, FAILED, REASON, Batch, run_batch
 from lag2fmu.ensemble.libraries import Library, built, lanes_here
 from lag2fmu.ensemble.results import Runs
-from lag2fmu.errors import SimulationError
+from lag2fmu.errors import LoadError, SimulationError
 from lag2fmu.fmu.advice import check_solver, suited_solver
+from lag2fmu.fmu.event_variables import event_names
 from lag2fmu.fmu.variables import build_table
 from lag2fmu.formats.loading import as_mechanism
 from lag2fmu.mechanism.record import Mechanism
 from lag2fmu.solvers.methods import METHODS, TimeStepping
-from lag2fmu.solvers.tableaus import Tableau
 
 Values: TypeAlias = "Mapping[str, ArrayLike]"
 
@@ -66,9 +66,13 @@ class Ensemble:
         self._program = lower(equations, (), self._method.variational, time_stepping)
         self._table = build_table(equations, self._program)
         self.mechanism = complete(mechanism, equations)
+        indicators, impacts = event_names(self.mechanism, self._program)
+        self._events = {
+            name: i for i, name in enumerate((*indicators, *impacts)) if name in impacts or not time_stepping
+        }
         self._compiler = compiler
         self.lanes = 0
-        if lanes != 0 and runs_in_lanes(self._program, self._method):
+        if lanes != 0 and runs_in_lanes(self._program, self._method, len(self.mechanism.motions)):
             self.lanes = lanes or lanes_here(compiler)
             self._lanes  # noqa: B018 (compiled now, so that the first run does not wait)
 
@@ -76,15 +80,27 @@ class Ensemble:
         """One line: of what, with which solver, in how many lanes."""
         return f"<Ensemble of {self.mechanism.name}: solver {self.solver}, {self.lanes or 'no'} lanes>"
 
+    def __getstate__(self) -> dict[str, object]:
+        """All but the loaded libraries, which the process that reads this compiles for its own processor."""
+        return {name: value for name, value in vars(self).items() if name not in {"_lanes", "_scalar"}}
+
     @property
     def names(self) -> tuple[str, ...]:
         """What ``outputs``, ``extremes`` and ``crossings`` may name: states, accelerations, outputs, energies ..."""
         return tuple(columns_of(self._table))
 
+    @property
+    def events(self) -> tuple[str, ...]:
+        """What ``events`` may name: indicators, which come to 0 where the equations change, and impacts.
+
+        Time stepping does not locate what changes the equations; it has impacts alone, to a step.
+        """
+        return tuple(self._events)
+
     @cached_property
     def _lanes(self) -> Library:
         method = self._method
-        assert isinstance(method, Tableau)
+        assert isinstance(method, LaneMethod)
         sources = render_lanes(self._program, self._table.tables, method, self.lanes)
         return built(sources, "lanes", self._compiler)
 
@@ -108,6 +124,8 @@ class Ensemble:
         extremes: Sequence[str] = (),
         crossings: Sequence[str] = (),
         most_crossings: int = 16,
+        events: Sequence[str] = (),
+        most_events: int = 1000,
         tolerance: float = 1e-6,
         step: ArrayLike = 0.0,
         max_step: ArrayLike = 0.0,
@@ -123,19 +141,25 @@ class Ensemble:
 
         ``samples`` are times (s), ascending, or their number over the run; ``outputs`` are stored at the samples and at
         the end, by default the states. Of ``extremes`` the minima and maxima are found, between solver steps by
-        parabolas; of ``crossings`` the times of up to ``most_crossings`` zeros. ``threads`` is by default the number of
-        processors.
+        parabolas; of ``crossings`` the times of up to ``most_crossings`` zeros, of ``events`` those of up to
+        ``most_events``. ``threads`` is by default the number of processors.
 
         Raises LoadError for names and shapes that do not fit. Runs that fail are told in ``Runs.reasons``.
         """
         asked = Asked(
             starts or {}, parameters or {}, inputs or {}, input_times, hold, start_time, stop_time, samples,
-            outputs, extremes, crossings, most_crossings, tolerance, step, max_step,
+            outputs, extremes, crossings, most_crossings, events, most_events, tolerance, step, max_step,
         )  # fmt: skip
         batch = batch_of(
-            asked, self._table, self.mechanism.experiment.stop_time, fixed_step=self._method.error_order == 0
+            asked,
+            self._table,
+            self._events,
+            self.mechanism.experiment.stop_time,
+            fixed_step=self._method.error_order == 0,
         )
-        threads = max(1, threads or os.cpu_count() or 1)
+        if threads is not None and threads < 1:
+            raise LoadError(f"threads = {threads}; expected at least 1, or None for as many as processors")
+        threads = threads or os.cpu_count() or 1
         if self.lanes and not motions_alone(batch, len(self.mechanism.motions)):
             if self._program.constraints:
                 settled = batch.starts.copy()
@@ -146,13 +170,16 @@ class Ensemble:
         if not in_lanes.all():
             batch = replace(batch, reasons=np.zeros(len(batch.starts), dtype=f"S{REASON}"))
             run_batch(self._scalar, "scalar_runs", batch, threads)
-        return _results(batch, names_of(asked, self._table), in_lanes)
+        return _results(batch, names_of(asked, self._table), events, in_lanes)
 
 
 def _results(
-    batch: Batch, names: tuple[Sequence[str], Sequence[str], Sequence[str]], in_lanes: NDArray[np.bool_]
+    batch: Batch,
+    names: tuple[Sequence[str], Sequence[str], Sequence[str]],
+    events: Sequence[str],
+    in_lanes: NDArray[np.bool_],
 ) -> Runs:
-    """What the arrays of ``batch`` hold, by ``names`` of outputs, extremes and crossings."""
+    """What the arrays of ``batch`` hold, by ``names`` of outputs, extremes and crossings, and ``events``."""
     outputs, extremes, crossings = names
     for array in (batch.minima, batch.maxima):
         array[batch.status == FAILED] = np.nan
@@ -164,6 +191,11 @@ def _results(
         maximum={name: batch.maxima[:, i] for i, name in enumerate(extremes)},
         crossings={name: batch.crossed[:, i] for i, name in enumerate(crossings)},
         crossing_counts={name: batch.crossing_counts[:, i] for i, name in enumerate(crossings)},
+        events={
+            name: tuple(times[:count].copy() for times, count in zip(batch.event_times[:, i], counts, strict=True))
+            for (i, name), counts in zip(enumerate(events), batch.event_counts.T, strict=True)
+        },
+        event_counts={name: batch.event_counts[:, i] for i, name in enumerate(events)},
         steps=batch.accepted,
         reached=batch.reached,
         in_lanes=in_lanes,

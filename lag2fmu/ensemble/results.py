@@ -18,9 +18,10 @@ class Runs:
     ``samples`` {output: (r, k)} holds the outputs at the ``times`` (k,), ``final`` {output: (r,)} those at the end,
     ``minimum`` and ``maximum`` {name: (r,)} the extremes over each run. ``crossings`` {name: (r, most)} holds the times
     at which a quantity crossed zero, in order, NaN behind the last, and ``crossing_counts`` {name: (r,)} how many there
-    were. ``steps`` (r,) counts the solver's steps and ``reached`` (r,) is the time each run came to. ``in_lanes`` (r,)
-    says which runs went in lanes; the others took the scalar runtime. ``reasons`` {run: sentence} tells why a run
-    failed; its values are NaN from the time reached on.
+    were. ``events`` {name: the times of its events, an array for each run} are ragged; ``event_counts`` {name: (r,)}
+    count also those that found no place. ``steps`` (r,) counts the solver's steps and ``reached`` (r,) is the time each
+    run came to. ``in_lanes`` (r,) says which runs went in lanes; the others took the scalar runtime. ``reasons`` {run:
+    sentence} tells why a run failed; its values are NaN from the time reached on.
     """
 
     times: Floats
@@ -30,6 +31,8 @@ class Runs:
     maximum: Mapping[str, Floats]
     crossings: Mapping[str, Floats]
     crossing_counts: Mapping[str, NDArray[np.int64]]
+    events: Mapping[str, tuple[Floats, ...]]
+    event_counts: Mapping[str, NDArray[np.int64]]
     steps: NDArray[np.int64]
     reached: Floats
     in_lanes: NDArray[np.bool_]

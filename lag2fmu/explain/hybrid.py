@@ -18,9 +18,8 @@ from lag2fmu.language.expressions import to_text
 from lag2fmu.language.units import SECOND, Unit
 from lag2fmu.language.vocabulary import symbol
 from lag2fmu.mechanism.poses import Poses
-from lag2fmu.mechanism.record import Mechanism
+from lag2fmu.mechanism.record import Mechanism, Unilateral
 from lag2fmu.mechanism.starts import start_values, value_at
-from lag2fmu.mechanism.unilaterals import Unilateral
 
 _ROUNDING = 1e-9
 

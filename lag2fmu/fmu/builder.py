@@ -2,9 +2,9 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
+from dataclasses import dataclass, replace
 
-from lag2fmu.codegen.sources import Slot
+from lag2fmu.codegen.tables import RuntimeTables, Slot
 from lag2fmu.fmu.scalar_variable import ScalarVariable
 
 
@@ -25,3 +25,15 @@ class Builder:
     def reference(self, name: str) -> int:
         """The value reference of the variable called ``name``; raises StopIteration."""
         return next(i for i, slot in enumerate(self.slots) if slot.name == name)
+
+
+@dataclass(frozen=True)
+class VariableTable:
+    """All variables in the order of modelDescription.xml, and what C needs of them."""
+
+    variables: tuple[ScalarVariable, ...]
+    tables: RuntimeTables
+
+    def __getitem__(self, name: str) -> ScalarVariable:
+        """The variable called ``name``; raises KeyError."""
+        return next(v for v in self.variables if v.name == name)

@@ -43,7 +43,8 @@ def dependencies(equations: EquationsOfMotion) -> dict[str, frozenset[str]]:
     if len(equations.rows):
         found[names.derivative(names.DISSIPATED_ENERGY)] = everything
     found |= {state: frozenset([state]) for state in states}
-    return {name: frozenset("time" if used == "t" else used for used in uses) for name, uses in found.items()}
+    moving = {str(graph.leaf[rate]) for rate in equations.variables.rates}  # no variables of the FMU
+    return {name: frozenset("time" if used == "t" else used for used in uses - moving) for name, uses in found.items()}
 
 
 def _following(equations: EquationsOfMotion, massless: Iterable[str]) -> dict[str, frozenset[str]]:

@@ -8,7 +8,7 @@ from dataclasses import dataclass, replace
 from lag2fmu.description import names
 from lag2fmu.fmu.builder import Builder
 from lag2fmu.fmu.scalar_variable import ScalarVariable
-from lag2fmu.language.units import JOULE, SECOND
+from lag2fmu.mechanism.calculated_units import calculated_units
 from lag2fmu.mechanism.record import Mechanism
 
 
@@ -55,16 +55,15 @@ def element_variables(mechanism: Mechanism) -> Iterator[tuple[ScalarVariable, st
     def discrete(name: str, doc: str) -> ScalarVariable:
         return ScalarVariable(name, 0, "local", "discrete", "calculated", doc=doc)
 
-    unilaterals, frictions = element_names(mechanism)
+    (unilaterals, frictions), units = element_names(mechanism), calculated_units(mechanism)
     for i, name in enumerate((*unilaterals, *frictions)):
         of = f"the dry friction {name}" if i >= len(unilaterals) else name
         yield replace(discrete(names.mode(name), f"how {of} holds"), type=MODE), "VARIABLE_MODE", i
     for i, u in enumerate(mechanism.unilaterals):
         doc = f"number of impacts of {u.name} since the start"
         yield replace(discrete(names.impacts(u.name), doc), type="Integer", minimum=0.0), "VARIABLE_IMPACTS", i
-        unit = None if u.unit is None else JOULE * SECOND / u.unit
-        doc = f"normal impulse of the last impact of {u.name}, 0 before the first"
-        yield replace(discrete(names.impulse(u.name), doc), unit=unit), "VARIABLE_IMPULSE", i
+        name, doc = names.impulse(u.name), f"normal impulse of the last impact of {u.name}, 0 before the first"
+        yield replace(discrete(name, doc), unit=units[name]), "VARIABLE_IMPULSE", i
 
 
 def add_elements(builder: Builder, mechanism: Mechanism, outputs: Collection[str]) -> None:

@@ -30,6 +30,12 @@ def add_event_variables(builder: Builder, mechanism: Mechanism, program: Program
         builder.add(replace(clock, type=CLOCK), "VARIABLE_CLOCK", i)
 
 
+def event_names(mechanism: Mechanism, program: Program) -> tuple[tuple[str, ...], tuple[str, ...]]:
+    """The names of the indicators that come to 0 at events, and those of the impacts, in the order of the runtime."""
+    indicators = tuple(name for name, _ in _indicators(mechanism, program))
+    return indicators, tuple(names.impact(contact.name) for contact in mechanism.unilaterals)
+
+
 def indicator_dependencies(
     mechanism: Mechanism, program: Program, found: Mapping[str, frozenset[str]], known: Collection[str]
 ) -> dict[str, frozenset[str]]:

@@ -10,11 +10,11 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
 
-from lag2fmu.codegen.sources import PortTable
+from lag2fmu.codegen.tables import PortTable
 from lag2fmu.description import names
+from lag2fmu.fmu.builder import VariableTable
 from lag2fmu.fmu.scalar_variable import ScalarVariable
 from lag2fmu.fmu.structure import KNOWN, Structure, Unknown, structure
-from lag2fmu.fmu.variables import VariableTable
 from lag2fmu.mechanism.record import Mechanism
 
 

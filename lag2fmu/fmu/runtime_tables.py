@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Collection, Mapping, Sequence
 
 from lag2fmu.codegen.colours import coloured
-from lag2fmu.codegen.sources import RuntimeTables, Slot
+from lag2fmu.codegen.tables import RuntimeTables, Slot
 from lag2fmu.description import names
 from lag2fmu.dynamics.functions import Program
 from lag2fmu.dynamics.massless import continuous_states, determined

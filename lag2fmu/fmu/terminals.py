@@ -85,8 +85,10 @@ def _connected(description: ModelDescription) -> list[str]:
 def _of_coordinates(description: ModelDescription) -> Iterator[Terminal]:
     arrays = {port.name for port in description.ports if port.is_array}
     if {"q", "qd"} <= arrays:
-        members = {"coordinate": "q", "velocity": "qd", "acceleration": "qdd", "force": "Q"}
-        yield Terminal("coordinates", "org.lag2fmu.coordinates", "", members, frozenset({"force"}))
+        members = {"coordinate": "q", "velocity": "qd", "acceleration": "qdd"}
+        scalars = {f"force_{c.name}": names.generalized_force(c.name) for c in description.mechanism.coordinates}
+        forces = {"force": "Q"} if "Q" in arrays else scalars
+        yield Terminal("coordinates", "org.lag2fmu.coordinates", "", members | forces, frozenset(forces))
         return
     for q in description.mechanism.coordinates:
         members = _motion(q.name) | {"force": names.generalized_force(q.name)}

@@ -8,22 +8,19 @@ Citations are of the FMI 2.0.5 specification.
 
 from __future__ import annotations
 
-from collections.abc import Collection, Iterable, Iterator, Sequence
-from dataclasses import dataclass, replace
+from collections.abc import Collection, Iterator, Sequence
+from dataclasses import replace
 from difflib import get_close_matches
 
-from lag2fmu.codegen.sources import RuntimeTables
 from lag2fmu.description import names
-from lag2fmu.description.events import State
-from lag2fmu.description.parts import Constraint
-from lag2fmu.description.symbols import Coordinate, Input
+from lag2fmu.description.symbols import Coordinate
 from lag2fmu.dynamics.constraints import ambiguous
 from lag2fmu.dynamics.equations import EquationsOfMotion
 from lag2fmu.dynamics.functions import Program
 from lag2fmu.dynamics.massless import continuous_states
 from lag2fmu.dynamics.variables import integrated_states
 from lag2fmu.errors import ExportError
-from lag2fmu.fmu.builder import Builder
+from lag2fmu.fmu.builder import Builder, VariableTable
 from lag2fmu.fmu.dependencies import dependencies
 from lag2fmu.fmu.elements import add_elements, element_variables
 from lag2fmu.fmu.event_variables import add_event_variables, indicator_dependencies
@@ -32,10 +29,10 @@ from lag2fmu.fmu.row_forces import row_forces
 from lag2fmu.fmu.runtime_tables import runtime_tables
 from lag2fmu.fmu.scalar_variable import ScalarVariable
 from lag2fmu.language.units import JOULE, SECOND, WATT, Unit, parse_unit
+from lag2fmu.mechanism.calculated_units import calculated_units
 from lag2fmu.mechanism.norms import norm_constraints
 from lag2fmu.mechanism.ranges import half_range, positive_parameters
 from lag2fmu.mechanism.record import Mechanism
-from lag2fmu.mechanism.unit_check import constraint_units
 
 _ENERGY_DOCS = {
     "kinetic_energy": "kinetic energy T",
@@ -51,18 +48,6 @@ _SETTINGS = {
     "solver_step": ("s", "first step of an adaptive solver, step of a fixed-step solver; 0: automatic"),
     "solver_max_step": ("s", "longest step of the solver; 0: a fiftieth of the experiment (fixed steps: no limit)"),
 }
-
-
-@dataclass(frozen=True)
-class VariableTable:
-    """All variables in the order of modelDescription.xml, and what C needs of them."""
-
-    variables: tuple[ScalarVariable, ...]
-    tables: RuntimeTables
-
-    def __getitem__(self, name: str) -> ScalarVariable:
-        """The variable called ``name``; raises KeyError."""
-        return next(v for v in self.variables if v.name == name)
 
 
 def build_table(equations: EquationsOfMotion, program: Program, *, events: bool = False) -> VariableTable:
@@ -218,43 +203,28 @@ def _add_locals(builder: Builder, mechanism: Mechanism, program: Program) -> Non
 
 def _meanings(mechanism: Mechanism) -> Iterator[tuple[str, tuple[Unit | None, str]]]:
     """(name, (unit, doc)) of everything that may be among the locals; an output may have the name of another one."""
+    units = calculated_units(mechanism)
     yield from ((name, (WATT if name == "external_power" else JOULE, doc)) for name, doc in _ENERGY_DOCS.items())
-    for contact in mechanism.unilaterals:
-        yield names.gap(contact.name), (contact.unit, f"gap of {contact.name}")
-    for c, unit in _constraints(mechanism):
-        yield names.residual(c.name), (unit, f"residual of the {c.kind} constraint {c.name}")
-    declared: tuple[Input | State, ...] = (*mechanism.inputs, *mechanism.states)
-    units = {part.name: _resolved(part.unit) for part in declared}
-    for name in mechanism.driven:
-        unit = units[name]
-        yield (
-            names.drive(name),
-            (None if unit is None else JOULE / unit, f"generalized force that carries the motion {name}"),
-        )
-    for q in mechanism.coordinates:
-        momentum = None if q.unit is None else JOULE * SECOND / q.unit
-        yield names.momentum(q.name), (momentum, f"generalized momentum of {q.name}")
+    docs = {names.gap(contact.name): f"gap of {contact.name}" for contact in mechanism.unilaterals}
+    docs |= {names.residual(c.name): f"residual of the {c.kind} constraint {c.name}" for c in mechanism.constraints}
+    docs |= {names.drive(x): f"generalized force that carries the motion {x}" for x in mechanism.driven}
+    docs |= {names.momentum(q.name): f"generalized momentum of {q.name}" for q in mechanism.coordinates}
+    yield from ((name, (units[name], doc)) for name, doc in docs.items())
     for name, output in mechanism.output_names.items():
         yield name, (_resolved(output.unit), output.doc)
 
 
-def _constraints(mechanism: Mechanism) -> Iterable[tuple[Constraint, Unit | None]]:
-    """The constraints with the units of their expressions."""
-    units = constraint_units(mechanism) if mechanism.constraints else {}
-    return [(c, units[c.name]) for c in mechanism.constraints]
-
-
 def _add_multipliers(builder: Builder, equations: EquationsOfMotion, program: Program) -> None:
-    """Add the multipliers. Their unit makes multiplier * expression an energy, or a power if it is nonholonomic."""
+    """Add the multipliers of the constraints that hold all the time."""
     mechanism = equations.mechanism
     loose = ambiguous(mechanism, equations.graph, equations.constraints)
     norms = norm_constraints(mechanism) if mechanism.constraints else frozenset()
-    for k, (c, unit) in enumerate(_constraints(mechanism)):
+    units = calculated_units(mechanism)
+    for k, c in enumerate(mechanism.constraints):
         name, doc = names.multiplier(c.name), f"multiplier of the constraint {c.name}"
         doc += " (a norm: no force belongs to it)" if c.name in norms else ""
         doc += " (not unique, as constraints are redundant: the one of least norm)" if c.name in loose else ""
-        other = None if unit is None else (JOULE if c.holonomic else WATT) / unit
-        builder.add(_calculated(name, program, other, doc), "VARIABLE_MULTIPLIER", program.permanent[k])
+        builder.add(_calculated(name, program, units[name], doc), "VARIABLE_MULTIPLIER", program.permanent[k])
 
 
 def _add_row_forces(builder: Builder, mechanism: Mechanism, program: Program) -> None:

@@ -26,7 +26,7 @@ from lag2fmu.formats.robots import READERS, robot
 from lag2fmu.formats.toml_table import Surroundings, TomlTable
 from lag2fmu.language.units import DIMENSIONLESS
 from lag2fmu.mechanism.assembly import Settable, settable
-from lag2fmu.mechanism.record import Mechanism, complete
+from lag2fmu.mechanism.completion import Mechanism, complete
 
 if sys.version_info >= (3, 11):
     import tomllib
@@ -269,7 +269,7 @@ def _mechanism_in(file: Path, table: TomlTable) -> Description:
     try:
         if file not in around.known:
             around.known[file] = (
-                robot(file).description if file.suffix in READERS else _description(_parse_toml(_text_in(file)), around)
+                robot(file) if file.suffix in READERS else _description(_parse_toml(_text_in(file)), around)
             )
         return around.known[file]
     except (MechanismError, LoadError) as error:

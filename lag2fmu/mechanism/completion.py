@@ -1,17 +1,22 @@
-"""What follows from a description: what parts, joints, quaternions and loads bring is written out, then checked."""
+"""What follows from a description: what parts, joints, quaternions and loads bring is written out, then checked.
+
+``Mechanism`` is the record with the constructor for users, who give it what is written.
+"""
 
 from __future__ import annotations
 
 from collections.abc import Iterable
-from dataclasses import replace
-from typing import Any, NamedTuple
+from dataclasses import fields, replace
+from inspect import Signature, signature
+from typing import Any, ClassVar
 
-from lag2fmu.description.joints import joined
+from lag2fmu.description.names import suggestion
 from lag2fmu.description.outputs import Output
 from lag2fmu.description.parts import Constraint, Damper, Definition
 from lag2fmu.description.places import Frame
 from lag2fmu.description.record import Description
 from lag2fmu.description.symbols import Coordinate
+from lag2fmu.mechanism import record
 from lag2fmu.mechanism.assembly import assembled
 from lag2fmu.mechanism.check import check
 from lag2fmu.mechanism.compliance import compliant_contacts
@@ -20,28 +25,55 @@ from lag2fmu.mechanism.filters import with_filters
 from lag2fmu.mechanism.geometry import check_geometry
 from lag2fmu.mechanism.joint_equations import written_out
 from lag2fmu.mechanism.loads import with_inputs
+from lag2fmu.mechanism.merging import joined
 from lag2fmu.mechanism.name_check import check_names
 from lag2fmu.mechanism.norms import missing_norms
-from lag2fmu.mechanism.ports import with_chosen_inputs, with_ports
-from lag2fmu.mechanism.scope import Scope, constrained
-from lag2fmu.mechanism.unilaterals import Unilateral, check_open, unilaterals
+from lag2fmu.mechanism.ports import input_names, with_chosen_inputs, with_ports
+from lag2fmu.mechanism.record import Completed
+from lag2fmu.mechanism.scope import Scope, constrained, fixed_parameters
+from lag2fmu.mechanism.unilaterals import check_open, unilaterals
 
 Origins = dict[str, str]
 """Place of a part that is not written -> place of what brings it: {'constraints.hinge_x': 'joints.hinge'}."""
 
 
-class Completed(NamedTuple):
-    """A description with everything written out, the origins of what was added, its scope, warnings, normal forms.
+_TABLES = tuple(item.name for item in fields(Description) if item.name != "name")
 
-    ``latches`` are the constraints that hold only while an expression is positive; the others are in ``expanded``.
+
+class Mechanism(record.Mechanism):
+    """A mechanism as analytical mechanics describes it; complete and checked when built.
+
+    Built in Python from symbols that ``coordinate``, ``parameter`` and ``signal`` declare, or read from text by
+    ``lag2fmu.load``. Its tables are those of the ``description`` that was written, and hold what follows from it too:
+    what ``parts`` bring, of which none are left; frames, coordinates and constraints of joints, norms of quaternions,
+    inputs of loads, equilibria of coordinates without mass, starts that meet the constraints. ``origins`` names for
+    each such thing what brings it, both by their places: {'constraints.hinge_x': 'joints.hinge'}. There are n
+    coordinates and m constraints, the holonomic ones first; expressions compute in SI units. ``warnings`` lists what is
+    odd but allowed: mismatching dimensions, inertia tensors that no body has. ``unilaterals`` are the ideal contacts,
+    then the stops, in normal form; ``latches`` are the constraints that hold only while an expression is positive,
+    which are not among the m. ``fixed_parameters`` are the names of the parameters in holonomic constraints and gaps:
+    they cannot change in a run. ``hidden_inputs`` are the inputs that the ports leave out of the FMU: they keep their
+    start values. Two mechanisms are equal if the same is written, whatever has been derived since. Source of the
+    procedure: Hand, Finch, Analytical Mechanics, section 1.9.
     """
 
-    expanded: Description
-    origins: Origins
-    scope: Scope
-    warnings: tuple[str, ...]
-    unilaterals: tuple[Unilateral, ...]
-    latches: tuple[Constraint, ...]
+    __signature__: ClassVar[Signature] = signature(Description)  # what help() shows as the arguments
+
+    def __init__(self, name: str, **tables: Any) -> None:
+        """The keywords are the tables of ``Description``.
+
+        Raises MechanismError (UnitError for dimensions when ``strict_units``), naming part and remedy.
+        """
+        unknown = next((table for table in tables if table not in _TABLES), None)
+        if unknown is not None:
+            raise TypeError(f"Mechanism: there is no table '{unknown}'; {suggestion(unknown, _TABLES)}")
+        written = Description(name, **tables)
+        super().__init__(written, completed(written))
+
+
+def complete(description: Description) -> Mechanism:
+    """The mechanism that follows from ``description``; raises MechanismError as ``Mechanism`` does."""
+    return Mechanism(**{item.name: getattr(description, item.name) for item in fields(Description)})
 
 
 def completed(written: Description) -> Completed:
@@ -66,7 +98,10 @@ def completed(written: Description) -> Completed:
     kept = {place: origin for place, origin in origins.items() if place not in of_user}
     latches = tuple(c for c in expanded.constraints if c.while_ is not None)
     permanent = replace(expanded, constraints=tuple(c for c in expanded.constraints if c.while_ is None))
-    return Completed(permanent, kept, scope, warnings, found, latches)
+    fixed = fixed_parameters(permanent, scope, (unilateral.gap for unilateral in found))
+    chosen = permanent.ports.inputs
+    hidden = frozenset() if chosen is None else frozenset(input_names(permanent)) - frozenset(chosen)
+    return Completed(permanent, kept, warnings, found, latches, fixed, hidden)
 
 
 _BROUGHT = ("coordinates", "inputs", "frames", "definitions", "dampers", "constraints", "outputs")

@@ -10,21 +10,26 @@ from lag2fmu.description.events import State
 from lag2fmu.description.symbols import Input, Parameter
 from lag2fmu.errors import LoadError, UnitError
 from lag2fmu.language.units import DIMENSIONLESS, JOULE, SECOND, WATT, Unit, parse_unit
+from lag2fmu.mechanism.calculated_units import calculated_units
 from lag2fmu.mechanism.record import Mechanism
 
 _NUMBER = re.compile(r"([+-]?(?:\d+\.?\d*|\.\d+)(?:[eE][+-]?\d+)?)\s*([^\s\d,.].*)?")
 
 
 def display_units(mechanism: Mechanism) -> dict[str, Unit]:
-    """{name: unit} of coordinates, further states, parameters, inputs, outputs and rates, where there is a unit."""
+    """{name: unit} of all that an FMU of ``mechanism`` shows, where there is a unit: the declared ones, and rates."""
     units: dict[str, Unit | None] = {**dict.fromkeys(names.ENERGIES, JOULE), "external_power": WATT}
+    units |= {names.DISSIPATED_ENERGY: JOULE, names.derivative(names.DISSIPATED_ENERGY): WATT}
+    units |= calculated_units(mechanism)
     units |= dict(zip(names.SETTINGS, (DIMENSIONLESS, SECOND, SECOND), strict=True))
     declared: list[Parameter | Input | State] = [*mechanism.parameters, *mechanism.inputs, *mechanism.states]
     units |= {part.name: _unit(part.unit) for part in declared}
     moving = {q.name: q.unit for q in mechanism.coordinates} | {u.name: u.unit for u in mechanism.motions}
     for name, unit in moving.items():
         first = _rate(unit)
-        units |= {name: unit, names.velocity(name): first, names.acceleration(name): _rate(first)}
+        second = _rate(first)
+        units |= {name: unit, names.velocity(name): first, names.acceleration(name): second}
+        units |= {names.derivative(name): first, names.derivative(names.velocity(name)): second}
     for z in mechanism.states:
         unit = parse_unit(z.unit) if isinstance(z.unit, str) else z.unit
         units |= {z.name: unit, names.derivative(z.name): _rate(unit)}
@@ -40,11 +45,11 @@ def _unit(unit: Unit | str | None) -> Unit | None:
 
 
 def _rate(unit: Unit | None) -> Unit | None:
-    """``unit`` a second: deg/s of deg; the SI unit where there is no such text, as of degC."""
+    """``unit`` a second: deg/s of deg, deg/s2 of that; the SI unit where there is no such text, as of degC."""
     if unit is None:
         return None
     try:
-        return parse_unit(f"{unit.name or 1}/s")
+        return parse_unit(f"{unit.name}2" if unit.name.endswith("/s") else f"{unit.name or 1}/s")
     except UnitError:
         return unit / SECOND
 

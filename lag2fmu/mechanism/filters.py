@@ -1,7 +1,8 @@
 """Filtered motions, written out: the input that they follow, and the two states of a critically damped filter.
 
 T^2 y_ddot + 2 T y_dot + y = y_target has both poles at -1/T. Position, velocity and acceleration agree at any time,
-whatever the input does: a step of it moves the mechanism without a jump of the velocity.
+whatever the input does: a step of it moves the mechanism without a jump of the velocity. Where the derivatives of
+the target are known, the equations take them in, see ``dynamics.variables``.
 Source: K. Ogata, Modern Control Engineering, 5th edition, section 5-3 (second-order systems).
 """
 
@@ -63,7 +64,8 @@ def _filter(m: Description, u: Input) -> tuple[State, State, Definition]:
     y, y_dot, target = (symbol(name) for name in (u.name, names.velocity(u.name), names.target(u.name)))
     y_ddot = ((target - y) / T - 2 * y_dot) / T
     rate_unit: Unit | None = None if u.unit is None else u.unit / SECOND
-    of = u.doc or "prescribed motion"
+    of, acceleration = u.doc or "prescribed motion", names.acceleration(u.name)
     place = State(u.name, u.unit, u.start, y_dot, doc=f"{of}, filtered", moves=u.name)
-    rate = State(names.velocity(u.name), rate_unit, 0.0, y_ddot, doc=f"velocity of {u.name}", moves=u.name)
-    return place, rate, Definition(names.acceleration(u.name), y_ddot)
+    moving, told = symbol(acceleration), f"velocity of {u.name}"
+    rate = State(names.velocity(u.name), rate_unit, 0.0, moving, doc=told, moves=u.name)
+    return place, rate, Definition(acceleration, y_ddot)

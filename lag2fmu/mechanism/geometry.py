@@ -234,15 +234,18 @@ def _check_quaternion(m: Description, frame: Frame, names_in: NamesIn, values: V
 
 
 def _check_inertia(body: Body, values: Values) -> Iterator[str]:
-    """Raise MechanismError unless the tensor is positive definite; a warning if it breaks the triangle inequality."""
+    """Raise MechanismError if a principal moment is negative or all are 0; warn if the triangle inequality is broken.
+
+    A thin rod has no moment about its own axis.
+    """
     numbers = _numbers(body.inertia, values) if isinstance(body.inertia, tuple) else None
     if numbers is None:
         return
     least, middle, greatest = principal_moments(*numbers)
     where, shown = f"bodies.{body.name}.inertia", ", ".join(f"{x:.6g}" for x in (least, middle, greatest))
-    if not least > ROUNDING * abs(greatest):
+    if not (greatest > 0 and least >= -ROUNDING * greatest):
         raise MechanismError(
-            f"{where}: {numbers} is not positive definite, its principal moments are {shown} kg.m2; "
+            f"{where}: {numbers} is not positive, its principal moments are {shown} kg.m2; "
             "Ixy is the entry of the tensor, minus the integral of x y dm"
         )
     if least + middle < greatest * (1 - ROUNDING):

@@ -6,7 +6,6 @@ from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, replace
 
 from lag2fmu.description import names
-from lag2fmu.description.joints import joined
 from lag2fmu.description.outputs import Output
 from lag2fmu.description.parts import Load
 from lag2fmu.description.places import WORLD, Body, Frame, Place, Point
@@ -14,6 +13,7 @@ from lag2fmu.description.record import Description
 from lag2fmu.description.symbols import Input, names_of
 from lag2fmu.errors import MechanismError
 from lag2fmu.mechanism.loads import opened, rigid_place
+from lag2fmu.mechanism.merging import joined
 
 Origins = dict[str, str]
 

@@ -1,52 +1,80 @@
-"""The record ``Mechanism``: what the textbook procedure asks for, with everything that follows from what is written."""
+"""The record ``Mechanism``: what is written, with everything that follows from it; and what it is made of.
+
+Nothing is computed here. ``completion`` finds what follows, and has the constructor that users meet.
+"""
 
 from __future__ import annotations
 
 from collections.abc import Iterable, Mapping
 from copy import copy
-from dataclasses import dataclass, field, fields
-from inspect import Signature, signature
-from typing import Any, ClassVar
+from dataclasses import dataclass, field
+from typing import NamedTuple
 
-from lag2fmu.description.names import suggestion, velocity
+import sympy as sp
+
+from lag2fmu.description.names import velocity
 from lag2fmu.description.parts import Constraint, in_order_of_kinds
 from lag2fmu.description.record import Description
 from lag2fmu.description.subsystems import Part
 from lag2fmu.description.symbols import Coordinate
+from lag2fmu.language.units import Unit
 from lag2fmu.lazy import looked_up
-from lag2fmu.mechanism.completion import completed
-from lag2fmu.mechanism.name_check import check_names
-from lag2fmu.mechanism.ports import input_names
-from lag2fmu.mechanism.scope import Scope, fixed_parameters
-from lag2fmu.mechanism.unilaterals import Unilateral
 
-_TABLES = tuple(item.name for item in fields(Description) if item.name != "name")
+
+class Unilateral(NamedTuple):
+    """A gap >= 0 with its laws of impact and friction; all are expressions in SI, which may contain definitions.
+
+    ``gap`` depends on t, q, motions and parameters and has the ``unit`` (None: unknown); ``slips`` are none without
+    friction, one in the plane, two in space, affine in the velocities, in the gap's unit per s. ``restitution`` is
+    Newton's coefficient, ``friction`` and ``static_friction`` are Coulomb's. ``where`` is the part that it is from.
+    """
+
+    name: str
+    gap: sp.Expr
+    slips: tuple[sp.Expr, ...]
+    restitution: sp.Expr
+    friction: sp.Expr
+    static_friction: sp.Expr
+    unit: Unit | None
+    where: str
+
+
+class Completed(NamedTuple):
+    """What follows from a description: everything written out in ``expanded``, and what is known of it.
+
+    ``latches`` are the constraints that hold only while an expression is positive; the others are in ``expanded``.
+    For the other fields see ``Mechanism``.
+    """
+
+    expanded: Description
+    origins: Mapping[str, str]
+    warnings: tuple[str, ...]
+    unilaterals: tuple[Unilateral, ...]
+    latches: tuple[Constraint, ...]
+    fixed_parameters: frozenset[str]
+    hidden_inputs: frozenset[str]
 
 
 @dataclass(frozen=True, init=False, eq=False)
 class Mechanism(Description):
-    """A mechanism as analytical mechanics describes it; complete and checked when built.
+    """A mechanism that is complete and checked: its tables, and what else follows from what was written.
 
-    Built in Python from symbols that ``coordinate``, ``parameter`` and ``signal`` declare, or read from text by
-    ``lag2fmu.load``. Its tables are those of the ``description`` that was written, and hold what follows from it too:
-    what ``parts`` bring, of which none are left; frames, coordinates and constraints of joints, norms of quaternions,
-    inputs of loads, equilibria of coordinates without mass, starts that meet the constraints. ``origins`` names for
-    each such thing what brings it, both by their places: {'constraints.hinge_x': 'joints.hinge'}. There are n
-    coordinates and m constraints, the holonomic ones first; expressions compute in SI units. ``warnings`` lists what is
-    odd but allowed: mismatching dimensions, inertia tensors that no body has. ``unilaterals`` are the ideal contacts,
-    then the stops, in normal form; ``latches`` are the constraints that hold only while an expression is positive,
-    which are not among the m. Two mechanisms are equal if the same is written, whatever has been derived since.
-    Source of the procedure: Hand, Finch, Analytical Mechanics, section 1.9.
+    This is what derivation and reference read. ``completion.Mechanism`` is the same with a constructor for users, and
+    tells what each field is.
     """
-
-    __signature__: ClassVar[Signature] = signature(Description)  # what help() shows as the arguments
 
     description: Description = field(init=False, repr=False)
     origins: Mapping[str, str] = field(init=False, repr=False)
-    scope: Scope = field(init=False, repr=False)
     warnings: tuple[str, ...] = field(init=False, repr=False)
     unilaterals: tuple[Unilateral, ...] = field(init=False, repr=False)
     latches: tuple[Constraint, ...] = field(init=False, repr=False)
+    fixed_parameters: frozenset[str] = field(init=False, repr=False)
+    hidden_inputs: frozenset[str] = field(init=False, repr=False)
+
+    def __init__(self, description: Description, found: Completed) -> None:
+        """What is written, and what was ``found`` to follow from it."""
+        known = found._asdict()
+        vars(self).update(vars(known.pop("expanded")) | known, description=description)
 
     def __repr__(self) -> str:
         """One line: name, title, how many of what; the text format says everything."""
@@ -69,26 +97,6 @@ class Mechanism(Description):
         sketch = f'<div style="background: white; display: inline-block">{picture}</div>' if picture else ""
         return f"<p>{escape(repr(self)[1:-1])}</p>{sketch}<table>{rows}</table>"
 
-    def __init__(self, name: str, **tables: Any) -> None:
-        """The keywords are the tables of ``Description``.
-
-        Raises MechanismError (UnitError for dimensions when ``strict_units``), naming part and remedy.
-        """
-        unknown = next((table for table in tables if table not in _TABLES), None)
-        if unknown is not None:
-            raise TypeError(f"Mechanism: there is no table '{unknown}'; {suggestion(unknown, _TABLES)}")
-        written = Description(name, **tables)
-        found = completed(written)
-        vars(self).update(
-            vars(found.expanded),
-            description=written,
-            origins=found.origins,
-            scope=found.scope,
-            warnings=found.warnings,
-            unilaterals=found.unilaterals,
-            latches=found.latches,
-        )
-
     def __eq__(self, other: object) -> bool:
         return self.description == other.description if isinstance(other, Mechanism) else NotImplemented
 
@@ -101,15 +109,13 @@ class Mechanism(Description):
         return bool(self.unilaterals or self.frictions or self.latches)
 
     @property
-    def fixed_parameters(self) -> frozenset[str]:
-        """The names of the parameters in holonomic constraints and gaps, see ``scope``: they cannot change in a run."""
-        return fixed_parameters(self, self.scope, (unilateral.gap for unilateral in self.unilaterals))
+    def has_input_rates(self) -> bool:
+        """Whether the equations contain the time derivatives of inputs.
 
-    @property
-    def hidden_inputs(self) -> frozenset[str]:
-        """The inputs that the ports leave out of the FMU: they keep their start values."""
-        chosen = self.ports.inputs
-        return frozenset() if chosen is None else frozenset(input_names(self)) - frozenset(chosen)
+        Forces move the equilibrium of a coordinate without mass; where that is a constraint, its derivatives contain
+        their rates. Filters of motions are led by the derivatives of what they follow.
+        """
+        return bool(self.filtered) or any(c.massless for c in self.constraints)
 
     def part_of(self, place: str) -> str | None:
         """The name of the part that brings what stands at ``place`` ('coordinates.leg_knee'), None if none does."""
@@ -136,25 +142,17 @@ class Mechanism(Description):
     def with_equilibria(self, equilibria: Iterable[Constraint], coordinates: Iterable[Coordinate]) -> Mechanism:
         """The same mechanism with the ``equilibria`` of coordinates without mass, and ``coordinates`` that follow them.
 
-        Raises MechanismError for a name that clashes with those of the equilibria.
+        Whether names clash is left to who adds them.
         """
         found = tuple(equilibria)
         origins = {f"constraints.{c.name}": f"coordinates.{c.coordinate}" for c in found}
-        new = self._extended(
+        return self._extended(
             coordinates=tuple(coordinates),
             constraints=in_order_of_kinds((*self.constraints, *found)),
             origins={**self.origins, **origins},
-            scope=self.scope.with_constraints(found),
         )
-        check_names(new)
-        return new
 
     def _extended(self, **changes: object) -> Mechanism:
         new = copy(self)
         vars(new).update(changes)
         return new
-
-
-def complete(description: Description) -> Mechanism:
-    """The mechanism that follows from ``description``; raises MechanismError as ``Mechanism`` does."""
-    return Mechanism(**{item.name: getattr(description, item.name) for item in fields(Description)})

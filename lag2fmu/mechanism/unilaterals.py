@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Iterator
-from typing import NamedTuple
 
 import sympy as sp
 
@@ -15,30 +14,13 @@ from lag2fmu.language.units import METRE, Unit
 from lag2fmu.language.vocabulary import symbol
 from lag2fmu.mechanism.contact_places import Geometry, geometry_of
 from lag2fmu.mechanism.poses import Poses
+from lag2fmu.mechanism.record import Unilateral
 from lag2fmu.mechanism.starts import start_values, value_at
 from lag2fmu.mechanism.unit_check import units_in
 
 _ROUNDING = 1e-9
 
 UnitOf = Callable[[sp.Expr], "Unit | None"]
-
-
-class Unilateral(NamedTuple):
-    """A gap >= 0 with its laws of impact and friction; all are expressions in SI, which may contain definitions.
-
-    ``gap`` depends on t, q, motions and parameters and has the ``unit`` (None: unknown); ``slips`` are none without
-    friction, one in the plane, two in space, affine in the velocities, in the gap's unit per s. ``restitution`` is
-    Newton's coefficient, ``friction`` and ``static_friction`` are Coulomb's. ``where`` is the part that it is from.
-    """
-
-    name: str
-    gap: sp.Expr
-    slips: tuple[sp.Expr, ...]
-    restitution: sp.Expr
-    friction: sp.Expr
-    static_friction: sp.Expr
-    unit: Unit | None
-    where: str
 
 
 def unilaterals(m: Description) -> Iterator[Unilateral]:

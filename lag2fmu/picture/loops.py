@@ -13,7 +13,7 @@ import numpy as np
 import sympy as sp
 
 from lag2fmu.description.parts import Constraint
-from lag2fmu.graph.graph import Node
+from lag2fmu.graph.nodes import Node
 from lag2fmu.picture.arms import ARM, Step, steps
 from lag2fmu.picture.skeleton import Link, Skeleton
 

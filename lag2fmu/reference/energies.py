@@ -42,7 +42,7 @@ class EnergyFunctions:
     ) -> None:
         self.mechanism = mechanism
         self.composition = composition or composition_of(mechanism)
-        self.n = len(mechanism.coordinates)
+        self.n = len(self.composition.symbols.q)
         self.parameters = parameter_values(mechanism, parameters or {})
         s = self.composition.symbols
         self.constants = [np.float64(value) for value in self.parameters.values()]
@@ -62,7 +62,7 @@ class EnergyFunctions:
         starts = {u.name: u.start for u in mechanism.inputs} | {z.name: z.start for z in mechanism.states}
         self._starts = np.array([starts.get(x.name, 0.0) for x in s.inputs])
         self._row = {x.name: i for i, x in enumerate(s.inputs)}
-        self._state_rows = [self._row[z.name] for z in mechanism.states]
+        self._state_rows = [self._row[z.name] for z in mechanism.states if z.name in self._row]
         self._filtered = slice(3 * len(s.motion) - s.filtered, 3 * len(s.motion))
         self._filters = compiled((*s.inputs, *s.parameters), c.further[len(s.further) + 1 :: 2])
 

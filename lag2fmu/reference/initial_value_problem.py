@@ -39,6 +39,7 @@ class InitialValueProblem:
         nominal = np.array([c.nominal for c in equations.mechanism.coordinates])
         self.nominal = np.concatenate([nominal, nominal, [z.nominal for z in equations.mechanism.states]])
         self.evaluations, self.end = 0, np.inf
+        self.whole = float(times[-1] - times[0])  # s, the length of the run that this one is a part of
         self.last = float(times[0]), start
         self._before_compiling = COMPILED_AFTER if equations.small else 0
         self._single: SingleState | None = None
@@ -94,7 +95,7 @@ class InitialValueProblem:
         """z at the times, (m, copies, s + 1), from ``start`` (copies, s + 1), and the evaluations it took.
 
         No step is longer than 1 / ``pieces`` of the way to the next break of the inputs, or of LONGEST_PART of
-        the whole: what lasts for a short time only is not stepped over. Raises SimulationError with the time
+        the whole run: what lasts for a short time only is not stepped over. Raises SimulationError with the time
         reached.
         """
         weights = np.append(self.nominal, self._energy_scale())
@@ -108,7 +109,7 @@ class InitialValueProblem:
             inside = self.times[(self.times > t) & (self.times <= self.end)]
             asked = inside if len(inside) and inside[-1] == self.end else np.append(inside, self.end)
             # SciPy refuses steps below 10 units of rounding: a break may be that close to an output time
-            longest = min(self.end - t, LONGEST_PART * (last - first)) / pieces
+            longest = min(self.end - t, LONGEST_PART * self.whole) / pieces
             longest = max(longest, 16 * np.spacing(abs(self.end)))
             values = self._segment(method, (t, self.end), z, t_eval=asked, rtol=rtol, atol=atol, max_step=longest)
             found.append(values[: len(inside)])

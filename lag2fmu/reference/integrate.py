@@ -41,13 +41,15 @@ def integrate(
     inputs: Inputs | None = None,
     rtol: float = 1e-12,
     method: str = "DOP853",
+    whole: float | None = None,
     progress: Callable[[float], None] | None = None,
 ) -> Reference:
     """Integrate ``mechanism`` from times[0] and report at ``times`` (m,) in s, strictly increasing.
 
     ``parameters`` and ``starts`` (NAME and NAME_dot of coordinates, further states) replace declared SI values.
-    ``inputs``: see ``signals_of``. ``rtol`` in [1e-13, 1e-2] weighs with |x| + nominal. Where DOP853 fails Radau is
-    tried. ``progress`` is told the share that is done, 0 to 1. Raises LoadError for unknown or unusable names and
+    ``inputs``: see ``signals_of``. ``rtol`` in [1e-13, 1e-2] weighs with |x| + nominal. ``whole`` is the length in s of
+    the run that the times are a part of, by default theirs: the longest step is a part of it. Where DOP853 fails Radau
+    is tried. ``progress`` is told the share that is done, 0 to 1. Raises LoadError for unknown or unusable names and
     values, SimulationError with the time reached. Source: Hairer, Norsett, Wanner, Solving Ordinary Differential
     Equations I, section II.5; Hairer, Wanner, volume II, section IV.8.
     """
@@ -63,7 +65,7 @@ def integrate(
     equations = Equations(mechanism, parameters)
     problem = InitialValueProblem(equations, signals, grid, _start(equations, starts or {}, float(grid[0]), signals))
     problem.check_start()
-    problem.progress = progress
+    problem.progress, problem.whole = progress, whole or problem.whole
     for name in SCIPY_METHODS[SCIPY_METHODS.index(method) :]:
         try:
             problem.share = 0.0

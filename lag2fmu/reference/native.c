@@ -1,7 +1,8 @@
 /* The terms of the Lagrange equations at one state, by polarisation and complex steps as in equations.py.
 
-   The generated file, included below, defines the sizes N (coordinates), MOTIONS, M (constraints), PARAMETERS and the
-   functions energies, forces and constraints of a mechanism. A complex number x + i h stands for a value and its
+   The generated file, included below, defines the sizes N (coordinates), MOTIONS, M (constraints), RATES, EFFORTS and the
+   functions of a mechanism: energies, forces, constraints, and of loads and dampers on frames rates, efforts and power.
+   A complex number x + i h stands for a value and its
    derivative: h is tiny, and every function continues by its first derivative, as in functions.py. */
 
 #include <complex.h>
@@ -59,9 +60,11 @@ static inline Z z_integer_power(Z z, int exponent) {
     return exponent < 0 ? z_inverse(power) : power;
 }
 
-#include "mechanism.h"
+/* ROWS are t, q, qd, y, y_dot; INPUTS are t, q, qd and what comes from outside. */
+#define ROWS (1 + 2 * N + 2 * MOTIONS)
+#define INPUTS (1 + 2 * N + 3 * MOTIONS + OTHERS)
 
-enum { ROWS = 1 + 2 * N + 2 * MOTIONS, UNITS = 1 + 2 * N + N * (N - 1) / 2 };
+#include "mechanism.h"
 
 /* What the motion makes of t, q, y, y_dot in a complex step: their rates are 1, qd (0 for the explicit rate), y_dot,
    y_ddot. row: t, q, qd, y, y_dot, y_ddot. */
@@ -121,13 +124,38 @@ static void inertia(const double row[], const double p[], const double unit[N], 
     }
 }
 
+/* Adds to Q (N) what loads and dampers with a force do that are on frames: the slopes of their power along qd. The efforts
+   themselves are not differentiated. row: t, q, qd, inputs. */
+static void add_loads(const double row[], const double p[], double Q[N]) {
+    Z inputs[INPUTS + RATES], point[ROWS + EFFORTS], work[1];
+    double rate[RATES + 1], effort[EFFORTS + 1];
+    for (int i = 0; i < INPUTS; i++) {
+        inputs[i] = row[i];
+    }
+    rates(inputs, p, rate);
+    for (int i = 0; i < RATES; i++) {
+        inputs[INPUTS + i] = rate[i];
+    }
+    efforts(inputs, p, effort);
+    memcpy(point, inputs, ROWS * sizeof *point);
+    for (int i = 0; i < EFFORTS; i++) {
+        point[ROWS + i] = effort[i];
+    }
+    for (int i = 0; i < N; i++) {
+        point[1 + N + i] += of(0.0, STEP);
+        power(point, p, work);
+        Q[i] += cimag(work[0]) / STEP;
+        point[1 + N + i] = row[1 + N + i];
+    }
+}
+
 /* out: M (N N), p, inertial, dL/dq, dR/dqd (N each), dL/dt, Q (N), constraints (3 M + M N). row: t, q, qd, inputs. */
 #ifdef _WIN32
 __declspec(dllexport)
 #endif
 void terms(const double row[], const double p[], const double unit[], double *out) {
     double *momenta = out + N * N, *slopes = momenta + 2 * N;
-    Z point[ROWS], parts[3], inputs[1 + 2 * N + 3 * MOTIONS + OTHERS];
+    Z point[ROWS], parts[3], inputs[INPUTS];
     inertia(row, p, unit, (double(*)[N])out, momenta, momenta + N);
     for (int i = 0; i < ROWS; i++) {
         point[i] = row[i];
@@ -141,9 +169,12 @@ void terms(const double row[], const double p[], const double unit[], double *ou
     move(point, row, 1);
     energies(point, p, parts);
     slopes[2 * N] = (cimag(parts[0]) - cimag(parts[1])) / STEP;
-    for (int i = 0; i < 1 + 2 * N + 3 * MOTIONS + OTHERS; i++) {
+    for (int i = 0; i < INPUTS; i++) {
         inputs[i] = row[i];
     }
     forces(inputs, p, slopes + 2 * N + 1);
+    if (EFFORTS > 0) {
+        add_loads(row, p, slopes + 2 * N + 1);
+    }
     constraints(inputs, p, slopes + 3 * N + 1);
 }

@@ -10,7 +10,7 @@ import ctypes
 import subprocess
 import sys
 import tempfile
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from functools import lru_cache
 from importlib.util import find_spec
 from pathlib import Path
@@ -19,10 +19,11 @@ from typing import Any
 
 import numpy as np
 import sympy as sp
+from numpy.typing import NDArray
 
 from lag2fmu.language.vocabulary import NAME_OF, TIME, Choice, Smooth
 from lag2fmu.mechanism.record import Mechanism
-from lag2fmu.reference.composition import composition_of
+from lag2fmu.reference.composition import Composition, composition_of
 from lag2fmu.reference.constraints import constraint_expressions
 from lag2fmu.reference.functions import NumericPrinter, number, shared
 from lag2fmu.reference.spatial import Spatial
@@ -91,6 +92,14 @@ class _Tape:
             self._known[text] = _Traced(self, name)
         return self._known[text]
 
+    def values(self, texts: Sequence[str]) -> NDArray[Any]:
+        """The values of ``texts``, an array of objects (k,)."""
+        return np.array([self.value(text) for text in texts], dtype=object)
+
+    def root(self, x: Any) -> _Traced:
+        """The square root of ``x``."""
+        return self.value(f"z_sqrt({_named(x)})")
+
 
 class _Traced:
     """A number that writes down what is done to it; zeros and ones of matrices leave no trace."""
@@ -144,7 +153,7 @@ def _named(value: object) -> str:
 def native_terms(mechanism: Mechanism) -> Function | None:
     """The function ``terms`` of native.c for ``mechanism``, None where there is no compiler, a table or a choice.
 
-    What loads on frames do to Q is left out of it. Values are in SI units.
+    Values are in SI units.
     """
     return _compiled(mechanism, mechanism.constraints)
 
@@ -175,14 +184,19 @@ def _header(mechanism: Mechanism) -> str:
     """What native.c includes: sizes, and the functions of a mechanism."""
     c = composition_of(mechanism)
     s, m = c.symbols, len(mechanism.constraints)
+    spatial = Spatial(c, ())
+    rates = [sp.Dummy("rate", real=True) for _ in range(spatial.rated)]
+    efforts = spatial.efforts(rates)
     sizes = {"N": len(s.q), "MOTIONS": len(s.motion), "OTHERS": len(s.plain) + len(s.external) + len(s.further), "M": m}
+    sizes |= {"RATES": len(rates), "EFFORTS": len(efforts)}
     constants = {p: sp.Symbol(f"p[{i}]", real=True) for i, p in enumerate(s.parameters)}
     configuration = (TIME, *s.q, *s.qd, *s.motion, *s.motion_dot)
     everything = (TIME, *s.q, *s.qd, *s.inputs)
     return "\n".join(
         [
             *(f"#define {name} {size}" for name, size in sizes.items()),
-            _energies(mechanism, _renamed(configuration) | constants),
+            _energies(c, spatial, _renamed(configuration) | constants),
+            *_loads(spatial, efforts, _renamed(configuration) | constants, _renamed((*everything, *rates)) | constants),
             _function("forces", "double", c.forces, _renamed(everything) | constants),
             _function("constraints", "double", constraint_expressions(mechanism), _renamed(everything) | constants),
             "",
@@ -194,18 +208,38 @@ def _renamed(arguments: Sequence[sp.Symbol]) -> dict[sp.Symbol, sp.Symbol]:
     return {old: sp.Symbol(f"a[{i}]", real=True) for i, old in enumerate(arguments)}
 
 
-def _energies(mechanism: Mechanism, names: dict[sp.Symbol, sp.Symbol]) -> str:
+def _energies(c: Composition, spatial: Spatial, names: dict[sp.Symbol, sp.Symbol]) -> str:
     """K, U, R as ``EnergyFunctions.velocity_part`` has them: what is on frames is composed line by line."""
-    c = composition_of(mechanism)
-    spatial, tape = Spatial(c, ()), _Tape()
     own = (*c.velocity_part(), c.dissipation)
-    lines, written = _written([*own, *spatial.expressions], names)
+    lines, written, tape = *_written([*own, *spatial.expressions], names), _Tape()
     sums = written[: len(own)]
     if not spatial.empty:
-        values = np.array([tape.value(text) for text in written[len(own) :]], dtype=object)
-        framed = spatial.terms(values, lambda x: tape.value(f"z_sqrt({_named(x)})"), 0)
+        framed = spatial.terms(tape.values(written[len(own) :]), tape.root, 0)
         sums = [f"{text} + {_named(x)}" for text, x in zip(sums, framed, strict=True)]
     return _body("energies", "Z", [*lines, *tape.lines], sums)
+
+
+def _loads(
+    spatial: Spatial,
+    efforts: Sequence[sp.Expr],
+    configuration: dict[sp.Symbol, sp.Symbol],
+    everything: dict[sp.Symbol, sp.Symbol],
+) -> Iterator[str]:
+    """The functions rates, efforts and power of native.c, of what is ``spatial``; with the names of their arguments."""
+    if not efforts:
+        yield from (
+            _body(name, kind, [], []) for name, kind in (("rates", "double"), ("efforts", "double"), ("power", "Z"))
+        )
+        return
+    lines, values = _written(spatial.expressions, configuration)
+    tape = _Tape()
+    rates = spatial.rates(tape.values(values), tape.root)
+    yield _body("rates", "double", [*lines, *tape.lines], [_named(x) for x in rates])
+    yield _function("efforts", "double", efforts, everything)
+    tape = _Tape()
+    given = tape.values([f"a[ROWS + {i}]" for i in range(len(efforts))])
+    power = spatial.power(tape.values(values), [*given], tape.root)
+    yield _body("power", "Z", [*lines, *tape.lines], [_named(power)])
 
 
 def _function(name: str, kind: str, expressions: Sequence[sp.Expr], names: dict[sp.Symbol, sp.Symbol]) -> str:

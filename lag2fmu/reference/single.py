@@ -39,7 +39,6 @@ class SingleState:
         """The parts of the equations at ``state``, a single one: shapes as of ``Equations.terms``. In SI units."""
         self._evaluate(float(state.t), np.concatenate([state.q, state.qd]), state.inputs)
         p, inertial, slope, dissipation, explicit, Q = (x.copy() for x in self._parts[:6])
-        Q += self._loads()
         return Terms(self._mass.copy(), p, inertial, slope, dissipation, np.array(explicit[0]), Q)
 
     def rates(self, t: float, z: Floats, inputs: Floats, damping: float = 0.0) -> tuple[Floats, Floats, float]:
@@ -49,7 +48,6 @@ class SingleState:
         """
         self._evaluate(t, z[: 2 * self.n], inputs)
         _, inertial, slope, dissipation, explicit, Q, _, velocities, _ = self._parts
-        Q = Q + self._loads()
         qd = z[self.n : 2 * self.n]
         forcing = Q + slope - dissipation - inertial
         power = float(qd @ (Q - dissipation)) - float(explicit[0])
@@ -62,14 +60,6 @@ class SingleState:
         row = self._row
         row[0], row[1 : 1 + 2 * self.n], row[1 + 2 * self.n :] = t, x, inputs
         self._function(*self._pointers)
-
-    def _loads(self) -> Floats | float:
-        """What loads on frames add to Q where it was evaluated last, (n,)."""
-        spatial = self.equations.energies.spatial
-        if not spatial.loaded:
-            return 0.0
-        configuration = 1 + 2 * self.n + 2 * len(self.equations.mechanism.driven)
-        return spatial.forces(self._row[:configuration], self._row[1 + 2 * self.n :])
 
     def _constrained(self, forcing: Floats, damping: float) -> tuple[Floats, Floats]:
         """qdd and multipliers: by elimination for independent constraints, else as ``ConstraintFunctions`` does."""

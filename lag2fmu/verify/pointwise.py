@@ -12,6 +12,7 @@ from lag2fmu.dynamics.massless import continuous_states
 from lag2fmu.errors import SimulationError
 from lag2fmu.mechanism.norms import norm_constraints
 from lag2fmu.mechanism.record import Mechanism
+from lag2fmu.reference.drives import DriveForces
 from lag2fmu.reference.equations import Equations
 from lag2fmu.reference.record import Reference
 from lag2fmu.reference.symbolic import sympy_accelerations
@@ -40,10 +41,11 @@ def pointwise_checks(task: Task, reference: Reference) -> list[Check]:
         for _ in range(3):
             parameters = _random_parameters(task.mechanism, generator)
             equations = Equations(task.mechanism, parameters)
-            for q, qd, inputs in _random_states(task, reference, generator, equations):
+            drives = DriveForces(equations)
+            for q, qd, inputs in _random_states(task, reference, generator, drives):
                 own.append(_calculated_by_fmu(task, fmu, q, qd, inputs | parameters))
-                independent.append(_calculated(equations, q, qd, inputs))
-                moved.append(_calculated(equations, (1 + ROUNDING / 100) * q, (1 + ROUNDING / 100) * qd, inputs))
+                independent.append(_calculated(drives, q, qd, inputs))
+                moved.append(_calculated(drives, (1 + ROUNDING / 100) * q, (1 + ROUNDING / 100) * qd, inputs))
         relative, condition = _relative(own, independent), _relative(moved, independent)
         condition[:n] = np.maximum(condition[:n], _rounding_of_accelerations(equations, reference))
         labels = _labels(task.mechanism)
@@ -97,13 +99,13 @@ def _bounds(low: float | None, high: float | None) -> tuple[float, float]:
 
 
 def _random_states(
-    task: Task, reference: Reference, generator: np.random.Generator, equations: Equations, count: int = 8
+    task: Task, reference: Reference, generator: np.random.Generator, drives: DriveForces, count: int = 8
 ) -> list[tuple[Floats, Floats, dict[str, float]]]:
     """(q, qd, inputs with further states) near points of the trajectory, q and qd (n,), on the constraints.
 
     Where the independent equations have no finite value, a state nearer to the trajectory is taken, or none.
     """
-    n, energies = len(task.mechanism.coordinates), equations.energies
+    n, energies = len(task.mechanism.coordinates), drives.equations.energies
     moving = {name for m in task.mechanism.motions for name in (m.name, names.velocity(m.name))}
     held = moving if energies.constraints.m else set()
     ranges = _input_ranges(task, energies.input_names)
@@ -120,7 +122,7 @@ def _random_states(
             inputs |= zip(task.states[2 * n :], x[2 * n :].tolist(), strict=True)
             if energies.constraints.m:
                 q, qd = energies.consistent(q, qd, 0.0, inputs)
-            if _defined(equations, q, qd, inputs):
+            if _defined(drives, q, qd, inputs):
                 states.append((q, qd, inputs))
                 break
     if not states:
@@ -131,10 +133,10 @@ def _random_states(
     return states
 
 
-def _defined(equations: Equations, q: Floats, qd: Floats, inputs: Mapping[str, float]) -> bool:
+def _defined(drives: DriveForces, q: Floats, qd: Floats, inputs: Mapping[str, float]) -> bool:
     """Whether the independent equations have finite values at a state."""
     try:
-        return bool(np.isfinite(_calculated(equations, q, qd, inputs)).all())
+        return bool(np.isfinite(_calculated(drives, q, qd, inputs)).all())
     except SimulationError:
         return False
 
@@ -171,21 +173,22 @@ def _calculated_by_fmu(task: Task, fmu: Evaluation, q: Floats, qd: Floats, value
 
 
 def _labels(mechanism: Mechanism) -> list[str]:
-    """The names of what is calculated: accelerations (n,), momenta (n,), h, multipliers, rates of z, outputs."""
+    """The names of what is calculated: qdd (n,), p (n,), h, multipliers, drives, rates of z and outputs."""
     coordinates = [c.name for c in mechanism.coordinates]
     wanted = [*map(names.acceleration, coordinates), *map(names.momentum, coordinates), "generalized_energy"]
     wanted += [names.multiplier(c.name) for c in _bearing(mechanism)]
+    wanted += map(names.drive, mechanism.driven)
     return [*wanted, *(names.derivative(z.name) for z in mechanism.states), *mechanism.output_names]
 
 
-def _calculated(equations: Equations, q: Floats, qd: Floats, inputs: Mapping[str, float]) -> Floats:
+def _calculated(drives: DriveForces, q: Floats, qd: Floats, inputs: Mapping[str, float]) -> Floats:
     """The same from the independent path."""
-    state = (0.0, q, qd, inputs)
+    state, equations = (0.0, q, qd, inputs), drives.equations
     energy, outputs = equations.generalized_energy(*state), equations.outputs(*state)
     constraints, bearing = equations.mechanism.constraints, _bearing(equations.mechanism)
     forces = [value for c, value in zip(constraints, equations.multipliers(*state), strict=True) if c in bearing]
-    rates = (equations.accelerations(*state), equations.momenta(*state), [energy], forces, equations.further(*state))
-    return np.concatenate([*rates, list(outputs.values())])
+    found = (equations.accelerations(*state), equations.momenta(*state), [energy], forces, drives(*state))
+    return np.concatenate([*found, equations.further(*state), list(outputs.values())])
 
 
 def _bearing(mechanism: Mechanism) -> list[Constraint]:
@@ -208,7 +211,7 @@ def _relative(own: Sequence[Floats], independent: Sequence[Floats]) -> Floats:
 def _sympy_check(task: Task, fmu: Evaluation, reference: Reference, generator: np.random.Generator) -> Check:
     symbolic = sympy_accelerations(task.mechanism)
     declared = {p.name: p.value for p in task.mechanism.parameters if p.value is not None}
-    states = _random_states(task, reference, generator, Equations(task.mechanism))
+    states = _random_states(task, reference, generator, DriveForces(Equations(task.mechanism)))
     own = [_calculated_by_fmu(task, fmu, q, qd, inputs | declared) for q, qd, inputs in states]
     independent = [symbolic(0.0, q, qd, inputs) for q, qd, inputs in states]
     moved = [symbolic(0.0, (1 + ROUNDING / 100) * q, (1 + ROUNDING / 100) * qd, inputs) for q, qd, inputs in states]

@@ -81,3 +81,12 @@ class Task:
         """The communication points for ``step``, in s: (k,) from 0 to the stop time."""
         points: Floats = np.linspace(0.0, self.stop_time, round(self.stop_time / step) + 1, dtype=np.float64)
         return points
+
+
+def moves_a_target(mechanism: Mechanism, inputs: Trajectory | None) -> bool:
+    """Whether ``inputs`` move what a filtered motion of ``mechanism`` follows.
+
+    They are held then, since co-simulation alone would know the derivatives that lead the filter.
+    """
+    targets = [name for name in map(names.target, mechanism.filtered) if inputs is not None and name in inputs]
+    return any(np.ptp(inputs[name]) > 0 for name in targets)  # type: ignore[index]

@@ -14,9 +14,11 @@ enum {
     RUN_FAILED = 3  /* in the scalar runtime, which gave the reason */
 };
 
+#define BATCH_STOPPED ((int64_t)1 << 62) /* in *next: all threads end as soon as they can */
+
 /* [a][b] are the shapes of arrays. Columns are indices in the vector of quantities. */
 typedef struct {
-    int64_t runs, samples, outputs, extremes, crossings, most_crossings, knots;
+    int64_t runs, samples, outputs, extremes, crossings, most_crossings, events, most_events, knots;
     int64_t inputs_apart;         /* 1: each run has its own inputs, 0: all have the same */
     int64_t hold;                 /* 1: inputs keep their values between knots, 0: they are linear there */
     double start_time;            /* s */
@@ -31,16 +33,23 @@ typedef struct {
     const double *inputs;         /* [runs or 1][knots][inputs] */
     const double *sample_times;   /* s, [samples], ascending */
     const int64_t *output_columns, *extreme_columns, *crossing_columns;
+    const int64_t *event_kinds;   /* [events]; indicators, and behind them the impacts of contacts */
     double *finals;               /* [runs][outputs] */
     double *sampled;              /* [runs][samples][outputs] */
     double *minima, *maxima;      /* [runs][extremes] */
     double *crossed;              /* s, [runs][crossings][most_crossings] */
     int64_t *crossing_counts;     /* [runs][crossings]; also of those that found no place */
+    double *event_times;          /* s, [runs][events][most_events]; of events in the scalar runtime, lanes have none */
+    int64_t *event_counts;        /* [runs][events]; also of those that found no place */
     double *reached;              /* s, [runs] */
     int64_t *accepted;            /* [runs]; solver steps */
     int64_t *status;              /* [runs] */
     int64_t *next;                /* the next run that waits, shared by all threads */
     char *reasons;                /* [runs][1024], of runs that failed in the scalar runtime; lanes write none */
 } Batch;
+
+static inline int batch_stopped(const Batch *batch) {
+    return __atomic_load_n(batch->next, __ATOMIC_RELAXED) >= BATCH_STOPPED;
+}
 
 #endif

@@ -30,6 +30,7 @@ typedef struct {
     Lanes stages[ALL_STAGES][N_STATES];
     Lanes squares[SIZE_CONSTRAINTS];     /* of the distances of constraints: the least that are trusted */
     Lanes least_pivots[N_COORDINATES];
+    Memory memory; /* what the method remembers, see lane_tableau.h */
     /* the trial step: */
     Lanes length, end;
     Lanes new_states[N_STATES], new_derivatives[N_STATES];
@@ -58,6 +59,17 @@ Mask group_project(Group *group, Mask mask, Lanes time, Lanes states[]);
 
 /* The squares of distances at the start, from which their least values follow. */
 void group_begin_constraints(Group *group, Mask mask);
+
+/* The method, in lane_runge_kutta.c or lane_variational.c: the trial step in all lanes that are active, into new_states
+   and new_derivatives. Returns its errors in units of the tolerance, 0 for steps of fixed length; not a number where a
+   state is none. */
+Lanes method_try(Group *group);
+
+/* The terms of its interpolant beyond Hermite's cubic, in the lanes of a mask. */
+void method_dense(Group *group, Mask mask);
+
+/* Begins anew what it remembers, at a point that is new. */
+void method_begin(Group *group, Mask mask);
 
 /* Prepares the interpolant of the trial step (as in dense_output.h of the runtime); the mask says which lanes use it. */
 void group_dense(Group *group, Mask mask);

@@ -4,6 +4,8 @@
 #include "lane_equations.h"
 #include "lane_group.h"
 
+enum { PARTS = 4, NODES = PARTS + 1 }; /* of a step, for extremes and zeros */
+
 /* Is anything among these columns that does not follow from states and inputs alone? */
 static bool need_rates(const int64_t columns[], int64_t count) {
     for (int64_t i = 0; i < count; i++) {
@@ -90,7 +92,7 @@ static void widen(const Batch *batch, int64_t place, double value) {
     batch->maxima[place] = value > batch->maxima[place] ? value : batch->maxima[place];
 }
 
-/* Extremes: at both ends and in the middle of each step, and at the vertex of the parabola through the three. */
+/* Extremes: at three nodes, and at the vertex of the parabola through the three. */
 static void record_extremes(Group *group, Mask mask, const Lanes first[], const Lanes middle[], const Lanes last[]) {
     const Batch *batch = group->batch;
     for (int64_t i = 0; i < batch->extremes; i++) {
@@ -145,36 +147,112 @@ static Lanes locate(Group *group, Mask mask, int64_t column, bool rates, Lanes l
     return theta;
 }
 
-/* Signs of zero count as positive, so that a quantity that begins at 0 is not taken to cross it. */
-static void record_crossings(Group *group, Mask mask, bool rates, const Lanes from[], const Lanes to[], double left,
-                             double right) {
-    const Batch *batch = group->batch;
-    for (int64_t i = 0; i < batch->crossings; i++) {
-        const int64_t column = batch->crossing_columns[i];
-        const Mask crossed = mask & ((Mask)(from[column] < 0.0) ^ (Mask)(to[column] < 0.0));
-        if (lanes_any(crossed)) {
-            const Lanes theta =
-                locate(group, crossed, column, rates, lanes_of(left), lanes_of(right), from[column], to[column]);
-            for (int lane = 0; lane < LANES; lane++) {
-                if (crossed[lane]) {
-                    note_crossing(group, lane, i, group->time[lane] + theta[lane] * group->length[lane]);
-                }
-            }
+/* Notes where a quantity crosses zero in a part of the step at whose ends it has different signs. */
+static void note_zeros(Group *group, Mask mask, int64_t crossing, bool rates, Lanes left, Lanes right, Lanes at_left,
+                       Lanes at_right) {
+    const int64_t column = group->batch->crossing_columns[crossing];
+    if (!lanes_any(mask)) {
+        return;
+    }
+    const Lanes theta = locate(group, mask, column, rates, left, right, at_left, at_right);
+    for (int lane = 0; lane < LANES; lane++) {
+        if (mask[lane]) {
+            note_crossing(group, lane, crossing, group->time[lane] + theta[lane] * group->length[lane]);
         }
     }
 }
 
+/* The polynomial through the values at the nodes, by Newton's forward differences. */
+static Lanes through_nodes(const Lanes values[NODES], Lanes theta) {
+    Lanes differences[NODES];
+    for (int i = 0; i < NODES; i++) {
+        differences[i] = values[i];
+    }
+    for (int order = 1; order < NODES; order++) {
+        for (int i = NODES - 1; i >= order; i--) {
+            differences[i] -= differences[i - 1];
+        }
+    }
+    Lanes sum = differences[NODES - 1];
+    for (int k = NODES - 2; k >= 0; k--) {
+        sum = differences[k] + (theta * (double)PARTS - (double)k) * sum / (double)(k + 1);
+    }
+    return sum;
+}
+
+/* Where in a part of the step a quantity of one sign comes nearest to 0, by that polynomial; where it does so between the
+   ends of the part and may have the other sign there, the mask stays set. */
+static Lanes nearest(const Lanes values[NODES], int part, Mask *mask) {
+    enum { PLACES = 8 };
+    static const double NEAR = 0.25; /* of the value at the nearer end */
+    const double width = 1.0 / (double)(PARTS * PLACES);
+    const Lanes sign = lanes_select(values[part] < 0.0, lanes_of(-1.0), lanes_of(1.0));
+    Lanes best = lanes_of((double)part / (double)PARTS), least = lanes_of(HUGE_VAL);
+    for (int i = 1; i < PLACES; i++) {
+        const Lanes theta = lanes_of((double)part / (double)PARTS + width * (double)i);
+        const Lanes value = sign * through_nodes(values, theta);
+        const Mask nearer = (Mask)(value < least);
+        lanes_put(&best, nearer, theta);
+        lanes_put(&least, nearer, value);
+    }
+    const Lanes before = sign * through_nodes(values, best - width), after = sign * through_nodes(values, best + width);
+    const Lanes slope = after - before, bend = before - 2.0 * least + after;
+    const Mask turns = (Mask)(bend > 0.0) & (Mask)(lanes_abs(slope) < 2.0 * bend);
+    const Lanes vertex = least - slope * slope / (8.0 * bend);
+    *mask &= turns & (Mask)(vertex <= NEAR * lanes_min(sign * values[part], sign * values[part + 1]));
+    return lanes_select(*mask, best - width * 0.5 * slope / bend, best);
+}
+
+/* The zeros of a quantity in a part of the step: one where it changes its sign, two where it has the other sign in
+   between. */
+static void zeros_in_part(Group *group, Mask mask, int64_t crossing, bool rates, const Lanes values[NODES], int part) {
+    const int64_t column = group->batch->crossing_columns[crossing];
+    const Lanes left = lanes_of((double)part / (double)PARTS), right = lanes_of((double)(part + 1) / (double)PARTS);
+    const Mask differ = (Mask)(values[part] < 0.0) ^ (Mask)(values[part + 1] < 0.0);
+    Mask touched = mask & ~differ;
+    Lanes quantities[N_QUANTITIES];
+    note_zeros(group, mask & differ, crossing, rates, left, right, values[part], values[part + 1]);
+    const Lanes turn = nearest(values, part, &touched);
+    if (lanes_any(touched)) {
+        evaluate_within(group, touched, turn, rates, quantities);
+        const Lanes between = quantities[column];
+        touched &= (Mask)(between < 0.0) ^ (Mask)(values[part] < 0.0);
+        note_zeros(group, touched, crossing, rates, left, turn, values[part], between);
+        note_zeros(group, touched, crossing, rates, turn, right, between, values[part + 1]);
+    }
+}
+
+/* Signs of zero count as positive; a quantity that is 0 at the start does not cross it there. */
+static void record_crossings(Group *group, Mask mask, bool rates, Lanes quantities[NODES][N_QUANTITIES]) {
+    const Batch *batch = group->batch;
+    const Mask starts = (Mask)(group->time <= batch->start_time);
+    for (int64_t i = 0; i < batch->crossings; i++) {
+        Lanes values[NODES];
+        for (int k = 0; k < NODES; k++) {
+            values[k] = quantities[k][batch->crossing_columns[i]];
+        }
+        lanes_put(&values[0], starts & (Mask)(values[0] == 0.0) & (Mask)(values[1] < 0.0), lanes_of(-1e-300));
+        for (int part = 0; part < PARTS; part++) {
+            zeros_in_part(group, mask, i, rates, values, part);
+        }
+    }
+}
+
+/* Extremes and zeros in the trial step, from the quantities at nodes that divide it in equal parts. */
 static void record_within(Group *group, Mask mask) {
     const Batch *batch = group->batch;
-    Lanes first[N_QUANTITIES], middle[N_QUANTITIES], last[N_QUANTITIES];
+    Lanes quantities[NODES][N_QUANTITIES];
     const bool rates =
         need_rates(batch->extreme_columns, batch->extremes) || need_rates(batch->crossing_columns, batch->crossings);
-    evaluate(group, mask, group->time, group->states, rates, first);
-    evaluate_within(group, mask, lanes_of(0.5), rates, middle);
-    evaluate(group, mask, group->end, group->new_states, rates, last);
-    record_extremes(group, mask, first, middle, last);
-    record_crossings(group, mask, rates, first, middle, 0.0, 0.5);
-    record_crossings(group, mask, rates, middle, last, 0.5, 1.0);
+    evaluate(group, mask, group->time, group->states, rates, quantities[0]);
+    for (int k = 1; k < PARTS; k++) {
+        evaluate_within(group, mask, lanes_of((double)k / (double)PARTS), rates, quantities[k]);
+    }
+    evaluate(group, mask, group->end, group->new_states, rates, quantities[PARTS]);
+    for (int k = 2; k <= PARTS; k += 2) {
+        record_extremes(group, mask, quantities[k - 2], quantities[k - 1], quantities[k]);
+    }
+    record_crossings(group, mask, rates, quantities);
 }
 
 void group_record_step(Group *group, Mask mask) {

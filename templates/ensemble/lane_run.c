@@ -27,6 +27,7 @@ static void prepare(Group *group) {
     for (int i = 0; i < N_STATES; i++) {
         lanes_put(&group->stages[0][i], stale, derivatives[i]);
     }
+    method_begin(group, stale);
     if (lanes_any(fresh)) {
         const Mask unknown = fresh & ~(Mask)(group->next_step > 0.0);
         if (ERROR_ORDER > 0 && lanes_any(unknown)) {
@@ -51,7 +52,7 @@ EXPORTED void lane_runs(const Batch *batch, char *memory) {
     memset(group, 0, sizeof *group);
     group->batch = batch;
     group_fill(group);
-    while (lanes_any(group->active)) {
+    while (lanes_any(group->active) && !batch_stopped(batch)) {
         if (lanes_any(group->stale)) {
             prepare(group);
         }

@@ -1,5 +1,5 @@
-/* Steps of an explicit Runge-Kutta method in lanes, each with its own length and error control. The rules, and their
-   numbers, are those of the scalar runtime (step_size.c). Sources: Hairer, Norsett, Wanner, Solving Ordinary Differential
+/* Steps in lanes, each with its own length and error control. The rules, and their numbers, are those of the scalar
+   runtime (step_size.c). Sources: Hairer, Norsett, Wanner, Solving Ordinary Differential
    Equations I, 2nd edition, sections II.1, II.4 and II.10; Hairer, Wanner, Solving Ordinary Differential Equations II,
    2nd edition, section IV.2 (the PI controller). */
 #include <math.h>
@@ -65,39 +65,6 @@ static Mask choose_steps(Group *group) {
     return whole & (Mask)(remaining < proposed);
 }
 
-static void compute_stages(Group *group, Mask mask, int first, int end) {
-    Lanes states[N_STATES], unknowns[N_UNKNOWNS];
-    for (int i = first; i < end; i++) {
-        const Lanes time = C[i] == 1.0 ? group->end : group->time + C[i] * group->length;
-        const bool last = FIRST_SAME_AS_LAST && i == STAGES - 1;
-        Lanes *at = last ? group->new_states : states;
-        tableau_states(i, group->length, group->states, (const Lanes (*)[N_STATES])group->stages, at);
-        group_derivative(group, mask, time, at, unknowns, group->stages[i]);
-    }
-}
-
-/* Error estimates in units of the tolerance, of formula II.10.17; not a number where a state is none. */
-static Lanes errors(const Group *group) {
-    const Lanes(*k)[N_STATES] = (const Lanes(*)[N_STATES])group->stages;
-    const double tolerance = group->batch->tolerance;
-    Lanes error = lanes_of(0.0), second = lanes_of(0.0), finite = lanes_of(0.0);
-    for (int i = 0; i < N_STATES; i++) {
-        const Lanes size = lanes_max(lanes_abs(group->states[i]), lanes_abs(group->new_states[i]));
-        const Lanes unit = 1.0 / (tolerance * (size + group->batch->nominals[i]));
-        error = lanes_max(unit * lanes_abs(tableau_error(i, group->length, k)), error);
-        finite += 0.0 * group->new_derivatives[i] + 0.0 * group->new_states[i];
-        if (SECOND_ESTIMATE) {
-            second = lanes_max(unit * lanes_abs(tableau_second_error(i, group->length, k)), second);
-        }
-    }
-    if (SECOND_ESTIMATE) {
-        const Lanes ratio = 0.1 * second / error;
-        const Mask both = (Mask)(second > 0.0) & (Mask)(error > 0.0);
-        error = lanes_select(both, error / lanes_sqrt(1.0 + ratio * ratio), error);
-    }
-    return error + finite;
-}
-
 static void propose(Group *group, Mask good, Mask short_of_limit, Lanes error) {
     const double beta = 0.2 / ERROR_POWER, alpha = 1.0 / ERROR_POWER - 0.75 * beta;
     const Lanes log_error = lanes_log(lanes_max(error, lanes_of(1e-300)));
@@ -142,22 +109,6 @@ static void accept(Group *group, Mask good) {
     }
 }
 
-/* The result of the trial step, on the constraints, with its derivatives. */
-static void complete(Group *group) {
-    Lanes unknowns[N_UNKNOWNS];
-    if (!FIRST_SAME_AS_LAST) {
-        tableau_states(ALL_STAGES, group->length, group->states, (const Lanes (*)[N_STATES])group->stages,
-                       group->new_states);
-    } else {
-        for (int i = 0; i < N_STATES; i++) {
-            group->new_derivatives[i] = group->stages[STAGES - 1][i];
-        }
-    }
-    if (!FIRST_SAME_AS_LAST) {
-        group_derivative(group, group->active, group->end, group->new_states, unknowns, group->new_derivatives);
-    }
-}
-
 /* Constraints move the result; its derivatives are taken anew there. */
 static void bring_back(Group *group, Mask good) {
     Lanes unknowns[N_UNKNOWNS], derivatives[N_STATES];
@@ -173,9 +124,7 @@ static void bring_back(Group *group, Mask good) {
 void group_step(Group *group) {
     static const int64_t MOST_TRIALS = 10000000;
     const Mask short_of_limit = choose_steps(group);
-    compute_stages(group, group->active, 1, STAGES);
-    complete(group);
-    const Lanes error = errors(group);
+    const Lanes error = method_try(group);
     Mask good = group->active & (ERROR_ORDER > 0 ? (Mask)(error <= 1.0) : (Mask)(error == error)) & ~group->lost;
     bring_back(group, good);
     good &= ~group->lost;
@@ -198,19 +147,12 @@ void group_step(Group *group) {
 }
 
 void group_dense(Group *group, Mask mask) {
-    Lanes terms[DENSE_ROWS + 1];
-    if (ALL_STAGES > STAGES) {
-        compute_stages(group, mask, STAGES, ALL_STAGES);
-    }
     for (int i = 0; i < N_STATES; i++) {
         const Lanes rise = group->new_states[i] - group->states[i];
         const Lanes bend = group->length * group->stages[0][i] - rise;
         group->dense[0][i] = rise;
         group->dense[1][i] = bend;
         group->dense[2][i] = rise - group->length * group->new_derivatives[i] - bend;
-        tableau_dense(i, group->length, (const Lanes (*)[N_STATES])group->stages, terms);
-        for (int row = 0; row < DENSE_ROWS; row++) {
-            group->dense[HERMITE_TERMS + row][i] = terms[row];
-        }
     }
+    method_dense(group, mask);
 }

@@ -22,13 +22,13 @@ from lag2fmu.errors import DerivationError, ExportError
 from lag2fmu.fmu import Fmu
 from lag2fmu.formats.loading import load
 from lag2fmu.language.vocabulary import symbol
-from lag2fmu.mechanism import Body, Constraint, Energy, Mechanism, Output, Spring, State, coordinate, signal
+from lag2fmu.mechanism import Body, Constraint, Energy, Mechanism, Output, Ports, Spring, State, coordinate, signal
 from lag2fmu.verify import simulate
 
 G = 9.81
 
 
-def cart(**more: object) -> Mechanism:
+def cart(ports: Ports | None = None, **more: object) -> Mechanism:
     """A cart of 2 kg, a pole of 0.5 kg with its mass at the tip, 0.8 m below; F pulls the cart."""
     x, theta, F = coordinate("x", "m"), coordinate("theta", "rad", **more), signal("F", "N")
     tip = (x + 0.8 * sin(theta), -0.8 * cos(theta))
@@ -40,6 +40,7 @@ def cart(**more: object) -> Mechanism:
         gravity=G,
         forces={x: F},
         outputs=[Output("x_tip", tip[0], "mm")],
+        ports=ports or Ports(),
     )
 
 
@@ -166,6 +167,14 @@ def test_a_mechanism_that_starts_in_its_equilibrium() -> None:
     assert lag2fmu.linearize(found).state_space().resting
     with pytest.raises(ExportError, match="unknown start 'rest'; known are given, equilibrium"):
         lag2fmu.export(mechanism, start="rest")
+
+
+def test_inputs_are_those_of_the_fmu() -> None:
+    """What the ports leave out is no column unless it is named."""
+    equations = derive(cart(ports=Ports(["F"])))
+    about = linearize(equations)
+    assert [u.name for u in about.state_space().inputs] == ["F"]
+    assert [u.name for u in about.state_space(["Q_theta"]).inputs] == ["Q_theta"]
 
 
 def test_files_and_other_packages(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:

@@ -12,7 +12,7 @@ from lag2fmu.analysis.evaluation import unknowns
 from lag2fmu.description import names
 from lag2fmu.dynamics import derive
 from lag2fmu.dynamics.equations import EquationsOfMotion
-from lag2fmu.dynamics.samples import start_values
+from lag2fmu.dynamics.starts import start_values
 from lag2fmu.errors import MechanismError
 from lag2fmu.graph.autodiff import Forward
 from lag2fmu.language.expressions import TIME, symbol
@@ -33,6 +33,7 @@ from lag2fmu.mechanism import (
     signal,
 )
 from lag2fmu.reference import Equations
+from lag2fmu.reference.drives import DriveForces
 
 STATE = {"x": 0.3, "x_dot": -0.7, "a": 0.9, "a_dot": 1.3, "y": 0.4, "y_dot": 0.8, "y_ddot": -1.7}
 
@@ -157,6 +158,17 @@ def test_the_multipliers_of_the_independent_path() -> None:
     q, qd = [known[name] for name in order], [known[f"{name}_dot"] for name in order]
     multipliers = dict(zip((c.name for c in free.constraints), Equations(free).multipliers(0.0, q, qd), strict=True))
     assert forces == pytest.approx({name: multipliers[f"hold_{name}"] for name in "yw"}, rel=1e-9)
+
+
+def test_the_forces_of_the_independent_path() -> None:
+    """What ``validate`` compares the FMU with, at one state and at two."""
+    forces, _ = found(derive(driven()), MOVING | AT)
+    drives = DriveForces(Equations(driven()))
+    q, qd = ([MOVING[name + end] for name in "xab"] for end in ("", "_dot"))
+    assert dict(zip(drives.names, drives(0.0, q, qd, AT), strict=True)) == pytest.approx(forces, rel=1e-9)
+    both = drives(np.zeros(2), [q, q], [qd, qd], {**AT, "Q_x": np.array([0.0, 5.0])})
+    assert both[0] == pytest.approx(list(forces.values()), rel=1e-9)
+    assert np.abs(both[1] - both[0]).max() > 1e-3
 
 
 ENDS = ("", "_dot", "_ddot")

@@ -2,6 +2,11 @@
 
 from __future__ import annotations
 
+import os
+import pickle
+import signal
+import threading
+import time
 from functools import cache
 
 import numpy as np
@@ -64,7 +69,60 @@ def test_a_run_gives_the_same_bits_whatever_runs_beside_it() -> None:
 SLOW = pytest.mark.slow  # each compiles the whole runtime
 
 
-@pytest.mark.parametrize("solver", ["dopri5", pytest.param("dop853", marks=SLOW), pytest.param("rk4", marks=SLOW)])
+@SLOW
+@pytest.mark.parametrize(
+    ("model", "solver", "varied", "low", "high"),
+    [
+        ("four_bar_linkage", "dopri5", "l2", 0.24, 0.26),
+        ("double_pendulum", "verlet", "l1", 0.5, 1.0),
+        ("bouncing_ball", "dopri5", "e", 0.5, 0.9),  # leaves its lanes
+    ],
+)
+def test_everything_has_the_same_bits_in_any_order(
+    model: str, solver: str, varied: str, low: float, high: float
+) -> None:
+    chosen, values, stops = ensemble(model, solver), spread(low, high, 21), spread(0.5, 1.0, 21)
+    names = chosen.names[:4]
+
+    def run(order: np.ndarray, threads: int) -> list[np.ndarray]:
+        runs = chosen.run(
+            parameters={varied: values[order]}, stop_time=stops[order], samples=[0.1, 0.3], outputs=names,
+            extremes=names, crossings=names, events=chosen.events, threads=threads,
+        )  # fmt: skip
+        kinds = (runs.samples, runs.final, runs.minimum, runs.maximum, runs.crossings, runs.event_counts)
+        assert not runs.reasons
+        ragged = [np.array([times.sum() for times in runs.events[name]]) for name in chosen.events]
+        return [array for kind in kinds for array in kind.values()] + ragged
+
+    order = np.random.default_rng(0).permutation(21)
+    straight, mixed, alone = run(np.arange(21), 1), run(order, 3), run(np.array([7]), 1)
+    for a, b, c in zip(straight, mixed, alone, strict=True):
+        assert np.array_equal(a[order], b, equal_nan=True)
+        assert np.array_equal(a[7:8], c, equal_nan=True)
+
+
+def test_another_process_gets_an_ensemble() -> None:
+    model = ensemble("double_pendulum")
+    again = pickle.loads(pickle.dumps(model)).run(stop_time=1.0)
+    assert np.array_equal(again.final["theta1"], model.run(stop_time=1.0).final["theta1"])
+
+
+@SLOW
+@pytest.mark.skipif(os.name != "posix", reason="a process interrupts itself by a signal")
+def test_an_interrupted_batch_ends_at_once() -> None:
+    """It would take minutes; afterwards the ensemble goes on."""
+    model = ensemble("double_pendulum")
+    threading.Timer(0.2, os.kill, (os.getpid(), signal.SIGINT)).start()
+    begun = time.monotonic()
+    with pytest.raises(KeyboardInterrupt):
+        model.run(starts={"theta1": spread(0.1, 1.0, 40)}, stop_time=1e6, threads=2)
+    assert time.monotonic() - begun < 20.0
+    assert model.run(stop_time=1.0).in_lanes.all()
+
+
+@pytest.mark.parametrize(
+    "solver", ["dopri5", *(pytest.param(other, marks=SLOW) for other in ("dop853", "rk4", "verlet", "gauss4"))]
+)
 def test_lanes_agree_with_the_runtime_of_the_fmu(solver: str) -> None:
     asked = {
         "starts": {"theta1": spread(0.2, 0.6)},
@@ -107,16 +165,64 @@ def test_constrained_mechanisms_run_in_lanes(model: str, parameter: str) -> None
     assert all(np.abs(a[name]).max() < 1e-9 for name in residuals)
 
 
+def test_both_zeros_of_a_quantity_that_turns_just_beyond_0() -> None:
+    """From rest at a, a little over a right angle, the potential energy -m g l cos(theta) is positive at both ends.
+
+    It is zero at d, T/2 - d, T/2 + d, ... with the period T of elliptic integrals, the last two within one solver step.
+    """
+    a = 0.5 * np.pi + np.array([1e-1, 1e-2, 1e-3, 1e-4])
+    half = 2.0 * ellipk(np.sin(0.5 * a) ** 2) * np.sqrt(1.0 / 9.81)
+    runs = ensemble("pendulum").run(
+        starts={"theta": a}, parameters={"l": 1.0, "g": 9.81}, stop_time=1.5 * half,
+        crossings=["potential_energy"], tolerance=1e-10,
+    )  # fmt: skip
+    assert (runs.crossing_counts["potential_energy"] == 3).all()
+    first, second, third = runs.crossings["potential_energy"][:, :3].T
+    assert np.allclose(0.5 * (second + third), half, rtol=1e-8)
+    assert np.allclose(third - second, 2.0 * first, rtol=1e-4)
+
+
 @SLOW
-def test_impacts_take_the_scalar_runtime() -> None:
-    """A ball from height h falls for sqrt(2 h / g)."""
+def test_zeros_and_extremes_of_scalar_runs() -> None:
+    """The same in the scalar runtime, and a vibration that is fast beside the run."""
+    a = 0.5 * np.pi + np.array([1e-2, 1e-4])
+    scalar = ensemble("pendulum", lanes=0)
+    asked = {"starts": {"theta": a}, "parameters": {"l": 1.0}, "tolerance": 1e-10, "extremes": ["theta", "theta_dot"]}
+    wanted = {"stop_time": 1.2, "crossings": ["potential_energy", "theta_dot"]}
+    one, other = ensemble("pendulum").run(**asked, **wanted), scalar.run(**asked, **wanted)
+    for name in ("potential_energy", "theta_dot"):
+        assert np.array_equal(one.crossing_counts[name], other.crossing_counts[name])
+        assert np.allclose(one.crossings[name], other.crossings[name], rtol=0, atol=1e-6, equal_nan=True)
+    for name in asked["extremes"]:
+        assert np.allclose(one.maximum[name], other.maximum[name], rtol=0, atol=1e-6)
+        assert np.allclose(one.minimum[name], other.minimum[name], rtol=0, atol=1e-6)
+    stiff = {"l": 1.0, "g": 1e5}
+    fast = scalar.run(
+        starts={"theta": 0.01}, parameters=stiff, crossings=["theta"], most_crossings=2000, stop_time=10.0
+    )
+    assert fast.crossing_counts["theta"][0] == round(10.0 * np.sqrt(1e5) / np.pi)
+
+
+@SLOW
+def test_events_of_scalar_runs() -> None:
+    """A ball from height h falls for t1 = sqrt(2 h / g) and flies for 2 t1 e^k after its impact k."""
     model = ensemble("bouncing_ball")
-    name = model.mechanism.coordinates[0].name
     heights = spread(0.5, 2.0, 3)
-    runs = model.run(starts={name: heights}, stop_time=0.1, outputs=[name])
-    gravity = next(float(p.value) for p in model.mechanism.parameters if p.name == "g")
+    runs = model.run(starts={"y": heights}, stop_time=3.0, outputs=["y"], events=["floor_impact", "indicator(floor)"])
+    first = np.sqrt(2.0 * heights / 9.81)
     assert not runs.in_lanes.any()
-    assert np.allclose(runs.final[name], heights - 0.5 * gravity * 0.01, atol=1e-6)
+    for found, t1 in zip(runs.events["floor_impact"], first, strict=True):
+        expected = t1 + 2.0 * t1 * np.concatenate([[0.0], np.cumsum(0.8 ** np.arange(1, 60))])
+        count = min(len(found), 20)
+        assert count == min(int((expected < 3.0).sum()), 20)
+        assert np.allclose(found[:count], expected[:count], rtol=0, atol=1e-6)
+        assert (np.diff(found) > 0).all()
+    assert (runs.event_counts["indicator(floor)"] >= runs.event_counts["floor_impact"]).all()
+    short = model.run(starts={"y": heights}, stop_time=3.0, events=["floor_impact"], most_events=2)
+    assert [len(times) for times in short.events["floor_impact"]] == [2, 2, 2]
+    assert np.array_equal(short.event_counts["floor_impact"], runs.event_counts["floor_impact"])
+    with pytest.raises(LoadError, match=r"event 'floor': there is no such variable; known are indicator\(floor\)"):
+        model.run(events=["floor"])
 
 
 def test_a_run_that_fails_has_a_reason_and_stops_no_other() -> None:
@@ -138,6 +244,17 @@ def test_a_run_that_fails_has_a_reason_and_stops_no_other() -> None:
         ({"samples": [1.0, 0.5]}, "do not ascend"),
         ({"samples": [0.0, 99.0], "stop_time": 1.0}, "expected times from 0 s to 1 s"),
         ({"stop_time": -1.0}, "stop_time is -1"),
+        ({"start_time": np.nan}, "start_time is nan; expected a finite time"),
+        ({"tolerance": 2.0}, "tolerance is 2; expected 2e-15 to 1"),
+        ({"step": np.nan}, "step is nan"),
+        ({"samples": True}, "samples is True; expected a whole number"),
+        ({"samples": "all"}, "samples is 'all'; expected numbers"),
+        ({"samples": [0.0, np.nan]}, "times of samples do not ascend"),
+        ({"outputs": "theta1"}, "outputs is 'theta1'; expected a list of names"),
+        ({"events": ["impact"]}, "event 'impact': there is no such variable; known are none"),
+        ({"crossings": ["theta1"], "most_crossings": -1}, "most_crossings is -1"),
+        ({"inputs": {"Q_theta1": "much"}}, "input 'Q_theta1' is 'much'; expected numbers"),
+        ({"threads": 0}, "threads = 0; expected at least 1"),
         ({"inputs": {"Q_theta1": [1.0, 2.0, 3.0]}, "input_times": [0.0, 1.0]}, r"expected \(\), \(2,\) or \(runs, 2\)"),
     ],
 )

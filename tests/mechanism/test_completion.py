@@ -14,6 +14,7 @@ from lag2fmu.formats.text import read
 from lag2fmu.formats.write import write
 from lag2fmu.language.expressions import symbol
 from lag2fmu.mechanism import Body, Constraint, Frame, Joint, Load, Mechanism, Output, complete, coordinate, parameter
+from lag2fmu.mechanism.name_check import check_names
 
 NO_KEYS = {"moves", "name", "coordinate", "kind", "dimension", "declared", "nominal_from", "grid"}
 """Fields that are no keys: names of parts, the kind of a constraint (a table), what follows."""
@@ -138,11 +139,10 @@ def test_other_starts_and_equilibria_extend_a_mechanism() -> None:
     longer = mechanism.with_equilibria([rest], mechanism.coordinates)
     assert longer.constraints == (*mechanism.constraints, rest)
     assert longer.origins["constraints.massless_x"] == "coordinates.x"
-    assert longer.scope.meaning["multiplier_massless_x"] == "multiplier"
-    assert "multiplier_massless_x" not in mechanism.scope.meaning
+    check_names(longer)
     taken = arm(parameters=[parameter("residual_massless_x", 1.0)])
     with pytest.raises(MechanismError, match="'residual_massless_x' is already taken by the residual of constraint"):
-        taken.with_equilibria([rest], taken.coordinates)
+        check_names(taken.with_equilibria([rest], taken.coordinates))
 
 
 def test_a_fault_of_the_user_comes_before_a_clash_with_what_follows() -> None:

@@ -35,8 +35,10 @@ def test_a_target_and_two_states() -> None:
     y, v, u, T = map(symbol, ("y0", "y0_dot", "y0_target", "tau"))
     assert [(z.name, z.start, z.derivative) for z in found.states] == [
         ("y0", 0.005, v),
-        ("y0_dot", 0.0, ((u - y) / T - 2 * v) / T),
+        ("y0_dot", 0.0, symbol("y0_ddot")),
     ]
+    (filtering,) = found.definitions
+    assert (filtering.name, filtering.expression) == ("y0_ddot", ((u - y) / T - 2 * v) / T)
     assert [z.unit.si_name for z in found.states] == ["m", "m/s"]
     assert found.driven == ("y0",)
     assert found.origins["states.y0_dot"] == "inputs.y0"

@@ -15,7 +15,7 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 
 from lag2fmu.codegen.python_sources import printable, render_mechanism, runtime_files
-from lag2fmu.codegen.sources import RuntimeTables
+from lag2fmu.codegen.tables import RuntimeTables
 from lag2fmu.dynamics.equations import EquationsOfMotion
 from lag2fmu.dynamics.functions import Program
 from lag2fmu.errors import BuildError, ExportError
@@ -84,8 +84,8 @@ class _Python:
             description, files = python_fmu(equations, program, platforms, blank)
             made = None
             if choices.live:
-                _, sources = describe(mechanism, equations, program, solver)
-                made = live(equations, program, sources)
+                native, sources = describe(mechanism, equations, program, solver)
+                made = live(equations, program, native.variables, sources)
             return Content(description, files, binaries_of_pythonfmu(platforms), _RESOURCES, made)
 
         return build

@@ -3,40 +3,19 @@
 #include <math.h>
 #include <string.h>
 
-#include "batch.h"
 #include "diagnosis.h"
 #include "equations.h"
-#include "events.h"
 #include "failure.h"
 #include "inputs.h"
 #include "integrator.h"
 #include "massless.h"
+#include "scalar_run.h"
 
 #if defined(_WIN32)
 #define EXPORTED __declspec(dllexport)
 #else
 #define EXPORTED __attribute__((visibility("default")))
 #endif
-
-enum {
-    AT_UNKNOWNS = N_STATES,
-    AT_FURTHER_RATES = AT_UNKNOWNS + N_UNKNOWNS,
-    AT_LOCALS = AT_FURTHER_RATES + N_FURTHER,
-    AT_INPUTS = AT_LOCALS + N_LOCALS,
-    N_QUANTITIES = AT_INPUTS + N_INPUTS,
-    WATCHED_PARTS = 400, /* of a run: where extremes and zeros are looked for, beside the ends of solver steps */
-    BISECTIONS = 50
-};
-
-/* One run, and how far it has come. */
-typedef struct {
-    Instance instance;
-    State before; /* where a part in which something crosses zero begins */
-    const Batch *batch;
-    int64_t run, sample, knot;
-    double quantities[N_QUANTITIES];
-    double previous[N_QUANTITIES];
-} Run;
 
 EXPORTED int64_t scalar_memory(void);
 EXPORTED void scalar_starts(const Batch *batch, char *memory, double settled[]);
@@ -48,7 +27,7 @@ static void hear(void *owner, const char sentence[]) {
 }
 
 /* All quantities at the present point. */
-static bool evaluate(Run *run) {
+bool run_evaluate(Run *run) {
     Instance *instance = &run->instance;
     double *values = run->quantities;
     if (!integrator_catch_up(instance) || !equations_locals(instance)) {
@@ -66,17 +45,6 @@ static void store(const Run *run, double place[]) {
     const Batch *batch = run->batch;
     for (int64_t i = 0; i < batch->outputs; i++) {
         place[i] = run->quantities[batch->output_columns[i]];
-    }
-}
-
-static void widen(const Run *run) {
-    const Batch *batch = run->batch;
-    for (int64_t i = 0; i < batch->extremes; i++) {
-        const double value = run->quantities[batch->extreme_columns[i]];
-        double *least = &batch->minima[run->run * batch->extremes + i];
-        double *greatest = &batch->maxima[run->run * batch->extremes + i];
-        *least = value < *least ? value : *least;
-        *greatest = value > *greatest ? value : *greatest;
     }
 }
 
@@ -131,95 +99,17 @@ static bool begin(Run *run, int64_t number) {
 
 /* Integrates to a time (s), which no sample and no knot stand before. The slopes of inputs hold for one communication
    step, and are set for each. */
-static bool advance_to(Run *run, double time) {
+bool run_advance(Run *run, double time) {
     if (!(time > run->instance.state.time)) {
         return true;
+    }
+    if (batch_stopped(run->batch)) {
+        return false;
     }
     if (run->knot + 1 < run->batch->knots) {
         set_inputs(run);
     }
     return integrate(&run->instance, time);
-}
-
-/* The time at which a quantity crosses zero between run->before and the present point; that point is restored. */
-static double locate(Run *run, int64_t column) {
-    const State after = run->instance.state;
-    double left = run->before.time, right = after.time;
-    const bool negative = run->previous[column] < 0.0;
-    double kept[N_QUANTITIES];
-    memcpy(kept, run->quantities, sizeof kept);
-    for (int i = 0; i < BISECTIONS && right - left > 4e-16 * fabs(right); i++) {
-        const double middle = 0.5 * (left + right);
-        run->instance.state = run->before;
-        instance_forget_cache(&run->instance);
-        if (!advance_to(run, middle) || !evaluate(run)) {
-            break;
-        }
-        if ((run->quantities[column] < 0.0) == negative) {
-            left = middle;
-        } else {
-            right = middle;
-        }
-    }
-    run->instance.state = after;
-    instance_forget_cache(&run->instance);
-    run->instance.cache.states_behind = false;
-    memcpy(run->quantities, kept, sizeof kept);
-    return right;
-}
-
-static void watch_crossings(Run *run) {
-    const Batch *batch = run->batch;
-    for (int64_t i = 0; i < batch->crossings; i++) {
-        const int64_t column = batch->crossing_columns[i];
-        if ((run->previous[column] < 0.0) != (run->quantities[column] < 0.0)) {
-            const int64_t place = run->run * batch->crossings + i;
-            const int64_t count = batch->crossing_counts[place]++;
-            if (count < batch->most_crossings) {
-                batch->crossed[place * batch->most_crossings + count] = locate(run, column);
-            }
-        }
-    }
-}
-
-/* The end of a solver step, at which a kink of the motion may be. */
-static double follow(void *owner, double end) {
-    Run *run = owner;
-    double kept[N_QUANTITIES];
-    memcpy(kept, run->quantities, sizeof kept);
-    if (evaluate(run)) {
-        widen(run);
-    }
-    memcpy(run->quantities, kept, sizeof kept);
-    return end;
-}
-
-/* To a time (s) in parts in which extremes and zeros are looked for. */
-static bool watch_to(Run *run, double time) {
-    const Batch *batch = run->batch;
-    const double span = batch->stop_times[run->run] - batch->start_time, begin = run->instance.state.time;
-    const bool watched = batch->extremes + batch->crossings > 0;
-    const double parts = watched ? ceil((time - begin) / span * (double)WATCHED_PARTS) : 1.0;
-    for (double i = 1.0; i <= parts; i++) {
-        if (watched) {
-            if (!integrator_catch_up(&run->instance)) {
-                return false;
-            }
-            run->before = run->instance.state;
-            memcpy(run->previous, run->quantities, sizeof run->previous);
-        }
-        if (!advance_to(run, i < parts ? begin + (time - begin) * (i / parts) : time)) {
-            return false;
-        }
-        if (watched) {
-            if (!evaluate(run)) {
-                return false;
-            }
-            widen(run);
-            watch_crossings(run);
-        }
-    }
-    return true;
 }
 
 /* Passes knots and samples up to a time (s), the end. */
@@ -228,7 +118,7 @@ static bool carry_out(Run *run, double end) {
     const State *state = &run->instance.state;
     while (true) {
         while (run->sample < batch->samples && batch->sample_times[run->sample] <= state->time) {
-            if (!evaluate(run)) {
+            if (!run_evaluate(run)) {
                 return false;
             }
             store(run, batch->sampled + (run->run * batch->samples + run->sample++) * batch->outputs);
@@ -268,15 +158,11 @@ static void forget(const Batch *batch, int64_t number) {
 static bool complete(Run *run, int64_t number) {
     const Batch *batch = run->batch;
     forget(batch, number);
-    if (!begin(run, number) || !evaluate(run)) {
+    if (!begin(run, number) || !run_evaluate(run)) {
         return false;
     }
-    widen(run);
-    if (batch->extremes > 0) {
-        run->instance.listener.follow = follow;
-        run->instance.listener.owner = run;
-    }
-    if (!carry_out(run, batch->stop_times[number]) || !evaluate(run)) {
+    watch_start(run);
+    if (!carry_out(run, batch->stop_times[number]) || !run_evaluate(run)) {
         return false;
     }
     store(run, batch->finals + number * batch->outputs);
@@ -324,6 +210,7 @@ EXPORTED void scalar_runs(const Batch *batch, char *memory) {
             } else {
                 explain(run, number);
             }
+            watch_end(run);
             batch->reached[number] = run->instance.state.time;
             batch->accepted[number] = run->instance.state.steps;
         }

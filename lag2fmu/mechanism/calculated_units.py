@@ -1,0 +1,57 @@
+"""The units of what an FMU calculates beside q, qd and the outputs: forces, momenta, multipliers, gaps, impulses.
+
+They follow from the units of what belongs to them: force times gap is an energy, force times slip velocity a power,
+multiplier times constraint an energy, or a power where the constraint is nonholonomic.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+
+from lag2fmu.description import names
+from lag2fmu.description.events import State
+from lag2fmu.description.symbols import Input
+from lag2fmu.language.units import JOULE, SECOND, WATT, Unit, parse_unit
+from lag2fmu.mechanism.record import Mechanism
+from lag2fmu.mechanism.unit_check import constraint_units, units_in
+
+
+def calculated_units(mechanism: Mechanism) -> dict[str, Unit | None]:
+    """{name: SI unit} of momenta, residuals, multipliers, drives, and what contacts, stops and frictions show."""
+    found = {names.momentum(q.name): per(JOULE * SECOND, q.unit) for q in mechanism.coordinates}
+    units = constraint_units(mechanism) if mechanism.constraints else {}
+    for c in mechanism.constraints:
+        found[names.residual(c.name)] = units[c.name]
+        found[names.multiplier(c.name)] = per(JOULE if c.holonomic else WATT, units[c.name])
+    parts: tuple[Input | State, ...] = (*mechanism.inputs, *mechanism.states)
+    declared = {part.name: part.unit for part in parts}
+    for name in mechanism.driven:
+        unit = declared[name]
+        found[names.drive(name)] = per(JOULE, parse_unit(unit) if isinstance(unit, str) else unit)
+    return found | dict(_of_rows(mechanism))
+
+
+def _of_rows(mechanism: Mechanism) -> Iterator[tuple[str, Unit | None]]:
+    unit_of = units_in(mechanism)
+    for contact in mechanism.unilaterals:
+        unit = _turning(contact.unit, "rad")
+        yield names.gap(contact.name), unit
+        yield names.force(contact.name), per(JOULE, unit)
+        yield names.impulse(contact.name), per(JOULE * SECOND, unit)
+        for name, slip in zip(names.frictions(contact.name, len(contact.slips)), contact.slips, strict=True):
+            yield name, per(WATT, _turning(unit_of(slip), "rad/s"))
+    for friction in mechanism.frictions:
+        yield names.force(friction.name), per(WATT, _turning(unit_of(friction.on), "rad/s"))
+    for latch in mechanism.latches:
+        yield names.multiplier(latch.name), per(JOULE if latch.holonomic else WATT, unit_of(latch.expression))
+
+
+def _turning(unit: Unit | None, angle: str) -> Unit | None:
+    """``unit``, or ``angle`` where that is the same but for rad, so that a torque belongs to it and no energy."""
+    other = parse_unit(angle)
+    return other if unit is not None and unit.dimension == other.dimension else unit
+
+
+def per(total: Unit, unit: Unit | None) -> Unit | None:
+    """``total`` / ``unit``; None where there is no unit."""
+    return None if unit is None else total / unit
