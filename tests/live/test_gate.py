@@ -10,7 +10,7 @@ import pytest
 from compiling import COMPILERS, compiled
 
 from lag2fmu.codegen.sources import page_sources
-from lag2fmu.dynamics.lagrange import derive
+from lag2fmu.dynamics.entry_points import derive
 from lag2fmu.dynamics.program import lower
 from lag2fmu.fmu.backends.native import describe
 from lag2fmu.formats.loading import load
