@@ -82,7 +82,7 @@ def analysis_sections(equations: EquationsOfMotion, closed_forms: bool = True) -
         ("Conserved quantities", lambda: _conserved(equations)),
         ("Equilibria", lambda: _equilibria(equations, found)),
         ("Small motions about the equilibrium", lambda: _small_motions(equations, found, first)),
-        ("Coupling to other FMUs", lambda: map(Line, coupling.sentences(first() if found else linearize(equations)))),
+        ("Coupling to other FMUs", lambda: map(Line, coupling.sentences(_with_drives(equations, found)))),
     ]
     if closed_forms:
         sections += [
@@ -172,8 +172,14 @@ def _quantity(x: float, unit: Unit | None, size: float = 0.0) -> str:
     return f"{_number(unit.from_si(0.0 if rounding else x))} {unit.name}".rstrip()
 
 
-def _about(equations: EquationsOfMotion, item: Equilibrium) -> Linearization:
-    return linearize(equations, item.q, np.zeros_like(item.q), further=item.further)
+def _about(equations: EquationsOfMotion, item: Equilibrium, outputs: Sequence[str] | None = None) -> Linearization:
+    return linearize(equations, item.q, np.zeros_like(item.q), further=item.further, outputs=outputs)
+
+
+def _with_drives(equations: EquationsOfMotion, found: Sequence[Equilibrium]) -> Linearization:
+    """The linearization about the equilibrium or the start, with the forces that carry motions as outputs."""
+    outputs = [names.drive(motion.name) for motion in equations.mechanism.motions]
+    return _about(equations, found[0], outputs) if found else linearize(equations, outputs=outputs)
 
 
 def _small_motions(

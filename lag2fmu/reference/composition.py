@@ -129,6 +129,11 @@ class Composition:
         """Whether ``name`` is a point or body that is on a frame (be it the world)."""
         return any(part.name == name and part.frame is not None for part in self.mechanism.places)
 
+    def effort(self, load: Load) -> list[sp.Expr]:
+        """The entries of the force (N) or torque (N.m) of ``load``: 3 of one on a frame."""
+        vector = load.torque if load.force is None else load.force
+        return [self.written(x) for x in vector or ()]  # type: ignore[union-attr]
+
     def _given_energies(self) -> tuple[sp.Expr, sp.Expr]:
         energy = self.mechanism.energy
         if energy.lagrangian is None:

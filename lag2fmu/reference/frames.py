@@ -209,7 +209,7 @@ class Element:
 
 
 def turning(pose: Pose, quantity: str, *, in_world: bool) -> Array:
-    """The entries of an angular velocity (rad/s), a rotation matrix or angles about x, y, z (rad) of a frame, (k, N)."""
+    """The entries of angular velocity (rad/s), rotation matrix, or angles about x, y, z (rad) of a frame, (k, N)."""
     R = pose.R
     if quantity == "angular_velocity":
         return pose.w if in_world else apply_transposed(R, pose.w)

@@ -62,7 +62,7 @@ class Spatial:
         self._local = compiled((*self._configuration, *s.parameters), self.expressions)
         arguments = (TIME, *s.q, *s.qd, *s.inputs)
         self._forceful = self._forces_of_dampers((*arguments, _RATE, *s.parameters))
-        entries = [x for load in self._loads for x in _entries(composition, load)]
+        entries = [x for load in self._loads for x in composition.effort(load)]
         self._entries = compiled((*arguments, *s.parameters), entries)
         wanted = [str(x.frame) for x in self._outputs if x.quantity == "quaternion"]
         self._quaternions = Quaternions(composition, wanted, constants)
@@ -146,7 +146,7 @@ class Spatial:
     def efforts(self, rates: Sequence[sp.Expr]) -> list[sp.Expr]:
         """The 3 entries of each load, and the force of each damper with one as an expression of its rate."""
         composition = self._composition
-        entries = [x for load in self._loads for x in _entries(composition, load)]
+        entries = [x for load in self._loads for x in composition.effort(load)]
         dampers = [x for x in filter(self._framed, composition.mechanism.dampers) if x.force is not None]
         return entries + [composition.written(x.force_at(r)) for x, r in zip(dampers, rates, strict=True)]
 
@@ -293,9 +293,3 @@ class Spatial:
         if output.quantity == "quaternion":
             return self._quaternions(rows, str(output.frame))
         return turning(poses[str(output.frame)], str(output.quantity), in_world=output.axes == WORLD)
-
-
-def _entries(composition: Composition, load: Load) -> list[sp.Expr]:
-    """The 3 entries of the force or torque of ``load``."""
-    vector = load.torque if load.force is None else load.force
-    return [composition.written(x) for x in vector or ()]  # type: ignore[union-attr]
