@@ -12,8 +12,7 @@ from lag2fmu.description import names
 from lag2fmu.description.symbols import Coordinate
 from lag2fmu.dynamics.constraints import starting_consistently
 from lag2fmu.dynamics.equations import EquationsOfMotion
-from lag2fmu.dynamics.samples import start_values
-from lag2fmu.dynamics.variables import further_states
+from lag2fmu.dynamics.starts import start_values
 from lag2fmu.errors import DerivationError
 from lag2fmu.graph.autodiff import forward
 from lag2fmu.graph.batches import Floats, Values, evaluate, matrix
@@ -146,5 +145,5 @@ def random_states(equations: EquationsOfMotion, count: int) -> Iterator[dict[str
         if not len(c):
             free = [p.name for p in mechanism.parameters if p.value is not None]
             values |= {name: values[name] * generator.uniform(0.9, 1.1) for name in free}
-        values |= {z.name: z.start + z.nominal * generator.uniform(-1, 1) for z in further_states(mechanism)}
+        values |= {z.name: z.start + z.nominal * generator.uniform(-1, 1) for z in mechanism.states}
         yield values

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import os
 import re
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from importlib.util import find_spec
 from typing import Any
@@ -23,6 +23,8 @@ from lag2fmu.language.units import Unit
 from lag2fmu.live.document import document
 from lag2fmu.live.drawing import Drawing, drawing
 from lag2fmu.live.samples import Samples
+from lag2fmu.live.spots import no_spots
+from lag2fmu.live.work import work
 from lag2fmu.mechanism.record import Mechanism
 
 PAGES = ("live", "static")
@@ -59,19 +61,22 @@ def page_choice(page: str | None) -> str:
     return choice if page or find_spec("ziglang") is not None else "static"
 
 
-def live(equations: EquationsOfMotion, program: Program, sources: Mapping[str, str]) -> Live:
+def live(
+    equations: EquationsOfMotion, program: Program, variables: Sequence[ScalarVariable], sources: Mapping[str, str]
+) -> Live:
     """The picture of the mechanism of ``equations``, and their ``program`` from the C ``sources`` of an FMU, compiled.
 
-    Raises BuildError if the compiler fails.
+    ``variables`` are those of the FMU. Raises BuildError if the compiler fails.
     """
     picture = attempted(lambda: drawing(equations.mechanism), None)
-    function = None
+    spots = no_spots()
     if picture is not None:
         try:
-            function = picture.spots.program(program)
+            spots = picture.spots.program(program)
         except DerivationError:  # a picture that depends on more than the state
             picture = None
-    texts = page_sources(sources, function)
+    references = {v.name: v.value_reference for v in variables if v.derivative_of is None}
+    texts = page_sources(sources, {"picture": spots, "work": work(equations, references)})
     return Live(picture, compile_module(texts, sorted(set(_FUNCTION.findall(texts["page.h"])))))
 
 
@@ -89,15 +94,11 @@ def _data(description: ModelDescription, picture: Drawing | None, samples: Sampl
     mechanism = description.mechanism
     experiment, coordinates = mechanism.experiment, [c.name for c in mechanism.coordinates]
     stop = experiment.stop_time
-    known = [
-        v for v in description.variables if v.derivative_of is None and v.type in {"Real", "Integer", *ENUMERATIONS}
-    ]
-    known = [v for v in known if v.name not in names.SETTINGS and v.causality != "independent"]
     return {
         "name": mechanism.name,
         "experiment": {"stop": stop, "step": experiment.step, "tolerance": experiment.tolerance},
         "speed": 1 if _SHORT <= stop <= _LONG else float(f"{stop / _SHOWN:.1g}"),
-        "variables": [_variable(v, mechanism) for v in known],
+        "variables": [_variable(v, mechanism) for v in description.variables if _is_shown(v)],
         "coordinates": coordinates,
         "drawing": None if picture is None else picture.data,
         "plot": coordinates[:_LINES],

@@ -118,7 +118,7 @@ def _function_of(model: object) -> _Source:
         return _Source(path, model_function(path, _split(model)[1]))
 
     def read(base: str = "fixed", stops: bool = False) -> Mechanism:
-        return robot(path, base=base, stops=stops)
+        return complete(robot(path, base=base, stops=stops))
 
     return _Source(path, read)
 

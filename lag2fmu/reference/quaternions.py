@@ -14,8 +14,7 @@ import sympy as sp
 from lag2fmu.description.places import AXES, WORLD
 from lag2fmu.language.vocabulary import TIME
 from lag2fmu.reference.composition import Composition
-from lag2fmu.reference.frames import Slots, unit_vector
-from lag2fmu.reference.functions import Array, compiled
+from lag2fmu.reference.functions import Array, Slots, compiled, unit_vector
 
 
 class Quaternions:
@@ -69,5 +68,5 @@ def _of_turn(
 ) -> list[sp.Expr]:
     half = composition.written(angle) / 2
     numbers = [int(letter == axis) for letter in AXES] if isinstance(axis, str) else axis
-    u = unit_vector(numbers, composition)
+    u = unit_vector([composition.written(x) for x in numbers])
     return [sp.cos(half), *(sp.sin(half) * x for x in u)]

@@ -20,7 +20,7 @@ from lag2fmu.fmu.kept_libraries import VARIABLE
 from lag2fmu.formats.text import read
 from lag2fmu.mechanism.record import Mechanism
 from lag2fmu.reference.trajectory import Floats, Trajectory
-from lag2fmu.verify.plan import Run
+from lag2fmu.verify.run import Run
 from lag2fmu.verify.simulate import simulate_fmu
 
 

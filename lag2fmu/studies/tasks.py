@@ -9,7 +9,7 @@ import numpy as np
 
 from lag2fmu.description.names import suggestion, velocity
 from lag2fmu.errors import LoadError, UnitError
-from lag2fmu.fmu.exporting import fmu_path
+from lag2fmu.fmu.record import fmu_path
 from lag2fmu.formats.loading import as_mechanism
 from lag2fmu.formats.write import write
 from lag2fmu.language.units import Unit, parse_unit

@@ -51,7 +51,7 @@ class _Native:
             description, sources = describe(mechanism, equations, program, solver, version, arrays=choices.arrays)
             identifier = description.model_identifier
             with ThreadPoolExecutor(1) as beside:
-                page = beside.submit(live, equations, program, sources) if choices.live else None
+                page = beside.submit(live, equations, program, description.variables, sources) if choices.live else None
                 libraries = compile_libraries(
                     sources, fmi_headers(version), identifier, platforms, choices.compiler, choices.progress
                 )

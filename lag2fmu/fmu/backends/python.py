@@ -84,8 +84,8 @@ class _Python:
             description, files = python_fmu(equations, program, platforms, blank)
             made = None
             if choices.live:
-                _, sources = describe(mechanism, equations, program, solver)
-                made = live(equations, program, sources)
+                native, sources = describe(mechanism, equations, program, solver)
+                made = live(equations, program, native.variables, sources)
             return Content(description, files, binaries_of_pythonfmu(platforms), _RESOURCES, made)
 
         return build

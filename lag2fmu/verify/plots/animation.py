@@ -17,7 +17,8 @@ from lag2fmu.errors import ExportError
 from lag2fmu.formats.loading import as_mechanism
 from lag2fmu.graph.batches import Floats
 from lag2fmu.mechanism.record import Mechanism
-from lag2fmu.picture.drawing import frame, layout_of
+from lag2fmu.picture.drawing import frame
+from lag2fmu.picture.layout import layout_of
 from lag2fmu.picture.scene import Disc, Stroke
 from lag2fmu.reference.trajectory import Trajectory
 from lag2fmu.verify.plots.figures import LETTERS
