@@ -12,8 +12,8 @@ from lag2fmu.errors import LoadError, SimulationError
 from lag2fmu.fmu.record import is_fmu
 from lag2fmu.reference.trajectory import Floats
 from lag2fmu.studies.datasets import check_path, dataset, save
-from lag2fmu.studies.design import Design, axes_of, grid, sampled
-from lag2fmu.studies.engines import Part, Task, run_part
+from lag2fmu.studies.design import Design, Part, Task, axes_of, grid, sampled
+from lag2fmu.studies.engines import run_part
 from lag2fmu.studies.parts import Store
 from lag2fmu.studies.tasks import task_of_fmu, task_of_model
 from lag2fmu.verify.inputs import Inputs
