@@ -60,7 +60,7 @@ def calibrate(  # noqa: PLR0913  # what a calibration may be told
     library = compiled(mechanism, solver=solver)
     experiments = measurements_of(data, library, display_units(mechanism))
     common = _values_of(values, len(experiments))
-    sought = free_values(library, mechanism, list(free), experiments, common, bounds or {})
+    sought = free_values(library, mechanism, free, experiments, common, bounds or {})
     problem = _Problem(library, experiments, sought, common, check_tolerance(tolerance), hold)
     problem.progress = progress
     known = _known_noise(noise or {}, problem.columns)

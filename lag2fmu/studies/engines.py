@@ -40,8 +40,10 @@ def _out_of_bounds(task: Task, rows: Floats) -> dict[int, str]:
     """Runs that are not made, with the reason."""
     found: dict[int, str] = {}
     for name, column in zip(task.names, rows.T, strict=True):
+        for i in np.flatnonzero(~np.isfinite(column)).tolist():
+            found.setdefault(i, f"{name} = {column[i]:g} is no finite number")
         low, high = task.bounds.get(name, (-np.inf, np.inf))
-        for i in np.flatnonzero(~((column >= low) & (column <= high))).tolist():
+        for i in np.flatnonzero((column < low) | (column > high)).tolist():
             found.setdefault(i, f"{name} = {column[i]:g} is out of its bounds, {low:g} to {high:g} (SI)")
     return found
 
@@ -86,7 +88,7 @@ def _by_ensemble(task: Task, rows: Floats) -> Part:
             stop_time=float(task.times[-1]),
             samples=task.times if len(task.times) > 1 else (),
             outputs=task.outputs,
-            tolerance=task.tolerance or 1e-6,
+            tolerance=1e-6 if task.tolerance is None else task.tolerance,
             threads=task.threads,
         )
     found = [runs.samples[n] if len(task.times) > 1 else runs.final[n][:, None] for n in task.outputs]

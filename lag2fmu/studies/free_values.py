@@ -78,6 +78,10 @@ def _limits(
         if name in positive and start > 0 and library.kinds[name] != INPUT:
             low = max(low, _LEAST * start)
         least, greatest = bounds.get(name, (-np.inf, np.inf))
+        if np.isnan((least, greatest)).any():
+            raise LoadError(
+                f"the bounds of '{name}', {least:g} to {greatest:g}, are no numbers; give -inf or inf for none"
+            )
         low, high = max(low, least), min(high, greatest)
         if not low < high:
             raise LoadError(f"the bounds of '{name}', {low:g} to {high:g}, leave no room")

@@ -47,6 +47,12 @@ def _measurement(data: Data, number: int, library: Library, units: Mapping[str, 
     measured = [name for name in columns if name not in driven]
     continuous_outputs(library, measured)
     values = np.stack([columns[name] for name in measured], axis=1) if measured else np.empty((len(time), 0))
+    for name, column in zip(measured, values.T, strict=True):
+        if np.isinf(column).any():
+            row = int(np.flatnonzero(np.isinf(column))[0])
+            raise LoadError(
+                f"{label}: '{name}' is infinite at {time[row]:g} s; a missing value is NaN or an empty cell"
+            )
     if not np.isfinite(values).any():
         raise LoadError(f"{label}: there is no measured value; a column must be named as a variable of the model")
     return Measurement(label, time, tuple(measured), values, _inputs(label, time, driven))
