@@ -29,6 +29,7 @@ BENCHMARKS: dict[str, bool] = {
     "robots": False,
     "constraints": False,
     "contacts": False,
+    "impacts": False,
     "repeating": False,
     "ensembles": False,
     "sweeps": False,

@@ -27,7 +27,7 @@ from benchmarks.cases import Case, Floats
 from benchmarks.peers import casadi_text
 from benchmarks.running import FLAGS, KERNELS, Kernel, Source, compile_kernel, compiler, loaded, time_interleaved
 from lag2fmu.dynamics import EquationsOfMotion, derive, lower
-from lag2fmu.dynamics.samples import start_values
+from lag2fmu.dynamics.starts import start_values
 from lag2fmu.fmu.backends.native import describe, fmi_headers
 from lag2fmu.formats.loading import load
 from lag2fmu.graph.graph import Graph

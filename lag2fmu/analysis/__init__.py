@@ -10,10 +10,11 @@ from lag2fmu.analysis.canonical import (
 from lag2fmu.analysis.conserved import Conserved, conserved
 from lag2fmu.analysis.equilibria import Equilibrium, equilibria
 from lag2fmu.analysis.floquet import Floquet, floquet
-from lag2fmu.analysis.linearization import Linearization, linearize
+from lag2fmu.analysis.linearization import linearize
 from lag2fmu.analysis.modes import Mode, normal_modes
 from lag2fmu.analysis.report import analysis_report, analysis_sections
 from lag2fmu.analysis.small_motions import linearized
+from lag2fmu.analysis.state_space import Linearization
 from lag2fmu.analysis.stiffness import Stiffness, Vibration, stiffness, undamped_vibrations
 
 __all__ = [

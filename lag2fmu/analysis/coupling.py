@@ -14,10 +14,15 @@ is of the order degree + 1. With c for these ratios:
 - one oscillation changes its amplitude by the share 2 pi |c|, which bounds h where accuracy is wanted;
 - motion that the damping ratio z lets decay goes on to decay while c + z > 0, which bounds h for held inputs.
 
+Where a motion y goes in and the force F that carries it comes out, a body of mass M on the other side moves by
+M y'' = -F, and F = C x + D0 y + D1 y' + D2 y'' contains y'' itself. Each exchange of the two at a communication point
+makes the error smaller by D2/M. What then goes on as a polynomial is y'' = -(C x + D0 y + D1 y')/(M + D2), and the
+ratios above hold with the share of an eigenvalue that this feedback moves.
+
 Sources: R. Kuebler, W. Schiehlen, Two methods of simulator coupling, Mathematical and Computer Modelling of Dynamical
-Systems 6 (2000), for the stability of coupling by applied forces; M. Busch, Zur effizienten Kopplung von
-Simulationsprogrammen, Kassel 2012, chapter 3, for the two-mass oscillator; M. Arnold, C. Clauss, T. Schierz, Error
-analysis and error estimates for co-simulation in FMI for Model Exchange and Co-Simulation v2.0, 2014, for the order.
+Systems 6 (2000), pp. 93-113, for loops of direct feed-through; M. Arnold, C. Clauss, T. Schierz, Error analysis and
+error estimates for co-simulation in FMI for Model Exchange and Co-Simulation v2.0, Archive of Mechanical Engineering
+60 (2013), pp. 75-94, for the order. The ratios follow from the determinants, by expansion.
 """
 
 from __future__ import annotations
@@ -28,8 +33,11 @@ from math import pi
 
 import numpy as np
 
-from lag2fmu.analysis.linearization import Linearization
+from lag2fmu.analysis.state_space import Linearization
+from lag2fmu.description import names
+from lag2fmu.description.symbols import names_of
 from lag2fmu.graph.batches import Floats
+from lag2fmu.language.units import Unit
 from lag2fmu.mechanism.display import display_units
 
 CHANGE = 0.01
@@ -46,17 +54,9 @@ _MOST = 4
 
 
 @dataclass(frozen=True)
-class Port:
-    """Forces that go in and the displacement along which they work, with what a spring across it makes (SI units).
+class Swing:
+    """An oscillation of ``frequency`` (rad/s) and ``damping`` ratio, of which the coupling makes the ``share``."""
 
-    ``inertia`` is force by acceleration there, ``stiffness`` that of the assumed spring; with it the port swings at
-    ``frequency`` (rad/s) with the ``damping`` ratio, and the spring has the ``share`` of the stiffness in that.
-    """
-
-    inputs: tuple[str, ...]
-    output: str
-    inertia: float
-    stiffness: float
     frequency: float
     damping: float
     share: float
@@ -73,6 +73,33 @@ class Port:
     def bound(self) -> float:
         """The communication step (s) from which motion grows with held inputs; 0 without damping."""
         return max(0.0, _FACTORS[0][1] * self.damping / (self.share * self.frequency))
+
+
+@dataclass(frozen=True)
+class Port(Swing):
+    """Forces that go in and the displacement along which they work, with what a spring across it makes (SI units).
+
+    ``inertia`` is force by acceleration there, ``stiffness`` that of the assumed spring.
+    """
+
+    inputs: tuple[str, ...]
+    output: str
+    inertia: float
+    stiffness: float
+
+
+@dataclass(frozen=True)
+class Bond:
+    """A ``motion`` that goes in and the ``force`` that carries it, with what moves by that force (SI units).
+
+    ``inertia`` is force by acceleration there, ``mass`` that of the assumed body, which makes the ``swing``, if any.
+    """
+
+    motion: str
+    force: str
+    inertia: float
+    mass: float
+    swing: Swing | None
 
 
 def ports(about: Linearization, stiffness: float | None = None) -> Iterator[Port]:
@@ -110,8 +137,56 @@ def _port(about: Linearization, inputs: tuple[str, ...], output: str, stiffness:
     size = abs(swinging)
     if swinging.imag <= _NOTHING * size:
         return None
-    damping = 0.0 if abs(swinging.real) <= _NOTHING * size else -swinging.real / size
-    return Port(inputs, output, 1 / mobility, stiffness, size, damping, 2 * stiffness * moved / size)
+    swing = (size, _damping(swinging), 2 * stiffness * moved / size)
+    return Port(*swing, inputs, output, 1 / mobility, stiffness)
+
+
+def _damping(swinging: complex) -> float:
+    """The damping ratio of an eigenvalue."""
+    size = abs(swinging)
+    return 0.0 if abs(swinging.real) <= _NOTHING * size else -swinging.real / size
+
+
+def bonds(about: Linearization, mass: float | None = None) -> Iterator[Bond]:
+    """The prescribed motions of ``about`` whose forces are among its outputs.
+
+    The body on the other side has the ``mass``, by default four times the inertia that a slow motion has to carry, or
+    what the force itself contains where that is more. Motions that carry no inertia are left out, and filtered ones,
+    for they feed nothing back at once.
+    """
+    least = _NOTHING * float(np.abs(about.mass).max(initial=0.0))
+    for motion in (u for u in about.mechanism.motions if names.drive(u.name) in about.outputs):
+        force = names.drive(motion.name)
+        C, D = about.C[about.outputs.index(force)], about.D[about.outputs.index(force)]
+        columns = [about.inputs.index(name) for name in names_of(motion)]
+        B, D = about.B[:, columns], D[columns]
+        inertia = float(D[2]) if abs(D[2]) > least else 0.0
+        carried = max(inertia, _slowly(about.A, B[:, 2], C, D[2]))
+        if carried > least:
+            other = _STIFFER * carried if mass is None else mass
+            yield Bond(motion.name, force, inertia, other, _swing(about.A, B, C, D, other))
+
+
+def _slowly(A: Floats, column: Floats, row: Floats, direct: float) -> float:
+    """Force by acceleration where this lasts: what swings has come to rest; 0 if there is no such place."""
+    try:
+        found = float(direct - row @ np.linalg.solve(A, column))
+    except np.linalg.LinAlgError:
+        return 0.0
+    return found if np.isfinite(found) else 0.0
+
+
+def _swing(A: Floats, B: Floats, C: Floats, D: Floats, mass: float) -> Swing | None:
+    """How a body of this ``mass`` swings that the force C x + D (y, y', y'') acts on; None if it does not."""
+    k = len(A)
+    whole, column = np.zeros((k + 2, k + 2)), np.concatenate([B[:, 2], [0.0, 1.0]])
+    whole[:k, :k], whole[:k, k:], whole[k, k + 1] = A, B[:, :2], 1.0
+    row = -np.concatenate([C, D[:2]]) / (mass + D[2])
+    swinging, moved = _mode(whole + np.outer(column, row), row, column)
+    size = abs(swinging)
+    if swinging.imag <= max(_SLOW, _NOTHING * size) or moved <= _NOTHING * size:
+        return None
+    return Swing(size, _damping(swinging), 2 * moved / size)
 
 
 def _mode(A: Floats, row: Floats, column: Floats) -> tuple[complex, float]:
@@ -131,23 +206,54 @@ def _mode(A: Floats, row: Floats, column: Floats) -> tuple[complex, float]:
 
 def sentences(about: Linearization) -> Iterator[str]:
     """What is to be known of a coupling through the ports of ``about``; nothing where there is none."""
-    found, units = list(ports(about)), display_units(about.mechanism)
-    if not found:
+    found, carried, units = list(ports(about)), list(bonds(about)), display_units(about.mechanism)
+    if not found and not carried:
         return
+    assumed = (
+        f" Assumed is a spring across the port, {_STIFFER:g} times as stiff as the mechanism there; s times that makes "
+        "the steps shorter by the root of s."
+    )
     yield (
         "What another FMU computes from the motion here acts on it late: the error is of order 1 in the communication "
-        "step with held inputs, 2 and 3 with first and second input derivatives. Assumed is a spring across the port, "
-        f"{_STIFFER:g} times as stiff as the mechanism there; s times that makes the steps shorter by the root of s."
+        f"step with held inputs, 2 and 3 with first and second input derivatives.{assumed if found else ''}"
     )
     for port in found[:_MOST]:
-        steps = [f"{port.step(degree):.2g} s" for degree in range(len(_FACTORS))]
-        force, place = units.get(port.inputs[0]), units.get(port.output)
-        unit = "" if force is None or place is None else (force / place).si_name
-        grows = f"; with held inputs it grows from {port.bound:.2g} s on" if port.bound > 0 else ""
+        unit = _ratio(units.get(port.inputs[0]), units.get(port.output))
         yield (
             f"{', '.join(port.inputs)} and {port.output}: with {f'{port.stiffness:.3g} {unit}'.rstrip()} it swings at "
-            f"{port.frequency:.3g} rad/s. Communication steps up to {steps[0]} with held inputs, {steps[1]} with first "
-            f"and {steps[2]} with second derivatives change an oscillation by a hundredth at most{grows}."
+            f"{_steps(port)}"
         )
+    for bond in carried[:_MOST]:
+        told = _told(bond, _ratio(units.get(bond.force), units.get(names.acceleration(bond.motion))))
+        if told:
+            yield f"{bond.motion} and {bond.force}. {told}"
     if len(found) > _MOST:
         yield f"There are {len(found) - _MOST} further ports."
+
+
+def _told(bond: Bond, unit: str) -> str:
+    """Sentences: what the other side needs, and how long steps may be; ``unit`` is that of the inertia."""
+    found = []
+    inertia, mass = (f"{x:.3g} {unit}".rstrip() for x in (bond.inertia, bond.mass))
+    if bond.inertia > 0:
+        found.append(
+            f"The force contains {inertia} times {names.acceleration(bond.motion)}: what it acts on in the other FMU "
+            "needs more than that, else each exchange makes the error larger."
+        )
+    if bond.swing is not None:
+        found.append(f"With {mass} on the other side it swings at {_steps(bond.swing)}")
+    return " ".join(found)
+
+
+def _steps(swing: Swing) -> str:
+    """The frequency and the communication steps that go with it, as the end of a sentence."""
+    steps = [f"{swing.step(degree):.2g} s" for degree in range(len(_FACTORS))]
+    grows = f"; with held inputs it grows from {swing.bound:.2g} s on" if swing.bound > 0 else ""
+    return (
+        f"{swing.frequency:.3g} rad/s. Communication steps up to {steps[0]} with held inputs, {steps[1]} with first "
+        f"and {steps[2]} with second derivatives change an oscillation by a hundredth at most{grows}."
+    )
+
+
+def _ratio(one: Unit | None, other: Unit | None) -> str:
+    return "" if one is None or other is None else (one / other).si_name

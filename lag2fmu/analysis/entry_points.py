@@ -11,13 +11,12 @@ from lag2fmu.analysis.equilibria import equilibria as equilibria_of
 from lag2fmu.analysis.linearization import linearize as linearization_of
 from lag2fmu.analysis.modes import Mode, normal_modes
 from lag2fmu.description import names
+from lag2fmu.dynamics.entry_points import derive
 from lag2fmu.dynamics.equations import EquationsOfMotion
-from lag2fmu.dynamics.lagrange import derive
-from lag2fmu.dynamics.variables import further_states
 from lag2fmu.errors import DerivationError
 from lag2fmu.formats.loading import as_mechanism, with_values
+from lag2fmu.language.expressions import without_dust
 from lag2fmu.mechanism.record import Mechanism
-from lag2fmu.mechanism.starts import without_dust
 
 Model = EquationsOfMotion | Mechanism | str | Path
 """Derived equations, a mechanism, or the name or path of a model."""
@@ -49,7 +48,7 @@ def resting(model: Mechanism | str | Path) -> Mechanism:
     found, coordinates = the_equilibrium(equations), equations.mechanism.coordinates
     starts = {c.name: without_dust(float(x), c.nominal) for c, x in zip(coordinates, found.q, strict=True)}
     starts |= {names.velocity(c.name): 0.0 for c in coordinates}
-    starts |= {z.name: float(x) for z, x in zip(further_states(equations.mechanism), found.further, strict=True)}
+    starts |= {z.name: float(x) for z, x in zip(equations.mechanism.states, found.further, strict=True)}
     return with_values(as_mechanism(model), starts)
 
 

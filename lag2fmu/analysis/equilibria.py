@@ -14,7 +14,6 @@ import numpy as np
 
 from lag2fmu.analysis.evaluation import at, operating_inputs
 from lag2fmu.dynamics.equations import EquationsOfMotion
-from lag2fmu.dynamics.variables import further_states
 from lag2fmu.graph.autodiff import forward
 from lag2fmu.graph.batches import Floats, Values, evaluate
 
@@ -76,7 +75,7 @@ class _Search:
         self.seeds_of = {x: g.symbol(f"d {g.leaf[x]}") for x in self.variables}
         self.slopes = forward(g, self.rows, self.seeds_of)
         self.values = values
-        coordinates, further = equations.mechanism.coordinates, further_states(equations.mechanism)
+        coordinates, further = equations.mechanism.coordinates, equations.mechanism.states
         self.nominal = np.array([*(q.nominal for q in coordinates), *(z.nominal for z in further)])
         self.start = np.array([*(q.start for q in coordinates), *(z.start for z in further)])
         turning = [q.unit is not None and q.unit.si_name == "rad" for q in coordinates]

@@ -14,14 +14,12 @@ Systems, 1994, section 5.3, for independent coordinates of a null space.
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
-from functools import cached_property
 
 import numpy as np
 
 from lag2fmu.analysis.evaluation import at, further_names, operating_inputs, saddle, unknowns
 from lag2fmu.analysis.present_modes import solved, within_modes
-from lag2fmu.analysis.state_space import Quantity, StateSpace
+from lag2fmu.analysis.state_space import Linearization
 from lag2fmu.analysis.subspaces import RANK, independent_rows, null_space
 from lag2fmu.description import names
 from lag2fmu.description.names import suggestion
@@ -30,78 +28,6 @@ from lag2fmu.dynamics.tangent import Tangent, differentiate
 from lag2fmu.errors import DerivationError
 from lag2fmu.graph.batches import Floats, Values, evaluate, matrix
 from lag2fmu.graph.nodes import Node
-from lag2fmu.mechanism.display import display_units
-from lag2fmu.mechanism.record import Mechanism
-
-
-@dataclass(frozen=True, eq=False)
-class Linearization:
-    """dz/dt = A z + B u and y = C z + D u about the state ``values`` {variable: SI value}.
-
-    ``states``: the k states z, independent coordinates and velocities, then further states; ``inputs``: names of u
-    (r,); ``outputs``: names of y (o,). A (k, k), B (k, r), C (o, k), D (o, r). ``drift`` (k,) is dz/dt at the state
-    itself, 0 at rest in equilibrium, and ``level`` (o,) is y there. ``shape`` (2 n + f, k):
-    all of q, qd and the f further states for each z. ``mass``, ``damping``, ``stiffness`` (n, n) and ``action`` (n, r)
-    are those of M d2q + damping dq' + stiffness dq = action u + G^T dmultiplier, before constraints are used;
-    ``tangent`` (n, f) spans the motions that these let free. ``mechanism`` is what was linearized.
-    """
-
-    mechanism: Mechanism
-    values: Values
-    states: tuple[str, ...]
-    inputs: tuple[str, ...]
-    outputs: tuple[str, ...]
-    A: Floats
-    B: Floats
-    C: Floats
-    D: Floats
-    drift: Floats
-    level: Floats
-    shape: Floats
-    mass: Floats
-    damping: Floats
-    stiffness: Floats
-    action: Floats
-    tangent: Floats
-
-    @cached_property
-    def eigenvalues(self) -> np.ndarray:
-        """Those of A, (k,), in 1/s, by rising imaginary part."""
-        found = np.linalg.eigvals(self.A)
-        return found[np.lexsort((found.real, found.imag))]
-
-    def state_space(self, inputs: Sequence[str] | None = None) -> StateSpace:
-        """A, B, C, D with names, units and operating point, of these ``inputs``, by default of those that the FMU has.
-
-        Raises DerivationError for a name that is no input.
-        """
-        hidden = self.mechanism.hidden_inputs
-        chosen = tuple(name for name in self.inputs if name not in hidden) if inputs is None else tuple(inputs)
-        for name in chosen:
-            if name not in self.inputs:
-                raise DerivationError(
-                    f"mechanism '{self.mechanism.name}': '{name}' is no input; {suggestion(name, self.inputs)}"
-                )
-        columns = [self.inputs.index(name) for name in chosen]
-        units = display_units(self.mechanism)
-
-        def quantities(labels: Sequence[str], level: Floats | None = None) -> tuple[Quantity, ...]:
-            values = [self.values[x] for x in labels] if level is None else level
-            named = zip(labels, values, strict=True)
-            return tuple(Quantity(x, units[x].si_name if x in units else "", float(value)) for x, value in named)
-
-        return StateSpace(
-            name=self.mechanism.name,
-            time=float(self.values["t"]),
-            states=quantities(self.states),
-            inputs=quantities(chosen),
-            outputs=quantities(self.outputs, self.level),
-            A=self.A,
-            B=self.B[:, columns],
-            C=self.C,
-            D=self.D[:, columns],
-            drift=self.drift,
-        )
 
 
 class Linearizer:

@@ -11,7 +11,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from lag2fmu.analysis.linearization import Linearization
+from lag2fmu.analysis.state_space import Linearization
 from lag2fmu.analysis.subspaces import independent_rows
 from lag2fmu.graph.batches import Floats
 

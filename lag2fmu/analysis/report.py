@@ -18,12 +18,12 @@ from lag2fmu.analysis.conserved import conserved, why_energy_changes
 from lag2fmu.analysis.equilibria import Equilibrium, equilibria
 from lag2fmu.analysis.evaluation import attempted, driven_by_time
 from lag2fmu.analysis.floquet import floquet
-from lag2fmu.analysis.linearization import Linearization, linearize
+from lag2fmu.analysis.linearization import linearize
 from lag2fmu.analysis.modes import Mode, normal_modes
+from lag2fmu.analysis.state_space import Linearization
 from lag2fmu.description import names
 from lag2fmu.dynamics.equations import EquationsOfMotion
 from lag2fmu.dynamics.lagrange import derive
-from lag2fmu.dynamics.variables import further_states
 from lag2fmu.errors import DerivationError
 from lag2fmu.graph.batches import Floats
 from lag2fmu.language.expressions import to_text
@@ -82,7 +82,7 @@ def analysis_sections(equations: EquationsOfMotion, closed_forms: bool = True) -
         ("Conserved quantities", lambda: _conserved(equations)),
         ("Equilibria", lambda: _equilibria(equations, found)),
         ("Small motions about the equilibrium", lambda: _small_motions(equations, found, first)),
-        ("Coupling to other FMUs", lambda: map(Line, coupling.sentences(first() if found else linearize(equations)))),
+        ("Coupling to other FMUs", lambda: map(Line, coupling.sentences(_with_drives(equations, found)))),
     ]
     if closed_forms:
         sections += [
@@ -158,7 +158,7 @@ def _stability(equations: EquationsOfMotion, item: Equilibrium) -> str:
 def _place(equations: EquationsOfMotion, item: Equilibrium) -> str:
     m = equations.mechanism
     parts = [(c.name, c.nominal, c.unit) for c in m.coordinates]
-    parts += [(z.name, z.nominal, z.unit if isinstance(z.unit, Unit) else None) for z in further_states(m)]
+    parts += [(z.name, z.nominal, z.unit if isinstance(z.unit, Unit) else None) for z in m.states]
     return ", ".join(
         f"{name} = {_quantity(x, unit, nominal)}" for x, (name, nominal, unit) in zip(item.place, parts, strict=True)
     )
@@ -172,8 +172,14 @@ def _quantity(x: float, unit: Unit | None, size: float = 0.0) -> str:
     return f"{_number(unit.from_si(0.0 if rounding else x))} {unit.name}".rstrip()
 
 
-def _about(equations: EquationsOfMotion, item: Equilibrium) -> Linearization:
-    return linearize(equations, item.q, np.zeros_like(item.q), further=item.further)
+def _about(equations: EquationsOfMotion, item: Equilibrium, outputs: Sequence[str] | None = None) -> Linearization:
+    return linearize(equations, item.q, np.zeros_like(item.q), further=item.further, outputs=outputs)
+
+
+def _with_drives(equations: EquationsOfMotion, found: Sequence[Equilibrium]) -> Linearization:
+    """The linearization about the equilibrium or the start, with the forces that carry motions as outputs."""
+    outputs = [names.drive(motion.name) for motion in equations.mechanism.motions]
+    return _about(equations, found[0], outputs) if found else linearize(equations, outputs=outputs)
 
 
 def _small_motions(

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from pathlib import Path
 
 from lag2fmu.checking.apart import findings_apart, is_large
@@ -10,18 +11,21 @@ from lag2fmu.checking.findings import Findings
 from lag2fmu.checking.isolated_run import run_findings
 
 
-def check_fmu(path: str | Path, *, run: bool = True, timeout: float = 60.0) -> Findings:
+def check_fmu(
+    path: str | Path, *, run: bool = True, timeout: float = 60.0, progress: Callable[[float], None] | None = None
+) -> Findings:
     """Check the FMU ``path``, of any tool, by the rules of its version: all problems, with rule, place and remedy.
 
     With ``run`` its library is run in a process of its own, where each trial may take ``timeout`` (s); that executes
-    code of the FMU. Raises LoadError if ``path`` is no FMU of FMI 2.0 or 3.0, is not safe to unpack, or is so large
-    that reading it does not end in time. Nothing is written but a temporary folder that goes away at the end.
+    code of the FMU. ``progress`` is told the share of its trials that is done, 0 to 1. Raises LoadError if ``path`` is
+    no FMU of FMI 2.0 or 3.0, is not safe to unpack, or is so large that reading it does not end in time. Nothing is
+    written but a temporary folder that goes away at the end.
     """
     path = Path(path)
     findings, notes = findings_apart(path) if is_large(path) else findings_in(path)
     if run:
         archive, description, rules = read_archive(path)
-        in_run, note = run_findings(archive, description, rules, timeout)
+        in_run, note = run_findings(archive, description, rules, timeout, progress)
         findings += in_run
         notes.append(note)
     else:

@@ -6,7 +6,7 @@ import json
 import os
 import sys
 import tempfile
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass, field, fields
 from pathlib import Path, PurePosixPath
 from typing import Any
@@ -25,20 +25,38 @@ _CHILD = "lag2fmu.checking.child"
 
 @dataclass
 class _Progress:
-    """What is to be tried, and what was found."""
+    """What is to be tried, and what was found; ``tell`` hears the share that is done, 0 to 1."""
 
     waiting: list[str]
+    tell: Callable[[float], None] | None
+    count: int = field(init=False)
     findings: list[Finding] = field(default_factory=list)
     printed: bool = False
     deleted: bool = False
 
+    def __post_init__(self) -> None:
+        """Count what is to be tried."""
+        self.count = len(self.waiting)
+
+    def follow(self, journal: str) -> None:
+        """Tell how far it is, from what the process has written so far."""
+        if self.tell is None:
+            return
+        ended = sum(record.get("end") in self.waiting for record in _records(journal))
+        self.tell((self.count - len(self.waiting) + ended) / self.count)
+
 
 def run_findings(
-    archive: Archive, description: Description, rules: Rulebook, timeout: float
+    archive: Archive,
+    description: Description,
+    rules: Rulebook,
+    timeout: float,
+    tell: Callable[[float], None] | None = None,
 ) -> tuple[list[Finding], str]:
     """The findings of a run of the FMU on this machine, and a note on what was run.
 
-    ``timeout`` (s) is what a trial may take. The FMU is unpacked to a temporary folder that goes away at the end.
+    ``timeout`` (s) is what a trial may take; ``tell`` hears the share of the trials that is done, 0 to 1. The FMU is
+    unpacked to a temporary folder that goes away at the end.
     Raises LoadError if it cannot be unpacked.
     """
     names = _libraries_of_host(archive, description, rules)
@@ -48,8 +66,7 @@ def run_findings(
         folder = Path(temporary) / "fmu"
         beside = [n for library in names.values() for n in archive.below(str(PurePosixPath(library).parent))]
         files = [DESCRIPTION, *beside, *archive.below("resources")]
-        progress = _Progress([f"{kind}: {trial}" for kind in names for trial in rules.trials(kind)])
-        count = len(progress.waiting)
+        progress = _Progress([f"{kind}: {trial}" for kind in names for trial in rules.trials(kind)], tell)
         arguments = [f"{kind}={folder / name}" for kind, name in names.items()]
         once = any(description.can(kind, "canBeInstantiatedOnlyOncePerProcess") for kind in names)
         while progress.waiting:
@@ -59,7 +76,7 @@ def run_findings(
             _one_process(folder, arguments, progress, timeout, once=once)
             progress.deleted |= not (folder / DESCRIPTION).is_file()
     found = [*progress.findings, *_side_effects(progress)]
-    note = f"run on this machine: {', '.join(names)}; {count} trials"
+    note = f"run on this machine: {', '.join(names)}; {progress.count} trials"
     return _for_tools(description, list(dict.fromkeys(found))), note
 
 
@@ -103,7 +120,7 @@ def _one_process(folder: Path, arguments: list[str], progress: _Progress, timeou
     listed.write_text("\n".join(labels), "utf-8")
     command = [sys.executable, "-m", _CHILD, str(folder), str(journal), str(listed), *arguments]
     environment = os.environ | import_path()
-    done = watched(command, folder.parent, journal, environment, timeout, timeout * len(labels))
+    done = watched(command, folder.parent, journal, environment, timeout, timeout * len(labels), progress.follow)
     records = list(_records(done.journal))
     begun = [r["begin"] for r in records if r.get("begin") in labels]
     _read_journal(records, progress)

@@ -11,7 +11,7 @@ import subprocess
 import sys
 import time
 import uuid
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from contextlib import suppress
 from dataclasses import dataclass
 from pathlib import Path
@@ -46,12 +46,19 @@ def import_path() -> dict[str, str]:
 
 
 def watched(
-    command: Sequence[str], folder: Path, journal: Path, environment: Mapping[str, str], timeout: float, total: float
+    command: Sequence[str],
+    folder: Path,
+    journal: Path,
+    environment: Mapping[str, str],
+    timeout: float,
+    total: float,
+    follow: Callable[[str], None] | None = None,
 ) -> Run:
     """Run ``command`` in ``folder`` until it ends, with all processes that it starts.
 
     It writes to the file ``journal``. It is killed when the journal stands still for ``timeout`` (s), when it takes
     longer than ``total`` (s), and when it writes too much. Python itself may take longer to start on a busy machine.
+    ``follow`` is told the journal whenever it has grown.
     """
     mark = f"{_MARK}={uuid.uuid4().hex}"
     with journal.open("w+b") as told, journal.with_name("printed").open("w+b") as printed:
@@ -65,15 +72,23 @@ def watched(
             start_new_session=True,  # a group of its own, where there are such
         )
         try:
-            reason = _watch(process, told, printed, timeout, total)
+            grown = (lambda: None) if follow is None else lambda: follow(_text(told))
+            reason = _watch(process, told, printed, timeout, total, grown)
         finally:
             _kill(process)
             _kill_marked(mark.encode())
         return Run(reason or _end_of(process.returncode), bool(reason), _text(told), _text(printed))
 
 
-def _watch(process: subprocess.Popen[bytes], told: BinaryIO, printed: BinaryIO, timeout: float, total: float) -> str:
-    """Why the process has to be ended, as a phrase; '' when it ended by itself."""
+def _watch(
+    process: subprocess.Popen[bytes],
+    told: BinaryIO,
+    printed: BinaryIO,
+    timeout: float,
+    total: float,
+    grown: Callable[[], None],
+) -> str:
+    """Why the process has to be ended, as a phrase; '' when it ended by itself. ``grown`` is called as it tells."""
     size, begun = 0, time.monotonic()
     since = begun
     while True:
@@ -85,6 +100,7 @@ def _watch(process: subprocess.Popen[bytes], told: BinaryIO, printed: BinaryIO, 
         now = _size(told)
         if now != size:
             size, since = now, time.monotonic()
+            grown()
         allowed = timeout if size else max(timeout, _START)
         for length, most in ((time.monotonic() - since, allowed), (time.monotonic() - begun, total + _START)):
             if length > most:

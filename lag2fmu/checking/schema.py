@@ -9,7 +9,7 @@ from pathlib import Path
 from lag2fmu.checking.findings import Finding
 from lag2fmu.checking.rulebook import Rulebook
 from lag2fmu.fmu.pack import DESCRIPTION
-from lag2fmu.verify.simulate import problems
+from lag2fmu.verify.instances import problems
 
 
 def schema_findings(path: Path, rules: Rulebook, *, found: bool) -> Iterator[Finding]:

@@ -41,7 +41,7 @@ def calibrate_model(  # noqa: PLR0913, PLR0917 (an option each)
         check_ending(out, (".toml",))
     mechanism = load_mechanism(model, settings)
     units = display_units(mechanism)
-    with progress_bar("estimating", None):
+    with progress_bar("estimating", None, "runs") as progress:
         found = calibrate(
             mechanism,
             list(data),
@@ -50,6 +50,7 @@ def calibrate_model(  # noqa: PLR0913, PLR0917 (an option each)
             noise={name: _size(name, text, units) for name, text in pairs_of(noise).items()},
             hold=hold,
             tolerance=TOLERANCE if tolerance is None else tolerance,
+            progress=progress,
         )
     _print(found, units)
     for warning in found.warnings:

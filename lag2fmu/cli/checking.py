@@ -11,7 +11,7 @@ from lag2fmu.cli.terminal import console, progress_bar
 
 def check_archive(fmu: Path, run: bool) -> None:
     """Print what breaks the standard in ``fmu``; exit with 1 if anything does. Raises Lag2FmuError."""
-    with progress_bar("checking", None):
-        findings = check_fmu(fmu, run=run)
+    with progress_bar("checking", 1.0 if run else None) as progress:
+        findings = check_fmu(fmu, run=run, progress=progress)
     console().print(findings.table())
     sys.exit(0 if findings.passed else 1)

@@ -9,7 +9,7 @@ import click
 from lag2fmu.analysis.entry_points import resting
 from lag2fmu.cli.porting import with_choices
 from lag2fmu.cli.settings import load_mechanism
-from lag2fmu.cli.terminal import build_progress
+from lag2fmu.cli.terminal import build_progress, progress_bar
 from lag2fmu.errors import ExportError, Lag2FmuError
 from lag2fmu.fmu.carried import name_inside
 from lag2fmu.fmu.exporting import export
@@ -44,7 +44,8 @@ def export_model(  # noqa: PLR0913, PLR0917 (an option each)
     if not force:
         _refuse_to_overwrite(path, mechanism)
     if reference:
-        integrated = reference_of(mechanism)
+        with progress_bar("integrating directly", 1.0) as share:
+            integrated = reference_of(mechanism, share)
         extra = reference_files(mechanism, integrated, arrays=arrays)
         samples = page_samples(mechanism, integrated)
     with build_progress() as progress:

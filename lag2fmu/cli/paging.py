@@ -7,9 +7,11 @@ from pathlib import Path
 import click
 
 from lag2fmu.cli.settings import load_mechanism
+from lag2fmu.cli.terminal import progress_bar
 from lag2fmu.errors import ExportError
 from lag2fmu.fmu.paging import page
 from lag2fmu.verify.page_samples import page_samples
+from lag2fmu.verify.reference_files import reference_of
 
 
 def write_page(
@@ -22,6 +24,10 @@ def write_page(
         raise ExportError(f"the output '{path}' does not end in .html; browsers know pages by this ending")
     if path.exists() and not force:
         raise ExportError(f"'{path}' exists; overwrite it with --force, or choose another name with -o")
-    samples = page_samples(mechanism) if reference else None
-    text = page(mechanism, path, solver=solver, samples=samples)
+    samples = None
+    if reference:
+        with progress_bar("integrating directly", 1.0) as share:
+            samples = page_samples(mechanism, reference_of(mechanism, share))
+    with progress_bar("building", None):
+        text = page(mechanism, path, solver=solver, samples=samples)
     click.echo(f"wrote {path}, {len(text.encode()) / 1000:.0f} kB: open it in a browser")

@@ -16,7 +16,7 @@ from lag2fmu.cli.terminal import console, progress_bar
 from lag2fmu.description.names import SETTINGS
 from lag2fmu.errors import LoadError
 from lag2fmu.fmu.elements import element_variables
-from lag2fmu.fmu.exporting import is_fmu
+from lag2fmu.fmu.record import is_fmu
 from lag2fmu.formats.loading import pairs_of, values_of
 from lag2fmu.language.units import Unit
 from lag2fmu.mechanism.display import display_units, named
@@ -45,7 +45,10 @@ def simulate_model(  # noqa: PLR0913, PLR0917 (an option each)
     """Run ``model`` and write, draw, animate or sum up its motion; raises Lag2FmuError."""
     check_picture(plot)
     if animation is not None:
+        from lag2fmu.verify.plots.animation import writer_of
+
         check_ending(animation, ANIMATIONS)
+        writer_of(animation)  # what it lacks is told before a long run
     if out not in (None, "-"):
         check_ending(Path(out), CSV)
     source, values, units = _source_and_values(model, settings)

@@ -23,10 +23,11 @@ def knows_unicode() -> bool:
 
 
 @contextmanager
-def progress_bar(title: str, total: float | None) -> Iterator[Callable[[float], None] | None]:
+def progress_bar(title: str, total: float | None, counted: str = "") -> Iterator[Callable[[float], None] | None]:
     """A progress bar with elapsed and remaining time on a terminal's standard error, else nothing.
 
-    What it yields is told how far the work is, of ``total``. Without a total the bar only shows that work goes on.
+    What it yields is told how far the work is, of ``total``. Without a total the bar shows that work goes on,
+    and for how long; ``counted`` is the word for what is done then, if it is counted.
     """
     if not sys.stderr.isatty():
         yield None
@@ -35,7 +36,9 @@ def progress_bar(title: str, total: float | None) -> Iterator[Callable[[float], 
     from rich.progress import BarColumn, Progress, SpinnerColumn, TextColumn, TimeElapsedColumn, TimeRemainingColumn
 
     times = (TimeElapsedColumn(), TextColumn("left"), TimeRemainingColumn(elapsed_when_finished=False))
-    columns = (SpinnerColumn(), TextColumn("{task.description}"), BarColumn(), *(times if total else times[:1]))
+    count = (TextColumn(f"{{task.completed:.0f}} {counted}"),) if counted else ()
+    shown = times if total else (*count, times[0])
+    columns = (SpinnerColumn(), TextColumn("{task.description}"), BarColumn(), *shown)
     with Progress(*columns, console=Console(stderr=True), transient=True) as bar:
         task = bar.add_task(title, total=total)
         yield lambda completed: bar.update(task, completed=completed)

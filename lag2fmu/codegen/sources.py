@@ -69,21 +69,20 @@ def render_sources(
     return dict(sorted(files.items()))
 
 
-def page_sources(sources: Mapping[str, str], picture: Program | None) -> Mapping[str, str]:
-    """{file name: text} of the live page's C code: the ``sources`` of an FMU with another gate, and the picture.
+def page_sources(sources: Mapping[str, str], functions: Mapping[str, Program]) -> Mapping[str, str]:
+    """{file name: text} of the live page's C code: the ``sources`` of an FMU with another gate, and its own functions.
 
-    ``picture`` has the one function that fills the spots of the picture; None: there is nothing to draw.
+    ``functions`` {file: program} are the picture, which fills its spots, and the work; each program has one function.
     """
     gates = {path.name for folder in ("gate", "fmi2", "fmi3", "adjoints") for path in _paths(folder)}
     files = {name: text for name, text in sources.items() if name not in {*gates, *PORTS}} | _texts("page")
-    context: dict[str, object] = {"program": picture, "size": 1, "lookups": [], "helpers": []}
-    if picture is not None:
-        (function,) = picture.functions
-        context |= {"lookups": lookups_of(picture), "helpers": helpers_of(picture)}
-        context["size"] = max(1, len(function.results))
-    if context["lookups"]:
-        files |= {name: text for name, text in _texts("core").items() if name.startswith("lookup.")}
-    files |= {name: render(f"mechanism/{name}.jinja", context) for name in ("picture.h", "picture.c")}
+    for name, program in functions.items():
+        (function,) = program.functions
+        context = {"name": name, "program": program, "function": function, "size": max(1, len(function.results))}
+        context |= {"lookups": lookups_of(program), "helpers": helpers_of(program)}
+        if context["lookups"]:
+            files |= {name: text for name, text in _texts("core").items() if name.startswith("lookup.")}
+        files |= {f"{name}.{end}": render(f"mechanism/page_function.{end}.jinja", context) for end in "hc"}
     return dict(sorted(files.items()))
 
 

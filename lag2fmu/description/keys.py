@@ -105,3 +105,26 @@ def keys_of(part: Any) -> Mapping[str, Key]:
 def _keys_in(part: type) -> tuple[Key, ...]:
     found = ((item.name, item.metadata["key"]) for item in fields(part) if "key" in item.metadata)
     return tuple(replace(known, field=field, name=known.name or field) for field, known in found)
+
+
+@dataclass(frozen=True)
+class TableKey:
+    """A table of the text: what kind of ``part`` it holds, a sentence for the editor, and its ``form``.
+
+    "single": the keys of one part; "tables": a table [TABLE.NAME] for each part; "lines": a line NAME = { ... } for
+    each; "expressions": a line NAME = expression for each; "kinds": lines in a table [constraints.KIND] for each kind.
+    """
+
+    part: type
+    doc: str
+    form: str
+
+    @property
+    def many(self) -> bool:
+        """Whether it holds any number of parts."""
+        return self.form != "single"
+
+
+def table_key(part: type, form: str, doc: str, *, default: Any = ()) -> Any:
+    """The field of a table, see ``TableKey``."""
+    return field(default=default, metadata={"table": TableKey(part, doc, form)})

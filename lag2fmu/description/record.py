@@ -6,7 +6,7 @@ Numbers of coordinates, parameters and inputs are kept in SI; the unit says how 
 from __future__ import annotations
 
 from collections.abc import Iterable, Iterator, Mapping
-from dataclasses import KW_ONLY, dataclass, field, fields
+from dataclasses import KW_ONLY, dataclass, fields
 from functools import cache
 from typing import Any, NamedTuple, TypeVar
 
@@ -14,8 +14,8 @@ import sympy as sp
 
 from lag2fmu.description.events import IMPACTS, Contact, Friction, State, Stop
 from lag2fmu.description.joints import Joint
-from lag2fmu.description.keys import Key, key
-from lag2fmu.description.names import suggestion
+from lag2fmu.description.keys import Key, TableKey, key, table_key
+from lag2fmu.description.names import stop_side, suggestion
 from lag2fmu.description.outputs import Experiment, Output
 from lag2fmu.description.parts import (
     Constraint,
@@ -37,29 +37,6 @@ from lag2fmu.errors import MechanismError
 
 IMPRINT = ("author", "version", "copyright", "license")
 """The keys that say who is behind a mechanism; attributes of modelDescription.xml have the same names."""
-
-
-@dataclass(frozen=True)
-class TableKey:
-    """A table of the text: what kind of ``part`` it holds, a sentence for the editor, and its ``form``.
-
-    "single": the keys of one part; "tables": a table [TABLE.NAME] for each part; "lines": a line NAME = { ... } for
-    each; "expressions": a line NAME = expression for each; "kinds": lines in a table [constraints.KIND] for each kind.
-    """
-
-    part: type
-    doc: str
-    form: str
-
-    @property
-    def many(self) -> bool:
-        """Whether it holds any number of parts."""
-        return self.form != "single"
-
-
-def table_key(part: type, form: str, doc: str, *, default: Any = ()) -> Any:
-    """The field of a table, see ``TableKey``."""
-    return field(default=default, metadata={"table": TableKey(part, doc, form)})
 
 
 class Entry(NamedTuple):
@@ -198,6 +175,13 @@ class Description:
         """The names of the filtered motions: of inputs as they are written, of further states in a Mechanism."""
         written = [item.name for item in self.inputs if item.motion == FILTERED]
         return (*written, *(state.name for state in self.states if state.moves == state.name))
+
+    @property
+    def unilateral_names(self) -> tuple[str, ...]:
+        """The names of the ideal contacts, and of the sides of stops."""
+        sides = [(stop, side) for stop in self.stops for side in ("lower", "upper")]
+        ideal = [contact.name for contact in self.contacts if contact.law == "ideal"]
+        return (*ideal, *(stop_side(s.name, side) for s, side in sides if getattr(s, side) is not None))
 
     @property
     def places(self) -> tuple[Place, ...]:

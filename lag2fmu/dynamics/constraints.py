@@ -23,13 +23,13 @@ from lag2fmu.description import names
 from lag2fmu.description.parts import Constraint
 from lag2fmu.dynamics.least_steps import least_step, relative_size, row_scales
 from lag2fmu.dynamics.parts import Constraints, Variables
-from lag2fmu.dynamics.samples import start_values
+from lag2fmu.dynamics.starts import start_values
 from lag2fmu.errors import DerivationError
 from lag2fmu.graph.autodiff import forward, reverse
 from lag2fmu.graph.from_sympy import Translator
 from lag2fmu.graph.graph import Graph, Node
+from lag2fmu.language.expressions import without_dust
 from lag2fmu.mechanism.record import Mechanism
-from lag2fmu.mechanism.starts import without_dust
 
 Floats = NDArray[np.float64]
 

@@ -13,7 +13,6 @@ import sympy as sp
 
 from lag2fmu.description import names
 from lag2fmu.dynamics.equations import EquationsOfMotion
-from lag2fmu.dynamics.variables import further_states
 from lag2fmu.graph.graph import Graph
 from lag2fmu.graph.nodes import Node
 from lag2fmu.graph.to_sympy import tidy, written, written_operations
@@ -146,7 +145,7 @@ class _Paper:
         moving = [*coordinates, *equations.mechanism.driven, *map(names.target, equations.mechanism.filtered)]
         dotted = {names.velocity(name): (name, 1) for name in moving}
         dotted |= {names.acceleration(name): (name, 2) for name in moving}
-        further = [z.name for z in further_states(equations.mechanism)]
+        further = [z.name for z in equations.mechanism.states]
         dotted |= {names.derivative(name): (name, 1) for name in further}
         filtered = equations.mechanism.filtered
         dotted |= {names.derivative(names.velocity(name)): (name, 2) for name in filtered}

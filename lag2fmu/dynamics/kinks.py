@@ -17,7 +17,7 @@ from dataclasses import dataclass, replace
 
 from lag2fmu.dynamics.functions import EventFunction, Function, nodes_of, with_nodes
 from lag2fmu.dynamics.parts import Variables
-from lag2fmu.dynamics.samples import start_values
+from lag2fmu.dynamics.starts import start_values
 from lag2fmu.dynamics.tables import in_pieces
 from lag2fmu.dynamics.variables import integrated_states
 from lag2fmu.graph.autodiff import reverse

@@ -19,7 +19,6 @@ import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from fractions import Fraction
-from pathlib import Path
 
 import numpy as np
 
@@ -42,12 +41,11 @@ from lag2fmu.dynamics.samples import (
     mass_matrices,
     massless_directions,
     samples,
-    start_values,
 )
+from lag2fmu.dynamics.starts import start_values
 from lag2fmu.dynamics.symbolic import Symbolic
 from lag2fmu.dynamics.terms import named_energies, quadratic_form, unconstrained_residual, with_constraints
-from lag2fmu.dynamics.variables import declare, further_states, translator
-from lag2fmu.formats.loading import as_mechanism
+from lag2fmu.dynamics.variables import declare, translator
 from lag2fmu.graph.autodiff import Forward, reverse
 from lag2fmu.graph.batches import matrix
 from lag2fmu.graph.cost import cycles
@@ -84,16 +82,15 @@ class DerivedEquations(EquationsOfMotion):
         return Symbolic(self.apart())
 
 
-def derive(model: Mechanism | str | Path, method: str | None = None) -> DerivedEquations:
-    """Derive the equations of motion of ``model``, a mechanism or what ``load`` takes.
+def derive(mechanism: Mechanism, method: str | None = None) -> DerivedEquations:
+    """Derive the equations of motion of ``mechanism``.
 
     ``method`` is one of ACCELERATION_METHODS, by default the quicker one, see ``cost``.
 
     Raises DerivationError if T is not quadratic in the velocities, if the mass matrix is singular for every q (naming
-    the coordinates), or if an energy has no finite value at the start; LoadError for a ``model`` that is none. Source:
-    Hand, Finch, Analytical Mechanics, section 1.9.
+    the coordinates), or if an energy has no finite value at the start. Source: Hand, Finch,
+    Analytical Mechanics, section 1.9.
     """
-    mechanism = as_mechanism(model)
     methods = [method] if method else ACCELERATION_METHODS[: 1 if len(mechanism.coordinates) > MAX_FACTORISED else None]
     solved = _solved(_composed(mechanism, _carried(mechanism)), methods)
     if solved.solution is None and not any(c.massless for c in mechanism.constraints):
@@ -170,7 +167,7 @@ def _composed(mechanism: Mechanism, carried: Mapping[int, float]) -> _Composed:
     graph = Graph()
     variables = declare(graph, mechanism)
     put = translator(graph, mechanism, variables)
-    variables = replace(variables, further_rates=tuple(put(state.derivative) for state in further_states(mechanism)))
+    variables = replace(variables, further_rates=tuple(put(state.derivative) for state in mechanism.states))
     composer = Composer(graph, mechanism, put, variables)
     constraints = compose(graph, mechanism, composer.put, variables)
     inertias = {constraints.velocities[k]: graph.constant(Fraction(weight)) for k, weight in sorted(carried.items())}

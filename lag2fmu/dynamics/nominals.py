@@ -27,7 +27,8 @@ import numpy as np
 from lag2fmu.description import names
 from lag2fmu.description.symbols import Coordinate
 from lag2fmu.dynamics.parts import Constraints, Entries, Variables
-from lag2fmu.dynamics.samples import mass_matrices, start_values
+from lag2fmu.dynamics.samples import mass_matrices
+from lag2fmu.dynamics.starts import start_values
 from lag2fmu.graph.autodiff import Forward
 from lag2fmu.graph.batches import Floats, matrix
 from lag2fmu.graph.graph import Graph, Node

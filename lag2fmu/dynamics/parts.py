@@ -24,7 +24,7 @@ class Variables:
     ``multipliers``: one for each constraint, (m,). ``forces``: those of the rows that modes switch, see ``Rows``; of
     latches they are multipliers too. ``motions`` holds (y0, y0_dot, y0_ddot) for each motion input.
     ``rates`` holds the first, then the second time derivatives of all inputs; it is empty unless
-    ``variables.has_input_rates``.
+    ``Mechanism.has_input_rates``.
     """
 
     t: Node

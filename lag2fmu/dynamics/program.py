@@ -9,6 +9,7 @@ from lag2fmu.dynamics.equations import EquationsOfMotion
 from lag2fmu.dynamics.functions import Array, Function, Program, TableArgument, filling
 from lag2fmu.dynamics.kinks import switched
 from lag2fmu.dynamics.modes import Modes, sliding_forces, with_rows
+from lag2fmu.dynamics.open_rows import solve_open
 from lag2fmu.dynamics.row_functions import contact_events, rows_in_all_modes, time_stepping_rows
 from lag2fmu.dynamics.row_tables import SparseRows
 from lag2fmu.dynamics.schur_complement import solve_constrained
@@ -17,6 +18,7 @@ from lag2fmu.dynamics.tables import watched_arguments
 from lag2fmu.dynamics.tangent import Tangent, differentiate
 from lag2fmu.dynamics.terms import canonical
 from lag2fmu.dynamics.time_derivatives import SecondDerivatives, differentiate_twice
+from lag2fmu.graph.graph import Node
 
 __all__ = ["Array", "Function", "Program", "lower"]
 
@@ -47,7 +49,7 @@ def lower(
     g, v = equations.graph, equations.variables
     outputs = frozenset((*equations.mechanism.output_names, *promoted))
     sparse = sparse_rows(equations, modes, places) if time_stepping and places else None
-    functions, arguments, factor_size = _functions(equations, modes, outputs, variational, sparse)
+    functions, arguments, factor_size = _functions(equations, modes, places, outputs, variational, sparse)
     found = switched(
         g, v, equations.mechanism, functions, masks=len(modes.numbers), conditions=equations.rows.conditions
     )
@@ -79,6 +81,7 @@ def lower(
 def _functions(
     equations: EquationsOfMotion,
     modes: Modes,
+    places: tuple[int, ...],
     outputs: Collection[str],
     variational: bool,
     sparse: SparseRows | None,
@@ -92,7 +95,7 @@ def _functions(
     doc = "Momenta, energies and outputs y."
     functions = (
         filling("mechanism_dependent", "Dependent parameters c.", (p,), c=equations.dependent.values()),
-        _accelerations(equations, state),
+        _accelerations(equations, places, sliding, state),
         _dynamics(equations, state),
         factor,
         solution,
@@ -114,10 +117,12 @@ def _functions(
     return functions, tuple(argument for _, argument in watched), len(factor.results) - len(v.q)
 
 
-def _accelerations(equations: EquationsOfMotion, state: tuple[Array, ...]) -> Function:
+def _accelerations(
+    equations: EquationsOfMotion, places: tuple[int, ...], sliding: tuple[Node, ...], state: tuple[Array, ...]
+) -> Function:
     """qdd and the pivots of its elimination. Pivots of 0 say that there is no solution on the graph."""
     if len(equations.constraints):
-        return _constrained_accelerations(equations, state)
+        return _constrained_accelerations(equations, places, sliding, state)
     zeros = (equations.graph.zero,) * len(equations.forcing)
     found = equations.solution
     doc = f"Accelerations qdd by {equations.method}, and its pivots: qdd is usable if all of them are positive."
@@ -126,7 +131,9 @@ def _accelerations(equations: EquationsOfMotion, state: tuple[Array, ...]) -> Fu
     )
 
 
-def _constrained_accelerations(equations: EquationsOfMotion, state: tuple[Array, ...]) -> Function:
+def _constrained_accelerations(
+    equations: EquationsOfMotion, places: tuple[int, ...], sliding: tuple[Node, ...], state: tuple[Array, ...]
+) -> Function:
     """qdd and the multipliers under constraints; all pivots are 0 without a solution on the graph.
 
     The argument ``drift``, (m,), enters G qdd + gamma + drift = 0; the runtime uses it to reduce the constraints'
@@ -134,10 +141,12 @@ def _constrained_accelerations(equations: EquationsOfMotion, state: tuple[Array,
     """
     g, n, m = equations.graph, len(equations.forcing), len(equations.constraints)
     drift = tuple(g.symbol(f"drift {k}") for k in range(m))
-    found = None if len(equations.rows) else solve_constrained(equations, drift)  # modes change what is independent
+    rows = len(equations.rows) > 0
+    found = solve_open(equations, places, sliding, drift) if rows else solve_constrained(equations, drift)
     doc = (
         "Accelerations and behind them the multipliers, with G qdd + gamma + drift = 0. Usable if the pivots of M and "
         "the margins of the constraints are positive, and the squares of their distances have not shrunk."
+        + (" In modes in which no contact, stop, dry friction or latch holds." if rows else "")
     )
     return filling(
         "mechanism_accelerations",

@@ -22,6 +22,9 @@ def rows_in_all_modes(
     doc = "Of all rows in any mode: positions phi, velocities v, their Jacobian G (row-major), gamma of G qdd + gamma."
     of_rows = {"phi": rows.positions, "v": rows.velocities, "G": jacobian, "gamma": rows.accelerations}
     yield filling("mechanism_rows", doc, state, **of_rows)
+    doc = "What event functions take of the rows: gaps phi, slip velocities v of the rows that may slide."
+    slips = [rows.velocities[row] for row in rows.frictional]
+    yield filling("mechanism_slips", doc, state, phi=rows.gaps, v=slips)
     doc = "Coefficients of contacts: restitution e, sliding friction mu, static friction mu_s."
     of_contacts = {"e": rows.restitution, "mu": rows.friction, "mu_s": rows.static_friction}
     yield filling("mechanism_contacts", doc, state, **of_contacts)

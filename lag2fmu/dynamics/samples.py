@@ -9,33 +9,14 @@ import numpy as np
 
 from lag2fmu.description import names
 from lag2fmu.dynamics.parts import Entries, Solution
-from lag2fmu.dynamics.variables import further_states, has_input_rates
+from lag2fmu.dynamics.starts import State, start_values
 from lag2fmu.errors import DerivationError
 from lag2fmu.graph.batches import Floats, evaluate, matrix
 from lag2fmu.graph.graph import Graph, Node
 from lag2fmu.mechanism.record import Mechanism
 
-State = dict[str, float]
-"""The values of all variables, by name, in SI units."""
 RESOLVED = 1e-12
 """Parts of an inertia that are smaller than this, by which a motion differs from others, are lost in rounding."""
-
-
-def start_values(mechanism: Mechanism) -> State:
-    """The start values of all variables by name (SI); accelerations and external forces are 0."""
-    values = {"t": 0.0}
-    for c in mechanism.coordinates:
-        values |= {c.name: c.start, names.velocity(c.name): c.velocity, names.acceleration(c.name): 0.0}
-        values[names.generalized_force(c.name)] = 0.0
-    values |= {names.multiplier(c.name): 0.0 for c in mechanism.constraints}
-    values |= {state.name: state.start for state in further_states(mechanism)}
-    for u in mechanism.inputs:
-        values |= {u.name: u.start, names.velocity(u.name): 0.0, names.acceleration(u.name): 0.0}
-    if has_input_rates(mechanism):
-        first = [names.rate(name) for name in values if name != "t"]
-        values |= dict.fromkeys((*first, *map(names.rate, first)), 0.0)
-    values |= {p.name: p.value for p in mechanism.parameters if p.value is not None}
-    return values
 
 
 def samples(mechanism: Mechanism, count: int) -> Iterator[State]:
@@ -44,7 +25,7 @@ def samples(mechanism: Mechanism, count: int) -> Iterator[State]:
     start = start_values(mechanism)
     parameters = {p.name for p in mechanism.parameters}
     nominal = {c.name: c.nominal for c in mechanism.coordinates}
-    nominal |= {z.name: z.nominal for z in further_states(mechanism)}
+    nominal |= {z.name: z.nominal for z in mechanism.states}
     for _ in range(count):
         yield {
             name: value * generator.uniform(0.9, 1.1)

@@ -20,7 +20,7 @@ import numpy as np
 
 from lag2fmu.dynamics.elimination import solve
 from lag2fmu.dynamics.equations import EquationsOfMotion
-from lag2fmu.dynamics.samples import start_values
+from lag2fmu.dynamics.starts import start_values
 from lag2fmu.graph.batches import Floats
 from lag2fmu.graph.graph import Graph, Node
 

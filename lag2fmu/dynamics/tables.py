@@ -9,7 +9,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Collection, Iterable, Iterator, Sequence
-from dataclasses import replace
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -18,7 +18,7 @@ from lag2fmu.description.tables import Table
 from lag2fmu.dynamics.functions import Array, Function, TableArgument, nodes_of, with_nodes
 from lag2fmu.graph.graph import Graph, Node
 from lag2fmu.graph.interpolants import Interpolant
-from lag2fmu.graph.operations import CODE, LOOKUP, SYMBOL
+from lag2fmu.graph.operations import CODE, SYMBOL
 
 Floats = NDArray[np.float64]
 
@@ -74,14 +74,14 @@ def watched_arguments(
     return [(argument, range_of) for (argument, _), range_of in found.items()]
 
 
-MOST_KINKS = 64
-"""A table with more kinks than this is passed by solvers without a stop at each."""
+MOST_KINKS, MOST_PIECES = 64, 256
+"""A table with more kinks than this, or more pieces between them, is passed by solvers without a stop at each."""
 
 
 def in_pieces(
     graph: Graph, functions: Sequence[Function], effective: Sequence[Node], moving: Collection[Node]
 ) -> tuple[Function, ...]:
-    """``functions`` whose tables of one argument with kinks are choices between smooth pieces.
+    """``functions`` whose tables with kinks are choices between smooth pieces.
 
     Those that ``effective`` nodes need, with arguments that contain ``moving`` variables: their kinks then are
     switches like others. A linear table with an error outside stays as it is, for a piece has no end.
@@ -101,38 +101,76 @@ def in_pieces(
 
 
 def _has_pieces(graph: Graph, node: Node, moving: set[Node]) -> bool:
-    if graph.code[node] != LOOKUP:
+    arity = LOOKUPS.get(graph.code[node])
+    if arity is None:
         return False
-    table, argument = graph.tables[int(graph.value(graph.operands[node][0]))], graph.operands[node][-1]
-    located = table.outside != "error" and 0 < len(table.kinks()) <= MOST_KINKS
-    return located and graph.code[argument] != CODE["passed"] and not moving.isdisjoint(graph.cone([argument]))
+    table, arguments = graph.tables[int(graph.value(graph.operands[node][0]))], graph.operands[node][-arity:]
+    counts = [len(table.kinks(axis)) for axis in range(arity)]
+    few = sum(counts) <= MOST_KINKS and math.prod(count + 1 for count in counts) <= MOST_PIECES
+    located = [x for x in arguments if graph.code[x] != CODE["passed"] and not moving.isdisjoint(graph.cone([x]))]
+    return table.outside != "error" and few and any(counts) and len(located) > 0
+
+
+@dataclass(frozen=True)
+class _Cell:
+    """Where a piece lies along one argument: the interval ``index`` between knots, None for all of them.
+
+    ``at`` is the argument there. Where the table is ``held`` beyond its ends, that is the end.
+    """
+
+    index: int | None
+    at: Node
+    held: bool = False
 
 
 def _pieced(graph: Graph, operands: Sequence[Node]) -> Node:
     """A lookup of ``operands`` as choices, at each kink between what is above and below it."""
-    number, order, x = operands
-    table, count = graph.tables[int(graph.value(number))], int(graph.value(order))
-    (knots,) = table.knots
-    if table.degree == 1:
-        pieces = [_piece(graph, table, i, count, x) for i in range(len(knots) - 1)]
-        bounds = [float(knot) for knot in knots[1:-1]]
-    else:
-        pieces, bounds = [graph.lookup(_continued(graph, table), (order,), (x,))], []
+    table, arity = graph.tables[int(graph.value(operands[0]))], len(operands) // 2
+    return _chosen(graph, table, operands[1 : 1 + arity], operands[1 + arity :], ())
+
+
+def _chosen(
+    graph: Graph, table: Interpolant, orders: Sequence[Node], arguments: Sequence[Node], cells: tuple[_Cell, ...]
+) -> Node:
+    """The choices along the arguments that are left, in these ``cells`` of those before them."""
+    if len(cells) == table.arity:
+        return _piece(graph, table, orders, cells)
+    x, knots = arguments[len(cells)], table.knots[len(cells)]
+    inside = range(len(knots) - 1) if table.degree == 1 else [None]
+    options = [_Cell(index, x) for index in inside]
     if table.outside == "hold":
-        first, last = (graph.constant(0 if count else float(table((0,), knots[i]))) for i in (0, -1))
-        pieces, bounds = [first, *pieces, last], [float(knots[0]), *bounds, float(knots[-1])]
+        first, last = (graph.constant(float(knots[i])) for i in (0, -1))
+        options = [_Cell(0, first, True), *options, _Cell(len(knots) - 2, last, True)]
+    pieces = [_chosen(graph, table, orders, arguments, (*cells, option)) for option in options]
     result = pieces[0]
-    for bound, piece in zip(bounds, pieces[1:], strict=True):
-        result = graph.choose(graph.subtract(x, graph.constant(bound)), piece, result)
+    for bound, piece in zip(table.kinks(len(cells)), pieces[1:], strict=True):
+        result = graph.choose(graph.subtract(x, graph.constant(float(bound))), piece, result)
     return result
 
 
-def _piece(graph: Graph, table: Interpolant, i: int, order: int, x: Node) -> Node:
-    """The derivative of the polynomial of interval ``i``, wherever x is, by Horner's rule."""
-    distance, value = graph.subtract(x, graph.constant(float(table.knots[0][i]))), graph.zero
-    for k in range(table.degree, order - 1, -1):
-        factor = graph.constant(math.perm(k, order) * float(table.coefficients[i, k]))
-        value = graph.add(graph.multiply(value, distance), factor)
+def _piece(graph: Graph, table: Interpolant, orders: Sequence[Node], cells: Sequence[_Cell]) -> Node:
+    """The derivative of ``orders`` of the polynomial in these ``cells``, wherever the arguments are."""
+    counts = [int(graph.value(order)) for order in orders]
+    if any(count > 0 and cell.held for count, cell in zip(counts, cells, strict=True)):
+        return graph.zero
+    if all(cell.held for cell in cells):
+        return graph.constant(float(table(counts, *(float(graph.value(cell.at)) for cell in cells))))
+    if table.degree > 1:
+        return graph.lookup(_continued(graph, table), orders, [cell.at for cell in cells])
+    coefficients = table.coefficients[tuple(cell.index or 0 for cell in cells)]
+    places = [(cell.at, float(table.knots[axis][cell.index or 0])) for axis, cell in enumerate(cells)]
+    distances = [graph.subtract(at, graph.constant(knot)) for at, knot in places]
+    return _polynomial(graph, coefficients, distances, counts)
+
+
+def _polynomial(graph: Graph, coefficients: Floats, distances: Sequence[Node], orders: Sequence[int]) -> Node:
+    """The derivative of ``orders`` of the sum of ``coefficients`` times powers of ``distances``, by Horner's rule."""
+    value = graph.zero
+    for k in range(len(coefficients) - 1, orders[0] - 1, -1):
+        part = math.perm(k, orders[0]) * coefficients[k]
+        last = len(distances) == 1
+        factor = graph.constant(float(part)) if last else _polynomial(graph, part, distances[1:], orders[1:])
+        value = graph.add(graph.multiply(value, distances[0]), factor)
     return value
 
 

@@ -139,7 +139,7 @@ def _hessian(graph: Graph, mechanism: Mechanism, v: Variables, remainder: Node) 
     return [(a, b, next(resting)) for a in v.qd for b in v.qd]
 
 
-def _generalized_forces(graph: Graph, v: Variables, energies: Energies) -> list[Node]:
+def generalized_forces(graph: Graph, v: Variables, energies: Energies) -> list[Node]:
     """Q of the loads and inputs, (n,)."""
     rows = zip(
         reverse(graph, energies.effort, v.q), reverse(graph, energies.impetus, v.qd), energies.direct, strict=True
@@ -160,7 +160,7 @@ def canonical(graph: Graph, v: Variables, energies: Energies) -> tuple[list[Node
     action = graph.total([energies.lagrangian(graph), *carried])
     gradient = reverse(graph, {action: graph.one}, [*v.qd, *v.q])
     friction = reverse(graph, {energies.dissipation: graph.one}, v.qd)
-    rows = zip(gradient[len(v.q) :], _generalized_forces(graph, v, energies), friction, strict=True)
+    rows = zip(gradient[len(v.q) :], generalized_forces(graph, v, energies), friction, strict=True)
     return gradient[: len(v.q)], [graph.subtract(graph.add(slope, Q), drag) for slope, Q, drag in rows]
 
 
@@ -176,7 +176,7 @@ def named_energies(graph: Graph, v: Variables, energies: Energies, momenta: Sequ
         if not v.moves(graph, energies.potential_energy):
             named["total_energy"] = graph.add(energies.kinetic_energy, energies.potential_energy)
     named["generalized_energy"] = graph.subtract(graph.dot(v.qd, momenta), energies.lagrangian(graph))
-    forces = _generalized_forces(graph, v, energies)
+    forces = generalized_forces(graph, v, energies)
     silent = graph.substitute(forces, dict.fromkeys((*v.Q, *v.plain), graph.zero))
     external = [graph.subtract(a, b) for a, b in zip(forces, silent, strict=True)]
     named["external_power"] = graph.dot(external, v.qd)

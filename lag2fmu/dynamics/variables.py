@@ -19,17 +19,12 @@ from lag2fmu.language.vocabulary import symbol
 from lag2fmu.mechanism.record import Mechanism
 
 
-def further_states(mechanism: Mechanism) -> tuple[State, ...]:
-    """The further states in the order of the vector z: those of the user."""
-    return mechanism.states
-
-
 def integrated_states(mechanism: Mechanism) -> tuple[State, ...]:
     """The further states that an FMU integrates: those of the user, and of a hybrid mechanism the dissipated energy."""
     if not mechanism.hybrid:
-        return further_states(mechanism)
+        return mechanism.states
     doc = "energy that friction, dampers and impacts have taken since the start"
-    return (*further_states(mechanism), State(names.DISSIPATED_ENERGY, JOULE, 0.0, sp.S.Zero, 1.0, doc))
+    return (*mechanism.states, State(names.DISSIPATED_ENERGY, JOULE, 0.0, sp.S.Zero, 1.0, doc))
 
 
 def declare(graph: Graph, mechanism: Mechanism) -> Variables:
@@ -54,25 +49,16 @@ def declare(graph: Graph, mechanism: Mechanism) -> Variables:
             for u in mechanism.motions
         ),
         parameters=nodes([p.name for p in mechanism.parameters if p.value is not None]),
-        further=nodes([state.name for state in further_states(mechanism)]),
+        further=nodes([state.name for state in mechanism.states]),
         filtered=tuple(
             nodes([name, names.velocity(name)])  # type: ignore[misc]
             for name in mechanism.filtered
         ),
     )
-    if not has_input_rates(mechanism):
+    if not mechanism.has_input_rates:
         return v
     first = [names.rate(str(graph.leaf[node])) for node in v.inputs]
     return replace(v, rates=nodes([*first, *map(names.rate, first)]))
-
-
-def has_input_rates(mechanism: Mechanism) -> bool:
-    """Whether the equations of ``mechanism`` contain the time derivatives of inputs.
-
-    Forces move the equilibrium of a coordinate without mass; where that is a constraint, its derivatives contain their
-    rates. Filters of motions are led by the derivatives of what they follow.
-    """
-    return bool(mechanism.filtered) or any(c.massless for c in mechanism.constraints)
 
 
 def _forces(mechanism: Mechanism) -> list[str]:

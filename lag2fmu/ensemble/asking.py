@@ -69,6 +69,7 @@ def batch_of(
     ``events`` {name: number in the runtime} are those that can be asked for. ``default_stop`` is a stop time in s; a
     method of ``fixed_step`` takes the mechanism's usual step by default.
     """
+    _check_choices(asked)
     knot_times = _knot_times(asked)
     inputs = {name: _signal(name, value, asked, len(knot_times)) for name, value in asked.inputs.items()}
     vectors = _vectors(asked, default_stop)
@@ -118,6 +119,15 @@ def batch_of(
     )
 
 
+def _check_choices(asked: Asked) -> None:
+    """Raise LoadError for numbers that count nothing, and for a name where names are expected."""
+    for name in ("most_crossings", "most_events"):
+        _check_number(name, getattr(asked, name))
+    for name in ("outputs", "extremes", "crossings", "events"):
+        value = getattr(asked, name)
+        _expect(not isinstance(value, str), f"{name} is {value!r}", f"a list of names, [{value!r}]")
+
+
 _TIMES = ("stop_time", "step", "max_step")
 
 
@@ -137,10 +147,19 @@ def _times(asked: Asked, given: Mapping[str, Floats]) -> tuple[Floats, Floats, F
     """Stop times, steps and longest steps, (r,) in s, checked; a longest step that is not given is NaN."""
     stops, steps, longest = (given[name] for name in _TIMES)
     start = float(asked.start_time)
-    _expect(np.isfinite(stops).all() and (stops > start).all(), f"stop_time is {stops.min():g}", f"more than {start:g}")
-    _expect(asked.tolerance >= 2e-15, f"tolerance is {asked.tolerance:g}", "at least 2e-15")
-    _expect((steps >= 0).all() and (longest >= 0).all(), "a step is negative", "0, for automatic, or more")
+    _expect(np.isfinite(start), f"start_time is {start:g}", "a finite time in s")
+    bad = stops[~(np.isfinite(stops) & (stops > start))]
+    _expect(not len(bad), f"stop_time is {bad.min(initial=np.inf):g}", f"finite times, more than {start:g}")
+    _expect(2e-15 <= asked.tolerance <= 1.0, f"tolerance is {asked.tolerance:g}", "2e-15 to 1")
+    for name, values in (("step", steps), ("max_step", longest)):
+        _expect((values >= 0).all(), f"{name} is {values.min():g}", "0, for automatic, or more")
     return stops, steps, np.where(longest > 0, longest, np.nan)
+
+
+def _check_number(name: str, value: object) -> None:
+    """Raise LoadError for what is no number to count with."""
+    counts = isinstance(value, int | np.integer) and not isinstance(value, bool) and value >= 0
+    _expect(counts, f"{name} is {value!r}", "a whole number, 0 or more")
 
 
 def _expect(holds: object, found: str, expected: str) -> None:
@@ -187,12 +206,16 @@ def _unknown(kind: str, name: str, known: Iterable[str]) -> LoadError:
     return LoadError(f"{kind} '{name}': there is no such variable; known are {', '.join(near) or 'none'}")
 
 
+def _numbers(what: str, value: ArrayLike) -> Floats:
+    try:
+        return np.asarray(value, dtype=np.float64)
+    except (TypeError, ValueError) as error:
+        raise LoadError(f"{what} is {value!r}; expected numbers") from error
+
+
 def _vector(what: str, value: ArrayLike) -> Floats:
     """``value`` as (r,), or as (1,) where it is one number for all runs."""
-    try:
-        vector = np.atleast_1d(np.asarray(value, dtype=np.float64))
-    except (TypeError, ValueError) as error:
-        raise LoadError(f"{what} is {value!r}; expected a number, or one for each run") from error
+    vector = np.atleast_1d(_numbers(what, value))
     _expect(vector.ndim == 1 and len(vector), f"{what} has shape {vector.shape}", "a number, or one for each run")
     return vector
 
@@ -211,9 +234,9 @@ def _knot_times(asked: Asked) -> Floats:
 
 def _signal(name: str, value: ArrayLike, asked: Asked, knots: int) -> Floats:
     """An input at the knots, (r, k), or (1, k) where all runs have the same."""
-    values = np.asarray(value, dtype=np.float64)
     if asked.input_times is None:
-        return _vector(f"input '{name}'", values)[:, None]
+        return _vector(f"input '{name}'", value)[:, None]
+    values = _numbers(f"input '{name}'", value)
     if values.ndim == 2 or values.shape == (knots,):
         rows = np.atleast_2d(values)
         _expect(rows.shape[1] == knots, f"input '{name}' has shape {values.shape}", f"{knots} values, as input_times")
@@ -274,11 +297,18 @@ def _inputs(table: VariableTable, given: Mapping[str, Floats], knots: int, runs:
 
 def _sample_times(asked: Asked, start: float, stop: float) -> Floats:
     """The times of the samples; a number of them is spread over the run, both ends included."""
-    if isinstance(asked.samples, int):
-        _expect(asked.samples >= 0, f"samples = {asked.samples}", "a number of samples, or their times")
+    if isinstance(asked.samples, int | np.integer):
+        _check_number("samples", asked.samples)
         return np.linspace(start, stop, asked.samples)
-    times = np.array(asked.samples, dtype=np.float64).reshape(-1)
-    _expect((np.diff(times) > 0).all(), "the times of samples do not ascend", "each to be later than the one before")
+    times = _numbers("samples", asked.samples).reshape(-1)
+    _expect(
+        np.ndim(asked.samples) == 1, f"samples is {asked.samples!r}", "a number of samples, or a list of times in s"
+    )
+    _expect(
+        np.isfinite(times).all() and (np.diff(times) > 0).all(),
+        "the times of samples do not ascend",
+        "each to be later than the one before",
+    )
     _expect(
         not len(times) or (times[0] >= start and times[-1] <= stop),
         f"samples reach from {times[0] if len(times) else 0:g} s to {times[-1] if len(times) else 0:g} s",

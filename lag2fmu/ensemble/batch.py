@@ -15,6 +15,8 @@ Integers = NDArray[np.int64]
 
 WAITS, DONE, LEFT, FAILED = range(4)
 """The status of a run: see batch.h."""
+STOPPED = 2**62
+"""A number of the next run that ends the work of all threads: see batch.h."""
 REASON = 1024
 """The longest sentence on why a run failed, in bytes, with its end."""
 
@@ -111,4 +113,4 @@ def run_batch(library: Library, name: str, batch: Batch, threads: int, *further:
         function(ctypes.byref(struct), memory, *pointers)
 
     batch.next[...] = 0
-    in_threads(work, range(threads))
+    in_threads(work, range(threads), lambda: batch.next.fill(STOPPED))

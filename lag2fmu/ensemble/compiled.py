@@ -19,9 +19,10 @@ from lag2fmu.ensemble.asking import Asked, batch_of, columns_of, motions_alone, 
 from lag2fmu.ensemble.batch import DONE, FAILED, REASON, Batch, run_batch
 from lag2fmu.ensemble.libraries import Library, built, lanes_here
 from lag2fmu.ensemble.results import Runs
-from lag2fmu.errors import SimulationError
-from lag2fmu.fmu.advice import check_solver, suited_solver
+from lag2fmu.errors import LoadError, SimulationError
+from lag2fmu.fmu.advice import suited_solver
 from lag2fmu.fmu.event_variables import event_names
+from lag2fmu.fmu.method_check import check_solver
 from lag2fmu.fmu.variables import build_table
 from lag2fmu.formats.loading import as_mechanism
 from lag2fmu.mechanism.record import Mechanism
@@ -79,6 +80,10 @@ class Ensemble:
     def __repr__(self) -> str:
         """One line: of what, with which solver, in how many lanes."""
         return f"<Ensemble of {self.mechanism.name}: solver {self.solver}, {self.lanes or 'no'} lanes>"
+
+    def __getstate__(self) -> dict[str, object]:
+        """All but the loaded libraries, which the process that reads this compiles for its own processor."""
+        return {name: value for name, value in vars(self).items() if name not in {"_lanes", "_scalar"}}
 
     @property
     def names(self) -> tuple[str, ...]:
@@ -153,7 +158,9 @@ class Ensemble:
             self.mechanism.experiment.stop_time,
             fixed_step=self._method.error_order == 0,
         )
-        threads = max(1, threads or os.cpu_count() or 1)
+        if threads is not None and threads < 1:
+            raise LoadError(f"threads = {threads}; expected at least 1, or None for as many as processors")
+        threads = threads or os.cpu_count() or 1
         if self.lanes and not motions_alone(batch, len(self.mechanism.motions)):
             if self._program.constraints:
                 settled = batch.starts.copy()

@@ -15,7 +15,7 @@ from lag2fmu.codegen.lanes import render_external, render_function
 from lag2fmu.description import names
 from lag2fmu.dynamics.lagrange import derive
 from lag2fmu.dynamics.plain import KNOWNS, plain_functions
-from lag2fmu.dynamics.samples import start_values
+from lag2fmu.dynamics.starts import start_values
 from lag2fmu.ensemble.libraries import Library, built, in_threads, lanes_here
 from lag2fmu.errors import ExportError, LoadError
 from lag2fmu.fmu.backends.backend import identifier_of
@@ -63,6 +63,10 @@ class StateFunction:
         """One line: of what, and its sizes."""
         sizes = ", ".join(f"{len(entries)} {known}" for known, entries in self.names.items())
         return f"<StateFunction of {self.mechanism.name}: {sizes}>"
+
+    def __getstate__(self) -> dict[str, object]:
+        """All but the loaded library, which the process that reads this compiles for its own processor."""
+        return {name: value for name, value in vars(self).items() if name != "_library"}
 
     @property
     def sparsity(self) -> dict[str, NDArray[np.bool_]]:

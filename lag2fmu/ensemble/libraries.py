@@ -31,14 +31,21 @@ def built(sources: Mapping[str, str], name: str, compiler: str) -> Library:
     return Library(compile_here(sources, name, compiler), f"{name}{host_platform().suffix}")
 
 
-def in_threads(work: Callable[[Part], None], parts: Iterable[Part]) -> None:
-    """Do the ``work`` on all ``parts``, each in a thread of its own; one alone in this thread."""
+def in_threads(work: Callable[[Part], None], parts: Iterable[Part], stop: Callable[[], None] = lambda: None) -> None:
+    """Do the ``work`` on all ``parts``, each in a thread of its own; one alone in this thread.
+
+    ``stop`` makes the work end where this thread is interrupted.
+    """
     parts = list(parts)
     if len(parts) == 1:
         work(parts[0])
         return
     with ThreadPoolExecutor(len(parts)) as pool:
-        list(pool.map(work, parts))
+        try:
+            list(pool.map(work, parts))
+        except BaseException:
+            stop()
+            raise
 
 
 class Library:

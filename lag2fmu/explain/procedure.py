@@ -11,11 +11,9 @@ from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass
 from functools import cached_property
 
-import numpy as np
 import sympy as sp
 
 from lag2fmu.description import names
-from lag2fmu.description.symbols import Coordinate
 from lag2fmu.dynamics.equations import EquationsOfMotion
 from lag2fmu.dynamics.formulas import Expressions, expressions
 from lag2fmu.dynamics.lagrange import complete, derive
@@ -32,11 +30,10 @@ from lag2fmu.explain.length import (
 )
 from lag2fmu.explain.notation import LATEX, TEXT, Notation
 from lag2fmu.explain.ports import port_sentences
-from lag2fmu.explain.words import amount, axes, pose, unit_text, vector
+from lag2fmu.explain.words import axes, coordinate_words, freedom, pose, vector
 from lag2fmu.language.vocabulary import symbol
 from lag2fmu.mechanism.record import Mechanism
 from lag2fmu.reference.composition import Composition
-from lag2fmu.reference.energies import EnergyFunctions
 
 MOST_WRITTEN = 50_000
 """Equations with more operations than this are not written."""
@@ -89,11 +86,11 @@ class _Steps:
                 *(self._say(f"{p.prefix}... are names of the part {p.of.title}") for p in m.description.parts),
             ],
         )
-        yield "Degrees of freedom", [self._say(self._freedom())]
+        yield "Degrees of freedom", [self._say(freedom(m))]
         yield (
             "Generalized coordinates",
             [
-                self._say(self._coordinate(q, new))
+                self._say(f"{self.notation.name(q.name)}: {coordinate_words(q, new)}")
                 for q, new in zip(m.coordinates, self.equations.mechanism.coordinates, strict=True)
             ],
         )
@@ -180,28 +177,6 @@ class _Steps:
     @cached_property
     def _lagrangian(self) -> sp.Expr:
         return tidy(self.composition.kinetic) - tidy(self.composition.potential)
-
-    def _coordinate(self, q: Coordinate, starting: Coordinate) -> str:
-        """What the coordinate is, with values that were not written or may be misread."""
-        remarks = [] if starting.start == q.start else [f"starts at {amount(starting.start, q)}, by the constraints"]
-        if q.nominal_from not in ("", "given"):
-            remarks.append(f"nominal {amount(q.nominal, q)}, from {q.nominal_from}")
-        bounds = [f"{key} {amount(x, q)}" for key, x in (("min", q.minimum), ("max", q.maximum)) if x is not None]
-        if bounds:
-            remarks.append(f"{' and '.join(bounds)} {'is no stop' if len(bounds) == 1 else 'are no stops'}")
-        head = f"{self.notation.name(q.name)}: {q.doc or 'generalized coordinate'}{unit_text(q.unit)}"
-        return "; ".join([head, *remarks])
-
-    def _freedom(self) -> str:
-        """s, which is smaller than the number of coordinates where independent constraints hold."""
-        m = self.mechanism
-        if not m.constraints:
-            return f"s = {len(m.coordinates)}"
-        energies = EnergyFunctions(m)
-        jacobian = energies.constraints(energies.state(0.0, *energies.start()))[3]
-        rank = int(np.linalg.matrix_rank(jacobian, tol=1e-8))
-        redundant = f", {len(jacobian) - rank} of {len(jacobian)} constraints redundant" * (rank < len(jacobian))
-        return f"s = {len(m.coordinates)} coordinates - {rank} constraints = {len(m.coordinates) - rank}{redundant}"
 
     def _constraints(self) -> list[str]:
         """The constraints as equations, with what kind they are."""

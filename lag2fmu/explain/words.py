@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
+import numpy as np
 import sympy as sp
 
 from lag2fmu.description.places import Frame
@@ -11,6 +12,7 @@ from lag2fmu.description.symbols import Coordinate
 from lag2fmu.language.expressions import to_text
 from lag2fmu.language.units import Unit
 from lag2fmu.mechanism.record import Mechanism
+from lag2fmu.reference.energies import EnergyFunctions
 
 
 def amount(value: float, q: Coordinate) -> str:
@@ -48,3 +50,25 @@ def axes(m: Mechanism) -> str:
     if m.gravity.direction is None:
         return f"{fixed}, gravity along -{'xyz'[m.dimension - 1]}"
     return f"{fixed}, gravity along ({', '.join(to_text(d) for d in m.gravity.direction)})"
+
+
+def coordinate_words(q: Coordinate, starting: Coordinate) -> str:
+    """What the coordinate ``q`` is, with values that were not written or may be misread; it starts as ``starting``."""
+    remarks = [] if starting.start == q.start else [f"starts at {amount(starting.start, q)}, by the constraints"]
+    if q.nominal_from not in ("", "given"):
+        remarks.append(f"nominal {amount(q.nominal, q)}, from {q.nominal_from}")
+    bounds = [f"{key} {amount(x, q)}" for key, x in (("min", q.minimum), ("max", q.maximum)) if x is not None]
+    if bounds:
+        remarks.append(f"{' and '.join(bounds)} {'is no stop' if len(bounds) == 1 else 'are no stops'}")
+    return "; ".join([f"{q.doc or 'generalized coordinate'}{unit_text(q.unit)}", *remarks])
+
+
+def freedom(m: Mechanism) -> str:
+    """s, which is smaller than the number of coordinates where independent constraints hold."""
+    if not m.constraints:
+        return f"s = {len(m.coordinates)}"
+    energies = EnergyFunctions(m)
+    jacobian = energies.constraints(energies.state(0.0, *energies.start()))[3]
+    rank = int(np.linalg.matrix_rank(jacobian, tol=1e-8))
+    redundant = f", {len(jacobian) - rank} of {len(jacobian)} constraints redundant" * (rank < len(jacobian))
+    return f"s = {len(m.coordinates)} coordinates - {rank} constraints = {len(m.coordinates) - rank}{redundant}"

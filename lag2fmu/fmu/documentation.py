@@ -15,19 +15,18 @@ from lag2fmu.fmu.backends.backend import Content
 from lag2fmu.fmu.carried import EQUATIONS
 from lag2fmu.fmu.elements import ENUMERATIONS
 from lag2fmu.fmu.live_page import live_document
+from lag2fmu.fmu.pack import PAGE
 from lag2fmu.fmu.scalar_variable import ScalarVariable
 from lag2fmu.fmu.sketch import sketch
 from lag2fmu.live.document import licences
 from lag2fmu.live.samples import Samples
-from lag2fmu.picture.drawing import draw, drawable, layout_of
+from lag2fmu.picture.drawing import draw
+from lag2fmu.picture.layout import drawable, layout_of
 from lag2fmu.picture.scene import Scene
 from lag2fmu.resources import resource_folder
 from lag2fmu.solvers.methods import METHODS
 
 Row = dict[str, str]
-
-PAGE = "documentation/index.html"
-"""What people read first, in the archive: where FMI 2.0.5, section 2.3, wants it."""
 
 
 def documentation(

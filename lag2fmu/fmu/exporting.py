@@ -12,24 +12,18 @@ from lag2fmu.dynamics.equations import EquationsOfMotion
 from lag2fmu.dynamics.functions import Program
 from lag2fmu.dynamics.lagrange import complete, derive
 from lag2fmu.dynamics.program import lower
-from lag2fmu.errors import ExportError, Lag2FmuError
-from lag2fmu.fmu.advice import (
-    check_solver,
-    damping,
-    moved_starts,
-    stack_of_events,
-    steps_over_impacts,
-    suited_solver,
-)
+from lag2fmu.errors import ExportError
+from lag2fmu.fmu.advice import damping, moved_starts, stack_of_events, steps_over_impacts, suited_solver
 from lag2fmu.fmu.backends import BACKENDS
 from lag2fmu.fmu.backends.backend import Choices
 from lag2fmu.fmu.carried import DESCRIPTION, MECHANISM_ENTRY, WITHOUT
 from lag2fmu.fmu.compilers import Progress
-from lag2fmu.fmu.documentation import PAGE, documentation, scene_at_start
+from lag2fmu.fmu.documentation import documentation, scene_at_start
 from lag2fmu.fmu.icon import icon
-from lag2fmu.fmu.live_page import page_choice
-from lag2fmu.fmu.model_description import ModelDescription
-from lag2fmu.fmu.pack import pack, read_text
+from lag2fmu.fmu.live_page import live, page_choice
+from lag2fmu.fmu.method_check import check_solver
+from lag2fmu.fmu.pack import pack
+from lag2fmu.fmu.record import Fmu
 from lag2fmu.fmu.terminals import terminals
 from lag2fmu.fmu.variables import promotable
 from lag2fmu.fmu.versions import VERSIONS
@@ -43,55 +37,6 @@ TERMINALS = "terminalsAndIcons/terminalsAndIcons.xml"
 STARTS = ("given", "equilibrium")
 _NOT_IN_XML = re.compile("[^\t\n\r -\ud7ff\ue000-\ufffd\U00010000-\U0010ffff]")
 """Characters that no XML document can hold (XML 1.0, production 2)."""
-
-
-@dataclass(frozen=True)
-class Fmu:
-    """An FMU that was exported: where it is, what it says, and the mechanism it was made of."""
-
-    path: Path
-    description: ModelDescription
-    solver_choice: str = ""
-    """A phrase on why this solver was chosen and how it treats fast vibrations; "" if there is nothing to say."""
-    moved_starts: str = ""
-    """A phrase on the start values that were moved to meet the constraints; "" if none was."""
-
-    def __repr__(self) -> str:
-        """One line: where it is, of what, with which solver."""
-        return f"<Fmu {self.path}: {self.mechanism.title}, solver {self.description.solver}>"
-
-    def _repr_html_(self) -> str:
-        """The same line, the page of the FMU in a frame, and a table of the variables, for a notebook."""
-        from html import escape
-
-        try:
-            page = escape(read_text(self.path, PAGE))
-        except Lag2FmuError:  # the file is gone
-            page = ""
-        style = "width: 100%; height: 40em; border: 1px solid silver; background: white"
-        frame = f'<iframe style="{style}" srcdoc="{page}"></iframe>' if page else ""
-        rows = "".join(
-            f"<tr><td>{v.name}</td><td>{v.causality}</td><td>{v.unit.si_name if v.unit else ''}</td>"
-            f"<td>{escape(v.doc)}</td></tr>"
-            for v in self.description.variables
-            if v.causality != "local"
-        )
-        return f"<p>{escape(repr(self)[1:-1])}</p>{frame}<table>{rows}</table>"
-
-    @property
-    def mechanism(self) -> Mechanism:
-        """The mechanism that the FMU was made of."""
-        return self.description.mechanism
-
-
-def is_fmu(model: object) -> bool:
-    """Whether ``model`` is an FMU already (an ``Fmu`` or a path that ends in .fmu)."""
-    return isinstance(model, Fmu) or (isinstance(model, (str, Path)) and Path(model).suffix == ".fmu")
-
-
-def fmu_path(model: object) -> Path:
-    """The path of a model for which ``is_fmu`` holds."""
-    return model.path if isinstance(model, Fmu) else Path(model)  # type: ignore[arg-type]
 
 
 def export(  # noqa: PLR0913 (choices of the user)
@@ -136,8 +81,10 @@ def export(  # noqa: PLR0913 (choices of the user)
     version = VERSIONS[fmi]
     if arrays and not version.has_ports:
         raise ExportError(f"--arrays: FMI {fmi} has no arrays; add --fmi 3.0, or leave --arrays out")
-    live = page_choice(page) == "live"
-    choices = Choices(solver or DEFAULT_SOLVER, platform, compiler, progress, version, arrays, frozenset(without), live)
+    maker = live if page_choice(page) == "live" else None
+    choices = Choices(
+        solver or DEFAULT_SOLVER, platform, compiler, progress, version, arrays, frozenset(without), maker
+    )
     build = BACKENDS[backend].prepare(choices)
     target = Path(path) if path is not None else Path(f"{mechanism.name}.fmu")
     _check_target(target)

@@ -4,8 +4,7 @@ from __future__ import annotations
 
 import os
 import re
-from collections.abc import Mapping
-from dataclasses import dataclass
+from collections.abc import Mapping, Sequence
 from importlib.util import find_spec
 from typing import Any
 
@@ -21,8 +20,11 @@ from lag2fmu.fmu.model_description import ModelDescription
 from lag2fmu.fmu.scalar_variable import ScalarVariable
 from lag2fmu.language.units import Unit
 from lag2fmu.live.document import document
-from lag2fmu.live.drawing import Drawing, drawing
+from lag2fmu.live.drawing import drawing
+from lag2fmu.live.page import Live
 from lag2fmu.live.samples import Samples
+from lag2fmu.live.spots import no_spots
+from lag2fmu.live.work import work
 from lag2fmu.mechanism.record import Mechanism
 
 PAGES = ("live", "static")
@@ -33,19 +35,6 @@ _FUNCTION = re.compile(r"\b(page_\w+)\(")
 _SHORT, _LONG, _SHOWN = 3.0, 30.0, 10.0
 """Experiments between these lengths (s) are shown in real time, others such that they take about the last one."""
 _LINES = 4
-
-
-@dataclass(frozen=True)
-class Live:
-    """What a live page has beside a static one: the ``picture`` and the ``module`` in WebAssembly."""
-
-    picture: Drawing | None
-    module: bytes
-
-    @property
-    def spatial(self) -> bool:
-        """Whether the mechanism is drawn in space."""
-        return self.picture is not None and not self.picture.data["planar"]
 
 
 def page_choice(page: str | None) -> str:
@@ -59,47 +48,46 @@ def page_choice(page: str | None) -> str:
     return choice if page or find_spec("ziglang") is not None else "static"
 
 
-def live(equations: EquationsOfMotion, program: Program, sources: Mapping[str, str]) -> Live:
+def live(
+    equations: EquationsOfMotion, program: Program, variables: Sequence[ScalarVariable], sources: Mapping[str, str]
+) -> Live:
     """The picture of the mechanism of ``equations``, and their ``program`` from the C ``sources`` of an FMU, compiled.
 
-    Raises BuildError if the compiler fails.
+    ``variables`` are those of the FMU. Raises BuildError if the compiler fails.
     """
     picture = attempted(lambda: drawing(equations.mechanism), None)
-    function = None
+    spots = no_spots()
     if picture is not None:
         try:
-            function = picture.spots.program(program)
+            spots = picture.spots.program(program)
         except DerivationError:  # a picture that depends on more than the state
             picture = None
-    texts = page_sources(sources, function)
-    return Live(picture, compile_module(texts, sorted(set(_FUNCTION.findall(texts["page.h"])))))
+    references = {v.name: v.value_reference for v in variables if v.derivative_of is None}
+    texts = page_sources(sources, {"picture": spots, "work": work(equations, references)})
+    data = None if picture is None else picture.data
+    return Live(data, compile_module(texts, sorted(set(_FUNCTION.findall(texts["page.h"])))))
 
 
 def live_document(
     context: Mapping[str, object], description: ModelDescription, made: Live, samples: Samples | None
 ) -> str:
     """The page as HTML; ``context`` is that of the static page; ``samples``: what its trajectory is compared with."""
-    picture = made.picture
     notes = context["sketch"][1] if context["sketch"] else ()  # type: ignore[index]
-    data = _data(description, picture, samples)
+    data = _data(description, made.picture, samples)
     return document({**context, "notes": notes}, data, made.module, spatial=made.spatial)
 
 
-def _data(description: ModelDescription, picture: Drawing | None, samples: Samples | None) -> dict[str, Any]:
+def _data(description: ModelDescription, picture: Mapping[str, Any] | None, samples: Samples | None) -> dict[str, Any]:
     mechanism = description.mechanism
     experiment, coordinates = mechanism.experiment, [c.name for c in mechanism.coordinates]
     stop = experiment.stop_time
-    known = [
-        v for v in description.variables if v.derivative_of is None and v.type in {"Real", "Integer", *ENUMERATIONS}
-    ]
-    known = [v for v in known if v.name not in names.SETTINGS and v.causality != "independent"]
     return {
         "name": mechanism.name,
         "experiment": {"stop": stop, "step": experiment.step, "tolerance": experiment.tolerance},
         "speed": 1 if _SHORT <= stop <= _LONG else float(f"{stop / _SHOWN:.1g}"),
-        "variables": [_variable(v, mechanism) for v in known],
+        "variables": [_variable(v, mechanism) for v in description.variables if _is_shown(v)],
         "coordinates": coordinates,
-        "drawing": None if picture is None else picture.data,
+        "drawing": picture,
         "plot": coordinates[:_LINES],
         "phase": [coordinates[0], names.velocity(coordinates[0])],
         "reference": None if samples is None else samples.data(),

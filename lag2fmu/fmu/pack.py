@@ -121,3 +121,7 @@ def damage(archive: zipfile.ZipFile, entry: zipfile.ZipInfo) -> str:
     except _UNREADABLE as error:
         return str(error) or type(error).__name__
     return ""
+
+
+PAGE = "documentation/index.html"
+"""What people read first, in the archive: where FMI 2.0.5, section 2.3, wants it."""

@@ -9,7 +9,8 @@ from lag2fmu.codegen.templates import render
 from lag2fmu.dynamics.lagrange import derive
 from lag2fmu.errors import Lag2FmuError
 from lag2fmu.mechanism.record import Mechanism
-from lag2fmu.picture.drawing import draw, drawable, layout_of
+from lag2fmu.picture.drawing import draw
+from lag2fmu.picture.layout import drawable, layout_of
 from lag2fmu.picture.scene import STYLES, Disc, Scene, Stroke
 
 Mark = Stroke | Disc

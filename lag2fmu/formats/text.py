@@ -269,7 +269,7 @@ def _mechanism_in(file: Path, table: TomlTable) -> Description:
     try:
         if file not in around.known:
             around.known[file] = (
-                robot(file).description if file.suffix in READERS else _description(_parse_toml(_text_in(file)), around)
+                robot(file) if file.suffix in READERS else _description(_parse_toml(_text_in(file)), around)
             )
         return around.known[file]
     except (MechanismError, LoadError) as error:

@@ -5,6 +5,7 @@ Reader and writer are inverse to each other: ``parse(to_text(e)) == normal_form(
 
 from __future__ import annotations
 
+import sys
 from typing import Any
 
 import sympy as sp
@@ -80,3 +81,16 @@ def _decimal(number: sp.Rational) -> sp.Expr:
 def number_text(value: float) -> str:
     """The shortest decimal text that reads back to ``value``."""
     return repr(float(value))
+
+
+def without_dust(x: float, size: float) -> float:
+    """The number of fewest digits that computed ``x`` cannot be told from; 0 for what is rounding beside ``size``.
+
+    It differs from ``x`` by four roundings at most, as many as computing a start takes at least; where no number of
+    less than 14 digits is so near, ``x`` stays.
+    """
+    near = 4 * sys.float_info.epsilon
+    if abs(x) <= near * size:
+        return 0.0
+    shorter = (float(f"{x:.{digits}g}") for digits in range(1, 14))
+    return next((y for y in shorter if abs(y - x) <= near * abs(x)), x)

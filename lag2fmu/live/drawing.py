@@ -19,9 +19,8 @@ from lag2fmu.graph.batches import Floats
 from lag2fmu.live.spots import Spots
 from lag2fmu.mechanism.record import Mechanism
 from lag2fmu.picture.attachments import Attachment
-from lag2fmu.picture.drawing import BACK_TO_FRONT, drawable, layout_of, rail_of, supports
 from lag2fmu.picture.forces import beside
-from lag2fmu.picture.layout import BOX, GAP, Layout
+from lag2fmu.picture.layout import BACK_TO_FRONT, BOX, GAP, Layout, drawable, layout_of, rail_of, supports
 from lag2fmu.picture.pulleys import Pulley
 from lag2fmu.picture.scene import Canvas, Stroke
 from lag2fmu.picture.shapes import PARTICLE, ROD, Shape, own_link

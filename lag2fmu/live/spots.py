@@ -5,11 +5,13 @@ from __future__ import annotations
 from collections.abc import Iterable, Sequence
 
 from lag2fmu.dynamics.functions import Array, Program, filling
+from lag2fmu.graph.graph import Graph
 from lag2fmu.graph.nodes import Node
 from lag2fmu.graph.operations import SYMBOL
 from lag2fmu.picture.skeleton import Skeleton
 
 FUNCTION = "picture_spots"
+_DOC = "The spots of the picture, and the residuals of holonomic constraints."
 
 
 class Spots:
@@ -47,9 +49,8 @@ class Spots:
         switches = tuple(s.graph.symbol(f"mode {k}") for k in range(modes))
         state = (Array("t", (v.t,), True), Array("x", v.states), Array("u", v.signals))
         places = [x for spot in self.numbers for x in s.nodes(spot)]
-        doc = "The spots of the picture, and the residuals of holonomic constraints."
         arguments = (*state, Array("p", (*switches, *v.parameters)))
-        function = filling(FUNCTION, doc, arguments, spots=[*places, *self.residuals()])
+        function = filling(FUNCTION, _DOC, arguments, spots=[*places, *self.residuals()])
         return Program(s.graph, (function.check(s.graph),), "", 0, (), (), ())
 
     def residuals(self) -> list[Node]:
@@ -58,3 +59,10 @@ class Spots:
         written = [c for c in s.mechanism.constraints if c.kind == "holonomic"]
         nodes = [s.put(c.expression) for c in written]
         return [node for node in nodes if self.calculable([node])]
+
+
+def no_spots() -> Program:
+    """The function where there is nothing to draw: it fills nothing."""
+    graph = Graph()
+    arguments = (Array("t", (graph.symbol("t"),), True), *(Array(name, ()) for name in "xup"))
+    return Program(graph, (filling(FUNCTION, _DOC, arguments, spots=[]),), "", 0, (), (), ())

@@ -108,6 +108,15 @@ class Mechanism(Description):
         """Whether it has contacts, stops, dry friction or latches."""
         return bool(self.unilaterals or self.frictions or self.latches)
 
+    @property
+    def has_input_rates(self) -> bool:
+        """Whether the equations contain the time derivatives of inputs.
+
+        Forces move the equilibrium of a coordinate without mass; where that is a constraint, its derivatives contain
+        their rates. Filters of motions are led by the derivatives of what they follow.
+        """
+        return bool(self.filtered) or any(c.massless for c in self.constraints)
+
     def part_of(self, place: str) -> str | None:
         """The name of the part that brings what stands at ``place`` ('coordinates.leg_knee'), None if none does."""
         while (origin := self.origins.get(place)) is not None:

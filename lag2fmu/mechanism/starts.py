@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import sys
 from collections.abc import Mapping
 
 import sympy as sp
@@ -36,16 +35,3 @@ def value_at(expression: sp.Expr, values: Mapping[str, float]) -> float | None:
         return value_of(expression, values)
     except (KeyError, ValueError, ArithmeticError):
         return None
-
-
-def without_dust(x: float, size: float) -> float:
-    """The number of fewest digits that computed ``x`` cannot be told from; 0 for what is rounding beside ``size``.
-
-    It differs from ``x`` by four roundings at most, as many as computing a start takes at least; where no number of
-    less than 14 digits is so near, ``x`` stays.
-    """
-    near = 4 * sys.float_info.epsilon
-    if abs(x) <= near * size:
-        return 0.0
-    shorter = (float(f"{x:.{digits}g}") for digits in range(1, 14))
-    return next((y for y in shorter if abs(y - x) <= near * abs(x)), x)

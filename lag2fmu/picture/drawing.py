@@ -6,42 +6,20 @@ from collections.abc import Mapping
 
 import numpy as np
 
-from lag2fmu.errors import DerivationError
 from lag2fmu.graph.batches import Floats, Values
-from lag2fmu.mechanism.record import Mechanism
 from lag2fmu.picture import glyphs
 from lag2fmu.picture.annotations import annotate
 from lag2fmu.picture.forces import draw_forces
 from lag2fmu.picture.frictions import draw_frictions, draw_hinge_stops
 from lag2fmu.picture.labels import pretty
-from lag2fmu.picture.layout import BOX, Layout
+from lag2fmu.picture.layout import BACK_TO_FRONT, BOX, Layout, rail_of, supports
 from lag2fmu.picture.pulleys import draw_pulley
 from lag2fmu.picture.scene import Canvas, Disc, Scene, Stroke
-from lag2fmu.picture.shapes import BALL, CUBOID, DISC, PARTICLE, ROD, Shape
+from lag2fmu.picture.shapes import BALL, DISC, PARTICLE, ROD, Shape
 from lag2fmu.picture.walls import draw_walls
 
-BACK_TO_FRONT = (BALL, CUBOID, DISC, ROD, PARTICLE)
-"""Which bodies lie behind which."""
 _NAMED = 8
 """Bodies beyond which their names are left out; points likewise."""
-
-
-def drawable(mechanism: Mechanism) -> bool:
-    """Whether there are bodies, points or frames: something to draw."""
-    return bool(mechanism.places or mechanism.frames)
-
-
-def layout_of(mechanism: Mechanism) -> Layout:
-    """The layout of ``mechanism`` at its start values, which are taken to meet the constraints.
-
-    Raises DerivationError if there is nothing to draw.
-    """
-    if not drawable(mechanism):
-        raise DerivationError(
-            f"mechanism '{mechanism.name}' has no bodies or points: there is nothing to draw; "
-            'give it a point that moves, e.g. [points.P] position = ["x", "y"]'
-        )
-    return Layout(mechanism)
 
 
 def draw(layout: Layout) -> Scene:
@@ -86,17 +64,6 @@ def _things(start: Layout, layout: Layout) -> Canvas:
     return canvas
 
 
-def supports(layout: Layout) -> tuple[list[int], list[int]]:
-    """The spots where a link or a spring ends that does not move, and those that something only refers to."""
-    s = layout.skeleton
-    still = s.still()
-    turning = set(s.hinges.values()) & set(s.origins.values())
-    starts = {link.ends[0] for link in s.links if s.rigid(link)} | turning
-    held = {i for _, a in layout.attached if a is not None for i in a.ends if i in s.place.values()}
-    pivots = ((starts | held) & still) - set(s.sliders.values())
-    return sorted(pivots), sorted({link.ends[0] for link in s.links} & still - pivots)
-
-
 def _grounds(canvas: Canvas, layout: Layout) -> None:
     """A support where a link or a spring ends that does not move, a cross where something only refers to, rails."""
     s, flat = layout.skeleton, layout.at_start
@@ -116,17 +83,6 @@ def _rail(canvas: Canvas, layout: Layout, coordinate: str, spot: int) -> None:
         middle, along, reach = rail
         lines = glyphs.hatched(middle - reach * along, middle + reach * along)
         canvas.stroke(f"coordinates.{coordinate}", "ground", lines)
-
-
-def rail_of(layout: Layout, spot: int) -> tuple[Floats, Floats, float] | None:
-    """The middle (2,) of the ground under a spot at the start, its direction (2,) and half its length.
-
-    None: there is no ground under it.
-    """
-    depth = layout.radius(spot) or (BOX[1] + 0.2 if layout.half(spot) else 0.0)
-    if not depth or not layout.planar or layout.upright(spot):
-        return None
-    return layout.at_start[spot] - depth * layout.across(spot), layout.direction(spot), max(11.0, 1.2 * depth)
 
 
 def _links(canvas: Canvas, layout: Layout, flat: Floats) -> None:

@@ -9,12 +9,13 @@ from functools import cached_property
 import numpy as np
 
 from lag2fmu.description.parts import Spring
+from lag2fmu.errors import DerivationError
 from lag2fmu.graph.batches import Floats, Values
 from lag2fmu.mechanism.record import Mechanism
 from lag2fmu.picture.attachments import attachments, ropes
 from lag2fmu.picture.loops import add_loops
 from lag2fmu.picture.pulleys import Pulley, hung
-from lag2fmu.picture.shapes import BALL, DISC, PARTICLE, Shape, shape_of
+from lag2fmu.picture.shapes import BALL, CUBOID, DISC, PARTICLE, ROD, Shape, shape_of
 from lag2fmu.picture.skeleton import Skeleton
 from lag2fmu.picture.view import view_of
 
@@ -185,3 +186,47 @@ class Layout:
         """The radius of the disc or ball at the spot, in units of the picture."""
         shapes = (shape for n, shape in self.shapes.items() if self.skeleton.place[n] == spot)
         return max((shape.size[0] / self.unit for shape in shapes if shape.kind in (DISC, BALL)), default=0.0)
+
+
+BACK_TO_FRONT = (BALL, CUBOID, DISC, ROD, PARTICLE)
+"""Which bodies lie behind which."""
+
+
+def drawable(mechanism: Mechanism) -> bool:
+    """Whether there are bodies, points or frames: something to draw."""
+    return bool(mechanism.places or mechanism.frames)
+
+
+def layout_of(mechanism: Mechanism) -> Layout:
+    """The layout of ``mechanism`` at its start values, which are taken to meet the constraints.
+
+    Raises DerivationError if there is nothing to draw.
+    """
+    if not drawable(mechanism):
+        raise DerivationError(
+            f"mechanism '{mechanism.name}' has no bodies or points: there is nothing to draw; "
+            'give it a point that moves, e.g. [points.P] position = ["x", "y"]'
+        )
+    return Layout(mechanism)
+
+
+def supports(layout: Layout) -> tuple[list[int], list[int]]:
+    """The spots where a link or a spring ends that does not move, and those that something only refers to."""
+    s = layout.skeleton
+    still = s.still()
+    turning = set(s.hinges.values()) & set(s.origins.values())
+    starts = {link.ends[0] for link in s.links if s.rigid(link)} | turning
+    held = {i for _, a in layout.attached if a is not None for i in a.ends if i in s.place.values()}
+    pivots = ((starts | held) & still) - set(s.sliders.values())
+    return sorted(pivots), sorted({link.ends[0] for link in s.links} & still - pivots)
+
+
+def rail_of(layout: Layout, spot: int) -> tuple[Floats, Floats, float] | None:
+    """The middle (2,) of the ground under a spot at the start, its direction (2,) and half its length.
+
+    None: there is no ground under it.
+    """
+    depth = layout.radius(spot) or (BOX[1] + 0.2 if layout.half(spot) else 0.0)
+    if not depth or not layout.planar or layout.upright(spot):
+        return None
+    return layout.at_start[spot] - depth * layout.across(spot), layout.direction(spot), max(11.0, 1.2 * depth)

@@ -15,7 +15,7 @@ import sympy as sp
 
 from lag2fmu.description.places import WORLD
 from lag2fmu.dynamics.frames import Frames
-from lag2fmu.dynamics.samples import start_values
+from lag2fmu.dynamics.starts import start_values
 from lag2fmu.dynamics.variables import declare, translator
 from lag2fmu.graph.autodiff import forward
 from lag2fmu.graph.batches import Floats, Values, evaluate

@@ -14,7 +14,7 @@ from functools import lru_cache
 
 import sympy as sp
 
-from lag2fmu.description.names import acceleration, generalized_force, velocity
+from lag2fmu.description.names import acceleration
 from lag2fmu.description.outputs import TURNING, Output
 from lag2fmu.description.parts import Damper, Load
 from lag2fmu.description.places import Body
@@ -22,59 +22,10 @@ from lag2fmu.description.tables import Table
 from lag2fmu.language.definitions import calls, written_out
 from lag2fmu.language.vocabulary import NAME_OF, TIME, symbol
 from lag2fmu.mechanism.record import Mechanism
+from lag2fmu.reference.symbols import Symbols, symbols_of
 from lag2fmu.reference.tables import with_data
 
 Vector = tuple[sp.Expr, ...]
-
-
-@dataclass(frozen=True)
-class Symbols:
-    """The symbols of a mechanism with n coordinates, k motions, m plain inputs and p parameters, in its order.
-
-    ``further``: the f further states of first order, without those of the ``filtered`` motions, the last ones of the k.
-    """
-
-    q: tuple[sp.Symbol, ...]
-    qd: tuple[sp.Symbol, ...]
-    motion: tuple[sp.Symbol, ...]
-    motion_dot: tuple[sp.Symbol, ...]
-    motion_ddot: tuple[sp.Symbol, ...]
-    plain: tuple[sp.Symbol, ...]
-    external: tuple[sp.Symbol, ...]
-    parameters: tuple[sp.Symbol, ...]
-    further: tuple[sp.Symbol, ...] = ()
-    filtered: int = field(default=0, kw_only=True)
-
-    @property
-    def signals(self) -> tuple[sp.Symbol, ...]:
-        """Everything that comes from outside: y, y_dot, y_ddot without filtered ones, plain inputs, Q_<coordinate>."""
-        k = len(self.motion) - self.filtered
-        return (*self.motion[:k], *self.motion_dot[:k], *self.motion_ddot[:k], *self.plain, *self.external)
-
-    @property
-    def inputs(self) -> tuple[sp.Symbol, ...]:
-        """What forces may contain beside t, q, qd and parameters: (3 k + m + n + f,), the motions first."""
-        motions = (*self.motion, *self.motion_dot, *self.motion_ddot)
-        return (*motions, *self.plain, *self.external, *self.further)
-
-
-def symbols_of(mechanism: Mechanism) -> Symbols:
-    """The symbols of ``mechanism``."""
-    q = [c.name for c in mechanism.coordinates]
-    y = mechanism.driven
-    groups = (
-        q,
-        [velocity(name) for name in q],
-        y,
-        [velocity(name) for name in y],
-        [acceleration(name) for name in y],
-        [u.name for u in mechanism.plain_inputs],
-        [generalized_force(name) for name in q],
-        [p.name for p in mechanism.parameters],
-        [z.name for z in mechanism.states if not z.moves],
-    )
-    filtered = len(y) - len(mechanism.motions)
-    return Symbols(*(tuple(symbol(name) for name in group) for group in groups), filtered=filtered)
 
 
 def composition_of(mechanism: Mechanism) -> Composition:
@@ -177,6 +128,11 @@ class Composition:
     def on_frame(self, name: object) -> bool:
         """Whether ``name`` is a point or body that is on a frame (be it the world)."""
         return any(part.name == name and part.frame is not None for part in self.mechanism.places)
+
+    def effort(self, load: Load) -> list[sp.Expr]:
+        """The entries of the force (N) or torque (N.m) of ``load``: 3 of one on a frame."""
+        vector = load.torque if load.force is None else load.force
+        return [self.written(x) for x in vector or ()]  # type: ignore[union-attr]
 
     def _given_energies(self) -> tuple[sp.Expr, sp.Expr]:
         energy = self.mechanism.energy

@@ -20,11 +20,12 @@ from numpy.typing import ArrayLike
 
 from lag2fmu.description import names
 from lag2fmu.language.vocabulary import symbol
-from lag2fmu.reference.composition import Composition, Symbols
+from lag2fmu.reference.composition import Composition
 from lag2fmu.reference.energies import EnergyFunctions
 from lag2fmu.reference.equations import Equations
 from lag2fmu.reference.functions import STEP, Array
 from lag2fmu.reference.state import Floats, InputValues, State, batch_first
+from lag2fmu.reference.symbols import Symbols
 
 
 @dataclass(frozen=True)

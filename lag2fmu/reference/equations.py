@@ -29,7 +29,7 @@ from lag2fmu.reference.composition import Composition
 from lag2fmu.reference.energies import EnergyFunctions
 from lag2fmu.reference.functions import BLOCK, STEP, Array
 from lag2fmu.reference.state import Floats, InputValues, State, batch_first, batch_last
-from lag2fmu.reference.terms import Balance, Terms
+from lag2fmu.reference.terms import Balance, Terms, weakness
 
 SMALL = 3
 """Coordinates of a mechanism for which compiled equations save no time at a thousand states."""
@@ -194,17 +194,7 @@ class Equations:
             jacobian = batch_first(self.energies.constraints(state)[3], 2).reshape(-1, *self._shape)
             size = np.abs(matrices).max(axis=(1, 2)) / np.maximum((jacobian**2).max(axis=(1, 2)), 1e-300)
             matrices = matrices + np.swapaxes(jacobian, 1, 2) @ (size[:, None, None] * jacobian)
-        for matrix in matrices:
-            if not np.isfinite(matrix).all():
-                return "the mass matrix is not finite"
-            scale = np.sqrt(np.abs(np.diagonal(matrix)))
-            scale = np.where(scale > 0, scale, 1.0)
-            values, vectors = np.linalg.eigh(matrix / np.outer(scale, scale))
-            weakest = np.argmin(np.abs(values))
-            if np.abs(values[weakest]) <= 16 * self.n * np.finfo(float).eps * np.abs(values).max():
-                weak = [name for name, x in zip(names, vectors[:, weakest], strict=True) if abs(x) > 1e-6]
-                return f"the mass matrix is singular in {', '.join(weak)}; these coordinates move no mass"
-        return "a force or potential is not finite"
+        return weakness(names, matrices)
 
     def _terms(self, state: State) -> Terms:
         n, units = self.n, self._units.shape[1]

@@ -12,32 +12,18 @@ Source: J. Wittenburg, Dynamics of Multibody Systems, 2nd edition, sections 2.1-
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 import sympy as sp
 
 from lag2fmu.description.places import AXES, WORLD, Frame
-from lag2fmu.mechanism.record import Mechanism
-from lag2fmu.reference.composition import Composition
-from lag2fmu.reference.functions import Array
+from lag2fmu.reference.functions import Array, Slots, atan2, unit_vector
 
 _NEXT, _LAST = np.array([1, 2, 0]), np.array([2, 0, 1])
 """The axes after and before x, y, z."""
-
-
-class Slots:
-    """Expressions that are evaluated together; each user keeps the slice of values that is his."""
-
-    def __init__(self) -> None:
-        self.expressions: list[sp.Expr] = []
-
-    def add(self, expressions: Sequence[sp.Expr]) -> slice:
-        """Where the values of ``expressions``, (k,), will be among all of them."""
-        start = len(self.expressions)
-        self.expressions += expressions
-        return slice(start, len(self.expressions))
 
 
 @dataclass(frozen=True)
@@ -89,19 +75,15 @@ class Spot:
         return pose.x + arm, pose.v + cross(pose.w, arm) + apply(pose.R, here[3:])
 
 
-def links_of(composition: Composition, slots: Slots) -> list[Link]:
-    """The frames, parents first, their local expressions in ``slots``."""
-    return [_link(frame, composition, slots) for frame in _parents_first(composition.mechanism)]
+def links_of(frames: Iterable[Frame], slots: Slots) -> list[Link]:
+    """The ``frames``, parents first, their local expressions in ``slots``."""
+    return [_link(frame, slots) for frame in _parents_first(frames)]
 
 
-def spot_of(composition: Composition, slots: Slots, name: str) -> Spot:
-    """The point or mass centre called ``name``, its local expressions in ``slots``.
-
-    Raises MechanismError if there is none.
-    """
-    frame, position = composition.mechanism.location(name)
-    here = [composition.written(x) for x in position]
-    return Spot(frame, slots.add([*here, *map(composition.rate, here)]))
+def spot_of(frame: str, position: Iterable[sp.Expr | int | float], slots: Slots) -> Spot:
+    """The ``position`` (3,) in m in the axes of ``frame``, its local expressions in ``slots``."""
+    here = [slots.written(x) for x in position]
+    return Spot(frame, slots.add([*here, *map(slots.rate, here)]))
 
 
 def poses_of(links: Sequence[Link], values: Array) -> dict[str, Pose]:
@@ -157,9 +139,9 @@ def _rows_cross(matrix: Array, vector: Array) -> Array:
 # ------------------------------------------------------------------------------------------------------ one frame
 
 
-def _parents_first(mechanism: Mechanism) -> list[Frame]:
-    """The frames of ``mechanism`` in an order in which each comes after its parent (the record refuses circles)."""
-    left, ordered, known = list(mechanism.frames), [], {WORLD}
+def _parents_first(frames: Iterable[Frame]) -> list[Frame]:
+    """The ``frames`` in an order in which each comes after its parent (the record refuses circles)."""
+    left, ordered, known = list(frames), [], {WORLD}
     while left:
         ready = [frame for frame in left if frame.parent in known]
         ordered += ready
@@ -168,26 +150,18 @@ def _parents_first(mechanism: Mechanism) -> list[Frame]:
     return ordered
 
 
-def _link(frame: Frame, composition: Composition, slots: Slots) -> Link:
-    written, rate = composition.written, composition.rate
+def _link(frame: Frame, slots: Slots) -> Link:
+    written, rate = slots.written, slots.rate
     origin = [written(x) for x in frame.origin]
     turns = []
     for axis, angle in frame.rotations:
         a = written(angle)
         values = slots.add([sp.cos(a), sp.sin(a), rate(a)])
-        turns.append(
-            Turn(AXES.index(axis) if isinstance(axis, str) else slots.add(unit_vector(axis, composition)), values)
-        )
+        own = AXES.index(axis) if isinstance(axis, str) else slots.add(unit_vector([written(x) for x in axis]))
+        turns.append(Turn(own, values))
     e = None if frame.quaternion is None else [written(x) for x in frame.quaternion]
     quaternion = None if e is None else slots.add([*e, *map(rate, e)])
     return Link(frame.name, str(frame.parent), slots.add([*origin, *map(rate, origin)]), tuple(turns), quaternion)
-
-
-def unit_vector(axis: Sequence[sp.Expr | int | float], composition: Composition) -> list[sp.Expr]:
-    """The direction of ``axis`` (3,), of any length, as expressions (3,)."""
-    vector = [composition.written(x) for x in axis]
-    length = sp.sqrt(sp.Add(*(x**2 for x in vector)))
-    return [x / length for x in vector]
 
 
 def _turned(R: Array, w: Array, axis: int | Array, values: Array) -> tuple[Array, Array]:
@@ -208,3 +182,45 @@ def _by_quaternion(R: Array, w: Array, values: Array) -> tuple[Array, Array]:
     e0, e, e0_dot, e_dot = values[0], values[1:4], values[4], values[5:]
     once = _rows_cross(R, e)
     return R + 2 * e0 * once + 2 * _rows_cross(once, e), w + 2 * apply(R, e0 * e_dot - e0_dot * e + cross(e, e_dot))
+
+
+@dataclass(frozen=True)
+class Mass:
+    """A body: mass, and the tensor (6) if it has one."""
+
+    spot: Spot
+    mass: slice
+    inertia: slice | None
+
+
+@dataclass(frozen=True)
+class Element:
+    """A spring or damper between two spots: its constant, and for a spring the natural length."""
+
+    ends: tuple[Spot, Spot]
+    values: slice
+    free: bool
+
+
+def turning(pose: Pose, quantity: str, *, in_world: bool) -> Array:
+    """The entries of angular velocity (rad/s), rotation matrix, or angles about x, y, z (rad) of a frame, (k, N)."""
+    R = pose.R
+    if quantity == "angular_velocity":
+        return pose.w if in_world else apply_transposed(R, pose.w)
+    if quantity == "rotation":
+        return R.reshape(9, *R.shape[2:])
+    cosine = np.sqrt(R[0, 0] ** 2 + R[0, 1] ** 2)
+    return np.stack([atan2(-R[1, 2], R[2, 2]), atan2(R[0, 2], cosine), atan2(-R[0, 1], R[0, 0])])
+
+
+def growth(gap: Array, rate: Array, root: Callable[[Any], Any]) -> Any:
+    """How fast |gap| grows, m/s."""
+    return dot(gap, rate) / root(dot(gap, gap))
+
+
+def rotational(w: Array, inertia: Array) -> Array:
+    """w . J w for the tensor's entries xx, yy, zz, xy, xz, yz."""
+    xx, yy, zz, xy, xz, yz = inertia
+    x, y, z = w
+    product: Array = xx * x * x + yy * y * y + zz * z * z + 2 * (xy * x * y + xz * x * z + yz * y * z)
+    return product

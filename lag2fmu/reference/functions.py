@@ -244,3 +244,26 @@ def in_blocks(evaluate: Callable[[Array], Array], rows: Array, count: int, width
         for start in range(0, flat.shape[1], size):
             out[:, start : start + size] = evaluate(flat[:, start : start + size])
     return out.reshape(count, *rows.shape[1:])
+
+
+class Slots:
+    """Expressions that are evaluated together; each user keeps the slice of values that is his.
+
+    ``written`` writes out what an expression of a mechanism means, ``rate`` is the time derivative of that.
+    """
+
+    def __init__(self, written: Callable[[Any], sp.Expr], rate: Callable[[sp.Expr], sp.Expr]) -> None:
+        self.expressions: list[sp.Expr] = []
+        self.written, self.rate = written, rate
+
+    def add(self, expressions: Sequence[sp.Expr]) -> slice:
+        """Where the values of ``expressions``, (k,), will be among all of them."""
+        start = len(self.expressions)
+        self.expressions += expressions
+        return slice(start, len(self.expressions))
+
+
+def unit_vector(vector: Sequence[sp.Expr]) -> list[sp.Expr]:
+    """The direction of ``vector`` (3,), of any length, as expressions (3,)."""
+    length = sp.sqrt(sp.Add(*(x**2 for x in vector)))
+    return [x / length for x in vector]

@@ -13,9 +13,9 @@ from lag2fmu.description.names import acceleration, velocity
 from lag2fmu.errors import LoadError, SimulationError
 from lag2fmu.language.vocabulary import TIME, normal_form
 from lag2fmu.mechanism.record import Mechanism
-from lag2fmu.reference.composition import symbols_of
 from lag2fmu.reference.functions import compiled
 from lag2fmu.reference.state import Floats
+from lag2fmu.reference.symbols import symbols_of
 from lag2fmu.reference.trajectory import Trajectory
 
 Signal: TypeAlias = float | sp.Expr | Callable[[float], float]

@@ -9,7 +9,6 @@ D. Levinson, Dynamics, section 4.4). v and w are affine in the velocities: unit 
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
@@ -20,8 +19,21 @@ from lag2fmu.description.parts import Damper, Load, Spring
 from lag2fmu.description.places import WORLD, Body
 from lag2fmu.language.vocabulary import TIME
 from lag2fmu.reference.composition import Composition
-from lag2fmu.reference.frames import Pose, Slots, Spot, apply, apply_transposed, dot, links_of, poses_of, spot_of
-from lag2fmu.reference.functions import STEP, Array, Compiled, atan2, compiled, in_blocks
+from lag2fmu.reference.frames import (
+    Element,
+    Mass,
+    Pose,
+    apply,
+    apply_transposed,
+    dot,
+    growth,
+    links_of,
+    poses_of,
+    rotational,
+    spot_of,
+    turning,
+)
+from lag2fmu.reference.functions import STEP, Array, Compiled, Slots, compiled, in_blocks
 from lag2fmu.reference.quaternions import Quaternions
 
 _RATE = sp.Dummy("rate", real=True)
@@ -30,50 +42,34 @@ Energies = tuple[Any, Any, Any]
 """T, V (J) and R (W): arrays, or expressions."""
 
 
-@dataclass(frozen=True)
-class _Mass:
-    """A body: mass, and the tensor (6) if it has one."""
-
-    spot: Spot
-    mass: slice
-    inertia: slice | None
-
-
-@dataclass(frozen=True)
-class _Element:
-    """A spring or damper between two spots: its constant, and for a spring the natural length."""
-
-    ends: tuple[Spot, Spot]
-    values: slice
-    free: bool
-
-
 class Spatial:
     """What is on frames in a mechanism; rows are t, q, qd, y, y_dot, (1 + 2 n + 2 k, *shape)."""
 
     def __init__(self, composition: Composition, constants: Sequence[np.float64]) -> None:
         self._composition, self._constants = composition, constants
-        m, s, slots = composition.mechanism, composition.symbols, Slots()
+        m, s = composition.mechanism, composition.symbols
+        slots = Slots(composition.written, composition.rate)
         self.n = len(s.q)
-        self._links = links_of(composition, slots)
+        self._links = links_of(m.frames, slots)
         self._bodies = [self._mass(body, slots) for body in m.bodies if body.frame is not None]
         self._springs = [self._element(spring, slots) for spring in m.springs if self._framed(spring)]
         self._dampers = [self._element(damper, slots) for damper in m.dampers if self._framed(damper)]
         self._loads = [x for x in m.loads if composition.on_frame(x.point if x.point is not None else x.body)]
         self._outputs = [x for x in m.outputs if x.frame is not None or composition.on_frame(x.point)]
-        self._spots = {place.name: spot_of(composition, slots, place.name) for place in m.places if place.frame}
+        self._spots = {place.name: spot_of(*m.location(place.name), slots) for place in m.places if place.frame}
         self._pull = slots.add(self._gravity())
         self._configuration = (TIME, *s.q, *s.qd, *s.motion, *s.motion_dot)
         self.expressions = slots.expressions
         self._local = compiled((*self._configuration, *s.parameters), self.expressions)
         arguments = (TIME, *s.q, *s.qd, *s.inputs)
         self._forceful = self._forces_of_dampers((*arguments, _RATE, *s.parameters))
-        entries = [x for load in self._loads for x in _entries(composition, load)]
+        entries = [x for load in self._loads for x in composition.effort(load)]
         self._entries = compiled((*arguments, *s.parameters), entries)
         wanted = [str(x.frame) for x in self._outputs if x.quantity == "quaternion"]
-        self._quaternions = Quaternions(composition, wanted, constants)
+        own = Slots(composition.written, composition.rate)
+        self._quaternions = Quaternions(m.frames, wanted, own, (*self._configuration, *s.parameters), constants)
 
-    def _forces_of_dampers(self, arguments: Sequence[sp.Symbol]) -> list[tuple[_Element, Compiled]]:
+    def _forces_of_dampers(self, arguments: Sequence[sp.Symbol]) -> list[tuple[Element, Compiled]]:
         """(element, its force as a function of ``arguments``) of each damper on frames that has a force."""
         composition = self._composition
         dampers = zip(filter(self._framed, composition.mechanism.dampers), self._dampers, strict=True)
@@ -147,12 +143,12 @@ class Spatial:
     def rates(self, values: Array, root: Callable[[Any], Any]) -> list[Any]:
         """How fast the dampers with a force grow (m/s), for ``values`` of the ``expressions`` as ``terms`` has them."""
         poses = poses_of(self._links, values)
-        return [_growth(*self._gap(element, poses, values), root) for element, _ in self._forceful]
+        return [growth(*self._gap(element, poses, values), root) for element, _ in self._forceful]
 
     def efforts(self, rates: Sequence[sp.Expr]) -> list[sp.Expr]:
         """The 3 entries of each load, and the force of each damper with one as an expression of its rate."""
         composition = self._composition
-        entries = [x for load in self._loads for x in _entries(composition, load)]
+        entries = [x for load in self._loads for x in composition.effort(load)]
         dampers = [x for x in filter(self._framed, composition.mechanism.dampers) if x.force is not None]
         return entries + [composition.written(x.force_at(r)) for x, r in zip(dampers, rates, strict=True)]
 
@@ -204,18 +200,19 @@ class Spatial:
     def _framed(self, part: Spring | Damper) -> bool:
         return part.between is not None and any(self._composition.on_frame(end) for end in part.between)
 
-    def _mass(self, body: Body, slots: Slots) -> _Mass:
-        spot, written = spot_of(self._composition, slots, body.name), self._composition.written
+    def _mass(self, body: Body, slots: Slots) -> Mass:
+        spot, written = spot_of(*self._composition.mechanism.location(body.name), slots), slots.written
         tensor = None if body.inertia is None else slots.add([written(x) for x in body.inertia])  # type: ignore[union-attr]
-        return _Mass(spot, slots.add([written(body.mass)]), tensor)
+        return Mass(spot, slots.add([written(body.mass)]), tensor)
 
-    def _element(self, part: Spring | Damper, slots: Slots) -> _Element:
-        a, b = (spot_of(self._composition, slots, str(end)) for end in part.between or ())
+    def _element(self, part: Spring | Damper, slots: Slots) -> Element:
+        at = self._composition.mechanism.location
+        a, b = (spot_of(*at(str(end)), slots) for end in part.between or ())
         written = self._composition.written
         if isinstance(part, Damper):
-            return _Element((a, b), slots.add([written(part.damping)]), True)
+            return Element((a, b), slots.add([written(part.damping)]), True)
         length = written(part.length)
-        return _Element((a, b), slots.add([written(part.stiffness), length]), length == 0)
+        return Element((a, b), slots.add([written(part.stiffness), length]), length == 0)
 
     def _gravity(self) -> list[sp.Expr]:
         """The vector of the acceleration of gravity."""
@@ -235,7 +232,7 @@ class Spatial:
             V = V - mass * dot(values[self._pull], x)
             if body.inertia is not None:
                 pose = poses[body.spot.frame]
-                T = T + _rotational(apply_transposed(pose.R, pose.w), values[body.inertia]) / 2
+                T = T + rotational(apply_transposed(pose.R, pose.w), values[body.inertia]) / 2
         for spring in self._springs:
             gap, _ = self._gap(spring, poses, values)
             stiffness, length = values[spring.values]
@@ -247,7 +244,7 @@ class Spatial:
             R = R + damping * dot(gap, rate) ** 2 / dot(gap, gap) / 2
         return T, V, R
 
-    def _gap(self, part: _Element, poses: dict[str, Pose], values: Array) -> tuple[Array, Array]:
+    def _gap(self, part: Element, poses: dict[str, Pose], values: Array) -> tuple[Array, Array]:
         (xa, va), (xb, vb) = (end.motion(poses, values) for end in part.ends)
         return xa - xb, va - vb
 
@@ -277,7 +274,7 @@ class Spatial:
         n = self.n
         total: Array = np.zeros((n, given.shape[1]))
         for element, force in self._forceful:
-            rates = _growth(*self._gap(element, poses, values), np.sqrt)
+            rates = growth(*self._gap(element, poses, values), np.sqrt)
             slopes = rates[1:] - rates[:1]
             rate = rates[:1] + (slopes * given[1 + n : 1 + 2 * n]).sum(axis=0)
             total = total + force(np.concatenate([given, rate]), self._constants) * slopes
@@ -296,32 +293,6 @@ class Spatial:
         """The entries of ``output``, (k, N)."""
         if output.point is not None:
             return self._spots[str(output.point)].motion(poses, values)[output.quantity == "velocity"]
-        pose = poses[str(output.frame)]
-        R = pose.R
-        if output.quantity == "angular_velocity":
-            return pose.w if output.axes == WORLD else apply_transposed(R, pose.w)
-        if output.quantity == "rotation":
-            return R.reshape(9, *R.shape[2:])
         if output.quantity == "quaternion":
             return self._quaternions(rows, str(output.frame))
-        cosine = np.sqrt(R[0, 0] ** 2 + R[0, 1] ** 2)
-        return np.stack([atan2(-R[1, 2], R[2, 2]), atan2(R[0, 2], cosine), atan2(-R[0, 1], R[0, 0])])
-
-
-def _entries(composition: Composition, load: Load) -> list[sp.Expr]:
-    """The 3 entries of the force or torque of ``load``."""
-    vector = load.torque if load.force is None else load.force
-    return [composition.written(x) for x in vector or ()]  # type: ignore[union-attr]
-
-
-def _growth(gap: Array, rate: Array, root: Callable[[Any], Any]) -> Any:
-    """How fast |gap| grows, m/s."""
-    return dot(gap, rate) / root(dot(gap, gap))
-
-
-def _rotational(w: Array, inertia: Array) -> Array:
-    """w . J w for the tensor's entries xx, yy, zz, xy, xz, yz."""
-    xx, yy, zz, xy, xz, yz = inertia
-    x, y, z = w
-    product: Array = xx * x * x + yy * y * y + zz * z * z + 2 * (xy * x * y + xz * x * z + yz * y * z)
-    return product
+        return turning(poses[str(output.frame)], str(output.quantity), in_world=output.axes == WORLD)

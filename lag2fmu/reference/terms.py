@@ -2,7 +2,10 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
+
+import numpy as np
 
 from lag2fmu.reference.state import Floats
 
@@ -41,3 +44,18 @@ class Balance:
     def residual(self) -> Floats:
         """rate - power, (*batch) in W: zero to rounding for exact accelerations."""
         return self.rate - self.power
+
+
+def weakness(names: Sequence[str], matrices: Floats) -> str:
+    """What is wrong with one of the mass ``matrices`` (m, n, n) of the coordinates ``names`` (n,), in words."""
+    for matrix in matrices:
+        if not np.isfinite(matrix).all():
+            return "the mass matrix is not finite"
+        scale = np.sqrt(np.abs(np.diagonal(matrix)))
+        scale = np.where(scale > 0, scale, 1.0)
+        values, vectors = np.linalg.eigh(matrix / np.outer(scale, scale))
+        weakest = np.argmin(np.abs(values))
+        if np.abs(values[weakest]) <= 16 * len(names) * np.finfo(float).eps * np.abs(values).max():
+            weak = [name for name, x in zip(names, vectors[:, weakest], strict=True) if abs(x) > 1e-6]
+            return f"the mass matrix is singular in {', '.join(weak)}; these coordinates move no mass"
+    return "a force or potential is not finite"

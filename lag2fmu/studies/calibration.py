@@ -7,7 +7,7 @@ spread first, then by their estimated noise. G. A. F. Seber, C. J. Wild, Nonline
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import replace
 
 import numpy as np
@@ -19,9 +19,10 @@ from lag2fmu.mechanism.record import Mechanism
 from lag2fmu.reference.trajectory import Floats
 from lag2fmu.studies.asking import check_tolerance
 from lag2fmu.studies.calibrated import Calibration, summed_up
-from lag2fmu.studies.free_values import FreeValue, free_values
+from lag2fmu.studies.fits import Fit, FreeValue, Measurement
+from lag2fmu.studies.free_values import free_values
 from lag2fmu.studies.library import Library, Study, compiled
-from lag2fmu.studies.measurements import Data, Fit, Measurement, measurements_of
+from lag2fmu.studies.measurements import Data, measurements_of
 from lag2fmu.studies.sensitivities import directed_run
 
 TOLERANCE = 1e-8
@@ -31,7 +32,7 @@ _SETTLED = 1e-3
 """A relative change of the estimated noise that makes no difference."""
 
 
-def calibrate(
+def calibrate(  # noqa: PLR0913  # what a calibration may be told
     model: object,
     data: Data | Sequence[Data],
     *,
@@ -42,6 +43,7 @@ def calibrate(
     hold: bool = False,
     tolerance: float = TOLERANCE,
     solver: str | None = None,
+    progress: Callable[[int], None] | None = None,
 ) -> Calibration:
     """Estimate the parameters and starts ``free`` of ``model`` from the measured ``data`` of one or more experiments.
 
@@ -50,6 +52,7 @@ def calibrate(
     search begins at the model's values, or at ``values`` (SI; one mapping, or one for each experiment), and for a start
     that was measured at the first time at the measured value. ``bounds`` (SI) add to those of the model; masses,
     stiffnesses and dampings stay positive. ``noise`` is the standard deviation of columns (SI) where it is known.
+    ``progress`` is told the number of runs so far; how many the search takes is known at its end only.
 
     Raises LoadError for bad arguments and data, SimulationError where runs or the search fail.
     """
@@ -57,8 +60,9 @@ def calibrate(
     library = compiled(mechanism, solver=solver)
     experiments = measurements_of(data, library, display_units(mechanism))
     common = _values_of(values, len(experiments))
-    sought = free_values(library, mechanism, list(free), experiments, common, bounds or {})
+    sought = free_values(library, mechanism, free, experiments, common, bounds or {})
     problem = _Problem(library, experiments, sought, common, check_tolerance(tolerance), hold)
+    problem.progress = progress
     known = _known_noise(noise or {}, problem.columns)
     return _solved(problem, known, mechanism)
 
@@ -104,6 +108,8 @@ class _Problem:
         self.measured = np.concatenate([e.values[m] for e, m in zip(experiments, self.masks, strict=True)])
         self._studies = [Study(library, len(self.names(i))) for i in range(len(experiments))]
         self._last: tuple[bytes, Floats, Floats, str] | None = None
+        self.progress: Callable[[int], None] | None = None
+        self._runs = 0
 
     def names(self, experiment: int) -> list[str]:
         """What is free in one experiment."""
@@ -134,6 +140,9 @@ class _Problem:
                 hold=self.hold,
                 study=self._studies[i],
             )
+            self._runs += 1
+            if self.progress is not None:
+                self.progress(self._runs)
             if found.reason:
                 return values, slopes, f"{experiment.label}: {found.reason}"
             end = row + int(mask.sum())

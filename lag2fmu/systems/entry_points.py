@@ -9,8 +9,8 @@ from pathlib import Path
 
 from lag2fmu.description.names import suggestion
 from lag2fmu.errors import ExportError, LoadError
-from lag2fmu.fmu.exporting import Fmu
 from lag2fmu.fmu.pack import pack
+from lag2fmu.fmu.record import Fmu
 from lag2fmu.systems.components import Component, read_component
 from lag2fmu.systems.connections import Components, End, connected
 from lag2fmu.systems.structure import PARAMETERS, SSD, System, ssd, ssv
@@ -91,6 +91,9 @@ def settings_of(values: Mapping[str, float], components: Components) -> dict[End
             raise LoadError(f"--set {word}: that variable is an array; set its elements in the FMU when it is exported")
         if not isfinite(value):
             raise LoadError(f"--set {word}: {value} is not finite")
+        low, high = connectors[end.connector].low, connectors[end.connector].high
+        if value < low or value > high:
+            raise LoadError(f"--set {word}: {value:g} is not within the bounds of that variable, [{low:g}, {high:g}]")
         found[end] = float(value)
     return found
 

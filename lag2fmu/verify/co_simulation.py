@@ -9,8 +9,7 @@ import numpy as np
 
 from lag2fmu.errors import SimulationError
 from lag2fmu.verify.instances import Instance
-from lag2fmu.verify.plan import Floats, Plan, Run
-from lag2fmu.verify.scalars import Scalar, elements_of, size_of
+from lag2fmu.verify.run import Floats, Plan, Run, Scalar, elements_of, size_of
 
 _TYPES = {"Enumeration": "Int64"}
 """The types that values are got by, where they are not those of the variable."""

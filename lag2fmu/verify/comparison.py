@@ -24,8 +24,8 @@ from lag2fmu.errors import SimulationError
 from lag2fmu.reference.record import Reference
 from lag2fmu.reference.trajectory import Trajectory
 from lag2fmu.verify.hybrid import comparable, has_rows
-from lag2fmu.verify.plan import Run
 from lag2fmu.verify.report import Check
+from lag2fmu.verify.run import Run
 from lag2fmu.verify.simulate import simulate_fmu
 from lag2fmu.verify.task import Floats, Task
 

@@ -11,21 +11,22 @@ from typing import Any
 import numpy as np
 
 from lag2fmu.analysis.entry_points import the_equilibrium
-from lag2fmu.analysis.linearization import Linearization
 from lag2fmu.analysis.linearization import linearize as linearization_of
+from lag2fmu.analysis.state_space import Linearization
 from lag2fmu.description.names import velocity
+from lag2fmu.dynamics.entry_points import derive
 from lag2fmu.dynamics.equations import EquationsOfMotion
-from lag2fmu.dynamics.lagrange import derive
-from lag2fmu.dynamics.variables import further_states
 from lag2fmu.errors import DerivationError, ExportError, TextError
 from lag2fmu.fmu.carried import read_mechanism
-from lag2fmu.fmu.exporting import Fmu, export, fmu_path, is_fmu
+from lag2fmu.fmu.exporting import export
+from lag2fmu.fmu.record import Fmu, fmu_path, is_fmu
 from lag2fmu.formats.loading import as_mechanism, with_values
 from lag2fmu.mechanism.record import Mechanism
 from lag2fmu.reference.trajectory import Trajectory
 from lag2fmu.verify.inputs import Inputs, trajectory_of
-from lag2fmu.verify.plan import Kind, Run, times_of
+from lag2fmu.verify.plan import times_of
 from lag2fmu.verify.report import Report
+from lag2fmu.verify.run import Kind, Run
 from lag2fmu.verify.simulate import simulate_fmu
 from lag2fmu.verify.validate import validate_fmu
 
@@ -135,7 +136,7 @@ def _reached(equations: EquationsOfMotion, time: float, inputs: Any) -> dict[str
     """The state that the FMU reaches at ``time``, with constant inputs."""
     mechanism = equations.mechanism
     coordinates = [q.name for q in mechanism.coordinates]
-    further = [z.name for z in further_states(mechanism)]
+    further = [z.name for z in mechanism.states]
     rates = [velocity(x) for x in coordinates]
     run = simulate(
         mechanism,

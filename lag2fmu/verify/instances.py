@@ -198,3 +198,10 @@ def has_event_mode(path: Path) -> bool:
 def is_fmi3(description: Any) -> bool:
     """Whether an FMU with this description, as fmpy reads it, is one of FMI 3.0."""
     return bool(description.fmiVersion.startswith("3."))
+
+
+def problems(path: Path) -> list[str]:
+    """What fmpy's own validation finds in the FMU ``path``, a sentence each."""
+    from fmpy.validation import validate_fmu
+
+    return [str(problem) for problem in validate_fmu(str(path))]

@@ -3,77 +3,22 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass
+from collections.abc import Mapping, Sequence
 from pathlib import Path
-from typing import Any, Literal
+from typing import Any, get_args
 
 import numpy as np
-from numpy.typing import NDArray
 
 from lag2fmu.description.names import acceleration, velocity
 from lag2fmu.errors import LoadError
-from lag2fmu.reference.signals import Pieces, interpolated
+from lag2fmu.reference.signals import interpolated
 from lag2fmu.reference.trajectory import Trajectory
 from lag2fmu.verify.instances import description_of
-from lag2fmu.verify.scalars import Scalar, scalars_of
+from lag2fmu.verify.run import Floats, Kind, Plan, Run, Scalar
+from lag2fmu.verify.scalars import scalars_of
 
-Floats = NDArray[np.float64]
-Kind = Literal["co-simulation", "model-exchange"]
 POINTS = 500
 """Communication steps of a run for which no usable one is known."""
-
-
-@dataclass(frozen=True)
-class Run:
-    """What a run is told; what is not given is taken from the FMU's DefaultExperiment.
-
-    ``stop_time``, the communication ``step`` (s), the relative ``tolerance`` of the solver; ``values`` are start values
-    of parameters, states and inputs in SI; ``inputs`` are linear between their times, and a motion given by position
-    alone is a spline; with ``hold`` they keep their value during a communication step. ``outputs`` are recorded
-    (default: all), and behind them those of ``beside`` that the FMU has. ``progress`` is called with the time reached,
-    ``warned`` with each warning of the FMU (default: they are logged). With ``events``, co-simulation by FMI 3.0 uses
-    event mode and early return.
-    The run begins at ``start_time`` (s), where the ``values`` hold.
-    """
-
-    stop_time: float | None = None
-    step: float | None = None
-    tolerance: float | None = None
-    values: Mapping[str, float] | None = None
-    inputs: Trajectory | None = None
-    hold: bool = False
-    outputs: Sequence[str] | None = None
-    beside: Sequence[str] = ()
-    kind: Kind = "co-simulation"
-    progress: Callable[[float], None] | None = None
-    warned: Callable[[str], None] | None = None
-    events: bool = False
-    start_time: float = 0.0
-
-
-@dataclass(frozen=True)
-class Plan:
-    """A run that was checked: ``grid`` of communication points (k,) in s, the ``names`` recorded, the inputs.
-
-    ``scalars`` are all numbers of the FMU by name. ``pieces`` are the inputs between communication points, None where
-    there are none or they are held.
-    """
-
-    grid: Floats
-    names: Sequence[str]
-    scalars: Mapping[str, Scalar]
-    pieces: Pieces | None
-    held: Trajectory | None
-
-    @property
-    def points(self) -> Floats:
-        """The communication points with those between them where inputs have kinks, (m,)."""
-        if self.pieces is None:
-            return self.grid
-        grid, breaks = self.grid, self.pieces.breaks
-        nearest = grid[np.searchsorted((grid[1:] + grid[:-1]) / 2, breaks)]
-        return np.union1d(grid, breaks[np.abs(breaks - nearest) > 1e-9 * grid[-1]])
 
 
 def _recorded(run: Run, scalars: Mapping[str, Scalar]) -> list[str]:
@@ -85,6 +30,8 @@ def _recorded(run: Run, scalars: Mapping[str, Scalar]) -> list[str]:
 
 def planned(description: Any, path: Path, run: Run) -> Plan:
     """What ``run`` means for the FMU ``path``; raises LoadError."""
+    if run.kind not in (kinds := get_args(Kind)):
+        raise LoadError(f"there is no simulation of kind {run.kind!r}; expected {' or '.join(map(repr, kinds))}")
     stop_time, step = _times(description, run.stop_time, run.step)
     _check_times(stop_time - run.start_time, step)
     scalars = scalars_of(description, path)
@@ -103,13 +50,6 @@ def planned(description: Any, path: Path, run: Run) -> Plan:
         values = np.array([pieces.derivatives(t)[0] for t in grid])
         return Plan(grid, names, scalars, None, Trajectory(grid, pieces.names, values))
     return Plan(grid, names, scalars, pieces, None)
-
-
-def first_inputs(plan: Plan) -> dict[str, float]:
-    """The inputs at the start."""
-    if plan.pieces is not None:
-        return dict(zip(plan.pieces.names, plan.pieces.derivatives(float(plan.grid[0]))[0].tolist(), strict=True))
-    return {} if plan.held is None else dict(zip(plan.held.names, plan.held.values[0].tolist(), strict=True))
 
 
 def times_of(path: Path, stop_time: float | None, step: float | None) -> tuple[float, float]:

@@ -7,6 +7,7 @@ format of the Modelica Association, MA-HS-Experiments, that it refers to.
 from __future__ import annotations
 
 import xml.etree.ElementTree as ET
+from collections.abc import Callable
 
 import numpy as np
 
@@ -28,14 +29,15 @@ _HEAD = {
 _EXPERIMENT, _RESULT = "validation.exp", "reference.csv"
 
 
-def reference_of(mechanism: Mechanism) -> Reference:
+def reference_of(mechanism: Mechanism, progress: Callable[[float], None] | None = None) -> Reference:
     """The direct integration of the default experiment of ``mechanism``, at its communication points.
 
-    All inputs keep their start values. Raises SimulationError if the integration fails.
+    All inputs keep their start values. ``progress`` is told the share that is done, 0 to 1. Raises SimulationError if
+    the integration fails.
     """
     mechanism, experiment = complete(mechanism), mechanism.experiment
     count = max(1, round(experiment.stop_time / experiment.step))
-    return integrate(mechanism, np.linspace(0.0, experiment.stop_time, count + 1))
+    return integrate(mechanism, np.linspace(0.0, experiment.stop_time, count + 1), progress=progress)
 
 
 def reference_files(

@@ -7,28 +7,13 @@ structured naming convention has it.
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
 from lag2fmu.errors import Lag2FmuError
 from lag2fmu.fmu.carried import read_mechanism
 from lag2fmu.fmu.ports import array_elements
-
-
-@dataclass(frozen=True)
-class Scalar:
-    """A number of an FMU: the ``element`` of ``variable``, as fmpy reads it, with its ``start`` value if it has one."""
-
-    name: str
-    variable: Any
-    element: int
-    start: float | None
-
-    @property
-    def reference(self) -> int:
-        """The value reference of the variable."""
-        return int(self.variable.valueReference)
+from lag2fmu.verify.run import Scalar, size_of
 
 
 def scalars_of(description: Any, path: Path) -> dict[str, Scalar]:
@@ -58,14 +43,6 @@ def _number(text: str) -> float:
     return float(text == "true") if text in ("true", "false") else float(text)
 
 
-def size_of(variable: Any) -> int:
-    """How many numbers a variable has."""
-    size = 1
-    for dimension in getattr(variable, "shape", None) or ():
-        size *= int(dimension)
-    return size
-
-
 def _elements(description: Any, path: Path) -> Mapping[str, Sequence[str]]:
     """{array: its elements} of an FMU of lag2fmu, which carries its mechanism."""
     if not any(getattr(v, "shape", ()) for v in description.modelVariables):
@@ -74,22 +51,3 @@ def _elements(description: Any, path: Path) -> Mapping[str, Sequence[str]]:
         return array_elements(read_mechanism(path))
     except Lag2FmuError:
         return {}
-
-
-def whole(values: Mapping[str, float], scalars: Mapping[str, Scalar]) -> dict[str, float | list[float]]:
-    """``values`` of scalars by variable: those of an array as a list, in which other elements have their starts."""
-    found: dict[str, float | list[float]] = {}
-    for name, value in values.items():
-        variable = scalars[name].variable
-        is_array = bool(getattr(variable, "shape", ()))
-        found[variable.name if is_array else name] = elements_of(variable, scalars, values) if is_array else value
-    return found
-
-
-def elements_of(variable: Any, scalars: Mapping[str, Scalar], values: Mapping[str, float]) -> list[float]:
-    """All elements of ``variable``: those in ``values``, others at their starts, 0 where there are none."""
-    found = [0.0] * size_of(variable)
-    for name, scalar in scalars.items():
-        if scalar.variable is variable:
-            found[scalar.element] = values.get(name, scalar.start or 0.0)
-    return found

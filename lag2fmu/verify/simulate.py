@@ -15,8 +15,8 @@ from lag2fmu.errors import LoadError, SimulationError
 from lag2fmu.reference.trajectory import Trajectory
 from lag2fmu.verify.co_simulation import Writer, co_simulation
 from lag2fmu.verify.instances import Instance, description_of, instance_of, is_fmi3
-from lag2fmu.verify.plan import Floats, Kind, Plan, Run, first_inputs, planned
-from lag2fmu.verify.scalars import whole
+from lag2fmu.verify.plan import planned
+from lag2fmu.verify.run import Floats, Kind, Plan, Run, first_inputs, whole
 
 _FMI_TYPES = {"co-simulation": "CoSimulation", "model-exchange": "ModelExchange"}
 _INTEGERS = ("Integer", "Enumeration")
@@ -265,13 +265,3 @@ def _progress(report: Callable[[float], None]) -> Callable[[float, object], bool
         return True
 
     return finished
-
-
-# ------------------------------------------------------------------------------------------------------------ checks
-
-
-def problems(path: Path) -> list[str]:
-    """What fmpy's own validation finds in the FMU ``path``, a sentence each."""
-    from fmpy.validation import validate_fmu
-
-    return [str(problem) for problem in validate_fmu(str(path))]

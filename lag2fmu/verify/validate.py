@@ -32,12 +32,13 @@ from lag2fmu.verify.comparison import (
     windows_after,
 )
 from lag2fmu.verify.hybrid import comparable, extent, has_rows, row_checks, row_outputs
-from lag2fmu.verify.instances import description_of, has_event_mode, offers_model_exchange
+from lag2fmu.verify.instances import description_of, has_event_mode, offers_model_exchange, problems
 from lag2fmu.verify.invariants import action_note, drift_checks, hamilton_checks
-from lag2fmu.verify.plan import Kind, Run, takes_derivatives
+from lag2fmu.verify.plan import takes_derivatives
 from lag2fmu.verify.pointwise import pointwise_checks
 from lag2fmu.verify.report import Check, Report
-from lag2fmu.verify.simulate import problems, simulate_fmu
+from lag2fmu.verify.run import Kind, Run
+from lag2fmu.verify.simulate import simulate_fmu
 from lag2fmu.verify.task import ROUNDING, Floats, Task, moves_a_target
 
 DIRECT = "direct integration"
@@ -90,13 +91,13 @@ def validate_fmu(
         *_laws_checks(task, runs, references),
         *([] if has_rows(task.mechanism) else pointwise_checks(task, reference)),
     ]
-    own = "of runs at two tolerances; growth taken out"
-    checks.append(Check("direct integration, own error", own_error(task, reference), SAFETY * task.tolerance / 10, own))
-    note = extent_note(task, reference, windows)
+    bar, own = SAFETY * task.tolerance / 10, "of runs at two tolerances; growth taken out"
+    checks.append(Check("direct integration, own error", own_error(task, reference), bar, own))
+    notes = filter(None, [extent_note(task, reference, windows)])
     return Report(
         title=f"{mechanism.title}: FMU against direct integration, {task.stop_time:g} s, tolerance {task.tolerance:g}",
         checks=tuple(checks),
-        notes=(*_notes(task, reference), *([note] if note else []), *analysis_notes, *_solver_notes(task, warnings)),
+        notes=(*_notes(task, reference), *notes, *analysis_notes, *_solver_notes(task, warnings)),
         coordinates=tuple(c.name for c in mechanism.coordinates),
         trajectories={DIRECT: reference.trajectory, **runs},
         units=display_units(mechanism),
@@ -106,9 +107,8 @@ def validate_fmu(
 def _plan(task: Task) -> list[tuple[str, Kind, float, bool]]:
     """(label, kind, communication step in s, whether by event mode with early return) of the runs of the FMU."""
     middle = task.steps[1]
-    plan: list[tuple[str, Kind, float, bool]] = [
-        (f"co-simulation, step {step:.3g} s", "co-simulation", step, False) for step in task.steps
-    ]
+    plan: list[tuple[str, Kind, float, bool]]
+    plan = [(f"co-simulation, step {step:.3g} s", "co-simulation", step, False) for step in task.steps]
     if has_event_mode(task.path):
         plan.append((f"co-simulation with event mode, step {middle:.3g} s", "co-simulation", middle, True))
     if offers_model_exchange(task.path):

@@ -14,6 +14,8 @@ enum {
     RUN_FAILED = 3  /* in the scalar runtime, which gave the reason */
 };
 
+#define BATCH_STOPPED ((int64_t)1 << 62) /* in *next: all threads end as soon as they can */
+
 /* [a][b] are the shapes of arrays. Columns are indices in the vector of quantities. */
 typedef struct {
     int64_t runs, samples, outputs, extremes, crossings, most_crossings, events, most_events, knots;
@@ -45,5 +47,9 @@ typedef struct {
     int64_t *next;                /* the next run that waits, shared by all threads */
     char *reasons;                /* [runs][1024], of runs that failed in the scalar runtime; lanes write none */
 } Batch;
+
+static inline int batch_stopped(const Batch *batch) {
+    return __atomic_load_n(batch->next, __ATOMIC_RELAXED) >= BATCH_STOPPED;
+}
 
 #endif

@@ -52,7 +52,7 @@ EXPORTED void lane_runs(const Batch *batch, char *memory) {
     memset(group, 0, sizeof *group);
     group->batch = batch;
     group_fill(group);
-    while (lanes_any(group->active)) {
+    while (lanes_any(group->active) && !batch_stopped(batch)) {
         if (lanes_any(group->stale)) {
             prepare(group);
         }

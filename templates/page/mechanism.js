@@ -20,6 +20,7 @@ export class Mechanism {
     this.point = new Float64Array(memory, functions.page_point(), size);
     this.values = new Float64Array(memory, functions.page_values(), this.variables);
     this.spots = new Float64Array(memory, functions.page_draw(0), sizes[5]);
+    this.powers = new Float64Array(memory, functions.page_power(), 2);
     this.state = new Uint8Array(memory, functions.page_state(), sizes[6]);
   }
 
@@ -34,13 +35,27 @@ export class Mechanism {
     this.call.page_set(variable, value);
   }
 
+  /** Goes to the time `end`, or to an event before it: "event" then, otherwise whether that was possible. */
   advance(end) {
-    return this.call.page_advance(end) === 1;
+    return [false, true, "event"][this.call.page_advance(end)];
   }
 
-  /** Brings `point` and `values` up to date. */
+  /** Goes over the event; false if that was not possible. */
+  pass() {
+    return this.call.page_pass() === 1;
+  }
+
+  get time() {
+    return this.call.page_time();
+  }
+
+  /** Brings `point` up to date; answers with the `values` of variables, the `power` (W) of what changes the energy, and
+   *  whether supports are `moving`. */
   observe() {
     this.call.page_observe();
+    this.call.page_power();
+    const [power, moving] = this.powers;
+    return { values: this.values.slice(), power, moving: moving !== 0 };
   }
 
   /** The spots of the picture at a `time` and the present `point`. */

@@ -1,5 +1,6 @@
 /** The plots below the drawing: variables over the time, energies, balance, a phase portrait. */
 
+import { balance } from "./balance.js";
 import { PhasePlot, TimePlot } from "./plots.js";
 
 const MOST_LINES = 6;
@@ -69,31 +70,16 @@ export class Panel {
     const groups = [["time-plot", this.lines.map(line)]];
     const energies = ENERGIES.filter((name) => this.named(name));
     if (energies.length) groups.push(["energy-plot", energies.map(line)]);
-    const energy = ["total_energy", "generalized_energy"].find((name) => this.named(name));
-    if (energy && this.named("external_power")) {
-      groups.push([
-        "balance-plot",
-        [{ label: "balance, J", color: "series4", column: (run) => this.balance(run, energy) }],
-      ]);
+    const energy = this.named("generalized_energy");
+    if (energy) {
+      const column = (run) => balance(run, energy, this.named("dissipated_energy"));
+      groups.push(["balance-plot", [{ label: "balance, J", color: "series4", column }]]);
     }
     return groups;
   }
 
   of(name) {
     return (run) => run.column(this.named(name));
-  }
-
-  /** The energy less that of the start and the work of inputs, with what contacts and friction have taken. */
-  balance(run, energy) {
-    const e = run.column(this.named(energy));
-    const power = run.column(this.named("external_power"));
-    const taken = this.named("dissipated_energy") ? run.column(this.named("dissipated_energy")) : null;
-    const step = run.timeOf(1);
-    let work = 0;
-    return e.map((value, i) => {
-      if (i > 0) work += (step * (power[i] + power[i - 1])) / 2;
-      return value - e[0] - work + (taken ? taken[i] - taken[0] : 0);
-    });
   }
 
   rebuild() {

@@ -18,7 +18,7 @@ export class Run {
   }
 
   restart() {
-    Object.assign(this, { points: [], values: [], snapshots: [], marks: [], error: "" });
+    Object.assign(this, { points: [], values: [], powers: [], snapshots: [], marks: [], instants: [], error: "" });
     this.moved();
     this.begun = (this.begun ?? 0) + 1;
     if (this.mechanism.begin(this.experiment, this.settings)) {
@@ -26,6 +26,11 @@ export class Run {
     } else {
       this.error = this.mechanism.sentence;
     }
+  }
+
+  /** What is recorded at every communication point: x, u and p; values of variables; power; now and then the state. */
+  get records() {
+    return [this.points, this.values, this.powers, this.snapshots];
   }
 
   moved() {
@@ -49,11 +54,11 @@ export class Run {
 
   record(kept) {
     const index = this.points.length;
-    this.mechanism.observe();
-    const values = this.mechanism.values.slice();
+    const { values, power } = this.mechanism.observe();
     if (index > 0) this.mark(index, this.values[index - 1], values);
     this.points.push(this.mechanism.point.slice());
     this.values.push(values);
+    this.powers.push(power);
     this.snapshots.push(kept || index % this.every === 0 ? this.mechanism.state.slice() : null);
   }
 
@@ -69,7 +74,7 @@ export class Run {
     const begin = performance.now();
     const before = this.points.length;
     while (!this.done && this.end < until) {
-      if (!this.mechanism.advance(this.timeOf(this.points.length))) {
+      if (!this.step()) {
         this.error = this.mechanism.sentence;
         break;
       }
@@ -80,13 +85,27 @@ export class Run {
     return this.points.length > before;
   }
 
+  /** Goes on to the next record, over the events before it; answers whether that was possible. */
+  step() {
+    const index = this.points.length;
+    let reached = this.mechanism.advance(this.timeOf(index));
+    while (reached === "event") {
+      const [time, before] = [this.mechanism.time, this.mechanism.observe()];
+      if (!this.mechanism.pass()) return false;
+      this.instants.push({ index, time, before, after: this.mechanism.observe(), set: false });
+      reached = this.mechanism.advance(this.timeOf(index));
+    }
+    return reached;
+  }
+
   /** Forgets what comes after the record `index` and stands there again. */
   goBack(index) {
     let known = index;
     while (this.snapshots[known] === null) known -= 1;
     this.mechanism.restore(this.snapshots[known]);
-    for (const list of [this.points, this.values, this.snapshots]) list.length = known + 1;
+    for (const list of this.records) list.length = known + 1;
     this.marks = this.marks.filter((mark) => mark.index <= known);
+    this.instants = this.instants.filter((instant) => instant.index <= known);
     this.error = "";
     this.begun += 1;
     while (this.points.length <= index && !this.done) this.compute(0);
@@ -102,9 +121,11 @@ export class Run {
     }
     this.goBack(index);
     this.mechanism.set(variable, value);
-    for (const list of [this.points, this.values, this.snapshots]) list.pop();
+    const [, values, power] = this.records.map((list) => list.pop());
     this.marks = this.marks.filter((mark) => mark.index < index);
     this.record(true);
+    const after = { values: this.values[index], power: this.powers[index] };
+    this.instants.push({ index, time: this.timeOf(index), before: { values, power }, after, set: true });
     this.moved();
   }
 

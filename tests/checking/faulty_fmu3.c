@@ -455,7 +455,7 @@ static bool row(const Instance *self, fmi3ValueReference vr, size_t e, double ou
     case Y: out[1] = m->x[1], out[2] = m->x[0], out[3] = 1.0; break;
     case RATE:
         if (e == 0) out[1] = -m->k, out[3] = 1.0, out[4] = fault("NO_PARAMETERS") ? 0.0 : -m->x[0];
-        else out[1] = m->f, out[2] = -1.0, out[5] = fault("NO_PARAMETERS") ? 0.0 : m->x[0];
+        else out[1] = m->f, out[2] = -1.0, out[5] = fault("NO_PARAMETERS") || fault("NO_FIXED") ? 0.0 : m->x[0];
         break;
     default: return false;
     }

@@ -124,6 +124,7 @@ RULES = {
     "ELEMENTS": "dependencies-element",
     "WRONG_DERIVATIVE": "directional",
     "NO_PARAMETERS": "directional",
+    "NO_FIXED": "directional",
     "DIRECTIONAL_REFUSED": "directional",
     "FIRST_KNOWN": "directional",
     "WRONG_ADJOINT": "adjoint",

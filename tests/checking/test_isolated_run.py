@@ -67,7 +67,10 @@ def rules(found: Findings) -> set[tuple[str, str]]:
 
 
 def test_the_fmu_that_is_right(make: Make) -> None:
-    assert check_fmu(make("")).findings == ()
+    shares: list[float] = []
+    assert check_fmu(make(""), progress=shares.append).findings == ()
+    assert shares == sorted(shares)
+    assert 0.0 < shares[0] <= shares[-1] == 1.0
 
 
 FAULTS = {

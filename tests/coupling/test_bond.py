@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+import re
 import zipfile
+from functools import cache
 from pathlib import Path
 
 import numpy as np
@@ -22,6 +24,7 @@ pytestmark = [pytest.mark.fmu, pytest.mark.slow]
 M, m, l, g = 4.0, 0.5, 0.6, 9.81  # noqa: E741
 
 
+@cache
 def cart() -> Mechanism:
     x = coordinate("x", "m")
     return Mechanism("cart", coordinates=[x], bodies=[Body("cart", M, (x, 0))])
@@ -31,6 +34,7 @@ def bob(x, theta) -> Body:
     return Body("bob", m, (x + l * sin(theta), -l * cos(theta)))
 
 
+@cache
 def hanging() -> Mechanism:
     """A pendulum on a support that the other side moves, which tells the force that this takes."""
     theta, x0 = coordinate("theta", "rad", start=0.8), signal("x0", "m", motion=True)
@@ -67,6 +71,29 @@ def test_terminals_bind_two_mechanisms(exported, tmp_path: Path) -> None:
     errors = [np.abs(coupled(found, tmp_path, h)[:: round(0.01 / h)] - truth).max() for h in (0.002, 0.001)]
     assert errors[1] < 5e-3 * np.abs(truth).max()
     assert errors[0] / errors[1] == pytest.approx(2.0, abs=0.1)
+
+
+@pytest.mark.parametrize("degree", [0, 1, 2])
+def test_repeated_exchange_keeps_the_order(degree: int, exported) -> None:
+    """One exchange a step leaves order 1, eight leave degree + 1; figures as in docs/coupling.md."""
+    paths = [exported(cart(), outputs=("x_ddot",)).path, exported(hanging()).path]
+    truth = integrate(complete(in_one_piece()), np.linspace(0.0, 1.0, 101), rtol=1e-11).trajectory["x"]
+    text = Path(__file__).parents[2].joinpath("docs", "coupling.md").read_text("utf-8")
+    for rounds in (1, 8):
+        row = re.search(rf"^\| {degree} \| {rounds} \| ([\d.e-]+) \| ([\d.e-]+) \|$", text, re.MULTILINE)
+        assert row is not None
+        found = [error(*paths, h, degree, rounds, truth) for h in (0.01, 0.001)]
+        assert found == pytest.approx([float(x) for x in row.groups()], rel=0.05)
+
+
+def error(first: Path, second: Path, step: float, degree: int, rounds: int, truth: np.ndarray) -> float:
+    """The largest error of the cart's place in 1 s (m), with so many exchanges of acceleration and force a step."""
+    motion = [Wire("cart", name, "hanging", name.replace("x", "x0")) for name in ("x", "x_dot", "x_ddot")]
+    wires = [*motion[:2], *([motion[2], Wire("hanging", "F_x0", "cart", "Q_x", -1.0)] * rounds)]
+    with Stepping(first) as one, Stepping(second) as other:
+        units = {"cart": one.start(tolerance=1e-11), "hanging": other.start(tolerance=1e-11)}
+        found = run(units, wires, step, round(1.0 / step), degree, Wire("cart", "x", "", ""))
+    return float(np.abs(np.array(found)[:: round(0.01 / step)] - truth).max())
 
 
 def coupled(found, folder: Path, step: float) -> np.ndarray:

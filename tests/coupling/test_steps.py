@@ -8,12 +8,14 @@ from math import pi
 import numpy as np
 import pytest
 from scipy.linalg import expm
+from sympy import cos, sin
 
 from lag2fmu import derive
 from lag2fmu.analysis import analysis_sections, linearize
-from lag2fmu.analysis.coupling import CHANGE, Port, ports
-from lag2fmu.analysis.linearization import Linearization
+from lag2fmu.analysis.coupling import CHANGE, Port, bonds, ports
+from lag2fmu.analysis.state_space import Linearization
 from lag2fmu.formats.loading import load
+from lag2fmu.mechanism import Body, Mechanism, coordinate, signal
 
 
 def place_of(about: Linearization, port: Port) -> np.ndarray:
@@ -22,14 +24,19 @@ def place_of(about: Linearization, port: Port) -> np.ndarray:
 
 
 def multiplied(about: Linearization, port: Port, step: float, degree: int) -> np.ndarray:
-    """What a communication step multiplies the eigenmodes by, (k,): exponentials of matrices, no approximation.
+    """What a communication step with a spring multiplies the eigenmodes by, (k,)."""
+    B, c = about.B[:, [about.inputs.index(port.inputs[0])]], place_of(about, port)[None]
+    return of_a_step(about.A, B, -port.stiffness * c, step, degree)
 
-    The force of the spring goes on from the beginning of the step as its Taylor polynomial.
+
+def of_a_step(A: np.ndarray, B: np.ndarray, feedback: np.ndarray, step: float, degree: int) -> np.ndarray:
+    """What a step multiplies the eigenmodes of z' = A z + B u by, (k,): exponentials of matrices, no approximation.
+
+    u = ``feedback`` z goes on from the beginning of the step as its Taylor polynomial.
     """
-    k = len(about.states)
-    A, B, c = about.A, about.B[:, [about.inputs.index(port.inputs[0])]], place_of(about, port)[None]
-    force = [-port.stiffness * c, -port.stiffness * c @ A]
-    force.append(-port.stiffness * c @ A @ A + -port.stiffness * c @ A @ B @ force[0])
+    k = len(A)
+    force = [feedback, feedback @ A]
+    force.append(feedback @ A @ A + feedback @ A @ B @ force[0])
     chain = np.zeros((k + 3, k + 3))
     chain[:k, :k], chain[:k, k : k + 1], chain[k, k + 1], chain[k + 1, k + 2] = A, B, 1.0, 1.0
     begin = np.concatenate([np.eye(k), *(f if i <= degree else 0 * f for i, f in enumerate(force))])
@@ -86,3 +93,39 @@ def test_forces_of_the_user_come_first_and_the_analysis_tells() -> None:
         section.lines[0]
     )
     assert str(section.lines[1]).startswith("F, Q_x and x: with ")
+
+
+# ------------------------------------------------------------------------------------------- motion in, force out
+
+
+def hanging() -> Mechanism:
+    """A pendulum of 0.5 kg and 0.6 m on a support that another FMU moves."""
+    theta, x0 = coordinate("theta", "rad"), signal("x0", "m", motion=True)
+    bob = Body("bob", 0.5, (x0 + 0.6 * sin(theta), -0.6 * cos(theta)))
+    return Mechanism("hanging", coordinates=[theta], inputs=[x0], bodies=[bob], gravity=9.81)
+
+
+def test_the_force_that_carries_a_motion_contains_its_inertia() -> None:
+    """m sin(theta)^2 at once, and m in the end; with 4 m below it swings at sqrt((g/l) 5/4)."""
+    (tilted,) = bonds(linearize(derive(hanging()), q=np.array([0.8]), outputs=["F_x0"]))
+    assert tilted.inertia == pytest.approx(0.5 * np.sin(0.8) ** 2)
+    (below,) = bonds(linearize(derive(hanging()), outputs=["F_x0"]))
+    assert (below.inertia, below.mass) == (0.0, pytest.approx(2.0))
+    assert below.swing.frequency == pytest.approx(np.sqrt(9.81 / 0.6 * 1.25))
+
+
+@pytest.mark.parametrize("degree", [0, 1, 2])
+def test_the_step_of_a_motion_changes_an_oscillation_by_a_hundredth(degree: int) -> None:
+    """theta'' = -(g theta + x'')/l and x'' = m g theta/M, which goes on as a polynomial."""
+    (bond,) = bonds(linearize(derive(hanging()), outputs=["F_x0"]))
+    A = np.array([[0.0, 1.0], [-9.81 / 0.6, 0.0]])
+    B, feedback = np.array([[0.0], [-1 / 0.6]]), np.array([[0.5 * 9.81 / bond.mass, 0.0]])
+    step = bond.swing.step(degree)
+    found = np.log(of_a_step(A, B, feedback, step, degree)) / step
+    change = 2 * pi * np.abs(found.real).max() / bond.swing.frequency
+    assert 0.7 * CHANGE < change < 1.05 * CHANGE
+
+
+def test_the_analysis_tells_of_motions() -> None:
+    section = next(s for s in analysis_sections(derive(hanging())) if s.title == "Coupling to other FMUs")
+    assert str(section.lines[-1]).startswith("x0 and F_x0. With 2 kg on the other side it swings at 4.52 rad/s. ")

@@ -8,7 +8,7 @@ import pytest
 from describing import described
 
 from lag2fmu.dynamics import derive
-from lag2fmu.dynamics.samples import start_values
+from lag2fmu.dynamics.starts import start_values
 from lag2fmu.errors import MechanismError
 from lag2fmu.fmu.dependencies import dependencies
 from lag2fmu.formats.text import read

@@ -14,8 +14,8 @@ from sympy import cos, sin
 
 from lag2fmu.dynamics import EquationsOfMotion, derive, lower
 from lag2fmu.dynamics.constraints import ambiguous
-from lag2fmu.dynamics.samples import start_values
 from lag2fmu.dynamics.schur_complement import solve_constrained
+from lag2fmu.dynamics.starts import start_values
 from lag2fmu.dynamics.terms import canonical
 from lag2fmu.errors import DerivationError
 from lag2fmu.formats.loading import load

@@ -12,7 +12,7 @@ from lag2fmu.analysis.evaluation import unknowns
 from lag2fmu.description import names
 from lag2fmu.dynamics import derive
 from lag2fmu.dynamics.equations import EquationsOfMotion
-from lag2fmu.dynamics.samples import start_values
+from lag2fmu.dynamics.starts import start_values
 from lag2fmu.errors import MechanismError
 from lag2fmu.graph.autodiff import Forward
 from lag2fmu.language.expressions import TIME, symbol

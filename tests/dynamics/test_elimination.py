@@ -17,7 +17,7 @@ from lag2fmu.dynamics.elimination import mass_matrix, solve
 from lag2fmu.dynamics.equations import EquationsOfMotion
 from lag2fmu.dynamics.lagrange import ACCELERATION_METHODS
 from lag2fmu.dynamics.quadratic import second_degree
-from lag2fmu.dynamics.samples import start_values
+from lag2fmu.dynamics.starts import start_values
 from lag2fmu.formats.loading import bundled, load
 from lag2fmu.graph.cost import cycles
 from lag2fmu.graph.from_sympy import Translator

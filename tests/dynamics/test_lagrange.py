@@ -15,7 +15,8 @@ from lag2fmu.codegen.c import c_function
 from lag2fmu.description import names
 from lag2fmu.dynamics import derive, lower
 from lag2fmu.dynamics.equations import EquationsOfMotion
-from lag2fmu.dynamics.samples import mass_matrices, samples, start_values
+from lag2fmu.dynamics.samples import mass_matrices, samples
+from lag2fmu.dynamics.starts import start_values
 from lag2fmu.dynamics.tangent import differentiate
 from lag2fmu.errors import DerivationError
 from lag2fmu.formats.loading import bundled, load

@@ -9,7 +9,7 @@ from scipy.spatial.transform import Rotation
 from lag2fmu.analysis.evaluation import unknowns
 from lag2fmu.description import names
 from lag2fmu.dynamics import derive
-from lag2fmu.dynamics.samples import start_values
+from lag2fmu.dynamics.starts import start_values
 from lag2fmu.mechanism import Body, Frame, Mechanism, Ports, coordinate
 
 MASS, INERTIA = 2.0, np.array([0.3, 0.5, 0.7])

@@ -2,6 +2,11 @@
 
 from __future__ import annotations
 
+import os
+import pickle
+import signal
+import threading
+import time
 from functools import cache
 
 import numpy as np
@@ -62,6 +67,57 @@ def test_a_run_gives_the_same_bits_whatever_runs_beside_it() -> None:
 
 
 SLOW = pytest.mark.slow  # each compiles the whole runtime
+
+
+@SLOW
+@pytest.mark.parametrize(
+    ("model", "solver", "varied", "low", "high"),
+    [
+        ("four_bar_linkage", "dopri5", "l2", 0.24, 0.26),
+        ("double_pendulum", "verlet", "l1", 0.5, 1.0),
+        ("bouncing_ball", "dopri5", "e", 0.5, 0.9),  # leaves its lanes
+    ],
+)
+def test_everything_has_the_same_bits_in_any_order(
+    model: str, solver: str, varied: str, low: float, high: float
+) -> None:
+    chosen, values, stops = ensemble(model, solver), spread(low, high, 21), spread(0.5, 1.0, 21)
+    names = chosen.names[:4]
+
+    def run(order: np.ndarray, threads: int) -> list[np.ndarray]:
+        runs = chosen.run(
+            parameters={varied: values[order]}, stop_time=stops[order], samples=[0.1, 0.3], outputs=names,
+            extremes=names, crossings=names, events=chosen.events, threads=threads,
+        )  # fmt: skip
+        kinds = (runs.samples, runs.final, runs.minimum, runs.maximum, runs.crossings, runs.event_counts)
+        assert not runs.reasons
+        ragged = [np.array([times.sum() for times in runs.events[name]]) for name in chosen.events]
+        return [array for kind in kinds for array in kind.values()] + ragged
+
+    order = np.random.default_rng(0).permutation(21)
+    straight, mixed, alone = run(np.arange(21), 1), run(order, 3), run(np.array([7]), 1)
+    for a, b, c in zip(straight, mixed, alone, strict=True):
+        assert np.array_equal(a[order], b, equal_nan=True)
+        assert np.array_equal(a[7:8], c, equal_nan=True)
+
+
+def test_another_process_gets_an_ensemble() -> None:
+    model = ensemble("double_pendulum")
+    again = pickle.loads(pickle.dumps(model)).run(stop_time=1.0)
+    assert np.array_equal(again.final["theta1"], model.run(stop_time=1.0).final["theta1"])
+
+
+@SLOW
+@pytest.mark.skipif(os.name != "posix", reason="a process interrupts itself by a signal")
+def test_an_interrupted_batch_ends_at_once() -> None:
+    """It would take minutes; afterwards the ensemble goes on."""
+    model = ensemble("double_pendulum")
+    threading.Timer(0.2, os.kill, (os.getpid(), signal.SIGINT)).start()
+    begun = time.monotonic()
+    with pytest.raises(KeyboardInterrupt):
+        model.run(starts={"theta1": spread(0.1, 1.0, 40)}, stop_time=1e6, threads=2)
+    assert time.monotonic() - begun < 20.0
+    assert model.run(stop_time=1.0).in_lanes.all()
 
 
 @pytest.mark.parametrize(
@@ -188,6 +244,17 @@ def test_a_run_that_fails_has_a_reason_and_stops_no_other() -> None:
         ({"samples": [1.0, 0.5]}, "do not ascend"),
         ({"samples": [0.0, 99.0], "stop_time": 1.0}, "expected times from 0 s to 1 s"),
         ({"stop_time": -1.0}, "stop_time is -1"),
+        ({"start_time": np.nan}, "start_time is nan; expected a finite time"),
+        ({"tolerance": 2.0}, "tolerance is 2; expected 2e-15 to 1"),
+        ({"step": np.nan}, "step is nan"),
+        ({"samples": True}, "samples is True; expected a whole number"),
+        ({"samples": "all"}, "samples is 'all'; expected numbers"),
+        ({"samples": [0.0, np.nan]}, "times of samples do not ascend"),
+        ({"outputs": "theta1"}, "outputs is 'theta1'; expected a list of names"),
+        ({"events": ["impact"]}, "event 'impact': there is no such variable; known are none"),
+        ({"crossings": ["theta1"], "most_crossings": -1}, "most_crossings is -1"),
+        ({"inputs": {"Q_theta1": "much"}}, "input 'Q_theta1' is 'much'; expected numbers"),
+        ({"threads": 0}, "threads = 0; expected at least 1"),
         ({"inputs": {"Q_theta1": [1.0, 2.0, 3.0]}, "input_times": [0.0, 1.0]}, r"expected \(\), \(2,\) or \(runs, 2\)"),
     ],
 )

@@ -22,10 +22,10 @@ from lag2fmu.fmu.versions import VERSIONS
 from lag2fmu.formats.loading import load
 from lag2fmu.formats.text import read
 from lag2fmu.formats.write import write
+from lag2fmu.language.expressions import without_dust
 from lag2fmu.mechanism import Body, Mechanism, Part, coordinate, parameter, signal
 from lag2fmu.mechanism.completion import complete
-from lag2fmu.mechanism.starts import without_dust
-from lag2fmu.verify.simulate import problems
+from lag2fmu.verify.instances import problems
 
 IMPRINT = {
     "author": "A. Lovelace & 'C. Babbage'",

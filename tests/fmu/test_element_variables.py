@@ -22,8 +22,9 @@ from lag2fmu.formats.loading import load
 from lag2fmu.formats.text import read
 from lag2fmu.mechanism import Mechanism
 from lag2fmu.reference import Trajectory
+from lag2fmu.verify.instances import problems
 from lag2fmu.verify.plots import motion_figure
-from lag2fmu.verify.simulate import Run, problems, simulate_fmu
+from lag2fmu.verify.simulate import Run, simulate_fmu
 
 pytestmark = pytest.mark.fmu
 

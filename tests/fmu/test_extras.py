@@ -14,8 +14,8 @@ from lxml import etree
 import lag2fmu
 from lag2fmu.cli import main
 from lag2fmu.reference.trajectory import parse_csv
+from lag2fmu.verify.instances import problems
 from lag2fmu.verify.reference_files import reference_files
-from lag2fmu.verify.simulate import problems
 
 pytestmark = pytest.mark.fmu
 

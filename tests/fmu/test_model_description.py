@@ -20,7 +20,7 @@ from lag2fmu.fmu.versions.shared import add_units
 from lag2fmu.formats.loading import bundled, load
 from lag2fmu.language.units import parse_unit
 from lag2fmu.mechanism import Energy, Mechanism, coordinate, parameter
-from lag2fmu.verify.simulate import problems
+from lag2fmu.verify.instances import problems
 
 pytestmark = pytest.mark.fmu
 

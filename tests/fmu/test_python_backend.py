@@ -31,7 +31,7 @@ from lag2fmu.fmu.backends.python import INTERFACE, check_choices, python_fmu
 from lag2fmu.formats.loading import load, with_values
 from lag2fmu.mechanism import Constraint, Energy, Mechanism, coordinate, parameter
 from lag2fmu.reference import Trajectory
-from lag2fmu.verify.simulate import problems
+from lag2fmu.verify.instances import problems
 
 pytestmark = pytest.mark.fmu
 

@@ -16,6 +16,7 @@ from stepping import Stepping
 
 from lag2fmu import export, simulate
 from lag2fmu.dynamics import derive, lower
+from lag2fmu.dynamics.tables import interpolant
 from lag2fmu.fmu import Fmu
 from lag2fmu.language.vocabulary import Smooth
 from lag2fmu.mechanism import Energy, Mechanism, Output, Table, coordinate, signal
@@ -156,6 +157,38 @@ def test_kinks_are_event_indicators(exported: Callable[..., Fmu]) -> None:
         forces={theta: Smooth(BROKEN.tables[0](theta.dot))},
     )
     assert lower(derive(smooth)).switches == 0
+
+
+@pytest.mark.parametrize("outside", ["hold", "extrapolate"])
+@pytest.mark.parametrize("kind", ["linear", "cubic"])
+def test_lines_of_a_grid_are_switches(kind: str, outside: str) -> None:
+    """Between them the force is one polynomial, that of the table."""
+    x, y = coordinate("x"), coordinate("y")
+    table = Table("grid", columns=[X, Y, GRID], interpolation=kind, outside=outside)
+    energy = Energy(kinetic=(x.dot**2 + y.dot**2) / 2)
+    mechanism = Mechanism("patches", coordinates=[x, y], tables=[table], energy=energy, forces={x: table(x, y)})
+    program = lower(derive(mechanism))
+    assert program.switches == (4 + 3 if kind == "linear" else 0) + (4 if outside == "hold" else 0)
+    functions = {f.name: f for f in program.functions}
+    force = next(node for array, i, node in functions["mechanism_dynamics"].results if (array, i) == ("f", 0))
+    margins = [node for *_, node in functions["mechanism_switches"].results] if program.switches else []
+    for at in np.random.default_rng(5).uniform((-3.0, -1.0), (4.0, 4.0), (40, 2)):
+        values = {"x": at[0], "y": at[1], "x_dot": 0.0, "y_dot": 0.0, "Q_x": 0.0, "Q_y": 0.0}
+        values |= {f"switch {k}": float(np.sign(m)) for k, m in enumerate(program.graph.evaluate(margins, values))}
+        expected = float(interpolant(mechanism.tables[0])((0, 0), *at))
+        assert program.graph.evaluate([force], values) == pytest.approx([expected], rel=1e-12, abs=1e-12)
+
+
+def test_a_linear_grid_is_followed_from_line_to_line(exported: Callable[..., Fmu]) -> None:
+    """A spring that is four times as stiff on one side: half periods of pi/2 and pi s, while y passes lines, too."""
+    x, y = coordinate("x", "m", start=1.0), coordinate("y", "m", velocity=1.0)
+    table = Table("pull", columns=[[-9.0, 0.0, 9.0], [0.5, 2.5, 4.2], [[36.0] * 3, [0.0] * 3, [-9.0] * 3]])
+    energy = Energy(kinetic=(x.dot**2 + y.dot**2) / 2)
+    mechanism = Mechanism("uneven", coordinates=[x, y], tables=[table], energy=energy, forces={x: table(x, y)})
+    run = simulate(exported(mechanism), stop_time=1.5 * np.pi, step=np.pi / 8, tolerance=1e-8)
+    t = run.time
+    sides = [np.cos(t), -np.sin(2 * (t - np.pi / 2)) / 2, np.sin(t - np.pi)]
+    assert run["x"] == pytest.approx(np.select([t < np.pi / 2, t < np.pi], sides[:2], sides[2]), abs=1e-7)
 
 
 FAN, BROKEN = fan(), fan(kind="linear")

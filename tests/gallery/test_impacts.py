@@ -9,6 +9,7 @@ from itertools import pairwise
 import numpy as np
 import pytest
 from fmpy.fmi1 import FMICallException
+from fmpy.fmi2 import FMU2Model
 from scipy.integrate import quad
 from scipy.optimize import brentq
 from scipy.special import ellipj, ellipk
@@ -265,3 +266,32 @@ def test_a_leg_hops(motion) -> None:
     run = motion("hopper_leg", 1.0, 50, outputs=("y", "ground_impacts"))
     assert run["ground_impacts"][-1] >= 2
     assert run["y"] == pytest.approx(hopping(run.time), abs=1e-6)
+
+
+# ---------------------------------------------------------------------------------------------- model exchange
+
+
+CONTACTS = {
+    "newtons_cradle": ["left", "right"],
+    "impact_oscillator": ["wall_upper"],
+    "rocking_block": ["A", "B"],
+    "woodpecker": ["beak", "bottom", "top"],
+}
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("model", CONTACTS)
+def test_cvode_sees_each_impact_once(model: str, exported, monkeypatch: pytest.MonkeyPatch) -> None:
+    """As many as in co-simulation, and no two events at one time, though CVode finds them a little inside."""
+    times, enter, set_time = [0.0], FMU2Model.enterEventMode, FMU2Model.setTime
+    events: list[float] = []
+    monkeypatch.setattr(FMU2Model, "setTime", lambda unit, t: (times.append(t), set_time(unit, t)))
+    monkeypatch.setattr(FMU2Model, "enterEventMode", lambda unit: (events.append(times[-1]), enter(unit)))
+    path, outputs = exported(model).path, [f"{name}_impacts" for name in CONTACTS[model]]
+    inside, outside = (
+        lag2fmu.simulate(path, tolerance=1e-9, outputs=outputs, kind=kind)
+        for kind in ("co-simulation", "model-exchange")
+    )
+    assert outside.values[-1].tolist() == inside.values[-1].tolist()
+    assert inside.values[-1].max() > 0
+    assert np.diff(events).min() > 1e-9

@@ -9,7 +9,7 @@ from bicycle import EIGENVALUES
 
 import lag2fmu
 from lag2fmu.dynamics import derive
-from lag2fmu.dynamics.samples import start_values
+from lag2fmu.dynamics.starts import start_values
 from lag2fmu.formats.loading import load
 from lag2fmu.reference import Equations
 

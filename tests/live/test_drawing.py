@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from lag2fmu.dynamics.lagrange import derive
+from lag2fmu.dynamics.entry_points import derive
 from lag2fmu.dynamics.program import lower
 from lag2fmu.formats.loading import load
 from lag2fmu.live.drawing import drawing

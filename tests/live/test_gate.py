@@ -10,11 +10,12 @@ import pytest
 from compiling import COMPILERS, compiled
 
 from lag2fmu.codegen.sources import page_sources
-from lag2fmu.dynamics.lagrange import derive
+from lag2fmu.dynamics.entry_points import derive
 from lag2fmu.dynamics.program import lower
 from lag2fmu.fmu.backends.native import describe
 from lag2fmu.formats.loading import load
 from lag2fmu.live.drawing import drawing
+from lag2fmu.live.work import work
 from lag2fmu.reference.integrate import integrate
 
 pytestmark = pytest.mark.fmu
@@ -26,9 +27,15 @@ def test_the_gate_runs_an_experiment_and_goes_back(tmp_path: Path) -> None:
     found = drawing(equations.mechanism)
     assert found is not None
     description, sources = describe(equations.mechanism, equations, program, "dopri5")
-    files = page_sources(sources, found.spots.program(program))
+    references = {v.name: v.value_reference for v in description.variables if v.derivative_of is None}
+    files = page_sources(sources, {"picture": found.spots.program(program), "work": work(equations, references)})
     library = compiled(tmp_path, files, "gcc" if "gcc" in COMPILERS else "zig")
-    for name, kind in (("page_point", ctypes.c_double), ("page_draw", ctypes.c_double), ("page_sizes", ctypes.c_int)):
+    for name, kind in (
+        ("page_point", ctypes.c_double),
+        ("page_draw", ctypes.c_double),
+        ("page_power", ctypes.c_double),
+        ("page_sizes", ctypes.c_int),
+    ):
         getattr(library, name).restype = ctypes.POINTER(kind)
     library.page_state.restype = ctypes.c_void_p
     library.page_sentence.restype = ctypes.c_char_p
@@ -48,6 +55,7 @@ def test_the_gate_runs_an_experiment_and_goes_back(tmp_path: Path) -> None:
         ctypes.memmove(library.page_state(), saved, state_size)
         library.page_restored()
     assert ends[0] == ends[1]
+    assert library.page_power()[:2] == [0.0, 0.0]  # nothing drives it, nothing brakes it
     reference = integrate(equations.mechanism, np.array([0.0, 0.1, 0.2])).trajectory
     names = [c.name for c in equations.mechanism.coordinates]
     assert ends[0] == pytest.approx(reference.columns([*names, *(f"{q}_dot" for q in names)])[-1], abs=1e-6)

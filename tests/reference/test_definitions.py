@@ -7,7 +7,7 @@ import pytest
 from kkt import solve
 
 from lag2fmu.dynamics import derive
-from lag2fmu.dynamics.samples import start_values
+from lag2fmu.dynamics.starts import start_values
 from lag2fmu.explain.procedure import procedure
 from lag2fmu.formats.text import read
 from lag2fmu.language import definitions

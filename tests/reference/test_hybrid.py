@@ -6,6 +6,7 @@ import sympy as sp
 
 from lag2fmu.mechanism import Body, Force, Mechanism, coordinate, signal
 from lag2fmu.reference import integrate
+from lag2fmu.reference.hybrid.following import Follower
 from lag2fmu.reference.hybrid.integration import started
 from lag2fmu.reference.hybrid.modes import Mode
 from lag2fmu.reference.hybrid.run import Run, Track
@@ -20,7 +21,7 @@ def run(mechanism: Mechanism, end: float, inputs: object = None) -> Track:
     """One run to ``end`` (s), without the further ones that ``integrate`` makes to know its errors."""
     times = np.array([0.0, end])
     problem = Run(System(mechanism), signals_of(mechanism, inputs, 0.0), times)
-    return problem.follow(started(problem, {}), "DOP853", 1e-12)
+    return Follower(problem, "DOP853", 1e-12).follow(started(problem, {}))
 
 
 def times_of(track: Track, kind: str) -> list[float]:

@@ -21,7 +21,7 @@ OPTIONS = (
     "--use-gl=angle",
     "--use-angle=swiftshader",
     "--enable-unsafe-swiftshader",
-    "--window-size=1280,1000",
+    "--window-size=800,700",
 )
 OF_SOFTWARE_DRAWING = "GPU stall due to ReadPixels"
 """Chromium says so of every canvas in space where no graphics card draws it."""

@@ -37,6 +37,9 @@ REPRESENTATIVE = [
 ]
 """Autonomous, with inputs and outputs, with a prescribed motion, large, with constraints, with what has no mass."""
 
+HYBRID = ["bouncing_ball", "block_on_belt"]
+"""With impacts, and with dry friction."""
+
 FROM_ELSEWHERE = ["arm.urdf", "crane.py:method", "two_armed_robot"]
 """A robot, an object of SymPy's mechanics, and a mechanism of parts."""
 VALUES = {"crane.py:method": {"M": 3.0, "m": 1.0, "l": 0.8, "g": 9.81, "c": 0.5}}
@@ -62,6 +65,14 @@ def unpack_sources(fmu: Fmu, folder: Path) -> list[Path]:
     return sorted((folder / "sources").glob("*.c"))
 
 
+def unpack_units(fmu: Fmu, folder: Path) -> list[Path]:
+    """The same in fewer files, which are compiled sooner."""
+    joined = units({path.name: path.read_text("utf-8") for path in unpack_sources(fmu, folder)})
+    for name, text in joined.items():
+        (folder / "sources" / name).write_text(text, "utf-8")
+    return [folder / "sources" / name for name in joined]
+
+
 def build(target: Path, command: Sequence[str], sources: Sequence[Path], *after: str) -> Path:
     """Compile ``sources`` to ``target``; raises AssertionError with what the compiler said."""
     line = [*command, *INCLUDES, *map(str, sources), "-o", str(target), *after]
@@ -79,11 +90,7 @@ def build_host3(folder: Path, command: Sequence[str], sources: Sequence[Path], *
 
 def with_host3(fmu: Fmu, folder: Path, command: Sequence[str]) -> Path:
     """The host for FMI 3.0 with all of the FMU in it, which sanitizers then see, too."""
-    sources = {path.name: path.read_text("utf-8") for path in unpack_sources(fmu, folder)}
-    joined = units(sources)
-    for name, text in joined.items():
-        (folder / "sources" / name).write_text(text, "utf-8")
-    return build_host3(folder, command, [folder / "sources" / name for name in joined])
+    return build_host3(folder, command, unpack_units(fmu, folder))
 
 
 def zig(target: str) -> list[str]:
@@ -94,24 +101,36 @@ KINDS = {"independent": "t", "input": "u", "calculatedParameter": "c"}
 
 
 def description(fmu: Fmu) -> str:
-    """The FMU as the host reads it: GUID, number of constraints, of states, of variables; then its variables."""
+    """The FMU as the host reads it: GUID, numbers of constraints, states, event indicators, variables; then these."""
     found = read_model_description(str(fmu.path), validate=False)
     lines = []
     states = {v.derivative.name for v in found.modelVariables if v.derivative is not None}
     for v in found.modelVariables:
-        if v.derivative is not None:
+        if v.type != "Real":
+            kind = "n"
+        elif v.variability == "discrete" and v.causality != "input":
+            kind = "j"
+        elif v.derivative is not None:
             kind = "d"
         elif v.causality == "parameter":
             kind = "p" if v.variability == "tunable" else "f"
         elif v.causality in KINDS:
             kind = KINDS[v.causality]
         else:
-            kind = "x" if v.name in states else "y" if v.causality == "output" else "c"
+            kind = (
+                ("x" if v.causality == "output" else "l")
+                if v.name in states
+                else "y"
+                if v.causality == "output"
+                else "c"
+            )
         bounds = [float(v.min or -math.inf) if v.min is not None else -math.inf]
         bounds += [float(v.max) if v.max is not None else math.inf]
         lines.append(f"{v.valueReference} {kind} {float(v.start or 0)!r} {bounds[0]!r} {bounds[1]!r}")
     constraints = len(fmu.mechanism.constraints)
-    return "\n".join([f"{found.guid} {constraints} {len(states)} {len(lines)}", *lines, ""])
+    return "\n".join(
+        [f"{found.guid} {constraints} {len(states)} {found.numberOfEventIndicators or 0} {len(lines)}", *lines, ""]
+    )
 
 
 def run(

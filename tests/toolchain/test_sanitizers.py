@@ -37,7 +37,7 @@ def under(exported, tmp_path_factory: pytest.TempPathFactory) -> Callable[[str, 
             command = [*GCC, *hosts.STRICT, "-Wconversion", *flags]
             programs[key] = hosts.build(target, command, hosts.HOST, "-ldl", "-lpthread", "-lm")
         fmu = exported(hosts.representative(model))
-        sources = hosts.unpack_sources(fmu, folder)
+        sources = hosts.unpack_units(fmu, folder)
         hosts.build(folder / "fmu.so", [*GCC, *flags, "-shared", "-fPIC"], sources, "-lm")
         (folder / "fmu.txt").write_text(hosts.description(fmu))
         return lambda *action: hosts.run([str(programs[key]), "./fmu.so", "fmu.txt", *map(str, action)], folder)
@@ -52,26 +52,40 @@ def succeeded(done: subprocess.CompletedProcess[str]) -> str:
     return done.stdout
 
 
-@pytest.mark.parametrize("model", hosts.REPRESENTATIVE)
-def test_address_leak_and_undefined_behaviour(model: str, under) -> None:
-    """100 000 lives of instances, and random calls."""
-    run = under(model, hosts.ADDRESS)
-    assert succeeded(run("cycles", 100_000)) == "100000 cycles\n"
+def random_calls(run: Run, count: int, seeds: tuple[int, ...]) -> Counter[tuple[str, str, str, str]]:
+    """How often (kind, function, state and legality, verdict) was met; none is accepted where it is illegal."""
     met: Counter[tuple[str, str, str, str]] = Counter()
-    for seed in (1, 2):
-        for line in succeeded(run("random_calls", 150_000, seed)).splitlines():
+    for seed in seeds:
+        for line in succeeded(run("random_calls", count, seed)).splitlines():
             kind, function, *states = line.split()
             for state, legal, accepted, refused in (re.split(r"[:/]", cell[0] + ":" + cell[1:]) for cell in states):
                 met[kind, function, state + legal, "accepted"] += int(accepted)
                 met[kind, function, state + legal, "refused"] += int(refused)
     assert len(met) == 2 * 6 * 44 * 2
-    for (kind, function, (_, legal), verdict), count in met.items():
+    for (kind, function, (_, legal), verdict), times in met.items():
         if legal == ".":
-            assert count == 0 or verdict == "refused", (kind, function, "is accepted where it is illegal")
+            assert times == 0 or verdict == "refused", (kind, function, "is accepted where it is illegal")
+    return met
+
+
+@pytest.mark.parametrize("model", hosts.REPRESENTATIVE)
+def test_address_leak_and_undefined_behaviour(model: str, under) -> None:
+    """100 000 lives of instances, and random calls."""
+    run = under(model, hosts.ADDRESS)
+    assert succeeded(run("cycles", 100_000)) == "100000 cycles\n"
+    met = random_calls(run, 150_000, (1, 2))
     legal_met = [met[key] for key in met if key[2][1] != "." and key[3] == "accepted"]
     illegal_met = [met[key] for key in met if key[2][1] == "." and key[3] == "refused"]
     assert min(legal_met) > 0, "every function was called in every state where it is legal"
     assert sum(map(bool, illegal_met)) > 0.9 * len(illegal_met), "and in nearly all where it is not"
+
+
+@pytest.mark.parametrize("model", hosts.HYBRID)
+def test_random_calls_of_hybrid_mechanisms(model: str, under) -> None:
+    """Over impacts and changes between sticking and sliding."""
+    run = under(model, hosts.ADDRESS)
+    assert succeeded(run("cycles", 1000)) == "1000 cycles\n"
+    random_calls(run, 50_000, (1,))
 
 
 @pytest.mark.parametrize("model", ["double_pendulum", "linkage"])
@@ -81,7 +95,7 @@ def test_forged_states(model: str, under) -> None:
     assert 0 < taken < 10_000
 
 
-@pytest.mark.parametrize("model", hosts.REPRESENTATIVE)
+@pytest.mark.parametrize("model", [*hosts.REPRESENTATIVE, "bouncing_ball"])
 def test_threads(model: str, under) -> None:
     """100 instances, each in a thread of its own, move like instances that are alone, bit for bit."""
     assert succeeded(under(model, hosts.THREAD)("threads", 100)) == "100 threads\n"
@@ -96,7 +110,7 @@ def test_the_sanitizers_see_what_goes_wrong(under) -> None:
 
 
 @pytest.mark.skipif(shutil.which("valgrind") is None, reason="there is no valgrind on this machine")
-@pytest.mark.parametrize("model", ["cart_pole", "linkage"])
+@pytest.mark.parametrize("model", ["cart_pole", "linkage", "bouncing_ball"])
 def test_valgrind(model: str, exported, tmp_path: Path) -> None:
     """The library that is shipped, which no sanitizer sees into: it reads nothing that was not written."""
     fmu = exported(hosts.representative(model))

@@ -12,7 +12,8 @@ from PIL import Image
 
 from lag2fmu import Trajectory, animate, load
 from lag2fmu.errors import ExportError, Lag2FmuError
-from lag2fmu.picture.drawing import frame, layout_of
+from lag2fmu.picture.drawing import frame
+from lag2fmu.picture.layout import layout_of
 from lag2fmu.picture.scene import Stroke
 
 

@@ -5,27 +5,22 @@ from __future__ import annotations
 from collections.abc import Iterator, Sequence
 
 from lag2fmu.checking.binding import RefusedError, doubles, references
+from lag2fmu.checking.differences import STEP, Sides, to_sides, wanted
 from lag2fmu.checking.findings import Finding
 from lag2fmu.checking.fmi2.description import ScalarVariable
 from lag2fmu.checking.fmi2.session import Model2, Session2
 
 _MOST_KNOWNS, _MOST_UNKNOWNS = 12, 60
-_STEP = 1e-4
-"""Of the differences, relative to the value or, if it is small, to 1; the error of smooth functions is about 1e-8."""
-_BAR = 1e-3
-"""Differences and derivative must agree to this, relative to the greater one and the size of the unknown."""
 
 
 def directional(model: Model2) -> Iterator[Finding]:
     """In Continuous-Time Mode or, for co-simulation, in Initialization Mode; there is an answer after steps as well.
 
-    In Initialization Mode a moved start may be in another mode of an FMU that has events: differences then say nothing.
     Source: FMI 2.0.5 specification, section 2.1.9.
     """
     if not model.can("providesDirectionalDerivative"):
         return
     knowns, unknowns = _knowns(model), _unknowns(model)
-    compared = model.kind == "ModelExchange" or model.indicators == 0
     for known in knowns if unknowns else ():
         with model.session() as session:
             session.enter() if model.kind == "CoSimulation" else session.start()
@@ -39,11 +34,11 @@ def directional(model: Model2) -> Iterator[Finding]:
                 yield Finding("directional", model.kind, problem, remedy, "error" if severe else "warning")
                 break
             try:
-                yield from _compared(session, unknowns, known, given) if compared else ()
+                yield from _compared(session, unknowns, known, given)
             except RefusedError:
                 if known.initial != "exact" or model.kind != "CoSimulation":
                     raise
-                # start values that constraints tie to others may be refused when they are moved alone
+                # a start that was moved alone: by constraints or into a contact
     if model.kind == "CoSimulation":
         yield from _after_a_step(model)
 
@@ -92,12 +87,12 @@ def _derivative(session: Session2, unknowns: Sequence[ScalarVariable], known: Sc
 
 def _differences(
     session: Session2, unknowns: Sequence[ScalarVariable], known: ScalarVariable, step: float
-) -> list[float]:
-    """The same by central differences; the known gets its value back."""
+) -> list[Sides]:
+    """The same by differences; the known gets its value back."""
     which, model = [v.reference for v in unknowns], session.model
     (value,) = session.instance.get("Real", [known.reference])
     states = [model.description.variable(d.derivative) for d in model.derivatives]
-    found = []
+    here, found = session.instance.get("Real", which), []
     for shifted in (value + step, value - step, value):
         if known in states and model.kind == "ModelExchange":
             x = session.instance.vector("GetContinuousStates", len(states))
@@ -106,27 +101,25 @@ def _differences(
         else:
             session.instance.set_reals([known.reference], [shifted])
         found.append(session.instance.get("Real", which))
-    return [(a - b) / (2 * step) for a, b in zip(found[0], found[1], strict=True)]
+    return to_sides(here, found[0], found[1], step)
 
 
 def _compared(
     session: Session2, unknowns: Sequence[ScalarVariable], known: ScalarVariable, given: Sequence[float]
 ) -> Iterator[Finding]:
-    """Where two differences agree with one another, the derivative must agree with them."""
+    """The derivatives that differences contradict; raises RefusedError where the FMU has no values beside the known."""
     (value,) = session.instance.get("Real", [known.reference])
     sizes = session.instance.get("Real", [v.reference for v in unknowns])
-    step = _STEP * max(abs(value), 1.0)
+    step = STEP * max(abs(value), 1.0)
     listed = {u.index: u.dependencies for u in session.model.description.unknowns() if u.dependencies is not None}
     fine, coarse = (_differences(session, unknowns, known, h) for h in (step, 2 * step))
-    for v, size, own, a, b in zip(unknowns, sizes, given, fine, coarse, strict=True):
-        bar = _BAR * (max(abs(a), abs(own)) + 1e-3 * abs(size) + 1e-6)
-        if (
-            not abs(a - b) < bar / 10 or abs(own - a) <= bar
-        ):  # the first condition also holds where differences are no numbers
+    for v, size, own, near, far in zip(unknowns, sizes, given, fine, coarse, strict=True):
+        other = wanted(own, size, near, far)
+        if other is None:
             continue
         if known.index not in listed.get(v.index, (known.index,)):
             problem = f"'{v.name}' varies with '{known.name}', which is not among its dependencies"
             yield Finding("dependency-missing", v.place, problem, "list it", "warning")
         else:
-            problem = f"d {v.name} / d {known.name} = {own:.6g}, but differences give {a:.6g}"
+            problem = f"d {v.name} / d {known.name} = {own:.6g}, but differences give {other:.6g}"
             yield Finding("directional", session.model.kind, problem, "check the derivative and the dependencies")

@@ -6,15 +6,12 @@ from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 
 from lag2fmu.checking.binding import OK, WARNING, RefusedError, doubles
+from lag2fmu.checking.differences import STEP, Sides, to_sides, wanted
 from lag2fmu.checking.findings import Finding
 from lag2fmu.checking.fmi3.description import Variable3
 from lag2fmu.checking.fmi3.session import Model3, Session3, size_of
 
 _MOST_KNOWNS, _MOST_UNKNOWNS = 16, 60
-_STEP = 1e-4
-"""Of the differences, relative to ``_size``; the error of smooth functions is about 1e-8."""
-_BAR = 1e-3
-"""Differences and derivative must agree to this, relative to the greater one and the size of the unknown."""
 _ADJOINT_BAR = 1e-9
 """Adjoint and directional derivatives must agree to this, relative to the sum of the products' sizes."""
 _ROUNDING = 1e-12
@@ -23,10 +20,7 @@ _ROUNDING = 1e-12
 
 @dataclass(frozen=True)
 class Place:
-    """A mode in which derivatives are asked for, the unknowns and knowns there, and whether differences say something.
-
-    In Initialization Mode a moved start may be in another mode of an FMU that has events.
-    """
+    """A mode in which derivatives are asked for, the unknowns and knowns there, and whether they are ``compared``."""
 
     mode: str
     unknowns: Sequence[Variable3]
@@ -47,12 +41,11 @@ def _places(model: Model3) -> Iterator[Place]:
     description = model.description
     everything = any(u.dependencies is None for u in description.unknowns())
     listed = {r for u in description.unknowns() for r in u.dependencies or ()} | set(description.states)
-    smooth = not description.structure("EventIndicator")
     inputs = [v for v in model.of("input") if v.is_continuous]
     exact = [v for v in model.states if v.initial == "exact"]
     parameters = [v for v in model.of("parameter") if everything or v.reference in listed]
     first = _numbers(description.listed("InitialUnknown"))
-    yield Place("Initialization Mode", first, _few([*exact, *inputs, *parameters]), smooth)
+    yield Place("Initialization Mode", first, _few([*exact, *inputs, *parameters]), compared=True)
     later = _numbers([*description.listed("Output"), *description.listed("ContinuousStateDerivative")])
     if model.kind == "ModelExchange":
         yield Place("Continuous-Time Mode", later, _few([*model.states, *inputs]), compared=True)
@@ -101,7 +94,11 @@ def _along(model: Model3, place: Place, known: Variable3) -> Iterator[Finding]:
                 yield Finding("directional", model.kind, problem, "answer for every unknown and known")
                 return
             if place.compared:
-                yield from _compared(session, place, known, element, given)
+                try:
+                    yield from _compared(session, place, known, element, given)
+                except RefusedError:  # a start that was moved alone: by constraints or into a contact
+                    session.instance.do("Reset")
+                    place.reach(session)
 
 
 def _column(session: Session3, unknowns: Sequence[Variable3], known: Variable3, element: int) -> list[float]:
@@ -124,41 +121,38 @@ def _shifted(session: Session3, place: Place, known: Variable3, element: int, by
     return session.instance.set(known.type, known.reference, values) in (OK, WARNING)
 
 
-def _differences(session: Session3, place: Place, known: Variable3, element: int, step: float) -> list[float] | None:
-    """The derivatives by central differences; the known gets its value back. None if it cannot be moved."""
-    found = []
+def _differences(session: Session3, place: Place, known: Variable3, element: int, step: float) -> list[Sides] | None:
+    """The derivatives by differences; the known gets its value back. None if it cannot be moved."""
+    here, found = session.numbers(place.unknowns), []
     for by in (step, -2 * step):
         if not _shifted(session, place, known, element, by):
             return None
         found.append(session.numbers(place.unknowns))
     _shifted(session, place, known, element, step)
-    return [(a - b) / (2 * step) for a, b in zip(found[0], found[1], strict=True)]
+    return to_sides(here, found[0], found[1], step)
 
 
 def _compared(
     session: Session3, place: Place, known: Variable3, element: int, given: Sequence[float]
 ) -> Iterator[Finding]:
-    """Where two differences agree with one another, the derivative must agree with them."""
+    """The derivatives that differences contradict; raises RefusedError where the FMU has no values beside the known."""
     sizes = session.numbers(place.unknowns)
-    step = _STEP * _size(known, session.get(known)[element])
-    try:
-        fine, coarse = (_differences(session, place, known, element, h) for h in (step, 2 * step))
-    except RefusedError:
-        return  # start values that constraints tie to others may be refused when they are moved alone
+    step = STEP * _size(known, session.get(known)[element])
+    fine, coarse = (_differences(session, place, known, element, h) for h in (step, 2 * step))
     if fine is None or coarse is None:
         return
     owners = [(v, i) for v in place.unknowns for i in range(v.size)]
     listed = _listed(session.model, place)
-    for (v, i), size, own, a, b in zip(owners, sizes, given, fine, coarse, strict=True):
-        bar = _BAR * (max(abs(a), abs(own)) + 1e-3 * abs(size) + 1e-6)
-        if not abs(a - b) < bar / 10 or abs(own - a) <= bar:  # the former also where differences are no numbers
+    for (v, i), size, own, near, far in zip(owners, sizes, given, fine, coarse, strict=True):
+        other = wanted(own, size, near, far)
+        if other is None:
             continue
         if known.reference not in listed.get(v.reference, (known.reference,)) and known is not v:
             problem = f"'{v.name}' varies with '{known.name}' in {place.mode}, which is not among its dependencies"
             yield Finding("dependency-missing", v.place, problem, "list it", "warning")
         else:
             of, by = _element(v, i), _element(known, element)
-            problem = f"in {place.mode}, d {of} / d {by} = {own:.6g}, but differences give {a:.6g}"
+            problem = f"in {place.mode}, d {of} / d {by} = {own:.6g}, but differences give {other:.6g}"
             yield Finding("directional", session.model.kind, problem, "check the derivative and the dependencies")
 
 

@@ -1,4 +1,4 @@
-"""From a tree of links to a mechanism: a frame for each link that moves, a body in it, and what acts on its joint.
+"""From a tree of links to a description: a frame for each link that moves, a body in it, and what acts on its joint.
 
 Links on fixed joints are lumped with the one that carries them: their inertia goes into its body, and their origins
 become points of its frame. Frames and bodies have the names of links, coordinates those of joints.
@@ -8,6 +8,7 @@ from __future__ import annotations
 
 from collections import defaultdict
 from collections.abc import Sequence
+from typing import Any
 
 import numpy as np
 import sympy as sp
@@ -16,6 +17,7 @@ from lag2fmu.description.joints import across
 from lag2fmu.description.names import GLOBAL_NAMES
 from lag2fmu.description.parts import Energy, Gravity
 from lag2fmu.description.places import AXES, WORLD, Body, Frame, Point
+from lag2fmu.description.record import Description
 from lag2fmu.description.symbols import coordinate, parameter
 from lag2fmu.errors import LoadError
 from lag2fmu.formats.identifiers import identifier, identifiers
@@ -24,13 +26,12 @@ from lag2fmu.formats.robots.parts import UNITS, Parts
 from lag2fmu.formats.robots.tree import MOVING, Inertia, Joint, Mimic, Pose, Robot
 from lag2fmu.formats.robots.writing import axis_of, number, numbers, turn, turns_of
 from lag2fmu.language.vocabulary import symbol
-from lag2fmu.mechanism.completion import Mechanism
 
 BASES = ("fixed", "floating", "planar")
 
 
-def mechanism_of(robot: Robot, source: str, *, base: str = "fixed", stops: bool = False) -> Mechanism:
-    """``robot`` as a mechanism; ``source`` says where it is from.
+def description_of(robot: Robot, source: str, *, base: str = "fixed", stops: bool = False) -> Description:
+    """``robot`` as a description; ``source`` says where it is from.
 
     The ``base`` stands in the world ("fixed"), moves freely ("floating", by 3 coordinates and a quaternion) or in the
     plane z = 0 ("planar", by x, y and an angle). Limits of joints are bounds of the coordinates, with ``stops`` hard
@@ -38,7 +39,7 @@ def mechanism_of(robot: Robot, source: str, *, base: str = "fixed", stops: bool 
     """
     if base not in BASES:
         raise LoadError(f"{source}: base = '{base}' is unknown; give one of {', '.join(BASES)}")
-    return _Assembly(robot, source, base, stops).mechanism()
+    return _Assembly(robot, source, base, stops).description()
 
 
 class _Assembly:
@@ -52,7 +53,7 @@ class _Assembly:
         self._parts = Parts(names)
         self._lumped: dict[str, list[Inertia]] = defaultdict(list)
 
-    def mechanism(self) -> Mechanism:
+    def description(self) -> Description:
         """The whole; raises LoadError if nothing moves, and MechanismError."""
         robot, parts = self._robot, self._parts
         self._stand(robot.root)
@@ -64,28 +65,28 @@ class _Assembly:
         bodies = [self._body(frame, inertias) for frame, inertias in self._lumped.items() if frame != WORLD]
         strength = float(np.linalg.norm(robot.gravity))
         g = parameter("g", strength, "m/s2", "acceleration of gravity")
-        return Mechanism(
-            identifier(robot.name),
-            title=f"Robot {robot.name}",
-            source=f"imported from {self._source}"
+        tables: dict[str, Any] = {
+            "title": f"Robot {robot.name}",
+            "source": f"imported from {self._source}"
             + (f"; not taken: {', '.join(robot.ignored)}" if robot.ignored else ""),
-            coordinates=parts.coordinates,
-            parameters=[g, *parts.parameters],
-            inputs=parts.inputs,
-            energy=Energy(kinetic=sp.Add(*parts.armatures) if parts.armatures else None),
-            forces=parts.forces,
-            frames=parts.frames,
-            bodies=bodies,
-            points=parts.points,
-            springs=parts.springs,
-            dampers=parts.dampers,
-            joints=parts.closures,
-            constraints=parts.constraints,
-            frictions=parts.frictions,
-            stops=parts.stops,
-            gravity=Gravity(g, numbers(x / strength for x in robot.gravity) if strength else (0, 0, -1)),
-            strict_units=True,
-        )
+            "coordinates": parts.coordinates,
+            "parameters": [g, *parts.parameters],
+            "inputs": parts.inputs,
+            "energy": Energy(kinetic=sp.Add(*parts.armatures) if parts.armatures else None),
+            "forces": parts.forces,
+            "frames": parts.frames,
+            "bodies": bodies,
+            "points": parts.points,
+            "springs": parts.springs,
+            "dampers": parts.dampers,
+            "joints": parts.closures,
+            "constraints": parts.constraints,
+            "frictions": parts.frictions,
+            "stops": parts.stops,
+            "gravity": Gravity(g, numbers(x / strength for x in robot.gravity) if strength else (0, 0, -1)),
+            "strict_units": True,
+        }
+        return Description(identifier(robot.name), **tables)
 
     def _stand(self, root: str) -> None:
         """Put the root on the ground, or let it move."""

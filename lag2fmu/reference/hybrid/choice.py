@@ -2,25 +2,31 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import replace
 
 import numpy as np
 
 from lag2fmu.errors import SimulationError
-from lag2fmu.reference.hybrid.impacts import Impacts
 from lag2fmu.reference.hybrid.laws import CLOSED, PLANES, Item, Outcome, apart, decided
 from lag2fmu.reference.hybrid.measures import STILL, is_free, pace, slips_of, touches, velocity_sizes
 from lag2fmu.reference.hybrid.modes import Due, Memory, Mode, Modes
-from lag2fmu.reference.hybrid.system import Point, System
+from lag2fmu.reference.hybrid.records import Point
+from lag2fmu.reference.hybrid.system import System
 from lag2fmu.reference.state import Floats, State
+
+WithoutCollision = Callable[[Point, Modes, Sequence[int]], tuple[State, float]]
 
 
 class Choice:
-    """Chooses the modes of a ``system`` during a run; where none obey the laws ``impacts`` help first."""
+    """Chooses the modes of a ``system`` during a run.
 
-    def __init__(self, system: System, memory: Memory, impacts: Impacts) -> None:
-        self.system, self.memory, self.impacts = system, memory, impacts
+    Where none obey the laws, ``without_collision`` makes an impact of (point, modes, contacts) first: it returns the
+    state behind it and the energy that is lost (J).
+    """
+
+    def __init__(self, system: System, memory: Memory, without_collision: WithoutCollision) -> None:
+        self.system, self.memory, self.without_collision = system, memory, without_collision
 
     def chosen(self, state: State, modes: Modes, due: Due) -> tuple[State, Modes, Floats]:
         """The modes of contacts and frictions that accelerations ask for; where there are none, an impact first.
@@ -35,7 +41,7 @@ class Choice:
             found, candidates = self._problem(point, modes, due)
             if found is not None:
                 return state, self._named(modes, candidates, found, point), energies
-            state, lost = self.impacts.without_collision(point, modes, candidates)
+            state, lost = self.without_collision(point, modes, candidates)
             energies[1] += lost
         raise SimulationError(
             f"mechanism '{system.mechanism.name}' at time {float(state.t)!r} s: no modes of the contacts meet the laws"
@@ -46,12 +52,12 @@ class Choice:
         system, e = self.system, self.system.elements
         a, X = system.responses(point, modes)
         D, c = point.rows.jacobian @ X, point.rows.jacobian @ a + point.rows.gamma
-        sizes = velocity_sizes(system, point)
+        sizes = velocity_sizes(point)
         v = point.rows.velocities
         contacts = [
             i
             for i in range(e.u)
-            if (touches(system, point, i) or modes.contacts[i] is not Mode.OPEN or ("gap", i) in due)
+            if (touches(point, i) or modes.contacts[i] is not Mode.OPEN or ("gap", i) in due)
             and v[i] < STILL * sizes[i]
             and is_free(point, D, i)
         ]
@@ -91,7 +97,7 @@ class Choice:
 
     def _touching_item(self, point: Point, i: int, modes: Modes, due: Due, sizes: Floats) -> Item:
         """The contact ``i``, which touches: its present mode first, but not one that has come to its end."""
-        rows, slips = point.rows, slips_of(self.system, point, i)
+        rows, slips = point.rows, slips_of(point, i)
         direction = self._going_on(point, i, modes, slips, sizes)
         closed: tuple[Mode, ...] = PLANES[len(slips)]
         if direction is not None:

@@ -9,8 +9,8 @@ from numpy.typing import NDArray
 
 from lag2fmu.description import names
 from lag2fmu.reference.hybrid.modes import Mode, Modes
+from lag2fmu.reference.hybrid.records import Answer
 from lag2fmu.reference.hybrid.run import Run, Track
-from lag2fmu.reference.hybrid.system import Answer
 from lag2fmu.reference.state import Floats, State
 
 

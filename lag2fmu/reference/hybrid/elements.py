@@ -20,24 +20,8 @@ from lag2fmu.reference.constraints import accelerations_without_qdd, gradients
 from lag2fmu.reference.energies import EnergyFunctions
 from lag2fmu.reference.functions import STEP, compiled
 from lag2fmu.reference.hybrid.kinks import FrozenComposition
+from lag2fmu.reference.hybrid.records import Rows
 from lag2fmu.reference.state import Floats, State
-
-
-@dataclass(frozen=True)
-class Rows:
-    """At one state: gaps (u,), velocities and gamma (k,), J (k, n), and restitution, friction, static friction (u,).
-
-    ``latched`` (l,): the positions of latches that hold positions, 0 of those that hold velocities.
-    """
-
-    gaps: Floats
-    latched: Floats
-    velocities: Floats
-    gamma: Floats
-    jacobian: Floats
-    restitution: Floats
-    friction: Floats
-    static: Floats
 
 
 @dataclass(frozen=True)
@@ -141,7 +125,9 @@ class Elements:
         parts = np.split(values, np.cumsum([u, len(self.latches), k, k, k * self.n]))
         gaps, latched, velocities, gamma, jacobian, laws = parts
         restitution, friction, static = laws.reshape(u, 3).T
-        return Rows(gaps, latched, velocities, gamma, jacobian.reshape(k, self.n), restitution, friction, static)
+        return Rows(
+            gaps, latched, velocities, gamma, jacobian.reshape(k, self.n), restitution, friction, static, self.slip_rows
+        )
 
     def events(self, state: State) -> tuple[Floats, Floats, Floats, Floats]:
         """Margins of kinks, conditions, gaps and velocities of rows, at a batch of states: (count, *batch) each."""

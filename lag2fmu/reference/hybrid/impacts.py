@@ -17,7 +17,8 @@ from lag2fmu.errors import SimulationError
 from lag2fmu.reference.hybrid.laws import PLANES, Item, all_outcomes, apart, decided, expanded
 from lag2fmu.reference.hybrid.measures import STILL, force_sizes, is_free, slips_of, touches, velocity_sizes
 from lag2fmu.reference.hybrid.modes import Due, Memory, Mode, Modes
-from lag2fmu.reference.hybrid.system import Point, System
+from lag2fmu.reference.hybrid.records import Point
+from lag2fmu.reference.hybrid.system import System
 from lag2fmu.reference.state import Floats, State
 
 LOADED = 1e-9
@@ -42,9 +43,7 @@ class Impacts:
             return state, np.zeros(2), False
         point = system.point(state)
         touching = [
-            i
-            for i in range(e.u)
-            if ("gap", i) in due or touches(system, point, i) or modes.contacts[i] is not Mode.OPEN
+            i for i in range(e.u) if ("gap", i) in due or touches(point, i) or modes.contacts[i] is not Mode.OPEN
         ]
         X = system.responses(point, modes)[1]
         D, v = point.rows.jacobian @ X, point.rows.velocities.copy()
@@ -77,7 +76,7 @@ class Impacts:
         ``total``: the impulses before.
         """
         e, lost, time = self.system.elements, 0.0, float(point.state.t)
-        sizes = velocity_sizes(self.system, point)
+        sizes = velocity_sizes(point)
         for turn in range(ROUNDS):
             approaching = [i for i in touching if v[i] < -STILL * sizes[i]]
             if not approaching:
@@ -102,7 +101,7 @@ class Impacts:
         self, D: Floats, v: Floats, part: Sequence[int], shifts: dict[int, float], point: Point
     ) -> tuple[Floats, str]:
         """The impulses (k,) of one round by Newton's law; by Poisson's, with its name, if that would gain energy."""
-        items = [impact_item(self.system, point, i, shifts[i]) for i in part]
+        items = [impact_item(point, i, shifts[i]) for i in part]
         P = self._impulses(D, v, items)
         if P is not None and not self._gains(D, v, P):
             return P, ""
@@ -170,7 +169,7 @@ class Impacts:
         system, e = self.system, self.system.elements
         _, X = system.responses(point, modes)
         D, v = point.rows.jacobian @ X, point.rows.velocities
-        rows, moved = apart([impact_item(self.system, point, i, 0.0) for i in contacts])
+        rows, moved = apart([impact_item(point, i, 0.0) for i in contacts])
         momentum = point.terms.mass_matrix @ point.state.qd
         pace = float(np.sqrt(max(0.0, float(momentum @ point.state.qd))))
         outcomes = all_outcomes(D[np.ix_(rows, rows)], v[rows], moved, pace)
@@ -188,7 +187,7 @@ class Impacts:
         return State(s.t, s.q, s.qd + X @ P, s.inputs), -0.5 * float(P @ (2 * v + D @ P))
 
 
-def impact_item(system: System, point: Point, i: int, shift: float) -> Item:
+def impact_item(point: Point, i: int, shift: float) -> Item:
     """The contact ``i`` in an impact; ``shift`` is restitution times its approach."""
-    slips, friction = slips_of(system, point, i), float(point.rows.friction[i])
+    slips, friction = slips_of(point, i), float(point.rows.friction[i])
     return Item((*PLANES[len(slips)], Mode.OPEN), i, slips, friction, friction, shift)

@@ -18,6 +18,7 @@ from lag2fmu.errors import LoadError, SimulationError
 from lag2fmu.mechanism.record import Mechanism
 from lag2fmu.reference.constraints import newton
 from lag2fmu.reference.hybrid.columns import alike, columns_of
+from lag2fmu.reference.hybrid.following import Follower
 from lag2fmu.reference.hybrid.modes import Event, Mode, Modes
 from lag2fmu.reference.hybrid.run import Run, Track
 from lag2fmu.reference.hybrid.system import System
@@ -72,11 +73,11 @@ def integrate_hybrid(
             progress((len(tracks) + done) / 3)
 
     run.progress = share
-    tracks.append(run.follow(start, method, rtol))
+    tracks.append(Follower(run, method, rtol).follow(start))
     fine = tracks[0]
     scales = np.maximum(np.ptp(fine.values[:, : run.size], axis=0), run.nominal)
     for begin in (start, _perturbed(run, start, scales, fine.modes[0])):
-        tracks.append(run.follow(begin, method, 10 * rtol))
+        tracks.append(Follower(run, method, 10 * rtol).follow(begin))
     return _compared(run, tracks, scales)
 
 

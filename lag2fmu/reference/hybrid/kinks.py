@@ -17,7 +17,8 @@ import sympy as sp
 from lag2fmu.language.definitions import Defined, calls, define
 from lag2fmu.language.vocabulary import TIME, Choice, Smooth
 from lag2fmu.mechanism.record import Mechanism
-from lag2fmu.reference.composition import Composition, Symbols, composition_of
+from lag2fmu.reference.composition import Composition, composition_of
+from lag2fmu.reference.symbols import Symbols
 
 KINKS = (sp.sign, sp.Abs, sp.Heaviside, Choice)
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from lag2fmu.reference.hybrid.system import Point, System
+from lag2fmu.reference.hybrid.records import Point
 from lag2fmu.reference.state import Floats
 
 TOUCH = 1e-11
@@ -13,15 +13,15 @@ STILL = 1e-10
 """Velocities up to this part of what nominal values make count as zero."""
 
 
-def gap_sizes(system: System, point: Point) -> Floats:
+def gap_sizes(point: Point) -> Floats:
     """What nominal values of coordinates make of each gap: (u,)."""
-    found: Floats = np.abs(point.rows.jacobian[: system.elements.u]) @ system.nominal
+    found: Floats = np.abs(point.rows.jacobian[: len(point.rows.gaps)]) @ point.nominal
     return np.where(found > 0, found, 1.0)
 
 
-def velocity_sizes(system: System, point: Point) -> Floats:
+def velocity_sizes(point: Point) -> Floats:
     """What nominal velocities make of the velocity of each row: (k,)."""
-    found: Floats = np.abs(point.rows.jacobian) @ system.nominal
+    found: Floats = np.abs(point.rows.jacobian) @ point.nominal
     return np.where(found > 0, found, 1.0)
 
 
@@ -38,9 +38,9 @@ def force_sizes(point: Point) -> Floats:
     return np.maximum(found, 1e-12)
 
 
-def touches(system: System, point: Point, i: int) -> bool:
+def touches(point: Point, i: int) -> bool:
     """Whether the gap of the contact ``i`` is closed but for rounding."""
-    return bool(point.rows.gaps[i] <= TOUCH * gap_sizes(system, point)[i])
+    return bool(point.rows.gaps[i] <= TOUCH * gap_sizes(point)[i])
 
 
 def is_free(point: Point, D: Floats, i: int) -> bool:
@@ -49,7 +49,7 @@ def is_free(point: Point, D: Floats, i: int) -> bool:
     return bool(D[i, i] > 1e-10 * (point.rows.jacobian[i] ** 2 @ (1 / mass)))
 
 
-def slips_of(system: System, point: Point, i: int) -> tuple[int, ...]:
+def slips_of(point: Point, i: int) -> tuple[int, ...]:
     """The rows of the slips of the contact ``i``; none without friction."""
     frictional = max(point.rows.friction[i], point.rows.static[i]) > 0
-    return tuple(int(row) for row in system.elements.slip_rows[i]) if frictional else ()
+    return tuple(int(row) for row in point.rows.slip_rows[i]) if frictional else ()

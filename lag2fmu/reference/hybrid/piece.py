@@ -44,6 +44,15 @@ class Piece:
         """``inputs`` (i, *batch) with the further states of y (s + 2, *batch) among them."""
         return self.system.energies.with_states(inputs.copy(), y[2 * self.n : self.size])
 
+    def turn(self, t: float, y: Floats) -> None:
+        """Take the directions of slips in space over from the state at which a step begins."""
+        e, modes = self.system.elements, self.modes
+        if modes.directions:
+            velocities = e.events(self.state(t, y))[3]
+            for i in modes.directions:
+                slip = velocities[e.slip_rows[i]]
+                modes.directions[i] = tuple(slip / np.hypot.reduce(slip))  # type: ignore[index]
+
     def slope(self, t: float, y: Floats) -> Floats:
         """dy/dt, (s + 2,): velocities, accelerations, further states, power of work, power that is dissipated."""
         system, n = self.system, self.n

@@ -1,18 +1,13 @@
-"""A run of a hybrid mechanism: pieces between events, and what is remembered at the times that were asked for."""
+"""A run of a hybrid mechanism: what is to be run, and what is remembered at the times that were asked for."""
 
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
 import numpy as np
 
-from lag2fmu.errors import SimulationError
-from lag2fmu.reference.hybrid.measures import gap_sizes, touches
-from lag2fmu.reference.hybrid.modes import Due, Event, Memory, Mode, Modes
-from lag2fmu.reference.hybrid.piece import Piece
-from lag2fmu.reference.hybrid.settling import Settling
-from lag2fmu.reference.hybrid.stepping import Dense, Stepper
+from lag2fmu.reference.hybrid.modes import Event, Mode, Modes
 from lag2fmu.reference.hybrid.system import System
 from lag2fmu.reference.signals import Signals
 from lag2fmu.reference.state import Floats, State
@@ -20,10 +15,6 @@ from lag2fmu.reference.state import Floats, State
 LONGEST_PART = 0.05
 """The longest step as a part of the run."""
 DAMPING = 0.1
-LOW = 1e-11
-"""Rebounds below this part of what nominal values make of a gap end a cascade."""
-STUCK = 200
-"""So many events at one time are no motion."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -66,10 +57,6 @@ class Run:
         inputs = self.system.energies.with_states(self.inputs(t), y[2 * self.n : self.size])
         return State(np.float64(t), y[: self.n], y[self.n : 2 * self.n], inputs)
 
-    def follow(self, start: Floats, method: str, rtol: float) -> Track:
-        """The run from ``start`` (s,); raises SimulationError with the time reached."""
-        return _Follower(self, method, rtol).follow(start)
-
     def started(self, start: Floats) -> Modes:
         """The modes to begin with at ``start`` (s,), before anything is decided: what closes is not closed yet."""
         e, state = self.system.elements, self.state(float(self.times[0]), start)
@@ -81,124 +68,3 @@ class Run:
         return Modes(
             (Mode.OPEN,) * e.u, (Mode.FORWARD,) * e.f, (False,) * len(conditions), sides, {}, (0.0,) * len(conditions)
         )
-
-
-class _Follower:
-    """One run, from event to event."""
-
-    def __init__(self, run: Run, method: str, rtol: float) -> None:
-        self.run, self.n, system = run, run.n, run.system
-        self.memory = Memory([0] * system.elements.u, np.zeros(system.elements.u))
-        self.settling = Settling(system, self.memory, max(LOW, rtol))
-        first, last = float(run.times[0]), float(run.times[-1])
-        weights = np.append(run.nominal, [self._energy_scale()] * 2)
-        self.stepper = Stepper(method, rtol, rtol * weights, LONGEST_PART * (last - first))
-        m, u = len(run.times), system.elements.u
-        self.values = np.full((m, run.size + 2), np.nan)
-        self.modes: list[Modes | None] = [None] * m
-        self.counts, self.impulses, self.since = (np.zeros((m, u)) for _ in range(3))
-        self.closings = np.zeros(u)  # counts of impacts when each contact was closed last
-        self.at_once = 0
-
-    def _energy_scale(self) -> float:
-        """An energy (J) to weigh the error of work with: T at nominal velocities."""
-        system = self.run.system
-        q, qd = (np.array([getattr(c, x) for c in system.mechanism.coordinates]) for x in ("start", "velocity"))
-        further = [z.start for z in system.mechanism.states]
-        state = self.run.state(float(self.run.times[0]), np.concatenate([q, qd, further]))
-        scale = float(0.5 * np.abs(np.diagonal(system.equations.terms(state).mass_matrix) * system.nominal**2).sum())
-        return scale if scale > 0 else 1.0
-
-    def follow(self, start: Floats) -> Track:
-        run, times = self.run, self.run.times
-        first, last = float(times[0]), float(times[-1])
-        breaks = run.signals.breaks
-        ends = [*np.unique(breaks[(breaks > first) & (breaks < last)]), last]
-        y, t, modes = np.concatenate([start, [0.0, 0.0]]), first, run.started(start)
-        due: Due = frozenset()
-        for end in ends:
-            run.end = end
-            y, modes = self._settle(t, y, modes, due)
-            while t < end:
-                t, y, due = self._piece(t, y, modes, end)
-                if t < end or due:
-                    y, modes = self._settle(t, y, modes, due)
-            due = frozenset()
-        found = [m for m in self.modes if m is not None]
-        events = tuple(sorted(self.memory.events, key=lambda event: event.time))
-        return Track(
-            self.values, tuple(found), self.counts, self.impulses, self.since, events, self.stepper.evaluations
-        )
-
-    def _piece(self, t: float, y: Floats, modes: Modes, end: float) -> tuple[float, Floats, Due]:
-        """The motion until the next event."""
-        run = self.run
-        piece = Piece(run.system, modes, run.inputs, run.damping)
-
-        def wanted(dense: Dense, a: float, b: float) -> None:
-            rows = np.flatnonzero((run.times > a) & (run.times <= b))
-            for row in rows.tolist():
-                self._remember(row, dense(float(run.times[row])), modes)
-            if run.progress is not None:
-                run.progress((b - float(run.times[0])) / float(run.times[-1] - run.times[0]))
-
-        try:
-            return self.stepper.run(piece, t, y, end, self._first_step(t, y, modes), wanted)
-        except SimulationError as error:
-            raise SimulationError(f"mechanism '{run.system.mechanism.name}' near time {t!r} s: {error}") from None
-
-    def _remember(self, row: int, y: Floats, modes: Modes) -> None:
-        self.values[row], self.modes[row] = y, modes
-        self.counts[row], self.impulses[row] = self.memory.impacts, self.memory.impulses
-        self.since[row] = self.counts[row] - self.closings
-
-    def _settle(self, t: float, y: Floats, modes: Modes, due: Due) -> tuple[Floats, Modes]:
-        """y and modes behind an event, or at the start of a segment."""
-        last = self.memory.events[-1].time if self.memory.events else -np.inf
-        self.at_once = self.at_once + 1 if t - getattr(self, "settled_at", -np.inf) <= 1e-13 * max(1.0, abs(t)) else 0
-        self.settled_at = t
-        if self.at_once > STUCK:
-            raise SimulationError(
-                f"mechanism '{self.run.system.mechanism.name}' at time {t!r} s: events follow without end; last "
-                f"{', '.join(sorted(f'{kind} {i}' for kind, i in due)) or last}"
-            )
-        logged = len(self.memory.events)
-        state, new, gained = self.settling.settled(self.run.state(t, y), modes, due)
-        for i, (a, b) in enumerate(zip(modes.contacts, new.contacts, strict=True)):
-            if b is not Mode.OPEN and a is Mode.OPEN:
-                self.closings[i] = self.memory.impacts[i]
-        y = np.concatenate([state.q, state.qd, y[2 * self.n : -2], y[-2:] + gained])
-        self._measure_rebounds(state, new, logged)
-        for row in np.flatnonzero(self.run.times == t).tolist():
-            self._remember(row, y, new)
-        return y, new
-
-    def _measure_rebounds(self, state: State, modes: Modes, logged: int) -> None:
-        """Say of the impacts logged since how high they rebound; those without restitution do not try to."""
-        events, system = self.memory.events, self.run.system
-        if not any(event.kind == "impact" for event in events[logged:]):
-            return
-        point = system.point(state)
-        a = point.rows.jacobian @ system.answer(point, modes).qdd + point.rows.gamma
-        sizes, v = gap_sizes(system, point), point.rows.velocities
-        for j, event in enumerate(events[logged:], logged):
-            i = system.elements.contacts.index(event.element) if event.kind == "impact" else -1
-            closed = i >= 0 and modes.contacts[i] is not Mode.OPEN
-            if i >= 0 and (point.rows.restitution[i] > 0 if closed else a[i] < 0):
-                high = 0.0 if closed else v[i] ** 2 / (-2 * a[i])
-                events[j] = replace(event, height=float(high / sizes[i]))
-
-    def _first_step(self, t: float, y: Floats, modes: Modes) -> float | None:
-        """The time (s) to the top of the shortest rebound that begins; None if there is none."""
-        system, e = self.run.system, self.run.system.elements
-        if Mode.OPEN not in modes.contacts:
-            return None
-        point = system.point(self.run.state(t, y))
-        a = point.rows.jacobian @ system.answer(point, modes).qdd + point.rows.gamma
-        v = point.rows.velocities
-        times = [
-            v[i] / -a[i]
-            for i in range(e.u)
-            if modes.contacts[i] is Mode.OPEN and touches(system, point, i) and v[i] > 0 > a[i]
-        ]
-        return float(min(times)) if times else None

@@ -2,13 +2,12 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import replace
 
 import numpy as np
 
 from lag2fmu.errors import SimulationError
-from lag2fmu.reference.hybrid.choice import Choice
-from lag2fmu.reference.hybrid.impacts import Impacts
 from lag2fmu.reference.hybrid.measures import STILL, gap_sizes, touches, velocity_sizes
 from lag2fmu.reference.hybrid.modes import Due, Memory, Mode, Modes
 from lag2fmu.reference.hybrid.system import System
@@ -18,14 +17,19 @@ PASSES = 50
 ZERO = 1e-12
 """Margins of kinks and conditions up to this value do not tell their side."""
 
+Resolved = Callable[[State, Modes, Due, bool], tuple[State, Floats, bool]]
+Chosen = Callable[[State, Modes, Due], tuple[State, Modes, Floats]]
+
 
 class Settling:
-    """Events of a ``system`` during a run; heights of rebound below ``low`` (of nominal gaps) end a cascade."""
+    """Events of a ``system`` during a run; heights of rebound below ``low`` (of nominal gaps) end a cascade.
 
-    def __init__(self, system: System, memory: Memory, low: float) -> None:
+    ``resolved`` makes impacts and ``chosen`` chooses modes, see ``Impacts.resolved`` and ``Choice.chosen``.
+    """
+
+    def __init__(self, system: System, memory: Memory, low: float, resolved: Resolved, chosen: Chosen) -> None:
         self.system, self.memory, self.low = system, memory, low
-        self.impacts = Impacts(system, memory)
-        self.choice = Choice(system, memory, self.impacts)
+        self.resolved, self.chosen = resolved, chosen
 
     def settled(self, state: State, modes: Modes, due: Due) -> tuple[State, Modes, Floats]:
         """The state and modes behind an event at a single ``state``, and work and dissipated energy (J, J) of impacts.
@@ -37,9 +41,9 @@ class Settling:
         for _ in range(PASSES):
             before = modes
             modes, bilateral = self._switched(state, modes, due)
-            state, gained, struck = self.impacts.resolved(state, modes, due, bilateral)
+            state, gained, struck = self.resolved(state, modes, due, bilateral)
             energies = energies + gained
-            for step in (self.choice.chosen, self._rested):
+            for step in (self.chosen, self._rested):
                 state, modes, gained = step(state, modes, due)
                 energies = energies + gained
             due = frozenset()
@@ -84,13 +88,11 @@ class Settling:
         if not e.u:
             return state, modes, np.zeros(2)
         point = system.point(state)
-        sizes, gaps = velocity_sizes(system, point), gap_sizes(system, point)
+        sizes, gaps = velocity_sizes(point), gap_sizes(point)
         rising = [
             i
             for i in range(e.u)
-            if modes.contacts[i] is Mode.OPEN
-            and touches(system, point, i)
-            and point.rows.velocities[i] >= STILL * sizes[i]
+            if modes.contacts[i] is Mode.OPEN and touches(point, i) and point.rows.velocities[i] >= STILL * sizes[i]
         ]
         if not rising:
             return state, modes, np.zeros(2)
@@ -111,6 +113,6 @@ class Settling:
         P[low] = np.linalg.lstsq(D[np.ix_(low, low)], -v[low], rcond=1e-11)[0]
         new = State(state.t, state.q, state.qd + X @ P, state.inputs)
         logged = len(self.memory.events)
-        new, modes, _ = self.choice.chosen(new, modes, frozenset(("gap", i) for i in low))
+        new, modes, _ = self.chosen(new, modes, frozenset(("gap", i) for i in low))
         del self.memory.events[logged:]
         return new, modes, np.array([0.0, -0.5 * float(P @ (2 * v + D @ P))])

@@ -9,13 +9,12 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass
-from typing import Any
+from typing import Any, Protocol
 
 import numpy as np
 
 from lag2fmu.errors import SimulationError
 from lag2fmu.reference.hybrid.modes import Due
-from lag2fmu.reference.hybrid.piece import Piece
 from lag2fmu.reference.state import Floats
 
 Dense = Callable[[float], Floats]
@@ -25,6 +24,24 @@ Solver = Any
 POINTS = 8
 SAME = 1e-12
 """Roots that are so near to the first one (s, relative to the time) are one event."""
+
+
+class Motion(Protocol):
+    """A smooth motion y(t) (s,), with event functions by their ``labels``, which are positive while it lasts."""
+
+    labels: tuple[tuple[str, int], ...]
+
+    def slope(self, t: float, y: Floats) -> Floats:
+        """dy/dt, (s,)."""
+
+    def events(self, times: Floats, y: Floats) -> Floats:
+        """The event functions at ``times`` (b,) and y (b, s): (count, b)."""
+
+    def floors(self, t: float, y: Floats) -> Floats:
+        """Below these values an event function is zero but for rounding: (count,)."""
+
+    def turn(self, t: float, y: Floats) -> None:
+        """Take over what a step begins with."""
 
 
 @dataclass
@@ -40,7 +57,7 @@ class Stepper:
 
     def run(
         self,
-        piece: Piece,
+        piece: Motion,
         t: float,
         y: Floats,
         end: float,
@@ -69,26 +86,13 @@ class Stepper:
                 piece_over = solver.status == "finished"
                 if piece_over:
                     return end, solver.y.copy(), frozenset()
-                piece = self._turned(piece, solver.t, solver.y)
-                watch.piece = piece
+                piece.turn(solver.t, solver.y)
                 continue
             time, due = found
             wanted(dense, before, time)
             return time, self._landed(piece, before, at, time), due
 
-    def _turned(self, piece: Piece, t: float, y: Floats) -> Piece:
-        """The same piece; the directions of slips in space are those of the new step."""
-        modes = piece.modes
-        if not modes.directions:
-            return piece
-        e = piece.system.elements
-        velocities = e.events(piece.state(t, y))[3]
-        for i in modes.directions:
-            slip = velocities[e.slip_rows[i]]
-            modes.directions[i] = tuple(slip / np.hypot.reduce(slip))  # type: ignore[index]
-        return piece
-
-    def _solver(self, piece: Piece, t: float, y: Floats, end: float, first: float | None) -> Solver:
+    def _solver(self, piece: Motion, t: float, y: Floats, end: float, first: float | None) -> Solver:
         from scipy.integrate import DOP853, Radau
 
         longest = max(min(self.longest, end - t), 16 * np.spacing(abs(end)))
@@ -98,13 +102,13 @@ class Stepper:
         kind = {"DOP853": DOP853, "Radau": Radau}[self.method]
         return kind(piece.slope, t, y, end, rtol=self.rtol, atol=self.atol, max_step=longest, first_step=start)
 
-    def _count(self, solver: Solver, piece: Piece) -> None:
+    def _count(self, solver: Solver, piece: Motion) -> None:
         self.evaluations += solver.nfev - getattr(solver, "counted", 0)
         solver.counted = solver.nfev
         if self.evaluations > self.most:
             raise SimulationError(f"{self.method} took {self.evaluations} evaluations")
 
-    def _landed(self, piece: Piece, t: float, y: Floats, end: float) -> Floats:
+    def _landed(self, piece: Motion, t: float, y: Floats, end: float) -> Floats:
         """y at ``end``, by steps that end exactly there."""
         if end <= t:
             return y
@@ -120,7 +124,7 @@ class Stepper:
 class Watch:
     """Looks for the first down-crossing of the event functions of a ``piece`` that starts at (t, y)."""
 
-    def __init__(self, piece: Piece, t: float, y: Floats) -> None:
+    def __init__(self, piece: Motion, t: float, y: Floats) -> None:
         self.piece, self.floors = piece, piece.floors(t, y)
         self.armed = piece.events(np.array([t]), y[None])[:, 0] > self.floors
 

@@ -11,7 +11,6 @@ friction slides. Source: F. Pfeiffer, Ch. Glocker, Multibody Dynamics with Unila
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass
 
 import numpy as np
 
@@ -19,38 +18,14 @@ from lag2fmu.errors import SimulationError
 from lag2fmu.mechanism.record import Mechanism
 from lag2fmu.reference.constraints import newton, scales
 from lag2fmu.reference.equations import Equations
-from lag2fmu.reference.hybrid.elements import Elements, Rows
+from lag2fmu.reference.hybrid.elements import Elements
 from lag2fmu.reference.hybrid.kinks import FrozenComposition
 from lag2fmu.reference.hybrid.modes import SENSE, Mode, Modes, closed_contacts
+from lag2fmu.reference.hybrid.records import Answer, Point, Rows
 from lag2fmu.reference.state import Floats, State
-from lag2fmu.reference.terms import Terms
 
 RANK = 1e-11
 TIGHT = 1e-13
-
-
-@dataclass(frozen=True)
-class Point:
-    """A single ``state`` with everything that does not depend on what is unknown there.
-
-    ``forcing`` (n,) without constraints and contacts; ``constraints``: values, velocities, gamma (m,), G (m, n).
-    """
-
-    state: State
-    terms: Terms
-    forcing: Floats
-    constraints: tuple[Floats, Floats, Floats, Floats]
-    rows: Rows
-
-
-@dataclass(frozen=True)
-class Answer:
-    """Accelerations (n,), multipliers (m,), forces along all rows (k,), and the largest holding forces (f,)."""
-
-    qdd: Floats
-    multipliers: Floats
-    forces: Floats
-    holding: Floats
 
 
 class System:
@@ -76,7 +51,7 @@ class System:
         forcing = terms.forces + terms.lagrangian_slope - terms.dissipation_slope - terms.inertial
         empty = np.zeros(0)
         values = self.constraints(state) if self.constraints.m else (empty, empty, empty, np.zeros((0, self.n)))
-        return Point(state, terms, forcing, values, self.elements.rows(state))
+        return Point(state, terms, forcing, values, self.elements.rows(state), self.nominal)
 
     # ------------------------------------------------------------------------------------------------- under modes
 

@@ -23,9 +23,9 @@ from lag2fmu.errors import DerivationError, LoadError
 from lag2fmu.graph.batches import Floats, evaluate
 from lag2fmu.language.units import DIMENSIONLESS
 from lag2fmu.mechanism.record import Mechanism
-from lag2fmu.picture.drawing import draw, drawable, layout_of, posture
+from lag2fmu.picture.drawing import draw, posture
 from lag2fmu.picture.labels import pretty
-from lag2fmu.picture.layout import Layout
+from lag2fmu.picture.layout import Layout, drawable, layout_of
 from lag2fmu.picture.scene import STYLES, Disc, Scene, Stroke
 from lag2fmu.reference.integrate import integrate
 from lag2fmu.verify.plots.figures import LETTERS, LINE, dressed, labelled, say

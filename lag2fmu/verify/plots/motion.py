@@ -15,14 +15,15 @@ from lag2fmu.analysis.conserved import conserved
 from lag2fmu.description.names import velocity
 from lag2fmu.dynamics.equations import EquationsOfMotion
 from lag2fmu.dynamics.lagrange import derive
-from lag2fmu.dynamics.samples import start_values
+from lag2fmu.dynamics.starts import start_values
 from lag2fmu.fmu.elements import element_variables
 from lag2fmu.graph.batches import evaluate
 from lag2fmu.language.units import Unit
 from lag2fmu.mechanism.display import display_units
 from lag2fmu.mechanism.record import Mechanism
-from lag2fmu.picture.drawing import drawable, layout_of, posture
+from lag2fmu.picture.drawing import posture
 from lag2fmu.picture.labels import pretty
+from lag2fmu.picture.layout import drawable, layout_of
 from lag2fmu.reference.trajectory import Trajectory
 from lag2fmu.verify.plots.figures import LETTERS, LINE, MOST_CURVES, by_unit, dressed, in_units, labelled, say
 from lag2fmu.verify.plots.mechanism import draw_marks

@@ -16,6 +16,9 @@ bool dense_begin(Instance *instance, Step step);
 /* The same with Hermite's cubic alone, which takes no evaluation. */
 void dense_begin_cubic(Instance *instance, Step step);
 
+/* states[2n] of the cubic alone at theta. */
+void dense_cubic_states(const Dense *dense, double theta, double states[]);
+
 /* states[2n] at a time (s) in that step. */
 void dense_states(const Dense *dense, double time, double states[]);
 

@@ -103,6 +103,9 @@ bool run_advance(Run *run, double time) {
     if (!(time > run->instance.state.time)) {
         return true;
     }
+    if (batch_stopped(run->batch)) {
+        return false;
+    }
     if (run->knot + 1 < run->batch->knots) {
         set_inputs(run);
     }

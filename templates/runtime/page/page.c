@@ -11,6 +11,7 @@
 #include "massless.h"
 #include "picture.h"
 #include "values.h"
+#include "work.h"
 
 /* A page has one instance, so it is static; an FMU may have many. */
 static Instance the_instance;
@@ -20,6 +21,7 @@ static struct {
     double parameters[SIZE_PARAMETERS];
 } the_point;
 static double the_values[N_VARIABLES];
+static double the_power[SIZE_WORK];
 static double the_picture[SIZE_PICTURE];
 static char the_sentence[SENTENCE_SIZE];
 
@@ -44,6 +46,7 @@ void page_begin(double start, double stop, double tolerance) {
     State *state = &the_instance.state;
     the_instance.policy = &OWN_SOLVER;
     the_instance.listener.hear = hear;
+    the_instance.listener.awaits_events = true;
     instance_start(&the_instance);
     state->time = state->start_time = start;
     state->stop_time_defined = 1;
@@ -77,7 +80,19 @@ int page_advance(double end) {
         explain_failure(&the_instance);
         return failed();
     }
+    return the_instance.state.event_held ? 2 : 1;
+}
+
+int page_pass(void) {
+    if (!integrator_settle(&the_instance)) {
+        explain_failure(&the_instance);
+        return failed();
+    }
     return 1;
+}
+
+double page_time(void) {
+    return the_instance.state.time;
 }
 
 /* The value of a variable, not a number where it has none. */
@@ -100,6 +115,11 @@ void page_observe(void) {
     memcpy(the_point.states, state->states, sizeof the_point.states);
     memcpy(the_point.inputs, state->inputs, sizeof the_point.inputs);
     memcpy(the_point.parameters, state->parameters, sizeof the_point.parameters);
+}
+
+const double *page_power(void) {
+    work_power(the_instance.state.time, the_values, the_power);
+    return the_power;
 }
 
 double *page_point(void) {

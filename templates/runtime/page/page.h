@@ -16,11 +16,21 @@ void page_set(int variable, double value);
 /* Solves for the start values that constraints determine, and decides the modes. */
 int page_settle(void);
 
-/* A communication step to the time end (s). */
+/* A communication step to the time end (s). Where an event comes before, it ends there, and returns 2: page_pass then
+   takes the instance over the event. */
 int page_advance(double end);
+int page_pass(void);
+
+/* The time that the instance is at, s. */
+double page_time(void);
 
 /* Brings the point and the values of all variables up to date with the instance. What has no value is not a number. */
 void page_observe(void);
+
+/* Two numbers at the values that page_observe found. The first is the power of what changes the energy h of the
+   mechanism, W; where there is a variable dissipated_energy, what this one tells of is left out. The second is not 0
+   where a support moves that a constraint or contact speaks of: in an impact it does work. */
+const double *page_power(void);
 
 /* The point: x, u and p, one behind the other. */
 double *page_point(void);

@@ -11,6 +11,12 @@ bool contacts_evaluate(Instance *instance, double time, const double states[], d
 /* As events_settle; due[N_EVENTS - N_SWITCHES] or NULL. *jumped is set if states changed, and is left alone if not. */
 bool contacts_settle(Instance *instance, const bool due[], bool *jumped);
 
+/* Does any contact, stop, dry friction or latch hold at present? The formula of the accelerations is for none. */
+bool contacts_hold(const Instance *instance);
+
+/* How many of their rows do not hold at present: such a row bears nothing, or what slides. */
+int contacts_idle(const Instance *instance);
+
 /* Do forces of friction depend on what other rows bear, so that contacts_slide has something to do? */
 bool contacts_sliding(const Instance *instance);
 

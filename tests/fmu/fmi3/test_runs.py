@@ -19,8 +19,9 @@ from fmpy.fmi3 import FMU3Model, FMU3Slave
 import lag2fmu
 from lag2fmu.fmu import Fmu
 from lag2fmu.formats.loading import load
-from lag2fmu.verify.plan import Run
-from lag2fmu.verify.simulate import problems, simulate_fmu
+from lag2fmu.verify.instances import problems
+from lag2fmu.verify.run import Run
+from lag2fmu.verify.simulate import simulate_fmu
 
 pytestmark = pytest.mark.fmu
 

@@ -36,7 +36,8 @@ void expect(int condition, const char *format, ...) {
 static void read_description(Fmu *fmu, const char *path) {
     FILE *file = fopen(path, "r");
     expect(file != NULL, "%s cannot be opened", path);
-    expect(fscanf(file, "%63s %d %zu %d", fmu->guid, &fmu->constraints, &fmu->states, &fmu->variables) == 4, "no head");
+    expect(fscanf(file, "%63s %d %zu %zu %d", fmu->guid, &fmu->constraints, &fmu->states, &fmu->indicators,
+                  &fmu->variables) == 5, "no head");
     expect(fmu->variables <= MAX_VARIABLES && fmu->states <= MAX_STATES, "more variables or states than foreseen");
     for (int i = 0; i < fmu->variables; i++) {
         Variable *v = &fmu->variable[i];

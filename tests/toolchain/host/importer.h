@@ -18,11 +18,12 @@
     F(GetRealOutputDerivatives) F(DoStep) F(CancelStep) F(GetStatus) F(GetRealStatus) F(GetIntegerStatus)       \
     F(GetBooleanStatus) F(GetStringStatus)
 
-enum { MAX_VARIABLES = 512, MAX_STATES = 64, MAX_BYTES = 16384 };
+enum { MAX_VARIABLES = 512, MAX_STATES = 64, MAX_BYTES = 32768 };
 
 typedef struct {
     fmi2ValueReference reference;
-    char kind; /* t time, x state, u input, p tunable, f fixed, y output, d derivative of a state, c calculated */
+    char kind; /* t time, x state that is an output, l other state, u input, p tunable, f fixed, y output, d derivative of
+                  a state, c calculated, j Real that jumps at events only, n Integer */
     double start, minimum, maximum;
 } Variable;
 
@@ -32,6 +33,7 @@ typedef struct {
     char guid[64];
     int constraints; /* start values may be refused, because they must meet them */
     size_t states;   /* of model exchange */
+    size_t indicators; /* of events: there are contacts, switches or dry friction */
     int variables;
     Variable variable[MAX_VARIABLES];
 } Fmu;

@@ -25,7 +25,9 @@ static double value_for(Session *s, const Variable *v) {
 static int is_wild(const Session *s, const Variable *v, double value) {
     const double span = v->kind == 'p' || v->kind == 'f' ? 0.11 * (v->start < 0.0 ? -v->start : v->start) : 0.11;
     const int far = value < v->start - span || value > v->start + span;
-    return far || (s->fmu->constraints > 0 && v->kind != 'u'); /* starts must meet the constraints */
+    const int bound = s->fmu->constraints > 0 || s->fmu->indicators > 0; /* starts must meet the constraints, and not
+                                                                           penetrate */
+    return far || (bound && v->kind != 'u');
 }
 
 Outcome try_GetReal(Session *s) {
@@ -34,7 +36,7 @@ Outcome try_GetReal(Session *s) {
     const size_t count = below(s, MANY + 1);
     const unsigned fault = count > 0 ? mistake(s, 3) : 3;
     for (size_t i = 0; i < count; i++) {
-        references[i] = pick(s, "txupfydc")->reference;
+        references[i] = pick(s, "txlupfydcj")->reference;
     }
     if (fault == 0) {
         references[below(s, (unsigned)count)] = NO_SUCH_REFERENCE;
@@ -87,16 +89,28 @@ static Outcome set_some(Session *s, const char *kinds) {
 }
 
 Outcome try_SetReal_input(Session *s) { return set_some(s, "u"); }
-Outcome try_SetReal_state(Session *s) { return set_some(s, "x"); }
+Outcome try_SetReal_state(Session *s) { return set_some(s, "xl"); }
 Outcome try_SetReal_tunable(Session *s) { return set_some(s, "p"); }
 Outcome try_SetReal_fixed(Session *s) { return set_some(s, "f"); }
 
 Outcome try_SetReal_calculated(Session *s) {
     const double value = 1.0;
-    return outcome(s->fmu->SetReal(s->component, &pick(s, "tc")->reference, 1, &value), REFUSED);
+    return outcome(s->fmu->SetReal(s->component, &pick(s, "tcj")->reference, 1, &value), REFUSED);
 }
 
-/* No variable has these types. */
+Outcome try_GetInteger(Session *s) {
+    const fmi2ValueReference reference = below(s, (unsigned)s->fmu->variables);
+    fmi2Integer value;
+    int found = 0;
+    for (int i = 0; i < s->fmu->variables; i++) {
+        found = found || (s->fmu->variable[i].kind == 'n' && s->fmu->variable[i].reference == reference);
+    }
+    const size_t count = mistake(s, 1) == 0 || found;
+    return outcome(s->fmu->GetInteger(s->component, &reference, count, &value),
+                   count == 0 || found ? calculation(s) : REFUSED);
+}
+
+/* No variable has these types, or none can be set. */
 #define OTHER_TYPE(name, type)                                                                       \
     Outcome try_##name(Session *s) {                                                                 \
         const fmi2ValueReference reference = below(s, 3);                                            \
@@ -105,7 +119,6 @@ Outcome try_SetReal_calculated(Session *s) {
         const size_t count = mistake(s, 1) == 0;                                                     \
         return outcome(s->fmu->name(s->component, &reference, count, &value), count ? REFUSED : OK); \
     }
-OTHER_TYPE(GetInteger, fmi2Integer)
 OTHER_TYPE(GetBoolean, fmi2Boolean)
 OTHER_TYPE(GetString, fmi2String)
 OTHER_TYPE(SetInteger, fmi2Integer)
@@ -133,9 +146,10 @@ Outcome try_GetNominalsOfContinuousStates(Session *s) {
 }
 
 Outcome try_GetEventIndicators(Session *s) {
-    double values[1];
-    const size_t count = mistake(s, 1) == 0;
-    return outcome(s->fmu->GetEventIndicators(s->component, values, count), count ? REFUSED : OK);
+    double values[MAX_STATES];
+    const size_t wrong = mistake(s, 1) == 0, count = s->fmu->indicators + wrong;
+    const fmi2Status status = s->fmu->GetEventIndicators(s->component, values, count);
+    return outcome(status, wrong ? REFUSED : s->fmu->indicators > 0 ? calculation(s) : OK);
 }
 
 Outcome try_SetContinuousStates(Session *s) {
@@ -145,7 +159,7 @@ Outcome try_SetContinuousStates(Session *s) {
     int wild = 0;
     for (int i = 0; i < s->fmu->variables && count < s->fmu->states; i++) {
         const Variable *v = &s->fmu->variable[i];
-        if (v->kind == 'x') {
+        if (v->kind == 'x' || v->kind == 'l') {
             values[count] = value_for(s, v);
             wild |= is_wild(s, v, values[count++]);
         }
@@ -170,10 +184,10 @@ Outcome try_GetDirectionalDerivative(Session *s) {
     const unsigned fault = mistake(s, 7);
     const size_t n_unknowns = below(s, MANY + 1), n_knowns = 1 + below(s, MANY);
     for (size_t i = 0; i < n_unknowns; i++) {
-        unknowns[i] = pick(s, "xydc")->reference;
+        unknowns[i] = pick(s, "xlydc")->reference;
     }
     for (size_t i = 0; i < n_knowns; i++) {
-        knowns[i] = pick(s, "xup")->reference;
+        knowns[i] = pick(s, "xlup")->reference;
         seeds[i] = between(s, -1.0, 1.0);
     }
     switch (fault) {

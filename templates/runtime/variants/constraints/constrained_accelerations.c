@@ -66,14 +66,24 @@ static bool formula_holds(const Instance *instance, const double margins[], cons
     return true;
 }
 
+/* unknowns[n + m] by the generated formula. Returns whether it holds there. */
+static bool evaluate_formula(Instance *instance, double time, const double states[], const double inputs[],
+                             const double drift[], double unknowns[]) {
+    double pivots[N_COORDINATES], margins[N_CONSTRAINTS], squares[N_CONSTRAINTS];
+    if (contacts_hold(instance)) {
+        return false;
+    }
+    mechanism_accelerations(time, states, inputs, instance->state.parameters, drift, unknowns, pivots, margins,
+                            squares);
+    return formula_holds(instance, margins, squares) && pivots_sound(instance, pivots);
+}
+
 bool accelerations_at(Instance *instance, double time, const double states[], const double inputs[],
                       double unknowns[]) {
     System *system = &instance->scratch.system;
-    double drift[N_CONSTRAINTS], pivots[N_COORDINATES], margins[N_CONSTRAINTS], squares[N_CONSTRAINTS];
+    double drift[N_CONSTRAINTS];
     find_drift(instance, time, states, inputs, drift);
-    mechanism_accelerations(time, states, inputs, instance->state.parameters, drift, unknowns, pivots, margins,
-                            squares);
-    if (!formula_holds(instance, margins, squares) || !pivots_sound(instance, pivots)) {
+    if (!evaluate_formula(instance, time, states, inputs, drift, unknowns)) {
         double below[N_CONSTRAINTS];
         if (!system_factorize(instance, time, states, inputs, N_CONSTRAINTS, 0.0, system)) {
             return false;
@@ -104,7 +114,7 @@ void multipliers_spread(const System *system, double unknowns[]) {
 }
 
 bool multipliers_unique(const Instance *instance) {
-    return instance->state.rows_known && instance->state.rows.rank == N_CONSTRAINTS;
+    return instance->state.rows_known && instance->state.rows.rank + contacts_idle(instance) == N_CONSTRAINTS;
 }
 
 void constraints_remember(Instance *instance, const Motion *motion) {

@@ -11,7 +11,7 @@
 
 /* What the event functions are made of. */
 typedef struct {
-    ElementRows rows;
+    double gaps[SIZE_UNILATERALS], slips[SIZE_FRICTIONAL]; /* slip velocities of the rows that may slide */
     double unknowns[N_UNKNOWNS];
     double restitution[SIZE_UNILATERALS], friction[SIZE_UNILATERALS], holding[SIZE_UNILATERALS];
     double sliding[SIZE_FRICTIONAL], force[SIZE_FRICTIONS], capacity[SIZE_FRICTIONS];
@@ -45,7 +45,7 @@ static double friction_of(const Point *point, int contact) {
 static double speed_along(const State *state, const Point *point, int contact) {
     double speed = 0.0;
     for (int row = SLIP_ROWS[contact]; row < SLIP_ROWS[contact + 1]; row++) {
-        speed += row_direction(state, row) * point->rows.velocities[row];
+        speed += row_direction(state, row) * point->slips[row - FIRST_SLIP];
     }
     return speed;
 }
@@ -53,7 +53,7 @@ static double speed_along(const State *state, const Point *point, int contact) {
 static void evaluate_contact(const State *state, const Point *point, double time, int contact, double values[]) {
     values[1] = 1.0;
     if (!contact_closed(state, contact)) {
-        values[0] = point->rows.positions[contact];
+        values[0] = point->gaps[contact];
         return;
     }
     values[0] = state->cascading[contact] ? state->rest_time[contact] - time : force_of(point, contact);
@@ -67,7 +67,7 @@ static void evaluate_contact(const State *state, const Point *point, double time
 static double evaluate_friction(const State *state, const Point *point, int friction) {
     const int row = FIRST_FRICTION + friction;
     return friction_sticks(state, friction) ? point->capacity[friction] - fabs(force_of(point, row))
-                                            : row_direction(state, row) * point->rows.velocities[row];
+                                            : row_direction(state, row) * point->slips[row - FIRST_SLIP];
 }
 
 bool contacts_evaluate(Instance *instance, double time, const double states[], double values[]) {
@@ -83,7 +83,7 @@ bool contacts_evaluate(Instance *instance, double time, const double states[], d
         mechanism_friction(time, states, inputs, parameters, point.unknowns, point.sliding, point.force,
                            point.capacity);
     }
-    rows_evaluate(instance, time, states, inputs, &point.rows);
+    mechanism_slips(time, states, inputs, parameters, point.gaps, point.slips);
     for (int i = 0; i < N_UNILATERALS; i++) {
         evaluate_contact(state, &point, time, i, values + 2 * i);
     }

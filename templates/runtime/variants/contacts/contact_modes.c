@@ -3,6 +3,20 @@
 #include <math.h>
 #include <stddef.h>
 
+#include "contacts.h"
+
+int contacts_idle(const Instance *instance) {
+    int count = 0;
+    for (int row = 0; row < N_ROWS; row++) {
+        count += !row_active(&instance->state, row);
+    }
+    return count;
+}
+
+bool contacts_hold(const Instance *instance) {
+    return contacts_idle(instance) < N_ROWS;
+}
+
 static int slips_of(int contact) {
     return SLIP_ROWS[contact + 1] - SLIP_ROWS[contact];
 }

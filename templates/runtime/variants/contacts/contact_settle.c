@@ -198,6 +198,37 @@ static bool undo_drift(Settling *settling, bool *jumped) {
     return !closed || !settling->instance->policy->stabilise || move_onto_modes(settling, jumped);
 }
 
+/* An importer's solver locates an impact where the indicator is 0, a little inside: bodies that meet are put back to where
+   they touch, so that no gap is negative after the event. If they cannot all touch, they stay where they are. */
+static bool undo_overlap(Settling *settling, bool *jumped) {
+    Instance *instance = settling->instance;
+    State *state = &instance->state;
+    double states[N_STATES];
+    bool meets[SIZE_UNILATERALS], found = false, moved;
+    for (int i = 0; i < N_UNILATERALS; i++) {
+        meets[i] = settling_due(settling, 2 * i) && !contact_closed(state, i);
+        found = found || meets[i];
+    }
+    if (!found || !instance->policy->stabilise) {
+        return true;
+    }
+    for (int i = 0; i < N_UNILATERALS; i++) {
+        row_activate(state, i, meets[i] || contact_closed(state, i));
+    }
+    memcpy(states, state->states, sizeof states);
+    const bool touch = constraints_regroup(instance) &&
+                       constraints_project(instance, state->time, inputs_at(instance, state->time), states, &moved);
+    for (int i = 0; i < N_UNILATERALS; i++) {
+        row_activate(state, i, !meets[i] && contact_closed(state, i));
+    }
+    if (touch) {
+        *jumped = *jumped || memcmp(states, state->states, N * sizeof(double)) != 0;
+        memcpy(state->states, states, N * sizeof(double));
+    }
+    state->usual_known = 0;
+    return constraints_regroup(instance);
+}
+
 /* Is no gap negative at the start? Gaps that are closed but for a part of nominal values are. */
 static bool starts_apart(Settling *settling) {
     Failure *failure = &settling->instance->failure;
@@ -221,7 +252,8 @@ bool contacts_settle(Instance *instance, const bool due[], bool *jumped) {
         memcpy(settling.due, due, (2 * N_UNILATERALS + N_FRICTIONS) * sizeof(bool));
     }
     end_cascades(&settling);
-    if (!undo_drift(&settling, jumped) || !stop_slips(&settling, jumped) || !settling_measure(&settling)) {
+    if (!undo_drift(&settling, jumped) || !undo_overlap(&settling, jumped) || !stop_slips(&settling, jumped) ||
+        !settling_measure(&settling)) {
         return false;
     }
     if (due == NULL && !starts_apart(&settling)) {

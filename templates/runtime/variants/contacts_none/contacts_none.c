@@ -16,6 +16,16 @@ bool contacts_settle(Instance *instance, const bool due[], bool *jumped) {
     return true;
 }
 
+bool contacts_hold(const Instance *instance) {
+    (void)instance;
+    return false;
+}
+
+int contacts_idle(const Instance *instance) {
+    (void)instance;
+    return 0;
+}
+
 bool contacts_sliding(const Instance *instance) {
     (void)instance;
     return false;

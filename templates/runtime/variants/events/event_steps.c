@@ -5,6 +5,7 @@
 
 #include "dense_output.h"
 #include "event_noise.h"
+#include "equations.h"
 #include "events.h"
 #include "projection.h"
 #include "roots.h"
@@ -15,6 +16,7 @@ enum { MOST_CORRECTIONS = 8, MOST_EVENTS_AT_ONCE = 20, MOST_EVENTS_IN_A_STEP = 1
 /* A function that keeps this part of its greatest value at the nodes is far from 0 between them, too: the sum of
    Lagrange's polynomials is less than 2.1. */
 static const double FAR = 0.5;
+static const double LITTLE = 1e-6; /* of a step's length, by which its end is moved without repeating it */
 static const double NO_ROOT_THERE = 1e-3; /* of a function's size, that is left of it where it seemed to be 0 */
 static const double SHORTEST_PART = 1.0 / 64.0; /* of a step, in which event functions are taken for polynomials */
 
@@ -27,13 +29,18 @@ typedef struct {
     double start; /* its value where the step begins */
 } Descents;
 
-/* values[k][i] of the event functions at the nodes of a part of the step in state->dense. The first node is known. */
-static bool sample(Instance *instance, double from, double width, double values[][ROOT_NODES]) {
+/* values[k][i] of the event functions at the nodes of a part of the step in state->dense, or of its cubic alone. The
+   first node is known. */
+static bool sample(Instance *instance, double from, double width, bool cubic, double values[][ROOT_NODES]) {
     const Dense *dense = &instance->state.dense;
     double states[N_STATES], at[SIZE_EVENTS];
     for (int i = 1; i < ROOT_NODES; i++) {
-        const double time = dense->start + (from + width * ROOT_PLACES[i]) * (dense->end - dense->start);
-        dense_states(dense, time, states);
+        const double theta = from + width * ROOT_PLACES[i], time = dense->start + theta * (dense->end - dense->start);
+        if (cubic) {
+            dense_cubic_states(dense, theta, states);
+        } else {
+            dense_states(dense, time, states);
+        }
         if (!events_evaluate(instance, time, states, at)) {
             return false;
         }
@@ -103,7 +110,7 @@ static bool far_from_events(Instance *instance, Step step, bool *far) {
     for (int k = 0; k < N_EVENTS; k++) {
         values[k][0] = start[k];
     }
-    if (!sample(instance, 0.0, 1.0, values)) {
+    if (!sample(instance, 0.0, 1.0, true, values)) {
         return false;
     }
     *far = all_resolved(values);
@@ -132,7 +139,7 @@ static bool find_descents(Instance *instance, Descents *found) {
         values[k][0] = start[k];
     }
     while (from < 1.0 && found->first < 0) {
-        if (!sample(instance, from, width, values)) {
+        if (!sample(instance, from, width, false, values)) {
             return false;
         }
         if (width > SHORTEST_PART && !all_resolved(values)) {
@@ -164,6 +171,34 @@ static bool repeat(Instance *instance, Step *step, double length, double values[
     return events_evaluate(instance, state->time, state->states, values);
 }
 
+/* Moves the end of the repeated step by a little (s): by the explicit midpoint rule, the error of which is of third
+   order. */
+static bool shift_end(Instance *instance, Step *step, double shift, double values[]) {
+    Scratch *scratch = &instance->scratch;
+    const double end = step->end + shift, *rates = scratch->new_derivatives;
+    double *middle = scratch->stage_states, slopes[N_STATES];
+    for (int i = 0; i < N_STATES; i++) {
+        middle[i] = scratch->new_states[i] + 0.5 * shift * rates[i];
+    }
+    if (!equations_derivative(instance, step->end + 0.5 * shift, middle, slopes)) {
+        return false;
+    }
+    for (int i = 0; i < N_STATES; i++) {
+        scratch->new_states[i] += shift * slopes[i];
+    }
+    step->end = end;
+    step->length = end - instance->state.time;
+    return equations_derivative(instance, end, scratch->new_states, scratch->new_derivatives) &&
+           bring_back_result(instance, *step) && events_evaluate(instance, end, scratch->new_states, values);
+}
+
+/* Takes the step to another end. Momenta of a variational method belong to the whole step. */
+static bool move_end(Instance *instance, Step *step, double length, double values[]) {
+    const double shift = length - step->length;
+    const bool little = fabs(shift) <= LITTLE * step->length && step->end + shift <= instance->scratch.step_end;
+    return little && !METHOD.variational ? shift_end(instance, step, shift, values) : repeat(instance, step, length, values);
+}
+
 /* Repeats the step until the first function is 0 at its end, by secant steps from the root on its interpolant; at the
    beginning of the step it is where it is.
    values[N_EVENTS]: at that end. */
@@ -173,7 +208,7 @@ static bool polish(Instance *instance, const Descents *found, Step *step, double
     double length = found->theta[k] * whole, slope = found->slope / whole;
     double last_length = 0.0, last_value = 0.0;
     for (int i = 0; i < MOST_CORRECTIONS; i++) {
-        if (!repeat(instance, step, length, values)) {
+        if (!(i == 0 ? repeat(instance, step, length, values) : move_end(instance, step, length, values))) {
             return false;
         }
         if (i > 0 && fabs(length - last_length) > rounding && values[k] != last_value) {

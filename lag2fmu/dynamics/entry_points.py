@@ -1,0 +1,18 @@
+"""Derivation of whatever a mechanism is written in, for those who start from a name or a file."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+from lag2fmu.dynamics import lagrange
+from lag2fmu.formats.loading import as_mechanism
+from lag2fmu.mechanism.record import Mechanism
+
+
+def derive(model: Mechanism | str | Path, method: str | None = None) -> lagrange.DerivedEquations:
+    """Derive the equations of motion of ``model``, a mechanism or what ``load`` takes.
+
+    ``method`` is one of ACCELERATION_METHODS, by default the quicker one. Raises LoadError for a ``model`` that is
+    none, and DerivationError as ``lagrange.derive`` does. Source: Hand, Finch, Analytical Mechanics, section 1.9.
+    """
+    return lagrange.derive(as_mechanism(model), method)

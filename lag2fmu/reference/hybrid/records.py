@@ -1,0 +1,59 @@
+"""What is known at one state of a hybrid mechanism: its rows, its equations, and the accelerations and forces."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from lag2fmu.reference.state import Floats, State
+from lag2fmu.reference.terms import Terms
+
+Indices = NDArray[np.intp]
+
+
+@dataclass(frozen=True)
+class Rows:
+    """At one state: gaps (u,), velocities and gamma (k,), J (k, n), and restitution, friction, static friction (u,).
+
+    ``latched`` (l,): the positions of latches that hold positions, 0 of those that hold velocities. ``slip_rows``:
+    the rows of the slips of each contact.
+    """
+
+    gaps: Floats
+    latched: Floats
+    velocities: Floats
+    gamma: Floats
+    jacobian: Floats
+    restitution: Floats
+    friction: Floats
+    static: Floats
+    slip_rows: Sequence[Indices]
+
+
+@dataclass(frozen=True)
+class Point:
+    """A single ``state`` with everything that does not depend on what is unknown there.
+
+    ``forcing`` (n,) without constraints and contacts; ``constraints``: values, velocities, gamma (m,), G (m, n);
+    ``nominal``: the nominal values of the coordinates (n,).
+    """
+
+    state: State
+    terms: Terms
+    forcing: Floats
+    constraints: tuple[Floats, Floats, Floats, Floats]
+    rows: Rows
+    nominal: Floats
+
+
+@dataclass(frozen=True)
+class Answer:
+    """Accelerations (n,), multipliers (m,), forces along all rows (k,), and the largest holding forces (f,)."""
+
+    qdd: Floats
+    multipliers: Floats
+    forces: Floats
+    holding: Floats

@@ -1,0 +1,119 @@
+"""The records of a run of an FMU: what it is told, what that means for the FMU, and the numbers in its variables."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass
+from typing import Any, Literal
+
+import numpy as np
+from numpy.typing import NDArray
+
+from lag2fmu.reference.signals import Pieces
+from lag2fmu.reference.trajectory import Trajectory
+
+Floats = NDArray[np.float64]
+
+
+Kind = Literal["co-simulation", "model-exchange"]
+
+
+@dataclass(frozen=True)
+class Run:
+    """What a run is told; what is not given is taken from the FMU's DefaultExperiment.
+
+    ``stop_time``, the communication ``step`` (s), the relative ``tolerance`` of the solver; ``values`` are start values
+    of parameters, states and inputs in SI; ``inputs`` are linear between their times, and a motion given by position
+    alone is a spline; with ``hold`` they keep their value during a communication step. ``outputs`` are recorded
+    (default: all), and behind them those of ``beside`` that the FMU has. ``progress`` is called with the time reached,
+    ``warned`` with each warning of the FMU (default: they are logged). With ``events``, co-simulation by FMI 3.0 uses
+    event mode and early return.
+    The run begins at ``start_time`` (s), where the ``values`` hold.
+    """
+
+    stop_time: float | None = None
+    step: float | None = None
+    tolerance: float | None = None
+    values: Mapping[str, float] | None = None
+    inputs: Trajectory | None = None
+    hold: bool = False
+    outputs: Sequence[str] | None = None
+    beside: Sequence[str] = ()
+    kind: Kind = "co-simulation"
+    progress: Callable[[float], None] | None = None
+    warned: Callable[[str], None] | None = None
+    events: bool = False
+    start_time: float = 0.0
+
+
+@dataclass(frozen=True)
+class Plan:
+    """A run that was checked: ``grid`` of communication points (k,) in s, the ``names`` recorded, the inputs.
+
+    ``scalars`` are all numbers of the FMU by name. ``pieces`` are the inputs between communication points, None where
+    there are none or they are held.
+    """
+
+    grid: Floats
+    names: Sequence[str]
+    scalars: Mapping[str, Scalar]
+    pieces: Pieces | None
+    held: Trajectory | None
+
+    @property
+    def points(self) -> Floats:
+        """The communication points with those between them where inputs have kinks, (m,)."""
+        if self.pieces is None:
+            return self.grid
+        grid, breaks = self.grid, self.pieces.breaks
+        nearest = grid[np.searchsorted((grid[1:] + grid[:-1]) / 2, breaks)]
+        return np.union1d(grid, breaks[np.abs(breaks - nearest) > 1e-9 * grid[-1]])
+
+
+@dataclass(frozen=True)
+class Scalar:
+    """A number of an FMU: the ``element`` of ``variable``, as fmpy reads it, with its ``start`` value if it has one."""
+
+    name: str
+    variable: Any
+    element: int
+    start: float | None
+
+    @property
+    def reference(self) -> int:
+        """The value reference of the variable."""
+        return int(self.variable.valueReference)
+
+
+def size_of(variable: Any) -> int:
+    """How many numbers a variable has."""
+    size = 1
+    for dimension in getattr(variable, "shape", None) or ():
+        size *= int(dimension)
+    return size
+
+
+def whole(values: Mapping[str, float], scalars: Mapping[str, Scalar]) -> dict[str, float | list[float]]:
+    """``values`` of scalars by variable: those of an array as a list, in which other elements have their starts."""
+    found: dict[str, float | list[float]] = {}
+    for name, value in values.items():
+        variable = scalars[name].variable
+        is_array = bool(getattr(variable, "shape", ()))
+        found[variable.name if is_array else name] = elements_of(variable, scalars, values) if is_array else value
+    return found
+
+
+def elements_of(variable: Any, scalars: Mapping[str, Scalar], values: Mapping[str, float]) -> list[float]:
+    """All elements of ``variable``: those in ``values``, others at their starts, 0 where there are none."""
+    found = [0.0] * size_of(variable)
+    for name, scalar in scalars.items():
+        if scalar.variable is variable:
+            found[scalar.element] = values.get(name, scalar.start or 0.0)
+    return found
+
+
+def first_inputs(plan: Plan) -> dict[str, float]:
+    """The inputs at the start."""
+    if plan.pieces is not None:
+        return dict(zip(plan.pieces.names, plan.pieces.derivatives(float(plan.grid[0]))[0].tolist(), strict=True))
+    return {} if plan.held is None else dict(zip(plan.held.names, plan.held.values[0].tolist(), strict=True))
