@@ -10,18 +10,21 @@ Source: Landau, Lifshitz, Mechanics, sections 6, 7, 9 and 40; E. Noether, Invari
 from __future__ import annotations
 
 from collections.abc import Iterator
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 import sympy as sp
 
-from lag2fmu.analysis.evaluation import random_states, unknowns
+from lag2fmu.analysis.evaluation import resting_inputs, unknowns
 from lag2fmu.description import names
+from lag2fmu.description.symbols import Coordinate
+from lag2fmu.dynamics.constraints import starting_consistently
 from lag2fmu.dynamics.energies import Composer
 from lag2fmu.dynamics.equations import EquationsOfMotion
 from lag2fmu.dynamics.variables import translator
+from lag2fmu.errors import DerivationError
 from lag2fmu.graph.autodiff import forward, reverse
-from lag2fmu.graph.batches import evaluate
+from lag2fmu.graph.batches import Floats, evaluate
 from lag2fmu.graph.graph import Graph, Node
 from lag2fmu.graph.to_sympy import tidy, written, written_operations
 from lag2fmu.graph.vectors import Vector, apply, cross, plus, times
@@ -235,3 +238,41 @@ def _formula(graph: Graph, node: Node) -> sp.Expr | None:
     if written_operations(graph, [node]) > _MAX_WRITTEN:
         return None
     return tidy(written(graph, [node])[0])
+
+
+def _within(q: Coordinate, value: float) -> float:
+    """``value`` or the bound of ``q`` that it is beyond."""
+    low, high = (-np.inf if q.minimum is None else q.minimum), (np.inf if q.maximum is None else q.maximum)
+    return float(np.clip(value, low, high))
+
+
+def random_states(equations: EquationsOfMotion, count: int) -> Iterator[dict[str, float | Floats]]:
+    """``count`` states (SI) around the start that meet the constraints, reproducible, external forces being zero.
+
+    Without constraints the parameters are moved by up to a tenth too. Fewer are found where the constraints can hardly
+    be met.
+    """
+    generator = np.random.default_rng(41)
+    mechanism, c = equations.mechanism, equations.constraints
+    for _ in range(count):
+        coordinates = tuple(
+            replace(
+                q,
+                start=_within(q, q.start + q.nominal * generator.uniform(-0.7, 0.7)),
+                velocity=q.velocity + q.nominal * generator.uniform(-1, 1),
+                given=False if len(c) else q.given,
+                velocity_given=False if len(c) else q.velocity_given,
+            )
+            for q in mechanism.coordinates
+        )
+        moved = mechanism.starting_at(coordinates)
+        try:
+            moved = starting_consistently(moved, equations.graph, c)
+        except DerivationError:
+            continue
+        values = resting_inputs(replace(equations, mechanism=moved)) | {"t": float(generator.uniform(0, 5))}
+        if not len(c):
+            free = [p.name for p in mechanism.parameters if p.value is not None]
+            values |= {name: values[name] * generator.uniform(0.9, 1.1) for name in free}
+        values |= {z.name: z.start + z.nominal * generator.uniform(-1, 1) for z in mechanism.states}
+        yield values

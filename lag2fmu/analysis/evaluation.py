@@ -2,15 +2,12 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Mapping
-from dataclasses import replace
+from collections.abc import Callable, Mapping
 from typing import TypeVar
 
 import numpy as np
 
 from lag2fmu.description import names
-from lag2fmu.description.symbols import Coordinate
-from lag2fmu.dynamics.constraints import starting_consistently
 from lag2fmu.dynamics.equations import EquationsOfMotion
 from lag2fmu.dynamics.starts import start_values
 from lag2fmu.errors import DerivationError
@@ -109,41 +106,3 @@ def saddle(equations: EquationsOfMotion, M: Floats, G: Floats, pull: Floats | No
         return np.full_like(whole, np.nan)
     inverse: Floats = scale[:, None] * np.linalg.pinv(scale[:, None] * whole * scale, rcond=1e-11) * scale
     return inverse
-
-
-def _within(q: Coordinate, value: float) -> float:
-    """``value`` or the bound of ``q`` that it is beyond."""
-    low, high = (-np.inf if q.minimum is None else q.minimum), (np.inf if q.maximum is None else q.maximum)
-    return float(np.clip(value, low, high))
-
-
-def random_states(equations: EquationsOfMotion, count: int) -> Iterator[dict[str, float | Floats]]:
-    """``count`` states (SI) around the start that meet the constraints, reproducible, external forces being zero.
-
-    Without constraints the parameters are moved by up to a tenth too. Fewer are found where the constraints can hardly
-    be met.
-    """
-    generator = np.random.default_rng(41)
-    mechanism, c = equations.mechanism, equations.constraints
-    for _ in range(count):
-        coordinates = tuple(
-            replace(
-                q,
-                start=_within(q, q.start + q.nominal * generator.uniform(-0.7, 0.7)),
-                velocity=q.velocity + q.nominal * generator.uniform(-1, 1),
-                given=False if len(c) else q.given,
-                velocity_given=False if len(c) else q.velocity_given,
-            )
-            for q in mechanism.coordinates
-        )
-        moved = mechanism.starting_at(coordinates)
-        try:
-            moved = starting_consistently(moved, equations.graph, c)
-        except DerivationError:
-            continue
-        values = resting_inputs(replace(equations, mechanism=moved)) | {"t": float(generator.uniform(0, 5))}
-        if not len(c):
-            free = [p.name for p in mechanism.parameters if p.value is not None]
-            values |= {name: values[name] * generator.uniform(0.9, 1.1) for name in free}
-        values |= {z.name: z.start + z.nominal * generator.uniform(-1, 1) for z in mechanism.states}
-        yield values

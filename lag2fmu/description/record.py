@@ -15,7 +15,7 @@ import sympy as sp
 from lag2fmu.description.events import IMPACTS, Contact, Friction, State, Stop
 from lag2fmu.description.joints import Joint
 from lag2fmu.description.keys import Key, TableKey, key, table_key
-from lag2fmu.description.names import suggestion
+from lag2fmu.description.names import stop_side, suggestion
 from lag2fmu.description.outputs import Experiment, Output
 from lag2fmu.description.parts import (
     Constraint,
@@ -175,6 +175,13 @@ class Description:
         """The names of the filtered motions: of inputs as they are written, of further states in a Mechanism."""
         written = [item.name for item in self.inputs if item.motion == FILTERED]
         return (*written, *(state.name for state in self.states if state.moves == state.name))
+
+    @property
+    def unilateral_names(self) -> tuple[str, ...]:
+        """The names of the ideal contacts, and of the sides of stops."""
+        sides = [(stop, side) for stop in self.stops for side in ("lower", "upper")]
+        ideal = [contact.name for contact in self.contacts if contact.law == "ideal"]
+        return (*ideal, *(stop_side(s.name, side) for s, side in sides if getattr(s, side) is not None))
 
     @property
     def places(self) -> tuple[Place, ...]:

@@ -20,8 +20,9 @@ from lag2fmu.ensemble.batch import DONE, FAILED, REASON, Batch, run_batch
 from lag2fmu.ensemble.libraries import Library, built, lanes_here
 from lag2fmu.ensemble.results import Runs
 from lag2fmu.errors import LoadError, SimulationError
-from lag2fmu.fmu.advice import check_solver, suited_solver
+from lag2fmu.fmu.advice import suited_solver
 from lag2fmu.fmu.event_variables import event_names
+from lag2fmu.fmu.method_check import check_solver
 from lag2fmu.fmu.variables import build_table
 from lag2fmu.formats.loading import as_mechanism
 from lag2fmu.mechanism.record import Mechanism

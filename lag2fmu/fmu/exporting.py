@@ -13,21 +13,15 @@ from lag2fmu.dynamics.functions import Program
 from lag2fmu.dynamics.lagrange import complete, derive
 from lag2fmu.dynamics.program import lower
 from lag2fmu.errors import ExportError
-from lag2fmu.fmu.advice import (
-    check_solver,
-    damping,
-    moved_starts,
-    stack_of_events,
-    steps_over_impacts,
-    suited_solver,
-)
+from lag2fmu.fmu.advice import damping, moved_starts, stack_of_events, steps_over_impacts, suited_solver
 from lag2fmu.fmu.backends import BACKENDS
 from lag2fmu.fmu.backends.backend import Choices
 from lag2fmu.fmu.carried import DESCRIPTION, MECHANISM_ENTRY, WITHOUT
 from lag2fmu.fmu.compilers import Progress
 from lag2fmu.fmu.documentation import documentation, scene_at_start
 from lag2fmu.fmu.icon import icon
-from lag2fmu.fmu.live_page import page_choice
+from lag2fmu.fmu.live_page import live, page_choice
+from lag2fmu.fmu.method_check import check_solver
 from lag2fmu.fmu.pack import pack
 from lag2fmu.fmu.record import Fmu
 from lag2fmu.fmu.terminals import terminals
@@ -87,8 +81,10 @@ def export(  # noqa: PLR0913 (choices of the user)
     version = VERSIONS[fmi]
     if arrays and not version.has_ports:
         raise ExportError(f"--arrays: FMI {fmi} has no arrays; add --fmi 3.0, or leave --arrays out")
-    live = page_choice(page) == "live"
-    choices = Choices(solver or DEFAULT_SOLVER, platform, compiler, progress, version, arrays, frozenset(without), live)
+    maker = live if page_choice(page) == "live" else None
+    choices = Choices(
+        solver or DEFAULT_SOLVER, platform, compiler, progress, version, arrays, frozenset(without), maker
+    )
     build = BACKENDS[backend].prepare(choices)
     target = Path(path) if path is not None else Path(f"{mechanism.name}.fmu")
     _check_target(target)

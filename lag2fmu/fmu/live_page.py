@@ -5,7 +5,6 @@ from __future__ import annotations
 import os
 import re
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
 from importlib.util import find_spec
 from typing import Any
 
@@ -21,7 +20,8 @@ from lag2fmu.fmu.model_description import ModelDescription
 from lag2fmu.fmu.scalar_variable import ScalarVariable
 from lag2fmu.language.units import Unit
 from lag2fmu.live.document import document
-from lag2fmu.live.drawing import Drawing, drawing
+from lag2fmu.live.drawing import drawing
+from lag2fmu.live.page import Live
 from lag2fmu.live.samples import Samples
 from lag2fmu.live.spots import no_spots
 from lag2fmu.live.work import work
@@ -35,19 +35,6 @@ _FUNCTION = re.compile(r"\b(page_\w+)\(")
 _SHORT, _LONG, _SHOWN = 3.0, 30.0, 10.0
 """Experiments between these lengths (s) are shown in real time, others such that they take about the last one."""
 _LINES = 4
-
-
-@dataclass(frozen=True)
-class Live:
-    """What a live page has beside a static one: the ``picture`` and the ``module`` in WebAssembly."""
-
-    picture: Drawing | None
-    module: bytes
-
-    @property
-    def spatial(self) -> bool:
-        """Whether the mechanism is drawn in space."""
-        return self.picture is not None and not self.picture.data["planar"]
 
 
 def page_choice(page: str | None) -> str:
@@ -77,20 +64,20 @@ def live(
             picture = None
     references = {v.name: v.value_reference for v in variables if v.derivative_of is None}
     texts = page_sources(sources, {"picture": spots, "work": work(equations, references)})
-    return Live(picture, compile_module(texts, sorted(set(_FUNCTION.findall(texts["page.h"])))))
+    data = None if picture is None else picture.data
+    return Live(data, compile_module(texts, sorted(set(_FUNCTION.findall(texts["page.h"])))))
 
 
 def live_document(
     context: Mapping[str, object], description: ModelDescription, made: Live, samples: Samples | None
 ) -> str:
     """The page as HTML; ``context`` is that of the static page; ``samples``: what its trajectory is compared with."""
-    picture = made.picture
     notes = context["sketch"][1] if context["sketch"] else ()  # type: ignore[index]
-    data = _data(description, picture, samples)
+    data = _data(description, made.picture, samples)
     return document({**context, "notes": notes}, data, made.module, spatial=made.spatial)
 
 
-def _data(description: ModelDescription, picture: Drawing | None, samples: Samples | None) -> dict[str, Any]:
+def _data(description: ModelDescription, picture: Mapping[str, Any] | None, samples: Samples | None) -> dict[str, Any]:
     mechanism = description.mechanism
     experiment, coordinates = mechanism.experiment, [c.name for c in mechanism.coordinates]
     stop = experiment.stop_time
@@ -100,7 +87,7 @@ def _data(description: ModelDescription, picture: Drawing | None, samples: Sampl
         "speed": 1 if _SHORT <= stop <= _LONG else float(f"{stop / _SHOWN:.1g}"),
         "variables": [_variable(v, mechanism) for v in description.variables if _is_shown(v)],
         "coordinates": coordinates,
-        "drawing": None if picture is None else picture.data,
+        "drawing": picture,
         "plot": coordinates[:_LINES],
         "phase": [coordinates[0], names.velocity(coordinates[0])],
         "reference": None if samples is None else samples.data(),

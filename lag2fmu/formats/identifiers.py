@@ -3,16 +3,31 @@
 from __future__ import annotations
 
 import re
+import unicodedata
 from collections.abc import Iterable
 
 from lag2fmu.description.places import WORLD
 from lag2fmu.errors import LoadError
 
+_GREEK = re.compile(r"GREEK (?P<size>SMALL|CAPITAL) LETTER (?P<letter>[A-Z]+)")
+
 
 def identifier(name: str) -> str:
-    """``name`` with all that no identifier can hold as underscores; backslashes of LaTeX are left out."""
-    text = re.sub(r"\W", "_", name.replace("\\", ""), flags=re.ASCII)
+    """``name`` with all that no identifier can hold as underscores; backslashes of LaTeX are left out.
+
+    Greek letters are called by their names, and letters with accents, small digits and the like are plain ones.
+    """
+    plain = "".join(map(_plain, unicodedata.normalize("NFKD", name)))
+    text = re.sub(r"\W", "_", plain.replace("\\", ""), flags=re.ASCII)
     return text if text[:1].isalpha() or text[:1] == "_" else f"_{text}"
+
+
+def _plain(letter: str) -> str:
+    """A letter in ASCII where it has a name there, nothing for an accent, else itself."""
+    greek = _GREEK.fullmatch(unicodedata.name(letter, ""))
+    if greek is not None:
+        return greek["letter"].lower() if greek["size"] == "SMALL" else greek["letter"].capitalize()
+    return "" if unicodedata.combining(letter) else letter
 
 
 def identifiers(names: Iterable[str], where: str, taken: Iterable[str] = ()) -> dict[str, str]:

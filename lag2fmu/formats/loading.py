@@ -49,6 +49,8 @@ def load(model: object, arguments: Mapping[Any, object] | None = None) -> Mechan
             raise LoadError(f"{path}: a mechanism as text has no structural arguments, got {', '.join(given)}")
         return read_file(path)
     place, function = _function_of(model)
+    spelled = getattr(function, "spelled", {})  # the names of SymPy's symbols that are no identifiers
+    given = {spelled.get(name, name): value for name, value in given.items()}
     taken = arguments_of(place, function)
     unknown = next((name for name in given if name not in taken), None)
     if unknown is not None:

@@ -27,7 +27,6 @@ from lag2fmu.description.names import (
 from lag2fmu.description.record import Description
 from lag2fmu.errors import MechanismError
 from lag2fmu.language.identifiers import check_identifier
-from lag2fmu.mechanism.scope import unilateral_names
 
 
 def _generated(mechanism: Description) -> Iterator[tuple[str, str]]:
@@ -54,7 +53,7 @@ def _generated(mechanism: Description) -> Iterator[tuple[str, str]]:
 
 
 def _generated_by_events(mechanism: Description) -> Iterator[tuple[str, str]]:
-    unilaterals = list(unilateral_names(mechanism))
+    unilaterals = mechanism.unilateral_names
     for name in unilaterals:
         of = f"of the contact or stop '{name}'"
         yield gap(name), f"the gap {of}"

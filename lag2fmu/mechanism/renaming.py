@@ -18,7 +18,6 @@ from lag2fmu.description.symbols import FILTERED
 from lag2fmu.errors import MechanismError
 from lag2fmu.language.vocabulary import TableCall, symbol, table_function
 from lag2fmu.mechanism.loads import with_inputs
-from lag2fmu.mechanism.scope import unilateral_names
 
 SHARED = ("parameters", "inputs", "tables")
 """The tables whose entries a part may share with the whole."""
@@ -51,7 +50,7 @@ class _Renaming:
         for derived in (str, names.velocity, names.acceleration):
             self.known |= {derived(name): derived(self.of(name)) for name in moving}
         self.known |= {names.generalized_force(q.name): names.generalized_force(self.of(q.name)) for q in d.coordinates}
-        self.known |= {names.force(name): names.force(self.of(name)) for name in unilateral_names(d)}
+        self.known |= {names.force(name): names.force(self.of(name)) for name in d.unilateral_names}
         plain: list[Any] = [
             *d.parameters,
             *d.plain_inputs,

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator, Mapping
+from collections.abc import Iterable, Mapping
 from copy import copy
 from typing import Any
 
@@ -59,7 +59,7 @@ def _meanings(m: Description) -> dict[str, str]:
         meaning |= {u.name: "motion", names.velocity(u.name): "motion velocity"}
         meaning[names.acceleration(u.name)] = "motion acceleration"
     meaning |= {names.multiplier(c.name): "multiplier" for c in m.constraints}
-    meaning |= {names.force(name): "contact force" for name in unilateral_names(m)}
+    meaning |= {names.force(name): "contact force" for name in m.unilateral_names}
     groups: tuple[tuple[str, tuple[Any, ...]], ...] = (
         ("parameter", m.parameters),
         ("further state", m.states),
@@ -70,17 +70,6 @@ def _meanings(m: Description) -> dict[str, str]:
     for name in m.filtered:
         meaning |= {name: "motion", names.velocity(name): "motion velocity"}
     return meaning
-
-
-def unilateral_names(m: Description) -> Iterator[str]:
-    """The names of the ideal contacts, and of the sides of stops."""
-    for contact in m.contacts:
-        if contact.law == "ideal":
-            yield contact.name
-    for stop in m.stops:
-        for side in ("lower", "upper"):
-            if getattr(stop, side) is not None:
-                yield names.stop_side(stop.name, side)
 
 
 def check_symbols(m: Description, scope: Scope) -> None:

@@ -16,7 +16,6 @@ from lag2fmu.language.dimensions import ONE, Dimension, DimensionOf, describe, d
 from lag2fmu.language.expressions import to_text
 from lag2fmu.language.units import JOULE, METRE, SECOND, WATT, Unit, si_name
 from lag2fmu.mechanism.order import in_order
-from lag2fmu.mechanism.scope import unilateral_names
 
 
 def _known_dimensions(m: Description) -> dict[str, Dimension | None]:
@@ -30,7 +29,7 @@ def _known_dimensions(m: Description) -> dict[str, Dimension | None]:
     known |= {z.name: _dimension_of(z.unit) for z in m.states}
     for c in m.constraints:
         known[names.multiplier(c.name)] = None
-    for name in unilateral_names(m):
+    for name in m.unilateral_names:
         known[names.force(name)] = None
     for q in m.coordinates:
         d = _dimension_of(q.unit)

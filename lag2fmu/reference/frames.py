@@ -12,7 +12,7 @@ Source: J. Wittenburg, Dynamics of Multibody Systems, 2nd edition, sections 2.1-
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass
 from typing import Any
 
@@ -20,8 +20,6 @@ import numpy as np
 import sympy as sp
 
 from lag2fmu.description.places import AXES, WORLD, Frame
-from lag2fmu.mechanism.record import Mechanism
-from lag2fmu.reference.composition import Composition
 from lag2fmu.reference.functions import Array, Slots, atan2, unit_vector
 
 _NEXT, _LAST = np.array([1, 2, 0]), np.array([2, 0, 1])
@@ -77,19 +75,15 @@ class Spot:
         return pose.x + arm, pose.v + cross(pose.w, arm) + apply(pose.R, here[3:])
 
 
-def links_of(composition: Composition, slots: Slots) -> list[Link]:
-    """The frames, parents first, their local expressions in ``slots``."""
-    return [_link(frame, composition, slots) for frame in _parents_first(composition.mechanism)]
+def links_of(frames: Iterable[Frame], slots: Slots) -> list[Link]:
+    """The ``frames``, parents first, their local expressions in ``slots``."""
+    return [_link(frame, slots) for frame in _parents_first(frames)]
 
 
-def spot_of(composition: Composition, slots: Slots, name: str) -> Spot:
-    """The point or mass centre called ``name``, its local expressions in ``slots``.
-
-    Raises MechanismError if there is none.
-    """
-    frame, position = composition.mechanism.location(name)
-    here = [composition.written(x) for x in position]
-    return Spot(frame, slots.add([*here, *map(composition.rate, here)]))
+def spot_of(frame: str, position: Iterable[sp.Expr | int | float], slots: Slots) -> Spot:
+    """The ``position`` (3,) in m in the axes of ``frame``, its local expressions in ``slots``."""
+    here = [slots.written(x) for x in position]
+    return Spot(frame, slots.add([*here, *map(slots.rate, here)]))
 
 
 def poses_of(links: Sequence[Link], values: Array) -> dict[str, Pose]:
@@ -145,9 +139,9 @@ def _rows_cross(matrix: Array, vector: Array) -> Array:
 # ------------------------------------------------------------------------------------------------------ one frame
 
 
-def _parents_first(mechanism: Mechanism) -> list[Frame]:
-    """The frames of ``mechanism`` in an order in which each comes after its parent (the record refuses circles)."""
-    left, ordered, known = list(mechanism.frames), [], {WORLD}
+def _parents_first(frames: Iterable[Frame]) -> list[Frame]:
+    """The ``frames`` in an order in which each comes after its parent (the record refuses circles)."""
+    left, ordered, known = list(frames), [], {WORLD}
     while left:
         ready = [frame for frame in left if frame.parent in known]
         ordered += ready
@@ -156,8 +150,8 @@ def _parents_first(mechanism: Mechanism) -> list[Frame]:
     return ordered
 
 
-def _link(frame: Frame, composition: Composition, slots: Slots) -> Link:
-    written, rate = composition.written, composition.rate
+def _link(frame: Frame, slots: Slots) -> Link:
+    written, rate = slots.written, slots.rate
     origin = [written(x) for x in frame.origin]
     turns = []
     for axis, angle in frame.rotations:

@@ -247,10 +247,14 @@ def in_blocks(evaluate: Callable[[Array], Array], rows: Array, count: int, width
 
 
 class Slots:
-    """Expressions that are evaluated together; each user keeps the slice of values that is his."""
+    """Expressions that are evaluated together; each user keeps the slice of values that is his.
 
-    def __init__(self) -> None:
+    ``written`` writes out what an expression of a mechanism means, ``rate`` is the time derivative of that.
+    """
+
+    def __init__(self, written: Callable[[Any], sp.Expr], rate: Callable[[sp.Expr], sp.Expr]) -> None:
         self.expressions: list[sp.Expr] = []
+        self.written, self.rate = written, rate
 
     def add(self, expressions: Sequence[sp.Expr]) -> slice:
         """Where the values of ``expressions``, (k,), will be among all of them."""

@@ -6,14 +6,12 @@ the sign, not the rotation. Source: J. B. Kuipers, Quaternions and Rotation Sequ
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterable, Mapping, Sequence
 
 import numpy as np
 import sympy as sp
 
-from lag2fmu.description.places import AXES, WORLD
-from lag2fmu.language.vocabulary import TIME
-from lag2fmu.reference.composition import Composition
+from lag2fmu.description.places import AXES, WORLD, Frame
 from lag2fmu.reference.functions import Array, Slots, compiled, unit_vector
 
 
@@ -23,11 +21,17 @@ class Quaternions:
     The values are (4, *shape) each, scalar first.
     """
 
-    def __init__(self, composition: Composition, wanted: Sequence[str], constants: Sequence[np.float64]) -> None:
-        slots, s = Slots(), composition.symbols
-        self._constants = constants
-        self._factors = {name: self._chain(composition, slots, name) for name in wanted}
-        arguments = (TIME, *s.q, *s.qd, *s.motion, *s.motion_dot, *s.parameters)
+    def __init__(
+        self,
+        frames: Iterable[Frame],
+        wanted: Iterable[str],
+        slots: Slots,
+        arguments: Sequence[sp.Symbol],
+        constants: Sequence[np.float64],
+    ) -> None:
+        """``arguments``: the symbols of rows, and behind them those of the ``constants``."""
+        self._constants, known = constants, {frame.name: frame for frame in frames}
+        self._factors = {name: _chain(known, slots, name) for name in wanted}
         self._local = compiled(arguments, slots.expressions)
 
     def __call__(self, rows: Array, frame: str) -> Array:
@@ -39,16 +43,17 @@ class Quaternions:
             total = product(total, values[factor])
         return total
 
-    def _chain(self, composition: Composition, slots: Slots, name: str) -> list[slice]:
-        """The quaternions from the world to the frame ``name``, in turn."""
-        factors: list[slice] = []
-        while name != WORLD:
-            frame = composition.mechanism.frame(name)
-            turns = [slots.add(_of_turn(composition, axis, angle)) for axis, angle in frame.rotations]
-            if frame.quaternion is not None:
-                turns.append(slots.add([composition.written(x) for x in frame.quaternion]))
-            factors, name = [*turns, *factors], str(frame.parent)
-        return factors
+
+def _chain(frames: Mapping[str, Frame], slots: Slots, name: str) -> list[slice]:
+    """The quaternions from the world to the frame ``name``, in turn."""
+    factors: list[slice] = []
+    while name != WORLD:
+        frame = frames[name]
+        turns = [slots.add(_of_turn(slots, axis, angle)) for axis, angle in frame.rotations]
+        if frame.quaternion is not None:
+            turns.append(slots.add([slots.written(x) for x in frame.quaternion]))
+        factors, name = [*turns, *factors], str(frame.parent)
+    return factors
 
 
 def product(a: Array, b: Array) -> Array:
@@ -63,10 +68,8 @@ def product(a: Array, b: Array) -> Array:
     )
 
 
-def _of_turn(
-    composition: Composition, axis: str | Sequence[sp.Expr | int | float], angle: sp.Expr | int | float
-) -> list[sp.Expr]:
-    half = composition.written(angle) / 2
+def _of_turn(slots: Slots, axis: str | Sequence[sp.Expr | int | float], angle: sp.Expr | int | float) -> list[sp.Expr]:
+    half = slots.written(angle) / 2
     numbers = [int(letter == axis) for letter in AXES] if isinstance(axis, str) else axis
-    u = unit_vector([composition.written(x) for x in numbers])
+    u = unit_vector([slots.written(x) for x in numbers])
     return [sp.cos(half), *(sp.sin(half) * x for x in u)]

@@ -47,15 +47,16 @@ class Spatial:
 
     def __init__(self, composition: Composition, constants: Sequence[np.float64]) -> None:
         self._composition, self._constants = composition, constants
-        m, s, slots = composition.mechanism, composition.symbols, Slots()
+        m, s = composition.mechanism, composition.symbols
+        slots = Slots(composition.written, composition.rate)
         self.n = len(s.q)
-        self._links = links_of(composition, slots)
+        self._links = links_of(m.frames, slots)
         self._bodies = [self._mass(body, slots) for body in m.bodies if body.frame is not None]
         self._springs = [self._element(spring, slots) for spring in m.springs if self._framed(spring)]
         self._dampers = [self._element(damper, slots) for damper in m.dampers if self._framed(damper)]
         self._loads = [x for x in m.loads if composition.on_frame(x.point if x.point is not None else x.body)]
         self._outputs = [x for x in m.outputs if x.frame is not None or composition.on_frame(x.point)]
-        self._spots = {place.name: spot_of(composition, slots, place.name) for place in m.places if place.frame}
+        self._spots = {place.name: spot_of(*m.location(place.name), slots) for place in m.places if place.frame}
         self._pull = slots.add(self._gravity())
         self._configuration = (TIME, *s.q, *s.qd, *s.motion, *s.motion_dot)
         self.expressions = slots.expressions
@@ -65,7 +66,8 @@ class Spatial:
         entries = [x for load in self._loads for x in composition.effort(load)]
         self._entries = compiled((*arguments, *s.parameters), entries)
         wanted = [str(x.frame) for x in self._outputs if x.quantity == "quaternion"]
-        self._quaternions = Quaternions(composition, wanted, constants)
+        own = Slots(composition.written, composition.rate)
+        self._quaternions = Quaternions(m.frames, wanted, own, (*self._configuration, *s.parameters), constants)
 
     def _forces_of_dampers(self, arguments: Sequence[sp.Symbol]) -> list[tuple[Element, Compiled]]:
         """(element, its force as a function of ``arguments``) of each damper on frames that has a force."""
@@ -199,12 +201,13 @@ class Spatial:
         return part.between is not None and any(self._composition.on_frame(end) for end in part.between)
 
     def _mass(self, body: Body, slots: Slots) -> Mass:
-        spot, written = spot_of(self._composition, slots, body.name), self._composition.written
+        spot, written = spot_of(*self._composition.mechanism.location(body.name), slots), slots.written
         tensor = None if body.inertia is None else slots.add([written(x) for x in body.inertia])  # type: ignore[union-attr]
         return Mass(spot, slots.add([written(body.mass)]), tensor)
 
     def _element(self, part: Spring | Damper, slots: Slots) -> Element:
-        a, b = (spot_of(self._composition, slots, str(end)) for end in part.between or ())
+        at = self._composition.mechanism.location
+        a, b = (spot_of(*at(str(end)), slots) for end in part.between or ())
         written = self._composition.written
         if isinstance(part, Damper):
             return Element((a, b), slots.add([written(part.damping)]), True)

@@ -7,8 +7,8 @@ from dataclasses import dataclass, field
 import sympy as sp
 
 from lag2fmu.description.names import acceleration, generalized_force, velocity
+from lag2fmu.description.record import Description
 from lag2fmu.language.vocabulary import symbol
-from lag2fmu.mechanism.record import Mechanism
 
 
 @dataclass(frozen=True)
@@ -42,7 +42,7 @@ class Symbols:
         return (*motions, *self.plain, *self.external, *self.further)
 
 
-def symbols_of(mechanism: Mechanism) -> Symbols:
+def symbols_of(mechanism: Description) -> Symbols:
     """The symbols of ``mechanism``."""
     q = [c.name for c in mechanism.coordinates]
     y = mechanism.driven

@@ -105,6 +105,8 @@ def continuous_outputs(library: Library, outputs: Sequence[str] | None) -> list[
     smooth = {name for name, kind in library.kinds.items() if kind not in _JUMPING}
     if outputs is None:
         return [n for n, v in library.variables.items() if v.causality == "output" and n in smooth]
+    if isinstance(outputs, str):
+        raise LoadError(f"'{outputs}' stands where a list of outputs is expected; give ['{outputs}']")
     for name in outputs:
         library.variable(name)
         if name not in smooth:

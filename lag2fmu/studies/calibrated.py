@@ -16,8 +16,7 @@ from lag2fmu.formats.write import write
 from lag2fmu.mechanism.display import display_units
 from lag2fmu.mechanism.record import Mechanism
 from lag2fmu.reference.trajectory import Floats
-from lag2fmu.studies.free_values import FreeValue
-from lag2fmu.studies.measurements import Fit
+from lag2fmu.studies.fits import Fit, FreeValue
 
 _SINGULAR = 1e-6
 """Singular values below this part of the greatest one are those of a direction that the data say nothing of."""

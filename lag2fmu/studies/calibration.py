@@ -19,9 +19,10 @@ from lag2fmu.mechanism.record import Mechanism
 from lag2fmu.reference.trajectory import Floats
 from lag2fmu.studies.asking import check_tolerance
 from lag2fmu.studies.calibrated import Calibration, summed_up
-from lag2fmu.studies.free_values import FreeValue, free_values
+from lag2fmu.studies.fits import Fit, FreeValue, Measurement
+from lag2fmu.studies.free_values import free_values
 from lag2fmu.studies.library import Library, Study, compiled
-from lag2fmu.studies.measurements import Data, Fit, Measurement, measurements_of
+from lag2fmu.studies.measurements import Data, measurements_of
 from lag2fmu.studies.sensitivities import directed_run
 
 TOLERANCE = 1e-8
@@ -59,7 +60,7 @@ def calibrate(  # noqa: PLR0913  # what a calibration may be told
     library = compiled(mechanism, solver=solver)
     experiments = measurements_of(data, library, display_units(mechanism))
     common = _values_of(values, len(experiments))
-    sought = free_values(library, mechanism, list(free), experiments, common, bounds or {})
+    sought = free_values(library, mechanism, free, experiments, common, bounds or {})
     problem = _Problem(library, experiments, sought, common, check_tolerance(tolerance), hold)
     problem.progress = progress
     known = _known_noise(noise or {}, problem.columns)

@@ -10,7 +10,7 @@ import numpy as np
 from matplotlib.figure import Figure
 
 from lag2fmu.language.units import Unit
-from lag2fmu.studies.measurements import Fit
+from lag2fmu.studies.fits import Fit
 from lag2fmu.verify.plots.figures import LETTERS, LINE, dressed, labelled, say
 
 _MOST = 8

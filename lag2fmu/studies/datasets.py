@@ -12,8 +12,7 @@ import numpy as np
 
 from lag2fmu.errors import LoadError
 from lag2fmu.language.units import Unit
-from lag2fmu.studies.design import Design
-from lag2fmu.studies.engines import Task
+from lag2fmu.studies.design import Design, Task
 from lag2fmu.studies.parts import Store
 
 ENDINGS = (".nc", ".parquet")

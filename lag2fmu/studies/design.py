@@ -1,9 +1,9 @@
-"""Which runs a sweep makes: the full grid of what varies, or a sample of it."""
+"""Which runs a sweep makes: the full grid of what varies, or a sample of it; and the records of such runs."""
 
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from math import prod
 from typing import Any
 
@@ -129,3 +129,37 @@ def _unit_points(dimension: int, count: int, sampling: str, seed: int) -> Floats
 
 def _names(axes: Sequence[Axis]) -> tuple[str, ...]:
     return tuple(name for axis in axes for name in axis.names)
+
+
+@dataclass(frozen=True, eq=False)
+class Task:
+    """What the runs of a sweep have in common; plain data, so that it can be sent anywhere.
+
+    ``model`` is the text of a mechanism, or the path of an FMU (``is_fmu``). ``outputs`` are read at the ``times`` (s),
+    which end with the stop time. ``bounds`` {name: (least, greatest)} in SI, ``libraries`` a folder where processes of
+    one machine share what they compile.
+    """
+
+    model: str
+    is_fmu: bool
+    names: tuple[str, ...]
+    outputs: tuple[str, ...]
+    times: Floats
+    tolerance: float | None = None
+    solver: str | None = None
+    step: float | None = None
+    values: Mapping[str, float] = field(default_factory=dict)
+    inputs: Mapping[str, Floats] = field(default_factory=dict)
+    input_times: Floats | None = None
+    hold: bool = False
+    bounds: Mapping[str, tuple[float, float]] = field(default_factory=dict)
+    threads: int | None = None
+    libraries: str = ""
+
+
+@dataclass(frozen=True, eq=False)
+class Part:
+    """The results of some runs: ``values`` (runs, times, outputs) in SI, and why runs failed, {run: sentence}."""
+
+    values: Floats
+    reasons: Mapping[int, str]

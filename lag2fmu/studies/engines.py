@@ -3,9 +3,8 @@
 from __future__ import annotations
 
 import os
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
-from dataclasses import dataclass, field
 from functools import lru_cache
 from pathlib import Path
 
@@ -20,42 +19,9 @@ from lag2fmu.fmu.kept_libraries import VARIABLE
 from lag2fmu.formats.text import read
 from lag2fmu.mechanism.record import Mechanism
 from lag2fmu.reference.trajectory import Floats, Trajectory
+from lag2fmu.studies.design import Part, Task
 from lag2fmu.verify.run import Run
 from lag2fmu.verify.simulate import simulate_fmu
-
-
-@dataclass(frozen=True, eq=False)
-class Task:
-    """What the runs of a sweep have in common; plain data, so that it can be sent anywhere.
-
-    ``model`` is the text of a mechanism, or the path of an FMU (``is_fmu``). ``outputs`` are read at the ``times`` (s),
-    which end with the stop time. ``bounds`` {name: (least, greatest)} in SI, ``libraries`` a folder where processes of
-    one machine share what they compile.
-    """
-
-    model: str
-    is_fmu: bool
-    names: tuple[str, ...]
-    outputs: tuple[str, ...]
-    times: Floats
-    tolerance: float | None = None
-    solver: str | None = None
-    step: float | None = None
-    values: Mapping[str, float] = field(default_factory=dict)
-    inputs: Mapping[str, Floats] = field(default_factory=dict)
-    input_times: Floats | None = None
-    hold: bool = False
-    bounds: Mapping[str, tuple[float, float]] = field(default_factory=dict)
-    threads: int | None = None
-    libraries: str = ""
-
-
-@dataclass(frozen=True, eq=False)
-class Part:
-    """The results of some runs: ``values`` (runs, times, outputs) in SI, and why runs failed, {run: sentence}."""
-
-    values: Floats
-    reasons: Mapping[int, str]
 
 
 def run_part(task: Task, rows: Floats) -> Part:
@@ -74,8 +40,10 @@ def _out_of_bounds(task: Task, rows: Floats) -> dict[int, str]:
     """Runs that are not made, with the reason."""
     found: dict[int, str] = {}
     for name, column in zip(task.names, rows.T, strict=True):
+        for i in np.flatnonzero(~np.isfinite(column)).tolist():
+            found.setdefault(i, f"{name} = {column[i]:g} is no finite number")
         low, high = task.bounds.get(name, (-np.inf, np.inf))
-        for i in np.flatnonzero(~((column >= low) & (column <= high))).tolist():
+        for i in np.flatnonzero((column < low) | (column > high)).tolist():
             found.setdefault(i, f"{name} = {column[i]:g} is out of its bounds, {low:g} to {high:g} (SI)")
     return found
 
@@ -120,7 +88,7 @@ def _by_ensemble(task: Task, rows: Floats) -> Part:
             stop_time=float(task.times[-1]),
             samples=task.times if len(task.times) > 1 else (),
             outputs=task.outputs,
-            tolerance=task.tolerance or 1e-6,
+            tolerance=1e-6 if task.tolerance is None else task.tolerance,
             threads=task.threads,
         )
     found = [runs.samples[n] if len(task.times) > 1 else runs.final[n][:, None] for n in task.outputs]

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import dataclass
 from difflib import get_close_matches
 
 import numpy as np
@@ -11,31 +10,14 @@ import numpy as np
 from lag2fmu.errors import LoadError
 from lag2fmu.mechanism.record import Mechanism
 from lag2fmu.studies.asking import references_of
+from lag2fmu.studies.fits import FreeValue, Measurement
 from lag2fmu.studies.library import INPUT, STATES, Library
-from lag2fmu.studies.measurements import Measurement
 from lag2fmu.studies.sensitivities import check_over, scale_of
 
 _MASS = ((1, 0, 0), (1, 2, 0))
 """Exponents of kg, m, s of a mass and of a moment of inertia."""
 _LEAST = 1e-9
 """What is positive stays above this part of its first value."""
-
-
-@dataclass(frozen=True)
-class FreeValue:
-    """A parameter or start that is looked for, in SI units.
-
-    ``experiment`` is the number, from 0 on, of the one whose start it is, None for what all have in common. ``start``
-    is the first guess, later the estimate; ``low`` and ``high`` are its bounds, ``scale`` a typical size.
-    """
-
-    name: str
-    label: str
-    experiment: int | None
-    start: float
-    low: float
-    high: float
-    scale: float
 
 
 def free_values(
@@ -96,6 +78,10 @@ def _limits(
         if name in positive and start > 0 and library.kinds[name] != INPUT:
             low = max(low, _LEAST * start)
         least, greatest = bounds.get(name, (-np.inf, np.inf))
+        if np.isnan((least, greatest)).any():
+            raise LoadError(
+                f"the bounds of '{name}', {least:g} to {greatest:g}, are no numbers; give -inf or inf for none"
+            )
         low, high = max(low, least), min(high, greatest)
         if not low < high:
             raise LoadError(f"the bounds of '{name}', {low:g} to {high:g}, leave no room")

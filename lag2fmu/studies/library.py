@@ -17,8 +17,8 @@ from lag2fmu.dynamics.lagrange import complete, derive
 from lag2fmu.dynamics.program import lower
 from lag2fmu.ensemble.libraries import Library as Loaded
 from lag2fmu.errors import LoadError
-from lag2fmu.fmu.advice import check_solver
 from lag2fmu.fmu.compilers import compile_here, host_platform
+from lag2fmu.fmu.method_check import check_solver
 from lag2fmu.fmu.scalar_variable import ScalarVariable
 from lag2fmu.fmu.variables import build_table
 from lag2fmu.formats.loading import as_mechanism

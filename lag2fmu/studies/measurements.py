@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import os
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, TypeAlias
 
@@ -15,37 +14,11 @@ from lag2fmu.language.units import Unit
 from lag2fmu.reference.csv_tables import csv_text, parse_table
 from lag2fmu.reference.trajectory import Floats, Trajectory
 from lag2fmu.studies.asking import continuous_outputs
+from lag2fmu.studies.fits import Measurement
 from lag2fmu.studies.library import INPUT, Library
 
 Data: TypeAlias = "str | os.PathLike[str] | Trajectory | Mapping[str, Any] | Any"
 """A CSV file, a Trajectory, or a mapping or DataFrame with columns by name, among them ``time``; NaN is a gap."""
-
-
-@dataclass(frozen=True, eq=False)
-class Measurement:
-    """One experiment: ``time`` (m,) in s, measured columns ``names`` (k) with ``values`` (m, k) in SI, NaN at gaps.
-
-    ``inputs`` are the columns of inputs, without gaps; None if there are none.
-    """
-
-    label: str
-    time: Floats
-    names: tuple[str, ...]
-    values: Floats
-    inputs: Trajectory | None = None
-
-    @property
-    def count(self) -> int:
-        """How many values were measured."""
-        return int(np.isfinite(self.values).sum())
-
-
-@dataclass(frozen=True, eq=False)
-class Fit:
-    """An experiment and what the calibrated model gives, ``fitted`` (m, k) in SI, NaN where nothing was measured."""
-
-    experiment: Measurement
-    fitted: Floats
 
 
 def measurements_of(data: Data | Sequence[Data], library: Library, units: Mapping[str, Unit]) -> list[Measurement]:
@@ -74,6 +47,12 @@ def _measurement(data: Data, number: int, library: Library, units: Mapping[str, 
     measured = [name for name in columns if name not in driven]
     continuous_outputs(library, measured)
     values = np.stack([columns[name] for name in measured], axis=1) if measured else np.empty((len(time), 0))
+    for name, column in zip(measured, values.T, strict=True):
+        if np.isinf(column).any():
+            row = int(np.flatnonzero(np.isinf(column))[0])
+            raise LoadError(
+                f"{label}: '{name}' is infinite at {time[row]:g} s; a missing value is NaN or an empty cell"
+            )
     if not np.isfinite(values).any():
         raise LoadError(f"{label}: there is no measured value; a column must be named as a variable of the model")
     return Measurement(label, time, tuple(measured), values, _inputs(label, time, driven))

@@ -17,8 +17,7 @@ from uuid import uuid4
 import numpy as np
 
 from lag2fmu.errors import LoadError
-from lag2fmu.studies.design import Design
-from lag2fmu.studies.engines import Part, Task
+from lag2fmu.studies.design import Design, Part, Task
 from lag2fmu.version import VERSION
 
 MANIFEST = "sweep.json"

@@ -86,7 +86,7 @@ def sensitivities(  # noqa: PLR0913 (those of simulate)
     Source: Hairer, Norsett, Wanner, Solving Ordinary Differential Equations I, 1993, section I.14.
     """
     library = compiled(model, solver=solver)
-    found = directed_run(library, list(over), continuous_outputs(library, outputs), values=values or {},
+    found = directed_run(library, over, continuous_outputs(library, outputs), values=values or {},
                          times=times_of(library, times, stop_time, step), tolerance=check_tolerance(tolerance),
                          inputs=inputs, hold=hold)  # fmt: skip
     if found.reason:
@@ -135,6 +135,8 @@ def check_over(library: Library, over: Sequence[str]) -> None:
     """Raise LoadError for names in ``over`` that are no given starts, parameters or inputs, or stand twice."""
     if not over:
         raise LoadError("there is nothing to vary; name starts, parameters or inputs")
+    if isinstance(over, str):
+        raise LoadError(f"'{over}' stands where a list of names is expected; give ['{over}']")
     for i, name in enumerate(over):
         library.variable(name)
         if library.kinds[name] not in (*STATES, *PARAMETERS, INPUT) or name in over[:i]:

@@ -11,9 +11,10 @@ from typing import Any
 from lag2fmu.errors import LoadError, SimulationError
 from lag2fmu.fmu.record import is_fmu
 from lag2fmu.reference.trajectory import Floats
+from lag2fmu.studies.asking import check_tolerance
 from lag2fmu.studies.datasets import check_path, dataset, save
-from lag2fmu.studies.design import Design, axes_of, grid, sampled
-from lag2fmu.studies.engines import Part, Task, run_part
+from lag2fmu.studies.design import Design, Part, Task, axes_of, grid, sampled
+from lag2fmu.studies.engines import run_part
 from lag2fmu.studies.parts import Store
 from lag2fmu.studies.tasks import task_of_fmu, task_of_model
 from lag2fmu.verify.inputs import Inputs
@@ -64,6 +65,10 @@ def sweep(  # noqa: PLR0913 (choices of the user)
     """
     target = None if path is None else Path(path)
     check_path(target)
+    if tolerance is not None:
+        check_tolerance(tolerance)
+    if isinstance(outputs, str):
+        raise LoadError(f"'{outputs}' stands where a list of outputs is expected; give ['{outputs}']")
     axes = axes_of(vary)
     design = grid(axes) if sample is None else sampled(axes, sample, sampling, seed)
     with tempfile.TemporaryDirectory(prefix="lag2fmu-", ignore_cleanup_errors=True) as libraries:

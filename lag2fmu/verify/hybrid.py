@@ -145,12 +145,15 @@ def _laws_of_contact(task: Task, points: Points, label: str, run: Trajectory) ->
     """Forces that push only, none at open contacts, friction within its cone: the worst violation of all.
 
     While the rest of accumulating impacts lasts, a contact shows itself as open with a gap of 0 and the mean force.
+    Forces are measured by the greatest, or by the mean of the impulses over the run, if contacts bear less in between.
     """
     q, qd = _states(task, run)
     friction, static = points.coefficients(0.0, q[0], qd[0])
     contacts = task.mechanism.unilaterals
     normal = run.columns([names.force(c.name) for c in contacts])
-    size = max(float(np.abs(normal).max()), 1e-300)
+    impulses = run.columns([names.impulse(c.name) for c in contacts])
+    mean = float(impulses.max()) / float(np.ptp(run.time))
+    size = max(float(np.abs(normal).max()), mean, 1e-300)
     worst, where = 0.0, "no force at all" if size == 1e-300 else "forces push, friction stays in its cone"
     for i, c in enumerate(contacts):
         gap = run[names.gap(c.name)]

@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping, Sequence
 from pathlib import Path
-from typing import Any
+from typing import Any, get_args
 
 import numpy as np
 
@@ -30,6 +30,8 @@ def _recorded(run: Run, scalars: Mapping[str, Scalar]) -> list[str]:
 
 def planned(description: Any, path: Path, run: Run) -> Plan:
     """What ``run`` means for the FMU ``path``; raises LoadError."""
+    if run.kind not in (kinds := get_args(Kind)):
+        raise LoadError(f"there is no simulation of kind {run.kind!r}; expected {' or '.join(map(repr, kinds))}")
     stop_time, step = _times(description, run.stop_time, run.step)
     _check_times(stop_time - run.start_time, step)
     scalars = scalars_of(description, path)

@@ -11,7 +11,8 @@ from stepping import Stepping
 from lag2fmu import simulate
 from lag2fmu.dynamics import derive, lower
 from lag2fmu.errors import ExportError
-from lag2fmu.fmu.advice import check_solver, stack_of_events, steps_over_impacts
+from lag2fmu.fmu.advice import stack_of_events, steps_over_impacts
+from lag2fmu.fmu.method_check import check_solver
 from lag2fmu.formats.loading import load
 from lag2fmu.formats.text import read
 from lag2fmu.reference import Trajectory

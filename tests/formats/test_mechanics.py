@@ -248,3 +248,13 @@ def test_a_function_of_something_else_is_refused() -> None:
     f = sp.Function("f")
     with pytest.raises(LoadError, match="is no function of the time alone"):
         load(LagrangesMethod(x.diff(T) ** 2 - f(x), [x]), {})
+
+
+def test_names_of_notebooks() -> None:
+    """Greek letters, LaTeX and subscripts become identifiers; values are given by symbol or by either name."""
+    q, mass, k = dynamicsymbols("θ₁"), sp.Symbol(r"\hat{m}"), sp.Symbol("N_{max}")
+    method = LagrangesMethod(mass * q.diff(T) ** 2 / 2 - k * q**2 / 2, [q])
+    found = load(method, {mass: 2.0, "N_{max}": sp.Rational(1, 2)})
+    assert [c.name for c in found.coordinates] == ["theta1"]
+    assert {p.name: p.value for p in found.parameters} == {"hat_m_": 2.0, "N__max_": 0.5}
+    assert load(method, {"hat_m_": 2.0, "N__max_": 0.5}) == found

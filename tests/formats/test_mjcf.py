@@ -111,6 +111,15 @@ def test_a_joint_equality_is_a_coupling(robot: Robot) -> None:
     assert accelerations(robot(text))["x"] == pytest.approx(-2 * 9.81 / 5, rel=1e-12)
 
 
+def test_a_coupling_is_met_from_the_start(robot: Robot) -> None:
+    """MuJoCo's start leaves couplings open, which are soft there: phi = 0.05 + 2 (x - 0.1)^2 and z = 3 phi."""
+    equality = '<equality><joint joint1="z" joint2="phi" polycoef="0 3 0 0 0"/>'
+    equality += '<joint joint1="phi" joint2="x" polycoef="0.05 0 2 0 0"/></equality>'
+    found = robot(body(SLIDES.replace('axis="1 0 0"', 'axis="1 0 0" ref="0.1"'), equality))
+    assert {q.name: q.start for q in found.coordinates} == pytest.approx({"x": 0.1, "z": 0.15, "phi": 0.05})
+    assert derive(found).mechanism.coordinates == found.coordinates
+
+
 def test_what_is_not_taken_is_listed(robot: Robot) -> None:
     geoms = '<joint type="ball" damping="1"/><geom size="1"/><geom size="2"/>'
     slow = '<actuator><general name="slow" joint="hinge" dyntype="integrator"/></actuator>'

@@ -136,6 +136,8 @@ def test_failed_runs_keep_their_reason() -> None:
     assert np.isnan(found["theta"].values[0, 0])
     found = lag2fmu.sweep(oscillator(), {"m": [0.05, 1.0]}, at_end=True)
     assert str(found["reason"].values[0]).startswith("m = 0.05 is out of its bounds, 0.1 to inf")
+    found = lag2fmu.sweep(oscillator(), {"k": [np.nan, 1.0]}, at_end=True)
+    assert found["reason"].values.tolist() == ["k = nan is no finite number", ""]
 
 
 def test_threads_of_an_executor_give_the_same() -> None:
@@ -196,6 +198,10 @@ def test_bad_arguments_get_sentences() -> None:
         sampled([Axis(("l",), None, 0.0, 1.0)], 4, "grid")
     with pytest.raises(LoadError, match="choose one of them"):
         lag2fmu.sweep("pendulum", {"l": [1.0]}, at_end=True, times=[1.0])
+    with pytest.raises(LoadError, match="tolerance 0 is not between"):
+        lag2fmu.sweep("pendulum", {"l": [1.0]}, tolerance=0)
+    with pytest.raises(LoadError, match=r"give \['theta'\]"):
+        lag2fmu.sweep("pendulum", {"l": [1.0]}, outputs="theta")
 
 
 @pytest.mark.toolchain

@@ -181,6 +181,7 @@ def test_what_the_fmu_warns_of_is_said(exported, caplog) -> None:
         ({"values": {"solver_step": -1.0}}, "solver_step = -1.0 is not finite or below 0"),
         ({"inputs": Trajectory.of([0.0, 1.0], {"F": [0.0, 1.0]})}, "no input 'F'"),
         ({"inputs": Trajectory.of([0.0, 1.0], {"theta": [0.0, 1.0]})}, "no input 'theta'"),
+        ({"kind": "model exchange"}, "no simulation of kind 'model exchange'; expected 'co-simulation' or"),
         ({"stop_time": 0.0}, "stop time 0.0 s is not positive"),
         ({"stop_time": -1.0}, "stop time -1.0 s is not positive"),
         ({"stop_time": math.nan}, "stop time nan s is not positive"),

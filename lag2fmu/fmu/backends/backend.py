@@ -3,25 +3,29 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Callable, Collection, Mapping
+from collections.abc import Callable, Collection, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Protocol
 
 from lag2fmu.dynamics.equations import EquationsOfMotion
 from lag2fmu.dynamics.functions import Program
 from lag2fmu.fmu.compilers import Progress
-from lag2fmu.fmu.live_page import Live
 from lag2fmu.fmu.model_description import ModelDescription
+from lag2fmu.fmu.scalar_variable import ScalarVariable
 from lag2fmu.fmu.versions.version import Version
+from lag2fmu.live.page import Live
 from lag2fmu.mechanism.record import Mechanism
+
+Maker = Callable[[EquationsOfMotion, Program, Sequence[ScalarVariable], Mapping[str, str]], Live]
+"""Makes what a live page has of the equations, their program, the variables and the C sources of an FMU."""
 
 
 @dataclass(frozen=True)
 class Choices:
     """What the user chose of an export: ``solver`` and ``platform`` by name, ``compiler`` 'zig' or 'host'.
 
-    ``progress`` is told how a compiler gets on, ``version`` is that of FMI; ``arrays`` are asked for, a
-    ``live`` page is. ``without`` names what is left out, of WITHOUT.
+    ``progress`` is told how a compiler gets on, ``version`` is that of FMI; ``arrays`` are asked for. ``live`` makes
+    what a live page has, None for a static one. ``without`` names what is left out, of WITHOUT.
     """
 
     solver: str
@@ -31,7 +35,7 @@ class Choices:
     version: Version
     arrays: bool
     without: Collection[str] = ()
-    live: bool = False
+    live: Maker | None = None
 
 
 @dataclass(frozen=True)

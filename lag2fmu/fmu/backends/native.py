@@ -19,7 +19,6 @@ from lag2fmu.fmu.advice import missed_vibrations
 from lag2fmu.fmu.backends.backend import Build, Choices, Content, identifier_of
 from lag2fmu.fmu.carried import SOURCES
 from lag2fmu.fmu.compilers import binaries_text, choose_platforms, compile_libraries
-from lag2fmu.fmu.live_page import live
 from lag2fmu.fmu.model_description import ModelDescription
 from lag2fmu.fmu.ports import port_table, ports_of
 from lag2fmu.fmu.sources import compiled_files, source_files
@@ -51,7 +50,11 @@ class _Native:
             description, sources = describe(mechanism, equations, program, solver, version, arrays=choices.arrays)
             identifier = description.model_identifier
             with ThreadPoolExecutor(1) as beside:
-                page = beside.submit(live, equations, program, description.variables, sources) if choices.live else None
+                page = (
+                    beside.submit(choices.live, equations, program, description.variables, sources)
+                    if choices.live
+                    else None
+                )
                 libraries = compile_libraries(
                     sources, fmi_headers(version), identifier, platforms, choices.compiler, choices.progress
                 )

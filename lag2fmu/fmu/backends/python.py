@@ -23,7 +23,6 @@ from lag2fmu.fmu.backends.backend import Build, Choices, Content, identifier_of
 from lag2fmu.fmu.backends.native import describe
 from lag2fmu.fmu.carried import EQUATIONS, SOURCES
 from lag2fmu.fmu.compilers import PLATFORMS, host_platform
-from lag2fmu.fmu.live_page import live
 from lag2fmu.fmu.model_description import Interface, ModelDescription
 from lag2fmu.fmu.scalar_variable import ScalarVariable
 from lag2fmu.fmu.variables import build_table
@@ -85,7 +84,7 @@ class _Python:
             made = None
             if choices.live:
                 native, sources = describe(mechanism, equations, program, solver)
-                made = live(equations, program, native.variables, sources)
+                made = choices.live(equations, program, native.variables, sources)
             return Content(description, files, binaries_of_pythonfmu(platforms), _RESOURCES, made)
 
         return build

@@ -27,6 +27,7 @@ def maker(found: object, name: str) -> Callable[..., Mechanism]:
     keywords = [Parameter(p, Parameter.KEYWORD_ONLY, annotation=float) for p in translation.parameters]
     make.__name__ = name
     make.__signature__ = Signature(keywords)  # type: ignore[attr-defined]  # what inspect.signature reads
+    make.spelled = translation.spelled  # type: ignore[attr-defined]  # what ``load`` takes for the keywords
     return make
 
 

@@ -26,7 +26,10 @@ _TRIALS, _STEPS, _RANK, _MET, _NEARLY_MET = 5, 50, 1e-9, 1e-14, 1e-10
 
 
 class Translation:
-    """A ``Problem`` and the names that its symbols get: ``parameters``, those of all constants, in order."""
+    """A ``Problem`` and the names that its symbols get: ``parameters``, those of all constants, in order.
+
+    ``spelled`` {how a constant is called in SymPy: its name here}.
+    """
 
     def __init__(self, problem: Problem, name: str) -> None:
         self._problem, self._name = problem, name
@@ -41,6 +44,7 @@ class Translation:
         placed = [*self._energies(), *problem.holonomic]
         self._motions = [a for a in others if any(e.has(a) for e in placed) or any(e.has(a.diff(T)) for e in whole)]
         self.parameters = tuple(self._names[c] for c in constants)
+        self.spelled = {_shown(c): self._names[c] for c in constants}
 
     def _energies(self) -> list[sp.Expr]:
         return [e for e in (self._problem.kinetic, self._problem.lagrangian) if e is not None]

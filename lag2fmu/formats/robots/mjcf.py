@@ -6,7 +6,8 @@ own, fixed tendons, and the equalities connect, weld and joint, which are exact 
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterable, Iterator, Sequence
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -101,7 +102,7 @@ class _Reader:
             self._path.stem if name in _NAMELESS else name,
             _ROOT,
             links,
-            tuple(joints),
+            _started(joints, couplings),
             tuple(self._ignored),
             (float(x), float(y), float(z)),
             actuators,
@@ -263,6 +264,17 @@ class _Reader:
             "flexible bodies": m.nflex,
         }
         self._ignored += [what for what, present in kinds.items() if present]
+
+
+def _started(joints: Iterable[Joint], couplings: Sequence[Coupling]) -> tuple[Joint, ...]:
+    """``joints`` where the first one of a coupling starts as the second one says: MuJoCo's start need not meet it."""
+    starts = {joint.name: joint.start for joint in joints}
+    for _ in couplings:  # one may lead the next
+        for coupling in couplings:
+            first, zero = coupling.first
+            away = starts[coupling.second[0]][0] - coupling.second[1] if coupling.second is not None else 0.0
+            starts[first] = (zero + float(np.polyval(coupling.coefficients[::-1], away)),)
+    return tuple(replace(joint, start=starts[joint.name]) for joint in joints)
 
 
 def _closure(name: str, ends: tuple[str, str], data: Floats, *, weld: bool) -> Closure:

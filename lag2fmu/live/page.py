@@ -1,0 +1,20 @@
+"""What a live page has beside a static one."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import Any
+
+
+@dataclass(frozen=True)
+class Live:
+    """The ``picture``, data of a ``Drawing``, and the ``module`` in WebAssembly."""
+
+    picture: Mapping[str, Any] | None
+    module: bytes
+
+    @property
+    def spatial(self) -> bool:
+        """Whether the mechanism is drawn in space."""
+        return self.picture is not None and not self.picture["planar"]

@@ -1,0 +1,96 @@
+"""Sweeps of FMUs that lag2fmu has not made: written by hand in C, in FMI 2.0 and 3.0, each with its own Euler steps."""
+
+from __future__ import annotations
+
+import zipfile
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+import lag2fmu
+from lag2fmu.errors import LoadError
+from lag2fmu.fmu.backends.native import fmi_headers
+from lag2fmu.fmu.compilers import compile_library, host_platform
+from lag2fmu.fmu.versions import VERSIONS
+
+pytest.importorskip("xarray", reason='the extra "sweeps" is not installed')
+pytestmark = [pytest.mark.fmu, pytest.mark.slow]
+
+SOURCES = Path(__file__).parents[1] / "checking"
+TOKEN = "{a7b1c4de-0123-4567-89ab-cdef01234567}"
+XML_2 = f"""<?xml version="1.0" encoding="UTF-8"?>
+<fmiModelDescription fmiVersion="2.0" modelName="by_hand" guid="{TOKEN}">
+  <CoSimulation modelIdentifier="by_hand"/>
+  <UnitDefinitions><Unit name="m"><BaseUnit m="1"/></Unit></UnitDefinitions>
+  <DefaultExperiment startTime="0" stopTime="1" stepSize="0.125"/>
+  <ModelVariables>
+    <ScalarVariable name="x" valueReference="0" causality="output" initial="calculated"><Real unit="m"/>
+    </ScalarVariable>
+    <ScalarVariable name="u" valueReference="1" causality="input"><Real start="0"/></ScalarVariable>
+    <ScalarVariable name="k" valueReference="2" causality="parameter" variability="tunable"><Real start="2"/>
+    </ScalarVariable>
+  </ModelVariables>
+  <ModelStructure><Outputs><Unknown index="1"/></Outputs><InitialUnknowns><Unknown index="1"/></InitialUnknowns>
+  </ModelStructure>
+</fmiModelDescription>
+"""
+XML_3 = f"""<?xml version="1.0" encoding="UTF-8"?>
+<fmiModelDescription fmiVersion="3.0" modelName="by_hand" instantiationToken="{TOKEN}">
+  <CoSimulation modelIdentifier="by_hand" canHandleVariableCommunicationStepSize="true"/>
+  <DefaultExperiment startTime="0" stopTime="1" stepSize="0.125"/>
+  <ModelVariables>
+    <Float64 name="time" valueReference="0" causality="independent" variability="continuous"/>
+    <Float64 name="x" valueReference="1" causality="output" initial="exact" start="1 2"><Dimension start="2"/></Float64>
+    <Float64 name="u" valueReference="3" causality="input" start="0.5"/>
+    <Float64 name="k" valueReference="4" causality="parameter" variability="tunable" start="2"/>
+    <Float64 name="y" valueReference="6" causality="output"/>
+  </ModelVariables>
+  <ModelStructure><Output valueReference="1"/><Output valueReference="6"/><InitialUnknown valueReference="6"/>
+  </ModelStructure>
+</fmiModelDescription>
+"""
+
+
+def made(folder: Path, source: str, description: str, version: str) -> Path:
+    """The FMU of C text, for this machine."""
+    platform, path = host_platform(), folder / f"by_hand{version}.fmu"
+    library = compile_library({"by_hand.c": source}, fmi_headers(), "by_hand", platform)
+    folders = VERSIONS[version].folders(platform)
+    with zipfile.ZipFile(path, "w") as archive:
+        archive.writestr("modelDescription.xml", description)
+        for name in folders:
+            archive.writestr(f"binaries/{name}/by_hand{platform.suffix}", library)
+    return path
+
+
+def test_an_fmu_2_of_another_tool(tmp_path: Path) -> None:
+    """x(t + h) = x + h (u + k) from 1, so that x = 1 + t (u + k); here it refuses steps with k below 0."""
+    source = (SOURCES / "faulty_fmu.c").read_text("utf-8")
+    refusing = source.replace(
+        "    (void)no_set;\n", "    (void)no_set;\n    if (self->value[2] < 0.0) return fmi2Error;\n"
+    )
+    fmu = made(tmp_path, refusing, XML_2, "2.0")
+    vary = {"k": [-1.0, 0.5, 2.0], "u": [0.0, 0.25]}
+    found = lag2fmu.sweep(fmu, vary, times=[0.5, 1.0], path=tmp_path / "out.nc")
+    k, u, t = np.meshgrid(*vary.values(), [0.5, 1.0], indexing="ij")
+    assert found["x"].dims == ("k", "u", "time")
+    np.testing.assert_allclose(found["x"].values[1:], (1.0 + t * (u + k))[1:], rtol=1e-12)
+    assert found["x"].attrs["units"] == "m"
+    assert found["failed"].values.tolist() == [[True, True], [False, False], [False, False]]
+    assert np.isnan(found["x"].values[0]).all()
+    assert "fmi2DoStep" in str(found["reason"].values[0, 0])
+    with pytest.raises(LoadError, match="has no variable 'K'"):
+        lag2fmu.sweep(fmu, {"K": [1.0]})
+
+
+def test_an_fmu_3_of_another_tool(tmp_path: Path) -> None:
+    """Euler steps h/8 of dx1/dt = u - k x1: x1 goes to u/k by the factor 1 - k h/8 each."""
+    fmu = made(tmp_path, (SOURCES / "faulty_fmu3.c").read_text("utf-8"), XML_3, "3.0")
+    k = np.array([0.5, 1.0, 2.0])
+    found = lag2fmu.sweep(fmu, {"k": k, "u": [0.5]}, at_end=True)
+    (name,) = (name for name in found.data_vars if name.startswith("x") and "1" in name)
+    rest = 0.5 / k
+    expected = rest + (1.0 - rest) * (1.0 - k * 0.125 / 8.0) ** 64
+    assert not found["failed"].any()
+    np.testing.assert_allclose(found[name].values[:, 0], expected, rtol=1e-12)
