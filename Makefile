@@ -8,7 +8,7 @@ JOBS ?= 2
 SPREAD := -n $(JOBS) --dist worksteal
 
 # the models of the gallery that move in the site: all, none, or names with commas between them
-LIVE ?= double_pendulum,newtons_cradle,whipple_bicycle
+LIVE ?= all
 
 .PHONY: demo test check test-all lint docs bench clean
 
@@ -34,7 +34,7 @@ lint: $(READY)
 	$(BIN)/mypy
 	$(BIN)/mypy templates/python/runtime
 
-# the documentation as a site, in build/site; LIVE=all: every model of the gallery moves, which takes minutes to build
+# the documentation as a site, in build/site, in minutes; LIVE=none: no model of the gallery moves, which is faster
 docs: $(READY)
 	$(BIN)/python -m pip install --quiet --disable-pip-version-check -e ".[docs]"
 	LAG2FMU_LIVE=$(LIVE) NO_MKDOCS_2_WARNING=1 $(BIN)/mkdocs build --strict -f docs/site/mkdocs.yml

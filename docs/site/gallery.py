@@ -3,13 +3,19 @@
 from __future__ import annotations
 
 import html
+import os
+import subprocess
+import sys
+from collections.abc import Sequence
+from concurrent.futures import ThreadPoolExecutor
+from pathlib import Path
+from tempfile import TemporaryDirectory
 
 import lag2fmu
 from lag2fmu.dynamics.equations import EquationsOfMotion
 from lag2fmu.fmu.sketch import picture_of
 from lag2fmu.formats.write import write
 from lag2fmu.resources import bundled
-from lag2fmu.verify.page_samples import page_samples
 
 INTRODUCTION = """---
 hide: [navigation, toc]
@@ -26,15 +32,27 @@ compares each FMU with the direct integration of the mechanism, and most with a 
 def pages(live: str) -> dict[str, str]:
     """Path in the site -> content: the overview, a page for each model, live pages for those that ``live`` names."""
     names = bundled() if live == "all" else () if live == "none" else tuple(live.split(","))
+    with TemporaryDirectory(prefix="lag2fmu-") as folder, ThreadPoolExecutor(os.cpu_count()) as pool:
+        moving = pool.map(lambda name: _moving_page(name, Path(folder, f"{name}.html")), names)
+        found = _sketches(names)
+        return found | {f"gallery/live/{name}.html": page for name, page in zip(names, moving, strict=True)}
+
+
+def _moving_page(name: str, path: Path) -> str:
+    """The live page of a model, which compares itself with a direct integration; made by a process of its own."""
+    subprocess.run([sys.executable, "-m", "lag2fmu.cli", "page", name, "-o", str(path)], check=True)
+    return path.read_text("utf-8")
+
+
+def _sketches(moving: Sequence[str]) -> dict[str, str]:
+    """The overview and the page of each model; those of ``moving`` frame the live page."""
     found, cards = {}, []
     for name in bundled():
         equations = lag2fmu.derive(name)
         picture = picture_of(equations.mechanism)
         title = html.escape(equations.mechanism.title)
         cards.append(f'<a class="model" href="{name}.html">{picture}<span>{title}</span><code>{name}</code></a>')
-        if name in names:
-            found[f"gallery/live/{name}.html"] = lag2fmu.page(name, samples=page_samples(lag2fmu.load(name)))
-        found[f"gallery/{name}.md"] = _page(equations, picture, name in names)
+        found[f"gallery/{name}.md"] = _page(equations, picture, name in moving)
     found["gallery/index.md"] = f'{INTRODUCTION}\n<div class="models">\n' + "\n".join(cards) + "\n</div>\n"
     return found
 

@@ -45,7 +45,10 @@ def simulate_model(  # noqa: PLR0913, PLR0917 (an option each)
     """Run ``model`` and write, draw, animate or sum up its motion; raises Lag2FmuError."""
     check_picture(plot)
     if animation is not None:
+        from lag2fmu.verify.plots.animation import writer_of
+
         check_ending(animation, ANIMATIONS)
+        writer_of(animation)  # what it lacks is told before a long run
     if out not in (None, "-"):
         check_ending(Path(out), CSV)
     source, values, units = _source_and_values(model, settings)

@@ -238,16 +238,23 @@ class Page {
     this.tell(time);
   }
 
-  /** The view makes room for what was computed since it was last told. */
+  /** The view makes room for what was computed since it was last told, and for the grey run. */
   includeNew() {
-    const { run } = this;
+    const { run, grey } = this;
+    if (this.seen === 0 && grey) this.include(grey, 0);
+    this.seen = this.include(run, this.seen);
+  }
+
+  /** The view makes room for the records of a run from `first` on; answers which comes next. */
+  include(run, first) {
     const stride = Math.ceil(run.count / 600);
-    for (; this.seen < run.points.length; this.seen += stride) {
-      const point = run.points[this.seen];
-      this.mechanism.point.set(point);
-      if (this.drawing) this.view.include(this.mechanism.draw(run.timeOf(this.seen)));
-      else this.view.includePoint(point);
+    let index = first;
+    for (; index < run.points.length; index += stride) {
+      this.mechanism.point.set(run.points[index]);
+      if (this.drawing) this.view.include(this.mechanism.draw(run.timeOf(index)));
+      else this.view.includePoint(run.points[index]);
     }
+    return index;
   }
 
   /** Modes, messages and the badge. */

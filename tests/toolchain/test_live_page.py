@@ -196,7 +196,7 @@ def test_a_page_is_dark_narrow_and_calm_if_asked(browser: Browser, live: Callabl
         browser.open(_page(live("double_pendulum")))
         assert browser.ask("page.player.playing") is False
         assert browser.ask("getComputedStyle(document.body).backgroundColor") == "rgb(19, 26, 33)"
-        assert browser.ask("document.getElementById('live').scrollWidth") <= 380
+        assert browser.ask("document.documentElement.scrollWidth") <= 380
     finally:
         browser.driver.execute_cdp_cmd("Emulation.setEmulatedMedia", {"features": []})
         browser.driver.execute_cdp_cmd("Emulation.clearDeviceMetricsOverride", {})

@@ -43,7 +43,7 @@ def animate(model: Mechanism | str | Path, run: Trajectory, path: str | Path, pr
     written, and where .mp4 lacks the program ffmpeg.
     """
     mechanism, path = as_mechanism(model), Path(path)
-    writer = _writer(path)
+    writer = writer_of(path)
     layout = layout_of(mechanism)
     times = np.linspace(run.time[0], run.time[-1], _count(run))
     states = _states(mechanism, run, times)
@@ -85,7 +85,8 @@ def film(model: Mechanism | str | Path, run: Trajectory) -> Film:
         return Film(path.read_bytes())
 
 
-def _writer(path: Path) -> AbstractMovieWriter:
+def writer_of(path: Path) -> AbstractMovieWriter:
+    """What writes an animation to ``path``; raises ExportError for another ending, and where .mp4 lacks ffmpeg."""
     if path.suffix not in ENDINGS:
         raise ExportError(f"'{path}': animations are written as {', '.join(ENDINGS)}")
     if path.suffix == ".gif":
