@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+
 from lag2fmu.dynamics.massless import determined
 from lag2fmu.errors import ExportError
 from lag2fmu.mechanism.record import Mechanism
@@ -16,13 +18,17 @@ def check_solver(mechanism: Mechanism, method: Method) -> None:
     if mechanism.hybrid and isinstance(method, Collocation) and method.variational:
         _check_impacts(mechanism, method)
     kinds = sorted({c.kind for c in mechanism.constraints if not takes(method, c.kind)})
-    if not kinds:
-        return
+    if kinds:
+        raise _refused(mechanism, method, kinds)
+
+
+def _refused(mechanism: Mechanism, method: Method, kinds: Sequence[str]) -> ExportError:
+    """The error that a variational ``method`` does not take constraints of these ``kinds``."""
     kinds_there = {c.kind for c in mechanism.constraints}
     others = [name for name in SMOOTH_METHODS if all(takes(METHODS[name], kind) for kind in kinds_there)]
     listed = ", ".join(c.name for c in mechanism.constraints if c.kind in kinds)
     action = "under holonomic constraints only" if takes(method, "holonomic") else "without constraints"
-    raise ExportError(
+    return ExportError(
         f"solver '{method.solver}' discretises an action {action}, and mechanism '{mechanism.name}' has "
         f"{' and '.join(kinds)} ones ({listed}); take one of {', '.join(others)}"
     )
