@@ -17,6 +17,7 @@ from lag2fmu.description.tables import Table
 from lag2fmu.language.expressions import to_text
 from lag2fmu.language.units import SECOND, Unit
 from lag2fmu.language.vocabulary import symbol
+from lag2fmu.mechanism.filters import led
 from lag2fmu.mechanism.poses import Poses
 from lag2fmu.mechanism.record import Mechanism, Unilateral
 from lag2fmu.mechanism.starts import start_values, value_at
@@ -86,8 +87,13 @@ class Hybrid:
     def state_equations(self) -> Iterator[tuple[str, sp.Expr]]:
         """The equations of the further states: (name of the derivative, its expression); of filters one, for y_ddot."""
         for state in (z for z in self.m.states if z.name not in self.m.filtered):
-            rate = names.acceleration(state.moves) if state.moves else names.velocity(state.name)
-            yield rate, self.poses.resolved(state.derivative)
+            expression = self.poses.resolved(state.derivative)
+            if state.moves:
+                target = names.target(state.moves)
+                rates = names.velocity(target), names.acceleration(target)
+                yield names.acceleration(state.moves), led(state.moves, expression, rates)
+            else:
+                yield names.velocity(state.name), expression
 
     # ------------------------------------------------------------------------------------------------ one by one
 

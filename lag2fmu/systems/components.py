@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass
+from math import inf, isnan
 from pathlib import Path
 
 from lag2fmu.checking.description import Description, Variable, number, read_document
@@ -37,7 +38,7 @@ class Unit:
 class Connector:
     """A variable of an FMU: ``type`` and ``unit`` as it declares them (None: none), ``sizes`` of an array's dimensions.
 
-    ``settable``: it has a start value that may be another one.
+    ``settable``: it has a start value that may be another one, from ``low`` to ``high``.
     """
 
     name: str
@@ -46,6 +47,8 @@ class Connector:
     unit: Unit | None
     sizes: tuple[str, ...]
     settable: bool
+    low: float = -inf
+    high: float = inf
 
 
 @dataclass(frozen=True)
@@ -113,7 +116,9 @@ def _unit(element: Element) -> Unit:
 def _connector(v: Variable, units: Mapping[str, Unit]) -> Connector:
     sizes = tuple(dimension.get("start") for dimension in v.value.all("Dimension"))
     settable = v.start is not None and v.variability != "constant" and v.causality != "calculatedParameter"
-    return Connector(v.name, v.causality, v.type, units.get(v.attribute("unit")), sizes, settable)
+    low, high = v.number("min"), v.number("max")
+    bounds = (-inf if isnan(low) else low, inf if isnan(high) else high)
+    return Connector(v.name, v.causality, v.type, units.get(v.attribute("unit")), sizes, settable, *bounds)
 
 
 def _terminal(element: Element) -> Terminal:

@@ -91,6 +91,9 @@ def settings_of(values: Mapping[str, float], components: Components) -> dict[End
             raise LoadError(f"--set {word}: that variable is an array; set its elements in the FMU when it is exported")
         if not isfinite(value):
             raise LoadError(f"--set {word}: {value} is not finite")
+        low, high = connectors[end.connector].low, connectors[end.connector].high
+        if value < low or value > high:
+            raise LoadError(f"--set {word}: {value:g} is not within the bounds of that variable, [{low:g}, {high:g}]")
         found[end] = float(value)
     return found
 

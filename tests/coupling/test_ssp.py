@@ -171,6 +171,7 @@ def test_what_else_is_refused(exported, tmp_path) -> None:
         ({"values": {"m": 1.0}}, "expected COMPONENT.VARIABLE; components are cart, wagon"),
         ({"values": {"wagon.f": 1.0}}, "that variable has no start value"),
         ({"values": {"wagon.m": float("nan")}}, "is not finite"),
+        ({"values": {"wagon.m": -1.0}}, "--set wagon.m: -1 is not within the bounds of that variable, [0, inf]"),
         ({"stop_time": -1.0}, "--stop-time -1.0: give a positive number"),
     ):
         with pytest.raises(LoadError, match=re.escape(message)):
