@@ -216,9 +216,8 @@ def _report(running: Mapping[tuple[Platform, str], Future[bytes]], progress: Pro
 
 def _compile(sources: Mapping[str, str], include: Path, name: str, part: tuple[Platform, str], compiler: str) -> bytes:
     """The library for one target of a platform; what zig made of the same before may be kept."""
-    platform, target = part
+    (platform, target), joined = part, units(sources)
     library = f"{name}{platform.suffix}"
-    joined = units(sources)
     strip = [] if platform.suffix == ".dylib" else ["-s"]
     command = [*compiler_command(compiler, target), *FLAGS, *strip, "-shared", f"-I{include}", "-o", library]
     command += [*joined, "-lm"]
