@@ -195,8 +195,7 @@ def _for_here(compiler: str) -> list[str]:
 def compile_module(sources: Mapping[str, str], functions: Iterable[str]) -> bytes:
     """The C files in ``sources`` {file name: text} as a module of WebAssembly that offers ``functions``.
 
-    It needs nothing of whoever loads it, and is made small: an experiment takes milliseconds anyway. Raises BuildError
-    with the output of the compiler if it fails.
+    It needs nothing of whoever loads it, and is made small. Raises BuildError with what the compiler says if it fails.
     """
     joined = units(sources)
     flags = ["-Os" if flag == "-O2" else flag for flag in FLAGS if flag != "-fPIC"]
