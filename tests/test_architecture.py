@@ -103,7 +103,7 @@ MOST_LINES, MOST_LONG_MODULES = 300, 0
 MOST_LINES_OF_A_FUNCTION = 60
 """Without its docstring; 50 are what a screen takes in at once."""
 
-MOST_WAYS, MOST_WIDE_FUNCTIONS = 12, 17
+MOST_WAYS, MOST_WIDE_FUNCTIONS = 12, 15
 """Branches that a function should do with, and how many functions may have more: numbers to lower, not to raise."""
 
 

@@ -12,8 +12,8 @@ import numpy as np
 import sympy as sp
 from numpy.typing import ArrayLike
 
-from lag2fmu.description.names import acceleration, multiplier
-from lag2fmu.description.symbols import Parameter
+from lag2fmu.description.names import acceleration, multiplier, velocity
+from lag2fmu.description.symbols import Coordinate, Parameter
 from lag2fmu.errors import LoadError, SimulationError
 from lag2fmu.language.vocabulary import TIME, symbol
 from lag2fmu.mechanism.record import Mechanism
@@ -231,7 +231,29 @@ def _independent_values(mechanism: Mechanism, overrides: Mapping[str, float]) ->
 def _check_value(parameter: Parameter, value: float) -> None:
     if parameter.expression is not None:
         raise LoadError(f"parameter '{parameter.name}' follows from others and takes no value {value!r}")
-    low = -np.inf if parameter.minimum is None else parameter.minimum
-    high = np.inf if parameter.maximum is None else parameter.maximum
+    low, high = _bounds(parameter)
     if not np.isfinite(value) or not low <= value <= high:
         raise LoadError(f"parameter '{parameter.name}': {value!r} is not a finite number within [{low}, {high}]")
+
+
+def declared_starts(mechanism: Mechanism, overrides: Mapping[str, float]) -> dict[str, float]:
+    """{name: SI value} at the start of q, qd and further states, (s,), as declared; ``overrides`` by NAME or NAME_dot.
+
+    Raises LoadError for a name that is none of these, and for a value that is not finite or out of its bounds.
+    """
+    coordinates = mechanism.coordinates
+    values = {c.name: c.start for c in coordinates} | {velocity(c.name): c.velocity for c in coordinates}
+    values |= {z.name: z.start for z in mechanism.states}
+    bounds = {c.name: _bounds(c) for c in coordinates}
+    for name, value in overrides.items():
+        if name not in values:
+            raise LoadError(f"mechanism '{mechanism.name}' has no start value '{name}'; known are {', '.join(values)}")
+        low, high = bounds.get(name, (-np.inf, np.inf))
+        if not np.isfinite(value) or not low <= value <= high:
+            raise LoadError(f"start value '{name}': {value!r} is not a finite number within [{low}, {high}]")
+        values[name] = float(value)
+    return values
+
+
+def _bounds(of: Parameter | Coordinate) -> tuple[float, float]:
+    return -np.inf if of.minimum is None else of.minimum, np.inf if of.maximum is None else of.maximum

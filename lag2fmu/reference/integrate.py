@@ -19,6 +19,7 @@ from lag2fmu.description.names import acceleration, multiplier, residual, veloci
 from lag2fmu.errors import LoadError, SimulationError
 from lag2fmu.mechanism.record import Mechanism
 from lag2fmu.reference.composition import composition_of
+from lag2fmu.reference.energies import declared_starts
 from lag2fmu.reference.equations import Equations
 from lag2fmu.reference.hybrid.integration import integrate_hybrid
 from lag2fmu.reference.hybrid.kinks import is_hybrid
@@ -153,27 +154,13 @@ def _start(equations: Equations, overrides: Mapping[str, float], time: float, si
     Guesses are solved for the constraints at ``time``.
     """
     mechanism, energies = equations.mechanism, equations.energies
-    coordinates = mechanism.coordinates
-    values = {c.name: c.start for c in coordinates} | {velocity(c.name): c.velocity for c in coordinates}
-    values |= {z.name: z.start for z in mechanism.states}
-    ranges = {c.name: (c.minimum, c.maximum) for c in coordinates}
-    for name, value in overrides.items():
-        if name not in values:
-            raise LoadError(f"mechanism '{mechanism.name}' has no start value '{name}'; known are {', '.join(values)}")
-        low, high = ranges.get(name, (None, None))
-        if not np.isfinite(value) or not _within(value, low, high):
-            raise LoadError(f"start value '{name}': {value!r} is not a finite number within [{low}, {high}]")
-        values[name] = float(value)
+    coordinates, values = mechanism.coordinates, declared_starts(mechanism, overrides)
     found: Floats = np.array(list(values.values()))
     if energies.constraints.m:
         free = [c.given is False for c in coordinates], [c.velocity_given is False for c in coordinates]
         n, inputs = energies.n, {**signals.at(time), **{z.name: values[z.name] for z in mechanism.states}}
         found[: 2 * n] = np.concatenate(energies.consistent(found[:n], found[n : 2 * n], time, inputs, free))
     return np.append(found, 0.0)
-
-
-def _within(value: float, low: float | None, high: float | None) -> bool:
-    return (low is None or low <= value) and (high is None or value <= high)
 
 
 def _scales(z: Floats, nominal: Floats) -> Floats:

@@ -13,10 +13,10 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from lag2fmu.description.names import velocity
-from lag2fmu.errors import LoadError, SimulationError
+from lag2fmu.errors import SimulationError
 from lag2fmu.mechanism.record import Mechanism
 from lag2fmu.reference.constraints import newton
+from lag2fmu.reference.energies import declared_starts
 from lag2fmu.reference.hybrid.columns import alike, columns_of
 from lag2fmu.reference.hybrid.following import Follower
 from lag2fmu.reference.hybrid.modes import Event, Mode, Modes
@@ -87,7 +87,7 @@ def started(run: Run, overrides: Mapping[str, float]) -> Floats:
     Raises LoadError for names and values that cannot be, SimulationError where constraints cannot be met.
     """
     coordinates, n, system = run.system.mechanism.coordinates, run.n, run.system
-    start = _declared(system.mechanism, overrides)
+    start: Floats = np.array(list(declared_starts(system.mechanism, overrides).values()), dtype=float)
     if not system.constraints.m:
         return start
     run.started(start)  # the sides of kinks there
@@ -111,20 +111,6 @@ def started(run: Run, overrides: Mapping[str, float]) -> Floats:
         if np.max(np.abs(residual) / size, initial=0.0) > 1e-9 * max(1.0, float(np.abs(start[half]).max())):
             raise SimulationError(f"the constraints cannot be met from the start values; residuals: {residual}")
     return start
-
-
-def _declared(mechanism: Mechanism, overrides: Mapping[str, float]) -> Floats:
-    """q, qd, further states, (s,), as they are declared, with ``overrides``; raises LoadError for impossible ones."""
-    coordinates = mechanism.coordinates
-    values = {c.name: c.start for c in coordinates} | {velocity(c.name): c.velocity for c in coordinates}
-    values |= {z.name: z.start for z in mechanism.states}
-    for name, value in overrides.items():
-        if name not in values:
-            raise LoadError(f"mechanism '{mechanism.name}' has no start value '{name}'; known are {', '.join(values)}")
-        if not np.isfinite(value):
-            raise LoadError(f"start value '{name}': {value!r} is not a finite number")
-        values[name] = float(value)
-    return np.array(list(values.values()), dtype=float)
 
 
 def _perturbed(run: Run, start: Floats, scales: Floats, modes: Modes) -> Floats:
