@@ -137,9 +137,9 @@ def show(**choices: Any) -> None:
 @STOPS
 def export_command(**choices: Any) -> None:
     """Write the FMU of MODEL, by default to a file of the same name here."""
-    from lag2fmu.cli.exporting import export_model
+    from lag2fmu.cli.exporting import ExportOptions, export_model
 
-    export_model(**choices)
+    export_model(ExportOptions(**choices))
 
 
 @click.command("page")

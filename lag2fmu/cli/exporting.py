@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import dataclass
 from pathlib import Path
 
 import click
@@ -18,51 +19,57 @@ from lag2fmu.verify.page_samples import page_samples
 from lag2fmu.verify.reference_files import reference_files, reference_of
 
 
-def export_model(  # noqa: PLR0913, PLR0917 (an option each)
-    model: str,
-    path: Path | None,
-    platform: str,
-    solver: str | None,
-    compiler: str,
-    backend: str,
-    outputs: tuple[str, ...],
-    inputs: str | None,
-    ports: tuple[str, ...],
-    fmi: str | None,
-    arrays: bool,
-    start: str,
-    without: tuple[str, ...],
-    page: str | None,
-    reference: bool,
-    force: bool,
-    settings: tuple[str, ...],
-) -> None:
-    """Write the FMU of ``model`` and say which solver it has; raises Lag2FmuError."""
-    mechanism, extra, samples = with_choices(load_mechanism(model, settings), inputs, ports), {}, None
-    mechanism = resting(mechanism) if start == "equilibrium" else mechanism
-    path = Path(f"{Path(model).stem}.fmu") if path is None else path
-    if not force:
+@dataclass(frozen=True)
+class ExportOptions:
+    """What ``export`` is asked for, by the names of its options."""
+
+    model: str
+    path: Path | None
+    platform: str
+    solver: str | None
+    compiler: str
+    backend: str
+    outputs: tuple[str, ...]
+    inputs: str | None
+    ports: tuple[str, ...]
+    fmi: str | None
+    arrays: bool
+    start: str
+    without: tuple[str, ...]
+    page: str | None
+    reference: bool
+    force: bool
+    settings: tuple[str, ...]
+
+
+def export_model(asked: ExportOptions) -> None:
+    """Write the FMU of the model and say which solver it has; raises Lag2FmuError."""
+    mechanism = with_choices(load_mechanism(asked.model, asked.settings), asked.inputs, asked.ports)
+    mechanism = resting(mechanism) if asked.start == "equilibrium" else mechanism
+    path = Path(f"{Path(asked.model).stem}.fmu") if asked.path is None else asked.path
+    if not asked.force:
         _refuse_to_overwrite(path, mechanism)
-    if reference:
+    extra, samples = {}, None
+    if asked.reference:
         with progress_bar("integrating directly", 1.0) as share:
             integrated = reference_of(mechanism, share)
-        extra = reference_files(mechanism, integrated, arrays=arrays)
+        extra = reference_files(mechanism, integrated, arrays=asked.arrays)
         samples = page_samples(mechanism, integrated)
     with build_progress() as progress:
         fmu = export(
             mechanism,
             path,
-            solver=solver,
-            compiler=compiler,
-            platform=platform,
-            backend=backend,
-            outputs=outputs,
+            solver=asked.solver,
+            compiler=asked.compiler,
+            platform=asked.platform,
+            backend=asked.backend,
+            outputs=asked.outputs,
             extra=extra,
             progress=progress,
-            fmi=fmi or "2.0",
-            arrays=arrays,
-            without=[word.strip() for words in without for word in words.split(",")],
-            page=page,
+            fmi=asked.fmi or "2.0",
+            arrays=asked.arrays,
+            without=[word.strip() for words in asked.without for word in words.split(",")],
+            page=asked.page,
             samples=samples,
         )
     click.echo(f"wrote {fmu.path}, solver {fmu.description.solver}{fmu.solver_choice and f': {fmu.solver_choice}'}")

@@ -80,6 +80,6 @@ def calibrate(**choices: Any) -> None:
 @STOPS
 def sweep(**choices: Any) -> None:
     """Run MODEL or an FMU many times, over all that --vary says, and write the results as one table."""
-    from lag2fmu.cli.sweeping import sweep_model
+    from lag2fmu.cli.sweeping import SweepOptions, sweep_model
 
-    sweep_model(**choices)
+    sweep_model(SweepOptions(**choices))

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterator
 from concurrent.futures import Executor, ProcessPoolExecutor
 from contextlib import contextmanager
+from dataclasses import dataclass
 from multiprocessing import get_context
 from pathlib import Path
 from typing import Any
@@ -24,48 +25,53 @@ from lag2fmu.studies.vary_texts import axes_of_texts, numbers_of_text
 from lag2fmu.verify import entry_points
 
 
-def sweep_model(  # noqa: PLR0913, PLR0917 (an option each)
-    model: str,
-    vary: tuple[str, ...],
-    sample: int | None,
-    sampling: str,
-    seed: int,
-    outputs: tuple[str, ...],
-    at_end: bool,
-    times: str | None,
-    stop_time: float | None,
-    tolerance: float | None,
-    solver: str | None,
-    inputs: Path | None,
-    hold: bool,
-    workers: int | None,
-    out: Path,
-    settings: tuple[str, ...],
-) -> None:
+@dataclass(frozen=True)
+class SweepOptions:
+    """What ``sweep`` is asked for, by the names of its options."""
+
+    model: str
+    vary: tuple[str, ...]
+    sample: int | None
+    sampling: str
+    seed: int
+    outputs: tuple[str, ...]
+    at_end: bool
+    times: str | None
+    stop_time: float | None
+    tolerance: float | None
+    solver: str | None
+    inputs: Path | None
+    hold: bool
+    workers: int | None
+    out: Path
+    settings: tuple[str, ...]
+
+
+def sweep_model(asked: SweepOptions) -> None:
     """Make the runs and write the result; raises Lag2FmuError."""
-    source, values, units = _source(model, settings)
-    axes = axes_of_texts(pairs_of(vary), units, sampled=sample is not None)
-    with runs_bar() as progress, _pool(workers) as executor:
+    source, values, units = _source(asked.model, asked.settings)
+    axes = axes_of_texts(pairs_of(asked.vary), units, sampled=asked.sample is not None)
+    with runs_bar() as progress, _pool(asked.workers) as executor:
         found = sweep(
             source,
             {axis.names: axis for axis in axes},
-            sample=sample,
-            sampling=sampling,
-            seed=seed,
-            outputs=outputs or None,
-            at_end=at_end,
-            times=None if times is None else numbers_of_text("--times", times),
-            stop_time=stop_time,
+            sample=asked.sample,
+            sampling=asked.sampling,
+            seed=asked.seed,
+            outputs=asked.outputs or None,
+            at_end=asked.at_end,
+            times=None if asked.times is None else numbers_of_text("--times", asked.times),
+            stop_time=asked.stop_time,
             values=values,
-            inputs=None if inputs is None else read_csv(inputs, units),
-            hold=hold,
-            tolerance=tolerance,
-            solver=solver,
+            inputs=None if asked.inputs is None else read_csv(asked.inputs, units),
+            hold=asked.hold,
+            tolerance=asked.tolerance,
+            solver=asked.solver,
             executor=executor,
-            path=out,
+            path=asked.out,
             progress=progress,
         )
-    _say(found, out)
+    _say(found, asked.out)
 
 
 def _say(found: Any, out: Path) -> None:

@@ -12,8 +12,10 @@ from lag2fmu.codegen.c import Dialect, c_function, c_prototype
 from lag2fmu.codegen.sources import helpers_of, lookups_of, render_sources
 from lag2fmu.codegen.tables import RuntimeTables
 from lag2fmu.codegen.templates import render
-from lag2fmu.dynamics.functions import Array, Function, Program
+from lag2fmu.dynamics.functions import Array, Function, Program, filling
 from lag2fmu.dynamics.plain import KNOWNS, PlainFunctions
+from lag2fmu.graph.graph import Node
+from lag2fmu.graph.operations import COSINE, SINE
 from lag2fmu.resources import resource_folder
 from lag2fmu.solvers.collocation import Collocation
 from lag2fmu.solvers.methods import Method
@@ -24,6 +26,9 @@ LaneMethod = Tableau | Collocation
 
 _LIBRARY = ("tan", "asin", "acos", "atan", "sinh", "cosh", "tanh")
 """Functions that the C library computes lane by lane."""
+
+FEW_ANGLES = 4
+"""Fewer sines and cosines are left to the C library."""
 
 LANES = Dialect(
     "Lanes",
@@ -129,15 +134,17 @@ def render_function(functions: PlainFunctions, name: str, lanes: int) -> Mapping
 
 def render_external(functions: PlainFunctions, name: str, vectors: Mapping[str, Sequence[str]]) -> Mapping[str, str]:
     """{file name: text} of ``functions`` by the C interface of CasADi; ``vectors`` names the entries of x, u and p."""
-    program, sparsity = functions.program, functions.sparsity
-    lengths = [len(argument.entries) for argument in program.functions[0].arguments]
+    sparsity = functions.sparsity
+    lengths = [len(argument.entries) for argument in functions.program.functions[0].arguments]
     sizes = _sizes(functions)
+    program, angles = with_angles(functions.program)
     context = {
         **sizes,
         "name": name,
         "vectors": vectors.items(),
         "program": program,
         "functions": program.functions,
+        "angles": angles,
         "helpers": helpers_of(program),
         "lookups": lookups_of(program),
         "sizes": lengths,
@@ -148,6 +155,31 @@ def render_external(functions: PlainFunctions, name: str, vectors: Mapping[str, 
         "ends": list(accumulate(len(sparsity[known]) for known in KNOWNS)),
     }
     return {f"{name}.c": render("function/external.c.jinja", context), **_lookup_files(program)}
+
+
+def with_angles(program: Program) -> tuple[Program, int]:
+    """``program`` with a function ``angles`` before those that are given the sines and cosines of these angles.
+
+    The angles, as many as the number says, are those that depend on no other sine or cosine; fewer than FEW_ANGLES stay
+    where they are.
+    """
+    g, known = program.graph, program.functions[0].arguments
+    circular = (SINE, COSINE)
+    found: dict[Node, dict[int, Node]] = {}
+    for node in g.cone([node for f in program.functions for *_, node in f.results]):
+        if g.code[node] in circular:
+            (angle,) = g.operands[node]
+            found.setdefault(angle, {})[g.code[node]] = node
+    chosen = [angle for angle in found if not any(g.code[node] in circular for node in g.cone([angle]))]
+    if len(chosen) < FEW_ANGLES:
+        return program, 0
+    values = [
+        Array(name, tuple(found[angle].get(code) or g.apply(function, angle) for angle in chosen))
+        for name, code, function in (("sines", SINE, "sin"), ("cosines", COSINE, "cos"))
+    ]
+    functions = tuple(replace(f, arguments=(*f.arguments, *values)) for f in program.functions)
+    first = filling("angles", "The angles a whose sines and cosines are needed.", known, a=chosen)
+    return replace(program, functions=(first, *functions)), len(chosen)
 
 
 def _pattern(rows: int, columns: int, places: Sequence[tuple[int, int]]) -> list[int]:

@@ -50,7 +50,7 @@ def render_mechanism(
     meanings: Mapping[str, tuple[str, str]],
 ) -> str:
     """The module with the equations; ``texts`` are title and source, ``meanings`` {variable: (unit, doc)}."""
-    program = with_held_inputs(program, PRINTED) if program.signals > len(program.inputs) else program
+    program = with_held_inputs(program, PRINTED)
     functions = [f for name in PRINTED for f in program.functions if f.name == name]
     used = used_functions(program, functions)
     labels = {

@@ -187,8 +187,10 @@ class Program:
 
 def with_held_inputs(program: Program, wanted: Container[str]) -> Program:
     """``program`` with those of its functions whose names are ``wanted``, where inputs are constant: u has no rates."""
-    k, graph = len(program.inputs), program.graph.copy()
-    functions: list[Function] = []
+    k = len(program.inputs)
+    if program.signals == k:
+        return program
+    graph, functions = program.graph.copy(), list[Function]()
     for f in program.functions:
         if f.name in wanted:
             rates = [node for a in f.arguments if a.name == "u" for node in a.entries[k:]]

@@ -52,6 +52,7 @@ from lag2fmu.graph.cost import cycles
 from lag2fmu.graph.graph import Graph, Node
 from lag2fmu.mechanism.check import check_starts
 from lag2fmu.mechanism.record import Mechanism
+from lag2fmu.mechanism.unilaterals import check_open
 
 ACCELERATION_METHODS = ("elimination", "factorisation")
 """How M qdd = forcing is solved: by elimination over the velocity graph, or by an LDL^T of M; both on the graph."""
@@ -221,6 +222,8 @@ def _equations(solved: _Solved) -> DerivedEquations:
     g, v = solved.graph, solved.variables
     completed, started = _starting(solved)
     check_starts(started)
+    if mechanism.unilaterals:
+        check_open(started, mechanism.unilaterals, solved=True)
     outputs = {
         name: x for o in mechanism.outputs for name, x in zip(o.names, composed_output(composer, o), strict=True)
     }

@@ -25,10 +25,12 @@ def unconstrained_residual(graph: Graph, v: Variables, energies: Energies, rate:
     Source: Goldstein, Classical Mechanics, section 1.5 (velocity-dependent potentials and the dissipation
     function).
     """
-    accelerations = second(rate([inertia.place for inertia in energies.inertias]))
+    velocities = rate([inertia.place for inertia in energies.inertias])
+    accelerations, gains = second(velocities), rate([inertia.weight for inertia in energies.inertias])
     effort = {place: graph.negate(force) for place, force in energies.effort.items()}
-    for inertia, acceleration in zip(energies.inertias, accelerations, strict=True):
+    for inertia, speed, acceleration, gain in zip(energies.inertias, velocities, accelerations, gains, strict=True):
         force = graph.multiply(inertia.weight, graph.subtract(acceleration, inertia.gravity))
+        force = graph.add(force, graph.multiply(gain, speed))  # of masses that change with the time
         effort[inertia.place] = graph.add(effort.get(inertia.place, graph.zero), force)
     effort[energies.potential] = graph.add(effort.get(energies.potential, graph.zero), graph.one)
     rows = zip(
@@ -56,7 +58,8 @@ def with_constraints(
 def _inertial_impetus(graph: Graph, energies: Energies, rate: Rate) -> dict[Node, Node]:
     """{velocity: inertial force - load} of the spatial bodies, in their axes.
 
-    Force m (dv/dt + omega x v - gravity) and torque I domega/dt + omega x I omega (Euler's equations).
+    Force m (dv/dt + omega x v - gravity) and torque I domega/dt + omega x I omega (Euler's equations); and dm/dt v and
+    dI/dt omega where they change with the time.
     """
     impetus = {velocity: graph.negate(force) for velocity, force in energies.impetus.items()}
     rates = rate(list(energies.carried))
@@ -67,8 +70,10 @@ def _inertial_impetus(graph: Graph, energies: Energies, rate: Rate) -> dict[Node
         dv, alpha = tuple(rate(v)), tuple(rate(omega))
         acceleration = minus(graph, plus(graph, dv, cross(graph, omega, v)), body.gravity)
         gyroscopic = cross(graph, omega, apply(graph, body.tensor, omega))
-        torque = plus(graph, apply(graph, body.tensor, alpha), gyroscopic)
-        for where, force in zip((*v, *omega), (*times(graph, body.mass, acceleration), *torque), strict=True):
+        gain, changes = rate([body.mass])[0], tuple(tuple(rate(row)) for row in body.tensor)
+        torque = plus(graph, apply(graph, body.tensor, alpha), plus(graph, gyroscopic, apply(graph, changes, omega)))
+        push = plus(graph, times(graph, body.mass, acceleration), times(graph, gain, v))
+        for where, force in zip((*v, *omega), (*push, *torque), strict=True):
             impetus[where] = graph.add(impetus.get(where, graph.zero), force)
     return impetus
 

@@ -81,18 +81,20 @@ def translator(graph: Graph, mechanism: Mechanism, variables: Variables) -> Tran
     )
     named = {p.name: p.expression for p in mechanism.parameters if p.expression is not None}
     named |= {d.name: d.expression for d in mechanism.definitions}
-    named |= {names.acceleration(y): _led(y, named[names.acceleration(y)]) for y in mechanism.filtered}
+    for motion in mechanism.filtered:
+        name, first = names.acceleration(motion), names.rate(names.target(motion))
+        named[name] = led(motion, named[name], (first, names.rate(first)))
     uses = {name: sorted({s.name for s in e.free_symbols} & named.keys()) for name, e in named.items()}
     for name in TopologicalSorter(uses).static_order():
         translate.define(name, translate(named[name]))
     return translate
 
 
-def _led(name: str, acceleration: sp.Expr) -> sp.Expr:
-    """The ``acceleration`` of a filtered motion where the time derivatives of its target are known.
+def led(motion: str, acceleration: sp.Expr, rates: tuple[str, str]) -> sp.Expr:
+    """The ``acceleration`` of a filtered motion where the ``rates`` of its target, first and second, have these names.
 
     The filter then acts on what the motion deviates by from the target r: y_ddot = r_ddot + f(y - r, y_dot - r_dot). A
     motion that has come to the target stays on it. Where the importer gives no derivatives, they are 0.
     """
-    y_dot, first = symbol(names.velocity(name)), names.rate(names.target(name))
-    return symbol(names.rate(first)) + acceleration.xreplace({y_dot: y_dot - symbol(first)})
+    y_dot, first, second = map(symbol, (names.velocity(motion), *rates))
+    return second + acceleration.xreplace({y_dot: y_dot - first})

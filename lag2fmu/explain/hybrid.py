@@ -14,6 +14,7 @@ from lag2fmu.description import names
 from lag2fmu.description.events import Contact, Friction
 from lag2fmu.description.parts import Constraint
 from lag2fmu.description.tables import Table
+from lag2fmu.dynamics.variables import led
 from lag2fmu.language.expressions import to_text
 from lag2fmu.language.units import SECOND, Unit
 from lag2fmu.language.vocabulary import symbol
@@ -86,8 +87,13 @@ class Hybrid:
     def state_equations(self) -> Iterator[tuple[str, sp.Expr]]:
         """The equations of the further states: (name of the derivative, its expression); of filters one, for y_ddot."""
         for state in (z for z in self.m.states if z.name not in self.m.filtered):
-            rate = names.acceleration(state.moves) if state.moves else names.velocity(state.name)
-            yield rate, self.poses.resolved(state.derivative)
+            expression = self.poses.resolved(state.derivative)
+            if state.moves:
+                target = names.target(state.moves)
+                rates = names.velocity(target), names.acceleration(target)
+                yield names.acceleration(state.moves), led(state.moves, expression, rates)
+            else:
+                yield names.velocity(state.name), expression
 
     # ------------------------------------------------------------------------------------------------ one by one
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Collection, Iterable
+from dataclasses import dataclass
 
 from lag2fmu.analysis.evaluation import attempted
 from lag2fmu.analysis.report import analysis_sections
@@ -29,56 +30,51 @@ from lag2fmu.solvers.methods import METHODS
 Row = dict[str, str]
 
 
-def documentation(
-    equations: EquationsOfMotion,
-    program: Program,
-    content: Content,
-    stiffness: str,
-    *,
-    scene: Scene | None,
-    samples: Samples | None = None,
-    without: Collection[str] = (),
-) -> dict[str, bytes]:
-    """{name in the archive: content} of the page and the licences; where they stand: FMI 2.0.5, section 2.3.
+@dataclass(frozen=True)
+class Subject:
+    """What a page is about: the ``equations``, their ``program``, and the ``content`` that a backend made.
 
-    ``content`` is what a backend made. ``stiffness`` is a phrase on the stiffness of the motion, "" if it is not known.
-    ``scene`` is the mechanism at its start, None where nothing can be drawn; ``samples`` are what a live page compares
-    its trajectory with; ``without`` names what is left out of the FMU.
+    ``stiffness`` is a phrase on the stiffness of the motion, "" if it is not known. ``scene`` is the mechanism at its
+    start, None where nothing can be drawn; ``samples`` are what a live page compares its trajectory with; ``without``
+    names what is left out of the FMU.
     """
-    text = page_text(equations, program, content, stiffness, scene=scene, samples=samples, without=without)
+
+    equations: EquationsOfMotion
+    program: Program
+    content: Content
+    stiffness: str
+    scene: Scene | None
+    samples: Samples | None = None
+    without: Collection[str] = ()
+
+
+def documentation(of: Subject) -> dict[str, bytes]:
+    """{name in the archive: content} of the page and the licences; where they stand: FMI 2.0.5, section 2.3."""
     folder = resource_folder("templates") / "documentation"
     files = {"license.txt": folder / "license.txt"}
-    if content.live is not None:
-        files |= {path.name: path for path in licences(content.live.spatial)}
+    if of.content.live is not None:
+        files |= {path.name: path for path in licences(of.content.live.spatial)}
     return {
-        PAGE: text.encode(),
+        PAGE: page_text(of).encode(),
         **{f"documentation/licenses/{name}": path.read_text("utf-8").encode() for name, path in files.items()},
     }
 
 
-def page_text(
-    equations: EquationsOfMotion,
-    program: Program,
-    content: Content,
-    stiffness: str,
-    *,
-    scene: Scene | None,
-    samples: Samples | None = None,
-    without: Collection[str] = (),
-) -> str:
-    """The page as HTML, a live one where ``content`` has what it takes."""
+def page_text(of: Subject) -> str:
+    """The page as HTML, a live one where its content has what that takes."""
+    content, scene = of.content, of.scene
     description = content.description
     mechanism = description.mechanism
     context: dict[str, object] = {
         "mechanism": mechanism,
         "solver": METHODS[description.solver].title,
-        "stiffness": stiffness,
+        "stiffness": of.stiffness,
         "states": sum(v.state for v in description.variables),
         "massless": any(_is_massless(v) for v in description.variables),
         "nomenclature": [(heading, rows) for heading, rows in _nomenclature(description.variables) if rows],
         "sketch": None if scene is None else (sketch(scene), scene.notes),
-        "without": without,
-        **({} if EQUATIONS in without else _written(equations, program)),
+        "without": of.without,
+        **({} if EQUATIONS in of.without else _written(of.equations, of.program)),
         "kinds": description.interface.capabilities,
         "binaries": content.binaries,
         "resources": content.resources,
@@ -87,7 +83,7 @@ def page_text(
         "arrays": [(port.name, [v.name for v in port.members]) for port in description.ports if port.is_array],
     }
     if content.live is not None:
-        return live_document(context, description, content.live, samples)
+        return live_document(context, description, content.live, of.samples)
     return render("documentation/index.html.jinja", context)
 
 

@@ -18,7 +18,7 @@ from lag2fmu.fmu.backends import BACKENDS
 from lag2fmu.fmu.backends.backend import Choices
 from lag2fmu.fmu.carried import DESCRIPTION, MECHANISM_ENTRY, WITHOUT
 from lag2fmu.fmu.compilers import Progress
-from lag2fmu.fmu.documentation import documentation, scene_at_start
+from lag2fmu.fmu.documentation import Subject, documentation, scene_at_start
 from lag2fmu.fmu.icon import icon
 from lag2fmu.fmu.live_page import live, page_choice
 from lag2fmu.fmu.method_check import check_solver
@@ -70,12 +70,7 @@ def export(  # noqa: PLR0913 (choices of the user)
     Raises LoadError, ExportError, DerivationError or BuildError.
     """
     mechanism = as_mechanism(model)
-    known = {"solver": METHODS, "backend": BACKENDS, "version of FMI": VERSIONS, "start": STARTS}
-    for (what, words), word in zip(
-        known.items(), (DEFAULT_SOLVER if solver is None else solver, backend, fmi, start), strict=True
-    ):
-        if word not in words:
-            raise ExportError(f"unknown {what} '{word}'; known are {', '.join(words)}")
+    _check_words(DEFAULT_SOLVER if solver is None else solver, backend, fmi, start)
     mechanism = resting(mechanism) if start == STARTS[1] else mechanism
     _check_left_out(without)
     version = VERSIONS[fmi]
@@ -99,7 +94,7 @@ def export(  # noqa: PLR0913 (choices of the user)
         **({} if DESCRIPTION in without else {MECHANISM_ENTRY: write(mechanism).encode()}),
         TERMINALS: terminals(content.description, icon=Path(version.icon).parent == Path(TERMINALS).parent),
         version.icon: icon(scene),
-        **documentation(equations, program, content, found.reason, scene=scene, samples=samples, without=without),
+        **documentation(Subject(equations, program, content, found.reason, scene, samples, without)),
         **(extra or {}),
     }
     pack(files, target)
@@ -150,6 +145,14 @@ def _chosen_solver(equations: EquationsOfMotion, named: str | None, backend: str
         return named, "", ""  # no decay bounds its steps
     suited, reason = suited_solver(equations, BACKENDS[backend].solvers)
     return (named, "", reason) if named else (suited, reason, reason)
+
+
+def _check_words(solver: str, backend: str, fmi: str, start: str) -> None:
+    """Refuse words that are none of those known."""
+    known = {"solver": METHODS, "backend": BACKENDS, "version of FMI": VERSIONS, "start": STARTS}
+    for (what, words), word in zip(known.items(), (solver, backend, fmi, start), strict=True):
+        if word not in words:
+            raise ExportError(f"unknown {what} '{word}'; known are {', '.join(words)}")
 
 
 def _check_left_out(without: Sequence[str]) -> None:

@@ -7,7 +7,7 @@ from pathlib import Path
 from lag2fmu.errors import ExportError
 from lag2fmu.fmu.backends.backend import Content
 from lag2fmu.fmu.backends.native import describe
-from lag2fmu.fmu.documentation import page_text, scene_at_start
+from lag2fmu.fmu.documentation import Subject, page_text, scene_at_start
 from lag2fmu.fmu.exporting import derived
 from lag2fmu.fmu.live_page import live
 from lag2fmu.formats.loading import as_mechanism
@@ -35,7 +35,7 @@ def page(
     description, sources = describe(found.mechanism, found.equations, found.program, found.solver)
     content = Content(description, {}, "", (), live(found.equations, found.program, description.variables, sources))
     scene = scene_at_start(found.equations)
-    text = page_text(found.equations, found.program, content, found.reason, scene=scene, samples=samples)
+    text = page_text(Subject(found.equations, found.program, content, found.reason, scene, samples))
     if path is not None:
         try:
             Path(path).write_text(text, "utf-8", newline="\n")

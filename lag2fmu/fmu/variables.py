@@ -87,15 +87,9 @@ def promotable(equations: EquationsOfMotion, wanted: Sequence[str], *, events: b
     With ``events`` clocks may be named, too. They are not among 'all', for fmpy 0.3.32 takes output clocks for unknowns
     at initialization. Raises ExportError for a name that is neither.
     """
-    mechanism = equations.mechanism
+    mechanism, known = equations.mechanism, _local_names(equations)
     states = {name for q in mechanism.coordinates for name in (q.name, names.velocity(q.name))}
     states |= {z.name for z in mechanism.states}
-    known = [names.acceleration(q.name) for q in mechanism.coordinates]
-    known += [names.multiplier(c.name) for c in mechanism.constraints]
-    known += [name for name, *_ in row_forces(mechanism)]
-    known += [name for name, _ in equations.locals() if name not in mechanism.output_names]
-    known += [variable.name for variable, _, _ in element_variables(mechanism)]
-    known += [names.DISSIPATED_ENERGY] if mechanism.hybrid else []
     if "all" in wanted:
         wanted = [*known, *(name for name in wanted if name != "all")]
     known += [names.impact(c.name) for c in mechanism.unilaterals] if events else []
@@ -103,6 +97,18 @@ def promotable(equations: EquationsOfMotion, wanted: Sequence[str], *, events: b
         near = get_close_matches(name, known) or known
         raise ExportError(f"--output {name}: there is no such variable; known are {', '.join(near)}")
     return (frozenset(wanted) & frozenset(known)) | frozenset(map(names.drive, mechanism.ports.drives))
+
+
+def _local_names(equations: EquationsOfMotion) -> list[str]:
+    """The names of all that is calculated beside states and outputs, but clocks."""
+    mechanism = equations.mechanism
+    known = [names.acceleration(q.name) for q in mechanism.coordinates]
+    known += [names.multiplier(c.name) for c in mechanism.constraints]
+    known += [name for name, *_ in row_forces(mechanism)]
+    known += [name for name, _ in equations.locals() if name not in mechanism.output_names]
+    known += [variable.name for variable, _, _ in element_variables(mechanism)]
+    known += [names.DISSIPATED_ENERGY] if mechanism.hybrid else []
+    return known
 
 
 def _per(unit: Unit | None, other: Unit) -> Unit | None:

@@ -48,7 +48,20 @@ def load(model: object, arguments: Mapping[Any, object] | None = None) -> Mechan
         if given:
             raise LoadError(f"{path}: a mechanism as text has no structural arguments, got {', '.join(given)}")
         return read_file(path)
-    place, function = _function_of(model)
+    place, function = source = _function_of(model)
+    converted = _converted(source, given)
+    mechanism = guarded(place, lambda: function(**converted)) if place.suffix == ".py" else function(**converted)
+    if not isinstance(mechanism, Mechanism):
+        raise LoadError(f"{place}: {function.__name__} returned {type(mechanism).__name__} instead of a Mechanism")
+    return mechanism
+
+
+def _converted(source: _Source, given: Mapping[str, object]) -> dict[str, object]:
+    """The structural arguments ``given``, as the ``source`` takes them.
+
+    Raises LoadError for one that it does not take, that cannot be converted, or that is missing.
+    """
+    place, function = source
     spelled = getattr(function, "spelled", {})  # the names of SymPy's symbols that are no identifiers
     given = {spelled.get(name, name): value for name, value in given.items()}
     taken = arguments_of(place, function)
@@ -62,10 +75,7 @@ def load(model: object, arguments: Mapping[Any, object] | None = None) -> Mechan
         raise LoadError(
             f"{place}: {function.__name__} needs the structural argument(s) {', '.join(missing)}; give NAME=VALUE"
         )
-    mechanism = guarded(place, lambda: function(**converted)) if place.suffix == ".py" else function(**converted)
-    if not isinstance(mechanism, Mechanism):
-        raise LoadError(f"{place}: {function.__name__} returned {type(mechanism).__name__} instead of a Mechanism")
-    return mechanism
+    return converted
 
 
 def find(model: str | Path) -> Path:

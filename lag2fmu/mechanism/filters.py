@@ -2,7 +2,7 @@
 
 T^2 y_ddot + 2 T y_dot + y = y_target has both poles at -1/T. Position, velocity and acceleration agree at any time,
 whatever the input does: a step of it moves the mechanism without a jump of the velocity. Where the derivatives of
-the target are known, the equations take them in, see ``dynamics.variables``.
+the target are known, the equations take them in, see ``dynamics.variables.led``.
 Source: K. Ogata, Modern Control Engineering, 5th edition, section 5-3 (second-order systems).
 """
 

@@ -19,6 +19,8 @@ from lag2fmu.mechanism.starts import start_values, value_at
 from lag2fmu.mechanism.unit_check import units_in
 
 _ROUNDING = 1e-9
+_SOLVED = 1e-6
+"""What is left of the terms of a gap that is 0 where starts are typed, and where constraints are solved for them."""
 
 UnitOf = Callable[[sp.Expr], "Unit | None"]
 
@@ -57,13 +59,17 @@ def _of_stop(stop: Stop, unit_of: UnitOf) -> Iterator[Unilateral]:
             yield Unilateral(name, gap, (), restitution, sp.S.Zero, sp.S.Zero, unit_of(of), f"stops.{stop.name}.{side}")
 
 
-def check_open(m: Description, found: Iterable[Unilateral]) -> None:
-    """Raise MechanismError for a gap that is negative at the start, but for rounding."""
-    poses, start = Poses(m), start_values(m)
+def check_open(m: Description, found: Iterable[Unilateral], *, solved: bool = False) -> None:
+    """Raise MechanismError for a gap that is negative at the start, but for rounding.
+
+    Without ``solved`` gaps with coordinates that constraints may still decide are left out; with it the starts of
+    ``m`` are those that meet the constraints.
+    """
+    poses, start, rounding = Poses(m), start_values(m, guesses=solved), _SOLVED if solved else _ROUNDING
     for unilateral in found:
         gap = poses.resolved(unilateral.gap)
         value, terms = value_at(gap, start), [value_at(term, start) or 0.0 for term in sp.Add.make_args(gap)]
-        if value is not None and value < -_ROUNDING * sum(map(abs, terms)):
+        if value is not None and value < -rounding * sum(map(abs, terms)):
             moving = [q.name for q in m.coordinates if symbol(q.name) in gap.free_symbols]
             unit = f" {unilateral.unit.si_name}" if unilateral.unit is not None else ""
             at = ", ".join(f"{name} = {start[name]:g}" for name in moving[:6])

@@ -73,22 +73,26 @@ def _swing(layout: Layout, spot: int) -> tuple[float, float]:
 
 
 def _sliding(canvas: Canvas, layout: Layout, spot: int, name: str) -> None:
-    """An arrow beside what a coordinate shifts."""
-    beside = max(BOX[1], layout.radius(spot)) + 3.0
-    start = layout.at_start[spot] + beside * layout.across(spot)
-    end = start + 8.0 * _forward(layout, spot, name)
+    """An arrow beside what a coordinate, or a motion, shifts."""
+    beside, forward = max(BOX[1], layout.radius(spot)) + 3.0, _forward(layout, spot, name)
+    across = layout.across(spot) if spot in layout.rails else np.array([-forward[1], forward[0]])
+    start = layout.at_start[spot] + beside * across
+    end = start + 8.0 * forward
     canvas.stroke(f"coordinates.{name}", "coordinate", glyphs.arrow(start, end, 1.6))
     canvas.name(f"coordinates.{name}", "coordinate", pretty(name), end, 1.0)
 
 
 def _forward(layout: Layout, spot: int, name: str) -> Floats:
     """The direction (2,) in which the spot slides as the coordinate, or motion, grows."""
-    along = layout.direction(spot)
+    along, s = layout.direction(spot), layout.skeleton
     coordinates = [c.name for c in layout.mechanism.coordinates]
-    if name not in coordinates:
-        return along
-    moved = layout.view.flat(layout.skeleton.spot_slopes[spot][:, coordinates.index(name), 0])
-    return -along if float(moved @ along) < 0 else along
+    if name in coordinates:
+        moved = layout.view.flat(s.spot_slopes[spot][:, coordinates.index(name), 0])
+        return -along if float(moved @ along) < 0 else along
+    later = s.positions({**layout.values, name: layout.values[name] + 1e-3 * layout.unit})
+    shift = layout.view.flat(later[spot] - layout.positions[spot])
+    length = float(np.linalg.norm(shift))
+    return shift / length if np.isfinite(length) and length > 0 else along
 
 
 def _frames(canvas: Canvas, layout: Layout) -> None:

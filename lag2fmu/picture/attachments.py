@@ -8,6 +8,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from dataclasses import dataclass
+from itertools import combinations
 
 import numpy as np
 
@@ -117,3 +118,20 @@ def attachments(skeleton: Skeleton) -> Iterator[tuple[Spring | Damper, Attachmen
     places = slopes_of_places(skeleton) if written and skeleton.reads else {}
     for part in parts:
         yield part, attach(skeleton, part, places)
+
+
+def ropes(skeleton: Skeleton) -> Iterator[tuple[str, tuple[int, int]]]:
+    """(part, spots) of contacts whose gap is a length less the distance of two places: ropes that can be slack."""
+    unilaterals = skeleton.mechanism.unilaterals if skeleton.reads else ()
+    gaps = [(u.where, skeleton.slopes([skeleton.put(u.gap)])[0]) for u in unilaterals]
+    places = slopes_of_places(skeleton) if gaps else {}
+    if not places:
+        return
+    at = skeleton.positions(skeleton.samples)
+    for part, gap in gaps:
+        for a, b in combinations(places, 2):
+            away = at[a] - at[b]
+            growth = (away[:, None] * (places[a] - places[b])).sum(axis=0)  # of half the square of the distance
+            if np.any(growth) and _same(-np.linalg.norm(away, axis=0) * gap, growth):
+                yield part, (a, b)
+                break

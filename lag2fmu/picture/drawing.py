@@ -55,6 +55,8 @@ def _things(start: Layout, layout: Layout) -> Canvas:
     draw_walls(canvas, start)
     draw_hinge_stops(canvas, start)
     _links(canvas, layout, flat)
+    for part, ends in layout.ropes:
+        canvas.stroke(part, "rope", [flat[list(ends)]])
     _bodies(canvas, layout, flat, layout.shapes)
     _points(canvas, layout)
     draw_forces(canvas, layout)

@@ -8,10 +8,11 @@ from functools import cached_property
 
 import numpy as np
 
+from lag2fmu.description.parts import Spring
 from lag2fmu.errors import DerivationError
 from lag2fmu.graph.batches import Floats, Values
 from lag2fmu.mechanism.record import Mechanism
-from lag2fmu.picture.attachments import attachments
+from lag2fmu.picture.attachments import attachments, ropes
 from lag2fmu.picture.loops import add_loops
 from lag2fmu.picture.pulleys import Pulley, hung
 from lag2fmu.picture.shapes import BALL, CUBOID, DISC, PARTICLE, ROD, Shape, shape_of
@@ -42,6 +43,7 @@ class Layout:
         self.values = self.skeleton.start()
         self.positions = self.skeleton.positions(self.values)
         self.attached = list(attachments(self.skeleton))
+        self.ropes = list(ropes(self.skeleton))
         self.rails = {i: self.view.flat(along) for i, along in self.skeleton.rails().items()}
         self.shapes = self.shapes_at(self.values, self.positions)
         self.unit = self._unit()
@@ -98,8 +100,7 @@ class Layout:
 
         They start close to each other, or the difference of two coordinates is an elongation.
         """
-        s = self.skeleton
-        spots = list(s.place.values())
+        s, spots = self.skeleton, self._moving()
         if s.links or s.origins or len(spots) < 2 or not set(spots) <= set(self.rails):
             return False
         if any(a is not None and len(a.ends) == 2 and part.between is None for part, a in self.attached):
@@ -107,21 +108,39 @@ class Layout:
         along = np.sort(self.view.flat(self.positions[spots]) @ self.direction(spots[0]))
         return bool(np.diff(along).min() < 0.1 * max(c.nominal for c in self.mechanism.coordinates))
 
+    def _moving(self) -> list[int]:
+        """The spots of bodies, and those of points that coordinates move."""
+        s = self.skeleton
+        bodies = {body.name for body in self.mechanism.placed_bodies}
+        return [i for name, i in s.place.items() if name in bodies or np.any(s.spot_slopes[i])]
+
     def _side_by_side(self) -> dict[int, Floats]:
         """{spot: shift (2,)} of bodies that would be drawn over each other: along what joins them, else across."""
         if not self._crowded():
             return {}
         if self.pulley is not None:
             return {i: HUNG * k * np.array([1.0, 0.0]) for k, i in enumerate(self.pulley.masses())}
-        spots = list(dict.fromkeys(self.skeleton.place.values()))
-        joined = any(a is not None and len(a.ends) == 2 for _, a in self.attached)
+        spots = list(dict.fromkeys(self._moving()))
+        joined = [a.ends for part, a in self.attached if a is not None and len(a.ends) == 2]
         along = self.direction(spots[0])
         step = along if joined else np.array([abs(along[1]), abs(along[0])])
-        return {i: GAP * k * step for k, i in enumerate(spots)}
+        return {i: GAP * k * step for k, i in enumerate(self._in_order(spots))}
+
+    def _in_order(self, spots: list[int]) -> list[int]:
+        """The spots with that which a spring's elongation counts forward behind the other, else as they are."""
+        behind: dict[int, set[int]] = {i: set() for i in spots}
+        for part, a in self.attached:
+            if isinstance(part, Spring) and part.between is None and a is not None and len(a.ends) == 2:
+                behind[a.ends[1]].add(a.ends[0])
+        found: list[int] = []
+        while len(found) < len(spots):
+            left = [i for i in spots if i not in found]
+            found.append(next((i for i in left if not behind[i] - set(found)), left[0]))
+        return found
 
     def _pulley(self) -> Pulley | None:
         """The fixed pulley where bodies that go up and down move as if on ropes."""
-        spots = list(dict.fromkeys(self.skeleton.place.values()))
+        spots = list(dict.fromkeys(self._moving()))
         if not self._crowded() or self.attached or not all(self.upright(i) for i in spots):
             return None
         down = self.view.down

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import os
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from pathlib import Path
 from typing import Any, TypeAlias
 
@@ -37,12 +37,7 @@ def _measurement(data: Data, number: int, library: Library, units: Mapping[str, 
     label, time, columns = _columns(data, number, units)
     if len(time) < 1 or not np.isfinite(time).all() or (np.diff(time) <= 0).any():
         raise LoadError(f"{label}: the times must be finite and increase")
-    for name in columns:
-        if name not in library.variables:
-            try:
-                library.variable(name)
-            except LoadError as error:
-                raise LoadError(f"{label}: {error}; remove the column, or give it a name of the model") from None
+    _check_known(label, columns, library)
     driven = {name: column for name, column in columns.items() if library.kinds[name] == INPUT}
     measured = [name for name in columns if name not in driven]
     continuous_outputs(library, measured)
@@ -56,6 +51,16 @@ def _measurement(data: Data, number: int, library: Library, units: Mapping[str, 
     if not np.isfinite(values).any():
         raise LoadError(f"{label}: there is no measured value; a column must be named as a variable of the model")
     return Measurement(label, time, tuple(measured), values, _inputs(label, time, driven))
+
+
+def _check_known(label: str, columns: Iterable[str], library: Library) -> None:
+    """Raise LoadError for a column that is no variable of the ``library``."""
+    for name in columns:
+        if name not in library.variables:
+            try:
+                library.variable(name)
+            except LoadError as error:
+                raise LoadError(f"{label}: {error}; remove the column, or give it a name of the model") from None
 
 
 def _inputs(label: str, time: Floats, columns: Mapping[str, Floats]) -> Trajectory | None:

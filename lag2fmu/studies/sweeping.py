@@ -16,7 +16,7 @@ from lag2fmu.studies.datasets import check_path, dataset, save
 from lag2fmu.studies.design import Design, Part, Task, axes_of, grid, sampled
 from lag2fmu.studies.engines import run_part
 from lag2fmu.studies.parts import Store
-from lag2fmu.studies.tasks import task_of_fmu, task_of_model
+from lag2fmu.studies.tasks import Wanted, task_of_fmu, task_of_model
 from lag2fmu.verify.inputs import Inputs
 
 _PART = {False: 2000, True: 20}
@@ -70,13 +70,13 @@ def sweep(  # noqa: PLR0913 (choices of the user)
     if isinstance(outputs, str):
         raise LoadError(f"'{outputs}' stands where a list of outputs is expected; give ['{outputs}']")
     axes = axes_of(vary)
+    wanted = Wanted(outputs, at_end, times, stop_time, values or {}, inputs, hold, tolerance, solver)
     design = grid(axes) if sample is None else sampled(axes, sample, sampling, seed)
     with tempfile.TemporaryDirectory(prefix="lag2fmu-", ignore_cleanup_errors=True) as libraries:
-        make = task_of_fmu if is_fmu(model) else task_of_model
-        task, units, title = make(
-            model, design, outputs, at_end=at_end, times=times, stop_time=stop_time, values=values or {}, inputs=inputs,
-            hold=hold, tolerance=tolerance, solver=solver, libraries=libraries, threads=1 if executor else None,
-        )  # fmt: skip
+        if is_fmu(model):
+            task, units, title = task_of_fmu(model, design, wanted)
+        else:
+            task, units, title = task_of_model(model, design, wanted, libraries, threads=1 if executor else None)
         store = Store(target, task, design, _size(part, task, len(design)))
         _make_parts(store, task, design, executor, progress)
     found = dataset(store, task, design, units, title)

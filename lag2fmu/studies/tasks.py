@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
@@ -18,7 +19,7 @@ from lag2fmu.mechanism.record import Mechanism
 from lag2fmu.reference.trajectory import Floats
 from lag2fmu.studies.design import Design, Task
 from lag2fmu.studies.engines import bounds_of, check_names
-from lag2fmu.verify.inputs import trajectory_of
+from lag2fmu.verify.inputs import Inputs, trajectory_of
 from lag2fmu.verify.instances import description_of
 from lag2fmu.verify.plan import times_of
 from lag2fmu.verify.scalars import scalars_of
@@ -26,29 +27,46 @@ from lag2fmu.verify.scalars import scalars_of
 _SAMPLES = 101
 
 
+@dataclass(frozen=True, eq=False)
+class Wanted:
+    """What a user wants of every run of a sweep, see ``sweep``; times in s, ``values`` in SI."""
+
+    outputs: Sequence[str] | None
+    at_end: bool
+    times: Sequence[float] | Floats | None
+    stop_time: float | None
+    values: Mapping[str, float]
+    inputs: Inputs | None
+    hold: bool
+    tolerance: float | None
+    solver: str | None
+
+
 def task_of_model(
-    model: Any, design: Design, outputs: Sequence[str] | None, **choices: Any
+    model: Any, design: Design, wanted: Wanted, libraries: str, threads: int | None
 ) -> tuple[Task, dict[str, Unit | None], str]:
-    """The task for a mechanism, the units of its names, and a title."""
+    """The task for a mechanism, the units of its names, and a title; see ``Task`` for the other arguments."""
     mechanism = as_mechanism(model)
-    values, inputs = choices.pop("values"), choices.pop("inputs")
-    check_names(mechanism, [*design.names, *values])
-    stop = mechanism.experiment.stop_time if choices["stop_time"] is None else choices["stop_time"]
-    times = _times(choices, stop)
-    found = trajectory_of(inputs, float(times[-1]), mechanism.experiment.step)
+    check_names(mechanism, [*design.names, *wanted.values])
+    times = _times(wanted, mechanism.experiment.stop_time if wanted.stop_time is None else wanted.stop_time)
+    found = trajectory_of(wanted.inputs, float(times[-1]), mechanism.experiment.step)
     check_names(mechanism, () if found is None else found.names)
     shown: dict[str, Unit | None] = dict(display_units(mechanism))
     task = Task(
         model=write(mechanism),
         is_fmu=False,
         names=design.names,
-        outputs=_outputs_of(mechanism, outputs),
+        outputs=_outputs_of(mechanism, wanted.outputs),
         times=times,
-        values=values,
+        values=wanted.values,
         inputs={} if found is None else {name: found[name] for name in found.names},
         input_times=None if found is None else found.time,
         bounds=bounds_of(mechanism, design.names),
-        **{name: choices[name] for name in ("hold", "tolerance", "solver", "libraries", "threads")},
+        hold=wanted.hold,
+        tolerance=wanted.tolerance,
+        solver=wanted.solver,
+        libraries=libraries,
+        threads=threads,
     )
     return task, shown, mechanism.title
 
@@ -62,30 +80,30 @@ def _outputs_of(mechanism: Mechanism, outputs: Sequence[str] | None) -> tuple[st
     return tuple(dict.fromkeys(listed))
 
 
-def task_of_fmu(
-    model: Any, design: Design, outputs: Sequence[str] | None, **choices: Any
-) -> tuple[Task, dict[str, Unit | None], str]:
+def task_of_fmu(model: Any, design: Design, wanted: Wanted) -> tuple[Task, dict[str, Unit | None], str]:
     """The task for an FMU of any tool, the units that it declares, and a title."""
     path = fmu_path(model).resolve()
     description = description_of(path)
     scalars = scalars_of(description, path)
-    if choices["solver"] is not None:
+    if wanted.solver is not None:
         raise LoadError(f"'{path.name}' has its solver inside; leave the solver out")
-    _check_known(path.name, (*design.names, *(outputs or ())), scalars)
-    stop, step = times_of(path, choices["stop_time"], None)
-    times = _times(choices, stop)
-    inputs = trajectory_of(choices.pop("inputs"), float(times[-1]), step)
+    _check_known(path.name, (*design.names, *(wanted.outputs or ())), scalars)
+    stop, step = times_of(path, wanted.stop_time, None)
+    times = _times(wanted, stop)
+    inputs = trajectory_of(wanted.inputs, float(times[-1]), step)
     every = [s.name for s in scalars.values() if s.variable.causality == "output" and not s.variable.alias]
     task = Task(
         model=str(path),
         is_fmu=True,
         names=design.names,
-        outputs=tuple(every if outputs is None else outputs),
+        outputs=tuple(every if wanted.outputs is None else wanted.outputs),
         times=times,
         step=min(step, float(times[-1])),
         inputs={} if inputs is None else {name: inputs[name] for name in inputs.names},
         input_times=None if inputs is None else inputs.time,
-        **{name: choices[name] for name in ("values", "hold", "tolerance")},
+        values=wanted.values,
+        hold=wanted.hold,
+        tolerance=wanted.tolerance,
     )
     return task, _units_of(scalars), str(description.description or description.modelName)
 
@@ -110,15 +128,14 @@ def _declared(text: str | None) -> Unit | None:
         return None
 
 
-def _times(choices: Mapping[str, Any], stop: float) -> Floats:
+def _times(wanted: Wanted, stop: float) -> Floats:
     """The times (s) at which outputs are read; raises LoadError."""
-    wanted = choices["times"]
-    if wanted is not None and choices["at_end"]:
+    if wanted.times is not None and wanted.at_end:
         raise LoadError("outputs are wanted at the end and at times; choose one of them")
     if not (np.isfinite(stop) and stop > 0):
         raise LoadError(f"the stop time {stop!r} s is not positive and finite")
-    usual = [stop] if choices["at_end"] else np.linspace(0, stop, _SAMPLES)
-    found = np.atleast_1d(np.asarray(usual if wanted is None else wanted, dtype=float))
+    usual = [stop] if wanted.at_end else np.linspace(0, stop, _SAMPLES)
+    found = np.atleast_1d(np.asarray(usual if wanted.times is None else wanted.times, dtype=float))
     ascends = found.ndim == 1 and len(found) and np.isfinite(found).all() and (np.diff(found) > 0).all()
     if not ascends or found[0] < 0 or found[-1] <= 0:
         raise LoadError("the times of a sweep must be finite, none before 0 s, ascend, and end after 0 s")

@@ -17,10 +17,10 @@ from lag2fmu.dynamics.constraints import ambiguous
 from lag2fmu.dynamics.schur_complement import solve_constrained
 from lag2fmu.dynamics.starts import start_values
 from lag2fmu.dynamics.terms import canonical
-from lag2fmu.errors import DerivationError
+from lag2fmu.errors import DerivationError, MechanismError
 from lag2fmu.formats.loading import load
 from lag2fmu.formats.text import read
-from lag2fmu.mechanism import Body, Constraint, Mechanism, coordinate, parameter
+from lag2fmu.mechanism import Body, Constraint, Contact, Mechanism, coordinate, parameter
 from lag2fmu.reference import Equations
 
 SEEDS = range(8)
@@ -325,3 +325,19 @@ def test_momenta_and_forces_are_slopes_of_the_action(model: str) -> None:
         M = np.array([g.evaluate(row, values) for row in equations.mass_matrix])
         assert slopes(momenta, v.qd) == pytest.approx(M, rel=1e-8, abs=1e-10)
         assert np.linalg.cond(M) < 1e6
+
+
+@pytest.mark.parametrize(("rod", "height"), [(False, "-0.9"), (True, "-0.993884")], ids=["guessed", "solved for"])
+def test_a_start_below_the_floor_is_refused_once_it_is_known(rod: bool, height: str) -> None:
+    """A guess that no constraint decides is the start; others are solved for first: the nearest point of the rod."""
+    x, y = coordinate("x", "m", guess=0.1), coordinate("y", "m", guess=-0.9)
+    length, floor = parameter("l", 1.0, "m"), Contact("floor", gap=y)
+    constraints = [Constraint("rod", (x**2 + y**2) / length - length)] if rod else []
+    ball = Body("ball", 1, (x, y))
+    mechanism = Mechanism(
+        "low", coordinates=[x, y], parameters=[length], bodies=[ball], constraints=constraints, contacts=[floor]
+    )
+    with pytest.raises(
+        MechanismError, match=rf"contacts.floor: the gap is {height}.* at the start, where y = {height}"
+    ):
+        derive(mechanism)

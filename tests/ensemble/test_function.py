@@ -2,15 +2,18 @@
 
 from __future__ import annotations
 
+import ctypes
 from functools import cache
 from pathlib import Path
 
 import numpy as np
 import pytest
+from sympy import cos, sin
 
 import lag2fmu
 from lag2fmu.ensemble import StateFunction
 from lag2fmu.errors import DerivationError, LoadError
+from lag2fmu.mechanism import Energy, Mechanism, coordinate
 
 pytestmark = pytest.mark.fmu
 
@@ -81,6 +84,36 @@ def test_the_external_function_of_casadi(tmp_path: Path) -> None:
         lambda function: ca.vertcat(*function.reverse(1)(*at, function(*at), weights)),
     ):
         assert np.allclose(np.array(calculate(external)), np.array(calculate(own)), rtol=1e-10, atol=1e-10)
+
+
+def circles() -> Mechanism:
+    """x'' = cos(x) or sin(x) of four coordinates."""
+    q = [coordinate(name, start=0.5) for name in ("a", "b", "c", "d")]
+    potential = -sin(q[0]) - sin(q[1]) + cos(q[2]) + cos(q[3])
+    return Mechanism("circles", coordinates=q, energy=Energy(sum(x.dot**2 for x in q) / 2, potential))
+
+
+@pytest.mark.slow
+def test_sines_and_cosines_of_many_angles_in_the_external_function(tmp_path: Path) -> None:
+    """Within 1 unit in the last place of the C library's, near multiples of pi/2 and far away; NaN as there."""
+    f = StateFunction(circles())
+    library = ctypes.CDLL(str(f.external(tmp_path)))
+    assert "sines_and_cosines" in (tmp_path / "circles.c").read_text("utf-8")
+    near = 0.5 * np.pi * np.arange(-400.0, 400.0, 7.0)
+    drawn = np.random.default_rng(0).uniform(-1.0, 1.0, 300)
+    usual = np.concatenate([near, np.nextafter(near, 9e9), 4.0 * drawn, 1e6 * drawn, 1e-9 * drawn])
+    angles = np.concatenate([usual, [0.0, -0.0, 1e6, -1e6, 1e7, -1e15, 1e300, np.nan, np.inf]])
+    arguments = [np.zeros(1), np.zeros(8), f.start["u"], f.start["p"]]
+    pointers, found = (ctypes.c_void_p * 4)(*(array.ctypes.data for array in arguments)), np.zeros(8)
+    results = (ctypes.c_void_p * 1)(found.ctypes.data)
+    for angle in angles:
+        arguments[1][:4] = angle
+        assert library.circles(pointers, results, None, None, 0) == 0
+        with np.errstate(invalid="ignore"):
+            expected = np.array([np.cos(angle), np.cos(angle), np.sin(angle), np.sin(angle)])
+        assert np.array_equal(np.isnan(found[4:]), np.isnan(expected))
+        if np.isfinite(angle):
+            assert (np.abs(found[4:] - expected) <= np.spacing(np.abs(expected))).all(), angle
 
 
 def test_it_is_offered_at_the_top() -> None:

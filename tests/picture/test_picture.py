@@ -19,6 +19,7 @@ from lag2fmu.mechanism import Body, Damper, Gravity, Load, Mechanism, Point, Spr
 from lag2fmu.picture import Disc, Layout, Scene, Stroke, draw, drawable, layout_of, posture, pretty
 from lag2fmu.picture.arms import ARM, CONSTANT, SHIFT, steps
 from lag2fmu.picture.attachments import attach, attachments
+from lag2fmu.picture.layout import GAP
 from lag2fmu.picture.pulleys import hung
 from lag2fmu.picture.shapes import BALL, DISC, PARTICLE, ROD
 from lag2fmu.reference import integrate
@@ -249,6 +250,43 @@ def test_bodies_at_one_place_are_drawn_side_by_side() -> None:
     assert boxes[0].max() < boxes[1].min()
     assert boxes[1].max() < boxes[2].min()
     assert any("side by side" in note for note in scene.notes)
+
+
+def test_a_body_stands_above_the_foot_on_which_it_hops() -> None:
+    """The elongation y - z - l counts the body's way forward."""
+    found = layout("hopper_leg")
+    body, foot = (found.at_start[found.skeleton.place[name]] for name in ("body", "foot"))
+    assert body[1] - foot[1] > GAP
+
+
+def test_a_point_that_only_a_motion_moves_does_not_hide_what_stands_on_it() -> None:
+    """A quarter car by displacements, whose road is a point: the body stands above the wheel."""
+    zs, zu, road, k = coordinate("zs", "m"), coordinate("zu", "m"), signal("road", "m", motion=True), parameter("k", 1)
+    car = Mechanism(
+        "car",
+        coordinates=[zs, zu],
+        inputs=[road],
+        parameters=[k],
+        bodies=[Body("body", 3, (0, zs)), Body("wheel", 1, (0, zu))],
+        points=[Point("patch", (0, road))],
+        springs=[Spring("suspension", k, elongation=zs - zu), Spring("tyre", k, elongation=zu - road)],
+    )
+    found = layout_of(car)
+    body, wheel = (found.at_start[found.skeleton.place[name]] for name in ("body", "wheel"))
+    assert body[1] - wheel[1] >= GAP
+
+
+def test_a_slack_rope_is_drawn_between_its_ends() -> None:
+    found = layout("crane")
+    place = found.skeleton.place
+    assert [(part, set(ends)) for part, ends in found.ropes] == [("contacts.rope", {place["trolley"], place["load"]})]
+    assert not layout("bouncing_ball").ropes
+
+
+def test_the_arrow_of_a_motion_points_where_it_moves() -> None:
+    arrow = marks_of(draw(layout("motion_driven_pendulum")), "coordinates.y0")
+    across, up = np.ptp(np.vstack([mark.points for mark in arrow]), axis=0)
+    assert up > 2 * across
 
 
 def test_an_atwood_machine_hangs_on_its_ropes() -> None:

@@ -19,7 +19,7 @@ from numpy.typing import NDArray
 from lag2fmu import derive, export, load, validate
 from lag2fmu.cli import main
 from lag2fmu.errors import Lag2FmuError
-from lag2fmu.formats.robots.assembly import mechanism_of
+from lag2fmu.formats.robots.assembly import description_of
 from lag2fmu.formats.robots.tree import Robot
 from lag2fmu.formats.robots.urdf import read_urdf
 from lag2fmu.graph.batches import evaluate
@@ -78,7 +78,7 @@ def test_a_robot_with_two_arms_goes_all_the_way(tmp_path: Path) -> None:
 def difference(pin: Any, path: Path) -> float:
     """The largest difference of the accelerations of ``path`` from Pinocchio's, as part of the greatest one."""
     robot = read_urdf(path)
-    written = mechanism_of(robot, path.name).description
+    written = description_of(robot, path.name)
     mechanism = complete(replace(written, dampers=(), frictions=()))  # Pinocchio's have none
     equations, names = derive(mechanism), [q.name for q in mechanism.coordinates]
     assert equations.solution is not None

@@ -86,18 +86,8 @@ def started(run: Run, overrides: Mapping[str, float]) -> Floats:
 
     Raises LoadError for names and values that cannot be, SimulationError where constraints cannot be met.
     """
-    mechanism, n = run.system.mechanism, run.n
-    coordinates = mechanism.coordinates
-    values = {c.name: c.start for c in coordinates} | {velocity(c.name): c.velocity for c in coordinates}
-    values |= {z.name: z.start for z in mechanism.states}
-    for name, value in overrides.items():
-        if name not in values:
-            raise LoadError(f"mechanism '{mechanism.name}' has no start value '{name}'; known are {', '.join(values)}")
-        if not np.isfinite(value):
-            raise LoadError(f"start value '{name}': {value!r} is not a finite number")
-        values[name] = float(value)
-    start: Floats = np.array(list(values.values()), dtype=float)
-    system = run.system
+    coordinates, n, system = run.system.mechanism.coordinates, run.n, run.system
+    start = _declared(system.mechanism, overrides)
     if not system.constraints.m:
         return start
     run.started(start)  # the sides of kinks there
@@ -121,6 +111,20 @@ def started(run: Run, overrides: Mapping[str, float]) -> Floats:
         if np.max(np.abs(residual) / size, initial=0.0) > 1e-9 * max(1.0, float(np.abs(start[half]).max())):
             raise SimulationError(f"the constraints cannot be met from the start values; residuals: {residual}")
     return start
+
+
+def _declared(mechanism: Mechanism, overrides: Mapping[str, float]) -> Floats:
+    """q, qd, further states, (s,), as they are declared, with ``overrides``; raises LoadError for impossible ones."""
+    coordinates = mechanism.coordinates
+    values = {c.name: c.start for c in coordinates} | {velocity(c.name): c.velocity for c in coordinates}
+    values |= {z.name: z.start for z in mechanism.states}
+    for name, value in overrides.items():
+        if name not in values:
+            raise LoadError(f"mechanism '{mechanism.name}' has no start value '{name}'; known are {', '.join(values)}")
+        if not np.isfinite(value):
+            raise LoadError(f"start value '{name}': {value!r} is not a finite number")
+        values[name] = float(value)
+    return np.array(list(values.values()), dtype=float)
 
 
 def _perturbed(run: Run, start: Floats, scales: Floats, modes: Modes) -> Floats:

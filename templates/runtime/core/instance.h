@@ -133,7 +133,8 @@ typedef enum {
     NOTICE_NO_FORCES = 32, /* a contact could not bear its sliding friction (Painleve's paradox) */
     NOTICE_POISSON = 64, /* Newton's law would have made the energy grow in an impact */
     NOTICE_CLOSED = 128, /* the rounds of an impact had no end */
-    NOTICE_REDUCED = 256 /* the restitution of an impact was reduced, or the energy would have grown */
+    NOTICE_REDUCED = 256, /* the restitution of an impact was reduced, or the energy would have grown */
+    NOTICE_TWO_SOLUTIONS = 512 /* the laws of contact allow two motions (Painleve's paradox) */
 } NoticeKind;
 
 /* notice_sentence (notices.h) puts it in words. */
@@ -144,7 +145,7 @@ typedef struct {
     int index;   /* of MOTION: that of the motion; of RANGE: that in BOUNDED */
 } Notice;
 
-enum { MOST_NOTICES = 5 + SIZE_BOUNDED }; /* each kind once, that of ranges once a coordinate */
+enum { MOST_NOTICES = 9 + SIZE_BOUNDED }; /* each kind once, that of ranges once a coordinate */
 
 /* The longest message, with its end; what is longer is cut. */
 enum { SENTENCE_SIZE = 1024 };

@@ -166,6 +166,9 @@ static void impact_sentence(const Notice *notice, char text[], size_t size) {
         snprintf(text, size, "at time %.17g s sliding friction left no forces that obey their laws (Painleve's paradox; "
                  "%.400s): an impact without a collision stopped the slip; check the coefficient of friction",
                  notice->time, name);
+    } else if (notice->kind == NOTICE_TWO_SOLUTIONS) {
+        snprintf(text, size, "at time %.17g s sliding friction allows two motions (Painleve's paradox; %.400s): the "
+                 "present mode goes on; check the coefficient of friction", notice->time, name);
     } else if (notice->kind == NOTICE_POISSON) {
         snprintf(text, size, "at time %.17g s Newton's law of impact would have made the kinetic energy grow, or had no "
                  "solution (%.400s): Poisson's law was taken there; lower the restitution or the friction if that is "
@@ -202,6 +205,7 @@ void notice_sentence(const Notice *notice, char text[], size_t size) {
                  RANGES[notice->index][0], RANGES[notice->index][1], notice->time);
         break;
     case NOTICE_NO_FORCES:
+    case NOTICE_TWO_SOLUTIONS:
     case NOTICE_POISSON:
     case NOTICE_CLOSED:
     case NOTICE_REDUCED:

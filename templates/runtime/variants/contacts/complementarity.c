@@ -68,20 +68,48 @@ static void spread(const Laws *laws, double x[]) {
     }
 }
 
+/* Eliminates what is linear and solves the laws that are left, for x[laws->size]. */
+static bool reduce_and_solve(const Problem *problem, Elimination *elimination, Laws *laws, double x[]) {
+    eliminate_rows(problem, elimination, laws);
+    for (int i = 0; i < laws->size; i++) {
+        const int row = elimination->row[i];
+        set_limit(elimination, i, problem->row[row].holding, laws);
+    }
+    do {
+        if (!solve_laws(elimination, laws, x)) {
+            return false;
+        }
+    } while (let_slip(elimination, x, laws));
+    return true;
+}
+
+/* Does a row slide whose friction other rows answer? Else accelerations are unique. */
+static bool slides(const Problem *problem) {
+    bool found = false;
+    for (int k = 0; k < problem->rows; k++) {
+        found = found || (problem->row[k].law == ROW_SLIDING && problem->row[k].friction > 0.0);
+    }
+    return found;
+}
+
+int complementarity_other(const Problem *problem) {
+    Elimination elimination;
+    Laws laws;
+    double x[MOST_ACTIVE];
+    if (!slides(problem) || !reduce_and_solve(problem, &elimination, &laws, x) || in_space(&laws)) {
+        return -1;
+    }
+    const int other = polyhedral_other(&laws, x);
+    return other < 0 ? -1 : elimination.row[other];
+}
+
 bool complementarity_solve(const Problem *problem, double lambda[], double w[]) {
     Elimination elimination;
     Laws laws;
     double x[MOST_ACTIVE];
-    eliminate_rows(problem, &elimination, &laws);
-    for (int i = 0; i < laws.size; i++) {
-        const int row = elimination.row[i];
-        set_limit(&elimination, i, problem->row[row].holding, &laws);
+    if (!reduce_and_solve(problem, &elimination, &laws, x)) {
+        return false;
     }
-    do {
-        if (!solve_laws(&elimination, &laws, x)) {
-            return false;
-        }
-    } while (let_slip(&elimination, x, &laws));
     spread(&laws, x);
     for (int i = 0; i < laws.size; i++) {
         x[i] = laws.width[i] == 0 ? fmax(x[i], 0.0) : x[i];

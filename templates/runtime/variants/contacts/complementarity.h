@@ -18,4 +18,8 @@
    none was found. */
 bool complementarity_solve(const Problem *problem, double lambda[], double w[]);
 
+/* Is there another solution with another motion, as sliding friction allows (Painleve's paradox)? Returns a row that
+   moves otherwise; -1 if there is none, or with contacts in space that stick, or too many contacts to try. */
+int complementarity_other(const Problem *problem);
+
 #endif

@@ -3,12 +3,20 @@
    limit: Stewart, Trinkle 1996. The matrix is copositive unless rows slide. */
 #include "polyhedral.h"
 
+#include <math.h>
+#include <stddef.h>
 #include <string.h>
 
 #include "lemke.h"
 
 /* Beyond this number of choices they are not tried one by one. */
 static const double MOST_CHOICES = 4096.0;
+
+/* Likewise where another solution is looked for, at each event. */
+static const double MOST_OTHERS = 81.0;
+
+/* Accelerations that differ by less than this part of the greatest one are the same. */
+static const double SAME_MOTION = 1e-6;
 
 /* A variable of the complementarity problem is: x of a row with a sign, or a slip (sign 0). */
 typedef struct {
@@ -112,15 +120,34 @@ static bool next_choice(const Laws *laws, int digit[]) {
     return false;
 }
 
-/* Tries all choices in turn, if they are few. */
-static bool enumerate(const Laws *laws, double x[]) {
-    int digit[MOST_ACTIVE] = {0};
+static double count_choices(const Laws *laws) {
     double choices = 1.0;
     for (int k = 0; k < laws->size; k++) {
         choices *= laws->width[k] == 0 ? 2.0 : 3.0;
     }
+    return choices;
+}
+
+/* The first row whose accelerations differ, where these are `own` for the one and w of x for the other; -1: none. */
+static int moved_row(const Laws *laws, const double own[], const double x[]) {
+    double w[MOST_ACTIVE], greatest = 0.0;
+    laws_evaluate(laws, x, w);
+    for (int k = 0; k < laws->size; k++) {
+        greatest = fmax(greatest, fmax(fabs(own[k]), fabs(w[k])));
+    }
+    for (int k = 0; k < laws->size; k++) {
+        if (fabs(w[k] - own[k]) > SAME_MOTION * greatest) {
+            return k;
+        }
+    }
+    return -1;
+}
+
+/* Tries all choices in turn; with accelerations that are known, those of another motion. */
+static bool enumerate(const Laws *laws, const double known[], double x[]) {
+    int digit[MOST_ACTIVE] = {0};
     bool solved = false;
-    for (bool more = choices <= MOST_CHOICES; more && !solved; more = next_choice(laws, digit)) {
+    for (bool more = true; more && !solved; more = next_choice(laws, digit)) {
         Choice choice;
         memset(&choice, 0, sizeof choice);
         for (int k = 0; k < laws->size; k++) {
@@ -130,9 +157,16 @@ static bool enumerate(const Laws *laws, double x[]) {
             put_limit(laws, k, unilateral ? 0.0 : side, &choice);
         }
         memset(x, 0, (size_t)laws->size * sizeof(double));
-        solved = laws_try(laws, &choice, x);
+        solved = laws_try(laws, &choice, x) && (known == NULL || moved_row(laws, known, x) >= 0);
     }
     return solved;
+}
+
+int polyhedral_other(const Laws *laws, const double x[]) {
+    double other[MOST_ACTIVE], own[MOST_ACTIVE];
+    laws_evaluate(laws, x, own);
+    const bool found = count_choices(laws) <= MOST_OTHERS && enumerate(laws, own, other);
+    return found ? moved_row(laws, own, other) : -1;
 }
 
 static bool approximate(const Laws *laws, Choice *choice, double x[]) {
@@ -158,5 +192,6 @@ void polyhedral_approximate(const Laws *laws, double x[]) {
 
 bool polyhedral_solve(const Laws *laws, double x[]) {
     Choice choice;
-    return (approximate(laws, &choice, x) && laws_try(laws, &choice, x)) || enumerate(laws, x);
+    return (approximate(laws, &choice, x) && laws_try(laws, &choice, x)) ||
+           (count_choices(laws) <= MOST_CHOICES && enumerate(laws, NULL, x));
 }

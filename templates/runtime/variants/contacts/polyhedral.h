@@ -7,6 +7,10 @@
 /* Solves laws without contacts in space; x[size]. False: no solution was found. */
 bool polyhedral_solve(const Laws *laws, double x[]);
 
+/* A row that moves otherwise in another solution than x[size]; -1 if no other choice of equations has one, or if there
+   are too many to try. */
+int polyhedral_other(const Laws *laws, const double x[]);
+
 /* Solves a problem in which pyramids with four sides stand for round cones; x[size]. */
 void polyhedral_approximate(const Laws *laws, double x[]);
 

@@ -5,6 +5,7 @@
 
 #include "complementarity.h"
 #include "inputs.h"
+#include "notices.h"
 #include "settings.h"
 #include "settling.h"
 
@@ -179,6 +180,17 @@ static void carry_out_friction(Settling *settling, int friction) {
     }
 }
 
+/* Says so where the laws allow another motion than the one that goes on. */
+static void watch_solutions(Settling *settling) {
+    const Problem problem = {K, settling->delassus, settling->free, settling->row};
+    const int row = complementarity_other(&problem);
+    for (int i = 0; i < N_UNILATERALS && row >= 0; i++) {
+        if (row == ROW_PLACES[i]) {
+            note_impact(settling->instance, NOTICE_TWO_SOLUTIONS, N_SWITCHES + 2 * i);
+        }
+    }
+}
+
 bool settling_modes(Settling *settling, bool *jumped) {
     Instance *instance = settling->instance;
     bool solved = solve_laws(settling) || (settling_without_collision(settling, jumped) && solve_laws(settling));
@@ -190,6 +202,7 @@ bool settling_modes(Settling *settling, bool *jumped) {
         instance->failure.time = instance->state.time;
         return false;
     }
+    watch_solutions(settling);
     for (int i = 0; i < N_UNILATERALS; i++) {
         carry_out_contact(settling, i);
     }
