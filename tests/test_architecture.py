@@ -97,7 +97,7 @@ the independent path shares no compiler with what it checks"""
 MOST_LAYERS = 23
 """Modules in the longest chain of imports, from ``errors`` to ``cli.__main__``; imports inside functions count."""
 
-MOST_LINES, MOST_LONG_MODULES = 300, 2
+MOST_LINES, MOST_LONG_MODULES = 300, 0
 """Lines that a module should fit in, and how many modules may be longer; none has half as many again."""
 
 MOST_LINES_OF_A_FUNCTION = 60

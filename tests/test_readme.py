@@ -74,3 +74,11 @@ def test_all_public_names_are_in_the_reference_of_python() -> None:
 def test_models_that_pages_name_are_bundled() -> None:
     table = (ROOT / "docs" / "hybrid.md").read_text("utf-8").split("## Models")[1]
     assert set(re.findall(r"^\| `(\w+)`", table, re.MULTILINE)) <= set(bundled())
+
+
+def test_the_files_that_an_extension_touches_are_there() -> None:
+    table = (ROOT / "docs" / "extending.md").read_text("utf-8").split("## The repository")[0]
+    named = {x for x in re.findall(r"`([\w/]+(?:/|\.(?:py|c|h)))`", table) if "NAME" not in x}
+    homes = [ROOT, ROOT / "lag2fmu", ROOT / "templates" / "runtime"]
+    assert [x for x in sorted(named) if not any((home / x).exists() for home in homes)] == []
+    assert len(named) > 20

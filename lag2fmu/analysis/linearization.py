@@ -51,6 +51,7 @@ class Linearizer:
                 remedy = suggestion(name, [*self.variables, *self.nodes])
                 raise DerivationError(f"mechanism '{equations.mechanism.name}': '{name}' is no output; {remedy}")
 
+    @np.errstate(all="ignore")  # what is not finite is looked for, and said
     def __call__(self, values: Values) -> Linearization:
         """The linearization about the state ``values``; raises DerivationError where M is singular or not finite.
 
@@ -76,6 +77,10 @@ class Linearizer:
         chosen, shape, push = self._free_states(bound)
         further = self._moved(self.tangent.further, values, moved)
         rate = np.concatenate([np.eye(n, self.size + len(self.inputs), n), moved[:n], further])
+        if not np.isfinite(rate).all():
+            raise DerivationError(
+                f"mechanism '{e.mechanism.name}': a further state has no finite derivatives at the state"
+            )
         by_state, by_input = rate[:, : self.size], rate[:, self.size :]
         y = self._outputs(values, moved)
         C, D = y[:, : self.size], y[:, self.size :]

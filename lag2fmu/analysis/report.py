@@ -6,11 +6,9 @@ An analysis that does not apply says so in a sentence; the others are not touche
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Sequence
-from dataclasses import dataclass
 from functools import cache
 
 import numpy as np
-import sympy as sp
 
 from lag2fmu.analysis import coupling
 from lag2fmu.analysis.canonical import cyclic_coordinates, hamiltonian_form, routhian_form
@@ -20,13 +18,13 @@ from lag2fmu.analysis.evaluation import attempted, driven_by_time
 from lag2fmu.analysis.floquet import floquet
 from lag2fmu.analysis.linearization import linearize
 from lag2fmu.analysis.modes import Mode, normal_modes
+from lag2fmu.analysis.sections import Line, Section
 from lag2fmu.analysis.state_space import Linearization
 from lag2fmu.description import names
 from lag2fmu.dynamics.equations import EquationsOfMotion
 from lag2fmu.dynamics.lagrange import derive
 from lag2fmu.errors import DerivationError
 from lag2fmu.graph.batches import Floats
-from lag2fmu.language.expressions import to_text
 from lag2fmu.language.units import Unit
 from lag2fmu.mechanism.record import Mechanism
 
@@ -34,32 +32,6 @@ ROUNDING = 1e-9
 """Numbers that are smaller than this beside others of their kind are shown as 0."""
 _MODES, _MATRIX, _INPUTS = 12, 8, 6
 """At most this many modes are listed, states of a linearization have their matrices printed, and inputs are named."""
-
-
-@dataclass(frozen=True)
-class Line:
-    """A sentence, or with an ``expression`` the formula ``text`` = expression."""
-
-    text: str
-    expression: sp.Expr | None = None
-
-    def __str__(self) -> str:
-        return self.text if self.expression is None else f"{self.text} = {to_text(self.expression)}"
-
-    @property
-    def latex(self) -> str:
-        """The line in LaTeX."""
-        if self.expression is None:
-            return self.text.replace("_", "\\_").replace("^", "\\^{}") + "\\\\"
-        return f"\\[ {sp.latex(sp.Symbol(self.text))} = {sp.latex(self.expression)} \\]"
-
-
-@dataclass(frozen=True)
-class Section:
-    """A title with lines."""
-
-    title: str
-    lines: tuple[Line, ...]
 
 
 def analysis_report(mechanism: Mechanism, style: str = "text") -> str:

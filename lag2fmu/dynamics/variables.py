@@ -15,7 +15,7 @@ from lag2fmu.dynamics.tables import interpolant
 from lag2fmu.graph.from_sympy import Translator
 from lag2fmu.graph.graph import Graph, Node
 from lag2fmu.language.units import JOULE
-from lag2fmu.mechanism.filters import led
+from lag2fmu.language.vocabulary import symbol
 from lag2fmu.mechanism.record import Mechanism
 
 
@@ -88,3 +88,13 @@ def translator(graph: Graph, mechanism: Mechanism, variables: Variables) -> Tran
     for name in TopologicalSorter(uses).static_order():
         translate.define(name, translate(named[name]))
     return translate
+
+
+def led(motion: str, acceleration: sp.Expr, rates: tuple[str, str]) -> sp.Expr:
+    """The ``acceleration`` of a filtered motion where the ``rates`` of its target, first and second, have these names.
+
+    The filter then acts on what the motion deviates by from the target r: y_ddot = r_ddot + f(y - r, y_dot - r_dot). A
+    motion that has come to the target stays on it. Where the importer gives no derivatives, they are 0.
+    """
+    y_dot, first, second = map(symbol, (names.velocity(motion), *rates))
+    return second + acceleration.xreplace({y_dot: y_dot - first})

@@ -4,13 +4,13 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
-from difflib import get_close_matches
 
 import numpy as np
 from numpy.typing import ArrayLike
 
 from lag2fmu.codegen.tables import Slot
-from lag2fmu.ensemble.batch import WAITS, Batch, Floats, Integers
+from lag2fmu.ensemble.batch import WAITS, Batch, Floats
+from lag2fmu.ensemble.columns import event_kinds_of, numbers_of, unknown
 from lag2fmu.errors import LoadError
 from lag2fmu.fmu.builder import VariableTable
 
@@ -41,26 +41,6 @@ class Asked:
     max_step: ArrayLike
 
 
-def columns_of(table: VariableTable) -> dict[str, int]:
-    """{name: index in the vector of quantities} of what can be asked for, see batch.h."""
-    tables = table.tables
-    n = len(tables.coordinate_names)
-    unknowns = 2 * n + tables.further
-    rates = unknowns + n + len(tables.constraint_names)
-    local = rates + tables.further
-    begins = {
-        "VARIABLE_STATE": 0,
-        "VARIABLE_MASSLESS": 0,
-        "VARIABLE_ACCELERATION": unknowns,
-        "VARIABLE_MULTIPLIER": unknowns + n,
-        "VARIABLE_FURTHER_RATE": rates,
-        "VARIABLE_LOCAL": local,
-        "VARIABLE_INPUT": local + sum(slot.kind == "VARIABLE_LOCAL" for slot in tables.slots),
-    }
-    slots = {v.name: tables.slots[v.value_reference] for v in table.variables}
-    return {name: begins[slot.kind] + slot.index for name, slot in slots.items() if slot.kind in begins}
-
-
 def batch_of(
     asked: Asked, table: VariableTable, events: Mapping[str, int], default_stop: float, *, fixed_step: bool
 ) -> Batch:
@@ -80,8 +60,8 @@ def batch_of(
     if fixed_step:
         steps = np.minimum(np.where(steps > 0, steps, table.tables.default_solver_step), longest)
     outputs = _outputs(asked, table)
-    columns = [_columns(kind, names, table) for kind, names in _wanted(asked, outputs).items()]
-    kinds = _event_kinds(asked, events)
+    columns = [numbers_of(kind, names, table) for kind, names in _wanted(asked, outputs).items()]
+    kinds = event_kinds_of(asked.events, events)
     times = _sample_times(asked, start, float(stops.max()))
     o, e, c, k = (*map(len, columns), len(kinds))
     return Batch(
@@ -184,28 +164,6 @@ def names_of(asked: Asked, table: VariableTable) -> tuple[Sequence[str], Sequenc
     return _outputs(asked, table), asked.extremes, asked.crossings
 
 
-def _columns(kind: str, wanted: Sequence[str], table: VariableTable) -> Integers:
-    known = columns_of(table)
-    for name in wanted:
-        if name not in known:
-            raise _unknown(kind, name, known)
-    return np.array([known[name] for name in wanted], dtype=np.int64)
-
-
-def _event_kinds(asked: Asked, events: Mapping[str, int]) -> Integers:
-    """The numbers of the events whose times are asked for."""
-    for name in asked.events:
-        if name not in events:
-            raise _unknown("event", name, events)
-    return np.array([events[name] for name in asked.events], dtype=np.int64)
-
-
-def _unknown(kind: str, name: str, known: Iterable[str]) -> LoadError:
-    names = list(known)
-    near = get_close_matches(name, names) or names[:20]
-    return LoadError(f"{kind} '{name}': there is no such variable; known are {', '.join(near) or 'none'}")
-
-
 def _numbers(what: str, value: ArrayLike) -> Floats:
     try:
         return np.asarray(value, dtype=np.float64)
@@ -278,7 +236,7 @@ def _filled(
     slots = _slots(table, kinds)
     for name in given:
         if name not in slots:
-            raise _unknown(what, name, slots)
+            raise unknown(what, name, slots)
         values[:, slots[name].index] = vectors[f"{what} '{name}'"]
     return values
 
@@ -290,7 +248,7 @@ def _inputs(table: VariableTable, given: Mapping[str, Floats], knots: int, runs:
     slots = _slots(table, ["VARIABLE_INPUT"])
     for name, signal in given.items():
         if name not in slots:
-            raise _unknown("input", name, slots)
+            raise unknown("input", name, slots)
         values[:, :, slots[name].index] = signal
     return values
 

@@ -15,8 +15,9 @@ from numpy.typing import ArrayLike, NDArray
 from lag2fmu.codegen.lanes import LaneMethod, render_lanes, render_scalar, runs_in_lanes
 from lag2fmu.dynamics.lagrange import complete, derive
 from lag2fmu.dynamics.program import lower
-from lag2fmu.ensemble.asking import Asked, batch_of, columns_of, motions_alone, names_of
+from lag2fmu.ensemble.asking import Asked, batch_of, motions_alone, names_of
 from lag2fmu.ensemble.batch import DONE, FAILED, REASON, Batch, run_batch
+from lag2fmu.ensemble.columns import columns_of
 from lag2fmu.ensemble.libraries import Library, built, lanes_here
 from lag2fmu.ensemble.results import Runs
 from lag2fmu.errors import LoadError, SimulationError

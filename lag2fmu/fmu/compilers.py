@@ -195,10 +195,10 @@ def _for_here(compiler: str) -> list[str]:
 def compile_module(sources: Mapping[str, str], functions: Iterable[str]) -> bytes:
     """The C files in ``sources`` {file name: text} as a module of WebAssembly that offers ``functions``.
 
-    It needs nothing of whoever loads it. Raises BuildError with the output of the compiler if it fails.
+    It needs nothing of whoever loads it, and is made small. Raises BuildError with what the compiler says if it fails.
     """
     joined = units(sources)
-    flags = [flag for flag in FLAGS if flag != "-fPIC"]
+    flags = ["-Os" if flag == "-O2" else flag for flag in FLAGS if flag != "-fPIC"]
     exports = [f"-Wl,--export={name}" for name in functions]
     command = [*compiler_command("zig", WASM), "-mexec-model=reactor", *flags, *exports, "-s", "-o", "page.wasm"]
     command += [*joined, "-lm"]
@@ -216,9 +216,8 @@ def _report(running: Mapping[tuple[Platform, str], Future[bytes]], progress: Pro
 
 def _compile(sources: Mapping[str, str], include: Path, name: str, part: tuple[Platform, str], compiler: str) -> bytes:
     """The library for one target of a platform; what zig made of the same before may be kept."""
-    platform, target = part
+    (platform, target), joined = part, units(sources)
     library = f"{name}{platform.suffix}"
-    joined = units(sources)
     strip = [] if platform.suffix == ".dylib" else ["-s"]
     command = [*compiler_command(compiler, target), *FLAGS, *strip, "-shared", f"-I{include}", "-o", library]
     command += [*joined, "-lm"]

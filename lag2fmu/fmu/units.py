@@ -1,7 +1,8 @@
 """C files joined to few translation units: starting a compiler for each of forty files costs more than compiling them.
 
 Files may stand in one unit where no name that only one of them knows (static, an enumeration, a macro, a type) occurs
-in another one. What this overlooks the compiler refuses, as two definitions of one name.
+in another one, or is a function in a header of the other one. What this overlooks the compiler refuses, as two
+definitions of one name.
 """
 
 from __future__ import annotations
@@ -9,6 +10,7 @@ from __future__ import annotations
 import re
 from collections.abc import Mapping
 from dataclasses import dataclass, field
+from functools import lru_cache
 
 MOST = 60_000
 """Characters of a unit beyond which no file joins it: several units are compiled side by side."""
@@ -18,6 +20,8 @@ _WORD = re.compile(r"[A-Za-z_]\w*")
 _MACRO = re.compile(r"^[ \t]*#[ \t]*define[ \t]+(\w+)", re.MULTILINE)
 _STATIC = re.compile(r"^(?:static|typedef)\b[^;{=(]*?\b(\w+)\s*(?=[(;\[=])", re.MULTILINE)
 _TYPE = re.compile(r"^\}\s*(\w+)\s*;|^(?:typedef\s+)?(?:struct|union)\s+(\w+)\s*\{", re.MULTILINE)
+_CALLED = re.compile(r"\b([A-Za-z_]\w*)\s*(?=\()")
+_INCLUDED = re.compile(r'^[ \t]*#[ \t]*include[ \t]+"([^"]+)"', re.MULTILINE)
 _ENUMERATION = re.compile(r"^(?:typedef\s+)?enum\b([^{;]*\{[^}]*\})", re.MULTILINE)
 
 
@@ -48,6 +52,7 @@ def units(sources: Mapping[str, str]) -> dict[str, str]:
     for file, text in sorted(sources.items()):
         if file.endswith(".c"):
             new = _unit(file, _NO_CODE.sub(" ", text))
+            new.words.update(*(_functions(sources[header]) for header in _headers(text, sources)))
             unit = next((unit for unit in joined if unit.takes(new)), None)
             if unit is None:
                 joined.append(new)
@@ -56,6 +61,29 @@ def units(sources: Mapping[str, str]) -> dict[str, str]:
     return {
         f"unit_{i}.c": "".join(f'#include "{file}"\n' for file in unit.files) for i, unit in enumerate(joined, start=1)
     }
+
+
+@lru_cache(maxsize=256)
+def _functions(header: str) -> frozenset[str]:
+    """The names in the text of a header that functions may have."""
+    return frozenset(_CALLED.findall(_NO_CODE.sub(" ", header)))
+
+
+@lru_cache(maxsize=1024)
+def _included(text: str) -> tuple[str, ...]:
+    return tuple(_INCLUDED.findall(text))
+
+
+def _headers(text: str, sources: Mapping[str, str]) -> set[str]:
+    """The headers among ``sources`` that a file includes, by itself or by others."""
+    found: set[str] = set()
+    left = list(_included(text))
+    while left:
+        header = left.pop()
+        if header in sources and header not in found:
+            found.add(header)
+            left += _included(sources[header])
+    return found
 
 
 def _unit(file: str, code: str) -> _Unit:

@@ -18,7 +18,7 @@ class Spots:
     """Collects the places and directions that a page asks for, (3,) each, on the graph of a skeleton."""
 
     def __init__(self, skeleton: Skeleton) -> None:
-        """Start without any."""
+        """Start without spots."""
         self.skeleton = skeleton
         self.numbers: list[int] = []
         v = skeleton.variables
@@ -31,7 +31,7 @@ class Spots:
         return self.numbers.index(spot)
 
     def vector(self, nodes: Iterable[Node]) -> int:
-        """That of up to three nodes."""
+        """The number of the place or direction whose entries are up to three ``nodes``."""
         return self(self.skeleton.spot(tuple(nodes)))
 
     def calculable(self, nodes: Sequence[Node]) -> bool:
@@ -54,7 +54,7 @@ class Spots:
         return Program(s.graph, (function.check(s.graph),), "", 0, (), (), ())
 
     def residuals(self) -> list[Node]:
-        """Those of the holonomic constraints that always hold."""
+        """The residuals of the holonomic constraints that always hold."""
         s = self.skeleton
         written = [c for c in s.mechanism.constraints if c.kind == "holonomic"]
         nodes = [s.put(c.expression) for c in written]

@@ -26,6 +26,7 @@ def work(equations: EquationsOfMotion, references: Mapping[str, int]) -> Program
     values = tuple(g.symbol(names.get(k, f"value {k}")) for k in range(1 + max(names)))
     resting = {u.name: u.start for u in equations.mechanism.inputs}
     unseen = {g.symbol(name): g.constant(resting.get(name, 0.0)) for name in equations.mechanism.hidden_inputs}
+    unseen |= dict.fromkeys(v.rates, g.zero)  # a page holds its inputs between the points at which it sets them
     arguments = (Array("t", (v.t,), True), Array("v", values))
     power = g.substitute([power_of_work(equations), moving_supports(equations)], unseen)
     function = filling(FUNCTION, "The power of work, and how fast supports move.", arguments, power=power)

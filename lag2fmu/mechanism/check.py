@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Container, Sequence
 
 from lag2fmu.description import names
 from lag2fmu.description.outputs import QUANTITIES, TURNING, Output
@@ -20,8 +20,10 @@ from lag2fmu.mechanism.scope import Scope, check_constraints, check_presence, ch
 from lag2fmu.mechanism.unit_check import mismatches
 
 
-def check(m: Description) -> tuple[Scope, tuple[str, ...]]:
+def check(m: Description, brought: Container[str] = ()) -> tuple[Scope, tuple[str, ...]]:
     """The scope of ``m``, whose geometry has been checked, and warnings of what is odd but allowed.
+
+    ``brought`` are the places of the constraints that joints bring.
 
     Raises MechanismError for the first fault. With ``strict_units`` a mismatch of units raises UnitError.
     """
@@ -35,7 +37,7 @@ def check(m: Description) -> tuple[Scope, tuple[str, ...]]:
     check_presence(m, scope)
     check_constraints(m, scope)
     warnings = check_values(m, scope.names_in)
-    unfit = tuple(mismatches(m))
+    unfit = tuple(mismatches(m, brought))
     if unfit and m.strict_units:
         raise UnitError(unfit[0])
     return scope, (*unfit, *warnings)

@@ -84,14 +84,14 @@ def completed(written: Description) -> Completed:
     check_events(opened)
     pressed, of_contacts = _with_compliance(opened)
     closed, of_joints = _with_joints(pressed)
-    scope, warnings = check(closed)
+    of_user = {place for table in _BROUGHT for place in _places(table, getattr(written, table))}
+    scope, warnings = check(closed, of_joints.keys() - of_user)
     expanded, of_norms = _with_norms(closed, whole)
     if of_norms:
         check_names(expanded)
         scope = scope.with_constraints(expanded.constraints)
     expanded = replace(expanded, coordinates=_decided(expanded, scope))
     origins = of_parts | of_places | of_contacts | of_joints | of_norms
-    of_user = {place for table in _BROUGHT for place in _places(table, getattr(written, table))}
     check_meaning(expanded, scope)
     found = tuple(unilaterals(expanded))
     check_open(expanded, found)

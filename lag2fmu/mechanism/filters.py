@@ -2,7 +2,7 @@
 
 T^2 y_ddot + 2 T y_dot + y = y_target has both poles at -1/T. Position, velocity and acceleration agree at any time,
 whatever the input does: a step of it moves the mechanism without a jump of the velocity. Where the derivatives of
-the target are known, the equations take them in, see ``led``.
+the target are known, the equations take them in, see ``dynamics.variables.led``.
 Source: K. Ogata, Modern Control Engineering, 5th edition, section 5-3 (second-order systems).
 """
 
@@ -69,13 +69,3 @@ def _filter(m: Description, u: Input) -> tuple[State, State, Definition]:
     moving, told = symbol(acceleration), f"velocity of {u.name}"
     rate = State(names.velocity(u.name), rate_unit, 0.0, moving, doc=told, moves=u.name)
     return place, rate, Definition(acceleration, y_ddot)
-
-
-def led(motion: str, acceleration: sp.Expr, rates: tuple[str, str]) -> sp.Expr:
-    """The ``acceleration`` of a filtered motion where the ``rates`` of its target, first and second, have these names.
-
-    The filter then acts on what the motion deviates by from the target r: y_ddot = r_ddot + f(y - r, y_dot - r_dot). A
-    motion that has come to the target stays on it. Where the importer gives no derivatives, they are 0.
-    """
-    y_dot, first, second = map(symbol, (names.velocity(motion), *rates))
-    return second + acceleration.xreplace({y_dot: y_dot - first})

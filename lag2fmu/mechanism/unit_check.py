@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Container, Iterator
 
 import sympy as sp
 
@@ -65,11 +65,12 @@ def _columns(m: Description) -> dict[str, tuple[Dimension | None, ...]]:
     return {table.name: tuple(map(_dimension_of, table.units)) for table in m.tables if table.units}
 
 
-def mismatches(m: Description) -> Iterator[str]:
+def mismatches(m: Description, brought: Container[str] = ()) -> Iterator[str]:
     """One sentence for every expression whose known dimension is not the expected one.
 
-    A plain number stands for a value in SI and fits everywhere; beside a quantity in a sum it does not. Raises
-    MechanismError for definitions in a circle.
+    A plain number stands for a value in SI and fits everywhere; beside a quantity in a sum it does not, but in the
+    constraints that are ``brought`` by joints, whose numbers are entries of places. Raises MechanismError for
+    definitions in a circle.
     """
     known, tables = _known_dimensions(m), _columns(m)
     infer = DimensionOf(known, tables)
@@ -80,7 +81,8 @@ def mismatches(m: Description) -> Iterator[str]:
             known[definition.name] = None
             yield f"definitions.{definition.name}: {error}"
     for where, expression, expected in _expectations(m, infer):
-        yield from _mismatch(where, expression, expected, infer)
+        if where.removesuffix(".expression") not in brought:
+            yield from _mismatch(where, expression, expected, infer)
     for damper in m.dampers:
         if damper.force is not None:
             rate = _measured(damper.rate, METRE / SECOND, infer)

@@ -100,8 +100,7 @@ class Layout:
 
         They start close to each other, or the difference of two coordinates is an elongation.
         """
-        s = self.skeleton
-        spots = list(s.place.values())
+        s, spots = self.skeleton, self._moving()
         if s.links or s.origins or len(spots) < 2 or not set(spots) <= set(self.rails):
             return False
         if any(a is not None and len(a.ends) == 2 and part.between is None for part, a in self.attached):
@@ -109,13 +108,19 @@ class Layout:
         along = np.sort(self.view.flat(self.positions[spots]) @ self.direction(spots[0]))
         return bool(np.diff(along).min() < 0.1 * max(c.nominal for c in self.mechanism.coordinates))
 
+    def _moving(self) -> list[int]:
+        """The spots of bodies, and those of points that coordinates move."""
+        s = self.skeleton
+        bodies = {body.name for body in self.mechanism.placed_bodies}
+        return [i for name, i in s.place.items() if name in bodies or np.any(s.spot_slopes[i])]
+
     def _side_by_side(self) -> dict[int, Floats]:
         """{spot: shift (2,)} of bodies that would be drawn over each other: along what joins them, else across."""
         if not self._crowded():
             return {}
         if self.pulley is not None:
             return {i: HUNG * k * np.array([1.0, 0.0]) for k, i in enumerate(self.pulley.masses())}
-        spots = list(dict.fromkeys(self.skeleton.place.values()))
+        spots = list(dict.fromkeys(self._moving()))
         joined = [a.ends for part, a in self.attached if a is not None and len(a.ends) == 2]
         along = self.direction(spots[0])
         step = along if joined else np.array([abs(along[1]), abs(along[0])])
@@ -135,7 +140,7 @@ class Layout:
 
     def _pulley(self) -> Pulley | None:
         """The fixed pulley where bodies that go up and down move as if on ropes."""
-        spots = list(dict.fromkeys(self.skeleton.place.values()))
+        spots = list(dict.fromkeys(self._moving()))
         if not self._crowded() or self.attached or not all(self.upright(i) for i in spots):
             return None
         down = self.view.down

@@ -134,8 +134,8 @@ def remedy_of_jumps(mechanism: Mechanism) -> str:
         return ""
     first = jumps[0][jumps[0].index("(") + 1 : -1]
     return (
-        f"the forces jump with {', '.join(jumps)}, which no step can pass where they hold the motion: write a smooth "
-        f"function instead, such as tanh(({first})/w) with a small width w"
+        f"the forces jump with {', '.join(jumps)}, which no step can pass where they hold the motion: declare dry "
+        f"friction in [frictions], or write a smooth function, such as tanh(({first})/w) with a small width w"
     )
 
 

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping, Sequence
-from typing import Any
 
 import numpy as np
 
@@ -33,13 +32,10 @@ def check_value(library: Library, name: str, value: float) -> None:
     if isinstance(value, bool) or not math.isfinite(value):
         raise LoadError(f"'{name}' cannot be set to {value!r}; give a finite number")
     variable = library.variables[name]
-    least, greatest = (b if b is not None else s for b, s in zip(_bounds(variable), (-np.inf, np.inf), strict=True))
+    least = -np.inf if variable.minimum is None else variable.minimum
+    greatest = np.inf if variable.maximum is None else variable.maximum
     if not least <= value <= greatest:
         raise LoadError(f"'{name}' cannot be set to {value:.9g}; it is bounded by {least:g} and {greatest:g} (SI)")
-
-
-def _bounds(variable: Any) -> tuple[float | None, float | None]:
-    return variable.minimum, variable.maximum
 
 
 def check_given(library: Library, name: str) -> None:

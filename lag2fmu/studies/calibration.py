@@ -32,7 +32,7 @@ _SETTLED = 1e-3
 """A relative change of the estimated noise that makes no difference."""
 
 
-def calibrate(  # noqa: PLR0913  # what a calibration may be told
+def calibrate(  # noqa: PLR0913 (choices of the user)
     model: object,
     data: Data | Sequence[Data],
     *,

@@ -93,3 +93,14 @@ def test_a_hamiltonian_without_a_value_is_not_printed() -> None:
     report = analysis_report(read(text, "pushed.toml"))
     assert "zoo" not in report
     assert "the mass matrix is singular" in report
+
+
+@pytest.mark.filterwarnings("error")
+def test_a_further_state_without_derivatives_is_named() -> None:
+    """The square root has none at 0; NumPy has nothing to say of it."""
+    text = (
+        '[mechanism]\nname = "tank"\n[coordinates]\nx = { velocity = -1 }\n[bodies.b]\nmass = 1\nposition = ["x", 0]\n'
+    )
+    mechanism = read(text + '[states]\nlevel = { derivative = "sqrt(max(0, -x))" }\n', "tank.toml")
+    with pytest.raises(DerivationError, match="a further state has no finite derivatives"):
+        linearize(derive(mechanism))

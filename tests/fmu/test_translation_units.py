@@ -49,6 +49,17 @@ def test_files_without_such_names_stand_together(second: str) -> None:
     assert together(second)
 
 
+def test_functions_of_headers_keep_files_apart() -> None:
+    """A header declares a name of the other file, even where the file that includes it does not speak of it."""
+    headers = {
+        "outer.h": '#include "inner.h"\n',
+        "inner.h": "int add(int a, int b);\n",
+        "shared.h": "int first(int a);\n",
+    }
+    second = '#include "outer.h"\nint second(void) { return 2; }\n'
+    assert len(units({"first.c": FIRST, "second.c": second, **headers})) == 2
+
+
 @pytest.mark.parametrize("model", ["pendulum", "whipple_bicycle", "woodpecker"])
 def test_each_file_stands_in_one_unit(model: str) -> None:
     _, sources = described(load(model))

@@ -12,7 +12,7 @@ import pytest
 from kkt import solve
 
 from lag2fmu import derive, load
-from lag2fmu.errors import LoadError
+from lag2fmu.errors import DerivationError, LoadError
 from lag2fmu.formats.text import read
 from lag2fmu.formats.write import write
 from lag2fmu.mechanism.record import Mechanism
@@ -102,6 +102,15 @@ def test_a_weld_is_a_fixed_joint(robot: Robot) -> None:
     found = accelerations(robot(text.replace("</mujoco>", weld)), z=0.1, w=0.1)
     assert found["z"] == pytest.approx(-9.81 - 40 * 0.1 / 5, rel=1e-12)
     assert (found["w"], found["y"]) == (pytest.approx(found["z"], rel=1e-12), pytest.approx(0.0, abs=1e-12))
+
+
+def test_numbers_in_the_pose_of_a_weld_are_lengths(robot: Robot) -> None:
+    """x = 0.25 follows from the pose; a number beside a coordinate has no unit elsewhere."""
+    weld = '<equality><weld name="glue" body1="rod" relpose="0.25 0 0 1 0 0 0"/></equality>'
+    found = robot(body('<joint name="x" type="slide" axis="1 0 0"/><joint name="phi"/>', weld))
+    assert found.warnings == ()
+    with pytest.raises(DerivationError, match=r"the start cannot meet the constraints.* by x = "):
+        derive(found)
 
 
 def test_a_joint_equality_is_a_coupling(robot: Robot) -> None:

@@ -13,11 +13,11 @@ from lag2fmu.mechanism import Body, Constraint, Energy, Mechanism, coordinate, p
 from lag2fmu.reference.equations import Equations
 
 
-def _hauled() -> Mechanism:
+def _hauled(**motion: object) -> Mechanism:
     """A bob on a rope that is hauled in over a moving support, with drag: all that changes h but further states."""
     x, y = coordinate("x", "m", start=1.2), coordinate("y", "m", start=-1.6)
     m, c, pull = parameter("m", 1.5, "kg"), parameter("c", 0.4, "N.s/m"), signal("pull", "N", start=2.0)
-    side = signal("side", "m", motion=True)
+    side = signal("side", "m", **(motion or {"motion": True}))
     rope = Constraint("rope", x**2 + y**2 - (2 - TIME / 5) ** 2, "holonomic")
     return Mechanism(
         "hauled",
@@ -32,10 +32,13 @@ def _hauled() -> Mechanism:
     )
 
 
-@pytest.mark.parametrize("name", ["hauled", "dc_motor", "spring_mass_damper", "motion_driven_pendulum"])
+MADE = {"hauled": _hauled, "followed": lambda: _hauled(motion="filtered", time_constant=0.3)}
+
+
+@pytest.mark.parametrize("name", [*MADE, "dc_motor", "spring_mass_damper", "motion_driven_pendulum"])
 def test_power_is_that_of_the_independent_path(name: str) -> None:
     """Somewhere with all inputs and states at random values, where every part of the power counts."""
-    equations = derive(_hauled() if name == "hauled" else load(name))
+    equations = derive(MADE[name]() if name in MADE else load(name))
     mechanism, reference = equations.mechanism, Equations(equations.mechanism)
     generator = np.random.default_rng(1)
     q, qd = generator.uniform(0.5, 1.5, (2, len(mechanism.coordinates)))
@@ -51,7 +54,7 @@ def test_power_is_that_of_the_independent_path(name: str) -> None:
     program = work(equations, {name: k for k, name in enumerate(values)})
     (*_, power), (*_, moving) = program.functions[0].results
     expected = reference.balance(0.7, q, qd, qdd, inputs)
-    assert (moving != program.graph.zero) == (name == "hauled")
+    assert (moving != program.graph.zero) == (name in MADE)
     assert program.graph.evaluate([power], values) == pytest.approx([float(expected.power)], rel=1e-12)
     assert abs(expected.residual) < 1e-11 * expected.scale
     assert abs(expected.power) > 1e-3

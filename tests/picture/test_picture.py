@@ -259,6 +259,23 @@ def test_a_body_stands_above_the_foot_on_which_it_hops() -> None:
     assert body[1] - foot[1] > GAP
 
 
+def test_a_point_that_only_a_motion_moves_does_not_hide_what_stands_on_it() -> None:
+    """A quarter car by displacements, whose road is a point: the body stands above the wheel."""
+    zs, zu, road, k = coordinate("zs", "m"), coordinate("zu", "m"), signal("road", "m", motion=True), parameter("k", 1)
+    car = Mechanism(
+        "car",
+        coordinates=[zs, zu],
+        inputs=[road],
+        parameters=[k],
+        bodies=[Body("body", 3, (0, zs)), Body("wheel", 1, (0, zu))],
+        points=[Point("patch", (0, road))],
+        springs=[Spring("suspension", k, elongation=zs - zu), Spring("tyre", k, elongation=zu - road)],
+    )
+    found = layout_of(car)
+    body, wheel = (found.at_start[found.skeleton.place[name]] for name in ("body", "wheel"))
+    assert body[1] - wheel[1] >= GAP
+
+
 def test_a_slack_rope_is_drawn_between_its_ends() -> None:
     found = layout("crane")
     place = found.skeleton.place

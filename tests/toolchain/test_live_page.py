@@ -34,7 +34,7 @@ BALANCE = """(() => {
     const greatest = (column) => Math.max(...column.map(Math.abs));
     const energy = greatest(page.run.column(named("kinetic_energy") ?? named("generalized_energy")));
     const plot = page.panel.columns().find(([id]) => id === "balance-plot");
-    return greatest(plot[1][0].column(page.run)) / energy;
+    return greatest(plot[1][0].column(page.run)) / (energy || 1);
 })()"""
 
 

@@ -1,0 +1,35 @@
+"""The sections of an analysis: titles with sentences and formulas."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import sympy as sp
+
+from lag2fmu.language.expressions import to_text
+
+
+@dataclass(frozen=True)
+class Line:
+    """A sentence, or with an ``expression`` the formula ``text`` = expression."""
+
+    text: str
+    expression: sp.Expr | None = None
+
+    def __str__(self) -> str:
+        return self.text if self.expression is None else f"{self.text} = {to_text(self.expression)}"
+
+    @property
+    def latex(self) -> str:
+        """The line in LaTeX."""
+        if self.expression is None:
+            return self.text.replace("_", "\\_").replace("^", "\\^{}") + "\\\\"
+        return f"\\[ {sp.latex(sp.Symbol(self.text))} = {sp.latex(self.expression)} \\]"
+
+
+@dataclass(frozen=True)
+class Section:
+    """A title with lines."""
+
+    title: str
+    lines: tuple[Line, ...]
