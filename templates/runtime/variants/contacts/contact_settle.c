@@ -110,12 +110,17 @@ static bool update_latches(Settling *settling) {
     return changed;
 }
 
+/* Does the contact come to be closed here, or touch by chance? */
+static bool meets(const Settling *settling, int contact) {
+    return settling_due(settling, 2 * contact) ||
+           settling->rows.positions[contact] <= TOUCHING * row_size(&settling->rows, contact);
+}
+
 /* Contacts that are closed, that come to be closed here, and those that touch by chance. */
 static void find_touching(Settling *settling) {
     const State *state = &settling->instance->state;
     for (int i = 0; i < N_UNILATERALS; i++) {
-        const bool near = settling->rows.positions[i] <= TOUCHING * row_size(&settling->rows, i);
-        settling->touching[i] = contact_closed(state, i) || near || settling_due(settling, 2 * i);
+        settling->touching[i] = contact_closed(state, i) || meets(settling, i);
     }
 }
 
@@ -204,22 +209,23 @@ static bool undo_overlap(Settling *settling, bool *jumped) {
     Instance *instance = settling->instance;
     State *state = &instance->state;
     double states[N_STATES];
-    bool meets[SIZE_UNILATERALS], found = false, moved;
+    bool open[SIZE_UNILATERALS], found = false, moved;
     for (int i = 0; i < N_UNILATERALS; i++) {
-        meets[i] = settling_due(settling, 2 * i) && !contact_closed(state, i);
-        found = found || meets[i];
+        open[i] = !contact_closed(state, i);
+        found = found || (open[i] && settling_due(settling, 2 * i));
     }
     if (!found || !instance->policy->stabilise) {
         return true;
     }
+    rows_evaluate(instance, state->time, state->states, inputs_at(instance, state->time), &settling->rows);
     for (int i = 0; i < N_UNILATERALS; i++) {
-        row_activate(state, i, meets[i] || contact_closed(state, i));
+        row_activate(state, i, !open[i] || meets(settling, i));
     }
     memcpy(states, state->states, sizeof states);
     const bool touch = constraints_regroup(instance) &&
                        constraints_project(instance, state->time, inputs_at(instance, state->time), states, &moved);
     for (int i = 0; i < N_UNILATERALS; i++) {
-        row_activate(state, i, !meets[i] && contact_closed(state, i));
+        row_activate(state, i, !open[i]);
     }
     if (touch) {
         *jumped = *jumped || memcmp(states, state->states, N * sizeof(double)) != 0;
