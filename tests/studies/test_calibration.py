@@ -76,7 +76,9 @@ def test_experiments_have_own_starts_and_gaps() -> None:
     first, second = measured(1), measured(2, {"l": 1.1, "theta": 0.3})
     first["theta"][5:9] = np.nan
     second["theta_dot"][:] = np.nan
-    found = lag2fmu.calibrate("pendulum", [first, second], free=["l", "theta"])
+    runs: list[int] = []
+    found = lag2fmu.calibrate("pendulum", [first, second], free=["l", "theta"], progress=runs.append)
+    assert runs == [*range(1, len(runs) + 1)]
     assert found.names == ("l", "theta[1]", "theta[2]")
     assert (abs(found.estimates - [1.1, 0.8, 0.3]) < 4 * found.standard_errors).all()
     assert found.degrees_of_freedom == 3 * len(TIMES) - 4 - 3
