@@ -1,4 +1,4 @@
-"""lag2fmu: from the Lagrangian of a mechanism to a validated FMI 2.0 FMU.
+"""lag2fmu: from the Lagrangian of a mechanism to a validated FMU, FMI 2.0 or 3.0.
 
 >>> import lag2fmu
 >>> fmu = lag2fmu.export("double_pendulum")

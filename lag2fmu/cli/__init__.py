@@ -73,7 +73,7 @@ def _exit_when_terminated() -> None:
 @click.group(cls=_Commands, context_settings={"help_option_names": ["-h", "--help"]})
 @click.version_option(VERSION, prog_name="lag2fmu")
 def main() -> None:
-    """From the Lagrangian of a mechanism to a validated FMI 2.0 FMU.
+    """From the Lagrangian of a mechanism to a validated FMU, FMI 2.0 or 3.0.
 
     MODEL is a bundled name (see 'lag2fmu models'), a .py, .toml, .urdf or .xml (MJCF) file, or FILE.py:NAME for a
     mechanism or an object of SymPy's mechanics. A .py file is run as a program, with all that it may do; the others are

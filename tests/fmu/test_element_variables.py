@@ -100,7 +100,7 @@ def test_types_in_the_description() -> None:
     for name in ("floor_impacts", "wall_lower_impacts"):
         assert variables[name].find("Integer").attrib == {"min": "0"}
     assert variables["floor_impulse"].find("Real").get("unit") == "kg.m/s"
-    assert variables["wall_lower_impulse"].find("Real").get("unit") == "kg.m2/s"
+    assert variables["wall_lower_impulse"].find("Real").get("unit") == "N.m.s"
     discrete = {name for name, v in variables.items() if v.get("variability") == "discrete"}
     assert discrete == {f"{n}_{of}" for n in ("floor", "wall_lower") for of in ("mode", "impacts", "impulse")} | {
         "bearing_mode"
