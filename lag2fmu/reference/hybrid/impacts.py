@@ -84,9 +84,8 @@ class Impacts:
             plastic = turn == ROUNDS - 1
             resting = [i for i in touching if i in loaded and v[i] <= STILL * sizes[i]]
             took_part = touching if self.simultaneous or plastic else sorted({*approaching, *resting})
-            shifts = {
-                i: point.rows.restitution[i] * v[i] if i in approaching and not plastic else 0.0 for i in took_part
-            }
+            rebounding = [] if plastic else approaching
+            shifts = dict.fromkeys(took_part, 0.0) | {i: point.rows.restitution[i] * v[i] for i in rebounding}
             P, kind = self._round(D, v, took_part, shifts, point)
             for i in approaching:
                 self.memory.log(time, e.contacts[i], "impact", float(P[i]))
