@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable, Mapping, Sequence
 
 from lag2fmu.description import names
 from lag2fmu.dynamics.blocks import united
@@ -31,11 +31,7 @@ def dependencies(equations: EquationsOfMotion) -> dict[str, frozenset[str]]:
     found = {name: _without(graph.symbols([node]), known) for name, node in equations.locals()}
     found |= {name: frozenset(graph.symbols([node])) for name, node in equations.dependent.items()}
     found |= known
-    for q in coordinates:
-        found[names.derivative(q)] = _without([names.velocity(q)], known)
-        found[names.derivative(names.velocity(q))] = blocks[names.acceleration(q)]
-    rates = zip(further, equations.variables.further_rates, strict=False)
-    found |= {names.derivative(name): _without(graph.symbols([node]), known) for name, node in rates}
+    found |= _derivatives(equations, further, known)
     if len(equations.rows):
         found[names.derivative(names.DISSIPATED_ENERGY)] = everything
     found |= {state: frozenset([state]) for state in states}
@@ -55,6 +51,18 @@ def _blocks(equations: EquationsOfMotion) -> tuple[dict[str, frozenset[str]], fr
     if len(equations.rows):  # an impact or a mode ties everything
         found = dict.fromkeys((*unknowns, *equations.forces), everything)
     return found, everything
+
+
+def _derivatives(
+    equations: EquationsOfMotion, further: Sequence[str], known: Mapping[str, frozenset[str]]
+) -> dict[str, frozenset[str]]:
+    """{derivative of a state: names that it depends on}; ``known`` are those of unknowns, ``further`` the states."""
+    found = {}
+    for q in (coordinate.name for coordinate in equations.mechanism.coordinates):
+        found[names.derivative(q)] = _without([names.velocity(q)], known)
+        found[names.derivative(names.velocity(q))] = known[names.acceleration(q)]
+    rates = zip(further, equations.variables.further_rates, strict=False)
+    return found | {names.derivative(x): _without(equations.graph.symbols([node]), known) for x, node in rates}
 
 
 def _following(equations: EquationsOfMotion, massless: Iterable[str]) -> dict[str, frozenset[str]]:
