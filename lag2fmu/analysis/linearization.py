@@ -61,10 +61,7 @@ class Linearizer:
         m = len(e.constraints)
         labels = [str(e.graph.leaf[node]) for node in e.variables.unknowns]
         M, G = (matrix(e.graph, r, values, n) for r in (e.mass_matrix, e.constraints.jacobian))
-        if e.constraints is e.permanent:
-            (qdd, multipliers), inverse = unknowns(e, values), saddle(e, M, G)
-        else:
-            qdd, multipliers, inverse = solved(e, values)
+        qdd, multipliers, inverse = self._motion(values, M, G)
         values = {**values, **dict(zip(labels, [*qdd, *multipliers], strict=True))}
         rows = self._residual(values)
         if not (np.isfinite(rows).all() and np.isfinite(inverse).all()):
@@ -107,6 +104,13 @@ class Linearizer:
             action=-rows[:n, self.size :],
             tangent=shape[:n, : sum(i < n for i in chosen)],
         )
+
+    def _motion(self, values: Values, M: Floats, G: Floats) -> tuple[Floats, Floats, Floats]:
+        """Accelerations (n,), multipliers (m,) and the inverse (n + m, n + m) of the system that both solve."""
+        e = self.equations
+        if e.constraints is e.permanent:
+            return *unknowns(e, values), saddle(e, M, G)
+        return solved(e, values)
 
     def _outputs(self, values: Values, moved: Floats) -> Floats:
         """The outputs by q, qd, z and u, (o, s + r); ``moved`` (n + m, s + r) are accelerations and multipliers."""

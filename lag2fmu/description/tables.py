@@ -61,11 +61,7 @@ class Table:
 
     def __post_init__(self) -> None:
         where = f"tables.{self.name}"
-        for known, words in (("interpolation", INTERPOLATIONS), ("outside", OUTSIDE)):
-            if getattr(self, known) not in words:
-                raise MechanismError(
-                    f"{where}.{known}: '{getattr(self, known)}' is unknown; give one of {', '.join(words)}"
-                )
+        self._check_words(where)
         if self.columns is None:
             if self.file is None:
                 raise MechanismError(f"{where}: 'columns' are missing; give them, or a CSV 'file'")
@@ -80,6 +76,14 @@ class Table:
         vars(self)["grid"] = _grid(columns, units, where)
         if self.interpolation == "pchip" and self.arity == 2:
             raise MechanismError(f"{where}.interpolation: pchip is for one argument; give linear or cubic")
+
+    def _check_words(self, where: str) -> None:
+        """Raise MechanismError for an interpolation or an outside that is none."""
+        for known, words in (("interpolation", INTERPOLATIONS), ("outside", OUTSIDE)):
+            if getattr(self, known) not in words:
+                raise MechanismError(
+                    f"{where}.{known}: '{getattr(self, known)}' is unknown; give one of {', '.join(words)}"
+                )
 
     @property
     def arity(self) -> int:

@@ -81,12 +81,10 @@ def expressions(equations: EquationsOfMotion, most: int) -> Expressions | None:
     """
     equations = equations.apart()
     g, v = equations.graph, equations.variables
-    n = len(v.q)
     letters = [letter for letter, name in _ENERGIES.items() if name in equations.energies]
-    triangle = [(i, j) for i in range(n) for j in range(i + 1)]
     nodes = [
         *(equations.energies[_ENERGIES[letter]] for letter in letters),
-        *(equations.mass_matrix[i][j] for i, j in triangle),
+        *(equations.mass_matrix[i][j] for i, j in _triangle(len(v.q))),
         *_without_inertia(equations),
         *equations.variables.further_rates,
         *equations.drives,
@@ -97,19 +95,34 @@ def expressions(equations: EquationsOfMotion, most: int) -> Expressions | None:
         return None
     texts = _read(g, nodes, operations, [*map(names.target, equations.mechanism.filtered)])
     printed = tuple((letter, next(texts)) for letter in letters)
-    lower = {place: next(texts) for place in triangle}
-    matrix = sp.ImmutableMatrix(n, n, lambda i, j: lower[max(i, j), min(i, j)])
-    symbols = [sp.Symbol(str(g.leaf[node]), real=True) for node in (*v.qdd, *v.Q)]
-    accelerations, forces = symbols[:n], symbols[n:]
-    motion = tuple(
-        (sp.Add(*(matrix[i, j] * accelerations[j] for j in range(n)), next(texts)), forces[i]) for i in range(n)
-    )
+    matrix, motion = _motion(equations, texts)
     rates = [sp.Symbol(names.derivative(str(g.leaf[node])), real=True) for node in v.further]
     told = {names.derivative(name) for name in equations.mechanism.filtered}  # y_dot = y_dot tells nothing
     further = tuple((rate, text) for rate, text in zip(rates, texts, strict=False) if rate.name not in told)
     carrying = [sp.Symbol(names.drive(name), real=True) for name in equations.mechanism.driven]
     drives = tuple((force, next(texts)) for force in carrying)
     return Expressions(printed, matrix, motion, further, tuple(texts), drives)
+
+
+def _triangle(n: int) -> list[tuple[int, int]]:
+    """The places in the lower triangle of a matrix (n, n), row by row."""
+    return [(i, j) for i in range(n) for j in range(i + 1)]
+
+
+def _motion(
+    equations: EquationsOfMotion, texts: Iterator[sp.Expr]
+) -> tuple[sp.ImmutableMatrix, tuple[tuple[sp.Expr, sp.Expr], ...]]:
+    """M (n, n) and the sides (left, right) of the equations of motion (n,).
+
+    ``texts`` goes on with the lower triangle of M and what stands beside M qdd.
+    """
+    g, v = equations.graph, equations.variables
+    n = len(v.q)
+    lower = {place: next(texts) for place in _triangle(n)}
+    matrix = sp.ImmutableMatrix(n, n, lambda i, j: lower[max(i, j), min(i, j)])
+    qdd, forces = ([sp.Symbol(str(g.leaf[node]), real=True) for node in group] for group in (v.qdd, v.Q))
+    inertial = (sp.Add(*(matrix[i, j] * qdd[j] for j in range(n)), next(texts)) for i in range(n))
+    return matrix, tuple(zip(inertial, forces, strict=True))
 
 
 def _read(graph: Graph, nodes: Sequence[Node], operations: int, targets: Sequence[str]) -> Iterator[sp.Expr]:

@@ -14,7 +14,7 @@ from lag2fmu.dynamics.blocks import united
 from lag2fmu.dynamics.equations import EquationsOfMotion
 from lag2fmu.dynamics.modes import Modes
 from lag2fmu.dynamics.row_tables import SparseRows
-from lag2fmu.graph.graph import Graph
+from lag2fmu.graph.graph import Graph, Node
 
 
 def sparse_rows(equations: EquationsOfMotion, modes: Modes, places: Sequence[int]) -> SparseRows:
@@ -24,11 +24,7 @@ def sparse_rows(equations: EquationsOfMotion, modes: Modes, places: Sequence[int
     among = [k for k in range(len(equations.constraints)) if k not in places]
     jacobian = [*permanent.jacobian, *rows.jacobian]
     velocities = [*permanent.velocities, *rows.velocities]
-    offsets = [*(g.zero,) * len(rows.slips), *modes.offsets]
-    held = [g.subtract(x, offset) for x, offset in zip(rows.positions, offsets, strict=True)]
-    row_of_position = [*range(len(rows.slips)), *rows.latches][: len(held)]
-    positions = dict(enumerate(permanent.positions))
-    positions |= {len(permanent) + row: node for row, node in zip(row_of_position, held, strict=True)}
+    positions = _positions(equations, modes)
     blocks = _blocks(g, equations)
     touched = [{blocks[i] for i, node in enumerate(jacobian[k]) if node != g.zero} for k in order]
     return SparseRows(
@@ -44,6 +40,16 @@ def sparse_rows(equations: EquationsOfMotion, modes: Modes, places: Sequence[int
         colours=_colours(touched),
         velocity_forces=not {*g.cone(equations.forcing)}.isdisjoint(equations.variables.qd),
     )
+
+
+def _positions(equations: EquationsOfMotion, modes: Modes) -> dict[int, Node]:
+    """{row: how far it is from where it is to be} of the rows that keep positions, the permanent ones first."""
+    g, rows, permanent = equations.graph, equations.rows, equations.permanent
+    offsets = [*(g.zero,) * len(rows.slips), *modes.offsets]
+    held = [g.subtract(x, offset) for x, offset in zip(rows.positions, offsets, strict=True)]
+    row_of_position = [*range(len(rows.slips)), *rows.latches][: len(held)]
+    found = dict(enumerate(permanent.positions))
+    return found | {len(permanent) + row: node for row, node in zip(row_of_position, held, strict=True)}
 
 
 def _by_contact(slips: Sequence[int], count: int) -> list[int]:

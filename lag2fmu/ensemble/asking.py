@@ -55,10 +55,8 @@ def batch_of(
     vectors = _vectors(asked, default_stop)
     runs = _count({**vectors, **{f"input '{name}'": rows for name, rows in inputs.items()}})
     start = float(asked.start_time)
-    stops, steps, longest = _times(asked, {name: _spread(vectors[name], runs) for name in _TIMES})
-    longest = np.where(np.isnan(longest), np.inf if fixed_step else LONGEST_PART * (stops - start), longest)
-    if fixed_step:
-        steps = np.minimum(np.where(steps > 0, steps, table.tables.default_solver_step), longest)
+    given = {name: _spread(vectors[name], runs) for name in _TIMES}
+    stops, steps, longest = _times(asked, given, table.tables.default_solver_step if fixed_step else None)
     outputs = _outputs(asked, table)
     columns = [numbers_of(kind, names, table) for kind, names in _wanted(asked, outputs).items()]
     kinds = event_kinds_of(asked.events, events)
@@ -123,8 +121,11 @@ def _vectors(asked: Asked, default_stop: float) -> dict[str, Floats]:
     return {what: _vector(what, value) for what, value in values.items()}
 
 
-def _times(asked: Asked, given: Mapping[str, Floats]) -> tuple[Floats, Floats, Floats]:
-    """Stop times, steps and longest steps, (r,) in s, checked; a longest step that is not given is NaN."""
+def _times(asked: Asked, given: Mapping[str, Floats], usual: float | None) -> tuple[Floats, Floats, Floats]:
+    """Stop times, steps and longest steps, (r,) in s, checked.
+
+    ``usual`` is the step (s) of a method of fixed step whose step is not given, None for methods of variable step.
+    """
     stops, steps, longest = (given[name] for name in _TIMES)
     start = float(asked.start_time)
     _expect(np.isfinite(start), f"start_time is {start:g}", "a finite time in s")
@@ -133,7 +134,10 @@ def _times(asked: Asked, given: Mapping[str, Floats]) -> tuple[Floats, Floats, F
     _expect(2e-15 <= asked.tolerance <= 1.0, f"tolerance is {asked.tolerance:g}", "2e-15 to 1")
     for name, values in (("step", steps), ("max_step", longest)):
         _expect((values >= 0).all(), f"{name} is {values.min():g}", "0, for automatic, or more")
-    return stops, steps, np.where(longest > 0, longest, np.nan)
+    if usual is None:
+        return stops, steps, np.where(longest > 0, longest, LONGEST_PART * (stops - start))
+    longest = np.where(longest > 0, longest, np.inf)
+    return stops, np.minimum(np.where(steps > 0, steps, usual), longest), longest
 
 
 def _check_number(name: str, value: object) -> None:

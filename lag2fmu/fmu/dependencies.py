@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable, Mapping, Sequence
 
 from lag2fmu.description import names
 from lag2fmu.dynamics.blocks import united
@@ -20,31 +20,49 @@ def dependencies(equations: EquationsOfMotion) -> dict[str, frozenset[str]]:
     """
     graph, m = equations.graph, equations.mechanism
     coordinates = [q.name for q in m.coordinates]
-    unknowns = (*map(names.acceleration, coordinates), *(names.multiplier(c.name) for c in m.constraints))
     x = [*coordinates, *map(names.velocity, coordinates)]
     further = [state.name for state in integrated_states(m)]
     x += further
     states = [x[i] for i in continuous_states(m)]
     following = _following(equations, {*x} - {*states})
-    blocks = dict(zip(unknowns, equations.unknown_dependencies(), strict=True))
-    everything = frozenset().union(*blocks.values(), equations.rows.symbols(graph))
-    if len(equations.rows):  # an impact or a mode ties everything
-        blocks = dict.fromkeys((*unknowns, *equations.forces), everything)
+    blocks, everything = _blocks(equations)
     blocks = {name: _without(found, following) for name, found in blocks.items()}
     known = blocks | following
     found = {name: _without(graph.symbols([node]), known) for name, node in equations.locals()}
     found |= {name: frozenset(graph.symbols([node])) for name, node in equations.dependent.items()}
     found |= known
-    for q in coordinates:
-        found[names.derivative(q)] = _without([names.velocity(q)], known)
-        found[names.derivative(names.velocity(q))] = blocks[names.acceleration(q)]
-    rates = zip(further, equations.variables.further_rates, strict=False)
-    found |= {names.derivative(name): _without(graph.symbols([node]), known) for name, node in rates}
+    found |= _derivatives(equations, further, known)
     if len(equations.rows):
         found[names.derivative(names.DISSIPATED_ENERGY)] = everything
     found |= {state: frozenset([state]) for state in states}
     moving = {str(graph.leaf[rate]) for rate in equations.variables.rates}  # no variables of the FMU
     return {name: frozenset("time" if used == "t" else used for used in uses - moving) for name, uses in found.items()}
+
+
+def _blocks(equations: EquationsOfMotion) -> tuple[dict[str, frozenset[str]], frozenset[str]]:
+    """{unknown: names that it depends on} of accelerations, multipliers and forces along rows; all these names."""
+    m = equations.mechanism
+    unknowns = (
+        *(names.acceleration(q.name) for q in m.coordinates),
+        *(names.multiplier(c.name) for c in m.constraints),
+    )
+    found = dict(zip(unknowns, equations.unknown_dependencies(), strict=True))
+    everything = frozenset().union(*found.values(), equations.rows.symbols(equations.graph))
+    if len(equations.rows):  # an impact or a mode ties everything
+        found = dict.fromkeys((*unknowns, *equations.forces), everything)
+    return found, everything
+
+
+def _derivatives(
+    equations: EquationsOfMotion, further: Sequence[str], known: Mapping[str, frozenset[str]]
+) -> dict[str, frozenset[str]]:
+    """{derivative of a state: names that it depends on}; ``known`` are those of unknowns, ``further`` the states."""
+    found = {}
+    for q in (coordinate.name for coordinate in equations.mechanism.coordinates):
+        found[names.derivative(q)] = _without([names.velocity(q)], known)
+        found[names.derivative(names.velocity(q))] = known[names.acceleration(q)]
+    rates = zip(further, equations.variables.further_rates, strict=False)
+    return found | {names.derivative(x): _without(equations.graph.symbols([node]), known) for x, node in rates}
 
 
 def _following(equations: EquationsOfMotion, massless: Iterable[str]) -> dict[str, frozenset[str]]:

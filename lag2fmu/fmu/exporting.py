@@ -4,34 +4,32 @@ from __future__ import annotations
 
 import re
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
 from pathlib import Path
 
 from lag2fmu.analysis.entry_points import resting
-from lag2fmu.dynamics.equations import EquationsOfMotion
-from lag2fmu.dynamics.functions import Program
-from lag2fmu.dynamics.lagrange import complete, derive
-from lag2fmu.dynamics.program import lower
 from lag2fmu.errors import ExportError
-from lag2fmu.fmu.advice import damping, moved_starts, stack_of_events, steps_over_impacts, suited_solver
-from lag2fmu.fmu.backends import BACKENDS
-from lag2fmu.fmu.backends.backend import Choices
+from lag2fmu.fmu.advice import damping, moved_starts, stack_of_events, steps_over_impacts
+from lag2fmu.fmu.backends.backend import Backend, Choices
+from lag2fmu.fmu.backends.native import NATIVE
+from lag2fmu.fmu.backends.python import PYTHON
 from lag2fmu.fmu.carried import DESCRIPTION, MECHANISM_ENTRY, WITHOUT
 from lag2fmu.fmu.compilers import Progress
+from lag2fmu.fmu.deriving import derived
 from lag2fmu.fmu.documentation import Subject, documentation, scene_at_start
 from lag2fmu.fmu.icon import icon
 from lag2fmu.fmu.live_page import live, page_choice
-from lag2fmu.fmu.method_check import check_solver
 from lag2fmu.fmu.pack import pack
 from lag2fmu.fmu.record import Fmu
 from lag2fmu.fmu.terminals import terminals
-from lag2fmu.fmu.variables import promotable
 from lag2fmu.fmu.versions import VERSIONS
 from lag2fmu.formats.loading import as_mechanism
 from lag2fmu.formats.write import write
 from lag2fmu.live.samples import Samples
 from lag2fmu.mechanism.record import Mechanism
-from lag2fmu.solvers.methods import DEFAULT_SOLVER, METHODS, TimeStepping
+from lag2fmu.solvers.methods import DEFAULT_SOLVER, METHODS
+
+BACKENDS: Mapping[str, Backend] = {backend.name: backend for backend in (NATIVE, PYTHON)}
+"""The backends by name, the default first."""
 
 TERMINALS = "terminalsAndIcons/terminalsAndIcons.xml"
 STARTS = ("given", "equilibrium")
@@ -84,7 +82,7 @@ def export(  # noqa: PLR0913 (choices of the user)
     target = Path(path) if path is not None else Path(f"{mechanism.name}.fmu")
     _check_target(target)
     _check_texts(mechanism)
-    found = derived(mechanism, solver, backend, outputs, events=version.has_ports)
+    found = derived(mechanism, solver, BACKENDS[backend].solvers, outputs, events=version.has_ports)
     mechanism, equations, program, method = found.mechanism, found.equations, found.program, METHODS[found.solver]
     content = build(mechanism, equations, program, found.solver)
     scene = scene_at_start(equations)
@@ -101,50 +99,6 @@ def export(  # noqa: PLR0913 (choices of the user)
     at_events = [steps_over_impacts(mechanism, method), stack_of_events(program, len(mechanism.coordinates))]
     remarks = "; ".join(filter(None, [found.choice, damping(equations, method), *at_events]))
     return Fmu(target, content.description, remarks, moved_starts(mechanism, equations))
-
-
-@dataclass(frozen=True)
-class Derived:
-    """What an FMU or a page is made of: the complete mechanism, its equations and program, the name of the solver.
-
-    ``choice`` says why this solver was chosen, ``reason`` what is known of the motion at the start.
-    """
-
-    mechanism: Mechanism
-    equations: EquationsOfMotion
-    program: Program
-    solver: str
-    choice: str
-    reason: str
-
-
-def derived(
-    mechanism: Mechanism,
-    solver: str | None,
-    backend: str = "c",
-    outputs: Sequence[str] = (),
-    *,
-    events: bool = False,
-) -> Derived:
-    """Derive and lower ``mechanism`` for a solver, by default the one that suits.
-
-    ``outputs`` and ``events`` are those of ``promotable``. Raises Lag2FmuError.
-    """
-    equations = derive(mechanism)
-    solver, choice, reason = _chosen_solver(equations, solver, backend)
-    check_solver(equations.mechanism, METHODS[solver])
-    method = METHODS[solver]
-    promoted = promotable(equations, outputs, events=events)
-    program = lower(equations, promoted, method.variational, isinstance(method, TimeStepping))
-    return Derived(complete(mechanism, equations), equations, program, solver, choice, reason)
-
-
-def _chosen_solver(equations: EquationsOfMotion, named: str | None, backend: str) -> tuple[str, str, str]:
-    """The solver that the user ``named`` or that suits, why it was chosen, and what is known of the start's motion."""
-    if named is not None and isinstance(METHODS[named], TimeStepping):
-        return named, "", ""  # no decay bounds its steps
-    suited, reason = suited_solver(equations, BACKENDS[backend].solvers)
-    return (named, "", reason) if named else (suited, reason, reason)
 
 
 def _check_words(solver: str, backend: str, fmi: str, start: str) -> None:

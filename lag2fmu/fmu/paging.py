@@ -7,8 +7,8 @@ from pathlib import Path
 from lag2fmu.errors import ExportError
 from lag2fmu.fmu.backends.backend import Content
 from lag2fmu.fmu.backends.native import describe
+from lag2fmu.fmu.deriving import derived
 from lag2fmu.fmu.documentation import Subject, page_text, scene_at_start
-from lag2fmu.fmu.exporting import derived
 from lag2fmu.fmu.live_page import live
 from lag2fmu.formats.loading import as_mechanism
 from lag2fmu.live.samples import Samples

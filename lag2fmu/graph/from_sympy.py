@@ -94,7 +94,11 @@ class Translator:
             return self._smooth(self(e.args[0]))
         if isinstance(e, TableCall):
             return self._lookup(e)
-        name = FUNCTIONS.get(e.func)
+        return self._call(e)
+
+    def _call(self, e: sp.Expr) -> Node:
+        """``e``, a call of one of FUNCTIONS."""
+        g, name = self.graph, FUNCTIONS.get(e.func)
         if name is None:
             raise DerivationError(f"'{e}' uses the operation {e.func.__name__}, which the equations cannot be made of")
         arguments = [self(a) for a in (e.args[:1] if name == "heaviside" else e.args)]

@@ -108,14 +108,19 @@ def _check_shared(d: Description, part: Part, whole: Description) -> None:
         found = next((x for x in getattr(whole, table) if x.name == name), None)
         if found is None:
             raise MechanismError(f"share: the whole has no {table}.{name}; write it there, or leave '{name}' out here")
-        units = [x.unit for x in (own, found) if isinstance(getattr(x, "unit", None), Unit)]
-        if len(units) == 2 and units[0].dimension != units[1].dimension:
-            raise MechanismError(
-                f"share: {table}.{name} is in {units[0].name or 1} here and in {units[1].name or 1} in the whole; "
-                "give both one unit, or do not share it"
-            )
-        if getattr(own, "motion", False) != getattr(found, "motion", False):
-            raise MechanismError(f"share: inputs.{name} is a motion in one of part and whole only; make both the same")
+        _check_alike(own, found, f"{table}.{name}")
+
+
+def _check_alike(own: Any, found: Any, label: str) -> None:
+    """Raise MechanismError unless what part and whole share under this ``label`` is of one dimension and one kind."""
+    units = [x.unit for x in (own, found) if isinstance(getattr(x, "unit", None), Unit)]
+    if len(units) == 2 and units[0].dimension != units[1].dimension:
+        raise MechanismError(
+            f"share: {label} is in {units[0].name or 1} here and in {units[1].name or 1} in the whole; "
+            "give both one unit, or do not share it"
+        )
+    if getattr(own, "motion", False) != getattr(found, "motion", False):
+        raise MechanismError(f"share: {label} is a motion in one of part and whole only; make both the same")
 
 
 def _without_gravity(d: Description, part: Part) -> Description:

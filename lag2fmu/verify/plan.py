@@ -15,7 +15,6 @@ from lag2fmu.reference.signals import interpolated
 from lag2fmu.reference.trajectory import Trajectory
 from lag2fmu.verify.instances import description_of
 from lag2fmu.verify.run import Floats, Kind, Plan, Run, Scalar
-from lag2fmu.verify.scalars import scalars_of
 
 POINTS = 500
 """Communication steps of a run for which no usable one is known."""
@@ -28,13 +27,12 @@ def _recorded(run: Run, scalars: Mapping[str, Scalar]) -> list[str]:
     return found + [name for name in run.beside if name in scalars and name not in found]
 
 
-def planned(description: Any, path: Path, run: Run) -> Plan:
-    """What ``run`` means for the FMU ``path``; raises LoadError."""
+def planned(description: Any, scalars: Mapping[str, Scalar], run: Run) -> Plan:
+    """What ``run`` means for the FMU of this ``description``, whose numbers are ``scalars``; raises LoadError."""
     if run.kind not in (kinds := get_args(Kind)):
         raise LoadError(f"there is no simulation of kind {run.kind!r}; expected {' or '.join(map(repr, kinds))}")
     stop_time, step = _times(description, run.stop_time, run.step)
     _check_times(stop_time - run.start_time, step)
-    scalars = scalars_of(description, path)
     names = _recorded(run, scalars)
     _check_known(names, list(scalars), "variable")
     _check_values(run.values or {}, scalars)

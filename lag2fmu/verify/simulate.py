@@ -17,6 +17,7 @@ from lag2fmu.verify.co_simulation import Writer, co_simulation
 from lag2fmu.verify.instances import Instance, description_of, instance_of, is_fmi3
 from lag2fmu.verify.plan import planned
 from lag2fmu.verify.run import Floats, Kind, Plan, Run, first_inputs, whole
+from lag2fmu.verify.scalars import scalars_of
 
 _FMI_TYPES = {"co-simulation": "CoSimulation", "model-exchange": "ModelExchange"}
 _INTEGERS = ("Integer", "Enumeration")
@@ -34,7 +35,7 @@ def simulate_fmu(path: Path, run: Run) -> Trajectory:
     own words if the run fails.
     """
     description = description_of(path)
-    plan = planned(description, path, run)
+    plan = planned(description, scalars_of(description, path), run)
     warned = run.warned or partial(_LOGGER.warning, "warning: '%s': %s", path.name)
     if plan.held is not None and not run.hold:
         warned("the FMU takes no derivatives of inputs: they are held during each communication step")

@@ -7,9 +7,9 @@ import sympy as sp
 from lag2fmu.mechanism import Body, Force, Mechanism, coordinate, signal
 from lag2fmu.reference import integrate
 from lag2fmu.reference.hybrid.following import Follower
-from lag2fmu.reference.hybrid.integration import started
 from lag2fmu.reference.hybrid.modes import Mode
 from lag2fmu.reference.hybrid.run import Run, Track
+from lag2fmu.reference.hybrid.starting import started
 from lag2fmu.reference.hybrid.system import System
 from lag2fmu.reference.signals import signals_of
 from tests.reference import hybrid_mechanisms as known

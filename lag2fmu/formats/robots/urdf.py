@@ -117,16 +117,9 @@ class _Reader:
         if kind not in _KINDS:
             raise self._error(element, f"type '{kind}' is unknown; {suggestion(kind, _KINDS)}")
         parent, child = (self._end(element, end, links) for end in ("parent", "child"))
-        limit = element.child("limit") if kind in ("revolute", "prismatic") else None
-        dynamics, mimic = element.child("dynamics"), element.child("mimic")
-        damping, friction = (
-            0.0 if dynamics is None else self._number(dynamics, name, 0.0) for name in ("damping", "friction")
-        )
-        if damping < 0.0 or friction < 0.0:
-            raise self._error(element, f"damping {damping:g} and friction {friction:g} must not be negative")
-        lower, upper = (None if limit is None else self._number(limit, side, 0.0) for side in ("lower", "upper"))
-        if lower is not None and upper is not None and lower > upper:
-            raise self._error(element, f"its limits have lower = {lower:g} above upper = {upper:g}; exchange them")
+        mimic = element.child("mimic")
+        damping, friction = self._resistances(element)
+        lower, upper = self._limits(element) if kind in ("revolute", "prismatic") else (None, None)
         return Joint(
             element.get("name"),
             _KINDS[kind],
@@ -134,12 +127,32 @@ class _Reader:
             child,
             self._pose(element),
             self._axis(element),
-            lower if lower != upper else None,  # both 0: not given
-            upper if lower != upper else None,
+            lower,
+            upper,
             damping,
             friction,
             None if mimic is None else self._mimic(mimic),
         )
+
+    def _resistances(self, joint: Element) -> tuple[float, float]:
+        """Damping and dry friction of a joint, 0 where they are not given."""
+        dynamics = joint.child("dynamics")
+        if dynamics is None:
+            return 0.0, 0.0
+        damping, friction = (self._number(dynamics, name, 0.0) for name in ("damping", "friction"))
+        if damping < 0.0 or friction < 0.0:
+            raise self._error(joint, f"damping {damping:g} and friction {friction:g} must not be negative")
+        return damping, friction
+
+    def _limits(self, joint: Element) -> tuple[float | None, float | None]:
+        """The lower and upper limit of a joint; both are None where none or equal ones are given."""
+        limit = joint.child("limit")
+        if limit is None:
+            return None, None
+        lower, upper = (self._number(limit, side, 0.0) for side in ("lower", "upper"))
+        if lower > upper:
+            raise self._error(joint, f"its limits have lower = {lower:g} above upper = {upper:g}; exchange them")
+        return (lower, upper) if lower != upper else (None, None)
 
     def _end(self, joint: Element, tag: str, links: Mapping[str, Inertia | None]) -> str:
         element = joint.child(tag)

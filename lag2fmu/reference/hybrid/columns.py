@@ -5,10 +5,8 @@ from __future__ import annotations
 from collections.abc import Iterator
 
 import numpy as np
-from numpy.typing import NDArray
 
 from lag2fmu.description import names
-from lag2fmu.reference.hybrid.modes import Mode, Modes
 from lag2fmu.reference.hybrid.records import Answer
 from lag2fmu.reference.hybrid.run import Run, Track
 from lag2fmu.reference.state import Floats, State
@@ -81,16 +79,3 @@ def _elements(run: Run, track: Track, states: list[State], answers: list[Answer]
     for j, name in enumerate(e.frictions):
         columns[names.mode(name)] = np.array([float(modes.frictions[j]) for modes in track.modes])
     return columns
-
-
-def alike(a: Track, b: Track) -> NDArray[np.bool_]:
-    """At which times two runs do the same, (m,): equal modes, and as many impacts since contacts were closed."""
-    found = [_same(x, y) for x, y in zip(a.modes, b.modes, strict=True)]
-    closed = np.array([[mode is not Mode.OPEN for mode in modes.contacts] for modes in a.modes], dtype=bool)
-    counts = (a.since == b.since) | closed.reshape(a.since.shape)
-    same: NDArray[np.bool_] = np.array(found) & counts.all(axis=1)
-    return same
-
-
-def _same(a: Modes, b: Modes) -> bool:
-    return (a.contacts, a.frictions, a.held, a.sides) == (b.contacts, b.frictions, b.held, b.sides)

@@ -75,7 +75,7 @@ class Impacts:
 
         ``total``: the impulses before.
         """
-        e, lost, time = self.system.elements, 0.0, float(point.state.t)
+        lost, time = 0.0, float(point.state.t)
         sizes = velocity_sizes(point)
         for turn in range(ROUNDS):
             approaching = [i for i in touching if v[i] < -STILL * sizes[i]]
@@ -84,18 +84,22 @@ class Impacts:
             plastic = turn == ROUNDS - 1
             resting = [i for i in touching if i in loaded and v[i] <= STILL * sizes[i]]
             took_part = touching if self.simultaneous or plastic else sorted({*approaching, *resting})
-            shifts = {
-                i: point.rows.restitution[i] * v[i] if i in approaching and not plastic else 0.0 for i in took_part
-            }
+            rebounding = [] if plastic else approaching
+            shifts = dict.fromkeys(took_part, 0.0) | {i: point.rows.restitution[i] * v[i] for i in rebounding}
             P, kind = self._round(D, v, took_part, shifts, point)
-            for i in approaching:
-                self.memory.log(time, e.contacts[i], "impact", float(P[i]))
-            if kind or plastic:
-                self.memory.log(time, e.contacts[approaching[0]], kind or "plastic")
+            self._log(time, approaching, P, kind, plastic=plastic)
             loaded = [*loaded, *(i for i in took_part if P[i] > 0)]
             lost -= 0.5 * float(P @ (2 * v + D @ P))
             v, total = v + D @ P, total + P
         return total, lost, True
+
+    def _log(self, time: float, approaching: Sequence[int], P: Floats, kind: str, *, plastic: bool) -> None:
+        """Remember a round at ``time`` (s): impulses P (k,) of contacts ``approaching``, its ``kind`` if it has one."""
+        contacts = self.system.elements.contacts
+        for i in approaching:
+            self.memory.log(time, contacts[i], "impact", float(P[i]))
+        if kind or plastic:
+            self.memory.log(time, contacts[approaching[0]], kind or "plastic")
 
     def _round(
         self, D: Floats, v: Floats, part: Sequence[int], shifts: dict[int, float], point: Point

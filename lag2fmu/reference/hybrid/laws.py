@@ -71,9 +71,7 @@ def decided(
     ``pace``: the size of w in units of sqrt(D) of its row below which differences are measured by it. None if no
     combination meets the laws (Painleve).
     """
-    in_space = any(len(item.slips) == 2 and item.direction is None and len(item.options) > 1 for item in items)
-    count = np.prod([float(len(item.options)) for item in items])
-    if in_space or count > MOST:
+    if not _can_be_tried(items):
         return _iterated(D, c, items, pace)
     sizes = _sizes(D, c, pace)
     found, least = None, np.inf
@@ -87,6 +85,12 @@ def decided(
             if not cost:
                 break
     return found
+
+
+def _can_be_tried(items: Sequence[Item]) -> bool:
+    """Whether the combinations of modes are few, and none slides in a direction in space that is to be found."""
+    in_space = any(len(item.slips) == 2 and item.direction is None and len(item.options) > 1 for item in items)
+    return not in_space and bool(np.prod([float(len(item.options)) for item in items]) <= MOST)
 
 
 def all_outcomes(D: Floats, c: Floats, items: Sequence[Item], pace: float) -> list[Outcome]:

@@ -57,7 +57,21 @@ class Settling:
     def _switched(self, state: State, modes: Modes, due: Due) -> tuple[Modes, bool]:
         """The sides of kinks and what conditional constraints hold at ``state``; whether a constraint closes now."""
         e = self.system.elements
-        sides, held, offsets = list(modes.sides), list(modes.held), list(modes.offsets)
+        sides, conditions = self._sides(state, modes, due)
+        held, offsets = list(modes.held), list(modes.offsets)
+        closes, rows = False, e.rows(state)
+        for j, value in enumerate(conditions):
+            now = not held[j] if ("condition", j) in due else held[j] if abs(value) <= ZERO else bool(value > 0)
+            if now != held[j]:
+                self.memory.log(float(state.t), e.latches[j], "holds" if now else "releases")
+                closes |= now
+                offsets[j] = float(rows.latched[j])
+            held[j] = now
+        return replace(modes, sides=sides, held=tuple(held), offsets=tuple(offsets)), closes
+
+    def _sides(self, state: State, modes: Modes, due: Due) -> tuple[tuple[int, ...], Floats]:
+        """The sides of kinks at ``state``, those that are due exchanged, and what conditions are there, (l,)."""
+        e, sides = self.system.elements, list(modes.sides)
         for kind, i in sorted(due):
             if kind == "side":
                 sides[i] = -sides[i]
@@ -72,15 +86,7 @@ class Settling:
                 break
             sides = new
             e.set_sides(tuple(sides))
-        closes, rows = False, e.rows(state)
-        for j, value in enumerate(conditions):
-            now = not held[j] if ("condition", j) in due else held[j] if abs(value) <= ZERO else bool(value > 0)
-            if now != held[j]:
-                self.memory.log(float(state.t), e.latches[j], "holds" if now else "releases")
-                closes |= now
-                offsets[j] = float(rows.latched[j])
-            held[j] = now
-        return replace(modes, sides=tuple(sides), held=tuple(held), offsets=tuple(offsets)), closes
+        return tuple(sides), conditions
 
     def _rested(self, state: State, modes: Modes, due: Due) -> tuple[State, Modes, Floats]:
         """Contacts that rebound lower than ``low`` are closed: the rest of the cascade lasts 2 v/(a (1 - e))."""

@@ -1,0 +1,60 @@
+"""What an FMU and a page are made of: equations and their program, for the solver that the user names or that suits."""
+
+from __future__ import annotations
+
+from collections.abc import Collection, Sequence
+from dataclasses import dataclass
+
+from lag2fmu.dynamics.equations import EquationsOfMotion
+from lag2fmu.dynamics.functions import Program
+from lag2fmu.dynamics.lagrange import complete, derive
+from lag2fmu.dynamics.program import lower
+from lag2fmu.fmu.advice import suited_solver
+from lag2fmu.fmu.method_check import check_solver
+from lag2fmu.fmu.variables import promotable
+from lag2fmu.mechanism.record import Mechanism
+from lag2fmu.solvers.methods import METHODS, TimeStepping
+
+
+@dataclass(frozen=True)
+class Derived:
+    """What an FMU or a page is made of: the complete mechanism, its equations and program, the name of the solver.
+
+    ``choice`` says why this solver was chosen, ``reason`` what is known of the motion at the start.
+    """
+
+    mechanism: Mechanism
+    equations: EquationsOfMotion
+    program: Program
+    solver: str
+    choice: str
+    reason: str
+
+
+def derived(
+    mechanism: Mechanism,
+    solver: str | None,
+    among: Collection[str] = tuple(METHODS),
+    outputs: Sequence[str] = (),
+    *,
+    events: bool = False,
+) -> Derived:
+    """Derive and lower ``mechanism`` for a solver, by default the one that suits ``among`` those of a backend.
+
+    ``outputs`` and ``events`` are those of ``promotable``. Raises Lag2FmuError.
+    """
+    equations = derive(mechanism)
+    solver, choice, reason = _chosen_solver(equations, solver, among)
+    check_solver(equations.mechanism, METHODS[solver])
+    method = METHODS[solver]
+    promoted = promotable(equations, outputs, events=events)
+    program = lower(equations, promoted, method.variational, isinstance(method, TimeStepping))
+    return Derived(complete(mechanism, equations), equations, program, solver, choice, reason)
+
+
+def _chosen_solver(equations: EquationsOfMotion, named: str | None, among: Collection[str]) -> tuple[str, str, str]:
+    """The solver that the user ``named`` or that suits, why it was chosen, and what is known of the start's motion."""
+    if named is not None and isinstance(METHODS[named], TimeStepping):
+        return named, "", ""  # no decay bounds its steps
+    suited, reason = suited_solver(equations, among)
+    return (named, "", reason) if named else (suited, reason, reason)

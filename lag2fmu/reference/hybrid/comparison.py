@@ -1,0 +1,96 @@
+"""Three runs of a hybrid mechanism side by side: its errors, and how starts are amplified.
+
+Each run has its own events. They are compared at times at which all of them do the same: between the times of an impact
+in two of them their velocities differ by the whole rebound, which says nothing about their errors.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from lag2fmu.reference.hybrid.modes import Event, Mode, Modes
+from lag2fmu.reference.hybrid.run import Run, Track
+from lag2fmu.reference.state import Floats
+
+PERTURBATION = 1e-8
+NEAR = 1e-5
+"""States that differ by less than this part of their scales are those of runs that do the same."""
+
+
+@dataclass(frozen=True, eq=False)
+class HybridResult:
+    """Columns over m times, work minus dissipated energy (m,) in J, scales (s,) and errors (m, s) of states.
+
+    ``comparable`` (m,): where runs of other accuracy do the same; ``amplification`` (m,) is infinite behind the last
+    such time.
+    """
+
+    columns: Mapping[str, Floats]
+    work: Floats
+    scales: Floats
+    errors: Floats
+    amplification: Floats
+    comparable: NDArray[np.bool_]
+    events: tuple[Event, ...]
+    evaluations: int
+
+
+def perturbed(run: Run, start: Floats, scales: Floats, modes: Modes) -> Floats:
+    """The ``start`` moved by 1e-8 of the ``scales`` (s,), along a direction without symmetry.
+
+    What is closed at the start stays closed.
+    """
+    n, system = run.n, run.system
+    direction = np.cos(np.arange(1, run.size + 1))
+    moved = start + PERTURBATION * scales * direction / np.abs(direction).max()
+    t = float(run.times[0])
+    system.elements.set_sides(modes.sides)
+    gaps = system.elements.rows(run.state(t, start)).gaps
+    touching = tuple(Mode.SLIDES if gap <= 1e-9 else Mode.OPEN for gap in gaps)
+    still = Modes(touching, tuple(Mode.FORWARD for _ in modes.frictions), modes.held, modes.sides, {}, modes.offsets)
+    onto = system.projected(run.state(t, moved), still).q
+    both = system.projected(run.state(t, np.concatenate([onto, moved[n:]])), modes)
+    return np.concatenate([onto, both.qd, moved[2 * n :]])
+
+
+def compared(run: Run, tracks: Sequence[Track], scales: Floats, columns: Mapping[str, Floats]) -> HybridResult:
+    """The record of the runs at rtol, which has these ``columns``, 10 rtol, and 10 rtol from the perturbed start."""
+    fine, coarse, moved = tracks
+    same = alike(fine, coarse) & alike(coarse, moved)
+    # touching without a force may count as open or closed: where states agree too, runs do the same
+    near = [np.abs(a.values - b.values)[:, : run.size] / scales for a, b in ((fine, coarse), (coarse, moved))]
+    same |= (near[0].max(axis=1) < NEAR) & (near[1].max(axis=1) < NEAR)
+    same[0] = True
+    last = int(np.flatnonzero(same)[-1])
+    at = np.maximum.accumulate(np.where(same, np.arange(len(same)), 0))  # the last comparable time up to each
+    errors = np.abs(fine.values - coarse.values)[at, : run.size]
+    distance = (np.abs(moved.values - coarse.values)[at, : run.size] / scales).max(axis=1)
+    amplification = np.maximum.accumulate(distance / max(float(distance[0]), 1e-3 * PERTURBATION))
+    amplification[last + 1 :] = np.inf
+    return HybridResult(
+        columns=columns,
+        work=fine.values[:, run.size] - fine.values[:, run.size + 1],
+        scales=scales,
+        errors=errors,
+        amplification=amplification,
+        comparable=same,
+        events=fine.events,
+        evaluations=sum(track.evaluations for track in tracks),
+    )
+
+
+def alike(a: Track, b: Track) -> NDArray[np.bool_]:
+    """At which times two runs do the same, (m,): equal modes, and as many impacts since contacts were closed."""
+    found = [_same(x, y) for x, y in zip(a.modes, b.modes, strict=True)]
+    closed = np.array([[mode is not Mode.OPEN for mode in modes.contacts] for modes in a.modes], dtype=bool)
+    counts = (a.since == b.since) | closed.reshape(a.since.shape)
+    same: NDArray[np.bool_] = np.array(found) & counts.all(axis=1)
+    return same
+
+
+def _same(a: Modes, b: Modes) -> bool:
+    return (a.contacts, a.frictions, a.held, a.sides) == (b.contacts, b.frictions, b.held, b.sides)
