@@ -1,7 +1,8 @@
 """The time of `lag2fmu export` beside `import sympy` and the compiler alone: medians of interleaved runs, one table.
 
 Run with `make bench` or `python -m benchmarks.export [MODEL ...]`. The bar: export takes at most three times the wall
-time of `python -c "import sympy"`, plus the compiler's own.
+time of `python -c "import sympy"`, plus the compiler's own. The live page, whose module is compiled as
+well, is counted with the export.
 """
 
 from __future__ import annotations
