@@ -8,10 +8,13 @@ from pathlib import Path
 import examples
 import pytest
 
+from lag2fmu.cli import main
+
 ROOT = Path(__file__).parents[2]
 PAGES = [ROOT / "README.md", *sorted((ROOT / "docs").rglob("*.md"))]
 RUN = {"console", "python", "toml"}
 FIRST_STEPS = ROOT / "docs" / "first-steps.md"
+COULD_BE_RUN = re.compile(rf"^(\$ |lag2fmu ({'|'.join(main.commands)})\b|import lag2fmu)", re.M)
 
 
 def _name(page: Path) -> str:
@@ -39,7 +42,7 @@ def test_the_examples_of_a_page_run(page: Path, tmp_path: Path, monkeypatch: pyt
 def test_blocks_that_are_not_run_hold_nothing_that_could_be(page: Path) -> None:
     for block in examples.blocks(page):
         if block.language not in RUN:
-            found = re.search(r"^(\$ |lag2fmu |import lag2fmu)", block.text, re.M)
+            found = COULD_BE_RUN.search(block.text)
             assert found is None, f"{_name(page)}, line {block.line}: make it a console or python block"
 
 
