@@ -28,7 +28,7 @@ from lag2fmu.errors import DerivationError
 from lag2fmu.graph.autodiff import forward, reverse
 from lag2fmu.graph.from_sympy import Translator
 from lag2fmu.graph.graph import Graph, Node
-from lag2fmu.language.expressions import without_dust
+from lag2fmu.language.writer import without_dust
 from lag2fmu.mechanism.record import Mechanism
 
 Floats = NDArray[np.float64]

@@ -10,12 +10,13 @@ from typing import Any, NamedTuple
 
 import sympy as sp
 
-from lag2fmu.description.names import suggestion
 from lag2fmu.description.record import Description
 from lag2fmu.description.symbols import FILTERED
 from lag2fmu.errors import TextError, UnitError
+from lag2fmu.language.identifiers import suggestion
 from lag2fmu.language.parser import parse
-from lag2fmu.language.units import Unit, parse_unit
+from lag2fmu.language.unit_parser import parse_unit
+from lag2fmu.language.units import Unit
 
 MAX_EXPONENT, MAX_BITS, MAX_NUMBER = 330, 1024, 1600
 

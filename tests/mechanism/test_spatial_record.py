@@ -14,7 +14,7 @@ from lag2fmu.errors import MechanismError, UnitError
 from lag2fmu.formats.text import read
 from lag2fmu.formats.write import write
 from lag2fmu.language.expressions import TIME, symbol
-from lag2fmu.language.units import parse_unit
+from lag2fmu.language.unit_parser import parse_unit
 from lag2fmu.mechanism import (
     Body,
     Damper,
