@@ -98,7 +98,9 @@ bool accelerations_at(Instance *instance, double time, const double states[], co
             return false;
         }
     }
-    return all_finite(unknowns, N_UNKNOWNS) || report_accelerations(instance, time, unknowns);
+    /* apart: processors wait where they load as a pair what was stored one by one */
+    return (all_finite(unknowns, N_COORDINATES) && all_finite(unknowns + N_COORDINATES, N_CONSTRAINTS)) ||
+           report_accelerations(instance, time, unknowns);
 }
 
 void accelerations_stabilise(const Instance *instance, double change[]) {
