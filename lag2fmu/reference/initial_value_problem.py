@@ -46,6 +46,7 @@ class InitialValueProblem:
         self.progress: Callable[[float], None] | None = None
         self.jumps = equations.energies.composition.jumps()
         self.share = 0.0  # what was done before the run that is going on, which is half of all
+        self.reached = float(times[0])  # s, the furthest that a method came before it took too many evaluations
 
     def state(self, t: float, z: Floats) -> State:
         """The state at the time t (s) and z (copies, s + 1)."""
@@ -124,8 +125,10 @@ class InitialValueProblem:
             with np.errstate(all="ignore"):  # steps into what is not finite are made shorter
                 solution = solve_ivp(self._slope, span, z, method, **options)
         except _TooLongError as error:
+            self.reached = max(self.reached, error.args[0])
             reason = f"{method} took {self.evaluations - 1} evaluations"
-            raise SimulationError(f"{self._place(error.args[0])}: {reason}") from None
+            remedy = "" if self.jumps else f", as many as one run may take; {self._shorter()}"
+            raise SimulationError(f"{self._place(error.args[0])}: {reason}{remedy}") from None
         if solution.status != 0:
             # steps have become tiny: the time of the last one tried is the time reached
             reason = self._reason(solution.message)
@@ -175,6 +178,11 @@ class InitialValueProblem:
         if np.isfinite(self.equations.rates(state)[0]).all():
             return message
         return self.equations.weakness(state)
+
+    def _shorter(self) -> str:
+        """The remedy for a run that is too long: a length that fits, with a margin for the second integration."""
+        within_reach = float(f"{0.8 * self.reached:.2g}")
+        return f"give a shorter stop time, {within_reach:g} s is within reach"
 
     def _place(self, t: float) -> str:
         return f"mechanism '{self.equations.mechanism.name}' at time {float(t)!r} s"
