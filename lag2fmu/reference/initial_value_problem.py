@@ -9,7 +9,9 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from lag2fmu.errors import SimulationError
+from lag2fmu.mechanism.record import Mechanism
 from lag2fmu.reference.equations import Equations
+from lag2fmu.reference.native import native_terms
 from lag2fmu.reference.signals import Signals
 from lag2fmu.reference.single import SingleState, single_state
 from lag2fmu.reference.state import Floats, State
@@ -24,6 +26,16 @@ LONGEST_PART = 0.02
 MAX_EVALUATIONS, MAX_WITH_JUMPS = 500_000, 50_000
 """Evaluations of the equations in one run before a method counts as failed: stiff equations stall DOP853, and jumps of
 the forces stall every method where they hold the motion, as dry friction does."""
+
+
+def prepare(mechanism: Mechanism) -> None:
+    """Load and compile what a direct integration of ``mechanism`` needs, which takes hardly any time of this process.
+
+    Meant for a thread beside other work. Raises BuildError as ``native_terms`` does.
+    """
+    import scipy.integrate  # noqa: F401
+
+    native_terms(mechanism)
 
 
 class InitialValueProblem:
