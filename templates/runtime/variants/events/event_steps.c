@@ -248,14 +248,17 @@ static bool polish(Instance *instance, const Descents *found, Step *step, double
     return true;
 }
 
-/* Notes which events are due at the end of the step: those of functions that came down there together. */
+/* Notes which events are due at the end of the step: those of functions that came down there together. Where the step
+   has come to nothing, no shorter one tells the first of them better: a slip in space that comes to rest is never
+   nearer to 0 than the solver's errors are. */
 static void note_due(Instance *instance, const Descents *found, Step step, const double values[]) {
     State *state = &instance->state;
     const double rounding = 4.0 * DBL_EPSILON * fabs(step.end) * fabs(found->slope);
     for (int k = 0; k < N_EVENTS; k++) {
         const double noise = events_noise(instance, k);
         const bool came_down = found->theta[k] <= 1.0 && values[k] <= noise;
-        state->due[k] = came_down || values[k] < -noise || (k == found->first && values[k] <= noise + rounding);
+        const bool first_due = k == found->first && (values[k] <= noise + rounding || step.length <= 0.0);
+        state->due[k] = came_down || values[k] < -noise || first_due;
         state->event_rests[k] = state->due[k] ? 4.0 * fabs(values[k]) : state->event_rests[k];
         state->event_pending = state->event_pending || state->due[k];
     }
