@@ -31,7 +31,7 @@ from lag2fmu.verify.comparison import (
     own_error,
     windows_after,
 )
-from lag2fmu.verify.hybrid import comparable, extent, has_rows, row_checks, row_outputs
+from lag2fmu.verify.hybrid import comparable, extent, has_rows, resting_energy, row_checks, row_outputs
 from lag2fmu.verify.instances import description_of, has_event_mode, offers_model_exchange, problems
 from lag2fmu.verify.invariants import action_note, drift_checks, hamilton_checks
 from lag2fmu.verify.plan import takes_derivatives
@@ -228,7 +228,7 @@ def _energy_checks(task: Task, run: Trajectory, reference: Reference) -> list[Ch
     coordinates = [c.name for c in task.mechanism.coordinates]
     q, qd = run.columns(coordinates), run.columns([names.velocity(c) for c in coordinates])
     qdd = run.columns([names.acceleration(c) for c in coordinates])
-    inputs = _inputs_at(task, run.time)
+    inputs = task.inputs_at(run.time)
     balance = Equations(task.mechanism).balance(run.time, q, qd, qdd, inputs | task.further(run))
     scale = float(np.max(balance.scale, initial=0.0)) or 1.0
     worst = int(np.argmax(np.abs(balance.residual)))
@@ -239,7 +239,14 @@ def _energy_checks(task: Task, run: Trajectory, reference: Reference) -> list[Ch
         return checks  # held motions jump at communication points, and h jumps with them
     rows = on_grid(reference, run.time)
     h, work = run["generalized_energy"], reference.work[rows]
-    size = max(float(np.abs(h).max()), float(np.ptp(h)), float(np.ptp(work)), *_sizes(reference), 1e-300)
+    size = max(
+        float(np.abs(h).max()),
+        float(np.ptp(h)),
+        float(np.ptp(work)),
+        *_sizes(reference),
+        resting_energy(task, run),
+        1e-300,
+    )
     drift = np.abs(h - h[0] - work + work[0]) / size / reference.growth[rows]
     compared = (run.time <= horizon_of(task, reference)) & comparable(task, reference)[rows]
     drift = np.where(compared, drift, 0.0)
@@ -248,17 +255,6 @@ def _energy_checks(task: Task, run: Trajectory, reference: Reference) -> list[Ch
     # a range is twice an amplitude, and energies are squares: 1 % of the range of a vibration is 4 % of its energy
     bar = 4 * SAFETY * task.tolerance
     return [*checks, Check("energy: h - work over the run", float(drift[worst]), bar, detail)]
-
-
-def _inputs_at(task: Task, times: Floats) -> dict[str, Floats]:
-    """The inputs as the FMU has them when its accelerations are recorded at the communication points ``times`` (k,).
-
-    Inputs that are held are then still those set before the step that led to the point.
-    """
-    signals = task.driving(times[1] - times[0])
-    if signals is None:
-        return {}
-    return signals.sampled(np.append(times[0], np.nextafter(times[1:], 0.0)) if task.holds else times)
 
 
 def _analysis(task: Task, run: Trajectory, reference: Reference) -> tuple[list[Check], list[str]]:
