@@ -11,7 +11,7 @@ from pathlib import Path
 import pytest
 
 from lag2fmu.codegen import DEFAULT_SOLVER
-from lag2fmu.fmu import Fmu, export, kept_libraries, live_page
+from lag2fmu.fmu import Fmu, export, kept_libraries, live_module
 from lag2fmu.formats.loading import load
 from lag2fmu.mechanism import Mechanism
 
@@ -41,7 +41,7 @@ def pytest_configure(config: pytest.Config) -> None:
     A page is live where a test asks for it.
     """
     os.environ.setdefault(kept_libraries.VARIABLE, str(config.cache.mkdir("libraries")))
-    os.environ.setdefault(live_page.VARIABLE, "static")
+    os.environ.setdefault(live_module.VARIABLE, "static")
 
 
 @pytest.hookimpl(tryfirst=True)
