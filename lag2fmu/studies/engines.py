@@ -12,8 +12,8 @@ import numpy as np
 
 from lag2fmu.ensemble.compiled import Ensemble
 from lag2fmu.errors import SimulationError
-from lag2fmu.fmu.kept_libraries import VARIABLE
 from lag2fmu.formats.text import read
+from lag2fmu.kept_libraries import VARIABLE
 from lag2fmu.reference.trajectory import Floats, Trajectory
 from lag2fmu.studies.design import Part, Task
 from lag2fmu.studies.givable import kinds_of

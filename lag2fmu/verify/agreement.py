@@ -55,22 +55,30 @@ def comparable(task: Task, reference: Reference) -> NDArray[np.bool_]:
     if reference.comparable is None:
         return np.ones(len(time), dtype=bool)
     seen: NDArray[np.bool_] = reference.comparable.copy()
-    for event in reference.events:
-        width = width_at(task, reference, event.time)
-        seen &= np.abs(time - event.time) > width
+    widths = widths_of(task, reference)
+    for event in reference.events:  # before it, errors are those of that time, not yet those of the event
+        width = width_at(reference, widths, event.time)
+        seen &= np.abs(time - event.time) > np.minimum(widths, width)
     for begin, end in _cascades(task, reference):
-        width = width_at(task, reference, end)
-        seen &= (time < begin) | (time > end + width)
+        seen &= (time < begin) | (time > end + width_at(reference, widths, end))
     return seen
 
 
-def width_at(task: Task, reference: Reference, t: float) -> float:
-    """How much earlier or later (s) an event at ``t`` may be in another run: the bar of its errors over its speed."""
+def widths_of(task: Task, reference: Reference) -> Floats:
+    """By how much (s) an event may be earlier or later in another run, at each time of ``reference``, (m,).
+
+    It is the bar of the run's errors over its speed.
+    """
     q = [c.name for c in task.mechanism.coordinates]
     pace = max(reference.scales[name] / reference.scales[names.velocity(name)] for name in q)
-    row = min(int(np.searchsorted(reference.trajectory.time, t)), len(reference.trajectory) - 1)
-    growth = float(reference.growth[row])
-    return SAFETY * growth * task.tolerance * pace if np.isfinite(growth) else np.inf
+    widths: Floats = SAFETY * reference.growth * task.tolerance * pace
+    return widths
+
+
+def width_at(reference: Reference, widths: Floats, t: float) -> float:
+    """That of an event at ``t`` (s), in s; ``widths`` (m,) are those of ``widths_of``."""
+    row = min(int(np.searchsorted(reference.trajectory.time, t)), len(widths) - 1)
+    return float(widths[row])
 
 
 def _cascades(task: Task, reference: Reference) -> Iterator[tuple[float, float]]:

@@ -13,7 +13,7 @@ from lag2fmu.reference.hybrid.modes import Mode
 from lag2fmu.reference.hybrid.points import Points
 from lag2fmu.reference.record import Reference
 from lag2fmu.reference.trajectory import Trajectory
-from lag2fmu.verify.agreement import LOWER, SAFETY, comparable, has_rows, width_at
+from lag2fmu.verify.agreement import LOWER, SAFETY, comparable, has_rows, width_at, widths_of
 from lag2fmu.verify.report import Check
 from lag2fmu.verify.task import Floats, Task
 
@@ -154,6 +154,7 @@ def _impact_checks(
     bar = LOWER * task.tolerance
     low = {event.element: event.time for event in reversed(reference.events) if min(event.height, event.lift) <= bar}
     missed, worst, where, count = 0, 0.0, "no impact", 0
+    widths = widths_of(task, reference)
     for c in task.mechanism.unilaterals:
         watched = seen & (run.time < low.get(c.name, np.inf))
         expected = reference.trajectory[names.impacts(c.name)][rows]
@@ -170,7 +171,7 @@ def _impact_checks(
             at, count = int(behind[0]), count + 1
             if not flies[at]:  # it closes at once
                 continue
-            late = float(off[at] / rate[at]) / width_at(task, reference, event.time)
+            late = float(off[at] / rate[at]) / width_at(reference, widths, event.time)
             if late >= worst:
                 worst, where = late, f"{c.name} at t = {event.time:.4g} s"
     if where == "no impact" and count:

@@ -6,6 +6,8 @@ What the bars are stands in ``agreement``, how the rest of a chaotic run is comp
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
+from concurrent.futures import ThreadPoolExecutor
+from contextlib import ExitStack
 from pathlib import Path
 
 import numpy as np
@@ -20,6 +22,7 @@ from lag2fmu.fmu.record import Model, is_fmu
 from lag2fmu.formats.loading import as_mechanism, with_values
 from lag2fmu.mechanism.display import display_units
 from lag2fmu.mechanism.record import Mechanism
+from lag2fmu.reference.initial_value_problem import prepare
 from lag2fmu.reference.integrate import integrate, remedy_of_jumps
 from lag2fmu.reference.record import Reference
 from lag2fmu.reference.trajectory import Trajectory
@@ -62,7 +65,11 @@ def validate(
     ``progress`` is told the share that is done, 0 to 1. Raises Lag2FmuError; differences are in the Report.
     """
     source = model if is_fmu(model) else with_values(as_mechanism(model), values or {})
-    with as_fmu(source, solver, fmi) as path:
+    with ExitStack() as folders:
+        with ThreadPoolExecutor(max_workers=1) as beside:
+            if isinstance(source, Mechanism):  # the compilers of both sides work at the same time
+                beside.submit(lambda: prepare(complete(source)))  # what fails here fails again where it is needed
+            path = folders.enter_context(as_fmu(source, solver, fmi))
         mechanism = read_mechanism(path)
         signals = trajectory_of(inputs, *times_of(path, stop_time, None))
         return validate_fmu(
