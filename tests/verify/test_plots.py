@@ -82,6 +82,15 @@ def test_without_bodies_the_potential_is_drawn(model: str, title: str) -> None:
     assert title in titles(mechanism_figure(load(model)))
 
 
+def test_without_a_potential_the_coordinates_are_drawn_over_time() -> None:
+    """A potential that is flat says nothing of where two flywheels turn."""
+    figure = mechanism_figure(load("clutch_pair"))
+    assert [axes.get_ylabel() for axes in figure.axes] == ["φ₁ in rad", "φ₂ in rad"]
+    time, phi = figure.axes[0].lines[0].get_data()
+    assert time[-1] == 10.0 and np.all(np.diff(phi) > 0)
+    assert "its potential energy is constant" in foot(figure)
+
+
 def test_one_coordinate_without_bodies_moves_in_its_potential() -> None:
     free = replace_bodies(load("anharmonic_oscillator"))
     curve = mechanism_figure(free).axes[0].lines[0]
