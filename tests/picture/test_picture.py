@@ -53,7 +53,8 @@ def test_a_double_pendulum_stands_where_its_angles_say() -> None:
 def test_balls_that_touch_are_drawn_as_large_as_their_contacts_say() -> None:
     scene = draw(layout("newtons_cradle"))
     (second,), (third,) = (marks_of(scene, f"bodies.{name}") for name in ("second", "third"))
-    assert isinstance(second, Disc) and isinstance(third, Disc)
+    assert isinstance(second, Disc)
+    assert isinstance(third, Disc)
     assert scene.unit * (second.radius + third.radius) == pytest.approx(2 * 0.02, rel=1e-6)
     assert np.linalg.norm(np.subtract(third.center, second.center)) == pytest.approx(second.radius + third.radius)
 
