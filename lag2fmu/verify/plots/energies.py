@@ -20,7 +20,7 @@ H = "generalized_energy"
 
 
 def energies_of(equations: EquationsOfMotion, values: Mapping[str, Floats | float]) -> dict[str, Floats]:
-    """{energy: (times,) in J}, of those that the mechanism has, at ``values`` {name: (times,) or number} in SI units."""
+    """{energy: (times,) in J} of those that the mechanism has, at ``values`` {name: (times,) or number} in SI units."""
     found = {name: equations.energies[name] for name in (*ENERGIES, H) if name in equations.energies}
     numbers = evaluate(equations.graph, list(found.values()), values)
     return dict(zip(found, numbers, strict=True))
