@@ -4,8 +4,9 @@ Each kink whose margin moves gets a side s, +1 or -1, and a formula that is smoo
 
     sign(m) = s,  |m| = s m,  heaviside(m) = (1 + s)/2,  max(a, b) = (a + b + s (a - b))/2 with m = a - b.
 
-Where the margin comes to zero the side changes. A broken power of what is frozen, as max(0, d)**1.5, is continued beyond
-that by |d|**1.5, so that a trial step may look there. Kinks of constants, and those within ``smooth``, stay what they are.
+Where the margin comes to zero the side changes. A broken power of what is frozen, as max(0, d)**1.5, is continued
+beyond that by |d|**1.5, so that a trial step may look there. Kinks of constants, and those within ``smooth``, stay
+what they are.
 """
 
 from __future__ import annotations
