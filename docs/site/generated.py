@@ -8,7 +8,7 @@ from lag2fmu.description.keys import Key, TableKey, keys_of
 from lag2fmu.description.parts import KINDS
 from lag2fmu.description.record import Description, table_keys
 from lag2fmu.formats.keys import SINGLE, TABLES
-from lag2fmu.language import unit_table, vocabulary
+from lag2fmu.language import units, vocabulary
 
 FORMS = {
     "single": "`[{name}]` stands once.",
@@ -72,8 +72,8 @@ def _functions() -> str:
 
 
 def _units() -> str:
-    named = [name for name in unit_table.NAMED if name]
-    prefixes = ", ".join(f"`{prefix}`" for prefix in unit_table.PREFIXES)
+    named = [name for name in units.NAMED if name]
+    prefixes = ", ".join(f"`{prefix}`" for prefix in units.PREFIXES)
     return f"{', '.join(f'`{name}`' for name in named)}; those of SI take the prefixes {prefixes}"
 
 

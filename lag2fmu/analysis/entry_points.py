@@ -15,7 +15,7 @@ from lag2fmu.dynamics.entry_points import derive
 from lag2fmu.dynamics.equations import EquationsOfMotion
 from lag2fmu.errors import DerivationError
 from lag2fmu.formats.loading import as_mechanism, with_values
-from lag2fmu.language.expressions import without_dust
+from lag2fmu.language.writer import without_dust
 from lag2fmu.mechanism.record import Mechanism
 
 Model = EquationsOfMotion | Mechanism | str | Path

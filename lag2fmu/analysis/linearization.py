@@ -22,12 +22,12 @@ from lag2fmu.analysis.present_modes import solved, within_modes
 from lag2fmu.analysis.state_space import Linearization
 from lag2fmu.analysis.subspaces import RANK, independent_rows, null_space
 from lag2fmu.description import names
-from lag2fmu.description.names import suggestion
 from lag2fmu.dynamics.equations import EquationsOfMotion
 from lag2fmu.dynamics.tangent import Tangent, differentiate
 from lag2fmu.errors import DerivationError
 from lag2fmu.graph.batches import Floats, Values, evaluate, matrix
 from lag2fmu.graph.nodes import Node
+from lag2fmu.language.identifiers import suggestion
 
 
 class Linearizer:

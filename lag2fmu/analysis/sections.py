@@ -6,7 +6,7 @@ from dataclasses import dataclass
 
 import sympy as sp
 
-from lag2fmu.language.expressions import to_text
+from lag2fmu.language.writer import to_text
 
 
 @dataclass(frozen=True)

@@ -14,9 +14,9 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from lag2fmu.description.names import suggestion
 from lag2fmu.errors import DerivationError, ExportError
 from lag2fmu.graph.batches import Floats, Values
+from lag2fmu.language.identifiers import suggestion
 from lag2fmu.mechanism.display import display_units
 from lag2fmu.mechanism.record import Mechanism
 

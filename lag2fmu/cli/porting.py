@@ -7,10 +7,10 @@ from dataclasses import replace
 from typing import Any
 
 from lag2fmu.description.keys import keys_of
-from lag2fmu.description.names import suggestion
 from lag2fmu.description.places import WORLD
 from lag2fmu.description.ports import ACTING, ALL, NONE, Ports
 from lag2fmu.errors import ExportError
+from lag2fmu.language.identifiers import suggestion
 from lag2fmu.mechanism.completion import complete
 from lag2fmu.mechanism.record import Mechanism
 

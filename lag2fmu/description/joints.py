@@ -13,7 +13,6 @@ from typing import NamedTuple
 import sympy as sp
 
 from lag2fmu.description.keys import CONFIGURATION, CONSTANT, key
-from lag2fmu.description.names import suggestion
 from lag2fmu.description.places import (
     AXES,
     WORLD,
@@ -27,6 +26,7 @@ from lag2fmu.description.places import (
 )
 from lag2fmu.description.symbols import Coordinate, Declared
 from lag2fmu.errors import MechanismError
+from lag2fmu.language.identifiers import suggestion
 from lag2fmu.language.units import DIMENSIONLESS, METRE, RADIAN
 from lag2fmu.language.vocabulary import symbol, value_of
 

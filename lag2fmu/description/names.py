@@ -2,12 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable
-from difflib import get_close_matches
-
-from lag2fmu.language.identifiers import MAX_NAME
-from lag2fmu.language.vocabulary import CONSTANTS, FUNCTIONS, WORDS
-
 _MASSLESS = "massless_"
 
 DAMPER_RATE = "rate"
@@ -15,25 +9,6 @@ DAMPER_RATE = "rate"
 
 SETTINGS = ("solver_tolerance", "solver_step", "solver_max_step")
 ENERGIES = ("kinetic_energy", "potential_energy", "total_energy", "generalized_energy")
-GLOBAL_NAMES = {
-    "t": "the time",
-    "time": "the time",
-    **dict.fromkeys(CONSTANTS, "a constant"),
-    **dict.fromkeys(FUNCTIONS, "a function"),
-    **dict.fromkeys(WORDS, "a word of the language of expressions"),
-    **dict.fromkeys(SETTINGS, "a setting of the solver"),
-    **dict.fromkeys(ENERGIES, "an energy that is calculated"),
-    "external_power": "the power of the external forces",
-}
-
-
-def suggestion(word: str, known: Iterable[str]) -> str:
-    """The remedy for an unknown ``word``: the names in ``known`` that are near to it, or else what is known."""
-    known = list(known)
-    near = get_close_matches(word[:MAX_NAME], known, n=2)
-    if near:
-        return f"did you mean {' or '.join(repr(name) for name in near)}?"
-    return f"known are {', '.join(known[:30])}{', ...' if len(known) > 30 else ''}" if known else "there are none"
 
 
 def velocity(name: str) -> str:

@@ -13,7 +13,8 @@ import sympy as sp
 
 from lag2fmu.description.keys import CONFIGURATION, CONSTANT, GIVEN, Key, key, keys_in
 from lag2fmu.errors import MechanismError
-from lag2fmu.language.units import DIMENSIONLESS, KILOGRAM, METRE, RADIAN, parse_unit
+from lag2fmu.language.unit_parser import parse_unit
+from lag2fmu.language.units import DIMENSIONLESS, KILOGRAM, METRE, RADIAN
 from lag2fmu.language.vocabulary import normal_form
 
 Expression: TypeAlias = "sp.Expr | int | float"

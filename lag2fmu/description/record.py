@@ -15,7 +15,7 @@ import sympy as sp
 from lag2fmu.description.events import IMPACTS, Contact, Friction, State, Stop
 from lag2fmu.description.joints import Joint
 from lag2fmu.description.keys import Key, TableKey, key, table_key
-from lag2fmu.description.names import stop_side, suggestion
+from lag2fmu.description.names import stop_side
 from lag2fmu.description.outputs import Experiment, Output
 from lag2fmu.description.parts import (
     Constraint,
@@ -34,6 +34,7 @@ from lag2fmu.description.subsystems import Part
 from lag2fmu.description.symbols import FILTERED, Coordinate, Declared, Input, Parameter
 from lag2fmu.description.tables import Table
 from lag2fmu.errors import MechanismError
+from lag2fmu.language.identifiers import suggestion
 
 IMPRINT = ("author", "version", "copyright", "license")
 """The keys that say who is behind a mechanism; attributes of modelDescription.xml have the same names."""

@@ -10,7 +10,8 @@ import sympy as sp
 from lag2fmu.description import names
 from lag2fmu.description.keys import CONSTANT, OWN, bound_key, doc_key, key, unit_key
 from lag2fmu.errors import MechanismError
-from lag2fmu.language.units import SECOND, Unit, parse_unit
+from lag2fmu.language.unit_parser import parse_unit
+from lag2fmu.language.units import SECOND, Unit
 from lag2fmu.language.vocabulary import normal_form, symbol
 
 Expression: TypeAlias = "sp.Expr | int | float"

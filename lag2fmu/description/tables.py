@@ -13,7 +13,8 @@ import sympy as sp
 
 from lag2fmu.description.keys import key
 from lag2fmu.errors import MechanismError
-from lag2fmu.language.units import DIMENSIONLESS, Unit, parse_unit
+from lag2fmu.language.unit_parser import parse_unit
+from lag2fmu.language.units import DIMENSIONLESS, Unit
 from lag2fmu.language.vocabulary import table_function
 
 MAX_FILE = 10_000_000

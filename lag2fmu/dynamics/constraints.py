@@ -28,7 +28,7 @@ from lag2fmu.errors import DerivationError
 from lag2fmu.graph.autodiff import forward, reverse
 from lag2fmu.graph.from_sympy import Translator
 from lag2fmu.graph.graph import Graph, Node
-from lag2fmu.language.expressions import without_dust
+from lag2fmu.language.writer import without_dust
 from lag2fmu.mechanism.record import Mechanism
 
 Floats = NDArray[np.float64]
@@ -39,6 +39,7 @@ MET, PROJECTED = 1e-12, 1e-6
 _ITERATIONS, _HALVINGS = 60, 12
 _INDEPENDENT, _TRIALS = 1e-8, 3
 _SHOWN = 6
+_NEAR, _NEIGHBOURS, _NOISE = 1e-6, 6, 0.01
 
 Measure = Callable[[Floats], tuple[Floats, Floats]]
 """x (n,) -> residuals (m,) and their Jacobian in units of the nominal values (m, n)."""
@@ -138,9 +139,7 @@ class _Start:
         moves = np.zeros(len(self.constraints), dtype=bool)
         for _ in range(_TRIALS):
             q = self.q + self.nominal * [generator.uniform(-1, 1) for _ in self.q]
-            jacobian = self._jacobian(q)
-            # sines and cosines that cancel leave rounding errors
-            moves |= ~(np.abs(jacobian).max(axis=1) <= MET)
+            moves |= self._slopes_known(q, generator)
         for k, constraint in enumerate(self.mechanism.constraints):
             if not moves[k]:
                 (value,) = self._evaluate([self.constraints.residuals[k]], self.q, self.qd)
@@ -149,6 +148,21 @@ class _Start:
                     f"constraints.{constraint.kind}.{constraint.name}: '{constraint.expression}' is {value:.3g} "
                     "whatever the coordinates are, so it cannot restrict the motion; leave it out or correct it"
                 )
+
+    def _slopes_known(self, q: Floats, generator: random.Random) -> NDArray[np.bool_]:
+        """The rows (m,) of G at ``q`` that are more than rounding errors, which sines and cosines that cancel leave.
+
+        In a small mechanism slopes may be as small. They hardly change with a small change of q, but errors do.
+        """
+        jacobian = self._jacobian(q)
+        size = np.abs(jacobian).max(axis=1)
+        known: NDArray[np.bool_] = ~(size <= MET)
+        if known.all():
+            return known
+        near = [q * (1 + _NEAR * np.array([generator.uniform(-1, 1) for _ in q])) for _ in range(_NEIGHBOURS)]
+        noise = np.max([np.abs(self._jacobian(x) - jacobian).max(axis=1) for x in near], axis=0)
+        known |= _NOISE * size > noise
+        return known
 
     def check_freedom(self) -> None:
         """Raise DerivationError if the constraints leave no degree of freedom at the start, and nothing drives them."""

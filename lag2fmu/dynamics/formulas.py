@@ -16,8 +16,8 @@ from lag2fmu.dynamics.equations import EquationsOfMotion
 from lag2fmu.graph.graph import Graph
 from lag2fmu.graph.nodes import Node
 from lag2fmu.graph.to_sympy import tidy, written, written_operations
-from lag2fmu.language.expressions import with_decimals
 from lag2fmu.language.vocabulary import symbol
+from lag2fmu.language.writer import with_decimals
 
 MAX_OPERATIONS = 500
 """Mechanisms whose formulas have more operations, written out, are not printed."""

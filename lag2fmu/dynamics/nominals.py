@@ -32,7 +32,7 @@ from lag2fmu.dynamics.starts import start_values
 from lag2fmu.graph.autodiff import Forward
 from lag2fmu.graph.batches import Floats, matrix
 from lag2fmu.graph.graph import Graph, Node
-from lag2fmu.language.units import parse_unit
+from lag2fmu.language.unit_parser import parse_unit
 from lag2fmu.mechanism.record import Mechanism
 
 SMALL_ANGLE, SMALL_PART = 1e-4, 1e-6

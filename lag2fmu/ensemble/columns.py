@@ -53,4 +53,4 @@ def unknown(kind: str, name: str, known: Iterable[str]) -> LoadError:
     """The error that nothing ``known`` of this ``kind`` has the ``name``, with the names near to it."""
     names = list(known)
     near = get_close_matches(name, names) or names[:20]
-    return LoadError(f"{kind} '{name}': there is no such variable; known are {', '.join(near) or 'none'}")
+    return LoadError(f"there is no {kind} '{name}'; known are {', '.join(near) or 'none'}")

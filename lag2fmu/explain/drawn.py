@@ -11,7 +11,7 @@ from sympy.printing.pretty.stringpict import prettyForm, stringPict
 
 from lag2fmu.explain.length import operations
 from lag2fmu.explain.notation import TEXT, Notation
-from lag2fmu.language.expressions import to_text, with_decimals
+from lag2fmu.language.writer import to_text, with_decimals
 
 MOST_DRAWN = 150
 """Operations of a formula that is drawn; a longer one would be wider than any terminal."""

@@ -15,9 +15,9 @@ from lag2fmu.description.events import Contact, Friction
 from lag2fmu.description.parts import Constraint
 from lag2fmu.description.tables import Table
 from lag2fmu.dynamics.variables import led
-from lag2fmu.language.expressions import to_text
 from lag2fmu.language.units import SECOND, Unit
 from lag2fmu.language.vocabulary import symbol
+from lag2fmu.language.writer import to_text
 from lag2fmu.mechanism.poses import Poses
 from lag2fmu.mechanism.record import Mechanism, Unilateral
 from lag2fmu.mechanism.starts import start_values, value_at

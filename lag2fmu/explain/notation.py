@@ -7,8 +7,8 @@ from dataclasses import dataclass
 
 import sympy as sp
 
-from lag2fmu.language.expressions import to_text, with_decimals
 from lag2fmu.language.vocabulary import TIME
+from lag2fmu.language.writer import to_text, with_decimals
 
 
 @dataclass(frozen=True)

@@ -9,8 +9,8 @@ import sympy as sp
 
 from lag2fmu.description.places import Frame
 from lag2fmu.description.symbols import Coordinate
-from lag2fmu.language.expressions import to_text
 from lag2fmu.language.units import Unit
+from lag2fmu.language.writer import to_text
 from lag2fmu.mechanism.record import Mechanism
 from lag2fmu.reference.energies import EnergyFunctions
 

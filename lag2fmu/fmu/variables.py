@@ -28,7 +28,8 @@ from lag2fmu.fmu.input_variables import input_variables
 from lag2fmu.fmu.row_forces import row_forces
 from lag2fmu.fmu.runtime_tables import runtime_tables
 from lag2fmu.fmu.scalar_variable import ScalarVariable
-from lag2fmu.language.units import JOULE, SECOND, WATT, Unit, parse_unit
+from lag2fmu.language.unit_parser import parse_unit
+from lag2fmu.language.units import JOULE, SECOND, WATT, Unit
 from lag2fmu.mechanism.calculated_units import calculated_units
 from lag2fmu.mechanism.norms import norm_constraints
 from lag2fmu.mechanism.ranges import half_range, positive_parameters

@@ -10,13 +10,13 @@ from pathlib import Path
 from typing import Any, NamedTuple
 
 from lag2fmu.description import names
-from lag2fmu.description.names import suggestion
 from lag2fmu.description.record import Description
 from lag2fmu.description.symbols import Coordinate
 from lag2fmu.errors import LoadError
 from lag2fmu.formats.programs import arguments_of, convert, function_of_mechanics, guarded, is_mechanics, model_function
 from lag2fmu.formats.robots import READERS, robot
 from lag2fmu.formats.text import read_file
+from lag2fmu.language.identifiers import suggestion
 from lag2fmu.language.units import Unit
 from lag2fmu.mechanism import record
 from lag2fmu.mechanism.completion import Mechanism, complete

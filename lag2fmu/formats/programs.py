@@ -15,8 +15,8 @@ from hashlib import sha256
 from pathlib import Path
 from types import ModuleType
 
-from lag2fmu.description.names import suggestion
 from lag2fmu.errors import LoadError
+from lag2fmu.language.identifiers import suggestion
 from lag2fmu.mechanism.completion import Mechanism
 
 

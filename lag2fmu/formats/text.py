@@ -14,7 +14,6 @@ from pathlib import Path
 from typing import Any
 
 from lag2fmu.description.keys import keys_of
-from lag2fmu.description.names import suggestion
 from lag2fmu.description.parts import KINDS
 from lag2fmu.description.places import WORLD
 from lag2fmu.description.record import Description, table_keys
@@ -24,6 +23,7 @@ from lag2fmu.errors import LoadError, MechanismError, TextError
 from lag2fmu.formats.keys import CONSTRAINT, NAMED, SINGLE, TABLES
 from lag2fmu.formats.robots import READERS, robot
 from lag2fmu.formats.toml_table import Surroundings, TomlTable
+from lag2fmu.language.identifiers import suggestion
 from lag2fmu.language.units import DIMENSIONLESS
 from lag2fmu.mechanism.assembly import Settable, settable
 from lag2fmu.mechanism.completion import Mechanism, complete

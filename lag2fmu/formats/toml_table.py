@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable
+import re
+from collections.abc import Callable, Iterable, Mapping
 from decimal import Decimal
 from fractions import Fraction
 from pathlib import Path, PurePath
@@ -10,12 +11,14 @@ from typing import Any, NamedTuple
 
 import sympy as sp
 
-from lag2fmu.description.names import suggestion
+from lag2fmu.description.keys import Key
 from lag2fmu.description.record import Description
 from lag2fmu.description.symbols import FILTERED
 from lag2fmu.errors import TextError, UnitError
+from lag2fmu.language.identifiers import suggestion
 from lag2fmu.language.parser import parse
-from lag2fmu.language.units import Unit, parse_unit
+from lag2fmu.language.unit_parser import parse_unit
+from lag2fmu.language.units import Unit
 
 MAX_EXPONENT, MAX_BITS, MAX_NUMBER = 330, 1024, 1600
 
@@ -51,7 +54,7 @@ class TomlTable:
         known = content if keys is None else tuple(keys)
         for key in content:
             if key not in known:
-                raise TextError(f"{self.place(key)}: unknown key; {suggestion(key, known)}")
+                raise TextError(f"{self.place(key)}: unknown key; {suggestion(key, known)}{_speaking_of(key, keys)}")
 
     def place(self, key: str) -> str:
         """``TABLE.KEY``, as messages begin with it."""
@@ -234,6 +237,13 @@ def _numbers(value: object, where: str) -> Any:
         _numbers(item, f"{where}[{i}]") if isinstance(item, list) else float(fraction(item, f"{where}[{i}]"))
         for i, item in enumerate(value)
     )
+
+
+def _speaking_of(word: str, keys: object) -> str:
+    """What the first of the ``keys`` whose sentence has the ``word`` says: of an output, 'point' speaks of a body."""
+    known = keys.values() if isinstance(keys, Mapping) else ()
+    said = (key for key in known if isinstance(key, Key) and word.lower() in re.findall(r"\w+", key.doc.lower()))
+    return next((f"; '{key.name}' is: {key.doc}" for key in said), "")
 
 
 def describe(value: object) -> str:

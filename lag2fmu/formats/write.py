@@ -19,8 +19,8 @@ from lag2fmu.description.record import Description, label_of, table_keys
 from lag2fmu.description.subsystems import Part
 from lag2fmu.description.symbols import Coordinate
 from lag2fmu.description.tables import Table
-from lag2fmu.language.expressions import number_text, to_text
 from lag2fmu.language.units import DIMENSIONLESS, Unit, exact
+from lag2fmu.language.writer import number_text, to_text
 from lag2fmu.mechanism.assembly import settable
 from lag2fmu.mechanism.record import Mechanism
 

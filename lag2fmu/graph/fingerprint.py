@@ -3,8 +3,7 @@
 Two expressions with equal fingerprints are equal, but for a chance of about (nodes^2 * degree) / 2^240 (Schwartz and
 Zippel). The prime p is safe, (p - 1)/2 being prime too, so that the powers of a number come round only after (p - 1)/2
 of them: those of two, of which floating-point numbers are made, all differ. Sines and cosines are points of the unit
-circle and sums of angles are products of such points, so that sin^2 + cos^2 = 1 and the addition theorems hold. Other
-functions are random values of their operands' fingerprints.
+circle, see ``circle``. Other functions are random values of their operands' fingerprints.
 Source: J. T. Schwartz, J. ACM 27 (1980) 701-717; the same idea for program graphs: W. A. Martin, J. ACM 18 (1971) 549.
 """
 
@@ -15,15 +14,9 @@ from collections.abc import Sequence
 from fractions import Fraction
 from hashlib import blake2b
 
-from lag2fmu.graph.nodes import Node, Nodes
-from lag2fmu.graph.operations import ADD, NEGATE, SUBTRACT
-
 PRIME = (1 << 240) - 26837
 _SHORT = 119
 """Bits of the numerators and denominators of numbers that count as they are: their quotients differ modulo PRIME."""
-
-Point = tuple[int, int]
-"""(cos, sin) of an angle, as a point of the unit circle modulo PRIME."""
 
 
 def random_mark(kind: str, key: str | Sequence[int]) -> int:
@@ -43,38 +36,3 @@ def constant_mark(value: Fraction | float) -> int:
 def inverse_mark(mark: int) -> int:
     """The value of 1 / a node of value ``mark``; any where that is 0."""
     return pow(mark, -1, PRIME) if mark else random_mark("inverse", "of zero")
-
-
-class Circle:
-    """The points of the circle for the angles of a graph: sums, differences, opposites by the addition theorems."""
-
-    def __init__(self) -> None:
-        self.known: dict[Node, Point] = {}
-
-    def copy(self) -> Circle:
-        """The same points, for a copy of the graph"""
-        other = Circle()
-        other.known = self.known.copy()
-        return other
-
-    def point(self, graph: Nodes, angle: Node) -> Point:
-        """The point of the node ``angle``."""
-        known = self.known.get(angle)
-        if known is None:
-            known = self.known[angle] = self._new(graph, angle)
-        return known
-
-    def _new(self, graph: Nodes, angle: Node) -> Point:
-        code, operands = graph.code[angle], graph.operands[angle]
-        if code in (ADD, SUBTRACT):
-            (c, s), (d, t) = (self.point(graph, operand) for operand in operands)
-            t = t if code == ADD else -t
-            return (c * d - s * t) % PRIME, (s * d + c * t) % PRIME
-        if code == NEGATE:
-            c, s = self.point(graph, operands[0])
-            return c, -s % PRIME
-        if graph.leaf.get(angle) == 0:
-            return 1, 0
-        tangent = random_mark("angle", [graph.marks[angle]])  # of half the angle
-        inverse = pow(1 + tangent * tangent, -1, PRIME)
-        return (1 - tangent * tangent) * inverse % PRIME, 2 * tangent * inverse % PRIME

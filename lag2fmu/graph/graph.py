@@ -18,6 +18,7 @@ import math
 from collections.abc import Iterable, Mapping, Sequence
 from fractions import Fraction
 
+from lag2fmu.graph.circle import Circle
 from lag2fmu.graph.fingerprint import PRIME, inverse_mark, random_mark
 from lag2fmu.graph.nodes import Node, Number, value_of
 from lag2fmu.graph.operations import (
@@ -47,6 +48,10 @@ class Graph(Store):
     its value, or of the opposite one, that holds no other groups of variables; rewrites are for what is new. Raises
     DerivationError where constants, taken together, go beyond the range of doubles.
     """
+
+    def __init__(self) -> None:
+        super().__init__()
+        self._circle = Circle()
 
     # --------------------------------------------------------------------------------------------------- arithmetic
 

@@ -13,7 +13,7 @@ from types import MappingProxyType
 from typing import TypeVar
 
 from lag2fmu.errors import DerivationError
-from lag2fmu.graph.fingerprint import PRIME, Circle, constant_mark, random_mark
+from lag2fmu.graph.fingerprint import PRIME, constant_mark, random_mark
 from lag2fmu.graph.nodes import Node, Nodes, Number
 from lag2fmu.graph.operations import ADD, CONSTANT, DIVIDE, NEGATE, SUBTRACT, SYMBOL
 
@@ -35,7 +35,6 @@ class Store(Nodes):
         self._algebra = True
         self._leaves: dict[Number | str, Node] = {}
         self._inverses: dict[Node, int] = {}
-        self._circle = Circle()
         self.zero: Node = self.constant(0)
         self.one: Node = self.constant(1)
         self.minus_one: Node = self.constant(-1)

@@ -12,10 +12,9 @@ from fractions import Fraction
 import sympy as sp
 
 from lag2fmu.errors import UnitError
-from lag2fmu.language.expressions import number_text, to_text
-from lag2fmu.language.unit_table import BASE_UNITS, Exponents
-from lag2fmu.language.units import si_name
+from lag2fmu.language.units import BASE_UNITS, Exponents, si_name
 from lag2fmu.language.vocabulary import Choice, Smooth, TableCall
+from lag2fmu.language.writer import number_text, to_text
 
 Dimension = tuple[Fraction, ...]
 ONE: Dimension = (Fraction(0),) * (len(BASE_UNITS) - 1)

@@ -1,8 +1,13 @@
-"""What a name may look like; without SymPy, so that a start file is written at once."""
+"""What a name may look like, and which one a misspelt name may mean.
+
+SymPy is not imported, so that a start file is written at once.
+"""
 
 from __future__ import annotations
 
 import re
+from collections.abc import Iterable
+from difflib import get_close_matches
 
 from lag2fmu.errors import MechanismError
 
@@ -18,3 +23,12 @@ def check_identifier(name: object, where: str) -> None:
         raise MechanismError(
             f"{where}: {str(name)[:60]!r} is no name; use letters, digits and underscores, not starting with a digit"
         )
+
+
+def suggestion(word: str, known: Iterable[str]) -> str:
+    """The remedy for an unknown ``word``: the names in ``known`` that are near to it, or else what is known."""
+    known = list(known)
+    near = get_close_matches(word[:MAX_NAME], known, n=2)
+    if near:
+        return f"did you mean {' or '.join(repr(name) for name in near)}?"
+    return f"known are {', '.join(known[:30])}{', ...' if len(known) > 30 else ''}" if known else "there are none"

@@ -1,4 +1,4 @@
-"""Units of measurement: names resolved to SI exponents, factors and the names an FMU shows.
+"""Units of measurement: the record of a unit, and the tables of names, factors and words that an FMU shows.
 
 A table instead of a units library: the table loads in no time, whereas the libraries take about as long to import as
 SymPy, and an FMU needs just what stands here (exponents of the base units and the radian, a factor, an offset).
@@ -7,18 +7,98 @@ SymPy, and an FMU needs just what stands here (exponents of the base units and t
 from __future__ import annotations
 
 import math
-import re
-from collections.abc import Iterator
 from dataclasses import dataclass
-from difflib import get_close_matches
 from fractions import Fraction
 from functools import cache
 from typing import Any, TypeVar
 
-from lag2fmu.errors import UnitError
-from lag2fmu.language.unit_table import BASE_UNITS, CUSTOMARY, NAMED, NONE, PREFIXED, PREFIXES, QUANTITIES, Exponents
+BASE_UNITS = ("kg", "m", "s", "A", "K", "mol", "cd", "rad")
+"""The base units of FMI 2.0 section 2.2.2, in the order of ``Unit.exponents``."""
 
-MAX_UNIT = 100
+Exponents = tuple[int | Fraction, ...]
+"""Of the base units; broken ones are fractions, as in the stiffness of Hertz's contact, N/m^1.5."""
+NONE: Exponents = (0,) * len(BASE_UNITS)
+
+
+def _exponents(**powers: int) -> Exponents:
+    return tuple(powers.get(base, 0) for base in BASE_UNITS)
+
+
+_KG, _M, _S = _exponents(kg=1), _exponents(m=1), _exponents(s=1)
+_ENERGY, _FORCE = _exponents(kg=1, m=2, s=-2), _exponents(kg=1, m=1, s=-2)
+
+# name -> (exponents, factor to SI, offset in SI)
+NAMED: dict[str, tuple[Exponents, float, float]] = {
+    "m": (_M, 1.0, 0.0),
+    "s": (_S, 1.0, 0.0),
+    "g": (_KG, 1e-3, 0.0),
+    "A": (_exponents(A=1), 1.0, 0.0),
+    "K": (_exponents(K=1), 1.0, 0.0),
+    "mol": (_exponents(mol=1), 1.0, 0.0),
+    "cd": (_exponents(cd=1), 1.0, 0.0),
+    "rad": (_exponents(rad=1), 1.0, 0.0),
+    "N": (_FORCE, 1.0, 0.0),
+    "J": (_ENERGY, 1.0, 0.0),
+    "W": (_exponents(kg=1, m=2, s=-3), 1.0, 0.0),
+    "Pa": (_exponents(kg=1, m=-1, s=-2), 1.0, 0.0),
+    "Hz": (_exponents(s=-1), 1.0, 0.0),
+    "V": (_exponents(kg=1, m=2, s=-3, A=-1), 1.0, 0.0),
+    "C": (_exponents(A=1, s=1), 1.0, 0.0),
+    "T": (_exponents(kg=1, s=-2, A=-1), 1.0, 0.0),
+    "Wb": (_exponents(kg=1, m=2, s=-2, A=-1), 1.0, 0.0),
+    "H": (_exponents(kg=1, m=2, s=-2, A=-2), 1.0, 0.0),
+    "F": (_exponents(kg=-1, m=-2, s=4, A=2), 1.0, 0.0),
+    "Ohm": (_exponents(kg=1, m=2, s=-3, A=-2), 1.0, 0.0),
+}
+PREFIXED = frozenset(NAMED) - {"rad"}
+PREFIXES = {"G": 1e9, "M": 1e6, "k": 1e3, "d": 1e-1, "c": 1e-2, "m": 1e-3, "u": 1e-6, "n": 1e-9}
+_PI = 3.141592653589793
+NAMED |= {
+    "deg": (_exponents(rad=1), _PI / 180.0, 0.0),
+    "rev": (_exponents(rad=1), 2.0 * _PI, 0.0),
+    "rpm": (_exponents(rad=1, s=-1), 2.0 * _PI / 60.0, 0.0),
+    "mrad": (_exponents(rad=1), 1e-3, 0.0),
+    "min": (_S, 60.0, 0.0),
+    "h": (_S, 3600.0, 0.0),
+    "d": (_S, 86400.0, 0.0),
+    "t": (_KG, 1e3, 0.0),
+    "l": (_exponents(m=3), 1e-3, 0.0),
+    "bar": (_exponents(kg=1, m=-1, s=-2), 1e5, 0.0),
+    "eV": (_ENERGY, 1.602176634e-19, 0.0),
+    "in": (_M, 0.0254, 0.0),
+    "ft": (_M, 0.3048, 0.0),
+    "lb": (_KG, 0.45359237, 0.0),
+    "lbf": (_FORCE, 4.4482216152605, 0.0),
+    "degC": (_exponents(K=1), 1.0, 273.15),
+    "%": (NONE, 1e-2, 0.0),
+}
+
+# SI names of exponents that have a customary one; the rest is written out from the base units
+CUSTOMARY = {
+    _exponents(kg=1, m=1, s=-2): "N",
+    _exponents(kg=1, m=2, s=-2): "J",
+    _exponents(kg=1, m=2, s=-3): "W",
+    _exponents(kg=1, s=-2): "N/m",
+    _exponents(kg=1, s=-1): "N.s/m",
+    _exponents(kg=1, m=2, s=-2, rad=-1): "N.m",
+    _exponents(kg=1, m=2, s=-1, rad=-1): "N.m.s",
+    _exponents(kg=1, m=2, s=-2, rad=-2): "N.m/rad",
+    _exponents(kg=1, m=2, s=-1, rad=-2): "N.m.s/rad",
+    _exponents(kg=1, m=-1, s=-2): "Pa",
+    **{NAMED[name][0]: name for name in ("V", "C", "T", "Wb", "H", "F", "Ohm")},
+}
+
+QUANTITIES = {
+    **{"m": "Length", "s": "Time", "kg": "Mass", "rad": "Angle", "m/s": "Velocity", "m/s2": "Acceleration"},
+    **{"rad/s": "AngularVelocity", "rad/s2": "AngularAcceleration", "kg.m2": "MomentOfInertia", "m2": "Area"},
+    **{"N": "Force", "N.m": "Torque", "J": "Energy", "W": "Power", "Pa": "Pressure", "kg/m3": "Density"},
+    **{"N/m": "TranslationalSpringConstant", "N.s/m": "TranslationalDampingConstant", "m3": "Volume"},
+    **{"N.m/rad": "RotationalSpringConstant", "N.m.s/rad": "RotationalDampingConstant", "Hz": "Frequency"},
+    **{"V": "ElectricPotential", "A": "ElectricCurrent", "C": "ElectricCharge", "Ohm": "Resistance"},
+    **{"H": "Inductance", "F": "Capacitance", "T": "MagneticFluxDensity", "Wb": "MagneticFlux"},
+    "K": "ThermodynamicTemperature",
+}
+"""SI unit -> the name that Modelica.Units.SI (Modelica Standard Library 4.0) gives the quantity."""
 
 Number = TypeVar("Number", float, Any)
 
@@ -77,11 +157,11 @@ class Unit:
 
     def __truediv__(self, other: Unit) -> Unit:
         """The SI unit of a quotient, e.g. ``J/rad`` (named ``N.m``)."""
-        return _from_exponents(tuple(_plain(a - b) for a, b in zip(self.exponents, other.exponents, strict=True)))
+        return _from_exponents(tuple(plain_power(a - b) for a, b in zip(self.exponents, other.exponents, strict=True)))
 
     def __mul__(self, other: Unit) -> Unit:
         """The SI unit of a product."""
-        return _from_exponents(tuple(_plain(a + b) for a, b in zip(self.exponents, other.exponents, strict=True)))
+        return _from_exponents(tuple(plain_power(a + b) for a, b in zip(self.exponents, other.exponents, strict=True)))
 
 
 @cache
@@ -125,141 +205,12 @@ def _from_exponents(exponents: Exponents) -> Unit:
     return Unit(si_name(exponents), exponents)
 
 
-_TOKEN = re.compile(
-    r"\s*(?:(?P<operator>\*(?!\*)|\.|/)|(?P<open>\()|(?P<close>\))"
-    r"|(?P<factor>(?P<name>[A-Za-z%]+|1)(?:(?:\*\*|\^)(?P<broken>[+-]?\d+\.\d+|\([+-]?\d+/\d+\))|(?:\*\*|\^)?(?P<exponent>[+-]?\d+))?))\s*"
-)
-_PLAINER = {
-    **{"°C": "degC", "°": "deg", "\N{MICRO SIGN}": "u", "\N{GREEK SMALL LETTER MU}": "u", "Ω": "Ohm"},
-    **{"·": ".", "⋅": ".", "²": "2", "³": "3", "⁻": "-", "¹": "1"},
-}
-_PLAIN = re.compile("|".join(_PLAINER))
-"""Letters that are missing on keyboards or in importers, and what is written instead."""
-_BEGINS_OPERAND = {"operator": False, "open": True, "close": False, "factor": True}
-_MISPLACED = {
-    "operator": "'{}' stands where a unit is expected",
-    "open": "'{}' stands where a unit is expected",
-    "close": "unbalanced ')' or nothing before it",
-    "factor": "an operator is missing before '{}'",
-}
-
-
-@cache
-def parse_unit(text: str) -> Unit:
-    """Resolve ``text``, e.g. ``N*m``, ``N.m``, ``kg*m^2``, ``kg.m2``, ``m/s**2``, ``N/(m/s)`` or ``1``.
-
-    Broken powers follow a ``^`` or ``**``: ``N/m^1.5``, ``m^(1/3)``. A quotient divides by the one factor that follows
-    it: ``J/kg/K``, ``m/s2``. Raises UnitError for a text that is no unit and for an unknown name, with the nearest
-    known ones.
-    """
-    if len(text) > MAX_UNIT:
-        raise UnitError(f"unit '{text[:20]}...': has {len(text)} characters; at most {MAX_UNIT} are read")
-    exponents, factor, offset, powers = NONE, 1.0, 0.0, []
-    for name, power in _factors(text):
-        base, base_factor, base_offset = _look_up(name, text)
-        exponents = tuple(_plain(e + power * b) for e, b in zip(exponents, base, strict=True))
-        factor *= base_factor**power
-        offset = offset or base_offset
-        powers.append(power)
-    if offset and powers != [1]:
-        raise UnitError(f"unit '{text}': a unit with an offset can only stand alone; use K")
-    plain = re.sub(r"\s", "", text).replace("**", "^")
-    whole = all(isinstance(power, int) for power in powers)
-    name = (plain.replace("^", "") if whole else plain).replace("*", ".")
-    return Unit("" if exponents == NONE and factor == 1.0 and name == "1" else name, exponents, factor, offset)
-
-
-def _factors(text: str) -> Iterator[tuple[str, int | Fraction]]:
-    """(name, power) of each factor, from left to right; those of ``N/(m/s)`` are N 1, m -1 and s 1.
-
-    The grammar: unit = operand {("*" | "." | "/") operand}; operand = name [power] | "(" unit ")". Raises UnitError.
-    """
-    sign, around = 1, [1]  # the sign of the next operand's powers; the signs of the open brackets
-    operand_expected = True
-    for token in _tokens(text):
-        kind = str(token.lastgroup)
-        _check_place(text, token, operand_expected, len(around))
-        if kind == "open":
-            around.append(sign)
-        elif kind == "close":
-            around.pop()
-        elif kind == "operator":
-            sign = -around[-1] if token["operator"] == "/" else around[-1]
-        else:
-            power = _exponent(text, token)
-            power = power if sign > 0 else -power
-            if not -12 <= power <= 12:
-                raise UnitError(f"unit '{text}': the power {power} is beyond 12")
-            yield token["name"], power
-        operand_expected = kind in ("operator", "open")
-    if operand_expected or len(around) > 1:
-        raise UnitError(f"unit '{text}': incomplete; write '1' for a dimensionless quantity, or leave the unit out")
-
-
-def _exponent(text: str, token: re.Match[str]) -> int | Fraction:
-    """The power of a factor; raises UnitError for a division by zero."""
-    try:
-        return _plain(Fraction((token["broken"] or token["exponent"] or "1").strip("()")))
-    except ZeroDivisionError:
-        raise UnitError(f"unit '{text}': the power '{token['broken']}' divides by zero") from None
-
-
-def _plain(exponent: int | Fraction) -> int | Fraction:
-    """A whole number as int."""
+def plain_power(exponent: int | Fraction) -> int | Fraction:
+    """A power of a unit, a whole number as int."""
     return int(exponent) if exponent.denominator == 1 else exponent
 
 
-def _check_place(text: str, token: re.Match[str], operand_expected: bool, depth: int) -> None:
-    """Raise UnitError for a ``token`` that cannot stand where it does, in ``depth`` - 1 open brackets."""
-    kind = str(token.lastgroup)
-    if _BEGINS_OPERAND[kind] != operand_expected or (kind == "close" and depth == 1):
-        raise UnitError(f"unit '{text}': {_MISPLACED[kind].format(token['name'] or token[kind])}")
-
-
-def _tokens(text: str) -> Iterator[re.Match[str]]:
-    """Operators, brackets and factors in turn; raises UnitError at anything else."""
-    position = 0
-    while position < len(text):
-        match = _TOKEN.match(text, position)
-        if match is None:
-            plain = _PLAIN.sub(lambda found: _PLAINER[found[0]], text)
-            remedy = f"did you mean '{plain}'?" if plain != text else "write units like N*m, kg.m2 or m/s**2"
-            raise UnitError(f"unit '{text}': unexpected '{text[position:]}'; {remedy}")
-        yield match
-        position = match.end()
-
-
-def _product_in(name: str) -> str:
-    """The product that ``name`` may mean, N.s for Ns; '' if there is none."""
-    for i in range(1, len(name)):
-        first, second = name[:i], name[i:]
-        if _known(first) and _known(second) and _look_up(first, first)[0] != _look_up(second, second)[0]:
-            return f"{first}.{second}"
-    return ""
-
-
-def _known(name: str) -> bool:
-    """Whether ``name`` is a unit, with or without an SI prefix."""
-    return name in NAMED or (name[0] in PREFIXES and name[1:] in PREFIXED)
-
-
-def _look_up(name: str, text: str) -> tuple[Exponents, float, float]:
-    """Exponents, factor and offset of one unit name, with or without an SI prefix."""
-    if name == "1":
-        return NONE, 1.0, 0.0
-    if name in NAMED:
-        return NAMED[name]
-    if _known(name):
-        exponents, factor, _ = NAMED[name[1:]]
-        return exponents, PREFIXES[name[0]] * factor if name != "kg" else 1.0, 0.0
-    product = _product_in(name)
-    near = get_close_matches(name, [*NAMED, "kg", "kN", "mm", "cm", "ms"], n=3)
-    if product:
-        raise UnitError(f"unit '{text}': unknown unit '{name}'; did you mean '{text.replace(name, product, 1)}'?")
-    hint = f"did you mean {', '.join(near)}?" if near else "known are m, kg, s, rad, deg, N, J, W, Pa, Hz and others"
-    raise UnitError(f"unit '{text}': unknown unit '{name}'; {hint}")
-
-
-DIMENSIONLESS = parse_unit("1")
-METRE, SECOND, KILOGRAM, RADIAN = (parse_unit(name) for name in ("m", "s", "kg", "rad"))
-NEWTON, TORQUE, JOULE, WATT = (parse_unit(name) for name in ("N", "N.m", "J", "W"))
+DIMENSIONLESS = Unit("", NONE)
+METRE, SECOND, KILOGRAM, RADIAN = Unit("m", _M), Unit("s", _S), Unit("kg", _KG), Unit("rad", _exponents(rad=1))
+NEWTON, TORQUE = Unit("N", _FORCE), Unit("N.m", _exponents(kg=1, m=2, s=-2, rad=-1))
+JOULE, WATT = Unit("J", _ENERGY), Unit("W", _exponents(kg=1, m=2, s=-3))

@@ -18,7 +18,7 @@ from lag2fmu.description.parts import Energy, Force, Gravity
 from lag2fmu.description.record import Description, label_of, table_keys
 from lag2fmu.description.subsystems import Part
 from lag2fmu.errors import MechanismError
-from lag2fmu.language.identifiers import check_identifier
+from lag2fmu.language.identifiers import check_identifier, suggestion
 from lag2fmu.language.units import DIMENSIONLESS, Unit
 from lag2fmu.mechanism.loads import with_inputs
 from lag2fmu.mechanism.placing import placed
@@ -101,7 +101,7 @@ def _check_shared(d: Description, part: Part, whole: Description) -> None:
     tables = {x.name: table for table in SHARED for x in getattr(d, table)}
     for name in part.share:
         if name not in tables:
-            remedy = names.suggestion(name, tables)
+            remedy = suggestion(name, tables)
             raise MechanismError(f"share: '{name}' is no parameter, input or table of the part; {remedy}")
         table = tables[name]
         (own,) = (x for x in getattr(d, table) if x.name == name)
@@ -164,7 +164,7 @@ def _with_settings(d: Description, before: Description, part: Part) -> Descripti
         if name in part.share:
             raise MechanismError(f"{where}: is shared, so that the whole says its value; leave out one of the two")
         if name not in known:
-            raise MechanismError(f"{where}: is no parameter or start of the part; {names.suggestion(name, known)}")
+            raise MechanismError(f"{where}: is no parameter or start of the part; {suggestion(name, known)}")
         of = known[name]
         if of.table != "parameters" and not value.is_number:
             raise MechanismError(f"{where}: '{value}' is no number; only a parameter may follow those of the whole")

@@ -11,7 +11,8 @@ from collections.abc import Iterator
 from lag2fmu.description import names
 from lag2fmu.description.events import State
 from lag2fmu.description.symbols import Input
-from lag2fmu.language.units import JOULE, SECOND, WATT, Unit, parse_unit
+from lag2fmu.language.unit_parser import parse_unit
+from lag2fmu.language.units import JOULE, SECOND, WATT, Unit
 from lag2fmu.mechanism.record import Mechanism
 from lag2fmu.mechanism.unit_check import constraint_units, units_in
 

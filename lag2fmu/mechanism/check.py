@@ -215,7 +215,8 @@ def _check_output(m: Description, where: str, output: Output) -> None:
     known = _quantities(m, output, key, where)
     if (output.quantity is None) == (key != "expression") or (known and output.quantity not in known):
         wanted = f"give one of {', '.join(known)}" if known else "it goes with 'frame' or 'point'"
-        raise MechanismError(f"{where}.quantity: {output.quantity!r} does not fit; {wanted}")
+        found = "is missing" if output.quantity is None else f"{output.quantity!r} does not fit"
+        raise MechanismError(f"{where}.quantity: {found}; {wanted}")
     _check_axes(where, output, key == "frame" and str(output.quantity).startswith("angular_"))
 
 

@@ -10,12 +10,12 @@ from dataclasses import fields, replace
 from inspect import Signature, signature
 from typing import Any, ClassVar
 
-from lag2fmu.description.names import suggestion
 from lag2fmu.description.outputs import Output
 from lag2fmu.description.parts import Constraint, Damper, Definition
 from lag2fmu.description.places import Frame
 from lag2fmu.description.record import Description
 from lag2fmu.description.symbols import Coordinate
+from lag2fmu.language.identifiers import suggestion
 from lag2fmu.mechanism import record
 from lag2fmu.mechanism.assembly import assembled
 from lag2fmu.mechanism.check import check

@@ -19,9 +19,8 @@ from lag2fmu.description.events import Contact
 from lag2fmu.description.outputs import Output
 from lag2fmu.description.parts import Damper, Definition
 from lag2fmu.description.record import Description
-from lag2fmu.language.expressions import symbol
 from lag2fmu.language.units import JOULE, METRE
-from lag2fmu.language.vocabulary import Choice, Smooth
+from lag2fmu.language.vocabulary import Choice, Smooth, symbol
 from lag2fmu.mechanism.contact_places import geometry_of
 from lag2fmu.mechanism.poses import Poses
 from lag2fmu.mechanism.unit_check import units_in

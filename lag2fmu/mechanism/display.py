@@ -9,7 +9,8 @@ from lag2fmu.description import names
 from lag2fmu.description.events import State
 from lag2fmu.description.symbols import Input, Parameter
 from lag2fmu.errors import LoadError, UnitError
-from lag2fmu.language.units import DIMENSIONLESS, JOULE, SECOND, WATT, Unit, parse_unit
+from lag2fmu.language.unit_parser import parse_unit
+from lag2fmu.language.units import DIMENSIONLESS, JOULE, SECOND, WATT, Unit
 from lag2fmu.mechanism.calculated_units import calculated_units
 from lag2fmu.mechanism.record import Mechanism
 

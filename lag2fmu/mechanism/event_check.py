@@ -12,11 +12,11 @@ from collections.abc import Iterator, Mapping
 import sympy as sp
 
 from lag2fmu.description.events import CONTACTS, IMPACTS, LAWS, Contact, ContactKind, Friction, Stop
-from lag2fmu.description.names import suggestion
 from lag2fmu.description.record import Description
 from lag2fmu.errors import MechanismError
-from lag2fmu.language.expressions import free_names, to_text, value_of
-from lag2fmu.language.vocabulary import TableCall
+from lag2fmu.language.identifiers import suggestion
+from lag2fmu.language.vocabulary import TableCall, free_names, value_of
+from lag2fmu.language.writer import to_text
 from lag2fmu.mechanism.geometry import values_of
 from lag2fmu.mechanism.poses import Poses
 from lag2fmu.mechanism.scope import Scope

@@ -18,6 +18,7 @@ from lag2fmu.description.parts import Definition
 from lag2fmu.description.record import Description
 from lag2fmu.description.symbols import FILTERED, Input
 from lag2fmu.errors import MechanismError
+from lag2fmu.language.identifiers import suggestion
 from lag2fmu.language.units import SECOND, Unit
 from lag2fmu.language.vocabulary import free_names, symbol
 from lag2fmu.mechanism.geometry import values_of
@@ -55,7 +56,7 @@ def _filter(m: Description, u: Input) -> tuple[State, State, Definition]:
     where = f"inputs.{u.name}.time_constant"
     unknown = sorted(free_names([T]) - {p.name for p in m.parameters})
     if unknown:
-        known = names.suggestion(unknown[0], [p.name for p in m.parameters])
+        known = suggestion(unknown[0], [p.name for p in m.parameters])
         raise MechanismError(f"{where}: '{unknown[0]}' is no parameter, of which a time constant is made; {known}")
     value = value_at(T, values_of(m))
     if value is None or not value > 0:

@@ -8,10 +8,10 @@ from contextlib import suppress
 
 import sympy as sp
 
-from lag2fmu.description.names import suggestion
 from lag2fmu.description.places import WORLD, Body, Frame, Rotation
 from lag2fmu.description.record import Description
 from lag2fmu.errors import MechanismError
+from lag2fmu.language.identifiers import suggestion
 from lag2fmu.language.vocabulary import value_of
 from lag2fmu.mechanism.order import in_order
 
@@ -236,7 +236,7 @@ def _check_quaternion(m: Description, frame: Frame, names_in: NamesIn, values: V
 def _check_inertia(body: Body, values: Values) -> Iterator[str]:
     """Raise MechanismError if a principal moment is negative or all are 0; warn if the triangle inequality is broken.
 
-    A thin rod has no moment about its own axis.
+    A thin rod has no moment about its own axis. What has no mass stands for an inertia about one axis, as of a gear.
     """
     numbers = _numbers(body.inertia, values) if isinstance(body.inertia, tuple) else None
     if numbers is None:
@@ -248,7 +248,7 @@ def _check_inertia(body: Body, values: Values) -> Iterator[str]:
             f"{where}: {numbers} is not positive, its principal moments are {shown} kg.m2; "
             "Ixy is the entry of the tensor, minus the integral of x y dm"
         )
-    if least + middle < greatest * (1 - ROUNDING):
+    if body.mass != 0 and least + middle < greatest * (1 - ROUNDING):
         yield (
             f"{where}: {numbers} violates the triangle inequality, its principal moments are {shown} kg.m2; "
             "no body has a moment greater than the sum of the other two"

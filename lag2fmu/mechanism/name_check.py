@@ -7,7 +7,6 @@ from collections.abc import Iterator
 
 from lag2fmu.description.names import (
     DISSIPATED_ENERGY,
-    GLOBAL_NAMES,
     acceleration,
     derivative,
     drive,
@@ -25,6 +24,7 @@ from lag2fmu.description.names import (
     velocity,
 )
 from lag2fmu.description.record import Description
+from lag2fmu.description.reserved import GLOBAL_NAMES
 from lag2fmu.errors import MechanismError
 from lag2fmu.language.identifiers import check_identifier
 

@@ -10,10 +10,10 @@ from typing import Any
 
 import sympy as sp
 
-from lag2fmu.description.names import suggestion
 from lag2fmu.description.places import WORLD, Body, Place, Point
 from lag2fmu.description.record import Description
 from lag2fmu.errors import MechanismError
+from lag2fmu.language.identifiers import suggestion
 
 
 def placed(d: Description, parent: str, whole: Description) -> Description:

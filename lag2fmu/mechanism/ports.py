@@ -12,6 +12,7 @@ from lag2fmu.description.places import WORLD, Body, Frame, Place, Point
 from lag2fmu.description.record import Description
 from lag2fmu.description.symbols import Input, names_of
 from lag2fmu.errors import MechanismError
+from lag2fmu.language.identifiers import suggestion
 from lag2fmu.mechanism.loads import opened, rigid_place
 from lag2fmu.mechanism.merging import joined
 
@@ -102,7 +103,7 @@ def with_chosen_inputs(m: Description, origins: Origins) -> Description:
     chosen: list[str] = [u.name for u in m.inputs if origins.get(f"inputs.{u.name}", "").startswith("ports.")]
     for name in m.ports.inputs:
         if name not in known:
-            raise MechanismError(f"ports.inputs: there is no input '{name}'; {names.suggestion(name, known)}")
+            raise MechanismError(f"ports.inputs: there is no input '{name}'; {suggestion(name, known)}")
         chosen += known[name]
     return replace(m, ports=replace(m.ports, inputs=tuple(dict.fromkeys(chosen))))
 
@@ -110,7 +111,7 @@ def with_chosen_inputs(m: Description, origins: Origins) -> Description:
 def _check_drives(m: Description) -> None:
     for name in m.ports.drives:
         if name not in m.driven:
-            remedy = names.suggestion(name, m.driven)
+            remedy = suggestion(name, m.driven)
             raise MechanismError(f"ports.drives: there is no prescribed motion '{name}'; {remedy}")
 
 
@@ -124,7 +125,7 @@ def _site(m: Description, spot: str, where: str) -> Site:
         raise MechanismError(f"{where}: '{name}' is the name of two places; write {both}")
     if not found:
         known = [part.name for parts in every.values() for part in parts]
-        raise MechanismError(f"{where}: there is no point, body or frame '{spot}'; {names.suggestion(spot, known)}")
+        raise MechanismError(f"{where}: there is no point, body or frame '{spot}'; {suggestion(spot, known)}")
     (place,) = found.values()
     if isinstance(place, Frame):
         place = origin = Point(f"{name}_origin", (0, 0, 0), frame=name)

@@ -16,6 +16,7 @@ from lag2fmu.description.ports import Acting
 from lag2fmu.description.record import Description, label_of, table_keys
 from lag2fmu.description.symbols import FILTERED
 from lag2fmu.errors import MechanismError
+from lag2fmu.language.identifiers import suggestion
 from lag2fmu.language.vocabulary import TableCall, symbol, table_function
 from lag2fmu.mechanism.loads import with_inputs
 
@@ -113,7 +114,7 @@ class _Renaming:
         bare = names.multiplier("")
         if name.startswith(bare):
             return names.multiplier(self.prefix + name.removeprefix(bare))
-        raise MechanismError(f"{where}: undefined symbol '{name}'; {names.suggestion(name, self.known)}")
+        raise MechanismError(f"{where}: undefined symbol '{name}'; {suggestion(name, self.known)}")
 
 
 def mapped(value: Any, change: Callable[[sp.Expr], sp.Expr]) -> Any:

@@ -14,6 +14,7 @@ from lag2fmu.description.parts import Constraint
 from lag2fmu.description.record import Description, Entry
 from lag2fmu.description.tables import Table
 from lag2fmu.errors import MechanismError
+from lag2fmu.language.identifiers import suggestion
 from lag2fmu.language.vocabulary import TableCall
 from lag2fmu.mechanism.order import in_order
 
@@ -39,7 +40,7 @@ class Scope:
         found: set[str] = set()
         for s in sorted(expression.free_symbols, key=str):
             if s.name not in self.meaning:
-                remedy = names.suggestion(s.name, self.meaning)
+                remedy = suggestion(s.name, self.meaning)
                 raise MechanismError(f"{where}: undefined symbol '{s.name}'; {remedy}")
             found |= self.uses.get(s.name, {s.name})
         return found
@@ -94,7 +95,7 @@ def _check_calls(entry: Entry, tables: Mapping[str, Table]) -> None:
     for call in sorted(entry.expression.atoms(TableCall), key=str):
         table = tables.get(call.table)
         if table is None:
-            remedy = names.suggestion(call.table, tables)
+            remedy = suggestion(call.table, tables)
             raise MechanismError(f"{entry.where}: there is no table '{call.table}'; {remedy}")
         if len(call.args) != table.arity:
             raise MechanismError(

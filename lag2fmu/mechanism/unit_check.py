@@ -13,8 +13,8 @@ from lag2fmu.description.record import Description
 from lag2fmu.description.symbols import Coordinate, Input, Parameter
 from lag2fmu.errors import UnitError
 from lag2fmu.language.dimensions import ONE, Dimension, DimensionOf, describe, dimension
-from lag2fmu.language.expressions import to_text
 from lag2fmu.language.units import JOULE, METRE, SECOND, WATT, Unit, si_name
+from lag2fmu.language.writer import to_text
 from lag2fmu.mechanism.order import in_order
 
 

@@ -8,7 +8,7 @@ import numpy as np
 
 from lag2fmu.description.places import WORLD
 from lag2fmu.graph.batches import Floats
-from lag2fmu.language.expressions import to_text
+from lag2fmu.language.writer import to_text
 from lag2fmu.picture import glyphs
 from lag2fmu.picture.labels import pretty
 from lag2fmu.picture.layout import BOX, Layout

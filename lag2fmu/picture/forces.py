@@ -6,7 +6,7 @@ import numpy as np
 
 from lag2fmu.description.parts import Damper, Load, Spring
 from lag2fmu.graph.batches import Floats
-from lag2fmu.language.expressions import to_text
+from lag2fmu.language.writer import to_text
 from lag2fmu.picture import glyphs
 from lag2fmu.picture.attachments import Attachment
 from lag2fmu.picture.labels import pretty

@@ -8,7 +8,7 @@ import sympy as sp
 from lag2fmu.description.events import Friction, Stop
 from lag2fmu.description.parts import Damper
 from lag2fmu.graph.batches import Floats
-from lag2fmu.language.expressions import to_text
+from lag2fmu.language.writer import to_text
 from lag2fmu.picture import glyphs
 from lag2fmu.picture.attachments import Attachment, attach, slopes_of_places
 from lag2fmu.picture.labels import pretty

@@ -14,7 +14,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from lag2fmu.errors import LoadError, SimulationError, UnitError
-from lag2fmu.language.units import SECOND, Unit, parse_unit
+from lag2fmu.language.unit_parser import parse_unit
+from lag2fmu.language.units import SECOND, Unit
 
 _HEADING = re.compile(r"(\S.*?)\s+\[(.+)\]")
 """``name [unit]``; ``x[1]``, without a blank, is the name of an element of an array."""

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable, Mapping
 from typing import Any
 
@@ -38,7 +39,8 @@ class InitialValueProblem:
         self.damping = DAMPING / equations.mechanism.experiment.step if equations.energies.constraints.m else 0.0
         nominal = np.array([c.nominal for c in equations.mechanism.coordinates])
         self.nominal = np.concatenate([nominal, nominal, [z.nominal for z in equations.mechanism.states]])
-        self.evaluations, self.end = 0, np.inf
+        self.evaluations, self.end, self._before_end = 0, np.inf, np.inf
+        self._step: float | None = None  # s, the method's own at the last break: it goes on with that
         self.whole = float(times[-1] - times[0])  # s, the length of the run that this one is a part of
         self.last = float(times[0]), start
         self._before_compiling = COMPILED_AFTER if equations.small else 0
@@ -58,7 +60,7 @@ class InitialValueProblem:
 
     def _inputs(self, t: float) -> Mapping[str, float]:
         """The inputs at t; those that jump keep their value until the end of the segment."""
-        return self.signals.at(min(t, float(np.nextafter(self.end, -np.inf))))
+        return self.signals.at(min(t, self._before_end))
 
     def check_start(self) -> None:
         """Raise SimulationError where the mechanism cannot start: M singular, something not finite."""
@@ -103,7 +105,7 @@ class InitialValueProblem:
         first, last = self.times[0], self.times[-1]
         breaks = self.signals.breaks
         ends = [*np.unique(breaks[(breaks > first) & (breaks < last)]), last]
-        z, t, self.evaluations = start.ravel(), first, 0
+        z, t, self.evaluations, self._step = start.ravel(), first, 0, None
         found = [z[None]]
         for self.end in ends if last > first else ():
             inside = self.times[(self.times > t) & (self.times <= self.end)]
@@ -111,27 +113,37 @@ class InitialValueProblem:
             # SciPy refuses steps below 10 units of rounding: a break may be that close to an output time
             longest = min(self.end - t, LONGEST_PART * self.whole) / pieces
             longest = max(longest, 16 * np.spacing(abs(self.end)))
-            values = self._segment(method, (t, self.end), z, t_eval=asked, rtol=rtol, atol=atol, max_step=longest)
+            self._before_end = math.nextafter(self.end, -math.inf)
+            values = self._segment(method, (t, self.end), z, asked, rtol=rtol, atol=atol, max_step=longest)
             found.append(values[: len(inside)])
             z, t = values[-1], self.end
         return np.concatenate(found).reshape(len(self.times), *start.shape), self.evaluations
 
-    def _segment(self, method: str, span: tuple[float, float], z: Floats, **options: Any) -> Floats:
-        """z at the times asked, (times, size), without a break of the inputs in between."""
-        from scipy.integrate import solve_ivp
+    def _segment(
+        self, method: str, span: tuple[float, float], z: Floats, asked: Floats, **options: float | Floats
+    ) -> Floats:
+        """z at the times ``asked`` (times,), (times, size), without a break of the inputs in between."""
+        import scipy.integrate
 
+        first_step = None if self._step is None else min(self._step, span[1] - span[0])
+        found: list[Floats] = []
         try:
             with np.errstate(all="ignore"):  # steps into what is not finite are made shorter
-                solution = solve_ivp(self._slope, span, z, method, **options)
+                solver = getattr(scipy.integrate, method)(
+                    self._slope, span[0], z, span[1], first_step=first_step, **options
+                )
+                while solver.status == "running":
+                    proposed, message = solver.h_abs, solver.step()
+                    if solver.status != "failed":
+                        found += _passed(solver, asked)
         except _TooLongError as error:
             reason = f"{method} took {self.evaluations - 1} evaluations"
             raise SimulationError(f"{self._place(error.args[0])}: {reason}") from None
-        if solution.status != 0:
+        if solver.status == "failed":
             # steps have become tiny: the time of the last one tried is the time reached
-            reason = self._reason(solution.message)
-            raise SimulationError(f"{self._place(self.last[0])}: {method} cannot go on; {reason}")
-        values: Floats = solution.y.T
-        return values
+            raise SimulationError(f"{self._place(self.last[0])}: {method} cannot go on; {self._reason(message)}")
+        self._step = max(proposed, float(solver.h_abs))  # the last step was cut short
+        return np.stack(found)
 
     def _slope(self, t: float, z: Floats) -> Floats:
         """dz/dt, flat; NaN where there are no accelerations, which makes the method take a shorter step."""
@@ -178,6 +190,13 @@ class InitialValueProblem:
 
     def _place(self, t: float) -> str:
         return f"mechanism '{self.equations.mechanism.name}' at time {float(t)!r} s"
+
+
+def _passed(solver: Any, asked: Floats) -> list[Floats]:
+    """z (size,) at those of the times ``asked`` that the last step of SciPy's ``solver`` has passed."""
+    inside = asked[(asked > solver.t_old) & (asked < solver.t)]
+    between = list(solver.dense_output()(inside).T) if len(inside) else []  # which costs evaluations of its own
+    return [*between, solver.y] if solver.t in asked else between
 
 
 class _TooLongError(Exception):

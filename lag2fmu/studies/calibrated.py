@@ -10,9 +10,9 @@ from typing import Any
 
 import numpy as np
 
-from lag2fmu.description.names import suggestion
 from lag2fmu.errors import ExportError, LoadError
 from lag2fmu.formats.write import write
+from lag2fmu.language.identifiers import suggestion
 from lag2fmu.mechanism.display import display_units
 from lag2fmu.mechanism.record import Mechanism
 from lag2fmu.reference.trajectory import Floats

@@ -11,7 +11,6 @@ from typing import Any
 import numpy as np
 
 from lag2fmu.codegen.sources import render_sources
-from lag2fmu.description.names import suggestion
 from lag2fmu.description.outputs import Experiment
 from lag2fmu.dynamics.lagrange import complete, derive
 from lag2fmu.dynamics.program import lower
@@ -23,6 +22,7 @@ from lag2fmu.fmu.scalar_variable import ScalarVariable
 from lag2fmu.fmu.variables import build_table
 from lag2fmu.formats.loading import as_mechanism
 from lag2fmu.formats.write import write
+from lag2fmu.language.identifiers import suggestion
 from lag2fmu.mechanism.record import Mechanism
 from lag2fmu.solvers.methods import METHODS
 from lag2fmu.solvers.tableaus import Tableau

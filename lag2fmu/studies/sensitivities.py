@@ -7,8 +7,8 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
-from lag2fmu.description.names import suggestion
 from lag2fmu.errors import LoadError, SimulationError
+from lag2fmu.language.identifiers import suggestion
 from lag2fmu.language.units import Unit
 from lag2fmu.reference.trajectory import Floats
 from lag2fmu.studies.asking import (

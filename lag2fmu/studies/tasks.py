@@ -8,12 +8,14 @@ from typing import Any
 
 import numpy as np
 
-from lag2fmu.description.names import suggestion, velocity
+from lag2fmu.description.names import velocity
 from lag2fmu.errors import LoadError, UnitError
 from lag2fmu.fmu.record import fmu_path
 from lag2fmu.formats.loading import as_mechanism
 from lag2fmu.formats.write import write
-from lag2fmu.language.units import Unit, parse_unit
+from lag2fmu.language.identifiers import suggestion
+from lag2fmu.language.unit_parser import parse_unit
+from lag2fmu.language.units import Unit
 from lag2fmu.mechanism.display import display_units
 from lag2fmu.mechanism.record import Mechanism
 from lag2fmu.reference.trajectory import Floats

@@ -11,7 +11,7 @@ from lag2fmu.checking.description import Description, Variable, number, read_doc
 from lag2fmu.checking.rulebooks import rulebook_of
 from lag2fmu.errors import LoadError
 from lag2fmu.fmu.pack import DESCRIPTION, opened
-from lag2fmu.language.unit_table import BASE_UNITS
+from lag2fmu.language.units import BASE_UNITS
 from lag2fmu.xml_tree import Element, parse
 
 _TERMINALS = "terminalsAndIcons/terminalsAndIcons.xml"

@@ -5,8 +5,8 @@ from __future__ import annotations
 from collections.abc import Iterable, Iterator, Mapping
 from typing import NamedTuple
 
-from lag2fmu.description.names import suggestion
 from lag2fmu.errors import LoadError
+from lag2fmu.language.identifiers import suggestion
 from lag2fmu.systems.components import Component, Connector, Unit
 
 Components = Mapping[str, Component]

@@ -11,7 +11,7 @@ from dataclasses import dataclass
 from itertools import chain, count
 
 from lag2fmu.fmu.xml_text import document
-from lag2fmu.language.unit_table import BASE_UNITS
+from lag2fmu.language.units import BASE_UNITS
 from lag2fmu.systems.components import Component, Connector, Unit
 from lag2fmu.systems.connections import Connection, End
 from lag2fmu.version import VERSION

@@ -193,11 +193,13 @@ def _impact_checks(
 ) -> Iterator[Check]:
     """Counts of impacts, and their times by how far gaps are off behind them.
 
-    Counts are left out where there are more contacts than coordinates: how an impact is shared among them is not
-    unique, so that one of them may bear nothing.
+    An element is watched until one of its impacts rebounds, or lifts what it opens, by no more than the tolerance: from
+    there on impacts accumulate, and each path ends them in its own way. Counts are left out where there are more
+    contacts than coordinates: how an impact is shared among them is not unique, so that one of them may bear nothing.
     """
     seen = comparable(task, reference)[rows] & np.isfinite(reference.growth[rows])
-    low = {event.element: event.time for event in reversed(reference.events) if event.height <= LOWER * task.tolerance}
+    bar = LOWER * task.tolerance
+    low = {event.element: event.time for event in reversed(reference.events) if min(event.height, event.lift) <= bar}
     missed, worst, where, count = 0, 0.0, "no impact", 0
     for c in task.mechanism.unilaterals:
         watched = seen & (run.time < low.get(c.name, np.inf))

@@ -45,7 +45,7 @@ def planned(description: Any, scalars: Mapping[str, Scalar], run: Run) -> Plan:
     motions = [name for name in known if {velocity(name), acceleration(name)} <= set(known)]
     pieces = interpolated(run.inputs, motions, stop_time)
     if run.hold or not takes_derivatives(description, run.kind):
-        values = np.array([pieces.derivatives(t)[0] for t in grid])
+        values = np.array([pieces.values(t) for t in grid])
         return Plan(grid, names, scalars, None, Trajectory(grid, pieces.names, values))
     return Plan(grid, names, scalars, pieces, None)
 

@@ -115,5 +115,5 @@ def elements_of(variable: Any, scalars: Mapping[str, Scalar], values: Mapping[st
 def first_inputs(plan: Plan) -> dict[str, float]:
     """The inputs at the start."""
     if plan.pieces is not None:
-        return dict(zip(plan.pieces.names, plan.pieces.derivatives(float(plan.grid[0]))[0].tolist(), strict=True))
+        return dict(zip(plan.pieces.names, plan.pieces.values(float(plan.grid[0])), strict=True))
     return {} if plan.held is None else dict(zip(plan.held.names, plan.held.values[0].tolist(), strict=True))

@@ -224,7 +224,7 @@ def _driven(instance: Instance, run: Run, plan: Plan) -> Callable[[float], None]
 
     def driven(t: float) -> None:
         set_time(t)
-        set_inputs(pieces.derivatives(t)[0].tolist())  # type: ignore[union-attr]
+        set_inputs(pieces.values(t))  # type: ignore[union-attr]
 
     return driven
 

@@ -53,7 +53,7 @@ class Task:
         if not self.hold:
             return pieces.signals
         grid = self.grid(step)
-        return held(Trajectory(grid, pieces.names, np.array([pieces.derivatives(t)[0] for t in grid])), motions)
+        return held(Trajectory(grid, pieces.names, np.array([pieces.values(t) for t in grid])), motions)
 
     @property
     def steps(self) -> tuple[float, float, float]:

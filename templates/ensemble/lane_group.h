@@ -30,6 +30,7 @@ typedef struct {
     Lanes stages[ALL_STAGES][N_STATES];
     Lanes squares[SIZE_CONSTRAINTS];     /* of the distances of constraints: the least that are trusted */
     Lanes least_pivots[N_COORDINATES];
+    Lanes at_end[N_QUANTITIES];          /* the quantities at the end of the last step, if zeros are looked for */
     Memory memory; /* what the method remembers, see lane_tableau.h */
     /* the trial step: */
     Lanes length, end;

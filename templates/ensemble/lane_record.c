@@ -92,7 +92,7 @@ static void widen(const Batch *batch, int64_t place, double value) {
     batch->maxima[place] = value > batch->maxima[place] ? value : batch->maxima[place];
 }
 
-/* Extremes: at three nodes, and at the vertex of the parabola through the three. */
+/* Extremes: at three nodes, the first of which may lie behind a jump, and at the vertex of the parabola through the three. */
 static void record_extremes(Group *group, Mask mask, const Lanes first[], const Lanes middle[], const Lanes last[]) {
     const Batch *batch = group->batch;
     for (int64_t i = 0; i < batch->extremes; i++) {
@@ -102,6 +102,7 @@ static void record_extremes(Group *group, Mask mask, const Lanes first[], const 
                 const double a = first[column][lane], b = middle[column][lane], c = last[column][lane];
                 const double slope = c - a, bend = a - 2.0 * b + c;
                 const int64_t place = group->run[lane] * batch->extremes + i;
+                widen(batch, place, a);
                 widen(batch, place, b);
                 widen(batch, place, c);
                 if (fabs(slope) < 2.0 * fabs(bend)) {
@@ -222,11 +223,24 @@ static void zeros_in_part(Group *group, Mask mask, int64_t crossing, bool rates,
     }
 }
 
+/* Notes the quantities that have another sign at the start of the step than at the end of the step before: they jump
+   with an input. */
+static void note_jumps(Group *group, Mask mask, int64_t crossing, Lanes start) {
+    const Lanes end = group->at_end[group->batch->crossing_columns[crossing]];
+    const Mask jumps = mask & ((Mask)(end < 0.0) ^ (Mask)(start < 0.0));
+    for (int lane = 0; lane < LANES && lanes_any(jumps); lane++) {
+        if (jumps[lane]) {
+            note_crossing(group, lane, crossing, group->time[lane]);
+        }
+    }
+}
+
 /* Signs of zero count as positive; a quantity that is 0 at the start does not cross it there. */
 static void record_crossings(Group *group, Mask mask, bool rates, Lanes quantities[NODES][N_QUANTITIES]) {
     const Batch *batch = group->batch;
     const Mask starts = (Mask)(group->time <= batch->start_time);
     for (int64_t i = 0; i < batch->crossings; i++) {
+        note_jumps(group, mask & ~starts, i, quantities[0][batch->crossing_columns[i]]);
         Lanes values[NODES];
         for (int k = 0; k < NODES; k++) {
             values[k] = quantities[k][batch->crossing_columns[i]];
@@ -253,6 +267,9 @@ static void record_within(Group *group, Mask mask) {
         record_extremes(group, mask, quantities[k - 2], quantities[k - 1], quantities[k]);
     }
     record_crossings(group, mask, rates, quantities);
+    for (int i = 0; i < N_QUANTITIES; i++) {
+        lanes_put(&group->at_end[i], mask, quantities[PARTS][i]);
+    }
 }
 
 void group_record_step(Group *group, Mask mask) {

@@ -9,13 +9,15 @@ import pytest
 import sympy as sp
 
 import lag2fmu
+from lag2fmu import Contact
 from lag2fmu.description.symbols import Declared
 from lag2fmu.dynamics import derive
+from lag2fmu.errors import DerivationError
 from lag2fmu.explain.procedure import procedure
 from lag2fmu.formats.loading import load
 from lag2fmu.formats.text import read
 from lag2fmu.formats.write import write
-from lag2fmu.mechanism import Body, Energy, Mechanism, coordinate, parameter
+from lag2fmu.mechanism import Body, Constraint, Energy, Mechanism, coordinate, parameter
 
 CANTILEVER, BALANCE = 2 * math.pi * 1e4, 2 * math.pi * 4
 
@@ -94,3 +96,29 @@ def test_a_cantilever_of_a_picogram_is_right(exported) -> None:
     assert "nominal 1e-09 m, from the linear motion about its start" in procedure(mechanism)
     assert "nominal" not in write(mechanism), "what follows is not part of the text"
     assert derive(read(write(fmu.mechanism), "small.toml")).completed == fmu.mechanism
+
+
+def test_a_small_rod_is_a_constraint_and_rounding_errors_are_none() -> None:
+    """The slopes of x**2 + y**2 - l**2 are 1e-18 m2 about l = 1e-9 m: as small as what cancels in a large one."""
+    x, y = coordinate("x", "m", start=6e-10), coordinate("y", "m", start=-8e-10)
+    bob = Body("bob", 1e-12, (x, y))
+    rod = Constraint("rod", x**2 + y**2 - sp.Float("1e-18"))
+    found = derive(Mechanism("small", coordinates=[x, y], bodies=[bob], constraints=[rod]))
+    assert [q.nominal for q in found.mechanism.coordinates] == pytest.approx([1e-9, 1e-9])
+    nothing = Constraint("rod", sp.sin(x + y) - sp.sin(x) * sp.cos(y) - sp.cos(x) * sp.sin(y) + 1)
+    with pytest.raises(DerivationError, match="whatever the coordinates are"):
+        derive(Mechanism("none", coordinates=[x, y], bodies=[bob], constraints=[nothing]))
+
+
+def test_a_ball_of_a_picogram_bounces_and_rests(exported) -> None:
+    """Dropped by h with e = 0.8 it rises to 0.64 h and rests at 9 sqrt(2 h/g); it used to stop with an error."""
+    h = 1e-12
+    y, fall = coordinate("y", "m", start=h), math.sqrt(2 * h / 9.81)
+    floor = Contact("floor", gap=y, restitution=0.8)
+    bodies = [Body("ball", 1e-12, (0, y))]
+    mechanism = Mechanism("speck", coordinates=[y], bodies=bodies, gravity=sp.Float(9.81), contacts=[floor])
+    seen = ["y", "floor_mode", "floor_force"]
+    run = lag2fmu.simulate(exported(mechanism), stop_time=12 * fall, step=fall / 100, outputs=seen)
+    assert run["y"][180] == pytest.approx(0.64 * h, rel=1e-9)
+    assert run.time[run["floor_mode"] != 1][0] == pytest.approx(9 * fall, abs=fall / 99)
+    assert run["floor_force"][-1] == pytest.approx(9.81e-12, rel=1e-12)

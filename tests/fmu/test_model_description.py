@@ -18,7 +18,7 @@ from lag2fmu.fmu.scalar_variable import ScalarVariable
 from lag2fmu.fmu.versions.fmi2 import to_xml
 from lag2fmu.fmu.versions.shared import add_units
 from lag2fmu.formats.loading import bundled, load
-from lag2fmu.language.units import parse_unit
+from lag2fmu.language.unit_parser import parse_unit
 from lag2fmu.mechanism import Energy, Mechanism, coordinate, parameter
 from lag2fmu.verify.instances import problems
 

@@ -16,7 +16,7 @@ from lag2fmu.formats.loading import bundled, load
 from lag2fmu.formats.text import MAX_BYTES, read, read_file
 from lag2fmu.formats.write import write
 from lag2fmu.language.expressions import symbol
-from lag2fmu.language.units import parse_unit
+from lag2fmu.language.unit_parser import parse_unit
 from lag2fmu.mechanism import (
     Mechanism,
     Parameter,

@@ -9,8 +9,8 @@ from fractions import Fraction
 import pytest
 
 from lag2fmu.errors import UnitError
-from lag2fmu.language.unit_table import BASE_UNITS
-from lag2fmu.language.units import Unit, exact, parse_unit, si_name
+from lag2fmu.language.unit_parser import parse_unit
+from lag2fmu.language.units import BASE_UNITS, Unit, exact, si_name
 
 
 def exponents(**powers: int) -> tuple[int, ...]:

@@ -16,7 +16,7 @@ from lag2fmu.formats.loading import with_values
 from lag2fmu.formats.text import read
 from lag2fmu.formats.write import write
 from lag2fmu.language.expressions import parse, symbol, value_of
-from lag2fmu.language.units import parse_unit
+from lag2fmu.language.unit_parser import parse_unit
 from lag2fmu.mechanism import (
     Body,
     Constraint,

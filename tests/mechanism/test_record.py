@@ -13,7 +13,7 @@ from sympy import cos, sin
 from lag2fmu.dynamics import derive
 from lag2fmu.errors import DerivationError, MechanismError, UnitError
 from lag2fmu.language.expressions import symbol
-from lag2fmu.language.units import parse_unit
+from lag2fmu.language.unit_parser import parse_unit
 from lag2fmu.mechanism import (
     Body,
     Coordinate,

@@ -14,7 +14,7 @@ from lag2fmu.errors import MechanismError, UnitError
 from lag2fmu.formats.text import read
 from lag2fmu.formats.write import write
 from lag2fmu.language.expressions import TIME, symbol
-from lag2fmu.language.units import parse_unit
+from lag2fmu.language.unit_parser import parse_unit
 from lag2fmu.mechanism import (
     Body,
     Damper,
@@ -183,6 +183,7 @@ def test_a_tensor_that_no_body_has_is_a_warning() -> None:
     assert warning.startswith("bodies.rotor.inertia: [0.2, 0.2, 0.6")
     assert "violates the triangle inequality, its principal moments are 0.2, 0.2, 0.6 kg.m2" in warning
     assert robot(bodies=[Body("disc", m, frame=arm, inertia=(I, I, 2 * I, 0, 0, 0))]).warnings == ()
+    assert robot(bodies=[Body("jib", 0, frame=arm, inertia=(0, 0, I, 0, 0, 0))]).warnings == ()  # turns about z only
 
 
 def test_units_of_frames_are_checked() -> None:
@@ -274,7 +275,7 @@ REFUSED: list[tuple[dict[str, Any], str]] = [
     ({"outputs": [Output("o")]}, "outputs.o: give one of 'expression', 'frame' or 'point', got none of them"),
     ({"outputs": [Output("o", q1, frame=arm)]}, "outputs.o: give one of .* got 'expression' and 'frame'"),
     ({"outputs": [Output("o", q1, quantity="angles")]}, "outputs.o.quantity: 'angles' does not fit; it goes with"),
-    ({"outputs": [Output("o", frame=arm)]}, "outputs.o.quantity: None does not fit; give one of angular_velocity, ang"),
+    ({"outputs": [Output("o", frame=arm)]}, "outputs.o.quantity: is missing; give one of angular_velocity, ang"),
     ({"outputs": [Output("o", frame=arm, quantity="position")]}, "outputs.o.quantity: 'position' does not fit"),
     ({"outputs": [Output("o", frame="leg", quantity="angles")]}, "outputs.o.frame: there is no frame 'leg'"),
     ({"outputs": [Output("o", point="toe", quantity="position")]}, "outputs.o.point: there is no point or body 'toe'"),

@@ -6,12 +6,13 @@ import numpy as np
 import pytest
 import sympy as sp
 from mechanisms import charged_particle, driven_pendulum, falling, loaded, oscillator, pendulum
+from scipy.interpolate import CubicSpline
 from scipy.special import ellipj, ellipk
 
 from lag2fmu.errors import LoadError, SimulationError
 from lag2fmu.language.expressions import TIME
 from lag2fmu.mechanism import Energy, Mechanism, coordinate, parameter, signal
-from lag2fmu.reference import Trajectory, held, integrate
+from lag2fmu.reference import Trajectory, held, integrate, interpolated
 from models.double_pendulum import double_pendulum
 
 t = TIME
@@ -79,6 +80,30 @@ def test_explicit_time_equals_a_motion_input() -> None:
         reference = integrate(driven_pendulum(True), TIMES, inputs=drive)
         assert np.abs(reference.trajectory["theta"] - expected).max() < 1e-9
         assert np.abs(reference.balance).max() < 1e-8
+
+
+def test_a_measured_motion_is_a_spline_of_values_and_rates() -> None:
+    """Between, at and beyond the times measured; by scipy's spline."""
+    times = np.linspace(0, 2, 21)
+    pieces = interpolated(Trajectory(times, ("y0",), np.sin(3 * times)[:, None]), ["y0"], 2.0)
+    spline = CubicSpline(times, np.sin(3 * times))
+    for at in (*times[:-1], 0.73, 1.999):
+        values = [float(spline(at, order)) for order in range(3)]
+        assert pieces.values(at) == pytest.approx(values, rel=1e-12, abs=1e-12)
+        assert pieces.derivatives(at)[0].tolist() == pieces.values(at)
+    for beyond, end in ((-1.0, 0.0), (5.0, 2.0)):
+        assert pieces.values(beyond)[0] == pytest.approx(float(spline(end)), rel=1e-12, abs=1e-12)
+        assert not pieces.derivatives(beyond)[1:].any()
+
+
+def test_a_measured_motion_costs_a_step_between_its_times() -> None:
+    """One step of 12 evaluations in the second run, two in the first, and those that interpolate: no new start."""
+    times = np.linspace(0, 1, 201)
+    pieces = interpolated(Trajectory(times, ("y0",), 0.1 * np.sin(5 * times)[:, None]), ["y0"], 1.0)
+    reference = integrate(driven_pendulum(True), times[::10], inputs=pieces.signals, rtol=1e-10)
+    exact = integrate(driven_pendulum(False), times[::10])
+    assert reference.evaluations < 42 * 200
+    assert np.abs(reference.trajectory["theta"] - exact.trajectory["theta"]).max() < 1e-6
 
 
 def test_a_support_at_rest_may_be_a_number() -> None:

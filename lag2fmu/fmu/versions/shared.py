@@ -9,8 +9,8 @@ from datetime import datetime, timezone
 
 from lag2fmu.fmu.model_description import ModelDescription
 from lag2fmu.fmu.scalar_variable import ScalarVariable
-from lag2fmu.language.unit_table import BASE_UNITS, Exponents
-from lag2fmu.language.units import RADIAN, SECOND, Unit, parse_unit
+from lag2fmu.language.unit_parser import parse_unit
+from lag2fmu.language.units import BASE_UNITS, RADIAN, SECOND, Exponents, Unit
 from lag2fmu.mechanism.record import Mechanism
 
 

@@ -10,9 +10,10 @@ import sympy as sp
 from numpy.typing import NDArray
 from sympy.core.function import AppliedUndef
 
-from lag2fmu.description.names import GLOBAL_NAMES, velocity
+from lag2fmu.description.names import velocity
 from lag2fmu.description.outputs import Output
 from lag2fmu.description.parts import Constraint, Energy
+from lag2fmu.description.reserved import GLOBAL_NAMES
 from lag2fmu.description.symbols import coordinate, parameter, signal
 from lag2fmu.errors import LoadError
 from lag2fmu.formats.identifiers import identifier, identifiers

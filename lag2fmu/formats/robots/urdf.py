@@ -12,9 +12,9 @@ from pathlib import Path
 
 import numpy as np
 
-from lag2fmu.description.names import suggestion
 from lag2fmu.errors import LoadError
 from lag2fmu.formats.robots.tree import Floats, Inertia, Joint, Mimic, Pose, Robot, in_order
+from lag2fmu.language.identifiers import suggestion
 from lag2fmu.xml_tree import Element, parse
 
 MOST_BYTES = 64 << 20

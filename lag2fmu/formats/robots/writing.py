@@ -9,7 +9,7 @@ import sympy as sp
 
 from lag2fmu.description.places import AXES
 from lag2fmu.formats.robots.tree import QUARTER, Floats, Pose
-from lag2fmu.language.expressions import without_dust
+from lag2fmu.language.writer import without_dust
 
 Turn = tuple["str | tuple[sp.Expr, ...]", sp.Expr]
 """An axis and an angle."""

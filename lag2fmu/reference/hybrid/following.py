@@ -12,6 +12,7 @@ from lag2fmu.reference.hybrid.impacts import Impacts
 from lag2fmu.reference.hybrid.measures import gap_sizes, touches
 from lag2fmu.reference.hybrid.modes import Due, Memory, Mode, Modes
 from lag2fmu.reference.hybrid.piece import Piece
+from lag2fmu.reference.hybrid.records import Point
 from lag2fmu.reference.hybrid.run import LONGEST_PART, Run, Track
 from lag2fmu.reference.hybrid.settling import Settling
 from lag2fmu.reference.hybrid.stepping import Dense, Stepper
@@ -112,32 +113,41 @@ class Follower:
         return y, new
 
     def _measure_rebounds(self, state: State, modes: Modes, logged: int) -> None:
-        """Say of the impacts logged since how high they rebound; those without restitution do not try to."""
+        """Say of the impacts logged since how high they rebound, and how high they lift other contacts.
+
+        Impacts without restitution do not try to rebound.
+        """
         events, system = self.memory.events, self.run.system
         if not any(event.kind == "impact" for event in events[logged:]):
             return
         point = system.point(state)
         a = point.rows.jacobian @ system.answer(point, modes).qdd + point.rows.gamma
         sizes, v = gap_sizes(point), point.rows.velocities
+        lift = max((float(v[i] ** 2 / (-2 * a[i]) / sizes[i]) for i in _thrown(point, modes, a)), default=np.inf)
         for j, event in enumerate(events[logged:], logged):
-            i = system.elements.contacts.index(event.element) if event.kind == "impact" else -1
-            closed = i >= 0 and modes.contacts[i] is not Mode.OPEN
-            if i >= 0 and (point.rows.restitution[i] > 0 if closed else a[i] < 0):
-                high = 0.0 if closed else v[i] ** 2 / (-2 * a[i])
-                events[j] = replace(event, height=float(high / sizes[i]))
+            if event.kind != "impact":
+                continue
+            i, height = system.elements.contacts.index(event.element), np.inf
+            closed = modes.contacts[i] is not Mode.OPEN
+            if point.rows.restitution[i] > 0 if closed else a[i] < 0:
+                height = 0.0 if closed else float(v[i] ** 2 / (-2 * a[i]) / sizes[i])
+            events[j] = replace(event, height=height, lift=lift)
 
     def _first_step(self, t: float, y: Floats, modes: Modes) -> float | None:
         """The time (s) to the top of the shortest rebound that begins; None if there is none."""
-        system, e = self.run.system, self.run.system.elements
+        system = self.run.system
         if Mode.OPEN not in modes.contacts:
             return None
         point = system.point(self.run.state(t, y))
         a = point.rows.jacobian @ system.answer(point, modes).qdd + point.rows.gamma
         v = point.rows.velocities
-        times = [
-            v[i] / -a[i] for i in range(e.u) if modes.contacts[i] is Mode.OPEN and touches(point, i) and v[i] > 0 > a[i]
-        ]
-        return float(min(times)) if times else None
+        return min((float(v[i] / -a[i]) for i in _thrown(point, modes, a)), default=None)
+
+
+def _thrown(point: Point, modes: Modes, a: Floats) -> list[int]:
+    """The contacts that begin to open with a speed and come back by the accelerations ``a`` of their gaps, (u,)."""
+    v = point.rows.velocities
+    return [i for i, mode in enumerate(modes.contacts) if mode is Mode.OPEN and touches(point, i) and v[i] > 0 > a[i]]
 
 
 LOW = 1e-11

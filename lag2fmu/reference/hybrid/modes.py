@@ -52,7 +52,8 @@ def closed_contacts(modes: Modes) -> list[int]:
 class Event:
     """What happened at ``time`` (s) to ``element``: its ``kind``, and the ``impulse`` (N.s or N.m.s) of an impact.
 
-    ``height``: how high an impact rebounds, in units of what nominal values make of the gap.
+    ``height``: how high an impact rebounds, in units of what nominal values make of the gap; ``lift``: likewise, how
+    high the highest contact rises that the impact opens.
     Kinds: impact, closes, opens, sticks, slides, holds, releases, switches, painleve, poisson, plastic.
     """
 
@@ -61,6 +62,7 @@ class Event:
     kind: str
     impulse: float = 0.0
     height: float = np.inf
+    lift: float = np.inf
 
 
 Due = frozenset[tuple[str, int]]

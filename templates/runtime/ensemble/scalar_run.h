@@ -37,9 +37,9 @@ typedef struct {
     int64_t run, sample, knot;
     Noted noted;
     double quantities[N_QUANTITIES]; /* at the present point */
-    Point earlier, before, present;  /* the last points at which zeros were looked for; */
-    Point between;                   /* one among them where a quantity has another sign */
-    int64_t points;                  /* how many of the two are known */
+    Point earlier, before, present;  /* the last points at which zeros were looked for */
+    Point between;                   /* a point among them where a quantity has another sign */
+    int64_t points;                  /* how many points before the present one are known since the last knot */
 } Run;
 
 /* Sets run->quantities to those at the present point. */
@@ -50,6 +50,9 @@ bool run_advance(Run *run, double time);
 
 /* Begins to watch a run at its start, where run->quantities are known. */
 void watch_start(Run *run);
+
+/* Goes on behind a knot, at which inputs may jump and quantities with them. */
+bool watch_knot(Run *run);
 
 /* Integrates to a time (s), in parts in which extremes and zeros are looked for if they were asked for. */
 bool watch_to(Run *run, double time);

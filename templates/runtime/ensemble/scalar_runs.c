@@ -126,6 +126,9 @@ static bool carry_out(Run *run, double end) {
         if (run->knot + 1 < batch->knots && batch->knot_times[run->knot + 1] <= state->time) {
             run->knot++;
             set_inputs(run);
+            if (!watch_knot(run)) {
+                return false;
+            }
             continue;
         }
         if (state->time >= end) {

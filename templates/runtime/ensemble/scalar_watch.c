@@ -276,13 +276,33 @@ bool watch_to(Run *run, double time) {
     if (batch->extremes + batch->crossings == 0) {
         return run_advance(run, time);
     }
-    run->points = 0;
     while (run->instance.state.time < time) {
         if (!watch_part(run, time, shortest, &length)) {
             return false;
         }
         length = fmin(length, longest);
     }
+    return true;
+}
+
+bool watch_knot(Run *run) {
+    const Batch *batch = run->batch;
+    double before[N_QUANTITIES];
+    if (batch->extremes + batch->crossings == 0) {
+        return true;
+    }
+    memcpy(before, run->quantities, sizeof before);
+    if (!run_evaluate(run)) {
+        return false;
+    }
+    for (int64_t i = 0; i < batch->crossings; i++) {
+        const int64_t column = batch->crossing_columns[i];
+        if ((before[column] < 0.0) != (run->quantities[column] < 0.0)) {
+            note_crossing(run, i, run->instance.state.time);
+        }
+    }
+    widen(run);
+    run->points = 0;
     return true;
 }
 

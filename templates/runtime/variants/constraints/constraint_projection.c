@@ -14,7 +14,7 @@ static const double ACCEPTED = 1e-10; /* relative residuals that are met where r
 double constraints_drift(const Instance *instance, double time, const double states[], const double inputs[]) {
     Values values;
     residuals_evaluate(instance, time, states, inputs, &values);
-    return residual_size(&values, POSITIONS, states, NULL);
+    return residual_size(&values, POSITIONS, 1.0, NULL);
 }
 
 /* states[of the level] += the shortest change, in the metric M, that takes the residuals away to first order. */
@@ -36,11 +36,12 @@ static void correct(const Values *values, Level level, const System *system, dou
 static bool project(Instance *instance, Level level, double time, const double inputs[], double states[],
                     Values *values, int *factorized, bool *moved) {
     System *system = &instance->scratch.system;
+    const double unit = residual_unit(level, states);
     double previous = HUGE_VAL;
     bool fresh = false;
     for (int i = 0; i < MOST_CORRECTIONS; i++) {
         const bool known = *factorized == rows_of(level);
-        const double size = residual_size(values, level, states, known ? system->constraints.held : NULL);
+        const double size = residual_size(values, level, unit, known ? system->constraints.held : NULL);
         if (size <= ROUNDING || (fresh && i > 0 && size <= ACCEPTED && size > 0.5 * previous)) {
             return true;
         }
@@ -55,7 +56,7 @@ static bool project(Instance *instance, Level level, double time, const double i
         *moved = true;
         previous = size;
     }
-    return residual_size(values, level, states, system->constraints.held) <= ACCEPTED ||
+    return residual_size(values, level, unit, system->constraints.held) <= ACCEPTED ||
            report_constraints(instance, time, values, level);
 }
 

@@ -16,17 +16,15 @@ void residuals_evaluate(const Instance *instance, double time, const double stat
                           values->jacobian);
 }
 
-/* The greatest velocity in nominal values, at least 1/s. */
-static double pace(const double states[]) {
+double residual_unit(Level level, const double states[]) {
     double greatest = 1.0;
-    for (int i = 0; i < N; i++) {
+    for (int i = 0; level == VELOCITIES && i < N; i++) {
         greatest = fmax(greatest, fabs(states[N + i]) / NOMINAL_STATES[N + i]);
     }
     return greatest;
 }
 
-double residual_size(const Values *values, Level level, const double states[], const double held[]) {
-    const double unit = level == POSITIONS ? 1.0 : pace(states);
+double residual_size(const Values *values, Level level, double unit, const double held[]) {
     double greatest = 0.0;
     for (int k = 0; k < rows_of(level); k++) {
         const double residual = level == POSITIONS ? values->positions[k] : values->velocities[k];

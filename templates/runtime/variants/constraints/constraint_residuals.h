@@ -21,9 +21,13 @@ int rows_of(Level level);
 void residuals_evaluate(const Instance *instance, double time, const double states[], const double inputs[],
                         Values *values);
 
+/* What residuals are measured by, beside the nominal values: 1 of positions, of velocities the greatest one in nominal
+   values (1/s), at least 1/s. An iteration keeps that of its beginning: what it brings to rest has no velocity left. */
+double residual_unit(Level level, const double states[]);
+
 /* The greatest relative residual; infinite for one that is not finite. Rows that are held count less: relative to what
    is left of such a row rounding errors have no bound. held[m] may be NULL. */
-double residual_size(const Values *values, Level level, const double states[], const double held[]);
+double residual_size(const Values *values, Level level, double unit, const double held[]);
 
 /* Sets instance->failure to constraints that are not met; returns false. */
 bool report_constraints(Instance *instance, double time, const Values *values, Level level);

@@ -17,6 +17,11 @@ static const double MET = 1e-12;      /* relative residuals that are met at the 
 static const double PROJECTED = 1e-6; /* relative residuals that are near enough for given starts to be moved */
 static const double AWAY = 0.1;       /* nominal displacements from a singular position, where it is left behind */
 
+/* The greatest relative residual at these states. */
+static double size_at(const Values *values, Level level, const double states[]) {
+    return residual_size(values, level, residual_unit(level, states), NULL);
+}
+
 /* change[n]: the least change of the free states, in nominal values, that takes residuals[rows] away to first order. */
 static void least_change(ConstraintFactorization *work, const double jacobian[], const double residuals[], Level level,
                          Freedom freedom, double damping, double change[]) {
@@ -52,9 +57,9 @@ static void newton(Instance *instance, Level level, Freedom freedom, double stat
     double kept[N_COORDINATES];
     Values values, trial;
     residuals_evaluate(instance, state->time, states, state->inputs, &values);
-    for (int i = 0; i < MOST_ITERATIONS && residual_size(&values, level, states, NULL) > 1e-3 * MET; i++) {
+    for (int i = 0; i < MOST_ITERATIONS && size_at(&values, level, states) > 1e-3 * MET; i++) {
         least_change(work, values.jacobian, level == POSITIONS ? values.positions : values.velocities, level, freedom,
-                     damping_of(residual_size(&values, level, states, NULL)), change);
+                     damping_of(size_at(&values, level, states)), change);
         memcpy(kept, moving, sizeof kept);
         double length = 1.0;
         for (int halvings = 0; ; halvings++, length *= 0.5) {
@@ -95,7 +100,7 @@ static bool settle(Instance *instance, Level level, double states[]) {
     Values values;
     for (int freedom = GUESSES; freedom <= ALL_STATES; freedom++) {
         residuals_evaluate(instance, state->time, states, state->inputs, &values);
-        const double size = residual_size(&values, level, states, NULL);
+        const double size = size_at(&values, level, states);
         if (size <= MET) {
             return true;
         }
@@ -109,7 +114,7 @@ static bool settle(Instance *instance, Level level, double states[]) {
         }
     }
     residuals_evaluate(instance, state->time, states, state->inputs, &values);
-    return residual_size(&values, level, states, NULL) <= MET ||
+    return size_at(&values, level, states) <= MET ||
            report_constraints(instance, state->time, &values, level);
 }
 
