@@ -62,9 +62,7 @@ class Kinks:
         if isinstance(expression, KINKS):
             side = self._side(arguments[0])
             return expression.func(*arguments) if side is None else self._formula(expression.func, side, arguments)
-        if isinstance(expression, sp.Pow) and arguments[0] != expression.base and not arguments[1].is_integer:
-            return sp.Abs(arguments[0]) ** arguments[1]
-        return expression if arguments == expression.args else expression.func(*arguments)
+        return expression if arguments == expression.args else _rebuilt(expression, arguments)
 
     def _formula(self, function: type[sp.Expr], side: sp.Expr, arguments: tuple[sp.Expr, ...]) -> sp.Expr:
         if function is sp.sign:
@@ -103,6 +101,13 @@ class Kinks:
         self._parameters = frozenset(symbols.parameters)
 
     _parameters: frozenset[sp.Symbol] = frozenset()
+
+
+def _rebuilt(expression: sp.Expr, arguments: tuple[sp.Expr, ...]) -> sp.Expr:
+    """``expression`` with other arguments, a broken power continued to where its frozen base is negative."""
+    if isinstance(expression, sp.Pow) and not arguments[1].is_integer:
+        return sp.Abs(arguments[0]) ** arguments[1]
+    return expression.func(*arguments)
 
 
 @dataclass(frozen=True)

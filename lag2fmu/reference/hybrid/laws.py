@@ -76,18 +76,24 @@ def decided(
     if _in_space(items):
         return _iterated(D, c, items, pace)
     few = bool(np.prod([float(len(item.options)) for item in items]) <= MOST)
-    sizes = _sizes(D, c, pace)
+    tried = product(*(item.options for item in items)) if few else _near(items, cost)
     found, least = None, np.inf
-    for modes in product(*(item.options for item in items)) if few else _near(items, cost):
+    for modes in tried:
         price = cost(modes) if cost else 0.0
-        if price >= least:
-            continue
-        r = _forces(D, c, items, modes)
-        if r is not None and _violation(D @ r + c, r, items, modes, sizes) <= EXACT:
-            found, least = Outcome(modes, r, D @ r + c, tuple(item.direction for item in items)), price
+        outcome = _lawful(D, c, items, modes, pace) if price < least else None
+        if outcome is not None:
+            found, least = outcome, price
             if not cost:
                 break
     return found if few or found is not None else _iterated(D, c, items, pace)
+
+
+def _lawful(D: Floats, c: Floats, items: Sequence[Item], modes: tuple[Mode, ...], pace: float) -> Outcome | None:
+    """What these ``modes`` lead to; None if that breaks a law."""
+    r = _forces(D, c, items, modes)
+    if r is None or _violation(D @ r + c, r, items, modes, _sizes(D, c, pace)) > EXACT:
+        return None
+    return Outcome(modes, r, D @ r + c, tuple(item.direction for item in items))
 
 
 def _in_space(items: Sequence[Item]) -> bool:
@@ -110,12 +116,8 @@ def _near(items: Sequence[Item], cost: Callable[[tuple[Mode, ...]], float] | Non
 
 def all_outcomes(D: Floats, c: Floats, items: Sequence[Item], pace: float) -> list[Outcome]:
     """Every combination of modes that meets the laws, in order; D is (k, k), c is (k,), ``pace`` as in ``decided``."""
-    sizes, found = _sizes(D, c, pace), []
-    for modes in product(*(item.options for item in items)):
-        r = _forces(D, c, items, modes)
-        if r is not None and _violation(D @ r + c, r, items, modes, sizes) <= EXACT:
-            found.append(Outcome(modes, r, D @ r + c, tuple(item.direction for item in items)))
-    return found
+    outcomes = (_lawful(D, c, items, modes, pace) for modes in product(*(item.options for item in items)))
+    return [outcome for outcome in outcomes if outcome is not None]
 
 
 def _sizes(D: Floats, c: Floats, pace: float) -> tuple[Floats, Floats]:
@@ -236,10 +238,7 @@ def _tried(
     if _in_space(items) or any(mode not in item.options for item, mode in zip(items, reached.modes, strict=True)):
         return None
     bound = [replace(item, friction=limit, static=limit) for item, limit in zip(items, limits, strict=True)]
-    r = _forces(D, c, bound, reached.modes)
-    if r is None or _violation(D @ r + c, r, bound, reached.modes, _sizes(D, c, pace)) > EXACT:
-        return None
-    return replace(reached, forces=r, answers=D @ r + c)
+    return _lawful(D, c, bound, reached.modes, pace)
 
 
 def _slip_forces(D: Floats, c: Floats, item: Item, limit: float, r: Floats, diagonal: Floats) -> None:
