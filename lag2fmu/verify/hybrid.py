@@ -55,22 +55,30 @@ def comparable(task: Task, reference: Reference) -> NDArray[np.bool_]:
     if reference.comparable is None:
         return np.ones(len(time), dtype=bool)
     seen: NDArray[np.bool_] = reference.comparable.copy()
-    for event in reference.events:
-        width = _width(task, reference, event.time)
-        seen &= np.abs(time - event.time) > width
+    widths = _widths(task, reference)
+    for event in reference.events:  # before it, errors are those of that time, not yet those of the event
+        width = _width(reference, widths, event.time)
+        seen &= np.abs(time - event.time) > np.minimum(widths, width)
     for begin, end in _cascades(task, reference):
-        width = _width(task, reference, end)
-        seen &= (time < begin) | (time > end + width)
+        seen &= (time < begin) | (time > end + _width(reference, widths, end))
     return seen
 
 
-def _width(task: Task, reference: Reference, t: float) -> float:
-    """How much earlier or later (s) an event at ``t`` may be in another run: the bar of its errors over its speed."""
+def _widths(task: Task, reference: Reference) -> Floats:
+    """By how much (s) an event may be earlier or later in another run, at each time of ``reference``, (m,).
+
+    It is the bar of the run's errors over its speed.
+    """
     q = [c.name for c in task.mechanism.coordinates]
     pace = max(reference.scales[name] / reference.scales[names.velocity(name)] for name in q)
-    row = min(int(np.searchsorted(reference.trajectory.time, t)), len(reference.trajectory) - 1)
-    growth = float(reference.growth[row])
-    return SAFETY * growth * task.tolerance * pace if np.isfinite(growth) else np.inf
+    widths: Floats = SAFETY * reference.growth * task.tolerance * pace
+    return widths
+
+
+def _width(reference: Reference, widths: Floats, t: float) -> float:
+    """That of an event at ``t`` (s), in s."""
+    row = min(int(np.searchsorted(reference.trajectory.time, t)), len(widths) - 1)
+    return float(widths[row])
 
 
 def _cascades(task: Task, reference: Reference) -> Iterator[tuple[float, float]]:
@@ -201,6 +209,7 @@ def _impact_checks(
     bar = LOWER * task.tolerance
     low = {event.element: event.time for event in reversed(reference.events) if min(event.height, event.lift) <= bar}
     missed, worst, where, count = 0, 0.0, "no impact", 0
+    widths = _widths(task, reference)
     for c in task.mechanism.unilaterals:
         watched = seen & (run.time < low.get(c.name, np.inf))
         expected = reference.trajectory[names.impacts(c.name)][rows]
@@ -217,7 +226,7 @@ def _impact_checks(
             at, count = int(behind[0]), count + 1
             if not flies[at]:  # it closes at once
                 continue
-            late = float(off[at] / rate[at]) / _width(task, reference, event.time)
+            late = float(off[at] / rate[at]) / _width(reference, widths, event.time)
             if late >= worst:
                 worst, where = late, f"{c.name} at t = {event.time:.4g} s"
     if where == "no impact" and count:

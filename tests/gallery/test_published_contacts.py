@@ -51,6 +51,36 @@ radius = [0.2, 0.8]
 friction = 1000
 """
 
+TIPPE_TOP = """
+[mechanism]
+name = "tippe_top"
+[coordinates]
+x = { unit = "m" }
+y = { unit = "m" }
+z = { unit = "m", start = 0.02 }
+psi = { unit = "rad" }
+theta = { unit = "rad", start = 0.3 }
+phi = { unit = "rad", velocity = 150 }
+[frames.top]
+origin = ["x", "y", "z"]
+rotations = [["z", "psi"], ["x", "theta"], ["z", "phi"]]
+[gravity]
+acceleration = 9.81
+[bodies.mass]
+frame = "top"
+mass = 0.02
+center = [0, 0, -0.006]
+inertia = [2.5e-6, 2.5e-6, 2.8e-6, 0, 0, 0]
+[contacts.table]
+kind = "sphere_plane"
+between = ["top", "world"]
+normal = "z"
+radius = 0.02
+friction = 0.3
+[outputs]
+w = { frame = "top", quantity = "angular_velocity", axes = "frame" }
+"""
+
 
 def test_across_an_incline_at_the_angle_of_friction_half_the_speed_is_left(exported: Callable[..., Fmu]) -> None:
     """Friction and weight are equal along the plane, so the speed and its part downhill have one sum.
@@ -72,3 +102,18 @@ def test_a_sphere_rolls_off_another_one_at_ten_seventeenths_of_the_height(export
     assert (run["touch_mode"][:left] == 2).all()
     assert run["y"][left] <= 10 / 17 * run["y"][0] <= run["y"][left - 1]
     assert run["y"][left - 1] - run["y"][left] < 6e-4
+
+
+def test_a_tippe_top_keeps_jelletts_invariant_while_it_slides_and_rolls(exported: Callable[..., Fmu]) -> None:
+    """No force at the contact has a moment about the line from the mass centre to it: J. H. Jellett, 1872.
+
+    The slip comes to rest in the end, where it is as uncertain in its direction as the solver is exact.
+    """
+    top = exported(read(TIPPE_TOP, "tippe_top.toml"))
+    for tolerance, step in ((1e-6, 0.002), (1e-6, 0.1), (1e-8, 0.01)):
+        run = simulate(top, stop_time=0.3, step=step, tolerance=tolerance, beside=("table_mode",))
+        assert {run["table_mode"][0], run["table_mode"][-1]} == {3, 2}
+        up = np.array([np.sin(run["theta"]) * np.sin(run["phi"]), np.sin(run["theta"]) * np.cos(run["phi"])])
+        across = 2.5e-6 * (run["w_x"] * up[0] + run["w_y"] * up[1])
+        along = 2.8e-6 * run["w_z"] * (0.006 - 0.02 * np.cos(run["theta"]))
+        assert along - 0.02 * across == pytest.approx(np.full(len(run), along[0]), rel=100 * tolerance)

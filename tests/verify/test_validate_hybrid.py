@@ -1,5 +1,6 @@
 """What validation says of hybrid mechanisms: times that compare, and each law by a run that breaks it."""
 
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -72,6 +73,14 @@ def test_times_around_impacts_and_low_rebounds_are_not_compared(bouncing: tuple[
     (check,) = extent(task, reference, 2.0)
     assert 0 < check.value < 0.02
     assert "impacts)" in check.detail
+
+
+def test_an_impact_behind_what_compares_leaves_the_times_before_it(bouncing: tuple[Task, Reference]) -> None:
+    task, reference = bouncing
+    time = reference.trajectory.time
+    for size in (1e5, np.inf):
+        amplified = replace(reference, amplification=np.where(time > 0.5, size, reference.amplification))
+        assert (comparable(task, amplified) == comparable(task, reference))[time < 0.45].all()
 
 
 def test_penetration_is_seen(bouncing: tuple[Task, Reference]) -> None:

@@ -8,8 +8,9 @@
 /* values[N_EVENTS - N_SWITCHES] of their event functions, as events_evaluate says. */
 bool contacts_evaluate(Instance *instance, double time, const double states[], double values[]);
 
-/* As events_settle; due[N_EVENTS - N_SWITCHES] or NULL. *jumped is set if states changed, and is left alone if not. */
-bool contacts_settle(Instance *instance, const bool due[], bool *jumped);
+/* As events_settle; due[N_EVENTS - N_SWITCHES] or NULL. *jumped is set if states changed, and is left alone if not;
+   *again likewise if what was decided has to be decided once more, with the states as they are now. */
+bool contacts_settle(Instance *instance, const bool due[], bool *jumped, bool *again);
 
 /* Does any contact, stop, dry friction or latch hold at present? The formula of the accelerations is for none. */
 bool contacts_hold(const Instance *instance);

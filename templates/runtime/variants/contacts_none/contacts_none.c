@@ -9,10 +9,11 @@ bool contacts_evaluate(Instance *instance, double time, const double states[], d
     return true;
 }
 
-bool contacts_settle(Instance *instance, const bool due[], bool *jumped) {
+bool contacts_settle(Instance *instance, const bool due[], bool *jumped, bool *again) {
     (void)instance;
     (void)due;
     (void)jumped;
+    (void)again;
     return true;
 }
 
