@@ -26,6 +26,10 @@ bool contacts_sliding(const Instance *instance);
 bool contacts_slide(Instance *instance, const System *system, double time, const double states[],
                     const double inputs[], double unknowns[]);
 
+/* Adds to forces[n] those of the rows that slide at the states. Returns false, with instance->failure, if there are no
+   accelerations there. The system in scratch is then another. */
+bool contacts_rub(Instance *instance, double time, const double states[], double forces[]);
+
 /* Adds to the answer[n + m] of the unknowns to a seed at the point, which holds for constant forces of sliding, how
    these forces answer; unknowns[n + m] are those at the point, where the system is factorised. */
 void contacts_answer(Instance *instance, const System *system, double time, const double states[],
