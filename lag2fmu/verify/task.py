@@ -77,16 +77,6 @@ class Task:
         """The further states along a ``run``, by name: (k,) each."""
         return {z.name: run[z.name] for z in self.mechanism.states}
 
-    def inputs_at(self, times: Floats) -> dict[str, Floats]:
-        """The inputs as the FMU has them when its accelerations are recorded at communication points (k,), in s.
-
-        Inputs that are held are then still those set before the step that led to the point.
-        """
-        signals = self.driving(times[1] - times[0])
-        if signals is None:
-            return {}
-        return signals.sampled(np.append(times[0], np.nextafter(times[1:], 0.0)) if self.holds else times)
-
     def grid(self, step: float) -> Floats:
         """The communication points for ``step``, in s: (k,) from 0 to the stop time."""
         points: Floats = np.linspace(0.0, self.stop_time, round(self.stop_time / step) + 1, dtype=np.float64)
