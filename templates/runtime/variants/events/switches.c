@@ -39,7 +39,7 @@ static bool evaluate_margins(Instance *instance, double time, const double state
 
 bool events_evaluate(Instance *instance, double time, const double states[], double values[]) {
     double margins[SIZE_SWITCHES];
-    if (!evaluate_margins(instance, time, states, margins)) {
+    if (N_SWITCHES > 0 && !evaluate_margins(instance, time, states, margins)) {
         return false;
     }
     for (int k = 0; k < N_SWITCHES; k++) {
@@ -141,14 +141,14 @@ bool events_settle(Instance *instance, const bool due[], bool *jumped) {
     *jumped = false;
     for (int round = 0; round < MOST_ROUNDS && turned; round++) {
         const bool *now = round == 0 ? due : NONE;
-        bool moved = false;
+        bool moved = false, again = false;
         if (!settle_switches(instance, now, &turned) ||
-            !contacts_settle(instance, now != NULL ? now + N_SWITCHES : NULL, &moved)) {
+            !contacts_settle(instance, now != NULL ? now + N_SWITCHES : NULL, &moved, &again)) {
             return false;
         }
         instance_forget_motion(instance); /* the modes of contacts may be others, with the same states */
         *jumped = *jumped || moved;
-        turned = turned || moved;
+        turned = turned || again || (moved && N_SWITCHES > 0);
     }
     instance->state.modes_settled = 1;
     instance->state.event_held = 0;
@@ -208,14 +208,14 @@ double events_next_time(Instance *instance) {
 void events_sentence(const Failure *failure, char text[], size_t size) {
     const char *name = EVENT_NAMES[failure->event];
     if (failure->kind == FAILURE_EVENT_VALUE) {
-        snprintf(text, size, "at time %.17g the expression %.400s, at whose sign the equations of motion change, has no "
-                 "finite value; the motion has left the range where it is defined", failure->time, name);
+        snprintf(text, size, "at time %.17g the expression %.400s, at whose sign the equations of motion change, has "
+                 "no finite value; the motion has left the range where it is defined", failure->time, name);
     } else if (failure->kind == FAILURE_EVENT_POLE) {
         snprintf(text, size, "at time %.17g %.400s grows beyond all bounds, and what the equations of motion say ends "
                  "there; does a force lose its lever, or a denominator vanish?", failure->time, name);
     } else {
-        snprintf(text, size, "at time %.17g the motion is pushed back to where %.400s is 0 from both sides, so that the "
-                 "forces there have no value; describe dry friction in [frictions], or take a function that rises "
+        snprintf(text, size, "at time %.17g the motion is pushed back to where %.400s is 0 from both sides, so that "
+                 "the forces there have no value; describe dry friction in [frictions], or take a function that rises "
                  "within a small width, as tanh(s/width) for sign(s)", failure->time, name);
     }
 }
