@@ -10,6 +10,9 @@ SPREAD := -n $(JOBS) --dist worksteal
 # the models of the gallery that move in the site: all, none, or names with commas between them
 LIVE ?= all
 
+# tests start many processes of Python, which read modules faster when the first one keeps them compiled
+export PYTHONDONTWRITEBYTECODE :=
+
 .PHONY: demo test check test-all lint docs bench clean
 
 demo: $(READY)

@@ -13,7 +13,6 @@ from __future__ import annotations
 
 import argparse
 import subprocess
-import sys
 import tempfile
 import time
 from dataclasses import dataclass, replace
@@ -28,7 +27,8 @@ from scipy.special import ellipk
 from benchmarks.running import KERNELS
 from lag2fmu.dynamics import derive, lower
 from lag2fmu.fmu.backends.native import describe, fmi_headers
-from lag2fmu.fmu.compilers import FLAGS
+from lag2fmu.fmu.compilers import FLAGS, compiler_command, host_platform
+from lag2fmu.fmu.units import units
 from lag2fmu.formats.loading import load, with_values
 from lag2fmu.language.vocabulary import symbol
 from lag2fmu.mechanism import Mechanism, Stop
@@ -77,16 +77,18 @@ def chain(links: int) -> Mechanism:
 
 
 def build(mechanism: Mechanism, solver: str, place: Path) -> Path:
-    """The program of kernels/impacts.c for ``mechanism``."""
+    """The program of kernels/impacts.c for ``mechanism``, compiled as an FMU is."""
     equations = derive(mechanism)
     _, sources = describe(equations.mechanism, equations, lower(equations), solver)
     place.mkdir(parents=True)
     for name, text in sources.items():
         (place / name).write_text(text, "utf-8")
-    units = [name for name in sources if name.endswith(".c")]
+    joined = units(sources)
+    for name, text in joined.items():
+        (place / name).write_text(text, "utf-8")
     flags = [flag for flag in FLAGS if flag != "-fPIC"]
-    files = [*(str(place / unit) for unit in units), str(KERNELS / "impacts.c")]
-    zig = [sys.executable, "-m", "ziglang", "cc"]
+    files = [*(str(place / unit) for unit in joined), str(KERNELS / "impacts.c")]
+    zig = compiler_command("zig", host_platform().targets[0])
     command = [*zig, *flags, f"-I{place}", f"-I{fmi_headers()}", *files, "-lm", "-o", str(place / "host")]
     subprocess.run(command, check=True)
     return place / "host"

@@ -10,8 +10,9 @@ from pathlib import Path
 
 import pytest
 
+from lag2fmu import kept_libraries
 from lag2fmu.codegen import DEFAULT_SOLVER
-from lag2fmu.fmu import Fmu, export, kept_libraries, live_page
+from lag2fmu.fmu import Fmu, export, live_page
 from lag2fmu.formats.loading import load
 from lag2fmu.mechanism import Mechanism
 

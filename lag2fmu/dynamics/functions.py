@@ -169,6 +169,13 @@ class Program:
         return bool(self.event_functions)
 
     @property
+    def resting(self) -> int:
+        """The number of further states, from the last one back, whose rates are 0: events alone change them."""
+        rates = [node for f in self.functions if f.name == "mechanism_further" for *_, node in f.results]
+        moving = [i for i, node in enumerate(rates, start=1) if node != self.graph.zero]
+        return len(rates) - max(moving, default=0)
+
+    @property
     def has_adjoints(self) -> bool:
         """Whether there are functions for adjoint derivatives, see ``adjoint.with_adjoints``."""
         return any(f.name == "mechanism_adjoint" for f in self.functions)

@@ -24,10 +24,10 @@ from importlib.util import find_spec
 from pathlib import Path
 
 from lag2fmu.errors import BuildError
-from lag2fmu.fmu.kept_libraries import kept
 from lag2fmu.fmu.mach_exports import hide
 from lag2fmu.fmu.units import units
 from lag2fmu.fmu.universal import universal
+from lag2fmu.kept_libraries import kept
 
 FLAGS = ("-std=c99", "-O2", "-fPIC", "-fvisibility=hidden", "-ffp-contract=off", "-fno-math-errno", "-g0", "-DNDEBUG")
 

@@ -10,7 +10,9 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from lag2fmu.errors import SimulationError
+from lag2fmu.mechanism.record import Mechanism
 from lag2fmu.reference.equations import Equations
+from lag2fmu.reference.native import native_terms
 from lag2fmu.reference.signals import Signals
 from lag2fmu.reference.single import SingleState, single_state
 from lag2fmu.reference.state import Floats, State
@@ -25,6 +27,16 @@ LONGEST_PART = 0.02
 MAX_EVALUATIONS, MAX_WITH_JUMPS = 500_000, 50_000
 """Evaluations of the equations in one run before a method counts as failed: stiff equations stall DOP853, and jumps of
 the forces stall every method where they hold the motion, as dry friction does."""
+
+
+def prepare(mechanism: Mechanism) -> None:
+    """Load and compile what a direct integration of ``mechanism`` needs, which takes hardly any time of this process.
+
+    Meant for a thread beside other work. Raises BuildError as ``native_terms`` does.
+    """
+    import scipy.integrate  # noqa: F401
+
+    native_terms(mechanism)
 
 
 class InitialValueProblem:
@@ -48,6 +60,7 @@ class InitialValueProblem:
         self.progress: Callable[[float], None] | None = None
         self.jumps = equations.energies.composition.jumps()
         self.share = 0.0  # what was done before the run that is going on, which is half of all
+        self.reached = float(times[0])  # s, the furthest that a method came before it took too many evaluations
 
     def state(self, t: float, z: Floats) -> State:
         """The state at the time t (s) and z (copies, s + 1)."""
@@ -137,8 +150,10 @@ class InitialValueProblem:
                     if solver.status != "failed":
                         found += _passed(solver, asked)
         except _TooLongError as error:
+            self.reached = max(self.reached, error.args[0])
             reason = f"{method} took {self.evaluations - 1} evaluations"
-            raise SimulationError(f"{self._place(error.args[0])}: {reason}") from None
+            remedy = "" if self.jumps else f", as many as one run may take; {self._shorter()}"
+            raise SimulationError(f"{self._place(error.args[0])}: {reason}{remedy}") from None
         if solver.status == "failed":
             # steps have become tiny: the time of the last one tried is the time reached
             raise SimulationError(f"{self._place(self.last[0])}: {method} cannot go on; {self._reason(message)}")
@@ -187,6 +202,11 @@ class InitialValueProblem:
         if np.isfinite(self.equations.rates(state)[0]).all():
             return message
         return self.equations.weakness(state)
+
+    def _shorter(self) -> str:
+        """The remedy for a run that is too long: a length that fits, with a margin for the second integration."""
+        within_reach = float(f"{0.8 * self.reached:.2g}")
+        return f"give a shorter stop time, {within_reach:g} s is within reach"
 
     def _place(self, t: float) -> str:
         return f"mechanism '{self.equations.mechanism.name}' at time {float(t)!r} s"

@@ -10,8 +10,9 @@ import ctypes
 import subprocess
 import sys
 import tempfile
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from functools import lru_cache
+from importlib.metadata import version
 from importlib.util import find_spec
 from pathlib import Path
 from platform import machine
@@ -21,6 +22,7 @@ import numpy as np
 import sympy as sp
 from numpy.typing import NDArray
 
+from lag2fmu.kept_libraries import kept
 from lag2fmu.language.vocabulary import NAME_OF, TIME, Choice, Smooth
 from lag2fmu.mechanism.record import Mechanism
 from lag2fmu.reference.composition import Composition, composition_of
@@ -32,6 +34,7 @@ Function = Any
 """A function of a library, as ctypes has it."""
 
 _SMALL_POWER = 8
+_SOURCE = "native.c"
 
 
 class _CPrinter(NumericPrinter):
@@ -153,7 +156,7 @@ def _named(value: object) -> str:
 def native_terms(mechanism: Mechanism) -> Function | None:
     """The function ``terms`` of native.c for ``mechanism``, None where there is no compiler, a table or a choice.
 
-    Values are in SI units.
+    Values are in SI units. Raises BuildError where the folder of kept libraries cannot be used.
     """
     return _compiled(mechanism, mechanism.constraints)
 
@@ -166,18 +169,28 @@ def _compiled(mechanism: Mechanism, *_derived: object) -> Function | None:
         return None
     target = ["-target", f"{machine()}-linux-gnu.2.17"] if sys.platform == "linux" else []
     # complex products without care for infinite ones: with it clang takes ten times as long
-    command = [sys.executable, "-m", "ziglang", "cc", *target, "-std=c99", "-O1", "-fcx-limited-range"]
-    command += ["-ffp-contract=off", "-fno-math-errno", "-g0", "-fPIC", "-shared", "-o", "terms", "native.c", "-lm"]
-    with tempfile.TemporaryDirectory(prefix="lag2fmu-", ignore_cleanup_errors=True) as folder:
-        Path(folder, "mechanism.h").write_text(_header(mechanism), "utf-8")
-        Path(folder, "native.c").write_text(Path(__file__).with_name("native.c").read_text("utf-8"), "utf-8")
-        try:
-            subprocess.run(command, cwd=folder, capture_output=True, check=True)
+    flags = [*target, "-std=c99", "-O1", "-fcx-limited-range", "-ffp-contract=off", "-fno-math-errno", "-g0"]
+    flags += ["-fPIC", "-shared"]
+    texts = {"mechanism.h": _header(mechanism), _SOURCE: Path(__file__).with_name(_SOURCE).read_text("utf-8")}
+    try:
+        library = kept((version("ziglang"), flags, sorted(texts.items())), lambda: _library(flags, texts))
+        with tempfile.TemporaryDirectory(prefix="lag2fmu-", ignore_cleanup_errors=True) as folder:
+            Path(folder, "terms").write_bytes(library)
             function = ctypes.CDLL(str(Path(folder, "terms"))).terms
-        except (OSError, subprocess.CalledProcessError):
-            return None
+    except (OSError, subprocess.CalledProcessError):
+        return None
     function.argtypes, function.restype = [ctypes.c_void_p] * 4, None
     return function
+
+
+def _library(flags: Sequence[str], texts: Mapping[str, str]) -> bytes:
+    """The shared library of the C files ``texts`` {name: text}. Raises CalledProcessError, OSError."""
+    command = [sys.executable, "-m", "ziglang", "cc", *flags, "-o", "terms", _SOURCE, "-lm"]
+    with tempfile.TemporaryDirectory(prefix="lag2fmu-", ignore_cleanup_errors=True) as folder:
+        for name, text in texts.items():
+            Path(folder, name).write_text(text, "utf-8")
+        subprocess.run(command, cwd=folder, capture_output=True, check=True)
+        return Path(folder, "terms").read_bytes()
 
 
 def _header(mechanism: Mechanism) -> str:

@@ -19,7 +19,7 @@ MAX_COORDINATES = 3
 
 
 def sympy_accelerations(mechanism: Mechanism) -> Callable[[float, ArrayLike, ArrayLike, InputValues | None], Floats]:
-    """A function (t, q, qd, inputs) -> qdd (n,) from ``sympy.physics.mechanics.LagrangesMethod``.
+    """A function (t, q, qd, inputs) -> qdd (n,) of the Lagrange equations that SymPy differentiates.
 
     With the declared parameters, in SI units; q and qd are (n,), inputs name -> value (or None). Raises
     DerivationError for more than 3 coordinates, SimulationError (from the function) where M is singular.
@@ -51,14 +51,13 @@ def sympy_accelerations(mechanism: Mechanism) -> Callable[[float, ArrayLike, Arr
 
 
 def lagrange_equations(energies: EnergyFunctions) -> tuple[sp.Matrix, sp.Matrix]:
-    """M (n, n) and forcing (n, 1) of M qdd = forcing as expressions in plain symbols, by LagrangesMethod.
+    """M (n, n) and forcing (n, 1) of M qdd = forcing as expressions in plain symbols, differentiated by SymPy.
 
-    Forces and dissipation -dR/dqd are added to its forcing. What is on frames is composed into expressions here.
+    d/dt dL/dqd - dL/dq is formed with functions of time. M is the part that qdd multiplies, the Hessian of L along qd.
+    Forces and dissipation -dR/dqd are added to the forcing. What is on frames is composed into expressions here.
     """
-    from sympy.physics.mechanics import LagrangesMethod, dynamicsymbols
-
     c, s = energies.composition, energies.composition.symbols
-    clock = dynamicsymbols._t
+    clock = sp.Dummy("clock", real=True)
     moving = {x: sp.Function(f"f{i}", real=True)(clock) for i, x in enumerate((*s.q, *s.motion))}
     to_time = {TIME: clock, **moving}
     for x, x_dot in zip((*s.q, *s.motion), (*s.qd, *s.motion_dot), strict=True):
@@ -67,16 +66,22 @@ def lagrange_equations(energies: EnergyFunctions) -> tuple[sp.Matrix, sp.Matrix]
         own + sp.sympify(framed)
         for own, framed in zip((c.kinetic, c.potential, c.dissipation), energies.spatial.symbolic(), strict=True)
     )
-    method = LagrangesMethod((kinetic - potential).xreplace(to_time), [moving[q] for q in s.q])
-    method.form_lagranges_equations()
+    lagrangian = kinetic - potential
+    momenta = [lagrangian.diff(v) for v in s.qd]
+    # the highest derivatives first: a lower one is part of them
+    second = {moving[y].diff(clock, 2): y_ddot for y, y_ddot in zip(s.motion, s.motion_ddot, strict=True)}
+    second |= {moving[q].diff(clock, 2): sp.S.Zero for q in s.q}
+    first = {value: x for x, value in to_time.items() if isinstance(value, sp.Derivative)}
+    zeroth = {value: x for x, value in to_time.items() if value not in first}
 
-    def plain(matrix: sp.Matrix) -> sp.Matrix:
-        # the highest derivatives first: a lower one is part of them
-        second = {moving[y].diff(clock, 2): y_ddot for y, y_ddot in zip(s.motion, s.motion_ddot, strict=True)}
-        first = {value: x for x, value in to_time.items() if isinstance(value, sp.Derivative)}
-        zeroth = {value: x for x, value in to_time.items() if value not in first}
-        return matrix.xreplace(second).xreplace(first).xreplace(zeroth).doit()  # SymPy leaves d|x|/dx undone
+    def plain(p: sp.Expr) -> sp.Expr:
+        """The part of dp/dt without qdd."""
+        return p.xreplace(to_time).diff(clock).xreplace(second).xreplace(first).xreplace(zeroth)
 
     loads = energies.spatial.symbolic_forces()
-    others = sp.Matrix([Q + load - dissipation.diff(v) for Q, load, v in zip(c.forces, loads, s.qd, strict=True)])
-    return plain(method.mass_matrix), plain(method.forcing) + others
+    forcing = [
+        Q + load + lagrangian.diff(q) - dissipation.diff(v) - plain(p)
+        for Q, load, q, v, p in zip(c.forces, loads, s.q, s.qd, momenta, strict=True)
+    ]
+    # SymPy leaves d|x|/dx undone
+    return sp.Matrix([[p.diff(v) for v in s.qd] for p in momenta]).doit(), sp.Matrix(forcing).doit()

@@ -14,8 +14,8 @@ from lag2fmu.description import names as words
 from lag2fmu.description.symbols import Coordinate, Input, Parameter
 from lag2fmu.ensemble.compiled import Ensemble
 from lag2fmu.errors import LoadError, SimulationError
-from lag2fmu.fmu.kept_libraries import VARIABLE
 from lag2fmu.formats.text import read
+from lag2fmu.kept_libraries import VARIABLE
 from lag2fmu.language.identifiers import suggestion
 from lag2fmu.mechanism.record import Mechanism
 from lag2fmu.reference.trajectory import Floats, Trajectory

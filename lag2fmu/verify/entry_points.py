@@ -4,7 +4,8 @@ from __future__ import annotations
 
 import tempfile
 from collections.abc import Callable, Iterator, Mapping, Sequence
-from contextlib import contextmanager
+from concurrent.futures import ThreadPoolExecutor
+from contextlib import ExitStack, contextmanager
 from pathlib import Path
 from typing import Any
 
@@ -16,12 +17,14 @@ from lag2fmu.analysis.state_space import Linearization
 from lag2fmu.description.names import velocity
 from lag2fmu.dynamics.entry_points import derive
 from lag2fmu.dynamics.equations import EquationsOfMotion
+from lag2fmu.dynamics.lagrange import complete
 from lag2fmu.errors import DerivationError, ExportError, TextError
 from lag2fmu.fmu.carried import read_mechanism
 from lag2fmu.fmu.exporting import export
 from lag2fmu.fmu.record import Fmu, fmu_path, is_fmu
 from lag2fmu.formats.loading import as_mechanism, with_values
 from lag2fmu.mechanism.record import Mechanism
+from lag2fmu.reference.initial_value_problem import prepare
 from lag2fmu.reference.trajectory import Trajectory
 from lag2fmu.verify.inputs import Inputs, trajectory_of
 from lag2fmu.verify.plan import times_of
@@ -88,7 +91,11 @@ def validate(
     ``progress`` is told the share that is done, 0 to 1. Raises Lag2FmuError; differences are in the Report.
     """
     source = model if is_fmu(model) else with_values(as_mechanism(model), values or {})
-    with as_fmu(source, solver, fmi) as path:
+    with ExitStack() as folders:
+        with ThreadPoolExecutor(max_workers=1) as beside:
+            if isinstance(source, Mechanism):  # the compilers of both sides work at the same time
+                beside.submit(lambda: prepare(complete(source)))  # what fails here fails again where it is needed
+            path = folders.enter_context(as_fmu(source, solver, fmi))
         mechanism = read_mechanism(path)
         signals = trajectory_of(inputs, *times_of(path, stop_time, None))
         return validate_fmu(

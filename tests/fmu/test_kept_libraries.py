@@ -2,10 +2,13 @@
 
 import pytest
 
+from lag2fmu import kept_libraries
 from lag2fmu.errors import BuildError
-from lag2fmu.fmu import compilers, kept_libraries
+from lag2fmu.fmu import compilers
 from lag2fmu.fmu.backends.native import fmi_headers
 from lag2fmu.fmu.compilers import compile_library, host_platform
+from lag2fmu.formats.loading import load
+from lag2fmu.reference import native
 
 
 @pytest.fixture
@@ -48,3 +51,13 @@ def test_a_folder_that_cannot_be_used_is_named(commands, monkeypatch, tmp_path) 
     monkeypatch.setenv(kept_libraries.VARIABLE, str(tmp_path / "file"))
     with pytest.raises(BuildError, match=r"file' of LAG2FMU_LIBRARIES cannot be used: .*name another one, or none"):
         compiled("1")
+
+
+def test_the_terms_of_the_direct_integration_are_kept(monkeypatch, tmp_path) -> None:
+    """Beside the FMU's libraries: another process finds what this one compiled."""
+    monkeypatch.setenv(kept_libraries.VARIABLE, str(tmp_path))
+    compiled_terms, mechanism = native._compiled.__wrapped__, load("pendulum")
+    assert compiled_terms(mechanism) is not None
+    monkeypatch.setattr(native, "_library", lambda *_: pytest.fail("compiled twice"))
+    assert compiled_terms(mechanism) is not None
+    assert len(list(tmp_path.iterdir())) == 1

@@ -1,5 +1,6 @@
 """Trajectories against closed forms, drives by time and by inputs, and failures."""
 
+import re
 import sys
 
 import numpy as np
@@ -12,7 +13,7 @@ from scipy.special import ellipj, ellipk
 from lag2fmu.errors import LoadError, SimulationError
 from lag2fmu.language.expressions import TIME
 from lag2fmu.mechanism import Energy, Mechanism, coordinate, parameter, signal
-from lag2fmu.reference import Trajectory, held, integrate, interpolated
+from lag2fmu.reference import Trajectory, held, initial_value_problem, integrate, interpolated
 from models.double_pendulum import double_pendulum
 
 t = TIME
@@ -236,3 +237,13 @@ def test_radau_takes_over_from_stiff_equations(monkeypatch: pytest.MonkeyPatch) 
     reference = integrate(stiff, [0, 1, 2], rtol=1e-7)
     assert reference.method == "Radau"
     assert reference.trajectory["x"] == pytest.approx(np.exp([0.0, -1, -2]), rel=1e-4)
+
+
+def test_a_run_that_is_too_long_says_which_stop_time_is_within_reach(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(initial_value_problem, "MAX_EVALUATIONS", 300)
+    with pytest.raises(SimulationError, match="took 300 evaluations, as many as one run may take") as caught:
+        integrate(oscillator(), [0, 1000.0], rtol=1e-8, whole=5.0)
+    found = re.search(r"give a shorter stop time, (\S+) s is within reach", str(caught.value))
+    assert found
+    assert 0.1 < float(found[1]) < 10
+    integrate(oscillator(), [0, float(found[1])], rtol=1e-8, whole=5.0)

@@ -38,6 +38,9 @@ _SWING, _MOST_TURN = 7.0, 0.5
 _WIDTH, _HEIGHT, _FINE = 9.0, 5.8, 5.0
 """The most that the scene takes, in inches and in points for a unit of the picture."""
 
+_CORNERS = np.array([[-1.0, -1.0], [1.0, 1.0]])
+"""Of a square about a disc of the radius 1."""
+
 Marks = Iterable[Stroke | Disc]
 
 
@@ -144,7 +147,7 @@ def _draw_mode(axes: Axes, equations: EquationsOfMotion, layout: Layout, values:
     lines: list[Floats] = []
     for share, alpha in ((-1.0, 0.3), (1.0, 0.9)):
         marks = posture(layout, {**layout.values, **at(equations, values, q + share * swing, rest)})
-        lines += [np.array(m.points if isinstance(m, Stroke) else [m.center]) for m in marks]
+        lines += [np.array(m.points) if isinstance(m, Stroke) else m.center + m.radius * _CORNERS for m in marks]
         draw_marks(axes, marks, 1.6, alpha)
     low, high = np.vstack(lines).min(axis=0) - 4.0, np.vstack(lines).max(axis=0) + 4.0
     axes.set_xlim(low[0], high[0])
@@ -222,6 +225,8 @@ def _potential(equations: EquationsOfMotion) -> Figure:
     node = [equations.energies["potential_energy"]]
     values = at(equations, operating_inputs(equations), mesh, np.zeros_like(mesh))
     V = evaluate(equations.graph, node, values)[0]
+    if np.ptp(V) == 0:
+        return _histories(mechanism, path)
     figure = Figure(figsize=(7, 6), layout="constrained")
     axes = figure.subplots()
     units = [c.unit or DIMENSIONLESS for c in mechanism.coordinates]
@@ -244,6 +249,20 @@ def _potential(equations: EquationsOfMotion) -> Figure:
     axes.legend(fontsize=9)
     figure.suptitle(mechanism.title, fontsize=14)
     say(figure, [f"The mechanism has no bodies to draw; the motion is that of {mechanism.experiment.stop_time:g} s."])
+    return figure
+
+
+def _histories(mechanism: Mechanism, path: Floats) -> Figure:
+    """The coordinates over time, ``path`` (times, n), where no potential tells where the motion goes."""
+    figure = Figure(figsize=(7, 1.5 + 2.0 * len(mechanism.coordinates)), layout="constrained")
+    panels = figure.subplots(len(mechanism.coordinates), 1, sharex=True, squeeze=False)[:, 0]
+    time = np.linspace(0.0, mechanism.experiment.stop_time, len(path))
+    for axes, c, x in zip(panels, mechanism.coordinates, path.T, strict=True):
+        axes.plot(time, (c.unit or DIMENSIONLESS).from_si(x), **LINE)
+        dressed(axes, "", "", labelled(pretty(c.name), c.unit))
+    panels[-1].set_xlabel("time in s", fontsize=9)
+    figure.suptitle(mechanism.title, fontsize=14)
+    say(figure, ["The mechanism has no bodies to draw, and its potential energy is constant."])
     return figure
 
 

@@ -24,13 +24,6 @@ bool dense_begin(Instance *instance, Step step) {
     return solver_dense(instance, step, instance->state.dense.terms);
 }
 
-void dense_cubic_states(const Dense *dense, double theta, double states[]) {
-    for (int i = 0; i < N_STATES; i++) {
-        const double bend = dense->terms[1][i] + theta * dense->terms[2][i];
-        states[i] = dense->states[i] + theta * (dense->terms[0][i] + (1.0 - theta) * bend);
-    }
-}
-
 void dense_states(const Dense *dense, double time, double states[]) {
     const double theta = (time - dense->start) * dense->rate;
     const double factors[2] = {theta, 1.0 - theta};

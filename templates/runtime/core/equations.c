@@ -18,7 +18,7 @@
 static bool spread_for_further(Instance *instance, double time, const double states[], const double inputs[],
                                double unknowns[]) {
     System *system = &instance->scratch.system;
-    if (N_FURTHER == 0 || multipliers_unique(instance)) {
+    if (N_FURTHER == N_RESTING || multipliers_unique(instance)) {
         return true;
     }
     if (!system_factorize(instance, time, states, inputs, N_CONSTRAINTS, 0.0, system)) {

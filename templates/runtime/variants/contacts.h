@@ -8,8 +8,9 @@
 /* values[N_EVENTS - N_SWITCHES] of their event functions, as events_evaluate says. */
 bool contacts_evaluate(Instance *instance, double time, const double states[], double values[]);
 
-/* As events_settle; due[N_EVENTS - N_SWITCHES] or NULL. *jumped is set if states changed, and is left alone if not. */
-bool contacts_settle(Instance *instance, const bool due[], bool *jumped);
+/* As events_settle; due[N_EVENTS - N_SWITCHES] or NULL. *jumped is set if states changed, and is left alone if not;
+   *again likewise if what was decided has to be decided once more, with the states as they are now. */
+bool contacts_settle(Instance *instance, const bool due[], bool *jumped, bool *again);
 
 /* Does any contact, stop, dry friction or latch hold at present? The formula of the accelerations is for none. */
 bool contacts_hold(const Instance *instance);
@@ -24,6 +25,10 @@ bool contacts_sliding(const Instance *instance);
    factorised at the point. Returns false, with instance->failure, if no such forces are found. */
 bool contacts_slide(Instance *instance, const System *system, double time, const double states[],
                     const double inputs[], double unknowns[]);
+
+/* Adds to forces[n] those of the rows that slide at the states. Returns false, with instance->failure, if there are no
+   accelerations there. The system in scratch is then another. */
+bool contacts_rub(Instance *instance, double time, const double states[], double forces[]);
 
 /* Adds to the answer[n + m] of the unknowns to a seed at the point, which holds for constant forces of sliding, how
    these forces answer; unknowns[n + m] are those at the point, where the system is factorised. */

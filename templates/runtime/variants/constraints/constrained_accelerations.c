@@ -66,16 +66,18 @@ static bool formula_holds(const Instance *instance, const double margins[], cons
     return true;
 }
 
-/* unknowns[n + m] by the generated formula. Returns whether it holds there. */
+/* unknowns[n + m] by the generated formula. Returns whether it holds there. Where all constraints are rows of contacts
+   and none holds, there is none to be lost. */
 static bool evaluate_formula(Instance *instance, double time, const double states[], const double inputs[],
                              const double drift[], double unknowns[]) {
     double pivots[N_COORDINATES], margins[N_CONSTRAINTS], squares[N_CONSTRAINTS];
-    if (contacts_hold(instance)) {
+    const bool free = contacts_idle(instance) == N_CONSTRAINTS;
+    if (!free && contacts_hold(instance)) {
         return false;
     }
     mechanism_accelerations(time, states, inputs, instance->state.parameters, drift, unknowns, pivots, margins,
                             squares);
-    return formula_holds(instance, margins, squares) && pivots_sound(instance, pivots);
+    return (free || formula_holds(instance, margins, squares)) && pivots_sound(instance, pivots);
 }
 
 bool accelerations_at(Instance *instance, double time, const double states[], const double inputs[],
@@ -96,7 +98,9 @@ bool accelerations_at(Instance *instance, double time, const double states[], co
             return false;
         }
     }
-    return all_finite(unknowns, N_UNKNOWNS) || report_accelerations(instance, time, unknowns);
+    /* apart: processors wait where they load as a pair what was stored one by one */
+    return (all_finite(unknowns, N_COORDINATES) && all_finite(unknowns + N_COORDINATES, N_CONSTRAINTS)) ||
+           report_accelerations(instance, time, unknowns);
 }
 
 void accelerations_stabilise(const Instance *instance, double change[]) {

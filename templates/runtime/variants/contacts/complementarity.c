@@ -24,12 +24,24 @@ static bool in_space(const Laws *laws) {
     return found;
 }
 
+/* A lone contact that does not go on as it is has but one other way to. */
+static bool turns(const Laws *laws, const Choice *present, double x[]) {
+    Choice other;
+    if (laws->size != 1 || laws->width[0] != 0) {
+        return false;
+    }
+    memset(&other, 0, sizeof other);
+    other.held[0] = !present->held[0];
+    x[0] = 0.0;
+    return laws_try(laws, &other, x) && laws_bounded(laws, &other, x);
+}
+
 static bool solve_laws(const Elimination *e, const Laws *laws, double x[]) {
     Choice present;
     memset(x, 0, (size_t)laws->size * sizeof(double));
     choose_present(e, &present);
     const bool goes_on = laws_try(laws, &present, x) && laws_bounded(laws, &present, x);
-    return goes_on || (in_space(laws) ? cones_solve(laws, x) : polyhedral_solve(laws, x));
+    return goes_on || turns(laws, &present, x) || (in_space(laws) ? cones_solve(laws, x) : polyhedral_solve(laws, x));
 }
 
 /* Rows of friction that slip fall from the greatest holding force to that of sliding; returns whether any did. */
@@ -103,10 +115,23 @@ int complementarity_other(const Problem *problem) {
     return other < 0 ? -1 : elimination.row[other];
 }
 
+static bool all_free(const Problem *problem) {
+    bool free = true;
+    for (int k = 0; k < problem->rows; k++) {
+        free = free && problem->row[k].law == ROW_FREE;
+    }
+    return free;
+}
+
 bool complementarity_solve(const Problem *problem, double lambda[], double w[]) {
     Elimination elimination;
     Laws laws;
     double x[MOST_ACTIVE];
+    if (all_free(problem)) {
+        memset(lambda, 0, (size_t)problem->rows * sizeof(double));
+        memcpy(w, problem->free, (size_t)problem->rows * sizeof(double));
+        return true;
+    }
     if (!reduce_and_solve(problem, &elimination, &laws, x)) {
         return false;
     }

@@ -49,14 +49,6 @@ void contact_slide(State *state, int contact, const double w[]) {
     set_contact(state, contact, slips_of(contact) == 1 ? along : MODE_SLIDES, w);
 }
 
-bool contact_closed(const State *state, int contact) {
-    return row_active(state, contact);
-}
-
-bool contact_sticks(const State *state, int contact) {
-    return state->modes[contact] == MODE_STICKS;
-}
-
 static void set_friction(State *state, int friction, int64_t mode, double direction) {
     row_activate(state, FIRST_FRICTION + friction, mode == MODE_STICKS);
     row_direct(state, FIRST_FRICTION + friction, direction);
@@ -69,8 +61,4 @@ void friction_stick(State *state, int friction) {
 
 void friction_slide(State *state, int friction, double w) {
     set_friction(state, friction, w > 0.0 ? MODE_SLIDES_FORWARD : MODE_SLIDES_BACKWARD, w > 0.0 ? 1.0 : -1.0);
-}
-
-bool friction_sticks(const State *state, int friction) {
-    return state->modes[N_UNILATERALS + friction] == MODE_STICKS;
 }

@@ -11,13 +11,20 @@ void contact_stick(State *state, int contact);
 void contact_slide(State *state, int contact, const double w[]);
 
 /* Is the contact closed, and does it stick? */
-bool contact_closed(const State *state, int contact);
-bool contact_sticks(const State *state, int contact);
+static inline bool contact_closed(const State *state, int contact) {
+    return row_active(state, contact);
+}
+
+static inline bool contact_sticks(const State *state, int contact) {
+    return state->modes[contact] == MODE_STICKS;
+}
 
 /* Of a dry friction: at rest, or sliding in the direction of the sign of w. */
 void friction_stick(State *state, int friction);
 void friction_slide(State *state, int friction, double w);
 
-bool friction_sticks(const State *state, int friction);
+static inline bool friction_sticks(const State *state, int friction) {
+    return state->modes[N_UNILATERALS + friction] == MODE_STICKS;
+}
 
 #endif

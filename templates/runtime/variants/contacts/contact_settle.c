@@ -250,15 +250,26 @@ static bool starts_apart(Settling *settling) {
     return true;
 }
 
-bool contacts_settle(Instance *instance, const bool due[], bool *jumped) {
+/* Does nothing hold, and is nothing due but gaps? */
+static bool flies(const Instance *instance, const bool due[]) {
+    bool flies = due != NULL && !contacts_hold(instance);
+    for (int k = 0; k < 2 * N_UNILATERALS + N_FRICTIONS && flies; k++) {
+        flies = !due[k] || (k < 2 * N_UNILATERALS && k % 2 == 0);
+    }
+    return flies;
+}
+
+bool contacts_settle(Instance *instance, const bool due[], bool *jumped, bool *again) {
     Settling settling = {.instance = instance};
+    const bool flew = flies(instance, due);
+    bool collided = false, moved = false;
     if (due == NULL) {
         forget_modes(&instance->state);
     } else {
         memcpy(settling.due, due, (2 * N_UNILATERALS + N_FRICTIONS) * sizeof(bool));
     }
     end_cascades(&settling);
-    if (!undo_drift(&settling, jumped) || !undo_overlap(&settling, jumped) || !stop_slips(&settling, jumped) ||
+    if (!undo_drift(&settling, &moved) || !undo_overlap(&settling, &moved) || !stop_slips(&settling, &moved) ||
         !settling_measure(&settling)) {
         return false;
     }
@@ -267,5 +278,11 @@ bool contacts_settle(Instance *instance, const bool due[], bool *jumped) {
     }
     update_latches(&settling);
     find_touching(&settling);
-    return settling_impacts(&settling, jumped) && settling_modes(&settling, jumped) && move_onto_modes(&settling, jumped);
+    if (!settling_impacts(&settling, &collided) || !settling_modes(&settling, &moved) ||
+        !move_onto_modes(&settling, &moved)) {
+        return false;
+    }
+    *jumped = *jumped || collided || moved;
+    *again = *again || moved || (collided && !(flew && !contacts_hold(instance))); /* in flight impacts decide alone */
+    return true;
 }

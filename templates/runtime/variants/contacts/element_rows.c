@@ -8,16 +8,8 @@ void rows_evaluate(const Instance *instance, double time, const double states[],
                    rows->gamma);
 }
 
-bool row_active(const State *state, int row) {
-    return state->parameters[row] != 0.0;
-}
-
 void row_activate(State *state, int row, bool active) {
     state->parameters[row] = active ? 1.0 : 0.0;
-}
-
-double row_direction(const State *state, int row) {
-    return state->parameters[FIRST_DIRECTION + row - FIRST_SLIP];
 }
 
 void row_direct(State *state, int row, double direction) {

@@ -32,12 +32,16 @@ void rows_evaluate(const Instance *instance, double time, const double states[],
                    ElementRows *rows);
 
 /* Is the row a constraint in the present mode? */
-bool row_active(const State *state, int row);
+static inline bool row_active(const State *state, int row) {
+    return state->parameters[row] != 0.0;
+}
 
 void row_activate(State *state, int row, bool active);
 
 /* The direction in which a frictional row slides: 0 if it does not. */
-double row_direction(const State *state, int row);
+static inline double row_direction(const State *state, int row) {
+    return state->parameters[FIRST_DIRECTION + row - FIRST_SLIP];
+}
 
 void row_direct(State *state, int row, double direction);
 

@@ -9,10 +9,11 @@ bool contacts_evaluate(Instance *instance, double time, const double states[], d
     return true;
 }
 
-bool contacts_settle(Instance *instance, const bool due[], bool *jumped) {
+bool contacts_settle(Instance *instance, const bool due[], bool *jumped, bool *again) {
     (void)instance;
     (void)due;
     (void)jumped;
+    (void)again;
     return true;
 }
 
@@ -39,6 +40,14 @@ bool contacts_slide(Instance *instance, const System *system, double time, const
     (void)states;
     (void)inputs;
     (void)unknowns;
+    return true;
+}
+
+bool contacts_rub(Instance *instance, double time, const double states[], double forces[]) {
+    (void)instance;
+    (void)time;
+    (void)states;
+    (void)forces;
     return true;
 }
 

@@ -29,23 +29,31 @@ typedef struct {
     double start; /* its value where the step begins */
 } Descents;
 
-/* values[k][i] of the event functions at the nodes of a part of the step in state->dense, or of its cubic alone. The
-   first node is known. */
-static bool sample(Instance *instance, double from, double width, bool cubic, double values[][ROOT_NODES]) {
+/* values[k][i] of the event functions at the node i of a part of the step in state->dense, or of its cubic alone. */
+static bool sample_node(Instance *instance, double from, double width, bool cubic, int i,
+                        double values[][ROOT_NODES]) {
     const Dense *dense = &instance->state.dense;
+    const double theta = from + width * ROOT_PLACES[i], time = dense->start + theta * (dense->end - dense->start);
     double states[N_STATES], at[SIZE_EVENTS];
+    if (cubic) {
+        dense_cubic_states(dense, theta, states);
+    } else {
+        dense_states(dense, time, states);
+    }
+    if (!events_evaluate(instance, time, states, at)) {
+        return false;
+    }
+    for (int k = 0; k < N_EVENTS; k++) {
+        values[k][i] = at[k];
+    }
+    return true;
+}
+
+/* The same at all nodes of a part of the step; the first one is known. */
+static bool sample(Instance *instance, double from, double width, double values[][ROOT_NODES]) {
     for (int i = 1; i < ROOT_NODES; i++) {
-        const double theta = from + width * ROOT_PLACES[i], time = dense->start + theta * (dense->end - dense->start);
-        if (cubic) {
-            dense_cubic_states(dense, theta, states);
-        } else {
-            dense_states(dense, time, states);
-        }
-        if (!events_evaluate(instance, time, states, at)) {
+        if (!sample_node(instance, from, width, false, i, values)) {
             return false;
-        }
-        for (int k = 0; k < N_EVENTS; k++) {
-            values[k][i] = at[k];
         }
     }
     return true;
@@ -69,6 +77,19 @@ static bool all_above(const double numbers[], double level) {
     return above;
 }
 
+/* Is a function with these values at the nodes far from 0 between them? One that leaves 0 is so if it rises steadily:
+   its quotients by theta are taken. */
+static bool is_far(const double values[], double noise) {
+    const bool leaves = fabs(values[0]) <= noise;
+    double least = leaves ? values[ROOT_NODES - 1] : values[0], greatest = least;
+    for (int i = 1; i < ROOT_NODES; i++) {
+        const double value = leaves ? values[i] / ROOT_PLACES[i] : values[i];
+        least = smaller(least, value);
+        greatest = larger(greatest, value);
+    }
+    return least > FAR * greatest && least > 0.0 && (leaves || least == greatest || roots_resolved(values));
+}
+
 /* Does a function of a contact that begins at 0 rise from there, so that an early root is none? The polynomial through
    its values may dip below 0 between the first of them by its own error, where the function rises with a high power of
    the time, as a gap does from which the last force has vanished. Margins of switches do not rise like that. */
@@ -87,6 +108,10 @@ static void search(const Instance *instance, double from, double width, double v
     const double rounding = 2.0 * DBL_EPSILON * fabs(dense->end) * dense->rate / width; /* of the time, in the part */
     for (int k = 0; k < N_EVENTS; k++) {
         double bernstein[ROOT_NODES];
+        found->theta[k] = NO_ROOT;
+        if (is_far(values[k], 0.0)) {
+            continue;
+        }
         roots_fit(values[k], bernstein);
         const double noise = events_noise(instance, k) + rounding * fabs(roots_slope(bernstein, 0.0));
         double root = all_above(bernstein, noise) ? NO_ROOT : roots_first_descent(bernstein, noise);
@@ -99,47 +124,45 @@ static void search(const Instance *instance, double from, double width, double v
     }
 }
 
-/* Are all functions so far from 0 on Hermite's cubic that a better interpolant makes no difference? Most steps end with
-   this question. */
-static bool far_from_events(Instance *instance, Step step, bool *far) {
-    double values[SIZE_EVENTS][ROOT_NODES], start[SIZE_EVENTS];
+static bool all_positive(double values[][ROOT_NODES], int i) {
+    bool positive = true;
+    for (int k = 0; k < N_EVENTS; k++) {
+        positive = positive && values[k][i] > 0.0;
+    }
+    return positive;
+}
+
+/* Are all functions, which begin with start[N_EVENTS], so far from 0 on Hermite's cubic that a better interpolant makes
+   no difference? Most steps end with this question. Of the nodes the last one comes first: it shows most events. */
+static bool far_from_events(Instance *instance, Step step, const double start[], bool *far) {
+    double values[SIZE_EVENTS][ROOT_NODES];
     dense_begin_cubic(instance, step);
-    if (!events_evaluate(instance, instance->state.time, instance->state.states, start)) {
-        return false;
-    }
-    for (int k = 0; k < N_EVENTS; k++) {
-        values[k][0] = start[k];
-    }
-    if (!sample(instance, 0.0, 1.0, true, values)) {
-        return false;
-    }
-    *far = all_resolved(values);
-    for (int k = 0; k < N_EVENTS; k++) {
-        double greatest = 0.0;
-        for (int i = 0; i < ROOT_NODES; i++) {
-            greatest = larger(greatest, values[k][i]);
+    *far = true;
+    for (int i = ROOT_NODES - 1; i > 0 && *far; i--) {
+        if (!sample_node(instance, 0.0, 1.0, true, i, values)) {
+            return false;
         }
-        *far = *far && all_above(values[k], FAR * greatest);
+        *far = all_positive(values, i);
+    }
+    for (int k = 0; k < N_EVENTS && *far; k++) {
+        values[k][0] = start[k];
+        *far = is_far(values[k], events_noise(instance, k));
     }
     return true;
 }
 
 /* Goes through the step from its beginning, in parts in which the event functions are like polynomials, to the first
-   part with a descent. found->first is -1 if there is none. */
-static bool find_descents(Instance *instance, Descents *found) {
-    const State *state = &instance->state;
-    double values[SIZE_EVENTS][ROOT_NODES], start[SIZE_EVENTS];
+   part with a descent. The functions begin with start[N_EVENTS]. found->first is -1 if there is none. */
+static bool find_descents(Instance *instance, const double start[], Descents *found) {
+    double values[SIZE_EVENTS][ROOT_NODES];
     double from = 0.0, width = 1.0;
     found->first = -1;
     found->slope = 0.0;
-    if (!events_evaluate(instance, state->time, state->states, start)) {
-        return false;
-    }
     for (int k = 0; k < N_EVENTS; k++) {
         values[k][0] = start[k];
     }
     while (from < 1.0 && found->first < 0) {
-        if (!sample(instance, from, width, false, values)) {
+        if (!sample(instance, from, width, values)) {
             return false;
         }
         if (width > SHORTEST_PART && !all_resolved(values)) {
@@ -253,16 +276,18 @@ static bool report_pole(Instance *instance, int k) {
 
 bool events_end_step(Instance *instance, Step *step) {
     Descents found;
-    double values[SIZE_EVENTS];
+    State *state = &instance->state;
+    double start[SIZE_EVENTS], values[SIZE_EVENTS];
     bool far = false;
-    instance->state.event_pending = 0;
-    if (DENSE_ROWS > 0 && !far_from_events(instance, *step, &far)) {
+    state->event_pending = 0;
+    if (!events_evaluate(instance, state->time, state->states, start) ||
+        (DENSE_ROWS > 0 && !far_from_events(instance, *step, start, &far))) {
         return false;
     }
     if (far) {
         return true;
     }
-    if (!dense_begin(instance, *step) || !find_descents(instance, &found)) {
+    if (!dense_begin(instance, *step) || !find_descents(instance, start, &found)) {
         return false;
     }
     if (found.first >= 0) {

@@ -39,7 +39,7 @@ static bool evaluate_margins(Instance *instance, double time, const double state
 
 bool events_evaluate(Instance *instance, double time, const double states[], double values[]) {
     double margins[SIZE_SWITCHES];
-    if (!evaluate_margins(instance, time, states, margins)) {
+    if (N_SWITCHES > 0 && !evaluate_margins(instance, time, states, margins)) {
         return false;
     }
     for (int k = 0; k < N_SWITCHES; k++) {
@@ -141,14 +141,14 @@ bool events_settle(Instance *instance, const bool due[], bool *jumped) {
     *jumped = false;
     for (int round = 0; round < MOST_ROUNDS && turned; round++) {
         const bool *now = round == 0 ? due : NONE;
-        bool moved = false;
+        bool moved = false, again = false;
         if (!settle_switches(instance, now, &turned) ||
-            !contacts_settle(instance, now != NULL ? now + N_SWITCHES : NULL, &moved)) {
+            !contacts_settle(instance, now != NULL ? now + N_SWITCHES : NULL, &moved, &again)) {
             return false;
         }
         instance_forget_motion(instance); /* the modes of contacts may be others, with the same states */
         *jumped = *jumped || moved;
-        turned = turned || moved;
+        turned = turned || again || (moved && N_SWITCHES > 0);
     }
     instance->state.modes_settled = 1;
     instance->state.event_held = 0;
