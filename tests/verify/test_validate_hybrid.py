@@ -9,7 +9,8 @@ import pytest
 from lag2fmu.formats.text import read
 from lag2fmu.mechanism import Mechanism
 from lag2fmu.reference import Reference, Trajectory, integrate
-from lag2fmu.verify.hybrid import comparable, extent, row_checks
+from lag2fmu.verify.agreement import comparable
+from lag2fmu.verify.hybrid import extent, row_checks
 from lag2fmu.verify.task import Task
 from tests.reference import hybrid_mechanisms as known
 
