@@ -101,7 +101,7 @@ USERS = {
 """package -> the modules or rooms that use it: one each, but compilers and strangers' FMUs are different programs, and
 the independent path shares no compiler with what it checks"""
 
-MOST_LAYERS = 22
+MOST_LAYERS = 21
 """Modules in the longest chain of imports, from ``errors`` to ``cli.__main__``; imports inside functions count."""
 
 MOST_LINES, MOST_LONG_MODULES = 300, 0
@@ -110,8 +110,8 @@ MOST_LINES, MOST_LONG_MODULES = 300, 0
 MOST_LINES_OF_A_FUNCTION = 50
 """Without its docstring; 50 are what a screen takes in at once."""
 
-MOST_WAYS, MOST_WIDE_FUNCTIONS = 12, 6
-"""Branches that a function should do with, and how many functions may have more: numbers to lower, not to raise."""
+MOST_WAYS = 12
+"""Branches that a function may have."""
 
 
 def _modules() -> list[Path]:
@@ -297,7 +297,7 @@ def test_modules_and_functions_are_read_at_a_glance() -> None:
             wide |= {f"{name}: {node.name}": ways} if ways > MOST_WAYS else {}
             lines = (node.end_lineno or 0) - node.lineno - len((ast.get_docstring(node) or "").splitlines())
             assert lines <= MOST_LINES_OF_A_FUNCTION, f"{name}: {node.name} is longer than a screen"
-    assert len(wide) <= MOST_WIDE_FUNCTIONS, wide
+    assert not wide, wide
 
 
 def test_no_test_module_is_imported_by_another_one() -> None:

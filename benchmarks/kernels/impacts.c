@@ -14,10 +14,10 @@
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
-#include <time.h>
 
 #include "component.h"
 #include "fmi2Functions.h"
+#include "host.h"
 #include "integrator.h"
 
 enum { MOST_ARCS = 100000, LENGTH = 2 * N_COORDINATES };
@@ -26,19 +26,6 @@ typedef struct {
     double end;
     double states[LENGTH];
 } Arc;
-
-static double now(void) {
-    struct timespec t;
-    clock_gettime(CLOCK_PROCESS_CPUTIME_ID, &t);
-    return (double)t.tv_sec + 1e-9 * (double)t.tv_nsec;
-}
-
-static void demand(int holds, const char *what) {
-    if (!holds) {
-        fprintf(stderr, "%s failed\n", what);
-        exit(2);
-    }
-}
 
 static Component *start(double tolerance, double stop) {
     static fmi2CallbackFunctions callbacks;

@@ -79,6 +79,10 @@ def _guarded(content: Callable[[], Iterator[Line]]) -> Iterator[Line]:
 
 def _conserved(equations: EquationsOfMotion) -> Iterator[Line]:
     found = conserved(equations)
+    inputs = [u.name for u in equations.mechanism.plain_inputs]
+    if inputs:
+        listed = ", ".join([*inputs[:_INPUTS], *["..."][: len(inputs) > _INPUTS]])
+        yield Line(f"While {'the inputs are' if len(inputs) > 1 else 'the input is'} zero, {listed}:")
     for item in found:
         yield Line(f"{item.name}: {item.meaning}.")
         if item.expression is not None:

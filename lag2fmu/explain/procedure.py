@@ -247,7 +247,11 @@ class _Steps:
         """Q of each coordinate, the forces of Rayleigh's function included, as the equations have them on the right."""
         c = self.composition
         for q, velocity, force in zip(c.symbols.q, c.symbols.qd, c.forces, strict=True):
-            yield self.notation.name(f"Q^np_{q.name}"), force - c.dissipation.diff(velocity)
+            yield self.notation.name(f"Q^np_{q.name}"), force - self._drag(velocity)
+
+    def _drag(self, velocity: sp.Expr) -> sp.Expr:
+        """The derivative of Rayleigh's function, the rates of dampers as they are written."""
+        return sp.factor_terms(self.composition.dissipation.diff(velocity))
 
     def _derivatives(self) -> Iterator[Formula]:
         s, write = self.composition.symbols, self.notation
@@ -263,7 +267,7 @@ class _Steps:
         for qd, q, force, reaction in zip(s.qd, s.q, c.forces, self._reactions(), strict=True):
             left = tidy(self.composition.rate(self._lagrangian.diff(qd)) - self._lagrangian.diff(q))
             left = sp.collect(sp.expand(left), accelerations)
-            yield self.notation.expression(left), force - c.dissipation.diff(qd) + reaction
+            yield self.notation.expression(left), force - self._drag(qd) + reaction
 
     def _formulas(self, formulas: Iterator[Formula] | Sequence[Formula]) -> list[str]:
         lines = []

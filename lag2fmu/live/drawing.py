@@ -126,6 +126,8 @@ def _bodies(layout: Layout, spots: Spots) -> Iterator[Item]:
             item |= {"r": BOX[0], "real": True}
         elif shape.kind == PARTICLE and layout.half(spot):
             item |= {"k": "slider", "along": _rounded(layout.direction(spot)), "half": list(BOX)}
+        elif shape.kind == PARTICLE and shape.size[0]:
+            item |= {"r": round(float(shape.size[0]) / layout.unit, 3), "real": True}
         elif shape.kind == PARTICLE:
             item["r"] = round(room * (1.3 + 1.4 * (max(s.masses[name], 0.0) / heaviest) ** (1 / 3)), 3)
         else:

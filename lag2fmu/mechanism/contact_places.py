@@ -36,7 +36,7 @@ def geometry_of(m: Description, contact: Contact, poses: Poses) -> Geometry:
         slip = () if contact.slip is None else contact.slip if isinstance(contact.slip, tuple) else (contact.slip,)
         return Geometry(sp.sympify(contact.gap), slip)
     a, b, apart = _ends(m, contact, poses)
-    first, second = _radii(contact)
+    first, second = radii_of(contact)
     if CONTACTS[contact.kind].normal:
         normal, tangents = _fixed(contact, b, m.dimension == 2)
         gap = normal.dot(apart) - first
@@ -88,15 +88,15 @@ def _check_angles(m: Description, contact: Contact, where: str) -> None:
     on_line = CONTACTS[str(contact.kind)].normal
     turning = [second] if on_line else []
     if not contact.frictionless:
-        radius_a, radius_b = _radii(contact)
+        radius_a, radius_b = radii_of(contact)
         turning += [name for name, radius in ((first, radius_a), (second, radius_b)) if radius != 0]
     for name in turning:
         if angle_of(m, name) is None and name not in particles:
             raise MechanismError(f"{where}: '{name}' has no 'angle', which '{contact.kind}' needs; give it, or 0")
 
 
-def _radii(contact: Contact) -> tuple[sp.Expr, sp.Expr]:
-    """The radii of the first and the second end, 0 for what has none."""
+def radii_of(contact: Contact) -> tuple[sp.Expr, sp.Expr]:
+    """The radii (m) of the first and the second end of a contact of a kind, 0 for what has none."""
     radius = contact.radius
     if isinstance(radius, tuple):
         return (radius[0], radius[1]) if len(radius) == 2 else (radius[0], sp.S.Zero)

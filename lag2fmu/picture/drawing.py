@@ -26,7 +26,7 @@ def draw(layout: Layout) -> Scene:
     """The whole scene at the start, back to front."""
     canvas = _things(layout, layout)
     if layout.shift:
-        canvas.notes.insert(0, "Coordinates are displacements: the bodies are drawn side by side.")
+        canvas.notes.insert(0, "Coordinates are displacements: the bodies are drawn apart.")
     annotate(canvas, layout)
     return canvas.finished(layout.mechanism.title, layout.unit)
 
@@ -98,7 +98,7 @@ def _links(canvas: Canvas, layout: Layout, flat: Floats) -> None:
 
 
 def _bodies(canvas: Canvas, layout: Layout, flat: Floats, shapes: Mapping[str, Shape]) -> None:
-    """All bodies at one state; the radius of a particle tells of its mass."""
+    """All bodies at one state; the radius of a particle without a size tells of its mass."""
     s, bodies = layout.skeleton, layout.mechanism.placed_bodies
     heaviest, room = max(s.masses.values(), default=0.0) or 1.0, layout.room
     for name in sorted(s.masses, key=lambda name: BACK_TO_FRONT.index(shapes[name].kind)):
@@ -116,7 +116,7 @@ def _body(canvas: Canvas, layout: Layout, name: str, shape: Shape, center: Float
             part, "shape", [glyphs.box(center, BOX[0] * layout.direction(spot), BOX[1] * layout.across(spot))]
         )
     elif shape.kind == PARTICLE:
-        canvas.disc(part, "mass", center, radius)
+        canvas.disc(part, "mass", center, float(shape.size[0]) / layout.unit or radius)
     elif shape.kind == ROD:
         canvas.stroke(part, "rod edge", lines)
         canvas.stroke(part, "rod", lines)

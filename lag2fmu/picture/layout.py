@@ -184,13 +184,13 @@ class Layout:
     def half(self, spot: int) -> float:
         """How far the body at the spot reaches along its rail, in units of the picture."""
         kinds = {self.skeleton.place[n]: shape.kind for n, shape in self.shapes.items()}
-        slides = spot in self.rails and kinds.get(spot) == PARTICLE
+        slides = spot in self.rails and kinds.get(spot) == PARTICLE and not self.radius(spot)
         return BOX[0] if slides and self.planar else 0.0
 
     def radius(self, spot: int) -> float:
-        """The radius of the disc or ball at the spot, in units of the picture."""
+        """The radius of the disc, ball or particle of a size at the spot, in units of the picture."""
         shapes = (shape for n, shape in self.shapes.items() if self.skeleton.place[n] == spot)
-        return max((shape.size[0] / self.unit for shape in shapes if shape.kind in (DISC, BALL)), default=0.0)
+        return max((shape.size[0] / self.unit for shape in shapes if shape.kind in (DISC, BALL, PARTICLE)), default=0.0)
 
 
 BACK_TO_FRONT = (BALL, CUBOID, DISC, ROD, PARTICLE)

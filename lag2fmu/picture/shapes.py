@@ -14,6 +14,7 @@ import numpy as np
 
 from lag2fmu.description.places import Body
 from lag2fmu.graph.batches import Floats, Values
+from lag2fmu.mechanism.contact_places import radii_of
 from lag2fmu.picture.skeleton import Link, Skeleton
 
 PARTICLE, ROD, DISC, BALL, CUBOID = "particle", "rod", "disc", "ball", "cuboid"
@@ -23,7 +24,7 @@ PARTICLE, ROD, DISC, BALL, CUBOID = "particle", "rod", "disc", "ball", "cuboid"
 class Shape:
     """A ``kind`` with the ``center`` (3,), half edges or radii ``size`` (3,) along the ``axes`` (3, 3), its rows; m.
 
-    A rod lies along the first axis, a disc turns about it.
+    A rod lies along the first axis, a disc turns about it. A particle has a size where it touches others with one.
     """
 
     kind: str
@@ -57,7 +58,7 @@ def shape_of(skeleton: Skeleton, body: Body, values: Values, positions: Floats, 
     center = positions[skeleton.place[body.name]]
     mass = skeleton.masses[body.name]
     if body.inertia is None or mass <= 0:
-        return Shape(PARTICLE, center)
+        return Shape(PARTICLE, center, np.full(3, _touching_radius(skeleton, body, values)))
     if body.frame is None:
         return _planar(skeleton, body, center, mass, values, positions)
     return _spatial(skeleton, body, center, mass, values, positions, plane)
@@ -76,6 +77,15 @@ def _planar(skeleton: Skeleton, body: Body, center: Floats, mass: float, values:
     spoke = along / np.linalg.norm(along) if np.any(along) else np.array([-np.sin(angle), np.cos(angle), 0.0])
     axes = np.array([[0.0, 0.0, 1.0], spoke, np.cross([0.0, 0.0, 1.0], spoke)])
     return Shape(DISC, positions[base], np.array([radius or np.sqrt(2) * gyration, 0, 0]), axes)
+
+
+def _touching_radius(skeleton: Skeleton, body: Body, values: Values) -> float:
+    """The largest radius (m) that contacts give a ``body``, 0 where none does."""
+    found = [0.0]
+    for contact in skeleton.mechanism.contacts:
+        ends = zip(map(str, contact.between or ()), radii_of(contact), strict=False)
+        found += [float(skeleton.number(radius, values)) for name, radius in ends if name == body.name]
+    return max(found)
 
 
 def own_link(skeleton: Skeleton, body: Body) -> Link | None:

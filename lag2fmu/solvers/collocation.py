@@ -23,9 +23,9 @@ Number = TypeVar("Number", float, complex)
 class Collocation:
     """A method of s stages: ``a`` (s, s), ``b`` (s,), ``c`` (s,), and ``hat`` (s, s), the ``a`` of the velocities.
 
-    A ``variational`` method comes from a discrete action; it works on momenta, with steps of fixed length. For the
-    others ``error_order`` is the order of the error estimate. ``solver`` is the name on the command line, ``source``
-    where the method comes from.
+    A ``variational`` method comes from a discrete action; it works on momenta, with steps of fixed length. Its
+    constraints hold at ``nodes`` (k,), from 0 to 1. For the others ``error_order`` is the order of the error estimate.
+    ``solver`` is the name on the command line, ``source`` where the method comes from.
     """
 
     solver: str
@@ -36,7 +36,7 @@ class Collocation:
     hat: tuple[Row, ...]
     b: Row
     c: Row
-    variational: bool = True
+    nodes: Row = ()
     error_order: int = 0
     safety = 0.9
     generated_files = ("collocation.c",)
@@ -56,6 +56,11 @@ class Collocation:
             for i in size
             for j in size
         )
+
+    @property
+    def variational(self) -> bool:
+        """Whether it comes from a discrete action."""
+        return bool(self.nodes)
 
     @property
     def stages(self) -> int:
@@ -83,23 +88,32 @@ class Collocation:
         return not self.variational
 
     @property
-    def holonomic(self) -> bool:
-        """Whether it takes holonomic constraints: its first stage is the start of the step, its last one the end."""
-        start_and_end = not any(self.a[0]) and not any(row[-1] for row in self.hat)
-        return self.variational and self.stages > 1 and start_and_end
+    def node_a(self) -> tuple[Row, ...]:
+        """The positions at the nodes by the velocities at the stages, (k, s)."""
+        return _integrals(self.c, self.nodes)
 
     @property
-    def multiplier_weights(self) -> tuple[Row, ...]:
-        """The inverse of the block of a hat in rows 2 ... s and columns 1 ... s - 1, (s - 1, s - 1).
+    def node_b(self) -> Row:
+        """The weights of forces at the nodes over the whole step, (k,)."""
+        return _collocation(self.nodes)[1]
 
-        The block says how positions at stages 2 ... s depend on forces at stages 1 ... s - 1. () for methods
-        that take no constraints. Source: L. O. Jay, SIAM J. Numer. Anal. 33 (1996), pp. 368-387 (Lobatto
-        IIIA-IIIB for constraints).
+    @property
+    def node_hat(self) -> tuple[Row, ...]:
+        """The momenta at the stages by forces at the nodes, (s, k), such that the method is symplectic."""
+        return tuple(
+            tuple(d - d * row[i] / b for d, row in zip(self.node_b, self.node_a, strict=True))
+            for i, b in enumerate(self.b)
+        )
+
+    @property
+    def node_weights(self) -> tuple[Row, ...]:
+        """The inverse of how positions at nodes 2 ... k depend on forces at nodes 1 ... k - 1, (k - 1, k - 1).
+
+        Source: L. O. Jay, SIAM J. Numer. Anal. 33 (1996), pp. 368-387 (Lobatto IIIA-IIIB) and 45 (2007), pp. 1814-1842
+        (Gauss-Lobatto).
         """
-        if not self.holonomic:
-            return ()
-        inner = range(self.stages)
-        return _inverse([[_row_product(row, [h[j] for h in self.hat]) for j in inner[:-1]] for row in self.a[1:]])
+        columns = list(zip(*self.node_hat, strict=True))[:-1]
+        return _inverse([[_row_product(row, column) for column in columns] for row in self.node_a[1:]])
 
     @property
     def squared(self) -> tuple[Row, ...]:
@@ -202,11 +216,14 @@ def _integral(nodes: Sequence[Fraction], j: int, end: Fraction) -> Fraction:
     return sum((x * end ** (power + 1) / (power + 1) for power, x in enumerate(coefficients)), Fraction(0))
 
 
+def _integrals(nodes: Sequence[Fraction], ends: Sequence[Fraction]) -> tuple[Row, ...]:
+    """The weights (ends, nodes) of integrals from 0 to the ``ends`` of what is known at the ``nodes``."""
+    return tuple(tuple(_integral(nodes, j, end) for j in range(len(nodes))) for end in ends)
+
+
 def _collocation(nodes: Sequence[Fraction]) -> tuple[tuple[Row, ...], Row]:
     """a and b of the collocation method with these abscissae."""
-    size = range(len(nodes))
-    a = tuple(tuple(_integral(nodes, j, c) for j in size) for c in nodes)
-    return a, tuple(_integral(nodes, j, Fraction(1)) for j in size)
+    return _integrals(nodes, nodes), _integrals(nodes, [Fraction(1)])[0]
 
 
 def _conjugate(a: tuple[Row, ...], b: Row) -> tuple[Row, ...]:
@@ -219,28 +236,35 @@ _ACTION = "J. E. Marsden, M. West, Discrete mechanics and variational integrator
 
 
 def _variational(solver: str, title: str, order: int, nodes: Sequence[Fraction]) -> Collocation:
+    """A method with stages at the ``nodes``; constraints hold there or, where the ends are none, at Lobatto's nodes."""
     a, b = _collocation(nodes)
     hat = _conjugate(a, b)
+    ends = tuple(nodes) if nodes[0] == 0 else _LOBATTO[len(nodes) + 1]
     pairs = ((x, y) for row, other in zip(a, hat, strict=True) for x, y in zip(row, other, strict=True))
     gauss = all(abs(x - y) < Fraction(1, 10**40) for x, y in pairs)
-    return Collocation(solver, title, _ACTION, order, a, a if gauss else hat, b, tuple(nodes))
+    return Collocation(solver, title, _ACTION, order, a, a if gauss else hat, b, tuple(nodes), ends)
 
 
 def _radau(solver: str, title: str, nodes: Sequence[Fraction]) -> Collocation:
     a, b = _collocation(nodes)
     source = "E. Hairer, G. Wanner, Solving Ordinary Differential Equations II, 2nd edition, section IV.8"
     order = 2 * len(nodes) - 1
-    return Collocation(solver, title, source, order, a, a, b, tuple(nodes), variational=False, error_order=3)
+    return Collocation(solver, title, source, order, a, a, b, tuple(nodes), error_order=3)
 
 
-_HALF, _THREE, _SIX, _FIFTEEN = Fraction(1, 2), _root(3), _root(6), _root(15)
+_HALF, _THREE, _FIVE, _SIX, _FIFTEEN = Fraction(1, 2), _root(3), _root(5), _root(6), _root(15)
+_LOBATTO = {
+    2: (Fraction(0), Fraction(1)),
+    3: (Fraction(0), _HALF, Fraction(1)),
+    4: (Fraction(0), _HALF - _FIVE / 10, _HALF + _FIVE / 10, Fraction(1)),
+}
 
 COLLOCATIONS: dict[str, Collocation] = {
     method.solver: method
     for method in (
         _radau("radau5", "Radau IIA, adaptive, for stiff mechanisms", ((4 - _SIX) / 10, (4 + _SIX) / 10, Fraction(1))),
-        _variational("verlet", "Stoermer-Verlet, variational, fixed step", 2, (Fraction(0), Fraction(1))),
-        _variational("lobatto4", "Lobatto IIIA-IIIB, variational, fixed step", 4, (Fraction(0), _HALF, Fraction(1))),
+        _variational("verlet", "Stoermer-Verlet, variational, fixed step", 2, _LOBATTO[2]),
+        _variational("lobatto4", "Lobatto IIIA-IIIB, variational, fixed step", 4, _LOBATTO[3]),
         _variational("midpoint", "implicit midpoint rule, variational, fixed step", 2, (_HALF,)),
         _variational("gauss4", "Gauss, variational, fixed step", 4, (_HALF - _THREE / 6, _HALF + _THREE / 6)),
         _variational(

@@ -70,8 +70,8 @@ SMOOTH_METHODS = tuple(name for name, method in METHODS.items() if not isinstanc
 
 
 def takes(method: Method, kind: str) -> bool:
-    """Whether ``method`` takes constraints of this ``kind``. No variational method takes nonholonomic ones."""
-    return not (isinstance(method, Collocation) and method.variational) or (kind == "holonomic" and method.holonomic)
+    """Whether ``method`` takes constraints of this ``kind``. Momenta do not tell the velocities of what has no mass."""
+    return not (isinstance(method, Collocation) and method.variational) or not kind.endswith("equilibrium")
 
 
 STIFF_SOLVER = "radau5"

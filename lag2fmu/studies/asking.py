@@ -1,4 +1,4 @@
-"""What runs of a library are asked for, checked: values, times, inputs."""
+"""What runs of a library are asked for, checked: values, times, inputs, what is varied."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ import numpy as np
 from lag2fmu.description.names import acceleration, velocity
 from lag2fmu.errors import LoadError
 from lag2fmu.reference.trajectory import Floats
-from lag2fmu.studies.library import INPUT, STATES, Library, Signals
+from lag2fmu.studies.library import INPUT, PARAMETERS, STATES, Library, Signals
 from lag2fmu.verify.inputs import Inputs, trajectory_of
 
 _SAMPLES = 100
@@ -111,3 +111,24 @@ def continuous_outputs(library: Library, outputs: Sequence[str] | None) -> list[
 
 
 _JUMPING = ("VARIABLE_MODE", "VARIABLE_IMPACTS", "VARIABLE_IMPULSE", "VARIABLE_CLOCK", "VARIABLE_INDICATOR")
+
+
+def check_over(library: Library, over: Sequence[str]) -> None:
+    """Raise LoadError for names in ``over`` that are no given starts, parameters or inputs, or stand twice."""
+    if not over:
+        raise LoadError("there is nothing to vary; name starts, parameters or inputs")
+    if isinstance(over, str):
+        raise LoadError(f"'{over}' stands where a list of names is expected; give ['{over}']")
+    for i, name in enumerate(over):
+        library.variable(name)
+        if library.kinds[name] not in (*STATES, *PARAMETERS, INPUT) or name in over[:i]:
+            why = "stands twice" if name in over[:i] else "is no start, independent parameter or input"
+            raise LoadError(f"'{name}' of '{library.name}' {why} and cannot be varied")
+        check_given(library, name)
+
+
+def scale_of(library: Library, name: str, values: Mapping[str, float]) -> float:
+    """A typical size (SI) of ``name``: its value, or where that is 0 its nominal value or 1."""
+    variable = library.variables[name]
+    value = abs(float(values.get(name, variable.start or 0.0)))
+    return value if np.isfinite(value) and value > 0 else variable.nominal or 1.0

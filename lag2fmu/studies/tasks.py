@@ -20,7 +20,7 @@ from lag2fmu.mechanism.display import display_units
 from lag2fmu.mechanism.record import Mechanism
 from lag2fmu.reference.trajectory import Floats
 from lag2fmu.studies.design import Design, Task
-from lag2fmu.studies.engines import bounds_of, check_names
+from lag2fmu.studies.givable import bounds_of, check_names
 from lag2fmu.verify.inputs import Inputs, trajectory_of
 from lag2fmu.verify.instances import description_of
 from lag2fmu.verify.plan import times_of

@@ -1,4 +1,4 @@
-"""Variational integrators under holonomic constraints: orders, constraints, invariants over many periods, refusals."""
+"""Variational integrators under constraints: orders, constraints, invariants over many periods, refusals."""
 
 from __future__ import annotations
 
@@ -94,11 +94,24 @@ def test_a_pendulum_moves_as_in_its_angle(solver: str, drag: float, exported, sp
 
 
 @pytest.mark.parametrize(
-    ("model", "step"), [("four_bar_linkage", 2e-3), ("parallel_manipulator", 4e-3), ("heavy_top_quaternion", 1e-3)]
+    ("model", "step", "solver"),
+    [
+        *(
+            (model, step, solver)
+            for model, step in (
+                ("four_bar_linkage", 2e-3),
+                ("parallel_manipulator", 4e-3),
+                ("heavy_top_quaternion", 1e-3),
+            )
+            for solver in LOBATTO
+        ),
+        ("four_bar_linkage", 4e-3, "gauss4"),
+        ("heavy_top_quaternion", 1e-3, "midpoint"),
+        ("rolling_disc", 2e-2, "gauss4"),
+    ],
 )
-@pytest.mark.parametrize("solver", LOBATTO)
-def test_observed_orders(solver: str, model: str, step: float, exported) -> None:
-    """Of a closed loop, of redundant constraints, of a quaternion with its singular M; against direct integration."""
+def test_observed_orders(model: str, step: float, solver: str, exported) -> None:
+    """Of a closed loop, redundant constraints, a quaternion's singular M, rolling; against direct integration."""
     truth, errors = integrate(complete(load(model)), [0.0, 0.2], rtol=1e-12).trajectory, []
     for length in (step, step / 2):
         with Stepping(exported(model, solver=solver).path) as s:
@@ -121,13 +134,13 @@ def test_a_linkage_stays_closed(solver: str, exported) -> None:
     assert abs(l1 * turn[0] * a_dot + l2 * turn[1] * b_dot - l2 * turn[2] * c_dot) < 1e-11
 
 
-@pytest.mark.parametrize("solver", LOBATTO)
+@pytest.mark.parametrize("solver", [*LOBATTO, "gauss6"])
 def test_a_constraint_that_moves_with_time(solver: str, exported, turning_wire: Mechanism) -> None:
     """r'' = w^2 r along the wire."""
     r, rate = 0.5 * np.cosh(2.0), np.sinh(2.0)
     along, across = np.array([np.cos(2.0), np.sin(2.0)]), np.array([-np.sin(2.0), np.cos(2.0)])
     exact, errors = np.concatenate([r * along, rate * along + 2.0 * r * across]), []
-    for step in (0.02, 0.01):
+    for step in (0.2, 0.1) if solver == "gauss6" else (0.02, 0.01):
         with Stepping(exported(turning_wire, solver=solver).path) as s:
             s.start({"solver_step": step}).step(1.0)
             x = np.array(s.get(["x", "y", "x_dot", "y_dot"]))
@@ -251,20 +264,13 @@ def test_momenta_are_new_after_something_was_set(exported, spherical: Mechanism)
 # ---------------------------------------------------------------------------------------------------------- refusals
 
 
-@pytest.mark.parametrize(
-    ("model", "solver", "sentence"),
-    [
-        ("four_bar_linkage", "gauss4", "without constraints, .* has holonomic ones .loop_x, loop_y.; take one of"),
-        ("rolling_disc", "lobatto4", "under holonomic constraints only, .* has nonholonomic ones"),
-        ("slides_problem_5_small", "verlet", r"under holonomic constraints only, .* equilibrium ones .massless_x."),
-    ],
-)
-def test_what_is_refused_names_what_works(model: str, solver: str, sentence: str, tmp_path) -> None:
+@pytest.mark.parametrize("solver", ["verlet", "gauss4"])
+def test_what_has_no_mass_is_refused(solver: str, tmp_path) -> None:
+    sentence = r"momenta, which do not tell how coordinates without mass move, .* has some \(massless_x\); take one of "
     with pytest.raises(ExportError, match=sentence) as refused:
-        export(load(model), tmp_path / "x.fmu", solver=solver)
+        export(load("slides_problem_5_small"), tmp_path / "x.fmu", solver=solver)
     offered = str(refused.value).split("take one of ")[1].split(", ")
-    works = [name for name in SMOOTH_METHODS if not METHODS[name].variational]
-    assert offered == [*works, *(LOBATTO if model == "four_bar_linkage" else [])]
+    assert offered == [name for name in SMOOTH_METHODS if not METHODS[name].variational]
     assert not list(tmp_path.iterdir())
 
 

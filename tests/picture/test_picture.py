@@ -50,6 +50,15 @@ def test_a_double_pendulum_stands_where_its_angles_say() -> None:
     np.testing.assert_allclose(rods, [[[0, 0], upper], [upper, lower]], atol=1e-4)
 
 
+def test_balls_that_touch_are_drawn_as_large_as_their_contacts_say() -> None:
+    scene = draw(layout("newtons_cradle"))
+    (second,), (third,) = (marks_of(scene, f"bodies.{name}") for name in ("second", "third"))
+    assert isinstance(second, Disc)
+    assert isinstance(third, Disc)
+    assert scene.unit * (second.radius + third.radius) == pytest.approx(2 * 0.02, rel=1e-6)
+    assert np.linalg.norm(np.subtract(third.center, second.center)) == pytest.approx(second.radius + third.radius)
+
+
 @pytest.mark.parametrize(("model", "h"), [("pendulum", 1.0), ("cart_pole", 0.5)])
 def test_other_states_are_drawn_with_the_same_scale(model: str, h: float) -> None:
     seen = layout(model)
@@ -249,7 +258,7 @@ def test_bodies_at_one_place_are_drawn_side_by_side() -> None:
     boxes = [np.array(marks_of(scene, f"bodies.body{i}")[0].points)[:, 0] for i in (1, 2, 3)]
     assert boxes[0].max() < boxes[1].min()
     assert boxes[1].max() < boxes[2].min()
-    assert any("side by side" in note for note in scene.notes)
+    assert any("drawn apart" in note for note in scene.notes)
 
 
 def test_a_body_stands_above_the_foot_on_which_it_hops() -> None:

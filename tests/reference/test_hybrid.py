@@ -1,10 +1,16 @@
 """Contacts, impacts, dry friction, conditions and switches on the independent path, against closed forms; g = 9.81."""
 
+from dataclasses import replace
+from itertools import pairwise
+
 import numpy as np
 import pytest
 import sympy as sp
+from scipy.optimize import brentq
 
-from lag2fmu.mechanism import Body, Force, Mechanism, coordinate, signal
+from lag2fmu.formats.loading import load
+from lag2fmu.language.vocabulary import symbol
+from lag2fmu.mechanism import Body, Force, Friction, Mechanism, coordinate, signal
 from lag2fmu.reference import integrate
 from lag2fmu.reference.hybrid.following import Follower
 from lag2fmu.reference.hybrid.modes import Mode
@@ -182,3 +188,30 @@ def test_switches_of_inputs_and_time_are_located() -> None:
     )
     track = run(mechanism, 3.0, {"u": t / 2})
     assert track.values[-1, 1] == pytest.approx((4 - 0.04) / 4, abs=1e-12)
+
+
+def test_a_broken_power_costs_no_steps_where_it_ends() -> None:
+    """Hertz's contact with a loss: it presses by 1.2 k d^1.5 and pushes back by 0.8 k d^1.5, beginning at d = 0."""
+    y, k = coordinate("y", "m", start=1.0), 1e5
+    push = Force(y, k * sp.Max(0, -y) ** sp.Rational(3, 2) * (1 - sp.sign(y.dot) / 5))
+    hertz = Mechanism("hertz", coordinates=[y], bodies=[Body("ball", 1, (0, y))], gravity=G, forces=[push])
+    track = run(hertz, 3.0)
+    heights = [1.0]
+    for _ in range(8):
+        depth = brentq(lambda d: G * (heights[-1] + d) - 1.2 * k * d**2.5 / 2.5, 1e-4, 1.0, xtol=1e-15)
+        heights.append(0.8 * k * depth**2.5 / 2.5 / G - depth)
+    y_end, velocity = track.values[-1][:2]
+    assert y_end > 0
+    assert np.abs(y_end + velocity**2 / (2 * G) - heights).min() < 1e-9
+    assert track.evaluations < 20_000
+
+
+def test_the_joints_of_a_long_chain_stick_and_slide() -> None:
+    """Fourteen frictions have 3^14 modes; at the event at 0.0195 s one that lets go must not hold again at once."""
+    chain = load("n_pendulum", {"n": "14"})
+    turns = [symbol(f"{c.name}_dot") for c in chain.coordinates]
+    rates = [turns[0], *(b - a for a, b in pairwise(turns))]
+    chain = replace(chain, frictions=tuple(Friction(f"f{i}", on=rate, force=0.5) for i, rate in enumerate(rates)))
+    track = run(chain, 0.03)
+    assert times_of(track, "slides")[-1] == pytest.approx(0.0194723, abs=1e-6)
+    assert len(track.events) < 20

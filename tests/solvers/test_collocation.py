@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from fractions import Fraction
+
 import numpy as np
 import pytest
 
@@ -35,9 +37,15 @@ def test_the_modes_of_radau5() -> None:
 
 
 def test_weights_of_multipliers() -> None:
-    """They invert how the positions at later stages answer forces at earlier ones; Lobatto's pairs have them."""
-    assert [name for name, method in COLLOCATIONS.items() if method.holonomic] == ["verlet", "lobatto4"]
+    """They invert how the positions at later nodes answer forces at earlier ones."""
+    for method in (method for method in COLLOCATIONS.values() if method.variational):
+        answer = (np.array(method.node_a, float) @ np.array(method.node_hat, float))[1:, :-1]
+        assert np.array(method.node_weights, float) @ answer == pytest.approx(np.eye(len(answer)), abs=1e-14)
+
+
+def test_constraints_hold_at_the_stages_of_lobatto_and_between_those_of_gauss() -> None:
+    """Jay, SIAM J. Numer. Anal. 45 (2007): (1, 1)-Gauss-Lobatto; for Lobatto's pairs the method's own coefficients."""
     for method in (COLLOCATIONS["verlet"], COLLOCATIONS["lobatto4"]):
-        answer = (np.array(method.a, float) @ np.array(method.hat, float))[1:, :-1]
-        size = np.eye(method.stages - 1)
-        assert np.array(method.multiplier_weights, float) @ answer == pytest.approx(size, abs=1e-15)
+        assert (method.node_a, method.node_hat, method.node_b) == (method.a, method.hat, method.b)
+    method = COLLOCATIONS["midpoint"]
+    assert (method.node_a, method.node_hat) == (((0,), (1,)), ((Fraction(1, 2), 0),))

@@ -82,6 +82,16 @@ def test_without_bodies_the_potential_is_drawn(model: str, title: str) -> None:
     assert title in titles(mechanism_figure(load(model)))
 
 
+def test_without_a_potential_the_coordinates_are_drawn_over_time() -> None:
+    """A potential that is flat says nothing of where two flywheels turn."""
+    figure = mechanism_figure(load("clutch_pair"))
+    assert [axes.get_ylabel() for axes in figure.axes] == ["φ₁ in rad", "φ₂ in rad"]
+    time, phi = figure.axes[0].lines[0].get_data()
+    assert time[-1] == 10.0
+    assert np.all(np.diff(phi) > 0)
+    assert "its potential energy is constant" in foot(figure)
+
+
 def test_one_coordinate_without_bodies_moves_in_its_potential() -> None:
     free = replace_bodies(load("anharmonic_oscillator"))
     curve = mechanism_figure(free).axes[0].lines[0]
@@ -194,6 +204,35 @@ def test_damping_is_not_called_a_drift() -> None:
     mechanism = load("spring_mass_damper")
     found = titles(motion_figure("x", motion(mechanism), mechanism))
     assert any(title.startswith("change of the energy h, which is not conserved") for title in found)
+
+
+PUSHED = """
+[mechanism]
+name = "pushed"
+[coordinates]
+x = {{ unit = "m" }}
+[inputs]
+F = {{ unit = "N", start = {start} }}
+[forces]
+x = "F"
+[bodies.weight]
+mass = 2
+position = ["x", 0]
+"""
+
+
+def test_energy_that_inputs_change_is_not_called_a_drift() -> None:
+    """It is conserved for inputs of zero only: a start of an input, or a signal, does work."""
+    time = np.linspace(0.0, 1.0, 5)
+    rising = Trajectory(time, ("F",), time[:, None])
+    run = Trajectory(time, ("x", "x_dot"), np.stack([time**2 / 2, time], axis=1))
+    for start, signals, expected in (
+        (0, None, "drift of the conserved energy h"),
+        (2, None, "change of the energy h, which is not conserved"),
+        (0, rising, "change of the energy h, which is not conserved"),
+    ):
+        found = titles(motion_figure("x", run, read(PUSHED.format(start=start), "pushed"), signals))
+        assert any(title.startswith(expected) for title in found)
 
 
 def test_many_coordinates_stay_legible() -> None:

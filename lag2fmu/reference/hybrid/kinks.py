@@ -4,7 +4,9 @@ Each kink whose margin moves gets a side s, +1 or -1, and a formula that is smoo
 
     sign(m) = s,  |m| = s m,  heaviside(m) = (1 + s)/2,  max(a, b) = (a + b + s (a - b))/2 with m = a - b.
 
-Where the margin comes to zero the side changes. Kinks of constants, and those within ``smooth``, stay what they are.
+Where the margin comes to zero the side changes. A broken power of what is frozen, as max(0, d)**1.5, is continued
+beyond that by |d|**1.5, so that a trial step may look there. Kinks of constants, and those within ``smooth``, stay
+what they are.
 """
 
 from __future__ import annotations
@@ -60,7 +62,7 @@ class Kinks:
         if isinstance(expression, KINKS):
             side = self._side(arguments[0])
             return expression.func(*arguments) if side is None else self._formula(expression.func, side, arguments)
-        return expression if arguments == expression.args else expression.func(*arguments)
+        return expression if arguments == expression.args else _rebuilt(expression, arguments)
 
     def _formula(self, function: type[sp.Expr], side: sp.Expr, arguments: tuple[sp.Expr, ...]) -> sp.Expr:
         if function is sp.sign:
@@ -99,6 +101,13 @@ class Kinks:
         self._parameters = frozenset(symbols.parameters)
 
     _parameters: frozenset[sp.Symbol] = frozenset()
+
+
+def _rebuilt(expression: sp.Expr, arguments: tuple[sp.Expr, ...]) -> sp.Expr:
+    """``expression`` with other arguments, a broken power continued to where its frozen base is negative."""
+    if isinstance(expression, sp.Pow) and not arguments[1].is_integer:
+        return sp.Abs(arguments[0]) ** arguments[1]
+    return expression.func(*arguments)
 
 
 @dataclass(frozen=True)

@@ -11,9 +11,9 @@ for frictional contact problems, Comp. Meth. Appl. Mech. Eng. 92 (1991), pp. 353
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, replace
-from itertools import product
+from itertools import combinations, product
 
 import numpy as np
 
@@ -25,10 +25,12 @@ PLANES = {0: (Mode.SLIDES,), 1: CLOSED, 2: (Mode.STICKS, Mode.SLIDES)}
 """Number of slips -> the modes of a closed contact."""
 
 MOST = 3000
-"""So many combinations are tried at most; beyond them, and for slips in space, the prox iteration decides."""
+"""So many combinations are tried at most; beyond them, only those near the preferred one before the prox iteration."""
 EXACT = 1e-9
 """Relative violation of a law that counts as rounding."""
 SWEEPS, STILL = 50_000, 1e-15
+PATIENCE = 20
+"""After so many sweeps, and again, the modes that projections have come to are tried."""
 
 
 @dataclass(frozen=True)
@@ -71,36 +73,51 @@ def decided(
     ``pace``: the size of w in units of sqrt(D) of its row below which differences are measured by it. None if no
     combination meets the laws (Painleve).
     """
-    if not _can_be_tried(items):
+    if _in_space(items):
         return _iterated(D, c, items, pace)
-    sizes = _sizes(D, c, pace)
+    few = bool(np.prod([float(len(item.options)) for item in items]) <= MOST)
+    tried = product(*(item.options for item in items)) if few else _near(items, cost)
     found, least = None, np.inf
-    for modes in product(*(item.options for item in items)):
+    for modes in tried:
         price = cost(modes) if cost else 0.0
-        if price >= least:
-            continue
-        r = _forces(D, c, items, modes)
-        if r is not None and _violation(D @ r + c, r, items, modes, sizes) <= EXACT:
-            found, least = Outcome(modes, r, D @ r + c, tuple(item.direction for item in items)), price
+        outcome = _lawful(D, c, items, modes, pace) if price < least else None
+        if outcome is not None:
+            found, least = outcome, price
             if not cost:
                 break
-    return found
+    return found if few or found is not None else _iterated(D, c, items, pace)
 
 
-def _can_be_tried(items: Sequence[Item]) -> bool:
-    """Whether the combinations of modes are few, and none slides in a direction in space that is to be found."""
-    in_space = any(len(item.slips) == 2 and item.direction is None and len(item.options) > 1 for item in items)
-    return not in_space and bool(np.prod([float(len(item.options)) for item in items]) <= MOST)
+def _lawful(D: Floats, c: Floats, items: Sequence[Item], modes: tuple[Mode, ...], pace: float) -> Outcome | None:
+    """What these ``modes`` lead to; None if that breaks a law."""
+    r = _forces(D, c, items, modes)
+    if r is None or _violation(D @ r + c, r, items, modes, _sizes(D, c, pace)) > EXACT:
+        return None
+    return Outcome(modes, r, D @ r + c, tuple(item.direction for item in items))
+
+
+def _in_space(items: Sequence[Item]) -> bool:
+    """Whether one of them may slide in a direction in space that is to be found."""
+    return any(len(item.slips) == 2 and item.direction is None and len(item.options) > 1 for item in items)
+
+
+def _near(items: Sequence[Item], cost: Callable[[tuple[Mode, ...]], float] | None) -> Iterator[tuple[Mode, ...]]:
+    """The modes of least ``cost``, or the preferred ones, then those that differ from them in one item or two."""
+    first = tuple(item.options[0] for item in items)
+    if cost:
+        for i, item in enumerate(items):
+            first = min(((*first[:i], mode, *first[i + 1 :]) for mode in item.options), key=cost)
+    others = [(i, mode) for i, item in enumerate(items) for mode in item.options if mode is not first[i]]
+    for count in range(3):
+        for changes in combinations(others, count):
+            changed = dict(changes)
+            yield tuple(changed.get(i, mode) for i, mode in enumerate(first))
 
 
 def all_outcomes(D: Floats, c: Floats, items: Sequence[Item], pace: float) -> list[Outcome]:
     """Every combination of modes that meets the laws, in order; D is (k, k), c is (k,), ``pace`` as in ``decided``."""
-    sizes, found = _sizes(D, c, pace), []
-    for modes in product(*(item.options for item in items)):
-        r = _forces(D, c, items, modes)
-        if r is not None and _violation(D @ r + c, r, items, modes, sizes) <= EXACT:
-            found.append(Outcome(modes, r, D @ r + c, tuple(item.direction for item in items)))
-    return found
+    outcomes = (_lawful(D, c, items, modes, pace) for modes in product(*(item.options for item in items)))
+    return [outcome for outcome in outcomes if outcome is not None]
 
 
 def _sizes(D: Floats, c: Floats, pace: float) -> tuple[Floats, Floats]:
@@ -193,7 +210,7 @@ def _projected(
     k, diagonal = len(c), np.maximum(np.diagonal(D), 1e-300)
     r = np.zeros(k)
     size = _sizes(D, c, pace)[1]
-    for _ in range(SWEEPS):
+    for sweep in range(1, SWEEPS + 1):
         change = 0.0
         for item, limit, lowest in zip(items, limits, least, strict=True):
             rows = [*item.slips] if item.normal is None else [item.normal, *item.slips]
@@ -204,7 +221,24 @@ def _projected(
             change = max(change, float(np.max(np.abs(r[rows] - before) / size[rows], initial=0.0)))
         if change <= STILL * max(1.0, float(np.max(np.abs(r) / size, initial=0.0))):
             return _read(D, c, items, limits, r, size)
+        if sweep % PATIENCE == 0 and not any(least):
+            tried = _tried(D, c, items, limits, _read(D, c, items, limits, r, size), pace)
+            if tried is not None:
+                return tried
     return None
+
+
+def _tried(
+    D: Floats, c: Floats, items: Sequence[Item], limits: Sequence[float], reached: Outcome, pace: float
+) -> Outcome | None:
+    """The outcome with the modes that were ``reached``, if it meets the laws and all may be; None in space.
+
+    Projections come near the modes soon, and near the forces slowly where one row moves many others.
+    """
+    if _in_space(items) or any(mode not in item.options for item, mode in zip(items, reached.modes, strict=True)):
+        return None
+    bound = [replace(item, friction=limit, static=limit) for item, limit in zip(items, limits, strict=True)]
+    return _lawful(D, c, bound, reached.modes, pace)
 
 
 def _slip_forces(D: Floats, c: Floats, item: Item, limit: float, r: Floats, diagonal: Floats) -> None:
@@ -236,11 +270,11 @@ def _read(D: Floats, c: Floats, items: Sequence[Item], limits: Sequence[float], 
 def _mode_of(item: Item, limit: float, r: Floats, w: Floats, size: Floats) -> tuple[Mode, tuple[float, ...] | None]:
     """The mode of ``item`` and the direction in which it slides, for forces r and motions w (k,)."""
     slips, direction = list(item.slips), item.direction
-    force = float(np.hypot.reduce(r[slips])) if slips else 0.0
     if item.normal is not None and r[item.normal] <= EXACT * size[item.normal] and Mode.OPEN in item.options:
         return Mode.OPEN, direction
     if not slips:
         return Mode.SLIDES, direction
+    force = float(np.hypot.reduce(r[slips]))
     if direction is None and len(slips) == 2 and force >= limit * (1 - EXACT):
         direction = tuple(-r[slips] / force) if force > 0 else tuple(w[slips] / np.hypot.reduce(w[slips]))
     if direction is not None:

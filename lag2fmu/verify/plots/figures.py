@@ -34,6 +34,11 @@ def dressed(axes: Axes, title: str = "", horizontal: str = "", vertical: str = "
     axes.grid(True, alpha=0.3)
 
 
+def legend(axes: Axes) -> None:
+    """The names of the curves, to the right of the panel."""
+    axes.legend(fontsize=8, loc="upper left", bbox_to_anchor=(1.0, 1.0), frameon=False, borderaxespad=0.2)
+
+
 def labelled(name: str, unit: Unit | None) -> str:
     """``name in unit``, or the name alone where there is no unit."""
     return f"{name} in {unit.name}".strip() if unit is not None and unit.name else name

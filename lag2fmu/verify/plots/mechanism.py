@@ -2,14 +2,12 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable
 from typing import Any
 
 import matplotlib as mpl
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
-from matplotlib.patches import Circle, Polygon
 
 from lag2fmu.analysis.equilibria import equilibria
 from lag2fmu.analysis.evaluation import at, driven_by_time, operating_inputs
@@ -26,9 +24,10 @@ from lag2fmu.mechanism.record import Mechanism
 from lag2fmu.picture.drawing import draw, posture
 from lag2fmu.picture.labels import pretty
 from lag2fmu.picture.layout import Layout, drawable, layout_of
-from lag2fmu.picture.scene import STYLES, Disc, Scene, Stroke
+from lag2fmu.picture.scene import STYLES, Scene, Stroke
 from lag2fmu.reference.integrate import integrate
 from lag2fmu.verify.plots.figures import LETTERS, LINE, dressed, labelled, say
+from lag2fmu.verify.plots.marks import draw_marks
 
 _MODES, _ROW, _LISTED = 8, 4, 6
 """Modes that are drawn, and in one row; coordinates of an equilibrium that are written."""
@@ -38,7 +37,8 @@ _SWING, _MOST_TURN = 7.0, 0.5
 _WIDTH, _HEIGHT, _FINE = 9.0, 5.8, 5.0
 """The most that the scene takes, in inches and in points for a unit of the picture."""
 
-Marks = Iterable[Stroke | Disc]
+_CORNERS = np.array([[-1.0, -1.0], [1.0, 1.0]])
+"""Of a square about a disc of the radius 1."""
 
 
 @mpl.rc_context(LETTERS)
@@ -144,7 +144,7 @@ def _draw_mode(axes: Axes, equations: EquationsOfMotion, layout: Layout, values:
     lines: list[Floats] = []
     for share, alpha in ((-1.0, 0.3), (1.0, 0.9)):
         marks = posture(layout, {**layout.values, **at(equations, values, q + share * swing, rest)})
-        lines += [np.array(m.points if isinstance(m, Stroke) else [m.center]) for m in marks]
+        lines += [np.array(m.points) if isinstance(m, Stroke) else m.center + m.radius * _CORNERS for m in marks]
         draw_marks(axes, marks, 1.6, alpha)
     low, high = np.vstack(lines).min(axis=0) - 4.0, np.vstack(lines).max(axis=0) + 4.0
     axes.set_xlim(low[0], high[0])
@@ -189,24 +189,6 @@ def _draw_scene(axes: Axes, scene: Scene, scale: float) -> None:
     axes.axis("off")
 
 
-def draw_marks(axes: Axes, marks: Marks, scale: float, alpha: float = 1.0) -> None:
-    """Strokes and discs, back to front; ``scale``: points for a unit of width."""
-    for order, mark in enumerate(marks):
-        style = STYLES[mark.style]
-        common: dict[str, Any] = {"alpha": alpha, "zorder": 2 + 0.001 * order, "linewidth": scale * style.width}
-        if isinstance(mark, Disc):
-            axes.add_patch(
-                Circle(mark.center, mark.radius, facecolor=style.fill or "none", edgecolor=style.color, **common)
-            )
-        elif mark.closed and style.fill:
-            axes.add_patch(
-                Polygon(mark.points, facecolor=style.fill, edgecolor=style.color, joinstyle="round", **common)
-            )
-        else:
-            dashes = (0, (2.5, 2.5)) if style.dashed else "solid"
-            axes.plot(*np.array(mark.points).T, color=style.color, linestyle=dashes, solid_capstyle="round", **common)
-
-
 # ------------------------------------------------------------------------------------------------ potential energy
 
 
@@ -222,6 +204,8 @@ def _potential(equations: EquationsOfMotion) -> Figure:
     node = [equations.energies["potential_energy"]]
     values = at(equations, operating_inputs(equations), mesh, np.zeros_like(mesh))
     V = evaluate(equations.graph, node, values)[0]
+    if np.ptp(V) == 0:
+        return _histories(mechanism, path)
     figure = Figure(figsize=(7, 6), layout="constrained")
     axes = figure.subplots()
     units = [c.unit or DIMENSIONLESS for c in mechanism.coordinates]
@@ -244,6 +228,20 @@ def _potential(equations: EquationsOfMotion) -> Figure:
     axes.legend(fontsize=9)
     figure.suptitle(mechanism.title, fontsize=14)
     say(figure, [f"The mechanism has no bodies to draw; the motion is that of {mechanism.experiment.stop_time:g} s."])
+    return figure
+
+
+def _histories(mechanism: Mechanism, path: Floats) -> Figure:
+    """The coordinates over time, ``path`` (times, n), where no potential tells where the motion goes."""
+    figure = Figure(figsize=(7, 1.5 + 2.0 * len(mechanism.coordinates)), layout="constrained")
+    panels = figure.subplots(len(mechanism.coordinates), 1, sharex=True, squeeze=False)[:, 0]
+    time = np.linspace(0.0, mechanism.experiment.stop_time, len(path))
+    for axes, c, x in zip(panels, mechanism.coordinates, path.T, strict=True):
+        axes.plot(time, (c.unit or DIMENSIONLESS).from_si(x), **LINE)
+        dressed(axes, "", "", labelled(pretty(c.name), c.unit))
+    panels[-1].set_xlabel("time in s", fontsize=9)
+    figure.suptitle(mechanism.title, fontsize=14)
+    say(figure, ["The mechanism has no bodies to draw, and its potential energy is constant."])
     return figure
 
 

@@ -11,13 +11,10 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from numpy.typing import NDArray
 
-from lag2fmu.analysis.conserved import conserved
 from lag2fmu.description.names import velocity
-from lag2fmu.dynamics.equations import EquationsOfMotion
 from lag2fmu.dynamics.lagrange import derive
 from lag2fmu.dynamics.starts import start_values
 from lag2fmu.fmu.elements import element_variables
-from lag2fmu.graph.batches import evaluate
 from lag2fmu.language.units import Unit
 from lag2fmu.mechanism.display import display_units
 from lag2fmu.mechanism.record import Mechanism
@@ -25,14 +22,13 @@ from lag2fmu.picture.drawing import posture
 from lag2fmu.picture.labels import pretty
 from lag2fmu.picture.layout import drawable, layout_of
 from lag2fmu.reference.trajectory import Trajectory
-from lag2fmu.verify.plots.figures import LETTERS, LINE, MOST_CURVES, by_unit, dressed, in_units, labelled, say
-from lag2fmu.verify.plots.mechanism import draw_marks
+from lag2fmu.verify.plots.energies import draw_drift, draw_energies, energies_of, is_kept
+from lag2fmu.verify.plots.figures import LETTERS, LINE, MOST_CURVES, by_unit, dressed, in_units, labelled, legend, say
+from lag2fmu.verify.plots.marks import draw_marks
 from lag2fmu.verify.plots.modes import draw_impulses, draw_modes, events_of, impulses_in, mark_events, modes_in
 
 Floats = NDArray[np.float64]
 
-ENERGIES = {"kinetic_energy": "T", "potential_energy": "V", "total_energy": "T + V"}
-H = "generalized_energy"
 _PHASES, _PLAIN, _MOST_UNITS, _POINTS = 4, 12, 2, 1000
 """Curves in a phase portrait; panels for a run whose mechanism is not known; panels of a kind; points of a curve."""
 
@@ -66,7 +62,8 @@ def motion_figure(
         return _columns(title, run)
     notes: list[str] = []
     equations = derive(mechanism)
-    energies = _energies(equations, _values(equations.mechanism, run, signals))
+    values = _values(equations.mechanism, run, signals)
+    energies = energies_of(equations, values)
     units = display_units(mechanism)
     smooth = _smooth(mechanism, run)
     panels = _panels(mechanism, run, smooth, signals, units, notes)
@@ -86,9 +83,9 @@ def motion_figure(
         _draw_panel(axes, panel)
         if len(events):
             mark_events(axes, events)
-    _draw_energies(figure.add_subplot(left[len(panels)], sharex=first), run.time, energies)
+    draw_energies(figure.add_subplot(left[len(panels)], sharex=first), run.time, energies)
     axes = figure.add_subplot(left[len(panels) + 1], sharex=first)
-    _draw_drift(axes, run.time, energies[H], equations)
+    draw_drift(axes, run.time, energies, is_kept(equations, values))
     if impulses:
         axes = figure.add_subplot(left[len(panels) + 2], sharex=first)
         draw_impulses(axes, run, impulses, _impulse_unit(mechanism))
@@ -193,7 +190,7 @@ def _draw_panel(axes: Axes, panel: Panel) -> None:
     for number, (name, column) in enumerate(list(panel.columns.items())[:MOST_CURVES]):
         axes.plot(panel.time, column, color=f"C{number}", label=_written(name), **LINE)
     dressed(axes, panel.title, vertical=panel.label)
-    _legend(axes)
+    legend(axes)
 
 
 def _written(name: str) -> str:
@@ -208,33 +205,6 @@ def _values(mechanism: Mechanism, run: Trajectory, signals: Trajectory | None) -
     if signals is not None:
         values |= {name: np.interp(run.time, signals.time, signals[name]) for name in signals if name in values}
     return values
-
-
-def _energies(equations: EquationsOfMotion, values: dict[str, Floats | float]) -> dict[str, Floats]:
-    """{energy: (times,)}, of those that the mechanism has."""
-    found = {name: equations.energies[name] for name in (*ENERGIES, H) if name in equations.energies}
-    numbers = evaluate(equations.graph, list(found.values()), values)
-    return dict(zip(found, numbers, strict=True))
-
-
-def _draw_energies(axes: Axes, time: Floats, energies: dict[str, Floats]) -> None:
-    for name, label in ENERGIES.items():
-        if name in energies:
-            axes.plot(time, energies[name], label=label, **LINE)
-    dressed(axes, "energies", vertical="in J")
-    _legend(axes)
-
-
-def _draw_drift(axes: Axes, time: Floats, h: Floats, equations: EquationsOfMotion) -> None:
-    """h - h(0), and whether it should be zero."""
-    kept = any(item.name == H for item in conserved(equations))
-    axes.plot(time, h - h[0], color="C3", **LINE)
-    meaning = "drift of the conserved energy h" if kept else "change of the energy h, which is not conserved"
-    dressed(axes, f"{meaning}, h = Σ q̇ ∂L/∂q̇ - L", vertical="in J")
-
-
-def _legend(axes: Axes) -> None:
-    axes.legend(fontsize=8, loc="upper left", bbox_to_anchor=(1.0, 1.0), frameon=False, borderaxespad=0.2)
 
 
 # ------------------------------------------------------------------------------------------------ the spaces
@@ -276,7 +246,7 @@ def _draw_paths(axes: Axes, mechanism: Mechanism, values: dict[str, Floats | flo
     axes.set_aspect("equal", adjustable="datalim")
     axes.set_title("paths of the bodies", fontsize=10)
     axes.axis("off")
-    _legend(axes)
+    legend(axes)
 
 
 def _draw_configurations(
@@ -297,4 +267,4 @@ def _draw_phases(axes: Axes, shown: Mapping[str, Floats], names: Sequence[str], 
     labels = (labelled("q", units.get(names[0])), labelled("dq/dt", units.get(velocity(names[0]))))
     dressed(axes, "phase portrait", *labels)
     if len(names) > 1:
-        _legend(axes)
+        legend(axes)

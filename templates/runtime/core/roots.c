@@ -125,8 +125,8 @@ static double first_descent(const double b[], int degree, double start, double w
     return first <= 1.0 ? first : first_descent(right, degree, start + 0.5 * width, 0.5 * width, depth + 1);
 }
 
-/* A polynomial that is 0 at 0, but for the noise, and theta^k q with q < 0 first. Does it fall beyond the noise before it
-   rises? What leaves 0 slowly does not, where a small error of the fit lets it fall at first. */
+/* A polynomial that is 0 at 0, but for the noise, and theta^k q with q < 0 first. Does it fall beyond the noise before
+   it rises? What leaves 0 slowly does not, where a small error of the fit lets it fall at first. */
 static bool falls(const double bernstein[], const double q[], int degree, double noise) {
     double raised[ROOT_NODES], negated[ROOT_NODES];
     for (int i = 0; i <= N; i++) {

@@ -26,13 +26,17 @@ bool contacts_sliding(const Instance *instance);
 bool contacts_slide(Instance *instance, const System *system, double time, const double states[],
                     const double inputs[], double unknowns[]);
 
+/* Adds to forces[n] those of the rows that slide at the states. Returns false, with instance->failure, if there are no
+   accelerations there. The system in scratch is then another. */
+bool contacts_rub(Instance *instance, double time, const double states[], double forces[]);
+
 /* Adds to the answer[n + m] of the unknowns to a seed at the point, which holds for constant forces of sliding, how
    these forces answer; unknowns[n + m] are those at the point, where the system is factorised. */
 void contacts_answer(Instance *instance, const System *system, double time, const double states[],
                      const double inputs[], const double unknowns[], const Seed *seed, double answer[]);
 
-/* The same for the second derivatives by time, answer[n + m], of the unknowns at the present point, whose first ones are
-   rates[n + m]; the inputs have the derivatives du and d2u. */
+/* The same for the second derivatives by time, answer[n + m], of the unknowns at the present point, whose first ones
+   are rates[n + m]; the inputs have the derivatives du and d2u. */
 void contacts_answer_twice(Instance *instance, const System *system, const double du[], const double d2u[],
                            const double rates[], double answer[]);
 

@@ -12,11 +12,23 @@ typedef struct {
     const double *hat; /* stages x stages */
     const double *b;   /* stages */
     const double *c;   /* stages */
-    const double *multiplier_weights; /* the inverse of a hat without its first row and its last column, row-major; NULL
-                                         if constraints are not taken */
 } Collocation;
 
 extern const Collocation COLLOCATION;
+
+/* Where constraints hold within a step of a variational method: at nodes with the times t + c_i h and the coordinates
+   q + h sum_j a_ij V_j, the first at its start and the last at its end. Their forces at the nodes add up to momenta
+   with hat_ij at the stages, and with b_j over the whole step. */
+typedef struct {
+    int count;
+    const double *a;       /* count x stages, row-major */
+    const double *hat;     /* stages x count; the last column is 0 */
+    const double *b;       /* count */
+    const double *c;       /* count */
+    const double *weights; /* the inverse of a hat without its first row and its last column */
+} Nodes;
+
+extern const Nodes NODES;
 
 /* For radau5: a = from_modes diag(real, pair) to_modes. Its stages, combined by to_modes, do not meet in the linear
    systems, except for the two stages of the pair. */

@@ -9,16 +9,26 @@
    of d'Alembert. Sources: Marsden, West, Discrete mechanics and variational integrators, Acta Numerica 2001, sections
    2.6 and 3.2; Hairer, Lubich, Wanner, Geometric Numerical Integration, 2nd edition, section VI.6.
 
-   Holonomic constraints phi = 0 add G_j^T multiplier_j to the forces, G = dphi/dq, such that phi(Q_i) = 0 at all
-   stages. The Lobatto pairs fit: their first stage is the start, which is on the constraints; the last multiplier
-   acts on no stage, and serves to end with G qd + dphi/dt = 0. With two stages that is RATTLE. Sources: Jay,
-   Symplectic partitioned Runge-Kutta methods for constrained Hamiltonian systems, SIAM Journal on Numerical Analysis
-   33, 1996; Hairer, Lubich, Wanner, sections VII.1.3 and VII.1.4; Marsden, West, section 3.5. Momenta determine
-   velocities where M is regular: if it never is, L holds an energy of the constraints' velocities, which is 0 along
-   the motion.
+   Holonomic constraints phi = 0 hold at nodes within the step, from its start to its end, and add the forces G^T
+   multiplier at these nodes, G = dphi/dq: h sum_j hat_ij G_j^T multiplier_j to the momenta at stage i. Nodes are the
+   stages of the Lobatto pairs, and of s Gauss points the s + 1 points of Lobatto. The first one is the start, which is
+   on the constraints; the multiplier at the last one acts on no stage, and serves to end with G qd + dphi/dt = 0. With
+   Lobatto's two stages that is RATTLE. Sources: Jay, Symplectic partitioned Runge-Kutta methods for constrained
+   Hamiltonian systems, SIAM Journal on Numerical Analysis 33, 1996; Jay, Specialized partitioned additive Runge-Kutta
+   methods for systems of overdetermined DAEs with holonomic constraints, the same 45, 2007; Hairer, Lubich, Wanner,
+   sections VII.1.3 and VII.1.4; Marsden, West, section 3.5. Momenta determine velocities where M is regular: if it
+   never is, L holds an energy of the constraints' velocities, which is 0 along the motion.
+
+   Nonholonomic constraints G qd + b = 0 have such forces, too, by the principle of Lagrange and d'Alembert. Their
+   integrals up to the nodes vanish, by the weights that give the coordinates there. So they are met as holonomic ones
+   where G is constant. Jay, Lagrange-d'Alembert SPARK integrators for nonholonomic Lagrangian systems, 2009.
+
+   What slides is a force as all others: a function of the state at the stage, with the normal forces that the equations
+   of motion have there.
 
    Further states z are collocated at the same points, Z_i = z + h sum_j a_ij dz/dt_j, so that q and z together make one
-   part of a partitioned method and p the other: the order is that of the method, Hairer, Lubich, Wanner, theorem II.2.2.
+   part of a partitioned method and p the other: the order is that of the method, Hairer, Lubich, Wanner, theorem
+   II.2.2.
 
    The equations are solved to rounding and the sums are compensated, so that rounding errors do not add up to a drift:
    Hairer, McLachlan, Razakarivony, Achieving Brouwer's law with implicit Runge-Kutta methods, BIT 48, 2008. */
@@ -26,7 +36,7 @@
 #include <math.h>
 #include <string.h>
 
-#include "collocation.h"
+#include "contacts.h"
 #include "equations.h"
 #include "finite.h"
 #include "inputs.h"
@@ -41,10 +51,6 @@ static const double RESTING_PART = 16.0 * DBL_EPSILON / 1e-9; /* so may changes 
 
 static void evaluate(Instance *instance, double time, const double states[], double momenta[], double forces[]) {
     mechanism_canonical(time, states, inputs_at(instance, time), instance->state.parameters, momenta, forces);
-}
-
-static double stage_time(const Instance *instance, Step step, int i) {
-    return COLLOCATION.c[i] == 1.0 ? step.end : instance->state.time + COLLOCATION.c[i] * step.length;
 }
 
 /* sum_j weights[j] rows[j][i] */
@@ -80,7 +86,7 @@ static bool rate_further(Instance *instance, Step step, Stages *stages) {
     for (int i = 0; i < S && known; i++) {
         double states[N_STATES], derivatives[N_STATES];
         stage_states(stages, i, states);
-        known = equations_derivative(instance, stage_time(instance, step, i), states, derivatives);
+        known = equations_derivative(instance, time_within(instance, step, COLLOCATION.c[i]), states, derivatives);
         memcpy(stages->rates[i], derivatives + 2 * N, N_FURTHER * sizeof(double));
     }
     *system = kept;
@@ -105,8 +111,22 @@ static double correct_further(Instance *instance, Step step, Stages *stages) {
     return greatest;
 }
 
+/* Adds what slides to the forces at the stages; the system that is factorised in scratch stays. */
+static bool add_friction(Instance *instance, Step step, Stages *stages) {
+    System *system = &instance->scratch.system;
+    const System kept = *system;
+    bool known = true;
+    for (int i = 0; i < S && known; i++) {
+        double states[N_STATES];
+        stage_states(stages, i, states);
+        known = contacts_rub(instance, time_within(instance, step, COLLOCATION.c[i]), states, stages->forces[i]);
+    }
+    *system = kept;
+    return known;
+}
+
 /* Coordinates, momenta and forces that belong to the velocities. */
-static void complete(Instance *instance, Step step, Stages *stages) {
+static bool complete(Instance *instance, Step step, Stages *stages) {
     for (int i = 0; i < S; i++) {
         double states[N_STATES];
         for (int k = 0; k < N; k++) {
@@ -114,9 +134,11 @@ static void complete(Instance *instance, Step step, Stages *stages) {
                 instance->state.states[k] + step.length * weighed(COLLOCATION.a + i * S, stages->velocities, k);
         }
         stage_states(stages, i, states);
-        evaluate(instance, stage_time(instance, step, i), states, stages->momenta[i], stages->forces[i]);
-        stages_constrain(instance, stage_time(instance, step, i), states, stages, i);
+        evaluate(instance, time_within(instance, step, COLLOCATION.c[i]), states, stages->momenta[i],
+                 stages->forces[i]);
     }
+    stages_constrain(instance, step, stages);
+    return !contacts_sliding(instance) || add_friction(instance, step, stages);
 }
 
 /* One round of the iteration: each V_i is corrected by M^-1 times what is missing from its momentum, with M at the
@@ -129,8 +151,8 @@ static double correct(Instance *instance, Step step, const double p[], Stages *s
     for (int i = 0; i < S; i++) {
         double missing[N_COORDINATES];
         for (int k = 0; k < N; k++) {
-            missing[k] = p[k] + step.length * weighed(COLLOCATION.hat + i * S, stages->forces, k) -
-                         stages->momenta[i][k];
+            const double force = weighed(COLLOCATION.hat + i * S, stages->forces, k) + stages_reaction(stages, i, k);
+            missing[k] = p[k] + step.length * force - stages->momenta[i][k];
         }
         system_solve(&instance->scratch.system, missing, RESTING, NULL, changes[i]);
     }
@@ -151,12 +173,13 @@ static double correct(Instance *instance, Step step, const double p[], Stages *s
 static bool solve_stages(Instance *instance, Step step, const double p[], Stages *stages) {
     double previous = HUGE_VAL;
     for (int i = 0; i < MOST_ITERATIONS; i++) {
-        complete(instance, step, stages);
+        if (!complete(instance, step, stages)) {
+            return false;
+        }
         const double further = correct_further(instance, step, stages);
         const double change = fmax(further, correct(instance, step, p, stages));
         if (change == 0.0 || (change <= CONVERGED && change >= previous)) {
-            complete(instance, step, stages);
-            return true;
+            return complete(instance, step, stages);
         }
         if (!(change < 1e3 * previous) || change == HUGE_VAL) {
             break;
@@ -174,8 +197,9 @@ static double add_compensated(double x, double increment, double *rest) {
     return sum;
 }
 
-/* Makes the velocities in states, at a time (s), those whose momenta are next->momenta, M qd + a = p, corrected once for
-   rounding. Under constraints p lacks the impulse of the last multiplier until it makes the velocities meet them. */
+/* Makes the velocities in states, at a time (s), those whose momenta are next->momenta, M qd + a = p, corrected once
+   for rounding. Under constraints p lacks the impulse of the last multiplier until it makes the velocities meet
+   them. */
 static bool find_velocities(Instance *instance, double time, SolverMemory *next, double states[]) {
     double resting[N_STATES];
     double impulse[N] = {0.0};
@@ -252,7 +276,8 @@ bool solver_step(Instance *instance, Step step) {
     }
     for (int k = 0; k < N; k++) {
         const double shift = step.length * weighed(COLLOCATION.b, stages.velocities, k);
-        const double kick = step.length * weighed(COLLOCATION.b, stages.forces, k);
+        const double kick =
+            step.length * (weighed(COLLOCATION.b, stages.forces, k) + stages_reaction(&stages, S, k));
         scratch->new_states[k] = add_compensated(state->states[k], shift, &next.rest_coordinates[k]);
         next.momenta[k] = add_compensated(state->solver.momenta[k], kick, &next.rest_momenta[k]);
     }

@@ -5,10 +5,13 @@
 
 #include <string.h>
 
+#include "collocation.h"
 #include "solver.h"
 
-/* The velocities and multipliers at the stages, and what follows from them: coordinates, momenta dL/dqd, forces F with
-   those of the constraints, and residuals of the constraints. */
+enum { SIZE_NODES = STAGES + 1 };
+
+/* The velocities at the stages and the multipliers at the nodes, and what follows from them: at the stages coordinates,
+   momenta dL/dqd and forces F, at the nodes forces and residuals of the constraints. */
 typedef struct {
     double velocities[STAGES][N_COORDINATES];
     double coordinates[STAGES][N_COORDINATES];
@@ -16,9 +19,15 @@ typedef struct {
     double rates[STAGES][SIZE_FURTHER];   /* and their derivatives */
     double momenta[STAGES][N_COORDINATES];
     double forces[STAGES][N_COORDINATES];
-    double multipliers[STAGES][SIZE_CONSTRAINTS]; /* 0 at the last stage, which no constraint acts on */
-    double residuals[STAGES][SIZE_CONSTRAINTS];   /* phi */
+    double multipliers[SIZE_NODES][SIZE_CONSTRAINTS]; /* but for the last node, whose forces act on no stage */
+    double reactions[SIZE_NODES][N_COORDINATES];      /* G^T multiplier */
+    double residuals[SIZE_NODES][SIZE_CONSTRAINTS];   /* phi; of nonholonomic ones the integral of G qd + b */
 } Stages;
+
+/* The time (s) at a part of the step, which is 1 at its very end. */
+static inline double time_within(const Instance *instance, Step step, double part) {
+    return part == 1.0 ? step.end : instance->state.time + part * step.length;
+}
 
 /* states = [q, qd, z] at stage i */
 static inline void stage_states(const Stages *stages, int i, double states[]) {
@@ -30,10 +39,14 @@ static inline void stage_states(const Stages *stages, int i, double states[]) {
 /* The multipliers to begin with: those at the start of the step, where the system is factorised. */
 void stages_guess_multipliers(const System *system, Stages *stages);
 
-/* Adds the forces of the constraints at stage i, at this time (s) and states, and sets residuals[i] to phi there. */
-void stages_constrain(Instance *instance, double time, const double states[], Stages *stages, int i);
+/* Sets the forces and the residuals of the constraints at the nodes, as velocities and multipliers have them. */
+void stages_constrain(Instance *instance, Step step, Stages *stages);
 
-/* Corrects the multipliers such that phi vanishes at all stages, to first order. Before, changes[i] are those of
+/* The constraints' force on a coordinate that adds up to its momentum at stage i, or at the end for i = STAGES, times
+   the length of the step. */
+double stages_reaction(const Stages *stages, int i, int coordinate);
+
+/* Corrects the multipliers such that the residuals vanish, to first order. Before, changes[i] are those of
    velocities that leave G qd as it is, with multipliers behind them; after, those that belong to the corrected
    multipliers. h is the length of the step. */
 void stages_meet_constraints(const System *system, double h, Stages *stages, double changes[STAGES][N_UNKNOWNS]);

@@ -4,7 +4,9 @@
 #include <math.h>
 #include <string.h>
 
+#include "accelerations.h"
 #include "contacts.h"
+#include "inputs.h"
 #include "lu.h"
 #include "sliding_rows.h"
 #include "system.h"
@@ -112,6 +114,25 @@ bool contacts_slide(Instance *instance, const System *system, double time, const
         return false;
     }
     remove_dust(system, &sliding, unknowns);
+    return true;
+}
+
+bool contacts_rub(Instance *instance, double time, const double states[], double forces[]) {
+    const double *inputs = inputs_at(instance, time);
+    double unknowns[N_UNKNOWNS];
+    int sliding[SIZE_FRICTIONAL];
+    ElementRows rows;
+    if (!accelerations_at(instance, time, states, inputs, unknowns)) {
+        return false;
+    }
+    rows_evaluate(instance, time, states, inputs, &rows);
+    const int count = sliding_find(&instance->state, sliding);
+    for (int k = 0; k < count; k++) {
+        const double *jacobian = rows.jacobian + sliding[k] * N;
+        for (int i = 0; i < N; i++) {
+            forces[i] += jacobian[i] * unknowns[N + ROW_PLACES[sliding[k]]];
+        }
+    }
     return true;
 }
 

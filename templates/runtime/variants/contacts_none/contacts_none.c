@@ -43,6 +43,14 @@ bool contacts_slide(Instance *instance, const System *system, double time, const
     return true;
 }
 
+bool contacts_rub(Instance *instance, double time, const double states[], double forces[]) {
+    (void)instance;
+    (void)time;
+    (void)states;
+    (void)forces;
+    return true;
+}
+
 void contacts_answer(Instance *instance, const System *system, double time, const double states[],
                      const double inputs[], const double unknowns[], const Seed *seed, double answer[]) {
     (void)instance;

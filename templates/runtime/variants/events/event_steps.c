@@ -231,7 +231,8 @@ static bool shift_end(Instance *instance, Step *step, double shift, double value
 static bool move_end(Instance *instance, Step *step, double length, double values[]) {
     const double shift = length - step->length;
     const bool little = fabs(shift) <= LITTLE * step->length && step->end + shift <= instance->scratch.step_end;
-    return little && !METHOD.variational ? shift_end(instance, step, shift, values) : repeat(instance, step, length, values);
+    return little && !METHOD.variational ? shift_end(instance, step, shift, values)
+                                         : repeat(instance, step, length, values);
 }
 
 /* Repeats the step until the first function is 0 at its end, by secant steps from the root on its interpolant; at the

@@ -9,12 +9,17 @@ void stages_guess_multipliers(const System *system, Stages *stages) {
     (void)stages;
 }
 
-void stages_constrain(Instance *instance, double time, const double states[], Stages *stages, int i) {
+void stages_constrain(Instance *instance, Step step, Stages *stages) {
     (void)instance;
-    (void)time;
-    (void)states;
+    (void)step;
+    (void)stages;
+}
+
+double stages_reaction(const Stages *stages, int i, int coordinate) {
     (void)stages;
     (void)i;
+    (void)coordinate;
+    return 0.0;
 }
 
 void stages_meet_constraints(const System *system, double h, Stages *stages, double changes[STAGES][N_UNKNOWNS]) {
