@@ -262,6 +262,15 @@ def test_functions_with_kinks_at_their_kinks(tmp_path) -> None:
         assert found[place] == graph[0] == by_hand
 
 
+def test_solvers_leave_out_what_events_alone_change() -> None:
+    """The dissipated energy, where impacts alone take some; friction takes it all the time."""
+    for model, resting in (("bouncing_ball", 1), ("coulomb_oscillator", 0), ("pendulum", 0)):
+        _, sources = sources_of(load(model))
+        assert f"#define N_RESTING {resting} " in sources["mechanism.h"], model
+        assert ("i < N_MOVING" in sources["tableau.c"]) == (resting > 0), model
+        assert ("i < N_STATES" in sources["tableau.c"].partition("case 1:")[2].partition("}")[0]) == (resting == 0)
+
+
 # ------------------------------------------------------------------------------------------------------ golden text
 
 
