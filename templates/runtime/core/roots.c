@@ -18,8 +18,8 @@ static const double LAST_BUT_ONE[ROOT_NODES] = {
 };
 static const double LAST[ROOT_NODES] = {0.2, -0.4, 0.4, -0.4, 0.4, -0.2};
 
-/* The inner coefficients in Bernstein's basis by the values at the nodes: rows of the inverse of the matrix of Bernstein's
-   polynomials at the nodes. The outer ones are the outer values. */
+/* The inner coefficients in Bernstein's basis by the values at the nodes: rows of the inverse of the matrix of
+   Bernstein's polynomials at the nodes. The outer ones are the outer values. */
 static const double FITTED[ROOT_NODES - 2][ROOT_NODES] = {
     {-2.4, 4.188854381999832, -1.1577708763999663, 0.6111456180001682, -0.44222912360003364, 0.2},
     {2.52, -5.294427190999916, 5.8499689437998486, -3.505572809000084, 2.6300310562001514, -1.2},
