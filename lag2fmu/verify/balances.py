@@ -14,6 +14,9 @@ from lag2fmu.verify.agreement import SAFETY, comparable, has_rows, horizon_of, o
 from lag2fmu.verify.report import Check
 from lag2fmu.verify.task import ROUNDING, Floats, Task
 
+_POINTS = 200
+"""At so many points of a run forces are looked at."""
+
 
 def constraint_checks(task: Task, runs: Mapping[str, Trajectory], reference: Reference) -> Iterator[Check]:
     """The residuals at all communication points, in units of what a coordinate's nominal value makes there."""
@@ -67,7 +70,8 @@ def energy_checks(task: Task, run: Trajectory, reference: Reference) -> list[Che
         return checks  # held motions jump at communication points, and h jumps with them
     rows = on_grid(reference, run.time)
     h, work = run["generalized_energy"], reference.work[rows]
-    size = max(float(np.abs(h).max()), float(np.ptp(h)), float(np.ptp(work)), *_sizes(reference), 1e-300)
+    found = float(np.abs(h).max()), float(np.ptp(h)), float(np.ptp(work)), *_sizes(reference)
+    size = max(*found, resting_energy(task, run), 1e-300)
     drift = np.abs(h - h[0] - work + work[0]) / size / reference.growth[rows]
     compared = (run.time <= horizon_of(task, reference)) & comparable(task, reference)[rows]
     drift = np.where(compared, drift, 0.0)
@@ -76,6 +80,21 @@ def energy_checks(task: Task, run: Trajectory, reference: Reference) -> list[Che
     # a range is twice an amplitude, and energies are squares: 1 % of the range of a vibration is 4 % of its energy
     bar = 4 * SAFETY * task.tolerance
     return [*checks, Check("energy: h - work over the run", float(drift[worst]), bar, detail)]
+
+
+def resting_energy(task: Task, run: Trajectory) -> float:
+    """What rounding of the positions along ``run`` is worth (J): that part of the forces times the nominal values.
+
+    The drift of what is at rest, on a floor or stuck, has no other energy that it could be measured by.
+    """
+    equations, n = Equations(task.mechanism), len(task.mechanism.coordinates)
+    seen = np.unique(np.linspace(0, len(run) - 1, _POINTS).astype(int))
+    x = run.columns(task.states)[seen]
+    given = {name: values[seen] for name, values in (_inputs_at(task, run.time) | task.further(run)).items()}
+    terms = equations.terms(equations.energies.state(run.time[seen], x[:, :n], x[:, n : 2 * n], given))
+    force = np.abs(terms.lagrangian_slope).max(axis=-1) + np.abs(terms.forces).max(axis=-1)
+    energy = ROUNDING * float(force @ [c.nominal for c in task.mechanism.coordinates])
+    return energy if np.isfinite(energy) else 0.0
 
 
 def _inputs_at(task: Task, times: Floats) -> dict[str, Floats]:

@@ -77,7 +77,11 @@ def linearize(
 
 
 def state_at(equations: EquationsOfMotion, at: str | float, inputs: Any = None) -> dict[str, Any]:
-    """The state called ``at``, see ``linearize``, as the arguments of ``lag2fmu.analysis.linearize``."""
+    """The state called ``at``, see ``linearize``, as the arguments of ``lag2fmu.analysis.linearize``.
+
+    These are q, qd (n,) and further (f,) in SI units, and t (s). Raises DerivationError for what names no state, and
+    where there is no equilibrium.
+    """
     if at == "start":
         return {}
     if at == "equilibrium":

@@ -14,6 +14,7 @@ from lag2fmu.reference.hybrid.points import Points
 from lag2fmu.reference.record import Reference
 from lag2fmu.reference.trajectory import Trajectory
 from lag2fmu.verify.agreement import LOWER, SAFETY, comparable, has_rows, width_at, widths_of
+from lag2fmu.verify.balances import resting_energy
 from lag2fmu.verify.report import Check
 from lag2fmu.verify.task import Floats, Task
 
@@ -57,7 +58,7 @@ def extent(task: Task, reference: Reference, horizon: float) -> Iterator[Check]:
 def row_checks(
     task: Task, runs: Mapping[str, Trajectory], reference: Reference, rows: Mapping[str, NDArray[np.intp]]
 ) -> Iterator[Check]:
-    """The laws along every run; ``rows`` are those of ``reference`` at the times of each run."""
+    """The laws along every run; ``rows`` are those of ``reference`` at the k times of each run, (k,)."""
     if not has_rows(task.mechanism):
         return
     points, seen = Points(task.mechanism), comparable(task, reference)
@@ -130,7 +131,7 @@ def _energy(
     compared = seen[rows] & np.isfinite(reference.growth[rows])
     held, times = (run["generalized_energy"] - external)[compared], run.time[compared]
     sizes = np.abs(reference.trajectory["kinetic_energy"]), np.abs(external), np.abs(run["generalized_energy"])
-    size = max(*(float(x.max()) for x in sizes), 1e-300)
+    size = max(*(float(x.max()) for x in sizes), resting_energy(task, run), 1e-300)
     if len(held) < 2:
         return Check("energy never grows", 0.0, 0.0, f"no two times are compared, {label}")
     rise = np.diff(held) / size
