@@ -7,9 +7,9 @@
 
    "record" prints each arc of the motion up to STOP (s): the time of its end, and q, qd at its beginning. "run"
    integrates over the events, "arcs" from one recorded beginning to its end after the other, in a mechanism without
-   contacts; the solver goes on with the length of step that it has come to. "anew" does the same without that length: it
-   is found at the beginning of each arc, as in a run of its own. All print the least CPU time (us) of the repetitions,
-   then q, qd at the end. */
+   contacts; the solver goes on with the length of step that it has come to. "anew" does the same without that length:
+   it is found at the beginning of each arc, as in a run of its own. All print the least CPU time (us) of the
+   repetitions, then q, qd at the end. */
 #define _POSIX_C_SOURCE 199309L /* clock_gettime */
 #include <stdio.h>
 #include <stdlib.h>
