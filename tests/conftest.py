@@ -12,7 +12,7 @@ import pytest
 
 from lag2fmu import kept_libraries
 from lag2fmu.codegen import DEFAULT_SOLVER
-from lag2fmu.fmu import Fmu, export, live_page
+from lag2fmu.fmu import Fmu, export, live_module
 from lag2fmu.formats.loading import load
 from lag2fmu.mechanism import Mechanism
 
@@ -42,7 +42,7 @@ def pytest_configure(config: pytest.Config) -> None:
     A page is live where a test asks for it.
     """
     os.environ.setdefault(kept_libraries.VARIABLE, str(config.cache.mkdir("libraries")))
-    os.environ.setdefault(live_page.VARIABLE, "static")
+    os.environ.setdefault(live_module.VARIABLE, "static")
 
 
 @pytest.hookimpl(tryfirst=True)

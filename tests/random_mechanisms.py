@@ -5,6 +5,7 @@ from __future__ import annotations
 import random
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
+from functools import cached_property
 from itertools import pairwise
 
 import numpy as np
@@ -187,16 +188,21 @@ class Expected:
 
     def numbers(self, values: Mapping[str, float]) -> list[np.ndarray]:
         """Residual, momenta and outputs in double precision."""
-        rows = [[_with_flat_signs(e) for e in row] for row in (self.residual, self.momenta, self.outputs)]
-        symbols = sorted({s for row in rows for e in row for s in e.free_symbols}, key=str)
-        at = [values[s.name] for s in symbols]
+        symbols, function = self._compiled
+        found = np.array(function(*(values[s.name] for s in symbols)), dtype=float)
+        return np.split(found, np.cumsum([len(self.residual), len(self.momenta)]))
+
+    @cached_property
+    def _compiled(self) -> tuple[list[sp.Symbol], Callable[..., list[float]]]:
+        """The symbols in residual, momenta and outputs, and the function of their values."""
+        everything = [_with_flat_signs(e) for e in (*self.residual, *self.momenta, *self.outputs)]
+        symbols = sorted({s for e in everything for s in e.free_symbols}, key=str)
         own = {
             "Heaviside": lambda x, *_: np.heaviside(x, 0.5),
             "DiracDelta": lambda *_: 0.0,
             "sqrt": lambda x: np.sqrt(np.float64(x)),  # of an integer of any size
         }
-        modules = [own, "numpy"]
-        return [np.array(sp.lambdify(symbols, row, modules, cse=True)(*at), dtype=float) for row in rows]
+        return symbols, sp.lambdify(symbols, everything, [own, "numpy"], cse=True)
 
 
 def _with_flat_signs(e: sp.Expr) -> sp.Expr:

@@ -14,7 +14,7 @@ FILES = sorted(RUNTIME.rglob("*.[ch]"))
 GATES = ("fmi2", "fmi3", "gate")
 PHYSICS = [path for path in FILES if path.relative_to(RUNTIME).parts[0] not in GATES]
 SEVERAL = ("solver_memory.h", "event_sizes.h", "version.h", "version.c")
-MOST_LINES = 50
+MOST_LINES, MOST_COLUMNS = 50, 120
 SIZES = re.compile(r"^ *#if.*\b(N|SIZE)_\w+", re.MULTILINE)
 FUNCTION = re.compile(r"^\w[^;{}=]*\) \{\n.*?^\}\n", re.MULTILINE | re.DOTALL)
 
@@ -66,9 +66,11 @@ def test_the_mechanism_is_no_question_of_the_preprocessor(path: Path) -> None:
 
 
 @pytest.mark.parametrize("path", FILES, ids=_name)
-def test_functions_fit_a_screen(path: Path) -> None:
-    for text in FUNCTION.findall(path.read_text("utf-8")):
-        assert text.count("\n") <= MOST_LINES, text.split("(")[0]
+def test_functions_and_lines_fit_a_screen(path: Path) -> None:
+    text = path.read_text("utf-8")
+    for function in FUNCTION.findall(text):
+        assert function.count("\n") <= MOST_LINES, function.split("(")[0]
+    assert max(map(len, text.split("\n"))) <= MOST_COLUMNS
 
 
 def test_the_names_of_files_are_unique() -> None:

@@ -1,4 +1,5 @@
-/* The accelerations of a mechanism with constraints as an FMU computes them in its solver, with the runtime's sources. */
+/* The accelerations of a mechanism with constraints as an FMU computes them in its solver, with the runtime's
+   sources. */
 #include <stdlib.h>
 #include <string.h>
 

@@ -1,28 +1,15 @@
 /* What a time step costs while many contacts are closed.
 
-   usage: contacts STEP SETTLING STEPS. Integrates over SETTLING steps of STEP (s), then over STEPS more. Prints how many
-   contacts are closed at the end, and the CPU time (us) of one of the latter steps. */
+   usage: contacts STEP SETTLING STEPS. Integrates over SETTLING steps of STEP (s), then over STEPS more. Prints how
+   many contacts are closed at the end, and the CPU time (us) of one of the latter steps. */
 #define _POSIX_C_SOURCE 199309L /* clock_gettime */
 #include <stdio.h>
 #include <stdlib.h>
-#include <time.h>
 
 #include "fmi2Functions.h"
+#include "host.h"
 #include "mechanism.h"
 #include "state.h"
-
-static double now(void) {
-    struct timespec t;
-    clock_gettime(CLOCK_PROCESS_CPUTIME_ID, &t);
-    return (double)t.tv_sec + 1e-9 * (double)t.tv_nsec;
-}
-
-static void demand(int holds, const char *what) {
-    if (!holds) {
-        fprintf(stderr, "%s failed\n", what);
-        exit(2);
-    }
-}
 
 static void run(fmi2Component unit, double start, double step, long steps) {
     for (long i = 0; i < steps; i++) {
@@ -47,7 +34,8 @@ int main(int count, char *arguments[]) {
     demand(count == 4, "usage");
     const double step = atof(arguments[1]);
     const long settling = atol(arguments[2]), steps = atol(arguments[3]);
-    fmi2Component unit = fmi2Instantiate("contacts", fmi2CoSimulation, MODEL_GUID, NULL, &callbacks, fmi2False, fmi2False);
+    fmi2Component unit =
+        fmi2Instantiate("contacts", fmi2CoSimulation, MODEL_GUID, NULL, &callbacks, fmi2False, fmi2False);
     demand(unit != NULL, "fmi2Instantiate");
     fmi2SetupExperiment(unit, fmi2False, 0.0, 0.0, fmi2False, 0.0);
     fmi2EnterInitializationMode(unit);

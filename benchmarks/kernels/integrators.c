@@ -1,10 +1,12 @@
-/* Times an FMU's solver against CVODE on the same generated equations: Adams methods with functional iteration, or BDF with
-   Newton's method, a dense solver and CVODE's own difference quotients; and, with DOP853 and RADAU5 defined, against the
-   codes of Hairer and Wanner that PyDSTool carries, dop853 in C (without constraints only) and radau5 in Fortran. Equations with constraints are evaluated by the
-   FMU in model exchange, where they are stabilised; the others by a direct call.
+/* Times an FMU's solver against CVODE on the same generated equations: Adams methods with functional iteration, or BDF
+   with Newton's method, a dense solver and CVODE's own difference quotients; and, with DOP853 and RADAU5 defined,
+   against the codes of Hairer and Wanner that PyDSTool carries, dop853 in C (without constraints only) and radau5 in
+   Fortran. Equations with constraints are evaluated by the FMU in model exchange, where they are stabilised; the others
+   by a direct call.
 
-   usage: integrators own|read|adams|bdf|dop853|radau5 TOLERANCE STOP STEP ROUNDS. "read" gets all outputs after each step. Integrates from 0 to STOP (s) in communication steps of STEP,
-   ROUNDS times; prints the least and the median CPU time (ns), the evaluations of one run, the states at the end. */
+   usage: integrators own|read|adams|bdf|dop853|radau5 TOLERANCE STOP STEP ROUNDS. "read" gets all outputs after each
+   step. Integrates from 0 to STOP (s) in communication steps of STEP, ROUNDS times; prints the least and the median CPU
+   time (ns), the evaluations of one run, the states at the end. */
 #define _POSIX_C_SOURCE 199309L /* clock_gettime */
 #include <stdint.h>
 #include <stdio.h>
@@ -270,7 +272,8 @@ static double run_radau5(const Task *task, double x[]) {
     memcpy(x, first, sizeof first);
     const double begin = now();
     radau5_(&n, stiff_slope, &t, x, &end, &h, relative, absolute, &vectors, NULL, &no, &lower, &upper, NULL, &no,
-            &lower_mass, &upper_mass, NULL, &no, reals, &size, integers, &integer_size, &unused, &spare, &outcome, keep_stiff_step);
+            &lower_mass, &upper_mass, NULL, &no, reals, &size, integers, &integer_size, &unused, &spare, &outcome,
+            keep_stiff_step);
     const double time = now() - begin;
     demand(outcome == 1, "radau5");
     return time;

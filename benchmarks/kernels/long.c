@@ -1,33 +1,20 @@
 /* Energy over a long run of an FMU.
 
-   usage: long SETTING VALUE PERIOD SAMPLES PERIODS. Sets the parameter SETTING to VALUE and integrates from 0 over PERIODS
-   times PERIOD (s). Wherever 1, 2 or 5 times a power of ten periods are full, prints their number, the greatest relative
-   error of the energy at SAMPLES equidistant times in each of the last periods, and the CPU time (s) that a period
-   without samples has taken so far. */
+   usage: long SETTING VALUE PERIOD SAMPLES PERIODS. Sets the parameter SETTING to VALUE and integrates from 0 over
+   PERIODS times PERIOD (s). Wherever 1, 2 or 5 times a power of ten periods are full, prints their number, the greatest
+   relative error of the energy at SAMPLES equidistant times in each of the last periods, and the CPU time (s) that a
+   period without samples has taken so far. */
 #define _POSIX_C_SOURCE 199309L /* clock_gettime */
 #include <math.h>
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
-#include <time.h>
 
 #include "fmi2Functions.h"
+#include "host.h"
 #include "mechanism.h"
 
 enum { WINDOW = 10 /* periods with samples */ };
-
-static double now(void) {
-    struct timespec t;
-    clock_gettime(CLOCK_PROCESS_CPUTIME_ID, &t);
-    return (double)t.tv_sec + 1e-9 * (double)t.tv_nsec;
-}
-
-static void demand(int holds, const char *what) {
-    if (!holds) {
-        fprintf(stderr, "%s failed\n", what);
-        exit(2);
-    }
-}
 
 static fmi2ValueReference reference_of(const char *name) {
     for (fmi2ValueReference i = 0; i < N_VARIABLES; i++) {
@@ -73,8 +60,9 @@ int main(int count, char *arguments[]) {
     const double value = atof(arguments[2]), period = atof(arguments[3]);
     const long samples = atol(arguments[4]), periods = atol(arguments[5]);
     const fmi2ValueReference setting = reference_of(arguments[1]);
-    Run run = {fmi2Instantiate("long", fmi2CoSimulation, MODEL_GUID, NULL, &callbacks, fmi2False, fmi2False), 0.0, 0.0, 0};
-    demand(run.unit != NULL, "fmi2Instantiate");
+    fmi2Component unit = fmi2Instantiate("long", fmi2CoSimulation, MODEL_GUID, NULL, &callbacks, fmi2False, fmi2False);
+    demand(unit != NULL, "fmi2Instantiate");
+    Run run = {unit, 0.0, 0.0, 0};
     demand(fmi2SetReal(run.unit, &setting, 1, &value) == fmi2OK, "fmi2SetReal");
     fmi2SetupExperiment(run.unit, fmi2False, 0.0, 0.0, fmi2False, 0.0);
     fmi2EnterInitializationMode(run.unit);
@@ -82,7 +70,10 @@ int main(int count, char *arguments[]) {
     const double energy = energy_of(&run);
     long done = 0;
     for (long decade = 1; decade <= periods; decade *= 10) {
-        for (const int *multiple = (const int[]){1, 2, 5, 0}; *multiple > 0 && *multiple * decade <= periods; multiple++) {
+        for (const int *multiple = (const int[]){1, 2, 5, 0}; *multiple > 0; multiple++) {
+            if (*multiple * decade > periods) {
+                break;
+            }
             const long ahead = *multiple * decade - done, watched = ahead < WINDOW ? ahead : WINDOW;
             const double begin = now();
             for (long i = 0; i < ahead - watched; i++) {

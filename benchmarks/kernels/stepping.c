@@ -1,7 +1,7 @@
 /* Times fmi2DoStep of an FMU's sources against the evaluations of the equations that it makes.
 
-   usage: stepping STEPS ROUNDS. Prints a line a round: ns of a communication step of 1 ms, ns of 4 evaluations. Both are
-   measured in turn over STEPS communication steps, so that a machine that gets slower slows both. */
+   usage: stepping STEPS ROUNDS. Prints a line a round: ns of a communication step of 1 ms, ns of 4 evaluations. Both
+   are measured in turn over STEPS communication steps, so that a machine that gets slower slows both. */
 #define _POSIX_C_SOURCE 199309L /* clock_gettime */
 #include <stdio.h>
 #include <stdlib.h>

@@ -13,7 +13,7 @@ from tempfile import TemporaryDirectory
 
 import lag2fmu
 from lag2fmu.dynamics.equations import EquationsOfMotion
-from lag2fmu.fmu.sketch import picture_of
+from lag2fmu.fmu.picture import picture_of
 from lag2fmu.formats.write import write
 from lag2fmu.resources import bundled
 

@@ -16,6 +16,7 @@ import numpy as np
 import sympy as sp
 
 from lag2fmu.analysis.evaluation import resting_inputs, unknowns
+from lag2fmu.analysis.flat_functions import freed_of_flat_functions
 from lag2fmu.description import names
 from lag2fmu.description.symbols import Coordinate
 from lag2fmu.dynamics.constraints import starting_consistently
@@ -219,9 +220,12 @@ def _drifts(equations: EquationsOfMotion, nodes: list[Node]) -> list[float]:
     direction = v.direction(g, accelerating=True)
     variables, rates = list(direction), list(direction.values())
     gradients = [reverse(g, {node: g.one}, variables) for node in nodes]
+    freed, gradients, free = freed_of_flat_functions(equations, gradients)
+    generator = np.random.default_rng(43)
     worst, states = np.zeros(len(nodes)), 0
     for state in random_states(equations, _STATES):
-        qdd, multipliers = unknowns(equations, state)
+        state |= {name: float(generator.uniform(-1, 1)) for name in free}
+        qdd, multipliers = unknowns(freed, state)
         labels = [str(g.leaf[node]) for node in v.unknowns]
         values = {**state, **dict(zip(labels, [*qdd, *multipliers], strict=True))}
         along = evaluate(g, rates, values)

@@ -21,6 +21,7 @@ from lag2fmu.checking.rulebook import Rulebook
 from lag2fmu.checking.rulebooks import rulebook_of
 from lag2fmu.checking.session import Model
 from lag2fmu.checking.trials import ESSENTIAL
+from lag2fmu.checking.versions import described
 from lag2fmu.fmu.pack import DESCRIPTION
 
 
@@ -32,7 +33,7 @@ def main(folder: Path, journal: Path, libraries: dict[str, Path], labels: list[s
     bounded()
     document = read_document((folder / DESCRIPTION).read_bytes())
     rules = rulebook_of(document)
-    description = rules.describe(document)
+    description = described(document)
     with journal.open("a", encoding="utf-8") as stream:
         for label in labels:
             kind, name = label.split(": ", 1)

@@ -12,6 +12,7 @@ from lag2fmu.checking.findings import Finding
 from lag2fmu.checking.rulebook import Rulebook
 from lag2fmu.checking.rulebooks import rulebook_of
 from lag2fmu.checking.schema import schema_findings
+from lag2fmu.checking.versions import described
 from lag2fmu.fmu.pack import DESCRIPTION
 
 
@@ -35,4 +36,4 @@ def read_archive(path: Path) -> tuple[Archive, Description, Rulebook]:
     archive = open_archive(path)
     document = read_document(archive.read(DESCRIPTION))
     rules = rulebook_of(document)
-    return archive, rules.describe(document), rules
+    return archive, described(document), rules

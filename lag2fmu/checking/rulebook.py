@@ -11,16 +11,15 @@ from lag2fmu.checking.description import Description
 from lag2fmu.checking.findings import Finding, Severity
 from lag2fmu.checking.session import Model
 from lag2fmu.checking.trials import Trial
-from lag2fmu.xml_tree import Document
 
 
 @dataclass(frozen=True)
 class Rulebook:
     """The rules of one version, such as '2.0'.
 
-    ``describe`` makes the version's own Description, which ``on_description`` and ``on_files`` take. ``functions``
-    are those that the library of a kind must export, ``headers`` the files that no FMU shall bring. ``suffixes`` are
-    those of libraries in the folders of binaries/ that importers know, ``hosts`` the folders that this machine loads,
+    ``on_description`` and ``on_files`` take the version's own Description, see ``versions``. ``functions`` are those
+    that the library of a kind must export, ``headers`` the files that no FMU shall bring. ``suffixes`` are those of
+    libraries in the folders of binaries/ that importers know, ``hosts`` the folders that this machine loads,
     ``holds_no_library`` tells of other folders that ``on_files`` looks at.
     ``trials`` are those of a kind by name, each takes a ``model``. ``sentences`` tell which of fmpy's findings are
     passed on: (what a sentence contains, the rule it tells of, the remedy); ``other_sentences`` is how severe the
@@ -28,7 +27,6 @@ class Rulebook:
     """
 
     version: str
-    describe: Callable[[Document], Any]
     on_description: Callable[[Any], Iterator[Finding]]
     on_files: Callable[[Archive, Any], Iterator[Finding]]
     functions: Mapping[str, frozenset[str]]

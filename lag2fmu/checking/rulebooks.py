@@ -5,7 +5,7 @@ from __future__ import annotations
 from lag2fmu.checking.fmi2.rulebook import FMI2
 from lag2fmu.checking.fmi3.rulebook import FMI3
 from lag2fmu.checking.rulebook import Rulebook
-from lag2fmu.errors import LoadError
+from lag2fmu.checking.versions import version_of
 from lag2fmu.xml_tree import Document
 
 RULEBOOKS: dict[str, Rulebook] = {"2": FMI2, "3": FMI3}
@@ -14,9 +14,4 @@ RULEBOOKS: dict[str, Rulebook] = {"2": FMI2, "3": FMI3}
 
 def rulebook_of(document: Document) -> Rulebook:
     """The rules for the version that modelDescription.xml names; raises LoadError if that is no known one."""
-    version = document.root.get("fmiVersion")
-    major = version.split(".")[0] if "." in version else ""
-    if major not in RULEBOOKS:
-        known = " and ".join(rules.version for rules in RULEBOOKS.values())
-        raise LoadError(f"the FMU is of FMI {version or '(no fmiVersion)'}; 'check' reads FMI {known}")
-    return RULEBOOKS[major]
+    return RULEBOOKS[version_of(document)]

@@ -16,14 +16,14 @@ from lag2fmu.cli.terminal import console, progress_bar
 from lag2fmu.description.names import SETTINGS
 from lag2fmu.errors import LoadError
 from lag2fmu.fmu.elements import element_variables
-from lag2fmu.fmu.record import is_fmu
+from lag2fmu.fmu.exporting import as_fmu
+from lag2fmu.fmu.record import Model, is_fmu
 from lag2fmu.formats.loading import pairs_of, values_of
 from lag2fmu.language.units import Unit
 from lag2fmu.mechanism.display import display_units, named
 from lag2fmu.mechanism.record import Mechanism
 from lag2fmu.reference.trajectory import Trajectory, read_csv
 from lag2fmu.verify import entry_points
-from lag2fmu.verify.entry_points import Model
 from lag2fmu.verify.instances import description_of
 from lag2fmu.verify.plan import times_of
 from lag2fmu.verify.scalars import scalars_of
@@ -58,7 +58,7 @@ def simulate_model(  # noqa: PLR0913, PLR0917 (an option each)
     beside = [] if mechanism is None else _seen_in_plots(source, mechanism)
     with (
         progress_bar("simulating", _until(source, stop_time)) as progress,
-        entry_points.as_fmu(source) as path,
+        as_fmu(source) as path,
     ):
         trajectory = entry_points.simulate(
             path,

@@ -15,12 +15,13 @@ from lag2fmu.dynamics.lagrange import derive
 from lag2fmu.dynamics.program import lower
 from lag2fmu.errors import ExportError
 from lag2fmu.fmu.exporting import export
-from lag2fmu.fmu.record import is_fmu
+from lag2fmu.fmu.record import Model, is_fmu
 from lag2fmu.formats.loading import load
 from lag2fmu.mechanism.display import display_units
 from lag2fmu.reference.trajectory import read_csv
 from lag2fmu.solvers.methods import METHODS
-from lag2fmu.verify import entry_points
+from lag2fmu.verify.entry_points import mechanism_of
+from lag2fmu.verify.validate import validate
 
 
 def validate_demo(plot: Path | None) -> None:
@@ -35,7 +36,7 @@ def validate_demo(plot: Path | None) -> None:
         solver = METHODS[fmu.description.solver].title
         click.echo(f"exported {fmu.path.name}: {fmu.path.stat().st_size / 1024:.0f} KiB, co-simulation by {solver}")
         with progress_bar("validating", 1.0) as progress:
-            report = entry_points.validate(fmu, progress=progress)
+            report = validate(fmu, progress=progress)
     console().print(report.table())
     if plot is not None:
         report.write(plot)
@@ -57,15 +58,15 @@ def validate_model(
     """Validate ``model`` and write the reports; exit with 1 if it fails. Raises Lag2FmuError."""
     for path in reports:
         check_ending(path, (".json", ".txt", *PICTURES))
-    source: entry_points.Model = Path(model)
+    source: Model = Path(model)
     if not is_fmu(source):
         source = load_mechanism(model, settings)
     elif settings or solver or fmi:
         raise ExportError(f"'{model}' is an FMU: --set, --solver and --fmi belong to its export; give a MODEL")
-    mechanism = entry_points.mechanism_of(source)
+    mechanism = mechanism_of(source)
     signals = None if inputs is None else read_csv(inputs, {} if mechanism is None else display_units(mechanism))
     with progress_bar("validating", 1.0) as progress:
-        report = entry_points.validate(
+        report = validate(
             source,
             stop_time=stop_time,
             tolerance=tolerance,

@@ -8,6 +8,9 @@ from itertools import accumulate
 
 from lag2fmu.codegen.colours import Colouring
 
+Vibrations = tuple[tuple[float, int], ...]
+"""(frequency in rad/s, number of the coordinate that moves most) of vibrations, the fastest first."""
+
 
 @dataclass(frozen=True)
 class Slot:
@@ -49,10 +52,10 @@ class RuntimeTables:
     (q, qd) that are states of the FMU. ``massless`` has a pair (index of a constraint, index of the coordinate) for
     each coordinate without mass: the constraint determines the coordinate; holonomic ones come first. ``colours`` are
     those of the Jacobian of the accelerations by the states. ``vibrations`` are those that the solver gets wrong if its
-    steps do not resolve them, as (frequency in rad/s, index of the coordinate that moves most), the fastest first.
-    ``motions`` says for each motion input whether the equations contain one of its derivatives; motion inputs are the
-    last inputs. ``default_solver_step`` (s) is the step of methods of fixed step, ``default_duration`` (s) the stop
-    time of the experiment. ``stabilisation`` (1/s) is the rate at which the drift of constraints decays.
+    steps do not resolve them. ``motions`` says for each motion input whether the equations contain one of its
+    derivatives; motion inputs are the last inputs. ``default_solver_step`` (s) is the step of methods of fixed step,
+    ``default_duration`` (s) the stop time of the experiment. ``stabilisation`` (1/s) is the rate at which the drift of
+    constraints decays.
     ``unilateral_names`` are those of contacts and stops, ``friction_names`` those of dry frictions.
     ``further_names`` are the further states, which stand behind (q, qd). ``ports`` is None where value references are
     the slots.
@@ -75,7 +78,7 @@ class RuntimeTables:
     default_solver_step: float
     default_duration: float
     stabilisation: float
-    vibrations: tuple[tuple[float, int], ...] = ()
+    vibrations: Vibrations = ()
     unilateral_names: tuple[str, ...] = ()
     friction_names: tuple[str, ...] = ()
     further_names: tuple[str, ...] = ()

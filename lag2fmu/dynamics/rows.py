@@ -7,7 +7,7 @@ Source: Ch. Glocker, Set-Valued Force Laws, Springer 2001, chapters 5 and 6.
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 
 from lag2fmu.dynamics.parts import Rows, Variables
 from lag2fmu.errors import DerivationError
@@ -22,23 +22,12 @@ def compose_rows(graph: Graph, mechanism: Mechanism, put: Translator, v: Variabl
 
     Raises DerivationError for a slip, a dry friction or a latch that is not affine in the velocities.
     """
-    direction = v.direction(graph, accelerating=False)
     contacts, frictions, latches = mechanism.unilaterals, mechanism.frictions, mechanism.latches
-    gaps = [put(contact.gap) for contact in contacts]
-    slips = [put(slip) for contact in contacts for slip in contact.slips]
-    rubbing = [put(friction.on) for friction in frictions]
-    held = [put(latch.expression) for latch in latches]
-    holonomic = sum(latch.holonomic for latch in latches)
-    velocities = [
-        *forward(graph, gaps, direction),
-        *slips,
-        *rubbing,
-        *forward(graph, held[:holonomic], direction),
-        *held[holonomic:],
-    ]
+    direction = v.direction(graph, accelerating=False)
+    positions, velocities = _kinematics(graph, mechanism, put, direction)
     return Rows(
-        positions=(*gaps, *held[:holonomic]),
-        velocities=tuple(velocities),
+        positions=positions,
+        velocities=velocities,
         accelerations=tuple(forward(graph, velocities, direction)),
         jacobian=_jacobian(graph, mechanism, v, velocities),
         forces=v.forces,
@@ -50,6 +39,29 @@ def compose_rows(graph: Graph, mechanism: Mechanism, put: Translator, v: Variabl
         holding=tuple(put(friction.force if friction.static is None else friction.static) for friction in frictions),
         conditions=tuple(put(latch.while_) for latch in latches),
     )
+
+
+def _kinematics(
+    graph: Graph, mechanism: Mechanism, put: Translator, direction: Mapping[Node, Node]
+) -> tuple[tuple[Node, ...], tuple[Node, ...]]:
+    """The positions of gaps and holonomic latches, and the velocities of all rows, in their order.
+
+    ``direction`` is that of the motion, {variable: its rate}.
+    """
+    contacts, latches = mechanism.unilaterals, mechanism.latches
+    gaps = [put(contact.gap) for contact in contacts]
+    slips = [put(slip) for contact in contacts for slip in contact.slips]
+    rubbing = [put(friction.on) for friction in mechanism.frictions]
+    held = [put(latch.expression) for latch in latches]
+    holonomic = sum(latch.holonomic for latch in latches)
+    velocities = (
+        *forward(graph, gaps, direction),
+        *slips,
+        *rubbing,
+        *forward(graph, held[:holonomic], direction),
+        *held[holonomic:],
+    )
+    return (*gaps, *held[:holonomic]), velocities
 
 
 def _jacobian(

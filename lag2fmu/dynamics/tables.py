@@ -157,10 +157,15 @@ def _piece(graph: Graph, table: Interpolant, orders: Sequence[Node], cells: Sequ
         return graph.constant(float(table(counts, *(float(graph.value(cell.at)) for cell in cells))))
     if table.degree > 1:
         return graph.lookup(_continued(graph, table), orders, [cell.at for cell in cells])
-    coefficients = table.coefficients[tuple(cell.index or 0 for cell in cells)]
-    places = [(cell.at, float(table.knots[axis][cell.index or 0])) for axis, cell in enumerate(cells)]
-    distances = [graph.subtract(at, graph.constant(knot)) for at, knot in places]
-    return _polynomial(graph, coefficients, distances, counts)
+    return _linear(graph, table, counts, cells)
+
+
+def _linear(graph: Graph, table: Interpolant, counts: Sequence[int], cells: Sequence[_Cell]) -> Node:
+    """The derivative of orders ``counts`` of the polynomial of a linear ``table`` in these ``cells``."""
+    corner = [cell.index or 0 for cell in cells]
+    knots = [float(axis[index]) for axis, index in zip(table.knots, corner, strict=True)]
+    distances = [graph.subtract(cell.at, graph.constant(knot)) for cell, knot in zip(cells, knots, strict=True)]
+    return _polynomial(graph, table.coefficients[tuple(corner)], distances, counts)
 
 
 def _polynomial(graph: Graph, coefficients: Floats, distances: Sequence[Node], orders: Sequence[int]) -> Node:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Collection
+from collections.abc import Collection, Sequence
 
 from lag2fmu.analysis.stiffness import Vibration, stiffness, undamped_vibrations
 from lag2fmu.dynamics.equations import EquationsOfMotion
@@ -44,9 +44,8 @@ def suited_solver(equations: EquationsOfMotion, among: Collection[str]) -> tuple
     return DEFAULT_SOLVER, f"{reason}; only --backend c has {STIFF_SOLVER}"
 
 
-def damping(equations: EquationsOfMotion, method: Method) -> str:
-    """A phrase on how ``method`` treats fast undamped vibrations about the start; "" if it treats them well."""
-    found = missed_vibrations(equations, method)
+def damping(found: Sequence[Vibration], method: Method) -> str:
+    """A phrase on how ``method`` treats the vibrations ``found`` by ``missed_vibrations``; "" if there are none."""
     if not found:
         return ""
     others = f" and {len(found) - 3} slower ones" if len(found) > 3 else ""

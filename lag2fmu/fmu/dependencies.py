@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Iterable, Mapping
 
 from lag2fmu.description import names
 from lag2fmu.dynamics.blocks import united
@@ -18,25 +18,28 @@ def dependencies(equations: EquationsOfMotion) -> dict[str, frozenset[str]]:
     replaced by the variables that they depend on.
     Source: FMI 2.0.5, section 2.2.8 (ModelStructure).
     """
-    graph, m = equations.graph, equations.mechanism
-    coordinates = [q.name for q in m.coordinates]
-    x = [*coordinates, *map(names.velocity, coordinates)]
-    further = [state.name for state in integrated_states(m)]
-    x += further
-    states = [x[i] for i in continuous_states(m)]
-    following = _following(equations, {*x} - {*states})
+    graph = equations.graph
+    states, following = _states(equations)
     blocks, everything = _blocks(equations)
-    blocks = {name: _without(found, following) for name, found in blocks.items()}
-    known = blocks | following
+    known = {name: _without(found, following) for name, found in blocks.items()} | following
     found = {name: _without(graph.symbols([node]), known) for name, node in equations.locals()}
     found |= {name: frozenset(graph.symbols([node])) for name, node in equations.dependent.items()}
     found |= known
-    found |= _derivatives(equations, further, known)
+    found |= _derivatives(equations, known)
     if len(equations.rows):
         found[names.derivative(names.DISSIPATED_ENERGY)] = everything
     found |= {state: frozenset([state]) for state in states}
     moving = {str(graph.leaf[rate]) for rate in equations.variables.rates}  # no variables of the FMU
     return {name: frozenset("time" if used == "t" else used for used in uses - moving) for name, uses in found.items()}
+
+
+def _states(equations: EquationsOfMotion) -> tuple[list[str], dict[str, frozenset[str]]]:
+    """The continuous states, and what the coordinates and velocities that are none depend on."""
+    m = equations.mechanism
+    coordinates = [q.name for q in m.coordinates]
+    x = [*coordinates, *map(names.velocity, coordinates), *(state.name for state in integrated_states(m))]
+    states = [x[i] for i in continuous_states(m)]
+    return states, _following(equations, {*x} - {*states})
 
 
 def _blocks(equations: EquationsOfMotion) -> tuple[dict[str, frozenset[str]], frozenset[str]]:
@@ -53,14 +56,13 @@ def _blocks(equations: EquationsOfMotion) -> tuple[dict[str, frozenset[str]], fr
     return found, everything
 
 
-def _derivatives(
-    equations: EquationsOfMotion, further: Sequence[str], known: Mapping[str, frozenset[str]]
-) -> dict[str, frozenset[str]]:
-    """{derivative of a state: names that it depends on}; ``known`` are those of unknowns, ``further`` the states."""
+def _derivatives(equations: EquationsOfMotion, known: Mapping[str, frozenset[str]]) -> dict[str, frozenset[str]]:
+    """{derivative of a state: names that it depends on}; ``known`` are those of unknowns."""
     found = {}
     for q in (coordinate.name for coordinate in equations.mechanism.coordinates):
         found[names.derivative(q)] = _without([names.velocity(q)], known)
         found[names.derivative(names.velocity(q))] = known[names.acceleration(q)]
+    further = (state.name for state in integrated_states(equations.mechanism))
     rates = zip(further, equations.variables.further_rates, strict=False)
     return found | {names.derivative(x): _without(equations.graph.symbols([node]), known) for x, node in rates}
 

@@ -5,11 +5,13 @@ from __future__ import annotations
 from collections.abc import Collection, Sequence
 from dataclasses import dataclass
 
+from lag2fmu.analysis.stiffness import Vibration
+from lag2fmu.codegen.tables import Vibrations
 from lag2fmu.dynamics.equations import EquationsOfMotion
 from lag2fmu.dynamics.functions import Program
 from lag2fmu.dynamics.lagrange import complete, derive
 from lag2fmu.dynamics.program import lower
-from lag2fmu.fmu.advice import suited_solver
+from lag2fmu.fmu.advice import missed_vibrations, suited_solver
 from lag2fmu.fmu.method_check import check_solver
 from lag2fmu.fmu.variables import promotable
 from lag2fmu.mechanism.record import Mechanism
@@ -20,7 +22,8 @@ from lag2fmu.solvers.methods import METHODS, TimeStepping
 class Derived:
     """What an FMU or a page is made of: the complete mechanism, its equations and program, the name of the solver.
 
-    ``choice`` says why this solver was chosen, ``reason`` what is known of the motion at the start.
+    ``choice`` says why this solver was chosen, ``reason`` what is known of the motion at the start. ``missed`` are the
+    vibrations that the solver gets wrong if its steps do not resolve them.
     """
 
     mechanism: Mechanism
@@ -29,6 +32,13 @@ class Derived:
     solver: str
     choice: str
     reason: str
+    missed: tuple[Vibration, ...]
+
+    @property
+    def vibrations(self) -> Vibrations:
+        """Those that the solver may miss, as the C code knows them."""
+        index = {c.name: i for i, c in enumerate(self.mechanism.coordinates)}
+        return tuple((v.frequency, index[v.coordinate]) for v in self.missed)
 
 
 def derived(
@@ -49,7 +59,8 @@ def derived(
     method = METHODS[solver]
     promoted = promotable(equations, outputs, events=events)
     program = lower(equations, promoted, method.variational, isinstance(method, TimeStepping))
-    return Derived(complete(mechanism, equations), equations, program, solver, choice, reason)
+    missed = missed_vibrations(equations, method)
+    return Derived(complete(mechanism, equations), equations, program, solver, choice, reason, missed)
 
 
 def _chosen_solver(equations: EquationsOfMotion, named: str | None, among: Collection[str]) -> tuple[str, str, str]:

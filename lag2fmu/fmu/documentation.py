@@ -5,7 +5,6 @@ from __future__ import annotations
 from collections.abc import Collection, Iterable
 from dataclasses import dataclass
 
-from lag2fmu.analysis.evaluation import attempted
 from lag2fmu.analysis.report import analysis_sections
 from lag2fmu.codegen.templates import render
 from lag2fmu.dynamics.blocks import united
@@ -21,8 +20,6 @@ from lag2fmu.fmu.scalar_variable import ScalarVariable
 from lag2fmu.fmu.sketch import sketch
 from lag2fmu.live.document import licences
 from lag2fmu.live.samples import Samples
-from lag2fmu.picture.drawing import draw
-from lag2fmu.picture.layout import drawable, layout_of
 from lag2fmu.picture.scene import Scene
 from lag2fmu.resources import resource_folder
 from lag2fmu.solvers.methods import METHODS
@@ -85,13 +82,6 @@ def page_text(of: Subject) -> str:
     if content.live is not None:
         return live_document(context, description, content.live, of.samples)
     return render("documentation/index.html.jinja", context)
-
-
-def scene_at_start(equations: EquationsOfMotion) -> Scene | None:
-    """The mechanism at its start as a picture; None where there is nothing that can be drawn."""
-    if not drawable(equations.mechanism):
-        return None
-    return attempted(lambda: draw(layout_of(equations.mechanism)), None)
 
 
 def _written(equations: EquationsOfMotion, program: Program) -> dict[str, object]:

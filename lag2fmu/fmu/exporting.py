@@ -3,7 +3,9 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Mapping, Sequence
+import tempfile
+from collections.abc import Iterator, Mapping, Sequence
+from contextlib import contextmanager
 from pathlib import Path
 
 from lag2fmu.analysis.entry_points import resting
@@ -15,11 +17,12 @@ from lag2fmu.fmu.backends.python import PYTHON
 from lag2fmu.fmu.carried import DESCRIPTION, MECHANISM_ENTRY, WITHOUT
 from lag2fmu.fmu.compilers import Progress
 from lag2fmu.fmu.deriving import derived
-from lag2fmu.fmu.documentation import Subject, documentation, scene_at_start
+from lag2fmu.fmu.documentation import Subject, documentation
 from lag2fmu.fmu.icon import icon
-from lag2fmu.fmu.live_page import live, page_choice
+from lag2fmu.fmu.live_module import live, page_choice
 from lag2fmu.fmu.pack import pack
-from lag2fmu.fmu.record import Fmu
+from lag2fmu.fmu.picture import scene_at_start
+from lag2fmu.fmu.record import Fmu, Model, fmu_path, is_fmu
 from lag2fmu.fmu.terminals import terminals
 from lag2fmu.fmu.versions import VERSIONS
 from lag2fmu.formats.loading import as_mechanism
@@ -84,7 +87,7 @@ def export(  # noqa: PLR0913 (choices of the user)
     _check_texts(mechanism)
     found = derived(mechanism, solver, BACKENDS[backend].solvers, outputs, events=version.has_ports)
     mechanism, equations, program, method = found.mechanism, found.equations, found.program, METHODS[found.solver]
-    content = build(mechanism, equations, program, found.solver)
+    content = build(mechanism, equations, program, found.solver, found.vibrations)
     scene = scene_at_start(equations)
     files = {
         **content.files,
@@ -97,8 +100,22 @@ def export(  # noqa: PLR0913 (choices of the user)
     }
     pack(files, target)
     at_events = [steps_over_impacts(mechanism, method), stack_of_events(program, len(mechanism.coordinates))]
-    remarks = "; ".join(filter(None, [found.choice, damping(equations, method), *at_events]))
+    remarks = "; ".join(filter(None, [found.choice, damping(found.missed, method), *at_events]))
     return Fmu(target, content.description, remarks, moved_starts(mechanism, equations))
+
+
+@contextmanager
+def as_fmu(model: Model, solver: str | None = None, fmi: str = "2.0") -> Iterator[Path]:
+    """The path of an FMU of ``model``; a model that is none is exported to a folder that goes away at the end.
+
+    Raises Lag2FmuError where there is no such model, or where it cannot be exported.
+    """
+    if is_fmu(model):
+        yield fmu_path(model)
+        return
+    mechanism = as_mechanism(model)
+    with tempfile.TemporaryDirectory(prefix="lag2fmu-") as folder:
+        yield export(mechanism, Path(folder) / f"{mechanism.name}.fmu", solver=solver, fmi=fmi, page="static").path
 
 
 def _check_words(solver: str, backend: str, fmi: str, start: str) -> None:

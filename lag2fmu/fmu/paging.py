@@ -8,8 +8,9 @@ from lag2fmu.errors import ExportError
 from lag2fmu.fmu.backends.backend import Content
 from lag2fmu.fmu.backends.native import describe
 from lag2fmu.fmu.deriving import derived
-from lag2fmu.fmu.documentation import Subject, page_text, scene_at_start
-from lag2fmu.fmu.live_page import live
+from lag2fmu.fmu.documentation import Subject, page_text
+from lag2fmu.fmu.live_module import live
+from lag2fmu.fmu.picture import scene_at_start
 from lag2fmu.formats.loading import as_mechanism
 from lag2fmu.live.samples import Samples
 from lag2fmu.mechanism.record import Mechanism
@@ -32,7 +33,7 @@ def page(
     if solver is not None and solver not in METHODS:
         raise ExportError(f"unknown solver '{solver}'; known are {', '.join(METHODS)}")
     found = derived(mechanism, solver)
-    description, sources = describe(found.mechanism, found.equations, found.program, found.solver)
+    description, sources = describe(found.mechanism, found.equations, found.program, found.solver, found.vibrations)
     content = Content(description, {}, "", (), live(found.equations, found.program, description.variables, sources))
     scene = scene_at_start(found.equations)
     text = page_text(Subject(found.equations, found.program, content, found.reason, scene, samples))

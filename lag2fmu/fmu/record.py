@@ -50,6 +50,10 @@ class Fmu:
         return self.description.mechanism
 
 
+Model = Mechanism | Fmu | str | Path
+"""A mechanism, an exported FMU, the path of an FMU, or the name or path of a model."""
+
+
 def is_fmu(model: object) -> bool:
     """Whether ``model`` is an FMU already (an ``Fmu`` or a path that ends in .fmu)."""
     return isinstance(model, Fmu) or (isinstance(model, (str, Path)) and Path(model).suffix == ".fmu")

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Collection, Mapping, Sequence
+from collections.abc import Collection, Sequence
 
 from lag2fmu.codegen.colours import coloured
 from lag2fmu.codegen.tables import RuntimeTables, Slot
@@ -22,23 +22,16 @@ def runtime_tables(
 
     ``variables`` are those of the FMU with their dependencies, of which the colours of the Jacobian follow.
     """
-    q, z = mechanism.coordinates, integrated_states(mechanism)
     unilaterals, frictions = element_names(mechanism)
-    starts: Mapping[str, float] = {v.name: v.start for v in variables if v.start is not None}
-    hidden = {u.name: u.start for u in mechanism.inputs}
-    nominal = tuple(c.nominal for c in q)
+    states = _states(mechanism)
     return RuntimeTables(
         model_name=mechanism.name,
         slots=tuple(slots),
-        coordinate_names=tuple(c.name for c in q),
-        start_states=(*(c.start for c in q), *(c.velocity for c in q), *(s.start for s in z)),
-        nominal_states=(*nominal, *nominal, *(s.nominal for s in z)),
-        given_states=(
-            *(c.given is not False for c in q),
-            *(c.velocity_given is not False for c in q),
-            *(True for _ in z),
-        ),
-        further_names=tuple(s.name for s in z),
+        coordinate_names=tuple(c.name for c in mechanism.coordinates),
+        start_states=tuple(start for start, _, _ in states),
+        nominal_states=tuple(nominal for _, nominal, _ in states),
+        given_states=tuple(given for _, _, given in states),
+        further_names=tuple(s.name for s in integrated_states(mechanism)),
         constraint_names=_constraint_names(mechanism, program),
         unilateral_names=unilaterals,
         friction_names=frictions,
@@ -46,7 +39,7 @@ def runtime_tables(
         continuous_states=continuous_states(mechanism),
         massless=_massless(mechanism, program),
         colours=coloured(_columns(mechanism, variables)),
-        start_inputs=tuple(starts.get(name, hidden.get(name, 0.0)) for name in program.inputs),
+        start_inputs=_start_inputs(mechanism, program, variables),
         motions=tuple(_needs_rates(program, u.name) for u in mechanism.motions),
         start_parameters=_start_parameters(mechanism, program),
         default_solver_step=min(1e-3, mechanism.experiment.step),
@@ -54,6 +47,21 @@ def runtime_tables(
         # drift decays in about ten communication steps: a much faster decay would make the equations stiff
         stabilisation=0.1 / mechanism.experiment.step,
     )
+
+
+def _states(mechanism: Mechanism) -> list[tuple[float, float, bool]]:
+    """(start, nominal value, whether the start is given) of q, qd and further states, in SI units."""
+    q = mechanism.coordinates
+    positions = [(c.start, c.nominal, c.given is not False) for c in q]
+    velocities = [(c.velocity, c.nominal, c.velocity_given is not False) for c in q]
+    return [*positions, *velocities, *((s.start, s.nominal, True) for s in integrated_states(mechanism))]
+
+
+def _start_inputs(mechanism: Mechanism, program: Program, variables: Sequence[ScalarVariable]) -> tuple[float, ...]:
+    """The starts of all inputs of ``program``: those of ``variables``, of hidden inputs what the mechanism says."""
+    starts = {u.name: u.start for u in mechanism.inputs}
+    starts |= {v.name: v.start for v in variables if v.start is not None}
+    return tuple(starts.get(name, 0.0) for name in program.inputs)
 
 
 def _constraint_names(mechanism: Mechanism, program: Program) -> tuple[str, ...]:

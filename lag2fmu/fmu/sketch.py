@@ -1,4 +1,4 @@
-"""The mechanism's sketch for pages and notebooks: its scene as a small SVG element."""
+"""A scene as a small SVG element, for pages and notebooks."""
 
 from __future__ import annotations
 
@@ -6,27 +6,12 @@ from collections.abc import Iterable, Iterator
 from itertools import groupby
 
 from lag2fmu.codegen.templates import render
-from lag2fmu.dynamics.lagrange import derive
-from lag2fmu.errors import Lag2FmuError
-from lag2fmu.mechanism.record import Mechanism
-from lag2fmu.picture.drawing import draw
-from lag2fmu.picture.layout import drawable, layout_of
 from lag2fmu.picture.scene import STYLES, Disc, Scene, Stroke
 
 Mark = Stroke | Disc
 
 _WIDTH, _HEIGHT = 640.0, 520.0
 """The most that the sketch takes of the page, in pixels."""
-
-
-def picture_of(mechanism: Mechanism) -> str:
-    """``mechanism`` at its start as an SVG element; "" where nothing can be drawn."""
-    if not drawable(mechanism):
-        return ""
-    try:
-        return sketch(draw(layout_of(derive(mechanism).mechanism)))
-    except Lag2FmuError:
-        return ""
 
 
 def sketch(scene: Scene) -> str:

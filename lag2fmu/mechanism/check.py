@@ -13,6 +13,7 @@ from lag2fmu.description.record import Description
 from lag2fmu.description.symbols import Coordinate, Input, Parameter
 from lag2fmu.errors import MechanismError, UnitError
 from lag2fmu.language.vocabulary import free_names
+from lag2fmu.mechanism.doubts import doubts
 from lag2fmu.mechanism.geometry import check_values
 from lag2fmu.mechanism.loads import rigid_place
 from lag2fmu.mechanism.name_check import check_names
@@ -40,7 +41,7 @@ def check(m: Description, brought: Container[str] = ()) -> tuple[Scope, tuple[st
     unfit = tuple(mismatches(m, brought))
     if unfit and m.strict_units:
         raise UnitError(unfit[0])
-    return scope, (*unfit, *warnings)
+    return scope, (*unfit, *warnings, *doubts(m, scope.names_in))
 
 
 # -------------------------------------------------------------------------------------------------------- numbers

@@ -150,7 +150,10 @@ def check_meaning(m: Description, scope: Scope) -> None:
     for where, expression, low, high, what in _bounded(m):
         value = value_at(poses.resolved(expression), values)
         if value is not None and not low <= value <= high:
-            raise MechanismError(f"{where}: '{to_text(expression)}' is {value:g} at the values given; {what}")
+            shown = (
+                f"{value:g}" if expression.is_number else f"'{to_text(expression)}' is {value:g} at the values given"
+            )
+            raise MechanismError(f"{where}: {shown}; {what}")
     for where, less, more in _ordered(m):
         small, large = (value_at(poses.resolved(x), values) for x in (less, more))
         if small is not None and large is not None and small > large:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 import random
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 
 import sympy as sp
 
@@ -35,16 +35,22 @@ def norm_constraints(m: Description) -> frozenset[str]:
 
 def _norms(m: Description) -> Iterator[tuple[str, sp.Expr, list[str]]]:
     """(frame, norm^2 - 1, constraints that keep it zero) of every quaternion whose norm is not 1 for all q."""
+    turned = {frame.name: frame.quaternion for frame in m.frames if frame.quaternion is not None}
+    if not turned:
+        return
     coordinates = {q.name for q in m.coordinates}
-    turned = [frame for frame in m.frames if frame.quaternion is not None]
-    written = written_out({d.name: d.expression for d in in_order(m.definitions, "definitions")}) if turned else {}
-
-    for frame in turned:
-        entries = [sp.sympify(entry).xreplace(written) for entry in frame.quaternion or ()]
+    written = written_out({d.name: d.expression for d in in_order(m.definitions, "definitions")})
+    for name, quaternion in turned.items():
+        entries = [sp.sympify(entry).xreplace(written) for entry in quaternion]
         norm = sp.Add(*(entry**2 for entry in entries)) - 1
         if free_names(entries) & coordinates and not vanishes(norm):
-            others = {c.name: sp.sympify(c.expression).xreplace(written) for c in m.holonomic if not c.massless}
-            yield frame.name, norm, [name for name, other in others.items() if _says(other, norm, coordinates)]
+            yield name, norm, _keepers(m, norm, written, coordinates)
+
+
+def _keepers(m: Description, norm: sp.Expr, written: Mapping[sp.Symbol, sp.Expr], coordinates: set[str]) -> list[str]:
+    """The holonomic constraints that keep ``norm`` zero; ``written`` are the definitions, written out."""
+    others = {c.name: sp.sympify(c.expression).xreplace(written) for c in m.holonomic if not c.massless}
+    return [name for name, other in others.items() if _says(other, norm, coordinates)]
 
 
 def _points(names: set[str]) -> Iterator[dict[str, float]]:

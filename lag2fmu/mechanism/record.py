@@ -87,7 +87,7 @@ class Mechanism(Description):
         """The sketch, and a table of coordinates, parameters and inputs, for a notebook."""
         from html import escape
 
-        picture = looked_up("lag2fmu.fmu.sketch", "picture_of")(self)
+        picture = looked_up("lag2fmu.fmu.picture", "picture_of")(self)
         rows = "".join(
             f"<tr><td>{item.name}</td><td>{kind}</td><td>{item.unit.si_name if item.unit else ''}</td>"
             f"<td>{escape(item.doc)}</td></tr>"

@@ -71,7 +71,8 @@ def check_open(m: Description, found: Iterable[Unilateral], *, solved: bool = Fa
         value, terms = value_at(gap, start), [value_at(term, start) or 0.0 for term in sp.Add.make_args(gap)]
         if value is not None and value < -rounding * sum(map(abs, terms)):
             moving = [q.name for q in m.coordinates if symbol(q.name) in gap.free_symbols]
-            unit = f" {unilateral.unit.si_name}" if unilateral.unit is not None else ""
+            si = "1" if unilateral.unit is None else unilateral.unit.si_name
+            unit = "" if si == "1" else f" {si}"
             at = ", ".join(f"{name} = {start[name]:g}" for name in moving[:6])
             raise MechanismError(
                 f"{unilateral.where}: the gap is {value:g}{unit} at the start, where {at} (SI); it cannot be negative: "

@@ -61,7 +61,7 @@ class Equations:
         state = self.energies.state(0.0, q, qd)
         # velocities of about equal energy: no digits are lost between coordinates of different units (powers of two)
         diagonal = np.diagonal(self.terms(state).mass_matrix)
-        usable = np.isfinite(diagonal) & (diagonal > 1e-20 * np.nanmax(np.abs(diagonal)))
+        usable = np.isfinite(diagonal) & (diagonal > 1e-30 * np.nanmax(np.abs(diagonal)))
         self.scale = np.exp2(-np.round(0.5 * np.log2(np.where(usable, diagonal, 1.0))))
         self._units = self._unit_velocities()
         self._check_degree(state)

@@ -1,9 +1,9 @@
 /* The terms of the Lagrange equations at one state, by polarisation and complex steps as in equations.py.
 
-   The generated file, included below, defines the sizes N (coordinates), MOTIONS, M (constraints), RATES, EFFORTS and the
-   functions of a mechanism: energies, forces, constraints, and of loads and dampers on frames rates, efforts and power.
-   A complex number x + i h stands for a value and its
-   derivative: h is tiny, and every function continues by its first derivative, as in functions.py. */
+   The generated file, included below, defines the sizes N (coordinates), MOTIONS, M (constraints), RATES, EFFORTS and
+   the functions of a mechanism: energies, forces, constraints, and of loads and dampers on frames rates, efforts and
+   power. A complex number x + i h stands for a value and its derivative: h is tiny, and every function continues by its
+   first derivative, as in functions.py. */
 
 #include <complex.h>
 #include <math.h>
@@ -124,8 +124,8 @@ static void inertia(const double row[], const double p[], const double unit[N], 
     }
 }
 
-/* Adds to Q (N) what loads and dampers with a force do that are on frames: the slopes of their power along qd. The efforts
-   themselves are not differentiated. row: t, q, qd, inputs. */
+/* Adds to Q (N) what loads and dampers with a force do that are on frames: the slopes of their power along qd. The
+   efforts themselves are not differentiated. row: t, q, qd, inputs. */
 static void add_loads(const double row[], const double p[], double Q[N]) {
     Z inputs[INPUTS + RATES], point[ROWS + EFFORTS], work[1];
     double rate[RATES + 1], effort[EFFORTS + 1];

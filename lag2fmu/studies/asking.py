@@ -1,4 +1,4 @@
-"""What runs of a library are asked for, checked: values, times, inputs."""
+"""What runs of a library are asked for, checked: values, times, inputs, what is varied."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ import numpy as np
 from lag2fmu.description.names import acceleration, velocity
 from lag2fmu.errors import LoadError
 from lag2fmu.reference.trajectory import Floats
-from lag2fmu.studies.library import INPUT, STATES, Library, Signals
+from lag2fmu.studies.library import INPUT, PARAMETERS, STATES, Library, Signals
 from lag2fmu.verify.inputs import Inputs, trajectory_of
 
 _SAMPLES = 100
@@ -50,7 +50,7 @@ def check_given(library: Library, name: str) -> None:
 def times_of(
     library: Library, times: Sequence[float] | Floats | None, stop_time: float | None, step: float | None
 ) -> Floats:
-    """The times (s) of a run: ``times``, or every ``step`` from 0 to ``stop_time``; by default those of the model.
+    """The times (m,) of a run in s: ``times`` or every ``step`` from 0 to ``stop_time``; by default those of the model.
 
     Raises LoadError for times that do not ascend from 0 on.
     """
@@ -76,7 +76,9 @@ def check_tolerance(tolerance: float) -> float:
 
 
 def signals_of(library: Library, inputs: Inputs | None, times: Floats, *, hold: bool = False) -> Signals | None:
-    """``inputs`` as ``simulate`` takes them, for runs of ``library``; linear between their times, or held.
+    """``inputs`` as ``simulate`` takes them, for runs of ``library`` at ``times`` (m,) in s.
+
+    They are linear between their own times, or held.
 
     Raises LoadError for what is no input, and for a motion without its rates.
     """
@@ -111,3 +113,24 @@ def continuous_outputs(library: Library, outputs: Sequence[str] | None) -> list[
 
 
 _JUMPING = ("VARIABLE_MODE", "VARIABLE_IMPACTS", "VARIABLE_IMPULSE", "VARIABLE_CLOCK", "VARIABLE_INDICATOR")
+
+
+def check_over(library: Library, over: Sequence[str]) -> None:
+    """Raise LoadError for names in ``over`` that are no given starts, parameters or inputs, or stand twice."""
+    if not over:
+        raise LoadError("there is nothing to vary; name starts, parameters or inputs")
+    if isinstance(over, str):
+        raise LoadError(f"'{over}' stands where a list of names is expected; give ['{over}']")
+    for i, name in enumerate(over):
+        library.variable(name)
+        if library.kinds[name] not in (*STATES, *PARAMETERS, INPUT) or name in over[:i]:
+            why = "stands twice" if name in over[:i] else "is no start, independent parameter or input"
+            raise LoadError(f"'{name}' of '{library.name}' {why} and cannot be varied")
+        check_given(library, name)
+
+
+def scale_of(library: Library, name: str, values: Mapping[str, float]) -> float:
+    """A typical size (SI) of ``name``: its value, or where that is 0 its nominal value or 1."""
+    variable = library.variables[name]
+    value = abs(float(values.get(name, variable.start or 0.0)))
+    return value if np.isfinite(value) and value > 0 else variable.nominal or 1.0

@@ -3,29 +3,26 @@
 from __future__ import annotations
 
 import os
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator
 from contextlib import contextmanager
 from functools import lru_cache
 from pathlib import Path
 
 import numpy as np
 
-from lag2fmu.description import names as words
-from lag2fmu.description.symbols import Coordinate, Input, Parameter
 from lag2fmu.ensemble.compiled import Ensemble
-from lag2fmu.errors import LoadError, SimulationError
+from lag2fmu.errors import SimulationError
 from lag2fmu.formats.text import read
 from lag2fmu.kept_libraries import VARIABLE
-from lag2fmu.language.identifiers import suggestion
-from lag2fmu.mechanism.record import Mechanism
 from lag2fmu.reference.trajectory import Floats, Trajectory
 from lag2fmu.studies.design import Part, Task
+from lag2fmu.studies.givable import kinds_of
 from lag2fmu.verify.run import Run
 from lag2fmu.verify.simulate import simulate_fmu
 
 
 def run_part(task: Task, rows: Floats) -> Part:
-    """Make the runs with the values in ``rows`` (runs, names), in SI."""
+    """Make the runs with the values in ``rows`` (runs, names), in SI; one that cannot be made has a reason."""
     values = np.full((len(rows), len(task.times), len(task.outputs)), np.nan)
     reasons = _out_of_bounds(task, rows)
     good = np.array([i for i in range(len(rows)) if i not in reasons], dtype=int)
@@ -93,36 +90,6 @@ def _by_ensemble(task: Task, rows: Floats) -> Part:
         )
     found = [runs.samples[n] if len(task.times) > 1 else runs.final[n][:, None] for n in task.outputs]
     return Part(np.stack(found, axis=2), runs.reasons)
-
-
-def kinds_of(mechanism: Mechanism) -> dict[str, str]:
-    """{name: "starts", "parameters" or "inputs"} of what runs of a mechanism can be given."""
-    kinds = {p.name: "parameters" for p in mechanism.parameters if p.value is not None}
-    for q in mechanism.coordinates:
-        kinds |= {q.name: "starts", words.velocity(q.name): "starts", words.generalized_force(q.name): "inputs"}
-    kinds |= {z.name: "starts" for z in mechanism.states} | {u.name: "inputs" for u in mechanism.plain_inputs}
-    for u in mechanism.motions:
-        kinds |= dict.fromkeys((u.name, words.velocity(u.name), words.acceleration(u.name)), "inputs")
-    return kinds
-
-
-def check_names(mechanism: Mechanism, wanted: Sequence[str]) -> None:
-    """Raise LoadError for names in ``wanted`` that runs of ``mechanism`` cannot be given."""
-    kinds = kinds_of(mechanism)
-    for name in wanted:
-        if name not in kinds:
-            what = "parameter, start or input"
-            raise LoadError(f"'{name}' is no {what} of '{mechanism.name}'; {suggestion(name, kinds)}")
-
-
-def bounds_of(mechanism: Mechanism, wanted: Sequence[str]) -> dict[str, tuple[float, float]]:
-    """{name: (least, greatest) value} in SI of those of ``wanted`` that have a bound."""
-    parts: list[Parameter | Coordinate | Input] = [*mechanism.parameters, *mechanism.coordinates, *mechanism.inputs]
-    return {
-        part.name: (-np.inf if part.minimum is None else part.minimum, np.inf if part.maximum is None else part.maximum)
-        for part in parts
-        if part.name in wanted and (part.minimum, part.maximum) != (None, None)
-    }
 
 
 # --------------------------------------------------------------------------------------------------------------- FMUs

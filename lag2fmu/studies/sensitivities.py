@@ -5,21 +5,20 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 
-import numpy as np
-
 from lag2fmu.errors import LoadError, SimulationError
 from lag2fmu.language.identifiers import suggestion
 from lag2fmu.language.units import Unit
 from lag2fmu.reference.trajectory import Floats
 from lag2fmu.studies.asking import (
-    check_given,
+    check_over,
     check_tolerance,
     continuous_outputs,
     references_of,
+    scale_of,
     signals_of,
     times_of,
 )
-from lag2fmu.studies.library import INPUT, PARAMETERS, STATES, Library, Study, compiled
+from lag2fmu.studies.library import Library, Study, compiled
 from lag2fmu.verify.inputs import Inputs
 
 TOLERANCE = 1e-8
@@ -115,7 +114,10 @@ def directed_run(  # noqa: PLR0913 (what makes a run)
     hold: bool = False,
     study: Study | None = None,
 ) -> Directed:
-    """One run of a ``library`` for derivatives, in the memory of ``study`` if it is given; see ``sensitivities``."""
+    """One run of a ``library`` for derivatives, in the memory of ``study`` if it is given; see ``sensitivities``.
+
+    ``times`` (m,) in s ascend from ``start`` (s); ``values`` are in SI units. Raises LoadError as ``sensitivities``.
+    """
     check_over(library, over)
     seeds = [(library.settable(name), scale_of(library, name, values)) for name in over]
     found, slopes, reason = (study or Study(library, len(over))).run(
@@ -129,24 +131,3 @@ def directed_run(  # noqa: PLR0913 (what makes a run)
     )
     units = {name: library.variables[name].unit for name in (*outputs, *over)}
     return Directed(Sensitivities(times, tuple(outputs), tuple(over), found, slopes, units), reason)
-
-
-def check_over(library: Library, over: Sequence[str]) -> None:
-    """Raise LoadError for names in ``over`` that are no given starts, parameters or inputs, or stand twice."""
-    if not over:
-        raise LoadError("there is nothing to vary; name starts, parameters or inputs")
-    if isinstance(over, str):
-        raise LoadError(f"'{over}' stands where a list of names is expected; give ['{over}']")
-    for i, name in enumerate(over):
-        library.variable(name)
-        if library.kinds[name] not in (*STATES, *PARAMETERS, INPUT) or name in over[:i]:
-            why = "stands twice" if name in over[:i] else "is no start, independent parameter or input"
-            raise LoadError(f"'{name}' of '{library.name}' {why} and cannot be varied")
-        check_given(library, name)
-
-
-def scale_of(library: Library, name: str, values: Mapping[str, float]) -> float:
-    """A typical size (SI) of ``name``: its value, or where that is 0 its nominal value or 1."""
-    variable = library.variables[name]
-    value = abs(float(values.get(name, variable.start or 0.0)))
-    return value if np.isfinite(value) and value > 0 else variable.nominal or 1.0

@@ -8,7 +8,7 @@ from math import inf, isnan
 from pathlib import Path
 
 from lag2fmu.checking.description import Description, Variable, number, read_document
-from lag2fmu.checking.rulebooks import rulebook_of
+from lag2fmu.checking.versions import described
 from lag2fmu.errors import LoadError
 from lag2fmu.fmu.pack import DESCRIPTION, opened
 from lag2fmu.language.units import BASE_UNITS
@@ -86,7 +86,7 @@ def read_component(name: str, path: Path) -> Component:
             raise LoadError(f"'{path}': there is no {DESCRIPTION} in it; it is no FMU")
         document = read_document(archive.read(DESCRIPTION))
         grouped = parse(archive.read(_TERMINALS), _TERMINALS).root if _TERMINALS in archive.namelist() else None
-    description = rulebook_of(document).describe(document)
+    description = described(document)
     if not {"CoSimulation", "ModelExchange"} & {*description.kinds}:
         raise LoadError(f"'{path}': offers neither co-simulation nor model exchange; no system can hold it")
     units = {unit_name: _unit(element) for unit_name, element in description.units.items()}

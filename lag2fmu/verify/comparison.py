@@ -1,14 +1,9 @@
 """Runs of the FMU and the direct integration side by side, as long as that means something.
 
-Bars: errors are relative to max(range, nominal) of each coordinate, velocity and further state. Two runs whose starts
-differ by 1e-8 drift apart by the amplification A(t), in units of the motion; an error of the solver grows alike, and a
-long vibration adds one for every radian: ``Reference.growth``. The bar is 100 growth tolerance. The comparison ends
-where that exceeds 1e-2: from there on two right runs may have nothing in common. Chaotic motions come there, and those
-that nothing holds, such as that of an aircraft which tilts.
-
-So the rest of the run is compared in windows of half that length: the FMU starts from the state that the direct
-integration has there, and so does a direct integration of the window, which knows how errors grow in it. Contacts and
-dry friction have modes that no start value gives; there the run has to be comparable by itself.
+Beyond the horizon, where two right runs may have nothing in common (see ``agreement``), the run is compared in windows
+of half that length: the FMU starts from the state that the direct integration has there, and so does a direct
+integration of the window, which knows how errors grow in it. Contacts and dry friction have modes that no start value
+gives; there the run has to be comparable by itself.
 """
 
 from __future__ import annotations
@@ -18,18 +13,15 @@ from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass, replace
 
 import numpy as np
-from numpy.typing import NDArray
 
-from lag2fmu.errors import SimulationError
 from lag2fmu.reference.record import Reference
 from lag2fmu.reference.trajectory import Trajectory
-from lag2fmu.verify.hybrid import comparable, has_rows
+from lag2fmu.verify.agreement import CHAOS, SAFETY, comparable, has_rows, horizon_of, on_grid
 from lag2fmu.verify.report import Check
 from lag2fmu.verify.run import Run
 from lag2fmu.verify.simulate import simulate_fmu
 from lag2fmu.verify.task import Floats, Task
 
-SAFETY, CHAOS = 100.0, 1e-2
 Integration = Callable[[Floats, Mapping[str, float]], Reference]
 """(times in s, states at the first of them) -> the direct integration from there."""
 MOST_WINDOWS = 20
@@ -38,27 +30,11 @@ FEWEST = 0.1
 """The least part of a run that has to be compared."""
 
 
-def horizon_of(task: Task, reference: Reference) -> float:
-    """The time (s) until which trajectories can be compared at this tolerance."""
-    bar = SAFETY * reference.growth * task.tolerance
-    return float(reference.trajectory.time[bar <= CHAOS][-1]) if bar[0] <= CHAOS else 0.0
-
-
 def own_error(task: Task, reference: Reference) -> float:
     """The error that the direct integration estimates of itself, amplification taken out, until the horizon."""
     weighed = reference.relative_error / reference.growth
     compared = comparable(task, reference) & (reference.trajectory.time <= horizon_of(task, reference))
     return float(weighed[compared].max(initial=0.0))
-
-
-def on_grid(reference: Reference, time: Floats) -> NDArray[np.intp]:
-    """The rows of the reference at ``time``; raises SimulationError if a time is not on its grid."""
-    known = reference.trajectory.time
-    rounding = 1e-3 * float(np.diff(known).min(initial=np.inf))
-    rows = np.minimum(np.searchsorted(known, time - rounding), len(known) - 1)
-    if not (np.abs(known[rows] - time) <= rounding).all():
-        raise SimulationError("the communication points of the FMU are not those of the direct integration")
-    return rows
 
 
 def compare(task: Task, label: str, run: Trajectory, reference: Reference) -> Check:

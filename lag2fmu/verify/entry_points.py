@@ -1,11 +1,8 @@
-"""``simulate``, ``validate`` and ``linearize`` for whatever stands for a mechanism: a record, a model, an FMU."""
+"""``simulate`` and ``linearize`` for whatever stands for a mechanism: a record, a model, an FMU."""
 
 from __future__ import annotations
 
-import tempfile
-from collections.abc import Callable, Iterator, Mapping, Sequence
-from concurrent.futures import ThreadPoolExecutor
-from contextlib import ExitStack, contextmanager
+from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
@@ -17,24 +14,17 @@ from lag2fmu.analysis.state_space import Linearization
 from lag2fmu.description.names import velocity
 from lag2fmu.dynamics.entry_points import derive
 from lag2fmu.dynamics.equations import EquationsOfMotion
-from lag2fmu.dynamics.lagrange import complete
 from lag2fmu.errors import DerivationError, ExportError, TextError
 from lag2fmu.fmu.carried import read_mechanism
-from lag2fmu.fmu.exporting import export
-from lag2fmu.fmu.record import Fmu, fmu_path, is_fmu
+from lag2fmu.fmu.exporting import as_fmu
+from lag2fmu.fmu.record import Model, fmu_path, is_fmu
 from lag2fmu.formats.loading import as_mechanism, with_values
 from lag2fmu.mechanism.record import Mechanism
-from lag2fmu.reference.initial_value_problem import prepare
 from lag2fmu.reference.trajectory import Trajectory
 from lag2fmu.verify.inputs import Inputs, trajectory_of
 from lag2fmu.verify.plan import times_of
-from lag2fmu.verify.report import Report
 from lag2fmu.verify.run import Kind, Run
 from lag2fmu.verify.simulate import simulate_fmu
-from lag2fmu.verify.validate import validate_fmu
-
-Model = Mechanism | Fmu | str | Path
-"""A mechanism, an exported FMU, the path of an FMU, or the name or path of a model."""
 
 _TOLERANCE = 1e-9
 """Of the run to the state that is linearized about."""
@@ -72,59 +62,35 @@ def simulate(  # noqa: PLR0913 (the fields of Run)
         )
 
 
-def validate(
-    model: Model,
-    *,
-    stop_time: float | None = None,
-    tolerance: float | None = None,
-    values: Mapping[str, float] | None = None,
-    inputs: Inputs | None = None,
-    hold: bool = False,
-    solver: str | None = None,
-    fmi: str = "2.0",
-    progress: Callable[[float], None] | None = None,
-) -> Report:
-    """Compare the FMU of ``model`` with the direct integration of its mechanism until ``stop_time`` (s).
-
-    ``values`` are parameters and start values (SI) for a model that is no FMU yet, ``solver`` and ``fmi`` choices of
-    its export. An FMU of lag2fmu carries its mechanism inside. ``inputs`` and ``hold`` are those of ``simulate``;
-    ``progress`` is told the share that is done, 0 to 1. Raises Lag2FmuError; differences are in the Report.
-    """
-    source = model if is_fmu(model) else with_values(as_mechanism(model), values or {})
-    with ExitStack() as folders:
-        with ThreadPoolExecutor(max_workers=1) as beside:
-            if isinstance(source, Mechanism):  # the compilers of both sides work at the same time
-                beside.submit(lambda: prepare(complete(source)))  # what fails here fails again where it is needed
-            path = folders.enter_context(as_fmu(source, solver, fmi))
-        mechanism = read_mechanism(path)
-        signals = trajectory_of(inputs, *times_of(path, stop_time, None))
-        return validate_fmu(
-            mechanism,
-            path,
-            stop_time=stop_time,
-            tolerance=tolerance,
-            inputs=signals,
-            hold=hold,
-            progress=progress,
-        )
-
-
 def linearize(
     model: EquationsOfMotion | Mechanism | str | Path, at: str | float = "start", **about: Any
 ) -> Linearization:
     """The linearization of ``model`` ``at`` its "start", the "equilibrium" found from there, or a time (s) of its run.
 
     ``about`` are the other arguments of ``lag2fmu.analysis.linearize``: q=, qd= (n,) and further= (f,) in SI units and
-    t= (s) instead of ``at``, inputs= {name: SI value}, outputs= names of y. Its ``state_space`` gives A, B, C, D as
-    files and other packages take them. Contacts, stops, dry frictions and latches stay in their modes at the state.
-    Raises DerivationError where there is no such state, or M is singular there.
+    t= (s) instead of ``at``, inputs= {name: SI value}, outputs= names of y, by default the outputs of the FMU. Its
+    ``state_space`` gives A, B, C, D as files and other packages take them. Contacts, stops, dry frictions and latches
+    stay in their modes at the state. Raises DerivationError where there is no such state, or M is singular there.
     """
     equations = model if isinstance(model, EquationsOfMotion) else derive(model)
+    if about.get("outputs") is None:
+        about["outputs"] = _outputs(equations)
     return linearization_of(equations, **{**state_at(equations, at, about.get("inputs")), "within": True, **about})
 
 
+def _outputs(equations: EquationsOfMotion) -> list[str]:
+    """The names of the outputs of the FMU: coordinates, velocities, further states and the user's."""
+    m = equations.mechanism
+    coordinates = [q.name for q in m.coordinates]
+    return [*coordinates, *map(velocity, coordinates), *(z.name for z in m.states), *equations.outputs]
+
+
 def state_at(equations: EquationsOfMotion, at: str | float, inputs: Any = None) -> dict[str, Any]:
-    """The state called ``at``, see ``linearize``, as the arguments of ``lag2fmu.analysis.linearize``."""
+    """The state called ``at``, see ``linearize``, as the arguments of ``lag2fmu.analysis.linearize``.
+
+    These are q, qd (n,) and further (f,) in SI units, and t (s). Raises DerivationError for what names no state, and
+    where there is no equilibrium.
+    """
     if at == "start":
         return {}
     if at == "equilibrium":
@@ -172,17 +138,3 @@ def mechanism_of(model: Model, values: Mapping[str, float] | None = None) -> Mec
     known |= {p.name for p in mechanism.parameters} | {u.name for u in mechanism.inputs}
     known |= {z.name for z in mechanism.states}
     return with_values(mechanism, {name: value for name, value in (values or {}).items() if name in known})
-
-
-@contextmanager
-def as_fmu(model: Model, solver: str | None = None, fmi: str = "2.0") -> Iterator[Path]:
-    """The path of an FMU of ``model``; a model that is none is exported to a folder that goes away at the end.
-
-    Raises Lag2FmuError where there is no such model, or where it cannot be exported.
-    """
-    if is_fmu(model):
-        yield fmu_path(model)
-        return
-    mechanism = as_mechanism(model)
-    with tempfile.TemporaryDirectory(prefix="lag2fmu-") as folder:
-        yield export(mechanism, Path(folder) / f"{mechanism.name}.fmu", solver=solver, fmi=fmi, page="static").path

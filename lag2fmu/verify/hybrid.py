@@ -1,8 +1,4 @@
-"""What validation adds for hybrid mechanisms: where runs can be compared, and the laws of contact along the whole run.
-
-Around an event two runs of different accuracy do different things for a short while, and impacts lower than the
-tolerance are left out: such times are not compared. The laws need no second run.
-"""
+"""What validation adds for hybrid mechanisms: the laws of contact along the whole run, which need no second run."""
 
 from __future__ import annotations
 
@@ -17,21 +13,15 @@ from lag2fmu.reference.hybrid.modes import Mode
 from lag2fmu.reference.hybrid.points import Points
 from lag2fmu.reference.record import Reference
 from lag2fmu.reference.trajectory import Trajectory
+from lag2fmu.verify.agreement import LOWER, SAFETY, comparable, has_rows, width_at, widths_of
+from lag2fmu.verify.balances import resting_energy
 from lag2fmu.verify.report import Check
 from lag2fmu.verify.task import Floats, Task
 
-SAFETY = 100.0
-LOWER = 10.0
-"""Rebounds up to so many tolerances high may be left out."""
 POINTS = 200
 """So many points of a run are checked by the laws of motion."""
 SAME = 1e-8
 """Bar of forces and accelerations at single points; forces that dry friction couples lose some digits."""
-
-
-def has_rows(mechanism: Mechanism) -> bool:
-    """Whether contacts, stops, dry friction or latches act in ``mechanism``."""
-    return bool(mechanism.unilaterals or mechanism.frictions or mechanism.latches)
 
 
 def row_outputs(mechanism: Mechanism) -> list[str]:
@@ -47,50 +37,6 @@ def row_outputs(mechanism: Mechanism) -> list[str]:
 
 
 # ------------------------------------------------------------------------------------------------------ what compares
-
-
-def comparable(task: Task, reference: Reference) -> NDArray[np.bool_]:
-    """At which times of ``reference`` another run must be where it is: (m,)."""
-    time = reference.trajectory.time
-    if reference.comparable is None:
-        return np.ones(len(time), dtype=bool)
-    seen: NDArray[np.bool_] = reference.comparable.copy()
-    widths = _widths(task, reference)
-    for event in reference.events:  # before it, errors are those of that time, not yet those of the event
-        width = _width(reference, widths, event.time)
-        seen &= np.abs(time - event.time) > np.minimum(widths, width)
-    for begin, end in _cascades(task, reference):
-        seen &= (time < begin) | (time > end + _width(reference, widths, end))
-    return seen
-
-
-def _widths(task: Task, reference: Reference) -> Floats:
-    """By how much (s) an event may be earlier or later in another run, at each time of ``reference``, (m,).
-
-    It is the bar of the run's errors over its speed.
-    """
-    q = [c.name for c in task.mechanism.coordinates]
-    pace = max(reference.scales[name] / reference.scales[names.velocity(name)] for name in q)
-    widths: Floats = SAFETY * reference.growth * task.tolerance * pace
-    return widths
-
-
-def _width(reference: Reference, widths: Floats, t: float) -> float:
-    """That of an event at ``t`` (s), in s."""
-    row = min(int(np.searchsorted(reference.trajectory.time, t)), len(widths) - 1)
-    return float(widths[row])
-
-
-def _cascades(task: Task, reference: Reference) -> Iterator[tuple[float, float]]:
-    """From where to where impacts follow that rise less than the tolerance, (s, s)."""
-    low: dict[str, float] = {}
-    for event in reference.events:
-        if event.kind == "impact" and event.height <= LOWER * task.tolerance:
-            low.setdefault(event.element, event.time)
-        elif event.element in low and event.kind in ("impact", "closes"):
-            yield low.pop(event.element), event.time
-    last = float(reference.trajectory.time[-1])
-    yield from ((begin, last) for begin in low.values())
 
 
 def extent(task: Task, reference: Reference, horizon: float) -> Iterator[Check]:
@@ -112,7 +58,7 @@ def extent(task: Task, reference: Reference, horizon: float) -> Iterator[Check]:
 def row_checks(
     task: Task, runs: Mapping[str, Trajectory], reference: Reference, rows: Mapping[str, NDArray[np.intp]]
 ) -> Iterator[Check]:
-    """The laws along every run; ``rows`` are those of ``reference`` at the times of each run."""
+    """The laws along every run; ``rows`` are those of ``reference`` at the k times of each run, (k,)."""
     if not has_rows(task.mechanism):
         return
     points, seen = Points(task.mechanism), comparable(task, reference)
@@ -185,7 +131,7 @@ def _energy(
     compared = seen[rows] & np.isfinite(reference.growth[rows])
     held, times = (run["generalized_energy"] - external)[compared], run.time[compared]
     sizes = np.abs(reference.trajectory["kinetic_energy"]), np.abs(external), np.abs(run["generalized_energy"])
-    size = max(*(float(x.max()) for x in sizes), 1e-300)
+    size = max(*(float(x.max()) for x in sizes), resting_energy(task, run), 1e-300)
     if len(held) < 2:
         return Check("energy never grows", 0.0, 0.0, f"no two times are compared, {label}")
     rise = np.diff(held) / size
@@ -209,7 +155,7 @@ def _impact_checks(
     bar = LOWER * task.tolerance
     low = {event.element: event.time for event in reversed(reference.events) if min(event.height, event.lift) <= bar}
     missed, worst, where, count = 0, 0.0, "no impact", 0
-    widths = _widths(task, reference)
+    widths = widths_of(task, reference)
     for c in task.mechanism.unilaterals:
         watched = seen & (run.time < low.get(c.name, np.inf))
         expected = reference.trajectory[names.impacts(c.name)][rows]
@@ -226,7 +172,7 @@ def _impact_checks(
             at, count = int(behind[0]), count + 1
             if not flies[at]:  # it closes at once
                 continue
-            late = float(off[at] / rate[at]) / _width(reference, widths, event.time)
+            late = float(off[at] / rate[at]) / width_at(reference, widths, event.time)
             if late >= worst:
                 worst, where = late, f"{c.name} at t = {event.time:.4g} s"
     if where == "no impact" and count:

@@ -8,17 +8,14 @@ from lag2fmu.description.names import velocity
 from lag2fmu.live.samples import Samples
 from lag2fmu.mechanism.record import Mechanism
 from lag2fmu.reference.record import Reference
-from lag2fmu.verify.comparison import CHAOS, SAFETY
-from lag2fmu.verify.reference_files import reference_of
+from lag2fmu.verify.agreement import CHAOS, SAFETY
 
 
-def page_samples(mechanism: Mechanism, reference: Reference | None = None) -> Samples:
-    """Samples of the default experiment of ``mechanism``, whose direct integration ``reference`` is, if it is known.
+def page_samples(mechanism: Mechanism, reference: Reference) -> Samples:
+    """Samples of the default experiment of ``mechanism``, whose direct integration is ``reference``.
 
-    Only those times are among them at which two right runs have to agree, see ``comparison``. Raises SimulationError if
-    the integration fails.
+    Only those times are among them at which two right runs have to agree, see ``agreement``.
     """
-    reference = reference_of(mechanism) if reference is None else reference
     trajectory, tolerance = reference.trajectory, mechanism.experiment.tolerance
     columns = [name for q in mechanism.coordinates for name in (q.name, velocity(q.name))]
     columns += [z.name for z in mechanism.states]

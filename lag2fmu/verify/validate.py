@@ -1,11 +1,13 @@
 """The FMU against the direct integration of the same mechanism, on paths that share nothing but the record.
 
-What the bars are, and how the rest of a chaotic run is compared, stands in ``comparison``.
+What the bars are stands in ``agreement``, how the rest of a chaotic run is compared in ``comparison``.
 """
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
+from concurrent.futures import ThreadPoolExecutor
+from contextlib import ExitStack
 from pathlib import Path
 
 import numpy as np
@@ -14,36 +16,71 @@ from lag2fmu.description import names
 from lag2fmu.dynamics.lagrange import complete, derive
 from lag2fmu.errors import SimulationError
 from lag2fmu.fmu.advice import suited_solver
+from lag2fmu.fmu.carried import read_mechanism
+from lag2fmu.fmu.exporting import as_fmu
+from lag2fmu.fmu.record import Model, is_fmu
+from lag2fmu.formats.loading import as_mechanism, with_values
 from lag2fmu.mechanism.display import display_units
 from lag2fmu.mechanism.record import Mechanism
-from lag2fmu.reference.equations import Equations
+from lag2fmu.reference.initial_value_problem import prepare
 from lag2fmu.reference.integrate import integrate, remedy_of_jumps
 from lag2fmu.reference.record import Reference
 from lag2fmu.reference.trajectory import Trajectory
 from lag2fmu.solvers.methods import METHODS
-from lag2fmu.verify.comparison import (
-    SAFETY,
-    compare,
-    extent_check,
-    extent_note,
-    horizon_of,
-    on_grid,
-    own_error,
-    windows_after,
-)
-from lag2fmu.verify.hybrid import comparable, extent, has_rows, row_checks, row_outputs
+from lag2fmu.verify.agreement import SAFETY, has_rows, horizon_of, on_grid
+from lag2fmu.verify.balances import constraint_checks, energy_checks
+from lag2fmu.verify.comparison import compare, extent_check, extent_note, own_error, windows_after
+from lag2fmu.verify.hybrid import extent, row_checks, row_outputs
+from lag2fmu.verify.inputs import Inputs, trajectory_of
 from lag2fmu.verify.instances import description_of, has_event_mode, offers_model_exchange, problems
 from lag2fmu.verify.invariants import action_note, drift_checks, hamilton_checks
-from lag2fmu.verify.plan import takes_derivatives
+from lag2fmu.verify.plan import takes_derivatives, times_of
 from lag2fmu.verify.pointwise import pointwise_checks
 from lag2fmu.verify.report import Check, Report
 from lag2fmu.verify.run import Kind, Run
 from lag2fmu.verify.simulate import simulate_fmu
-from lag2fmu.verify.task import ROUNDING, Floats, Task, moves_a_target
+from lag2fmu.verify.task import Floats, Task, moves_a_target
 
 DIRECT = "direct integration"
 SHARE = 0.8
 """About this part of the time goes to the direct integration."""
+
+
+def validate(
+    model: Model,
+    *,
+    stop_time: float | None = None,
+    tolerance: float | None = None,
+    values: Mapping[str, float] | None = None,
+    inputs: Inputs | None = None,
+    hold: bool = False,
+    solver: str | None = None,
+    fmi: str = "2.0",
+    progress: Callable[[float], None] | None = None,
+) -> Report:
+    """Compare the FMU of ``model`` with the direct integration of its mechanism until ``stop_time`` (s).
+
+    ``values`` are parameters and start values (SI) for a model that is no FMU yet, ``solver`` and ``fmi`` choices of
+    its export. An FMU of lag2fmu carries its mechanism inside. ``inputs`` and ``hold`` are those of ``simulate``;
+    ``progress`` is told the share that is done, 0 to 1. Raises Lag2FmuError; differences are in the Report.
+    """
+    source = model if is_fmu(model) else with_values(as_mechanism(model), values or {})
+    with ExitStack() as folders:
+        with ThreadPoolExecutor(max_workers=1) as beside:
+            if isinstance(source, Mechanism):  # the compilers of both sides work at the same time
+                beside.submit(lambda: prepare(complete(source)))  # what fails here fails again where it is needed
+            path = folders.enter_context(as_fmu(source, solver, fmi))
+        mechanism = read_mechanism(path)
+        signals = trajectory_of(inputs, *times_of(path, stop_time, None))
+        return validate_fmu(
+            mechanism,
+            path,
+            stop_time=stop_time,
+            tolerance=tolerance,
+            inputs=signals,
+            hold=hold,
+            progress=progress,
+        )
 
 
 @np.errstate(all="ignore")  # what is not finite is looked for, and said in a row or an error
@@ -79,7 +116,7 @@ def validate_fmu(
         if step <= horizon_of(task, reference) * (1 + 1e-9):  # else only the start could be compared
             checks.append(compare(task, label, run, reference))
         if (kind, step, events) == ("co-simulation", task.steps[1], False):
-            energy = _energy_checks(task, run, reference)
+            energy = energy_checks(task, run, reference)
             analysis, analysis_notes = _analysis(task, run, reference)
     windows = windows_after(task, references.of(task.steps[1]), references.window)
     checks += [
@@ -87,7 +124,7 @@ def validate_fmu(
         *extent(task, reference, horizon_of(task, reference)),
         *energy,
         *analysis,
-        *_constraint_checks(task, runs, reference),
+        *constraint_checks(task, runs, reference),
         *_laws_checks(task, runs, references),
         *([] if has_rows(task.mechanism) else pointwise_checks(task, reference)),
     ]
@@ -187,80 +224,6 @@ def _laws_checks(task: Task, runs: dict[str, Trajectory], references: _Reference
     )
 
 
-def _constraint_checks(task: Task, runs: Mapping[str, Trajectory], reference: Reference) -> Iterator[Check]:
-    """The residuals at all communication points, in units of what a coordinate's nominal value makes there."""
-    if not task.mechanism.constraints:
-        return
-    labels = [names.residual(c.name) for c in task.mechanism.constraints]
-    equations = Equations(task.mechanism)
-    for label, run in runs.items():
-        # co-simulation meets constraints to rounding, whatever the tolerance is, unless they are ill-conditioned
-        bar = max(ROUNDING, task.tolerance / SAFETY) if label.startswith("co-simulation") else SAFETY * task.tolerance
-        relative = np.abs(run.columns(labels)) / _constraint_scales(task, equations, run)
-        row, column = np.unravel_index(np.argmax(relative), relative.shape)
-        detail = f"largest: {labels[column]} at t = {run.time[row]:.3g} s"
-        yield Check(f"constraints, {label}", float(relative[row, column]), bar, detail)
-    scales = _constraint_scales(task, equations, reference.trajectory)
-    for k, c in enumerate(task.mechanism.constraints):
-        if c.massless:  # the equilibrium has to hold without a force
-            force = np.abs(reference.trajectory[names.multiplier(c.name)] * scales[:, k]).max()
-            yield Check(f"no force belongs to {c.name}", float(force / max(_sizes(reference), default=1.0)), 1e-8)
-
-
-def _constraint_scales(task: Task, equations: Equations, run: Trajectory) -> Floats:
-    """How much each residual changes with a coordinate's nominal value at the points of ``run``, (k, m).
-
-    Those of nonholonomic constraints with a velocity's, which is that by 1 s, or what the motion makes of it.
-    """
-    n, energies = len(task.mechanism.coordinates), equations.energies
-    x = run.columns(task.states)
-    nominal = np.array([c.nominal for c in task.mechanism.coordinates])
-    state = energies.state(run.time, x[:, :n], x[:, n : 2 * n], task.further(run))
-    jacobian = energies.constraints(state)[3]
-    found: Floats = np.abs(jacobian * nominal[:, None]).max(axis=1).T
-    found = np.where(found > 0, found, 1.0)
-    found[:, energies.constraints.h :] *= np.maximum(1.0, np.abs(x[:, n : 2 * n] / nominal).max(axis=1))[:, None]
-    return found
-
-
-def _energy_checks(task: Task, run: Trajectory, reference: Reference) -> list[Check]:
-    """dh/dt = power at every point, and h - work constant over the run where no motion input drives it."""
-    coordinates = [c.name for c in task.mechanism.coordinates]
-    q, qd = run.columns(coordinates), run.columns([names.velocity(c) for c in coordinates])
-    qdd = run.columns([names.acceleration(c) for c in coordinates])
-    inputs = _inputs_at(task, run.time)
-    balance = Equations(task.mechanism).balance(run.time, q, qd, qdd, inputs | task.further(run))
-    scale = float(np.max(balance.scale, initial=0.0)) or 1.0
-    worst = int(np.argmax(np.abs(balance.residual)))
-    off, detail = float(np.abs(balance.residual[worst]) / scale), f"largest at t = {run.time[worst]:.3g} s"
-    pointwise = Check("energy: dh/dt - power, every point", off, ROUNDING, detail)
-    checks = [] if has_rows(task.mechanism) else [pointwise]  # forces of contacts do work too
-    if task.holds and any(motion.name in inputs for motion in task.mechanism.motions):
-        return checks  # held motions jump at communication points, and h jumps with them
-    rows = on_grid(reference, run.time)
-    h, work = run["generalized_energy"], reference.work[rows]
-    size = max(float(np.abs(h).max()), float(np.ptp(h)), float(np.ptp(work)), *_sizes(reference), 1e-300)
-    drift = np.abs(h - h[0] - work + work[0]) / size / reference.growth[rows]
-    compared = (run.time <= horizon_of(task, reference)) & comparable(task, reference)[rows]
-    drift = np.where(compared, drift, 0.0)
-    worst = int(np.argmax(drift))
-    detail = f"largest drift at t = {run.time[worst]:.3g} s"
-    # a range is twice an amplitude, and energies are squares: 1 % of the range of a vibration is 4 % of its energy
-    bar = 4 * SAFETY * task.tolerance
-    return [*checks, Check("energy: h - work over the run", float(drift[worst]), bar, detail)]
-
-
-def _inputs_at(task: Task, times: Floats) -> dict[str, Floats]:
-    """The inputs as the FMU has them when its accelerations are recorded at the communication points ``times`` (k,).
-
-    Inputs that are held are then still those set before the step that led to the point.
-    """
-    signals = task.driving(times[1] - times[0])
-    if signals is None:
-        return {}
-    return signals.sampled(np.append(times[0], np.nextafter(times[1:], 0.0)) if task.holds else times)
-
-
 def _analysis(task: Task, run: Trajectory, reference: Reference) -> tuple[list[Check], list[str]]:
     """Conserved quantities and Hamilton's equations, of a run without inputs, and notes."""
     if has_rows(task.mechanism):
@@ -274,11 +237,6 @@ def _analysis(task: Task, run: Trajectory, reference: Reference) -> tuple[list[C
     checks, notes = hamilton_checks(equations, reference, horizon, SAFETY * task.tolerance)
     drifts = drift_checks(equations, run, reference, rows, horizon, SAFETY * task.tolerance)
     return [*drifts, *checks], [*notes, action_note(equations, reference)]
-
-
-def _sizes(reference: Reference) -> list[float]:
-    kinetic = "kinetic_energy"
-    return [float(np.abs(reference.trajectory[kinetic]).max())] if kinetic in reference.trajectory else []
 
 
 def _solver_notes(task: Task, warnings: Mapping[str, Sequence[str]]) -> list[str]:

@@ -72,7 +72,8 @@ void method_dense(Group *group, Mask mask);
 /* Begins anew what it remembers, at a point that is new. */
 void method_begin(Group *group, Mask mask);
 
-/* Prepares the interpolant of the trial step (as in dense_output.h of the runtime); the mask says which lanes use it. */
+/* Prepares the interpolant of the trial step (as in dense_output.h of the runtime); the mask says which lanes use
+   it. */
 void group_dense(Group *group, Mask mask);
 
 /* What was asked for, after a step from group->time to group->end was accepted in the lanes of a mask. */

@@ -135,7 +135,8 @@ LANE_FUNCTION Lanes lanes_exp(Lanes x) {
     const Lanes c =
         r - z * (1.66666666666666019037e-01 +
                  z * (-2.77777777770155933842e-03 +
-                      z * (6.61375632143793436117e-05 + z * (-1.65339022054652515390e-06 + z * 4.13813679705723846039e-08))));
+                      z * (6.61375632143793436117e-05 +
+                           z * (-1.65339022054652515390e-06 + z * 4.13813679705723846039e-08))));
     const Lanes value = 1.0 - ((low - (r * c) / (2.0 - c)) - high);
     const Lanes fast = lanes_from_bits(lanes_bits(value) + (lanes_bits(shifted) << 52));
     const Mask unusual = ~(Mask)(lanes_abs(x) <= LARGE_EXPONENT);
@@ -151,7 +152,8 @@ LANE_FUNCTION Lanes lanes_log(Lanes x) {
     const Lanes half = 0.5 * f * f, s = f / (2.0 + f), z = s * s, w = z * z;
     const Lanes even = w * (3.999999999940941908e-01 + w * (2.222219843214978396e-01 + w * 1.531383769920937332e-01));
     const Lanes odd = z * (6.666666666666735130e-01 +
-                           w * (2.857142874366239149e-01 + w * (1.818357216161805012e-01 + w * 1.479819860511658591e-01)));
+                           w * (2.857142874366239149e-01 +
+                                w * (1.818357216161805012e-01 + w * 1.479819860511658591e-01)));
     const Lanes fast =
         n * 6.93147180369123816490e-01 - ((half - (s * (half + (even + odd)) + n * 1.90821492927058770002e-10)) - f);
     const Mask unusual = ~(Mask)((x >= 2.2250738585072014e-308) & (x < HUGE_VAL));

@@ -82,8 +82,8 @@ static void correct(const Metric *metric, Mask mask, int rows, const Lanes resid
     }
 }
 
-/* The greatest residual relative to what a change of a coordinate by its nominal value makes, velocities also relative to
-   the greatest velocity in nominal values, at least 1/s. */
+/* The greatest residual relative to what a change of a coordinate by its nominal value makes, velocities also relative
+   to the greatest velocity in nominal values, at least 1/s. */
 static Lanes size_of(const Group *group, int rows, const Residuals *found, const Lanes residuals[],
                      const Lanes states[]) {
     const double *nominals = group->batch->nominals;

@@ -92,7 +92,8 @@ static void widen(const Batch *batch, int64_t place, double value) {
     batch->maxima[place] = value > batch->maxima[place] ? value : batch->maxima[place];
 }
 
-/* Extremes: at three nodes, the first of which may lie behind a jump, and at the vertex of the parabola through the three. */
+/* Extremes: at three nodes, the first of which may lie behind a jump, and at the vertex of the parabola through the
+   three. */
 static void record_extremes(Group *group, Mask mask, const Lanes first[], const Lanes middle[], const Lanes last[]) {
     const Batch *batch = group->batch;
     for (int64_t i = 0; i < batch->extremes; i++) {
@@ -181,8 +182,8 @@ static Lanes through_nodes(const Lanes values[NODES], Lanes theta) {
     return sum;
 }
 
-/* Where in a part of the step a quantity of one sign comes nearest to 0, by that polynomial; where it does so between the
-   ends of the part and may have the other sign there, the mask stays set. */
+/* Where in a part of the step a quantity of one sign comes nearest to 0, by that polynomial; where it does so between
+   the ends of the part and may have the other sign there, the mask stays set. */
 static Lanes nearest(const Lanes values[NODES], int part, Mask *mask) {
     enum { PLACES = 8 };
     static const double NEAR = 0.25; /* of the value at the nearer end */

@@ -1,5 +1,5 @@
-/* Explicit Runge-Kutta methods in lanes. Source: Hairer, Norsett, Wanner, Solving Ordinary Differential Equations I, 2nd
-   edition, sections II.1 and II.10. */
+/* Explicit Runge-Kutta methods in lanes. Source: Hairer, Norsett, Wanner, Solving Ordinary Differential Equations I,
+   2nd edition, sections II.1 and II.10. */
 #include "lane_group.h"
 #include "lane_math.h"
 

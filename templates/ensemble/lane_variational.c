@@ -112,7 +112,8 @@ static Lanes correct(const Group *group, Mask mask, const Lanes factor[], Stages
     return greatest;
 }
 
-/* Iterates until the changes are rounding errors: until they do not fall any more. Lanes where they do not become lost. */
+/* Iterates until the changes are rounding errors: until they do not fall any more. Lanes where they do not become
+   lost. */
 static void solve_stages(Group *group, const Lanes factor[], Stages *stages) {
     Mask open = group->active & ~group->lost;
     Lanes previous = lanes_of(HUGE_VAL);

@@ -30,6 +30,7 @@ from lag2fmu.dynamics import derive
 from lag2fmu.dynamics.equations import EquationsOfMotion
 from lag2fmu.errors import DerivationError
 from lag2fmu.formats.loading import load, with_values
+from lag2fmu.formats.text import read
 from lag2fmu.mechanism import Body, Constraint, Energy, Load, Mechanism, Spring, coordinate, parameter, signal
 from lag2fmu.reference import Equations
 
@@ -497,6 +498,28 @@ def test_the_report_has_the_modes_in_text_and_latex() -> None:
     latex = analysis_report(load("double_pendulum"), "latex")
     assert latex.count("\\paragraph{") == 7
     assert "\\cos{\\left(\\theta_{1} \\right)}" in latex
+
+
+@pytest.mark.parametrize(
+    "force",
+    [
+        "heaviside(t - 50) - heaviside(t - 50.1)",
+        "exp(-((t - 50)/0.05)**2)",
+        "if(abs(x - 20) < 0.1, 1, 0)",
+        "(1 - tanh(900*(y - 20))**2)*x_dot",
+        "p(t)",
+    ],
+)
+def test_a_force_that_acts_elsewhere_or_later_conserves_nothing(force: str) -> None:
+    """At states near the start these forces are 0 to the last bit; between two bodies they cancel everywhere."""
+    text = (
+        "[mechanism]\nname = 'pulse'\n[coordinates]\nx = { unit = 'm' }\ny = { unit = 'm', start = 1.0 }\n"
+        "[bodies.a]\nmass = 1\nposition = ['x', 0]\n[bodies.b]\nmass = 2\nposition = ['y', 0]\n"
+        "[tables.p]\ncolumns = [[50, 51, 52], [0, 1, 0]]\n[forces]\nx = '%s'\ny = '%s'\n"
+    )
+    for onto, expected in (("y - y", set()), (f"-({force})", {"linear_momentum_x"})):
+        found = conserved(derive(read(text % (force, onto), "pulse.toml")))
+        assert {item.name for item in found} & {"linear_momentum_x"} == expected
 
 
 def test_nothing_is_called_conserved_where_friction_acts() -> None:

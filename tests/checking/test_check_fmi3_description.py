@@ -13,6 +13,7 @@ from faults import DESCRIPTION, Fault, written
 from lag2fmu.checking import check_fmu
 from lag2fmu.checking.description import read_document
 from lag2fmu.checking.rulebooks import rulebook_of
+from lag2fmu.checking.versions import described
 
 GOOD = (Path(__file__).parent / "everything_fmi3.xml").read_bytes()
 BUILD = """<?xml version="1.0" encoding="UTF-8"?>
@@ -336,7 +337,7 @@ def found_in(description: bytes) -> set[str]:
     """The rules of our own that modelDescription.xml breaks."""
     document = read_document(description)
     rules = rulebook_of(document)
-    findings = list(rules.on_description(rules.describe(document)))
+    findings = list(rules.on_description(described(document)))
     assert all(f.place and f.problem and f.remedy for f in findings)
     return {f.rule for f in findings}
 

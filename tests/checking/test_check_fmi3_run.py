@@ -16,6 +16,7 @@ from lag2fmu.checking import check_fmu
 from lag2fmu.checking.child import findings_of
 from lag2fmu.checking.description import read_document
 from lag2fmu.checking.findings import Finding
+from lag2fmu.checking.fmi3.description import Description3
 from lag2fmu.checking.fmi3.illegal import ANY
 from lag2fmu.checking.fmi3.illegal_own import OWN
 from lag2fmu.checking.fmi3.rulebook import FMI3
@@ -180,7 +181,7 @@ def tried(library: Path, monkeypatch: pytest.MonkeyPatch) -> Tried:
 
     def run(fault: str, forbidden: bool, xml: str = XML) -> list[Finding]:
         monkeypatch.setenv("FAULT", fault)
-        description = FMI3.describe(read_document(xml.encode()))
+        description = Description3(read_document(xml.encode()))
         return [
             finding
             for kind in ("ModelExchange", "CoSimulation")

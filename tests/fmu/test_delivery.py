@@ -16,8 +16,8 @@ import lag2fmu
 from lag2fmu.analysis.entry_points import resting
 from lag2fmu.errors import ExportError
 from lag2fmu.explain.procedure import procedure
-from lag2fmu.fmu.documentation import scene_at_start
 from lag2fmu.fmu.icon import icon
+from lag2fmu.fmu.picture import scene_at_start
 from lag2fmu.fmu.versions import VERSIONS
 from lag2fmu.formats.loading import load
 from lag2fmu.formats.text import read

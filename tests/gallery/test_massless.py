@@ -16,7 +16,8 @@ from lag2fmu.errors import DerivationError, Lag2FmuError
 from lag2fmu.formats.loading import load
 from lag2fmu.formats.text import read
 from lag2fmu.formats.write import write
-from lag2fmu.verify.entry_points import simulate, validate
+from lag2fmu.verify.entry_points import simulate
+from lag2fmu.verify.validate import validate
 
 
 @pytest.mark.fmu

@@ -9,8 +9,8 @@ import numpy as np
 import pytest
 
 from lag2fmu.errors import ExportError
-from lag2fmu.fmu import live_page
-from lag2fmu.fmu.live_page import page_choice
+from lag2fmu.fmu import live_module
+from lag2fmu.fmu.live_module import page_choice
 from lag2fmu.live.document import script
 from lag2fmu.live.samples import Samples
 from lag2fmu.resources import resource_folder
@@ -50,9 +50,9 @@ def test_every_module_is_used_and_fits() -> None:
 def test_a_page_is_live_unless_it_is_said_otherwise(monkeypatch: pytest.MonkeyPatch) -> None:
     assert page_choice(None) == "static"  # as the tests have it
     assert page_choice("live") == "live"
-    monkeypatch.delenv(live_page.VARIABLE)
+    monkeypatch.delenv(live_module.VARIABLE)
     assert page_choice(None) == "live"
-    monkeypatch.setattr(live_page, "find_spec", lambda _: None)
+    monkeypatch.setattr(live_module, "find_spec", lambda _: None)
     assert page_choice(None) == "static"
     with pytest.raises(ExportError, match="unknown page 'moving'; known are live, static"):
         page_choice("moving")

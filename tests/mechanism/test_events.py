@@ -350,7 +350,7 @@ REFUSED = {
     ),
     "negative friction": (
         CONTACT + 'gap = "y"\nfriction = -1\nslip = "x_dot"',
-        "contacts.c.friction: '-1' is -1 at the values given; it has to be 0 or more",
+        "contacts.c.friction: -1; it has to be 0 or more",
     ),
     "static below sliding": (
         CONTACT + 'gap = "y"\nfriction = "mu"\nstatic_friction = 0.1\nslip = "x_dot"',
@@ -412,7 +412,7 @@ REFUSED = {
     ),
     "friction negative": (
         '[frictions.f]\non = "x_dot"\nforce = -1',
-        "frictions.f.force: '-1' is -1 at the values given",
+        "frictions.f.force: -1; a force",
     ),
     "holding less than sliding": (
         '[frictions.f]\non = "x_dot"\nforce = 2\nstatic = 1',

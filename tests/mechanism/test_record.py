@@ -260,6 +260,22 @@ def test_a_plain_number_is_a_value_in_si_and_fits_everywhere() -> None:
         replace(mechanism, springs=[Spring("s", 20.0, elongation=x + sp.Rational(3, 5))])
 
 
+def test_gravity_that_does_nothing_and_energies_that_count_twice_are_said() -> None:
+    x, z = coordinate("x", "m"), coordinate("z", "m")
+
+    def warnings(*position: object, **further: object) -> tuple[str, ...]:
+        body = Body("b", 1, position)  # type: ignore[arg-type]
+        return Mechanism("doubted", coordinates=[x, z], bodies=[body], **further).warnings  # type: ignore[arg-type]
+
+    (idle,) = warnings(x, z, 0, gravity=9.81)
+    assert idle.startswith("gravity: acts along -z, where no body moves")
+    assert warnings(x, 0, z, gravity=9.81) == warnings(x, z, gravity=9.81) == ()
+    assert warnings(x, z, 0, gravity=Gravity(9.81, (0, -1, 0))) == ()
+    (twice,) = warnings(x, z, parameters=[m], energy=Energy(lagrangian=m * x.dot**2))
+    assert twice.startswith("energy.lagrangian: the energies of b count beside it; leave the bodies out")
+    assert warnings(x, 0, parameters=[m], energy=Energy(lagrangian=m * z.dot**2)) == ()
+
+
 def test_masses_are_positive_and_what_drives_is_said() -> None:
     """At the values of the parameters; what depends on coordinates is not known there."""
     x, m, k = coordinate("x", "m"), parameter("m", -2.0, "kg"), parameter("k", -3.0, "N/mm")

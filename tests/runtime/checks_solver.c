@@ -50,7 +50,8 @@ static int ahead(fmi2Component c) {
     return ((const Instance *)c)->state.ahead != 0;
 }
 
-/* Short communication steps leave the solver its own steps; the states in between are as exact as those at their ends. */
+/* Short communication steps leave the solver its own steps; the states in between are as exact as those at their
+   ends. */
 void check_stepping_over(void) {
     static const double TOLERANCES[] = {1e-5, 1e-7, 1e-9};
     for (int k = 0; k < 3; k++) {

@@ -20,4 +20,4 @@ def described(
     """The description, ``outputs`` among its outputs, and the C sources {file name: text}."""
     equations, version = derive(mechanism), VERSIONS[fmi]
     program = lower(equations, promotable(equations, outputs, events=fmi != "2.0"))
-    return describe(complete(mechanism, equations), equations, program, DEFAULT_SOLVER, version, arrays=arrays)
+    return describe(complete(mechanism, equations), equations, program, DEFAULT_SOLVER, version=version, arrays=arrays)

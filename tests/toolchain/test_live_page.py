@@ -20,6 +20,7 @@ from lag2fmu.fmu.documentation import PAGE
 from lag2fmu.fmu.pack import read_text
 from lag2fmu.resources import bundled, resource_folder
 from lag2fmu.verify.page_samples import page_samples
+from lag2fmu.verify.reference_files import reference_of
 
 pytestmark = pytest.mark.toolchain
 BIOME = "@biomejs/biome@2.6.8"
@@ -180,7 +181,7 @@ def test_a_run_stays_in_grey_and_in_the_address(pendulum: Browser, live: Callabl
 
 def test_the_badge_compares_with_a_direct_integration(browser: Browser, tmp_path: Path) -> None:
     mechanism = lag2fmu.load("pendulum")
-    lag2fmu.page(mechanism, tmp_path / "page.html", samples=page_samples(mechanism))
+    lag2fmu.page(mechanism, tmp_path / "page.html", samples=page_samples(mechanism, reference_of(mechanism)))
     browser.open(tmp_path / "page.html")
     browser.wait("page.judged")
     assert "Agrees with direct integration" in browser.ask("document.getElementById('badge').textContent")

@@ -16,7 +16,8 @@ from lag2fmu.language.expressions import TIME
 from lag2fmu.mechanism import Body, Energy, Experiment, Force, Mechanism, coordinate, signal
 from lag2fmu.reference import Trajectory, integrate
 from lag2fmu.verify import Report
-from lag2fmu.verify.comparison import extent_check, on_grid
+from lag2fmu.verify.agreement import on_grid
+from lag2fmu.verify.comparison import extent_check
 from lag2fmu.verify.task import Task
 from lag2fmu.verify.validate import validate_fmu
 

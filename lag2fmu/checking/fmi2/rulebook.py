@@ -88,7 +88,6 @@ def _sources(archive: Archive, description: Description2) -> Iterator[Finding]:
 
 FMI2 = Rulebook(
     version="2.0",
-    describe=Description2,
     on_description=_description_findings,
     on_files=_sources,
     functions=_FUNCTIONS,

@@ -44,7 +44,6 @@ def _host_folders() -> tuple[str, ...]:
 
 FMI3 = Rulebook(
     version="3.0",
-    describe=Description3,
     on_description=_description_findings,
     on_files=folder_findings,
     functions=dict.fromkeys(Description3.kinds_known, FUNCTIONS),

@@ -7,6 +7,7 @@ from collections.abc import Callable, Collection, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Protocol
 
+from lag2fmu.codegen.tables import Vibrations
 from lag2fmu.dynamics.equations import EquationsOfMotion
 from lag2fmu.dynamics.functions import Program
 from lag2fmu.fmu.compilers import Progress
@@ -53,8 +54,11 @@ class Content:
     live: Live | None = None
 
 
-Build = Callable[[Mechanism, EquationsOfMotion, Program, str], Content]
-"""Builds the content of an FMU of a mechanism with its equations, their program and the name of a solver."""
+Build = Callable[[Mechanism, EquationsOfMotion, Program, str, Vibrations], Content]
+"""Builds the content of an FMU of a mechanism with its equations, their program and the name of a solver.
+
+Last come the vibrations that this solver gets wrong if its steps do not resolve them.
+"""
 
 
 class Backend(Protocol):

@@ -11,11 +11,11 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 
 from lag2fmu.codegen.sources import render_sources
+from lag2fmu.codegen.tables import Vibrations
 from lag2fmu.dynamics.adjoint import with_adjoints
 from lag2fmu.dynamics.equations import EquationsOfMotion
 from lag2fmu.dynamics.functions import Program
 from lag2fmu.errors import BuildError
-from lag2fmu.fmu.advice import missed_vibrations
 from lag2fmu.fmu.backends.backend import Build, Choices, Content, identifier_of
 from lag2fmu.fmu.carried import SOURCES
 from lag2fmu.fmu.compilers import binaries_text, choose_platforms, compile_libraries
@@ -45,9 +45,13 @@ class _Native:
     def prepare(self, choices: Choices) -> Build:
         platforms = choose_platforms(choices.platform, choices.compiler)
 
-        def build(mechanism: Mechanism, equations: EquationsOfMotion, program: Program, solver: str) -> Content:
+        def build(
+            mechanism: Mechanism, equations: EquationsOfMotion, program: Program, solver: str, vibrations: Vibrations
+        ) -> Content:
             version = choices.version
-            description, sources = describe(mechanism, equations, program, solver, version, arrays=choices.arrays)
+            description, sources = describe(
+                mechanism, equations, program, solver, vibrations, version, arrays=choices.arrays
+            )
             identifier = description.model_identifier
             with ThreadPoolExecutor(1) as beside:
                 page = (
@@ -81,17 +85,17 @@ def describe(
     equations: EquationsOfMotion,
     program: Program,
     solver: str,
+    vibrations: Vibrations = (),
     version: Version = FMI2,
     *,
     arrays: bool = False,
 ) -> tuple[ModelDescription, Mapping[str, str]]:
     """The model description and the C sources {file name: text}; they share the GUID, which is a hash of both.
 
+    ``vibrations`` are those that the FMU warns of where its steps do not resolve them.
     ``arrays``: coordinates and what belongs to them are arrays, which FMI 2.0 does not have.
     """
     table = build_table(equations, program, events=version.has_ports)
-    index = {c.name: i for i, c in enumerate(mechanism.coordinates)}
-    vibrations = tuple((v.frequency, index[v.coordinate]) for v in missed_vibrations(equations, METHODS[solver]))
     tables = replace(table.tables, vibrations=vibrations)
     ports = ports_of(mechanism, table, arrays=arrays) if version.has_ports else ()
     tables = replace(tables, ports=port_table(ports) if ports else None)

@@ -15,7 +15,7 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 
 from lag2fmu.codegen.python_sources import printable, render_mechanism, runtime_files
-from lag2fmu.codegen.tables import RuntimeTables
+from lag2fmu.codegen.tables import RuntimeTables, Vibrations
 from lag2fmu.dynamics.equations import EquationsOfMotion
 from lag2fmu.dynamics.functions import Program
 from lag2fmu.errors import BuildError, ExportError
@@ -77,13 +77,15 @@ class _Python:
             )
         platforms = check_choices(choices.solver, choices.platform, choices.compiler)
 
-        def build(mechanism: Mechanism, equations: EquationsOfMotion, program: Program, solver: str) -> Content:
+        def build(
+            mechanism: Mechanism, equations: EquationsOfMotion, program: Program, solver: str, vibrations: Vibrations
+        ) -> Content:
             identifier = identifier_of(mechanism.name)
             blank = ModelDescription(mechanism, (), identifier, "", solver, VERSION, INTERFACE)
             description, files = python_fmu(equations, program, platforms, blank)
             made = None
             if choices.live:
-                native, sources = describe(mechanism, equations, program, solver)
+                native, sources = describe(mechanism, equations, program, solver, vibrations)
                 made = choices.live(equations, program, native.variables, sources)
             return Content(description, files, binaries_of_pythonfmu(platforms), _RESOURCES, made)
 

@@ -270,11 +270,11 @@ def _read(D: Floats, c: Floats, items: Sequence[Item], limits: Sequence[float], 
 def _mode_of(item: Item, limit: float, r: Floats, w: Floats, size: Floats) -> tuple[Mode, tuple[float, ...] | None]:
     """The mode of ``item`` and the direction in which it slides, for forces r and motions w (k,)."""
     slips, direction = list(item.slips), item.direction
-    force = float(np.hypot.reduce(r[slips])) if slips else 0.0
     if item.normal is not None and r[item.normal] <= EXACT * size[item.normal] and Mode.OPEN in item.options:
         return Mode.OPEN, direction
     if not slips:
         return Mode.SLIDES, direction
+    force = float(np.hypot.reduce(r[slips]))
     if direction is None and len(slips) == 2 and force >= limit * (1 - EXACT):
         direction = tuple(-r[slips] / force) if force > 0 else tuple(w[slips] / np.hypot.reduce(w[slips]))
     if direction is not None:

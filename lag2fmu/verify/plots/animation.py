@@ -22,7 +22,7 @@ from lag2fmu.picture.layout import layout_of
 from lag2fmu.picture.scene import Disc, Stroke
 from lag2fmu.reference.trajectory import Trajectory
 from lag2fmu.verify.plots.figures import LETTERS
-from lag2fmu.verify.plots.mechanism import draw_marks
+from lag2fmu.verify.plots.marks import draw_marks
 
 ENDINGS = (".gif", ".mp4", ".html")
 RATE, MOST_FRAMES = 25, 300

@@ -2,14 +2,12 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable
 from typing import Any
 
 import matplotlib as mpl
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
-from matplotlib.patches import Circle, Polygon
 
 from lag2fmu.analysis.equilibria import equilibria
 from lag2fmu.analysis.evaluation import at, driven_by_time, operating_inputs
@@ -26,9 +24,10 @@ from lag2fmu.mechanism.record import Mechanism
 from lag2fmu.picture.drawing import draw, posture
 from lag2fmu.picture.labels import pretty
 from lag2fmu.picture.layout import Layout, drawable, layout_of
-from lag2fmu.picture.scene import STYLES, Disc, Scene, Stroke
+from lag2fmu.picture.scene import STYLES, Scene, Stroke
 from lag2fmu.reference.integrate import integrate
 from lag2fmu.verify.plots.figures import LETTERS, LINE, dressed, labelled, say
+from lag2fmu.verify.plots.marks import draw_marks
 
 _MODES, _ROW, _LISTED = 8, 4, 6
 """Modes that are drawn, and in one row; coordinates of an equilibrium that are written."""
@@ -40,8 +39,6 @@ _WIDTH, _HEIGHT, _FINE = 9.0, 5.8, 5.0
 
 _CORNERS = np.array([[-1.0, -1.0], [1.0, 1.0]])
 """Of a square about a disc of the radius 1."""
-
-Marks = Iterable[Stroke | Disc]
 
 
 @mpl.rc_context(LETTERS)
@@ -190,24 +187,6 @@ def _draw_scene(axes: Axes, scene: Scene, scale: float) -> None:
     axes.set_ylim(bottom, top)
     axes.set_aspect("equal")
     axes.axis("off")
-
-
-def draw_marks(axes: Axes, marks: Marks, scale: float, alpha: float = 1.0) -> None:
-    """Strokes and discs, back to front; ``scale``: points for a unit of width."""
-    for order, mark in enumerate(marks):
-        style = STYLES[mark.style]
-        common: dict[str, Any] = {"alpha": alpha, "zorder": 2 + 0.001 * order, "linewidth": scale * style.width}
-        if isinstance(mark, Disc):
-            axes.add_patch(
-                Circle(mark.center, mark.radius, facecolor=style.fill or "none", edgecolor=style.color, **common)
-            )
-        elif mark.closed and style.fill:
-            axes.add_patch(
-                Polygon(mark.points, facecolor=style.fill, edgecolor=style.color, joinstyle="round", **common)
-            )
-        else:
-            dashes = (0, (2.5, 2.5)) if style.dashed else "solid"
-            axes.plot(*np.array(mark.points).T, color=style.color, linestyle=dashes, solid_capstyle="round", **common)
 
 
 # ------------------------------------------------------------------------------------------------ potential energy

@@ -24,7 +24,7 @@ from lag2fmu.picture.layout import drawable, layout_of
 from lag2fmu.reference.trajectory import Trajectory
 from lag2fmu.verify.plots.energies import draw_drift, draw_energies, energies_of, is_kept
 from lag2fmu.verify.plots.figures import LETTERS, LINE, MOST_CURVES, by_unit, dressed, in_units, labelled, legend, say
-from lag2fmu.verify.plots.mechanism import draw_marks
+from lag2fmu.verify.plots.marks import draw_marks
 from lag2fmu.verify.plots.modes import draw_impulses, draw_modes, events_of, impulses_in, mark_events, modes_in
 
 Floats = NDArray[np.float64]

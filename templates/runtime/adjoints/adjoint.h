@@ -19,8 +19,8 @@
 double *adjoint_weight(Tangent *weights, Seed *sensitivity, const Variable *variable);
 
 /* The derivatives at the present point, in the phase of solving the start those of what is solved for included. On
-   entry the sensitivity has the weights of states and 0 elsewhere; on return the derivatives by all knowns. Evaluates no
-   more than the weights that are not 0 need. Returns false, with instance->failure, where equations_settle or
+   entry the sensitivity has the weights of states and 0 elsewhere; on return the derivatives by all knowns. Evaluates
+   no more than the weights that are not 0 need. Returns false, with instance->failure, where equations_settle or
    equations_tangent would. */
 bool equations_adjoint(Instance *instance, const Tangent *weights, Seed *sensitivity);
 

@@ -1,6 +1,6 @@
-/* The parts of adjoint.c that depend on what a mechanism has: each is the transposed map of a function in the headers of
-   the variants. Arrays of weights belong to what that function gives; a Seed gets derivatives added. Where a mechanism
-   has no such part, *_none.c does what is left. */
+/* The parts of adjoint.c that depend on what a mechanism has: each is the transposed map of a function in the headers
+   of the variants. Arrays of weights belong to what that function gives; a Seed gets derivatives added. Where a
+   mechanism has no such part, *_none.c does what is left. */
 #ifndef ADJOINT_PARTS_H
 #define ADJOINT_PARTS_H
 

@@ -93,8 +93,8 @@ static void counts_sentence(const Failure *failure, char text[], size_t size) {
 static void state_sentence(const Failure *failure, char text[], size_t size) {
     const char *name = state_name(failure->state);
     if (failure->kind == FAILURE_FURTHER) {
-        snprintf(text, size, "at time %.17g the derivative of the state %s is %g; its expression is not defined for the "
-                 "present states and inputs%s", failure->time, name, failure->amount, fixed_step_remedy());
+        snprintf(text, size, "at time %.17g the derivative of the state %s is %g; its expression is not defined for "
+                 "the present states and inputs%s", failure->time, name, failure->amount, fixed_step_remedy());
     } else if (failure->kind == FAILURE_OVERFLOW) {
         snprintf(text, size, "at time %.17g the state %s grows beyond all bounds even in a solver step of %.3g s; "
                  "the motion ends here%s", failure->time, name, failure->step, fixed_step_remedy());
@@ -123,8 +123,8 @@ static void accelerations_sentence(const Failure *failure, const char names[], c
 /* The kinds that concern the laws of contacts and dry frictions. */
 static void laws_sentence(const Failure *failure, char text[], size_t size) {
     if (failure->kind == FAILURE_PENETRATION) {
-        snprintf(text, size, "at the start, time %.17g, the gap of %.400s is %.6g (SI); expected 0 or more: start where "
-                 "nothing penetrates", failure->time, CONSTRAINT_NAMES[failure->count], failure->amount);
+        snprintf(text, size, "at the start, time %.17g, the gap of %.400s is %.6g (SI); expected 0 or more: start "
+                 "where nothing penetrates", failure->time, CONSTRAINT_NAMES[failure->count], failure->amount);
     } else if (failure->kind == FAILURE_SLIDING) {
         snprintf(text, size, "at time %.17g no forces of sliding friction are in equilibrium with the forces that they "
                  "depend on; check the coefficients of friction", failure->time);

@@ -163,16 +163,16 @@ void note_impact(Instance *instance, NoticeKind kind, int event) {
 static void impact_sentence(const Notice *notice, char text[], size_t size) {
     const char *name = events_name(notice->index);
     if (notice->kind == NOTICE_NO_FORCES) {
-        snprintf(text, size, "at time %.17g s sliding friction left no forces that obey their laws (Painleve's paradox; "
-                 "%.400s): an impact without a collision stopped the slip; check the coefficient of friction",
+        snprintf(text, size, "at time %.17g s sliding friction left no forces that obey their laws (Painleve's "
+                 "paradox; %.400s): an impact without a collision stopped the slip; check the coefficient of friction",
                  notice->time, name);
     } else if (notice->kind == NOTICE_TWO_SOLUTIONS) {
         snprintf(text, size, "at time %.17g s sliding friction allows two motions (Painleve's paradox; %.400s): the "
                  "present mode goes on; check the coefficient of friction", notice->time, name);
     } else if (notice->kind == NOTICE_POISSON) {
-        snprintf(text, size, "at time %.17g s Newton's law of impact would have made the kinetic energy grow, or had no "
-                 "solution (%.400s): Poisson's law was taken there; lower the restitution or the friction if that is "
-                 "not meant", notice->time, name);
+        snprintf(text, size, "at time %.17g s Newton's law of impact would have made the kinetic energy grow, or had "
+                 "no solution (%.400s): Poisson's law was taken there; lower the restitution or the friction if that "
+                 "is not meant", notice->time, name);
     } else if (notice->kind == NOTICE_REDUCED) {
         snprintf(text, size, "at time %.17g s Newton's law of impact would have made the kinetic energy grow (%.400s): "
                  "the restitution was reduced there; lower the restitution or the friction if that is not meant",
@@ -200,8 +200,8 @@ void notice_sentence(const Notice *notice, char text[], size_t size) {
         motion_sentence(notice, text, size);
         break;
     case NOTICE_RANGE:
-        snprintf(text, size, "the coordinate %s leaves its range from %.6g to %.6g (SI) before time %.17g s; the bounds "
-                 "are no stops, and the motion goes on without them", state_name(BOUNDED[notice->index]),
+        snprintf(text, size, "the coordinate %s leaves its range from %.6g to %.6g (SI) before time %.17g s; the "
+                 "bounds are no stops, and the motion goes on without them", state_name(BOUNDED[notice->index]),
                  RANGES[notice->index][0], RANGES[notice->index][1], notice->time);
         break;
     case NOTICE_NO_FORCES:

@@ -1,5 +1,5 @@
-/* What is noticed along a run. Each kind is told once, at the end of a step of the importer: of a communication step, or
-   of a step of its own solver. */
+/* What is noticed along a run. Each kind is told once, at the end of a step of the importer: of a communication step,
+   or of a step of its own solver. */
 #ifndef NOTICES_H
 #define NOTICES_H
 
@@ -34,7 +34,8 @@ void keep_motions(State *state);
 /* Notices coordinates that are out of their ranges at the present point. */
 void watch_ranges(Instance *instance);
 
-/* Gives notice of what the laws of contact say: NO_FORCES, TWO_SOLUTIONS, POISSON, CLOSED or REDUCED; event is an event function of the contact. */
+/* Gives notice of what the laws of contact say: NO_FORCES, TWO_SOLUTIONS, POISSON, CLOSED or REDUCED; event is an event
+   function of the contact. */
 void note_impact(Instance *instance, NoticeKind kind, int event);
 
 /* The rounding error (s) of the difference of two times up to this one. */

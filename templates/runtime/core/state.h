@@ -1,8 +1,9 @@
 /* What changes with time: the State, which the importer may save, restore and serialise.
 
    In all headers n = N_COORDINATES, m = N_CONSTRAINTS, h = N_HOLONOMIC. Unless it is said otherwise states are [q, qd]
-   and behind them the further states z, [N_STATES], derivatives their rates, inputs [N_INPUTS], unknowns qdd[n] with the multipliers[m] behind them. Everything is
-   in SI units, times and lengths of steps in s. Matrices are row-major. */
+   and behind them the further states z, [N_STATES], derivatives their rates, inputs [N_INPUTS], unknowns qdd[n] with
+   the multipliers[m] behind them. Everything is in SI units, times and lengths of steps in s. Matrices are
+   row-major. */
 #ifndef STATE_H
 #define STATE_H
 

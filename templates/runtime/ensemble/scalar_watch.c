@@ -1,5 +1,5 @@
-/* What is watched of a run beside its samples: extremes, zeros of quantities, events. Extremes and zeros are looked for in
-   parts of the run that take no more than a few solver steps. */
+/* What is watched of a run beside its samples: extremes, zeros of quantities, events. Extremes and zeros are looked for
+   in parts of the run that take no more than a few solver steps. */
 #include <math.h>
 #include <string.h>
 
@@ -129,8 +129,8 @@ static void note_crossing(const Run *run, int64_t crossing, double time) {
     }
 }
 
-/* May a quantity whose distances from 0 at three times (s) are these come to 0 in between? The parabola through the three
-   comes near. */
+/* May a quantity whose distances from 0 at three times (s) are these come to 0 in between? The parabola through the
+   three comes near. */
 static bool may_touch(const double times[3], const double distances[3]) {
     const double a = distances[0], b = distances[1], c = distances[2];
     const double left = (b - a) / (times[1] - times[0]), right = (c - b) / (times[2] - times[1]);
@@ -199,7 +199,8 @@ static void watch_crossings(Run *run) {
     run->instance.listener = listener;
 }
 
-/* Extremes at the present point, and at the vertex of the parabola through the last three, if no event was among them. */
+/* Extremes at the present point, and at the vertex of the parabola through the last three, if no event was among
+   them. */
 static void watch_extremes(Run *run) {
     const Batch *batch = run->batch;
     const Point *a = &run->earlier, *b = &run->before, *c = &run->present;
@@ -223,8 +224,8 @@ static void watch_extremes(Run *run) {
     memcpy(run->quantities, quantities, sizeof quantities);
 }
 
-/* One part up to a time (s), no longer than *length, which follows the solver's steps. A part with many of them is taken
-   back and becomes shorter. */
+/* One part up to a time (s), no longer than *length, which follows the solver's steps. A part with many of them is
+   taken back and becomes shorter. */
 static bool watch_part(Run *run, double time, double shortest, double *length) {
     State *state = &run->instance.state;
     const double begin = state->time;

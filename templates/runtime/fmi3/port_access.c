@@ -83,7 +83,8 @@ fmi3Status check_intermediate(Component *component, const fmi3ValueReference ref
     }
     if (sets ? !importer->may_set : !importer->may_get) {
         return fail(component, "variables cannot be %s in this intermediate update; expected a call with %s",
-                    sets ? "set" : "read", sets ? "intermediateVariableSetRequested" : "intermediateVariableGetAllowed");
+                    sets ? "set" : "read",
+                    sets ? "intermediateVariableSetRequested" : "intermediateVariableGetAllowed");
     }
     for (size_t i = 0; i < count; i++) {
         if (!importer->intermediate[references[i]]) {

@@ -35,8 +35,8 @@ bool contacts_rub(Instance *instance, double time, const double states[], double
 void contacts_answer(Instance *instance, const System *system, double time, const double states[],
                      const double inputs[], const double unknowns[], const Seed *seed, double answer[]);
 
-/* The same for the second derivatives by time, answer[n + m], of the unknowns at the present point, whose first ones are
-   rates[n + m]; the inputs have the derivatives du and d2u. */
+/* The same for the second derivatives by time, answer[n + m], of the unknowns at the present point, whose first ones
+   are rates[n + m]; the inputs have the derivatives du and d2u. */
 void contacts_answer_twice(Instance *instance, const System *system, const double du[], const double d2u[],
                            const double rates[], double answer[]);
 

@@ -26,8 +26,8 @@ bool events_begin(Instance *instance);
 
 /* The trial step in scratch is good. If an event lies in it, repeats it so that it ends at the first one, exactly where
    the function that comes down is 0 after the step, and notes in the State which events are due there. *step is the
-   step as it is then, of length 0 if the event is at its beginning. Shampine, Thompson, Event location for ordinary differential equations, Computers and Mathematics with
-   Applications 39, 2000. */
+   step as it is then, of length 0 if the event is at its beginning. Shampine, Thompson, Event location for ordinary
+   differential equations, Computers and Mathematics with Applications 39, 2000. */
 bool events_end_step(Instance *instance, Step *step);
 
 /* Does the motion come to an event within this span (s) of the present point? If so, the event is due here. */

@@ -1,4 +1,5 @@
-/* host LIBRARY DESCRIPTION ACTION [ARGUMENT [SEED]]: does one thing with an FMU; exit status 0 if all was as expected. */
+/* host LIBRARY DESCRIPTION ACTION [ARGUMENT [SEED]]: does one thing with an FMU; exit status 0 if all was as
+   expected. */
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>

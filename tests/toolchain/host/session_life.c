@@ -83,7 +83,8 @@ Outcome try_SetDebugLogging(Session *s) {
     return outcome(status, OK);
 }
 
-/* ------------------------------------------------------------------------------------------------------- saved states */
+/* ------------------------------------------------------------------------------------------------------- saved
+   states */
 
 Outcome try_GetFMUstate(Session *s) {
     if (mistake(s, 1) == 0) {
@@ -170,7 +171,8 @@ Outcome try_DeSerializeFMUstate(Session *s) {
     return outcome(status, s->size == 0 || fault < 4 ? REFUSED : OK);
 }
 
-/* -------------------------------------------------------------------------------------------------------------- steps */
+/* --------------------------------------------------------------------------------------------------------------
+   steps */
 
 Outcome try_DoStep(Session *s) {
     double time = s->model.time + between(s, -1e-6, 1e-6), step = 0.01;

@@ -175,7 +175,8 @@ Outcome try_SetContinuousStates(Session *s) {
     return outcome(status, fault == 0 ? DISCARDED : fault < 3 ? REFUSED : OK);
 }
 
-/* -------------------------------------------------------------------------------------------------------- derivatives */
+/* --------------------------------------------------------------------------------------------------------
+   derivatives */
 
 Outcome try_GetDirectionalDerivative(Session *s) {
     const fmi2ValueReference none = NO_SUCH_REFERENCE;

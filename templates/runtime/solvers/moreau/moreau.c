@@ -31,7 +31,8 @@ static void find_velocities(Instance *instance, double length, double qd[]) {
     stepped_respond(instance, scratch->impulses, start, changes);
     for (int i = 0; i < N; i++) {
         const double pushed = length * scratch->accelerations[i];
-        const double dust = fmax(DUST * (fabs(before[i]) + fabs(pushed)), LEAST_DUST * scratch->pace * NOMINAL_STATES[i]);
+        const double least = LEAST_DUST * scratch->pace * NOMINAL_STATES[i];
+        const double dust = fmax(DUST * (fabs(before[i]) + fabs(pushed)), least);
         qd[i] = before[i] + (pushed + changes[i]);
         qd[i] = fabs(qd[i]) <= dust ? 0.0 : qd[i];
     }
@@ -96,8 +97,8 @@ static bool find_positions(Instance *instance, Step step, const double middle[],
     return new_states_finite(instance, step);
 }
 
-/* The velocities qd[n] at the end; in middle[2n] the mean of both ends takes the place of those at the beginning. Forces
-   that depend on velocities belong to that mean, too. */
+/* The velocities qd[n] at the end; in middle[2n] the mean of both ends takes the place of those at the beginning.
+   Forces that depend on velocities belong to that mean, too. */
 static bool solve_velocities(Instance *instance, double time, double length, double middle[], double qd[]) {
     SolverScratch *rows = &instance->scratch.solver;
     System *system = &instance->scratch.system;

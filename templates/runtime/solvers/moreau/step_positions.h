@@ -1,6 +1,6 @@
 /* Positions at the end of a time step: velocities alone would let them drift off what holds. Acary, Projected
-   event-capturing time-stepping schemes for nonsmooth mechanical systems with unilateral contact and Coulomb's friction,
-   Comput. Methods Appl. Mech. Eng. 256, 2013. */
+   event-capturing time-stepping schemes for nonsmooth mechanical systems with unilateral contact and Coulomb's
+   friction, Comput. Methods Appl. Mech. Eng. 256, 2013. */
 #ifndef STEP_POSITIONS_H
 #define STEP_POSITIONS_H
 

@@ -1,5 +1,5 @@
-/* Evaluating rows by their entries, and trying rows of one colour together. Coleman, More, Estimation of sparse Jacobian
-   matrices and graph coloring problems, SIAM J. Numer. Anal. 20, 1983. */
+/* Evaluating rows by their entries, and trying rows of one colour together. Coleman, More, Estimation of sparse
+   Jacobian matrices and graph coloring problems, SIAM J. Numer. Anal. 20, 1983. */
 #include "stepped_rows.h"
 
 #include <math.h>

@@ -9,7 +9,8 @@
 /* The first row of dry frictions and of latches. */
 enum { FIRST_DRY_ROW = N_CONSTRAINTS - N_FRICTIONS - N_LATCHES, FIRST_LATCH_ROW = N_CONSTRAINTS - N_LATCHES };
 
-/* Evaluates the rows at a time (s) and states, and also forces, and M factorised, in scratch.system. Returns false, with instance->failure, if M is singular. */
+/* Evaluates the rows at a time (s) and states, and also forces, and M factorised, in scratch.system. Returns false,
+   with instance->failure, if M is singular. */
 bool stepped_measure(Instance *instance, double time, const double states[], SteppedRows *at);
 
 /* Evaluates the rows only. */

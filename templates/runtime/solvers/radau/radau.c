@@ -5,9 +5,9 @@
    Simplified Newton iterations solve with I - h a x D - h^2 (a a) x K, where K = dqdd/dq and D = dqdd/dqd come from the
    tangent program and are kept as long as the iterations contract well. In the modes of a that are n real and n complex
    equations, here as 2 n real ones: half as many as those of the equations of first order. Further states z_i are
-   solved for in the same way: their derivatives stand behind the accelerations, and z beside V. Source: [HW] Hairer, Wanner,
-   Solving Ordinary Differential Equations II, 2nd edition, section IV.8, with the error estimates of the code radau5.f
-   of the same authors.
+   solved for in the same way: their derivatives stand behind the accelerations, and z beside V. Source: [HW] Hairer,
+   Wanner, Solving Ordinary Differential Equations II, 2nd edition, section IV.8, with the error estimates of the code
+   radau5.f of the same authors.
 
    With constraints qdd is solved for along with the multipliers at every stage, and the new states are moved onto the
    constraints, [HW] section VII.2. The stabilised index-2 system of Gear, Gupta and Leimkuhler (SIAM J. Sci. Stat.

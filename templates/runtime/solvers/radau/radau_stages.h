@@ -12,9 +12,9 @@ bool radau_solve(Instance *instance, Step step, double tolerance, double acceler
 /* states[N_STATES] at stage i, 0 to STAGES - 1, of a step of length h (s) for the accelerations[STAGES * r]. */
 void radau_stage(const Instance *instance, double h, int i, const double accelerations[], double states[]);
 
-/* Overwrites x[N_STATES] by (I - g J)^-1 x, with g = h MODES.real and the Jacobian J of the equations of first order that
-   radau_solve has used: the error estimate of stiff components is made small by it, Hairer, Wanner, Solving Ordinary
-   Differential Equations II, 2nd edition, section IV.8. */
+/* Overwrites x[N_STATES] by (I - g J)^-1 x, with g = h MODES.real and the Jacobian J of the equations of first order
+   that radau_solve has used: the error estimate of stiff components is made small by it, Hairer, Wanner, Solving
+   Ordinary Differential Equations II, 2nd edition, section IV.8. */
 void radau_filter(const Instance *instance, double h, double x[]);
 
 /* accelerations[r] at the part x of the last step that was solved, of their polynomial; 0 if there was none. */

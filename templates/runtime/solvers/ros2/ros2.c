@@ -60,8 +60,8 @@ static void solve_stage(const double jacobian[], const double matrix[], const in
 }
 
 /* By how much the accelerations and the derivatives of further states at the new states exceed those at the second
-   stage, f2, beyond what J tells of the difference. Both are at the end of the step, so that what moves with time has no
-   part in it. */
+   stage, f2, beyond what J tells of the difference. Both are at the end of the step, so that what moves with time has
+   no part in it. */
 static double beyond_linear(const Scratch *scratch, const double f2[], int i) {
     double rest = scratch->new_derivatives[N + i] - f2[i];
     for (int j = 0; j < N_STATES; j++) {

@@ -54,7 +54,7 @@ double solver_error(const Instance *instance, Step step, double tolerance, int *
     double error = 0.0, second = 0.0;
     tableau_errors(step.length, stages_of(instance), estimate, other);
     *worst = 0;
-    for (int i = 0; i < N_STATES; i++) {
+    for (int i = 0; i < N_MOVING; i++) {
         const double size = fabs(old[i]) > fabs(new[i]) ? fabs(old[i]) : fabs(new[i]);
         const double unit = 1.0 / (tolerance * (size + NOMINAL_STATES[i]));
         const double one = unit * fabs(estimate[i]), two = unit * fabs(other[i]);
@@ -69,10 +69,10 @@ double solver_error(const Instance *instance, Step step, double tolerance, int *
 }
 
 /* Two stages are derivatives at the same time, at states that differ by an error of the method: where a fast decay is
-   unstable, along its direction. Hairer, Wanner, Solving Ordinary Differential Equations II, 2nd edition,
-   section IV.2, stiffness detection. Here the difference of the accelerations is held against those of velocities and
-   coordinates, in nominal values, further states counting with the velocities: for a decay both give its rate, for a vibration the lesser one at most its
-   frequency. */
+   unstable, along its direction. Hairer, Wanner, Solving Ordinary Differential Equations II, 2nd edition, section IV.2,
+   stiffness detection. Here the difference of the accelerations is held against those of velocities and coordinates, in
+   nominal values, further states counting with the velocities: for a decay both give its rate, for a vibration the
+   lesser one at most its frequency. */
 double solver_stiffness(const Instance *instance) {
     const Scratch *scratch = &instance->scratch;
     double difference[N_STATES], apart[2] = {0.0}, rise = 0.0; /* squares; of coordinates and of velocities */

@@ -27,7 +27,8 @@
    of motion have there.
 
    Further states z are collocated at the same points, Z_i = z + h sum_j a_ij dz/dt_j, so that q and z together make one
-   part of a partitioned method and p the other: the order is that of the method, Hairer, Lubich, Wanner, theorem II.2.2.
+   part of a partitioned method and p the other: the order is that of the method, Hairer, Lubich, Wanner, theorem
+   II.2.2.
 
    The equations are solved to rounding and the sums are compensated, so that rounding errors do not add up to a drift:
    Hairer, McLachlan, Razakarivony, Achieving Brouwer's law with implicit Runge-Kutta methods, BIT 48, 2008. */
@@ -196,8 +197,9 @@ static double add_compensated(double x, double increment, double *rest) {
     return sum;
 }
 
-/* Makes the velocities in states, at a time (s), those whose momenta are next->momenta, M qd + a = p, corrected once for
-   rounding. Under constraints p lacks the impulse of the last multiplier until it makes the velocities meet them. */
+/* Makes the velocities in states, at a time (s), those whose momenta are next->momenta, M qd + a = p, corrected once
+   for rounding. Under constraints p lacks the impulse of the last multiplier until it makes the velocities meet
+   them. */
 static bool find_velocities(Instance *instance, double time, SolverMemory *next, double states[]) {
     double resting[N_STATES];
     double impulse[N] = {0.0};

@@ -1,5 +1,5 @@
-/* How the derivatives of a motion jump at events (saltation). The event is where its function g comes down to 0, so that
-   it moves with what is varied by
+/* How the derivatives of a motion jump at events (saltation). The event is where its function g comes down to 0, so
+   that it moves with what is varied by
 
        dtau = - (g_x S + g_p dp) / (g_t + g_x f-),
 
@@ -26,7 +26,7 @@ enum { N_JUMPING = N_STATES + N_MASKS }; /* the states, and what modes remember 
 static const double WIDTH = 1e-4;     /* of the differences, relative to the size of what is moved */
 static const double GRAZING = 1e-7;   /* nominal changes of an event function within the experiment */
 static const double DIFFERENT = 1e-5; /* relative, of two derivatives that should be one */
-static const double ROUGH = 1e-3;     /* likewise, of differences of two widths where modes hold: they are near by 1e-8 */
+static const double ROUGH = 1e-3;     /* likewise, of differences of two widths where modes hold: near by 1e-8 */
 static const double STILL = 1e-9;     /* of nominal values: states that move less than that do not jump */
 static const double NOTHING = 1e-12;  /* what rounding leaves of a derivative that is 0, relative */
 
@@ -176,8 +176,8 @@ static bool find_shifts(Variations *variations) {
     return true;
 }
 
-/* Do states go on where they were, while forces may jump? Modes then may be decided otherwise beside the motion, as that
-   of a contact whose force has come down to 0, which makes no difference. What modes newly remember does. */
+/* Do states go on where they were, while forces may jump? Modes then may be decided otherwise beside the motion, as
+   that of a contact whose force has come down to 0, which makes no difference. What modes newly remember does. */
 static bool continuous(const Variations *variations) {
     const State *before = &variations->before.state, *after = &variations->study.instance.state;
     bool still = true;

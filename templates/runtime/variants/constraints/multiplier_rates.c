@@ -67,9 +67,9 @@ static void own_rates(const Instance *instance, const Seed *seed, const double s
     }
 }
 
-/* The reported multipliers are scale^2 G w, and their rates own rates + scale^2 G dw. Golub, Pereyra, The differentiation
-   of pseudo-inverses and nonlinear least squares problems whose variables separate, SIAM Journal on Numerical Analysis
-   10, 1973. */
+/* The reported multipliers are scale^2 G w, and their rates own rates + scale^2 G dw. Golub, Pereyra, The
+   differentiation of pseudo-inverses and nonlinear least squares problems whose variables separate, SIAM Journal on
+   Numerical Analysis 10, 1973. */
 void multipliers_spread_rates(const Instance *instance, const Seed *seed, double unknowns[]) {
     static const double NOTHING[N_UNKNOWNS];
     double *rates = unknowns + N_COORDINATES;

@@ -1,9 +1,9 @@
 /* Round friction cones. Pyramids with four sides, solved by Lemke's method, show where contacts open, stick and slide;
    where that does not lead to a solution, block Gauss-Seidel iteration with proximal points may (Jourdan, Alart, Jean,
-   A Gauss-Seidel like algorithm to solve frictional contact problems, Comput. Methods Appl. Mech. Eng. 1998). From there
-   a generalised Newton method gives the solution to rounding (Alart, Curnier, A mixed formulation for frictional contact
-   problems prone to Newton like solution methods, Comput. Methods Appl. Mech. Eng. 1991). The proximal steps are the
-   same for both axes of a cone: the axes do not matter to the solution. */
+   A Gauss-Seidel like algorithm to solve frictional contact problems, Comput. Methods Appl. Mech. Eng. 1998). From
+   there a generalised Newton method gives the solution to rounding (Alart, Curnier, A mixed formulation for frictional
+   contact problems prone to Newton like solution methods, Comput. Methods Appl. Mech. Eng. 1991). The proximal steps
+   are the same for both axes of a cone: the axes do not matter to the solution. */
 #include "cones.h"
 
 #include <math.h>

@@ -1,5 +1,6 @@
 /* Modes at an event. Latches first, then impacts, then the modes that forces and accelerations allow; the states are
-   moved onto what holds then. Pfeiffer, Glocker, Multibody Dynamics with Unilateral Contacts, 1996, chapters 5 and 8. */
+   moved onto what holds then. Pfeiffer, Glocker, Multibody Dynamics with Unilateral Contacts, 1996, chapters 5 and
+   8. */
 #include <math.h>
 #include <string.h>
 
@@ -203,8 +204,8 @@ static bool undo_drift(Settling *settling, bool *jumped) {
     return !closed || !settling->instance->policy->stabilise || move_onto_modes(settling, jumped);
 }
 
-/* An importer's solver locates an impact where the indicator is 0, a little inside: bodies that meet are put back to where
-   they touch, so that no gap is negative after the event. If they cannot all touch, they stay where they are. */
+/* An importer's solver locates an impact where the indicator is 0, a little inside: bodies that meet are put back to
+   where they touch, so that no gap is negative after the event. If they cannot all touch, they stay where they are. */
 static bool undo_overlap(Settling *settling, bool *jumped) {
     Instance *instance = settling->instance;
     State *state = &instance->state;

@@ -11,8 +11,8 @@
 
 enum { N = N_COORDINATES, K = N_CONSTRAINTS, MOST_REPETITIONS = 200 };
 
-/* So many times the tolerance, in units of a velocity that is as good as 0, is what errors leave of a slip in space that
-   comes to rest: 10 tolerances of the greatest velocity. */
+/* So many times the tolerance, in units of a velocity that is as good as 0, is what errors leave of a slip in space
+   that comes to rest: 10 tolerances of the greatest velocity. */
 static const double LOOSE = 1e11;
 
 /* A contact or dry friction that is due to slide holds less than the least that makes it slide, by this part: more than

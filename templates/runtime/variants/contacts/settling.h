@@ -6,8 +6,8 @@
 #include "contact_modes.h"
 #include "linear_solve.h"
 
-/* All K = N_CONSTRAINTS constraints, rows that modes switch included, whatever their modes. A touching contact has a gap
-   of 0. The contacts that leave have a gap that opens. */
+/* All K = N_CONSTRAINTS constraints, rows that modes switch included, whatever their modes. A touching contact has a
+   gap of 0. The contacts that leave have a gap that opens. */
 typedef struct {
     Instance *instance;
     bool due[2 * N_UNILATERALS + N_FRICTIONS + 1];    /* as contacts_settle says; one more: there may be none */

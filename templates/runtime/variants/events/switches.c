@@ -208,14 +208,14 @@ double events_next_time(Instance *instance) {
 void events_sentence(const Failure *failure, char text[], size_t size) {
     const char *name = EVENT_NAMES[failure->event];
     if (failure->kind == FAILURE_EVENT_VALUE) {
-        snprintf(text, size, "at time %.17g the expression %.400s, at whose sign the equations of motion change, has no "
-                 "finite value; the motion has left the range where it is defined", failure->time, name);
+        snprintf(text, size, "at time %.17g the expression %.400s, at whose sign the equations of motion change, has "
+                 "no finite value; the motion has left the range where it is defined", failure->time, name);
     } else if (failure->kind == FAILURE_EVENT_POLE) {
         snprintf(text, size, "at time %.17g %.400s grows beyond all bounds, and what the equations of motion say ends "
                  "there; does a force lose its lever, or a denominator vanish?", failure->time, name);
     } else {
-        snprintf(text, size, "at time %.17g the motion is pushed back to where %.400s is 0 from both sides, so that the "
-                 "forces there have no value; describe dry friction in [frictions], or take a function that rises "
+        snprintf(text, size, "at time %.17g the motion is pushed back to where %.400s is 0 from both sides, so that "
+                 "the forces there have no value; describe dry friction in [frictions], or take a function that rises "
                  "within a small width, as tanh(s/width) for sign(s)", failure->time, name);
     }
 }

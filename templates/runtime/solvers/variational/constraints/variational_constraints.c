@@ -1,8 +1,8 @@
 /* The constraints' part of variational integrators, see variational.c.
 
    A step meets the constraints at its end by forces along G at its stages, the first of which is its begin. Where
-   constraints become dependent, as those of a linkage in its fold, no force along G there has the missing direction: the
-   discrete equations have no solution, and a step that begins there is discarded. Solvers that project go on. */
+   constraints become dependent, as those of a linkage in its fold, no force along G there has the missing direction:
+   the discrete equations have no solution, and a step that begins there is discarded. Solvers that project go on. */
 #include <math.h>
 
 #include "constraint_factorization.h"

@@ -1,0 +1,41 @@
+"""Equations in which functions that can be flat, such as narrow pulses, may have any value.
+
+A force that is a narrow pulse is 0 at random states, and yet it changes momenta. A quantity that is conserved is so
+whatever values such functions have, because the same function stands in the equations with both signs.
+"""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+from lag2fmu.dynamics.equations import EquationsOfMotion
+from lag2fmu.graph.graph import Node
+from lag2fmu.graph.operations import OPERATIONS
+
+_FLAT = ("exp", "tanh", "heaviside", "sign", "choice", "lookup", "lookup_2")
+
+
+def freed_of_flat_functions(
+    equations: EquationsOfMotion, gradients: list[list[Node]]
+) -> tuple[EquationsOfMotion, list[list[Node]], list[str]]:
+    """The equations and ``gradients`` with variables in place of functions that can be flat, and their names.
+
+    The new nodes join the graph of ``equations``, which stand apart.
+    """
+    g, c = equations.graph, equations.constraints
+    rows = [*equations.mass_matrix, *c.jacobian, equations.forcing, c.accelerations, *gradients]
+    nodes = [node for row in rows for node in row]
+    flat = [node for node in g.cone(nodes) if OPERATIONS[g.code[node]].name in _FLAT]
+    names_of = [f"any value {k}" for k in range(len(flat))]
+    found = iter(g.substitute(nodes, dict(zip(flat, map(g.symbol, names_of), strict=True))))
+    mass_matrix, jacobian, (forcing, gamma) = (
+        [tuple(next(found) for _ in row) for row in part]
+        for part in (equations.mass_matrix, c.jacobian, (equations.forcing, c.accelerations))
+    )
+    freed = replace(
+        equations,
+        mass_matrix=tuple(mass_matrix),
+        forcing=forcing,
+        constraints=replace(c, jacobian=tuple(jacobian), accelerations=gamma),
+    )
+    return freed, [[next(found) for _ in row] for row in gradients], names_of

@@ -1,0 +1,57 @@
+"""What a live page computes with: the C sources of an FMU and its picture, compiled to a module of WebAssembly."""
+
+from __future__ import annotations
+
+import os
+import re
+from collections.abc import Mapping, Sequence
+from importlib.util import find_spec
+
+from lag2fmu.analysis.evaluation import attempted
+from lag2fmu.codegen.sources import page_sources
+from lag2fmu.dynamics.equations import EquationsOfMotion
+from lag2fmu.dynamics.functions import Program
+from lag2fmu.errors import DerivationError, ExportError
+from lag2fmu.fmu.compilers import compile_module
+from lag2fmu.fmu.scalar_variable import ScalarVariable
+from lag2fmu.live.drawing import drawing
+from lag2fmu.live.page import Live
+from lag2fmu.live.spots import no_spots
+from lag2fmu.live.work import work
+
+PAGES = ("live", "static")
+VARIABLE = "LAG2FMU_PAGE"
+"""The variable of the environment that names the page of FMUs for which none is asked."""
+
+_FUNCTION = re.compile(r"\b(page_\w+)\(")
+
+
+def page_choice(page: str | None) -> str:
+    """The kind of page: the one that is asked for, else what the environment names, else live.
+
+    Without zig there is no compiler for live pages; those that nobody asked for are static then. Raises ExportError.
+    """
+    choice = page or os.environ.get(VARIABLE) or "live"
+    if choice not in PAGES:
+        raise ExportError(f"unknown page '{choice}'; known are {', '.join(PAGES)}")
+    return choice if page or find_spec("ziglang") is not None else "static"
+
+
+def live(
+    equations: EquationsOfMotion, program: Program, variables: Sequence[ScalarVariable], sources: Mapping[str, str]
+) -> Live:
+    """The picture of the mechanism of ``equations``, and their ``program`` from the C ``sources`` of an FMU, compiled.
+
+    ``variables`` are those of the FMU. Raises BuildError if the compiler fails.
+    """
+    picture = attempted(lambda: drawing(equations.mechanism), None)
+    spots = no_spots()
+    if picture is not None:
+        try:
+            spots = picture.spots.program(program)
+        except DerivationError:  # a picture that depends on more than the state
+            picture = None
+    references = {v.name: v.value_reference for v in variables if v.derivative_of is None}
+    texts = page_sources(sources, {"picture": spots, "work": work(equations, references)})
+    data = None if picture is None else picture.data
+    return Live(data, compile_module(texts, sorted(set(_FUNCTION.findall(texts["page.h"])))))

@@ -1,0 +1,55 @@
+"""What a description may say, but hardly means: energies that count twice, gravity that does nothing."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator
+
+import sympy as sp
+
+from lag2fmu.description.names import velocity
+from lag2fmu.description.places import Body
+from lag2fmu.description.record import Description
+
+NamesIn = Callable[[str, sp.Expr], set[str]]
+
+
+def doubts(m: Description, names_in: NamesIn) -> Iterator[str]:
+    """Warnings of the description ``m``; ``names_in`` tells what an expression uses, see ``Scope.names_in``."""
+    coordinates = {q.name for q in m.coordinates}
+    placed = {
+        body.name: [_moves(body, i, names_in) & coordinates for i in range(len(body.position or ()))]
+        for body in m.bodies
+    }
+    yield from _twice(m, placed, names_in)
+    yield from _idle_gravity(m, placed)
+
+
+def _moves(body: Body, i: int, names_in: NamesIn) -> set[str]:
+    """The names that entry ``i`` of the body's position uses."""
+    return names_in(f"bodies.{body.name}.position[{i}]", sp.sympify((body.position or ())[i]))
+
+
+def _twice(m: Description, placed: dict[str, list[set[str]]], names_in: NamesIn) -> Iterator[str]:
+    """Bodies whose energy counts beside a Lagrangian of the same coordinates."""
+    whole = m.energy.lagrangian
+    if whole is None:
+        return
+    names = names_in("energy.lagrangian", sp.sympify(whole))
+    used = {q.name for q in m.coordinates if {q.name, velocity(q.name)} & names}
+    bodies = [name for name, entries in placed.items() if used & set().union(*entries)]
+    if bodies:
+        yield (
+            f"energy.lagrangian: the energies of {', '.join(bodies)} count beside it; leave the bodies out if it is "
+            "the whole Lagrangian"
+        )
+
+
+def _idle_gravity(m: Description, placed: dict[str, list[set[str]]]) -> Iterator[str]:
+    """Gravity along -z by default, where positions of 3 entries are meant in the plane xy."""
+    if m.gravity is None or m.gravity.direction is not None or m.dimension != 3 or not placed:
+        return
+    if all(len(entries) == 3 and not entries[2] for entries in placed.values()):
+        yield (
+            "gravity: acts along -z, where no body moves, and does nothing; give its direction, or positions of 2 "
+            "entries for a mechanism in the plane"
+        )

@@ -1,0 +1,93 @@
+"""Where two right runs have to agree, and how exactly.
+
+Bars: errors are relative to max(range, nominal) of each coordinate, velocity and further state. Two runs whose starts
+differ by 1e-8 drift apart by the amplification A(t), in units of the motion; an error of the solver grows alike, and a
+long vibration adds one for every radian: ``Reference.growth``. The bar is 100 growth tolerance. The comparison ends
+where that exceeds 1e-2: from there on two right runs may have nothing in common. Chaotic motions come there, and those
+that nothing holds, such as that of an aircraft which tilts.
+
+Around an event two runs of different accuracy do different things for a short while, and impacts lower than the
+tolerance are left out: such times are not compared.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+
+import numpy as np
+from numpy.typing import NDArray
+
+from lag2fmu.description import names
+from lag2fmu.errors import SimulationError
+from lag2fmu.mechanism.record import Mechanism
+from lag2fmu.reference.record import Reference
+from lag2fmu.verify.task import Floats, Task
+
+SAFETY, CHAOS = 100.0, 1e-2
+LOWER = 10.0
+"""Rebounds up to so many tolerances high may be left out."""
+
+
+def has_rows(mechanism: Mechanism) -> bool:
+    """Whether contacts, stops, dry friction or latches act in ``mechanism``."""
+    return bool(mechanism.unilaterals or mechanism.frictions or mechanism.latches)
+
+
+def horizon_of(task: Task, reference: Reference) -> float:
+    """The time (s) until which trajectories can be compared at this tolerance."""
+    bar = SAFETY * reference.growth * task.tolerance
+    return float(reference.trajectory.time[bar <= CHAOS][-1]) if bar[0] <= CHAOS else 0.0
+
+
+def on_grid(reference: Reference, time: Floats) -> NDArray[np.intp]:
+    """The rows of the reference at ``time`` (k,) in s: (k,); raises SimulationError if a time is not on its grid."""
+    known = reference.trajectory.time
+    rounding = 1e-3 * float(np.diff(known).min(initial=np.inf))
+    rows = np.minimum(np.searchsorted(known, time - rounding), len(known) - 1)
+    if not (np.abs(known[rows] - time) <= rounding).all():
+        raise SimulationError("the communication points of the FMU are not those of the direct integration")
+    return rows
+
+
+def comparable(task: Task, reference: Reference) -> NDArray[np.bool_]:
+    """At which times of ``reference`` another run must be where it is: (m,)."""
+    time = reference.trajectory.time
+    if reference.comparable is None:
+        return np.ones(len(time), dtype=bool)
+    seen: NDArray[np.bool_] = reference.comparable.copy()
+    widths = widths_of(task, reference)
+    for event in reference.events:  # before it, errors are those of that time, not yet those of the event
+        width = width_at(reference, widths, event.time)
+        seen &= np.abs(time - event.time) > np.minimum(widths, width)
+    for begin, end in _cascades(task, reference):
+        seen &= (time < begin) | (time > end + width_at(reference, widths, end))
+    return seen
+
+
+def widths_of(task: Task, reference: Reference) -> Floats:
+    """By how much (s) an event may be earlier or later in another run, at each time of ``reference``, (m,).
+
+    It is the bar of the run's errors over its speed.
+    """
+    q = [c.name for c in task.mechanism.coordinates]
+    pace = max(reference.scales[name] / reference.scales[names.velocity(name)] for name in q)
+    widths: Floats = SAFETY * reference.growth * task.tolerance * pace
+    return widths
+
+
+def width_at(reference: Reference, widths: Floats, t: float) -> float:
+    """That of an event at ``t`` (s), in s; ``widths`` (m,) are those of ``widths_of``."""
+    row = min(int(np.searchsorted(reference.trajectory.time, t)), len(widths) - 1)
+    return float(widths[row])
+
+
+def _cascades(task: Task, reference: Reference) -> Iterator[tuple[float, float]]:
+    """From where to where impacts follow that rise less than the tolerance, (s, s)."""
+    low: dict[str, float] = {}
+    for event in reference.events:
+        if event.kind == "impact" and event.height <= LOWER * task.tolerance:
+            low.setdefault(event.element, event.time)
+        elif event.element in low and event.kind in ("impact", "closes"):
+            yield low.pop(event.element), event.time
+    last = float(reference.trajectory.time[-1])
+    yield from ((begin, last) for begin in low.values())
