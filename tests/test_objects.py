@@ -27,7 +27,7 @@ def test_objects_are_short_in_a_line_and_show_themselves_in_a_notebook() -> None
     for thing in (mechanism, equations, RUN, report, linearization):
         assert len(repr(thing)) < 200
     assert repr(mechanism).startswith("<Mechanism double_pendulum: Double pendulum")
-    assert repr(linearization) == "<Linearization of double_pendulum: 4 states, 2 inputs, 2 outputs>"
+    assert repr(linearization) == "<Linearization of double_pendulum: 4 states, 2 inputs, 6 outputs>"
     assert repr(RUN) == "<Trajectory: 3 points, 0 s to 2 s, of theta, theta_dot>"
     assert repr(report) == "<Report: A run; FAILED: step <1>>"
     assert "theta1" in mechanism._repr_html_()
