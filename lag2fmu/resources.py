@@ -22,7 +22,10 @@ MODEL_SUFFIXES = (".py", ".toml")
 
 
 def bundled() -> dict[str, Path]:
-    """The models that come with lag2fmu: name -> file, sorted by name."""
+    """The models that come with lag2fmu: name -> file, sorted by name.
+
+    Raises LoadError where the installation lacks their folder.
+    """
     files = (p for p in resource_folder("models").iterdir() if p.suffix in MODEL_SUFFIXES and p.stem.isidentifier())
     return {path.stem: path for path in sorted(files) if not path.stem.startswith("_")}
 

@@ -6,12 +6,14 @@ import ast
 import re
 import subprocess
 import sys
+from collections.abc import Iterator
 from functools import cache
 from pathlib import Path
 
 import pytest
 
 import lag2fmu
+from lag2fmu import errors
 
 PACKAGE = Path(lag2fmu.__file__).parent
 
@@ -118,6 +120,11 @@ def _modules() -> list[Path]:
     return sorted(path.relative_to(PACKAGE) for path in PACKAGE.rglob("*.py"))
 
 
+@cache
+def _tree(path: Path) -> ast.Module:
+    return ast.parse((PACKAGE / path).read_text("utf-8"))
+
+
 def _is_module(name: str) -> bool:
     place = PACKAGE.parent.joinpath(*name.split("."))
     return place.is_dir() or place.with_suffix(".py").is_file()
@@ -126,7 +133,7 @@ def _is_module(name: str) -> bool:
 @cache
 def _imports(path: Path, *, typing_too: bool = True) -> set[str]:
     """The dotted names a module imports; imports for type checking only can be left out."""
-    tree = ast.parse((PACKAGE / path).read_text("utf-8"))
+    tree = _tree(path)
     skipped = set()
     for node in ast.walk(tree):
         if isinstance(node, ast.If) and ast.unparse(node.test) == "TYPE_CHECKING" and not typing_too:
@@ -197,7 +204,7 @@ def test_there_are_few_import_layers_and_no_cycles() -> None:
 
 def _homes(path: Path) -> dict[str, str]:
     """Name that a module has from another one of the package -> that module."""
-    tree = ast.parse((PACKAGE / path).read_text("utf-8"))
+    tree = _tree(path)
     found = [node for node in ast.walk(tree) if isinstance(node, ast.ImportFrom)]
     return {a.name: str(n.module) for n in found for a in n.names if str(n.module).startswith("lag2fmu.")}
 
@@ -206,7 +213,7 @@ def test_a_name_comes_from_the_module_that_defines_it() -> None:
     """What a room's ``__init__`` offers is for those outside: users, models, tests."""
     doors = {_name(path): _homes(path) for path in _modules() if path.name == "__init__.py"}
     for path in _modules():
-        tree = ast.parse((PACKAGE / path).read_text("utf-8"))
+        tree = _tree(path)
         for node in (n for n in ast.walk(tree) if isinstance(n, ast.ImportFrom) and path.name != "__init__.py"):
             for alias in node.names:
                 home = doors.get(str(node.module), {}).get(alias.name)
@@ -286,18 +293,74 @@ BRANCHES = (ast.If, ast.For, ast.While, ast.IfExp, ast.ExceptHandler, ast.BoolOp
 
 def test_modules_and_functions_are_read_at_a_glance() -> None:
     """Functions fit a screen with their docstrings; few branch often, and few modules are long."""
-    texts = {path.as_posix(): (PACKAGE / path).read_text("utf-8") for path in _modules()}
-    long = {name: text.count("\n") for name, text in texts.items() if text.count("\n") > MOST_LINES}
+    lines = {path.as_posix(): (PACKAGE / path).read_text("utf-8").count("\n") for path in _modules()}
+    long = {name: count for name, count in lines.items() if count > MOST_LINES}
     assert len(long) <= MOST_LONG_MODULES, long
     assert max(long.values(), default=0) <= 1.5 * MOST_LINES, long
     wide = {}
-    for name, text in texts.items():
-        for node in (n for n in ast.walk(ast.parse(text)) if isinstance(n, ast.FunctionDef)):
+    for name in lines:
+        for node in (n for n in ast.walk(_tree(Path(name))) if isinstance(n, ast.FunctionDef)):
             ways = 1 + sum(isinstance(inner, BRANCHES) for inner in ast.walk(node))
             wide |= {f"{name}: {node.name}": ways} if ways > MOST_WAYS else {}
             lines = (node.end_lineno or 0) - node.lineno - len((ast.get_docstring(node) or "").splitlines())
             assert lines <= MOST_LINES_OF_A_FUNCTION, f"{name}: {node.name} is longer than a screen"
     assert not wide, wide
+
+
+def _public(node: ast.AST) -> Iterator[ast.FunctionDef]:
+    """The functions and methods below ``node`` that others may call, with a docstring."""
+    for child in ast.iter_child_nodes(node):
+        if isinstance(child, (ast.ClassDef, ast.FunctionDef)) and not child.name.startswith("_"):
+            if isinstance(child, ast.ClassDef):
+                yield from _public(child)
+            elif ast.get_docstring(child):
+                yield child
+
+
+OWN_ERRORS = {name for name, kind in vars(errors).items() if isinstance(kind, type)}
+
+
+def _raisers(tree: ast.Module) -> set[str]:
+    """The functions of a module that raise one of our errors, themselves or by another function of the module."""
+    functions = [n for n in ast.walk(tree) if isinstance(n, ast.FunctionDef)]
+    calls = {f.name: {_called(n) for n in ast.walk(f) if isinstance(n, ast.Call)} for f in functions}
+    raised = [(f.name, n.exc) for f in functions for n in ast.walk(f) if isinstance(n, ast.Raise) and n.exc is not None]
+    found = {name for name, exc in raised if OWN_ERRORS & {x.id for x in ast.walk(exc) if isinstance(x, ast.Name)}}
+    while more := {name for name, others in calls.items() if others & found} - found:
+        found |= more
+    return found
+
+
+def _called(call: ast.Call) -> str:
+    """The name of what may be a function of the same module: a plain name, or an attribute of self or cls; else ""."""
+    called = call.func
+    if isinstance(called, ast.Attribute):
+        return called.attr if isinstance(called.value, ast.Name) and called.value.id in ("self", "cls") else ""
+    return called.id if isinstance(called, ast.Name) else ""
+
+
+@pytest.mark.parametrize("room", [room for room in ROOMS if room != "checking"])
+def test_a_function_says_which_errors_it_raises(room: str) -> None:
+    """Those of its module; errors that come from farther down are said there."""
+    for path in (p for p in _modules() if p.parts[0] == room):
+        raisers = _raisers(_tree(path))
+        documented = {f.name for f in _public(_tree(path)) if RAISES.search(ast.get_docstring(f) or "")}
+        silent = {f.name for f in _public(_tree(path))} & raisers - documented
+        assert not silent, f"{path}: {silent}"
+
+
+RAISES = re.compile(r"\b[Rr]aises?\b")
+ARRAY = re.compile(r"(tuple\[)?(Floats|NDArray|ArrayLike)\b")
+SHAPE = re.compile(r"\([^()]*,[^()]*\)|\(\*\w+\)|\bshapes?\b")
+
+
+def test_a_function_says_which_shapes_its_arrays_have() -> None:
+    """Such as (n,), (m, n) or (3, *batch)."""
+    for path in _modules():
+        for function in _public(_tree(path)):
+            kinds = [a.annotation for a in (*function.args.args, *function.args.kwonlyargs)] + [function.returns]
+            if any(kind is not None and ARRAY.match(ast.unparse(kind)) for kind in kinds):
+                assert SHAPE.search(ast.get_docstring(function) or ""), f"{path}: {function.name}"
 
 
 def test_no_test_module_is_imported_by_another_one() -> None:

@@ -3,10 +3,12 @@
    usage: impacts record TOLERANCE STOP
           impacts run TOLERANCE STOP REPETITIONS
           impacts arcs TOLERANCE STOP REPETITIONS < what record printed
+          impacts anew TOLERANCE STOP REPETITIONS < what record printed
 
    "record" prints each arc of the motion up to STOP (s): the time of its end, and q, qd at its beginning. "run"
    integrates over the events, "arcs" from one recorded beginning to its end after the other, in a mechanism without
-   contacts; the solver goes on with the length of step that it has come to. Both print the least CPU time (us) of the
+   contacts; the solver goes on with the length of step that it has come to. "anew" does the same without that length:
+   it is found at the beginning of each arc, as in a run of its own. All print the least CPU time (us) of the
    repetitions, then q, qd at the end. */
 #define _POSIX_C_SOURCE 199309L /* clock_gettime */
 #include <stdio.h>
@@ -69,11 +71,12 @@ static long read_arcs(Arc arcs[]) {
     return count;
 }
 
-static void take_arcs(Instance *instance, const Arc arcs[], long count) {
+static void take_arcs(Instance *instance, const Arc arcs[], long count, int anew) {
     State *state = &instance->state;
     for (long i = 0; i < count; i++) {
         memcpy(state->states, arcs[i].states, sizeof arcs[i].states);
         state->first_stage_valid = state->undisturbed = state->ahead = 0;
+        state->next_step = anew ? 0.0 : state->next_step;
         demand(integrate(instance, arcs[i].end), "integrate");
     }
 }
@@ -82,7 +85,8 @@ int main(int given, char *arguments[]) {
     static Arc arcs[MOST_ARCS];
     demand(given == 4 || given == 5, "usage");
     const double tolerance = atof(arguments[2]), stop = atof(arguments[3]);
-    const long count = strcmp(arguments[1], "arcs") == 0 ? read_arcs(arcs) : 0;
+    const int anew = strcmp(arguments[1], "anew") == 0;
+    const long count = anew || strcmp(arguments[1], "arcs") == 0 ? read_arcs(arcs) : 0;
     double least = 1e300, end[LENGTH] = {0.0};
     for (long repetition = 0; repetition < (given == 5 ? atol(arguments[4]) : 1); repetition++) {
         Component *unit = start(tolerance, stop);
@@ -90,7 +94,7 @@ int main(int given, char *arguments[]) {
         if (given == 4) {
             record(&unit->instance, stop);
         } else if (count > 0) {
-            take_arcs(&unit->instance, arcs, count);
+            take_arcs(&unit->instance, arcs, count, anew);
         } else {
             demand(integrate(&unit->instance, stop), "integrate");
         }

@@ -14,7 +14,10 @@ from lag2fmu.graph.nodes import Node
 def rows_in_all_modes(
     equations: EquationsOfMotion, sliding: tuple[Node, ...], state: tuple[Array, ...], qdd: Array
 ) -> Iterator[Function]:
-    """What is to be known about the rows that modes switch, and the forces of those that slide."""
+    """What is to be known about the rows that modes switch, and the forces of those that slide.
+
+    ``state`` are the arrays of t, q, qd and the like that the functions take, ``qdd`` that of the n accelerations.
+    """
     rows = equations.rows
     if not len(rows):
         return

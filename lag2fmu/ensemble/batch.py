@@ -100,7 +100,9 @@ class Batch:
 
 
 def run_batch(library: Library, name: str, batch: Batch, threads: int, *further: Floats) -> None:
-    """Call the function ``name`` on ``batch`` in so many ``threads``; ``further`` are arrays that it takes too.
+    """Call the function ``name`` on ``batch`` in so many ``threads``.
+
+    ``further`` are contiguous arrays that it takes too, of the shapes that the function says.
 
     Each thread has memory of its own, of the size that the function KIND_memory says for KIND_runs.
     """

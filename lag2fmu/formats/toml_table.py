@@ -178,7 +178,10 @@ class TomlTable:
         return self._axis(self.content[key], self.place(key)) if key in self.content else None
 
     def file(self, key: str) -> Path | None:
-        """The file ``key``, below the folder of the text; None if it is not there."""
+        """The file ``key``, below the folder of the text; None if it is not there.
+
+        Raises TextError for a path that leads elsewhere, and where the data are given otherwise too.
+        """
         text = self.text(key, None)
         if text is None:
             return None
@@ -191,7 +194,10 @@ class TomlTable:
         return self.around.folder / path
 
     def columns(self, key: str) -> tuple[Any, ...] | None:
-        """The arrays of numbers in the array ``key``, which may hold arrays again; None if it is not there."""
+        """The arrays of numbers in the array ``key``, which may hold arrays again; None if it is not there.
+
+        Raises TextError for anything else.
+        """
         value = self._array(key, "columns")
         return value and tuple(_numbers(item, f"{self.place(key)}[{i}]") for i, item in enumerate(value))
 

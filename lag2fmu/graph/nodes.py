@@ -100,7 +100,7 @@ class Nodes:
         return sorted(node for node in border if node not in moving and not self.is_constant(node))
 
     def looked_up(self, node: Node, arguments: Sequence[ArrayLike]) -> Floats:
-        """The values of the lookup ``node`` at ``arguments``."""
+        """The values (*batch) of the lookup ``node`` at ``arguments``, one or two of this shape, in SI units."""
         table, *rest = self.operands[node]
         orders = [int(self.value(order)) for order in rest[: len(arguments)]]
         return self.tables[int(self.value(table))](orders, *arguments)

@@ -141,7 +141,10 @@ def _without_gravity(d: Description, part: Part) -> Description:
 
 
 def settable(d: Description) -> dict[str, Settable]:
-    """{name: what it stands for} of all parameters and starts of the mechanism ``d``, those of its parts included."""
+    """{name: what it stands for} of all parameters and starts of the mechanism ``d``, those of its parts included.
+
+    Raises MechanismError where its parts do not fit into it.
+    """
     d = _opened(assembled(d)[0])
     found = {p.name: Settable("parameters", _unit(p)) for p in d.parameters}
     found |= {u.name: Settable("inputs", _unit(u)) for u in (*d.inputs, *(u for _, u in with_inputs(d)[1]))}

@@ -31,7 +31,10 @@ class Geometry(NamedTuple):
 
 
 def geometry_of(m: Description, contact: Contact, poses: Poses) -> Geometry:
-    """Gap and slips of ``contact``, which has been checked, as they are written or as they follow from its places."""
+    """Gap and slips of ``contact``, which has been checked, as they are written or as they follow from its places.
+
+    Raises MechanismError for places that do not move relative to each other, and without an angle that it needs.
+    """
     if contact.kind is None:
         slip = () if contact.slip is None else contact.slip if isinstance(contact.slip, tuple) else (contact.slip,)
         return Geometry(sp.sympify(contact.gap), slip)

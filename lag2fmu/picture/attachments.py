@@ -35,7 +35,7 @@ class Attachment:
 
 
 def attach(skeleton: Skeleton, part: Spring | Damper, places: dict[int, Floats]) -> Attachment | None:
-    """Where ``part`` acts, ``places`` being the slopes of bodies, points and joints; None if that cannot be told."""
+    """Where ``part`` acts, ``places`` being those of ``slopes_of_places``; None if that cannot be told."""
     if part.between is not None:
         a, b = (skeleton.place[str(end)] for end in part.between)
         return Attachment(part, (a, b))

@@ -55,7 +55,10 @@ def _joined(loose: list[tuple[int | Pulley, Floats]]) -> Pulley | None:
 
 
 def draw_pulley(canvas: Canvas, pulley: Pulley, flat: Floats, height: float) -> None:
-    """The fixed ``pulley`` below a ceiling, with all that hangs on it; masses reach ``height`` above their spots."""
+    """The fixed ``pulley`` below a ceiling, with all that hangs on it; masses reach ``height`` above their spots.
+
+    ``flat`` (spots, 2) has all spots in the picture, in its units, as ``height`` is.
+    """
     center, radius = _draw(canvas, pulley, flat, height)
     ceiling = center + np.array([0.0, radius + _CLEAR])
     canvas.stroke("pulleys", "link", [np.array([center, ceiling])])

@@ -116,7 +116,10 @@ class Canvas:
         self.marks.append(Disc(part, style, (x, y), round(radius, 3)))
 
     def name(self, part: str, style: str, text: str, near: Floats, away: float = 2.0, inside: bool = False) -> None:
-        """Ask for a label."""
+        """Ask for a label ``text`` near the place ``near`` (2,), ``away`` from it, or ``inside`` what is there.
+
+        Lengths are in units of the picture.
+        """
         self.wishes.append(Wish(part, style, text, (float(near[0]), float(near[1])), _LARGE, away, inside))
 
     def finished(self, title: str, unit: float) -> Scene:

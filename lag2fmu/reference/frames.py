@@ -214,12 +214,12 @@ def turning(pose: Pose, quantity: str, *, in_world: bool) -> Array:
 
 
 def growth(gap: Array, rate: Array, root: Callable[[Any], Any]) -> Any:
-    """How fast |gap| grows, m/s."""
+    """How fast |gap| grows (m/s), (*batch), for ``gap`` (m) and its ``rate`` (m/s), (3, *batch) each."""
     return dot(gap, rate) / root(dot(gap, gap))
 
 
 def rotational(w: Array, inertia: Array) -> Array:
-    """w . J w for the tensor's entries xx, yy, zz, xy, xz, yz."""
+    """w . J w (J) for w (3, *batch) in rad/s and the tensor's entries (6, *batch): xx, yy, zz, xy, xz, yz."""
     xx, yy, zz, xy, xz, yz = inertia
     x, y, z = w
     product: Array = xx * x * x + yy * y * y + zz * z * z + 2 * (xy * x * y + xz * x * z + yz * y * z)

@@ -141,7 +141,7 @@ class Spatial:
         return [power.diff(v).xreplace(known) for v in self._composition.symbols.qd]
 
     def rates(self, values: Array, root: Callable[[Any], Any]) -> list[Any]:
-        """How fast the dampers with a force grow (m/s), for ``values`` of the ``expressions`` as ``terms`` has them."""
+        """How fast the dampers with a force grow (m/s, one for each), for ``values`` as ``terms`` has them."""
         poses = poses_of(self._links, values)
         return [growth(*self._gap(element, poses, values), root) for element, _ in self._forceful]
 
@@ -153,7 +153,7 @@ class Spatial:
         return entries + [composition.written(x.force_at(r)) for x, r in zip(dampers, rates, strict=True)]
 
     def power(self, values: Array, efforts: Sequence[Any], root: Callable[[Any], Any]) -> Any:
-        """The power (W) of the ``efforts`` at ``values`` of the ``expressions``; Q is its slope along qd."""
+        """The power (W) of the ``efforts`` (N, N.m) at ``values``, both as above; Q is its slope along qd."""
         poses, forces = poses_of(self._links, values), efforts[3 * len(self._loads) :]
         total: Any = 0
         for i, load in enumerate(self._loads):
@@ -222,7 +222,7 @@ class Spatial:
         return [written(gravity.acceleration) * written(x) for x in gravity.direction or (0, 0, -1)]
 
     def terms(self, values: Array, root: Callable[[Any], Any], zero: Any) -> Energies:
-        """T, V (J) and R (W) for ``values`` of the ``expressions``, numbers of any kind with ``root`` and ``zero``."""
+        """T, V (J) and R (W), (*shape), for ``values`` (k, *shape) of the k ``expressions``, numbers with ``root``."""
         poses = poses_of(self._links, values)
         T, V, R = zero, zero, zero
         for body in self._bodies:

@@ -80,7 +80,7 @@ class Trajectory:
         return self.columns([name])[:, 0]
 
     def columns(self, names: Sequence[str]) -> Floats:
-        """The columns ``names`` (m, len(names)); raises SimulationError that lists the missing ones."""
+        """The columns of the k ``names``, (m, k); raises SimulationError that lists the missing ones."""
         missing = [name for name in names if name not in self.names]
         if missing:
             raise SimulationError(
@@ -93,7 +93,7 @@ class Trajectory:
         return Trajectory.of(self.time, {name: self[name] for name in self if name not in names})
 
     def interpolated(self, times: ArrayLike) -> Trajectory:
-        """The trajectory at ``times`` (s), linear between its own; raises SimulationError outside of its range.
+        """The trajectory at ``times`` (m,) in s, linear between its own; raises SimulationError outside of its range.
 
         The ends may be missed by rounding (1e-9 of the duration).
         """

@@ -50,7 +50,7 @@ def check_given(library: Library, name: str) -> None:
 def times_of(
     library: Library, times: Sequence[float] | Floats | None, stop_time: float | None, step: float | None
 ) -> Floats:
-    """The times (s) of a run: ``times``, or every ``step`` from 0 to ``stop_time``; by default those of the model.
+    """The times (m,) of a run in s: ``times`` or every ``step`` from 0 to ``stop_time``; by default those of the model.
 
     Raises LoadError for times that do not ascend from 0 on.
     """
@@ -76,7 +76,9 @@ def check_tolerance(tolerance: float) -> float:
 
 
 def signals_of(library: Library, inputs: Inputs | None, times: Floats, *, hold: bool = False) -> Signals | None:
-    """``inputs`` as ``simulate`` takes them, for runs of ``library``; linear between their times, or held.
+    """``inputs`` as ``simulate`` takes them, for runs of ``library`` at ``times`` (m,) in s.
+
+    They are linear between their own times, or held.
 
     Raises LoadError for what is no input, and for a motion without its rates.
     """

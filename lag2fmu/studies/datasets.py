@@ -43,7 +43,7 @@ def dataset(store: Store, task: Task, design: Design, units: Mapping[str, Unit |
     """The Dataset of a sweep: outputs over what varies, and over ``time`` (s) where there are several times.
 
     Of a full grid each axis is a dimension, named as what varies on it; a sample has the dimension ``run``. ``failed``
-    says which runs failed, ``reason`` why.
+    says which runs failed, ``reason`` why. Raises LoadError where xarray is not installed, and for a damaged file.
     """
     xarray = needed("xarray")
     parts = list(store.parts())

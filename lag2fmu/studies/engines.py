@@ -22,7 +22,7 @@ from lag2fmu.verify.simulate import simulate_fmu
 
 
 def run_part(task: Task, rows: Floats) -> Part:
-    """Make the runs with the values in ``rows`` (runs, names), in SI."""
+    """Make the runs with the values in ``rows`` (runs, names), in SI; one that cannot be made has a reason."""
     values = np.full((len(rows), len(task.times), len(task.outputs)), np.nan)
     reasons = _out_of_bounds(task, rows)
     good = np.array([i for i in range(len(rows)) if i not in reasons], dtype=int)

@@ -79,7 +79,7 @@ class Store:
         new.replace(self.folder / f"{number}.npz")
 
     def parts(self) -> Iterator[Part]:
-        """All parts, in order."""
+        """All parts, in order; raises LoadError for a file that is damaged."""
         for i in range(self.count):
             yield self._memory[i] if self.folder is None else self._load(self.folder / f"{i}.npz")
 

@@ -114,7 +114,10 @@ def directed_run(  # noqa: PLR0913 (what makes a run)
     hold: bool = False,
     study: Study | None = None,
 ) -> Directed:
-    """One run of a ``library`` for derivatives, in the memory of ``study`` if it is given; see ``sensitivities``."""
+    """One run of a ``library`` for derivatives, in the memory of ``study`` if it is given; see ``sensitivities``.
+
+    ``times`` (m,) in s ascend from ``start`` (s); ``values`` are in SI units. Raises LoadError as ``sensitivities``.
+    """
     check_over(library, over)
     seeds = [(library.settable(name), scale_of(library, name, values)) for name in over]
     found, slopes, reason = (study or Study(library, len(over))).run(

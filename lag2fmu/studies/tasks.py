@@ -47,7 +47,10 @@ class Wanted:
 def task_of_model(
     model: Any, design: Design, wanted: Wanted, libraries: str, threads: int | None
 ) -> tuple[Task, dict[str, Unit | None], str]:
-    """The task for a mechanism, the units of its names, and a title; see ``Task`` for the other arguments."""
+    """The task for a mechanism, the units of its names, and a title; see ``Task`` for the other arguments.
+
+    Raises LoadError for names that it does not have, and for times (s) that are none of a run.
+    """
     mechanism = as_mechanism(model)
     check_names(mechanism, [*design.names, *wanted.values])
     times = _times(wanted, mechanism.experiment.stop_time if wanted.stop_time is None else wanted.stop_time)
@@ -83,7 +86,10 @@ def _outputs_of(mechanism: Mechanism, outputs: Sequence[str] | None) -> tuple[st
 
 
 def task_of_fmu(model: Any, design: Design, wanted: Wanted) -> tuple[Task, dict[str, Unit | None], str]:
-    """The task for an FMU of any tool, the units that it declares, and a title."""
+    """The task for an FMU of any tool, the units that it declares, and a title.
+
+    Raises LoadError for a solver, which the FMU has inside, and for names that it does not have.
+    """
     path = fmu_path(model).resolve()
     description = description_of(path)
     scalars = scalars_of(description, path)

@@ -57,7 +57,7 @@ def _table(file: Path, names: Sequence[str], units: Mapping[str, Unit]) -> Axis:
 
 
 def numbers_of_text(option: str, text: str) -> Floats:
-    """The numbers between the commas of what an ``option`` was given; raises LoadError."""
+    """The k numbers between the commas of what an ``option`` was given, (k,); raises LoadError for what is none."""
     try:
         return np.array([float(part) for part in text.split(",")])
     except ValueError:

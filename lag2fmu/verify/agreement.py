@@ -40,7 +40,7 @@ def horizon_of(task: Task, reference: Reference) -> float:
 
 
 def on_grid(reference: Reference, time: Floats) -> NDArray[np.intp]:
-    """The rows of the reference at ``time``; raises SimulationError if a time is not on its grid."""
+    """The rows of the reference at ``time`` (k,) in s: (k,); raises SimulationError if a time is not on its grid."""
     known = reference.trajectory.time
     rounding = 1e-3 * float(np.diff(known).min(initial=np.inf))
     rows = np.minimum(np.searchsorted(known, time - rounding), len(known) - 1)

@@ -98,7 +98,7 @@ def co_simulation(instance: Instance, run: Run, plan: Plan) -> tuple[Floats, Flo
     """Communication step after communication step: the grid (k,) and what is recorded there, (k, outputs).
 
     The instance has been initialized. Inputs that are not held are given where the FMU asks for them: FMI 3.0 has no
-    derivatives of inputs.
+    derivatives of inputs. Raises SimulationError where the FMU ends the simulation or makes no way.
     """
     fmu, points, row = instance.fmu, plan.points, 0
     if run.events:
@@ -135,7 +135,11 @@ def _step(fmu: Any, inputs: _Inputs, begun: float, end: float, events: bool) -> 
 
 
 def settle(fmu: Any) -> None:
-    """Event iteration in event mode of FMI 3.0, until the discrete states need no further update."""
+    """Event iteration in event mode of FMI 3.0, until the discrete states need no further update.
+
+    Raises SimulationError where they never do, and where the FMU ends the simulation.
+    Source: FMI 3.0.2 specification, section 2.3.5 (fmi3UpdateDiscreteStates).
+    """
     for _ in range(_PATIENCE):
         needed, terminate, *_ = fmu.updateDiscreteStates()
         if terminate:

@@ -58,7 +58,7 @@ def extent(task: Task, reference: Reference, horizon: float) -> Iterator[Check]:
 def row_checks(
     task: Task, runs: Mapping[str, Trajectory], reference: Reference, rows: Mapping[str, NDArray[np.intp]]
 ) -> Iterator[Check]:
-    """The laws along every run; ``rows`` are those of ``reference`` at the times of each run."""
+    """The laws along every run; ``rows`` are those of ``reference`` at the k times of each run, (k,)."""
     if not has_rows(task.mechanism):
         return
     points, seen = Points(task.mechanism), comparable(task, reference)

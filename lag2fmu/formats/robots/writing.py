@@ -39,12 +39,12 @@ def _angle(x: float) -> sp.Expr:
 
 
 def axis_of(axis: Floats) -> str | tuple[sp.Expr, ...]:
-    """The letter of an ``axis`` along x, y or z, else its entries."""
+    """The letter of an ``axis``, a unit vector (3,), along x, y or z, else its entries."""
     along = [k for k in range(3) if axis[k] == 1.0]
     return AXES[along[0]] if along else numbers(axis)
 
 
 def turn(axis: Floats, angle: sp.Expr) -> Turn:
-    """The turn by ``angle`` about ``axis``; about -x, -y, -z as one by the opposite angle."""
+    """The turn by ``angle`` (rad) about ``axis``, a unit vector (3,); about -x, -y, -z by the opposite angle."""
     against = [k for k in range(3) if axis[k] == -1.0]
     return (AXES[against[0]], -angle) if against else (axis_of(axis), angle)

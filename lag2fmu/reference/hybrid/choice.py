@@ -32,6 +32,7 @@ class Choice:
         """The modes of contacts and frictions that accelerations ask for; where there are none, an impact first.
 
         Also the state behind it, and its work and dissipated energy, (2,) in J.
+        Raises SimulationError where no modes meet the laws of contact.
         """
         system, energies = self.system, np.zeros(2)
         if not system.elements.k:

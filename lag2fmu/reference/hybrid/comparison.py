@@ -58,7 +58,10 @@ def perturbed(run: Run, start: Floats, scales: Floats, modes: Modes) -> Floats:
 
 
 def compared(run: Run, tracks: Sequence[Track], scales: Floats, columns: Mapping[str, Floats]) -> HybridResult:
-    """The record of the runs at rtol, which has these ``columns``, 10 rtol, and 10 rtol from the perturbed start."""
+    """The record of the runs at rtol, which has these ``columns``, 10 rtol, and 10 rtol from the perturbed start.
+
+    ``scales`` (s,) of the states are those that errors are relative to; ``columns`` have a value at each time, (m,).
+    """
     fine, coarse, moved = tracks
     same = alike(fine, coarse) & alike(coarse, moved)
     # touching without a force may count as open or closed: where states agree too, runs do the same

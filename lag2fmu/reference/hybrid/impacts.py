@@ -37,6 +37,7 @@ class Impacts:
         """The state behind all rounds of impacts, work and dissipated energy, (2,) in J, and whether there was one.
 
         ``catching``: a latch that begins to hold takes part in a first round, without rebound.
+        Raises SimulationError where no impulses meet the laws of impact.
         """
         system, e = self.system, self.system.elements
         if not e.u and not catching:
@@ -169,7 +170,10 @@ class Impacts:
         return [i for i in closed if forces[i] > LOADED * sizes[i]]
 
     def without_collision(self, point: Point, modes: Modes, contacts: Sequence[int]) -> tuple[State, float]:
-        """The state behind an impact without collision, where no accelerations meet the laws, and the energy lost."""
+        """The state behind an impact without collision, where no accelerations meet the laws, and the energy lost (J).
+
+        Raises SimulationError where no such impact meets the laws either.
+        """
         system, e = self.system, self.system.elements
         _, X = system.responses(point, modes)
         D, v = point.rows.jacobian @ X, point.rows.velocities

@@ -45,7 +45,7 @@ class Piece:
         return self.system.energies.with_states(inputs.copy(), y[2 * self.n : self.size])
 
     def turn(self, t: float, y: Floats) -> None:
-        """Take the directions of slips in space over from the state at which a step begins."""
+        """Take the directions of slips in space over from the state y (s + 2,) at ``t`` (s), where a step begins."""
         e, modes = self.system.elements, self.modes
         if modes.directions:
             velocities = e.events(self.state(t, y))[3]

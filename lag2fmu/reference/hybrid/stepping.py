@@ -41,7 +41,7 @@ class Motion(Protocol):
         """Below these values an event function is zero but for rounding: (count,)."""
 
     def turn(self, t: float, y: Floats) -> None:
-        """Take over what a step begins with."""
+        """Take over what a step begins with: the time ``t`` (s) and y (s,)."""
 
 
 @dataclass

@@ -65,7 +65,7 @@ class System:
         return closed + [e.latch_rows[i] for i in self.latched(modes, True)], stuck
 
     def missed(self, rows: Rows, modes: Modes) -> Floats:
-        """How far the rows whose position is kept are from where they are to be."""
+        """How far the p rows whose position is kept are from where they are to be, (p,), in SI units."""
         latched = self.latched(modes, True)
         offsets = np.array([modes.offsets[i] for i in latched])
         return np.concatenate([rows.gaps[closed_contacts(modes)], rows.latched[latched] - offsets])

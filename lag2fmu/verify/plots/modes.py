@@ -39,7 +39,7 @@ def events_of(run: Trajectory, mechanism: Mechanism) -> Changes:
 
 
 def mark_events(axes: Axes, times: Floats) -> None:
-    """Small triangles at the bottom where something changed just before these times (s)."""
+    """Small triangles at the bottom where something changed just before these ``times`` (k,) in s."""
     place = axes.get_xaxis_transform()
     axes.plot(times, np.zeros(len(times)), "^", markersize=4, color="0.35", transform=place, clip_on=False, zorder=3)
 

@@ -13,19 +13,22 @@
 #include "system.h"
 #include "tables.h"
 
-/* Further states may depend on multipliers; those of redundant constraints then are the ones that are shown, of least
-   norm. */
-static bool spread_for_further(Instance *instance, double time, const double states[], const double inputs[],
-                               double unknowns[]) {
+/* The rates of the further states, which may depend on multipliers; those of redundant constraints then are the ones
+   that are shown, of least norm. */
+static bool evaluate_further(Instance *instance, double time, const double states[], const double inputs[],
+                             double unknowns[], double rates[]) {
     System *system = &instance->scratch.system;
-    if (N_FURTHER == N_RESTING || multipliers_unique(instance)) {
+    if (N_FURTHER == N_RESTING) {
+        memset(rates, 0, N_FURTHER * sizeof(double));
         return true;
     }
-    if (!system_factorize(instance, time, states, inputs, N_CONSTRAINTS, 0.0, system)) {
-        return false;
+    if (!multipliers_unique(instance)) {
+        if (!system_factorize(instance, time, states, inputs, N_CONSTRAINTS, 0.0, system)) {
+            return false;
+        }
+        multipliers_spread(system, unknowns);
     }
-    multipliers_spread(system, unknowns);
-    return true;
+    return further_rates(instance, time, states, inputs, unknowns, rates);
 }
 
 bool equations_derivative(Instance *instance, double time, const double states[], double derivatives[]) {
@@ -34,8 +37,7 @@ bool equations_derivative(Instance *instance, double time, const double states[]
     const bool known = accelerations_at(instance, time, states, inputs, unknowns);
     memcpy(derivatives, states + N_COORDINATES, N_COORDINATES * sizeof(double));
     memcpy(derivatives + N_COORDINATES, unknowns, N_COORDINATES * sizeof(double));
-    if (!known || !spread_for_further(instance, time, states, inputs, unknowns) ||
-        !further_rates(instance, time, states, inputs, unknowns, derivatives + 2 * N_COORDINATES)) {
+    if (!known || !evaluate_further(instance, time, states, inputs, unknowns, derivatives + 2 * N_COORDINATES)) {
         tables_explain(instance, time, states, inputs);
         return false;
     }

@@ -18,31 +18,24 @@ static const double LAST_BUT_ONE[ROOT_NODES] = {
 };
 static const double LAST[ROOT_NODES] = {0.2, -0.4, 0.4, -0.4, 0.4, -0.2};
 
-/* Newton's divided differences, expanded to powers of theta and those to Bernstein's basis. */
+/* The inner coefficients in Bernstein's basis by the values at the nodes: rows of the inverse of the matrix of
+   Bernstein's polynomials at the nodes. The outer ones are the outer values. */
+static const double FITTED[ROOT_NODES - 2][ROOT_NODES] = {
+    {-2.4, 4.188854381999832, -1.1577708763999663, 0.6111456180001682, -0.44222912360003364, 0.2},
+    {2.52, -5.294427190999916, 5.8499689437998486, -3.505572809000084, 2.6300310562001514, -1.2},
+    {-1.2, 2.6300310562001514, -3.505572809000084, 5.8499689437998486, -5.294427190999916, 2.52},
+    {0.2, -0.44222912360003364, 0.6111456180001682, -1.1577708763999663, 4.188854381999832, -2.4},
+};
+
 void roots_fit(const double values[], double bernstein[]) {
-    double powers[ROOT_NODES] = {0.0}, divided[ROOT_NODES];
-    memcpy(divided, values, sizeof divided);
-    for (int k = 1; k <= N; k++) {
-        for (int i = N; i >= k; i--) {
-            divided[i] = (divided[i] - divided[i - 1]) / (ROOT_PLACES[i] - ROOT_PLACES[i - k]);
-        }
-    }
-    for (int k = N; k >= 0; k--) { /* powers = divided[k] + (theta - place) powers */
-        for (int i = N; i > 0; i--) {
-            powers[i] = powers[i - 1] - ROOT_PLACES[k] * powers[i];
-        }
-        powers[0] = divided[k] - ROOT_PLACES[k] * powers[0];
-    }
-    for (int j = 0; j <= N; j++) {
-        double share = 1.0; /* C(j, i) / C(N, i) */
-        bernstein[j] = 0.0;
-        for (int i = 0; i <= j; i++) {
-            bernstein[j] += share * powers[i];
-            share *= i < N ? (double)(j - i) / (N - i) : 0.0;
-        }
-    }
     bernstein[0] = values[0];
     bernstein[N] = values[N];
+    for (int j = 1; j < N; j++) {
+        bernstein[j] = 0.0;
+        for (int i = 0; i <= N; i++) {
+            bernstein[j] += FITTED[j - 1][i] * values[i];
+        }
+    }
 }
 
 bool roots_resolved(const double values[]) {
@@ -55,28 +48,23 @@ bool roots_resolved(const double values[]) {
     return fabs(last[0]) <= RESOLVED * greatest && fabs(last[1]) <= RESOLVED * greatest;
 }
 
-/* The value of a polynomial of this degree, by de Casteljau's scheme. */
-static double value_at(const double bernstein[], int degree, double theta) {
+/* The value of a polynomial of this degree, 1 at least, and its slope, by de Casteljau's scheme. */
+static double value_at(const double bernstein[], int degree, double theta, double *slope) {
     double work[ROOT_NODES];
     memcpy(work, bernstein, ((size_t)degree + 1) * sizeof(double));
-    for (int k = degree; k > 0; k--) {
+    for (int k = degree; k > 1; k--) {
         for (int i = 0; i < k; i++) {
             work[i] += theta * (work[i + 1] - work[i]);
         }
     }
-    return work[0];
-}
-
-static double slope_at(const double bernstein[], int degree, double theta) {
-    double slopes[ROOT_NODES];
-    for (int k = 0; k < degree; k++) {
-        slopes[k] = degree * (bernstein[k + 1] - bernstein[k]);
-    }
-    return value_at(slopes, degree - 1, theta);
+    *slope = degree * (work[1] - work[0]);
+    return work[0] + theta * (work[1] - work[0]);
 }
 
 double roots_slope(const double bernstein[ROOT_NODES], double theta) {
-    return slope_at(bernstein, N, theta);
+    double slope;
+    value_at(bernstein, N, theta, &slope);
+    return slope;
 }
 
 static int sign_changes(const double b[], int degree) {
@@ -101,10 +89,10 @@ static void halve(const double b[], int degree, double left[], double right[]) {
 /* The root of a polynomial that is positive at 0, not at 1, and has one root between: by bisection with Newton's steps
    where they stay inside. */
 static double single_root(const double b[], int degree) {
-    double low = 0.0, high = 1.0, theta = 0.5;
+    double low = 0.0, high = 1.0, theta = 0.5, slope;
     for (int i = 0; i < 100 && low < theta && theta < high; i++) {
-        const double value = value_at(b, degree, theta);
-        const double next = theta - value / slope_at(b, degree, theta);
+        const double value = value_at(b, degree, theta, &slope);
+        const double next = theta - value / slope;
         if (fabs(next - theta) <= DBL_EPSILON * theta) {
             return theta;
         }

@@ -5,6 +5,7 @@
 #include "mechanism.h"
 
 #define N_RATES (N_STATES - N_COORDINATES) /* accelerations, and behind them the derivatives of further states */
+#define N_MOVING (N_STATES - N_RESTING)          /* those that solvers integrate */
 #define N_FURTHER (N_STATES - 2 * N_COORDINATES)
 #define SIZE_FURTHER (N_FURTHER > 0 ? N_FURTHER : 1)
 

@@ -54,7 +54,7 @@ double solver_error(const Instance *instance, Step step, double tolerance, int *
     double error = 0.0, second = 0.0;
     tableau_errors(step.length, stages_of(instance), estimate, other);
     *worst = 0;
-    for (int i = 0; i < N_STATES; i++) {
+    for (int i = 0; i < N_MOVING; i++) {
         const double size = fabs(old[i]) > fabs(new[i]) ? fabs(old[i]) : fabs(new[i]);
         const double unit = 1.0 / (tolerance * (size + NOMINAL_STATES[i]));
         const double one = unit * fabs(estimate[i]), two = unit * fabs(other[i]);

@@ -24,10 +24,14 @@ static bool in_space(const Laws *laws) {
     return found;
 }
 
+static bool is_lone_contact(const Laws *laws) {
+    return laws->size == 1 && laws->width[0] == 0;
+}
+
 /* A lone contact that does not go on as it is has but one other way to. */
 static bool turns(const Laws *laws, const Choice *present, double x[]) {
     Choice other;
-    if (laws->size != 1 || laws->width[0] != 0) {
+    if (!is_lone_contact(laws)) {
         return false;
     }
     memset(&other, 0, sizeof other);
@@ -66,6 +70,9 @@ static bool let_slip(const Elimination *e, const double x[], Laws *laws) {
 static void spread(const Laws *laws, double x[]) {
     Choice choice;
     double other[MOST_ACTIVE] = {0.0};
+    if (is_lone_contact(laws)) {
+        return; /* what it bears is the only answer */
+    }
     memset(&choice, 0, sizeof choice);
     for (int k = 0; k < laws->size; k++) {
         const double limit = laws_limit(laws, x, k), side = limit > 0.0 ? x[k] / limit : 0.0;

@@ -164,6 +164,10 @@ static void add_solution(const Decomposition *d, double b[], double x[]) {
 void least_norm_solve(int n, const double a[], const double b[], double x[]) {
     Decomposition d;
     double rest[R];
+    if (n == 1) {
+        x[0] = a[0] != 0.0 ? b[0] / a[0] : 0.0;
+        return;
+    }
     decompose(&d, n, a);
     memset(x, 0, (size_t)n * sizeof(double));
     for (int refinement = 0; refinement < 2; refinement++) {

@@ -77,17 +77,29 @@ static bool all_above(const double numbers[], double level) {
     return above;
 }
 
+/* Does the function mean nothing in the present mode? */
+static bool is_one(const double values[]) {
+    bool one = true;
+    for (int i = 0; i < ROOT_NODES && one; i++) {
+        one = values[i] == 1.0;
+    }
+    return one;
+}
+
 /* Is a function with these values at the nodes far from 0 between them? One that leaves 0 is so if it rises steadily:
    its quotients by theta are taken. */
 static bool is_far(const double values[], double noise) {
     const bool leaves = fabs(values[0]) <= noise;
     double least = leaves ? values[ROOT_NODES - 1] : values[0], greatest = least;
+    if (is_one(values)) {
+        return true;
+    }
     for (int i = 1; i < ROOT_NODES; i++) {
         const double value = leaves ? values[i] / ROOT_PLACES[i] : values[i];
         least = smaller(least, value);
         greatest = larger(greatest, value);
     }
-    return least > FAR * greatest && least > 0.0 && (leaves || least == greatest || roots_resolved(values));
+    return least > FAR * greatest && least > 0.0 && (leaves || roots_resolved(values));
 }
 
 /* Does a function of a contact that begins at 0 rise from there, so that an early root is none? The polynomial through

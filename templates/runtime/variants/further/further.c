@@ -2,14 +2,9 @@
 #include "further.h"
 
 #include <math.h>
-#include <string.h>
 
 bool further_rates(Instance *instance, double time, const double states[], const double inputs[],
                    const double unknowns[], double rates[]) {
-    if (N_FURTHER == N_RESTING) {
-        memset(rates, 0, N_FURTHER * sizeof(double));
-        return true;
-    }
     mechanism_further(time, states, inputs, instance->state.parameters, unknowns, rates);
     for (int k = 0; k < N_FURTHER; k++) {
         if (!isfinite(rates[k])) {
