@@ -207,5 +207,5 @@ def test_forces_of_events_on_what_has_no_mass_are_refused(element: str, refused:
     if not refused:
         assert len(derive(mechanism).rows) == 1
         return
-    with pytest.raises(DerivationError, match="'rubs(_upper)?' acts on b, which has no mass"):
+    with pytest.raises(DerivationError, match=r"'rubs(_upper)?' acts on b, which has no mass"):
         derive(mechanism)
