@@ -14,8 +14,6 @@ from lag2fmu.analysis.state_space import FORMATS, Quantity, StateSpace
 from lag2fmu.cli.options import check_ending
 from lag2fmu.cli.settings import load_mechanism
 from lag2fmu.cli.terminal import console
-from lag2fmu.description import names
-from lag2fmu.dynamics.equations import EquationsOfMotion
 from lag2fmu.dynamics.lagrange import derive
 from lag2fmu.reference.trajectory import Floats
 from lag2fmu.verify.entry_points import linearize
@@ -43,7 +41,7 @@ def linearize_model(
     if path is not None:
         check_ending(path, FORMATS)
     equations = derive(load_mechanism(model, settings))
-    about = linearize(equations, at, outputs=outputs or _outputs(equations))
+    about = linearize(equations, at, outputs=outputs or None)
     found = about.state_space(inputs or None)
     for title, table in _tables(found):
         click.echo(title)
@@ -53,13 +51,6 @@ def linearize_model(
     if path is not None:
         found.save(path)
         click.echo(f"wrote {path}", err=True)
-
-
-def _outputs(equations: EquationsOfMotion) -> list[str]:
-    """The names of the outputs of the FMU: coordinates, velocities, further states and the user's."""
-    m = equations.mechanism
-    coordinates = [q.name for q in m.coordinates]
-    return [*coordinates, *map(names.velocity, coordinates), *(z.name for z in m.states), *equations.outputs]
 
 
 def _tables(found: StateSpace) -> Iterator[tuple[str, Table]]:

@@ -68,12 +68,21 @@ def linearize(
     """The linearization of ``model`` ``at`` its "start", the "equilibrium" found from there, or a time (s) of its run.
 
     ``about`` are the other arguments of ``lag2fmu.analysis.linearize``: q=, qd= (n,) and further= (f,) in SI units and
-    t= (s) instead of ``at``, inputs= {name: SI value}, outputs= names of y. Its ``state_space`` gives A, B, C, D as
-    files and other packages take them. Contacts, stops, dry frictions and latches stay in their modes at the state.
-    Raises DerivationError where there is no such state, or M is singular there.
+    t= (s) instead of ``at``, inputs= {name: SI value}, outputs= names of y, by default the outputs of the FMU. Its
+    ``state_space`` gives A, B, C, D as files and other packages take them. Contacts, stops, dry frictions and latches
+    stay in their modes at the state. Raises DerivationError where there is no such state, or M is singular there.
     """
     equations = model if isinstance(model, EquationsOfMotion) else derive(model)
+    if about.get("outputs") is None:
+        about["outputs"] = _outputs(equations)
     return linearization_of(equations, **{**state_at(equations, at, about.get("inputs")), "within": True, **about})
+
+
+def _outputs(equations: EquationsOfMotion) -> list[str]:
+    """The names of the outputs of the FMU: coordinates, velocities, further states and the user's."""
+    m = equations.mechanism
+    coordinates = [q.name for q in m.coordinates]
+    return [*coordinates, *map(velocity, coordinates), *(z.name for z in m.states), *equations.outputs]
 
 
 def state_at(equations: EquationsOfMotion, at: str | float, inputs: Any = None) -> dict[str, Any]:

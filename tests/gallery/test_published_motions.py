@@ -1,0 +1,174 @@
+"""Motions that the literature gives in numbers or invariants, of mechanisms that do not come along."""
+
+from collections.abc import Callable
+
+import numpy as np
+import pytest
+from scipy.integrate import quad
+
+from lag2fmu import simulate
+from lag2fmu.fmu import Fmu
+from lag2fmu.formats.text import read
+from lag2fmu.mechanism import Energy, Mechanism, coordinate
+
+pytestmark = pytest.mark.fmu
+
+Exported = Callable[..., Fmu]
+
+G = 9.81
+
+KOVALEVSKAYA = """
+[mechanism]
+name = "kovalevskaya"
+[coordinates]
+e0 = { guess = 0.9 }
+e1 = { start = 0.3 }
+e2 = { start = -0.2 }
+e3 = { start = 0.1 }
+[frames.top]
+quaternion = ["e0", "e1", "e2", "e3"]
+[gravity]
+acceleration = 9.81
+[bodies.rotor]
+frame = "top"
+mass = 1
+center = [0.7, 0, 0]
+inertia = [1, "1 - 0.7**2", "0.5 - 0.7**2", 0, 0, 0]
+[outputs]
+w = { frame = "top", quantity = "angular_velocity", axes = "frame" }
+turn = { frame = "top", quantity = "rotation" }
+"""
+
+BENNETT = """
+[mechanism]
+name = "bennett"
+[parameters]
+a = { value = 1, unit = "m" }
+b = { expression = "a*sin(1)/sin(0.5)", unit = "m" }
+[coordinates]
+first = { unit = "rad", start = 0.8, velocity = 1 }
+second = { unit = "rad", guess = 2.8, guess_velocity = 0 }
+third = { unit = "rad", guess = 5.5, guess_velocity = 0 }
+[frames]
+base = { origin = ["-b", 0, 0], rotations = [["x", -1]] }
+one = { rotations = [["z", "first"]] }
+one_end = { parent = "one", origin = ["a", 0, 0], rotations = [["x", 0.5]] }
+two = { parent = "one_end", rotations = [["z", "second"]] }
+two_end = { parent = "two", origin = ["b", 0, 0], rotations = [["x", 1]] }
+three = { parent = "two_end", rotations = [["z", "third"]] }
+three_end = { parent = "three", origin = ["a", 0, 0], rotations = [["x", 0.5]] }
+[bodies]
+crank = { frame = "one", mass = 1, center = ["a/2", 0, 0], inertia = [0.01, 0.1, 0.1, 0, 0, 0] }
+coupler = { frame = "two", mass = 1, center = ["b/2", 0, 0], inertia = [0.01, 0.1, 0.1, 0, 0, 0] }
+rocker = { frame = "three", mass = 1, center = ["a/2", 0, 0], inertia = [0.01, 0.1, 0.1, 0, 0, 0] }
+[joints.last]
+kind = "revolute"
+between = ["base", "three_end"]
+axis = "z"
+"""
+
+CHAIN = """
+[mechanism]
+name = "falling_chain"
+[parameters]
+L = { value = 2, unit = "m" }
+M = { value = 0.5, unit = "kg" }
+g = { value = 9.81, unit = "m/s2" }
+[coordinates]
+x = { unit = "m" }
+[energy]
+kinetic = "M*(L - x)/L*x_dot**2/4"
+potential = "-M*g*(L**2 + 2*L*x - x**2)/(4*L)"
+"""
+
+STRING = """
+[mechanism]
+name = "string"
+[coordinates]
+x = { unit = "m", velocity = 5.8595221 }
+y = { unit = "m", start = -1 }
+[gravity]
+acceleration = 9.81
+[bodies.bob]
+mass = 0.1
+position = ["x", "y"]
+[contacts.string]
+gap = "1 - sqrt(x**2 + y**2)"
+"""
+
+
+def test_the_pleiades_are_where_the_test_set_has_them(exported: Exported) -> None:
+    """Seven stars, some of which pass each other closely: E. Hairer, S. P. Norsett, G. Wanner, section II.10.
+
+    The end is that of F. Mazzia, C. Magherini, Test Set for Initial Value Problem Solvers, 2008.
+    """
+    starts = np.array([[3, 3, -1, -3, 2, -2, 2], [3, -3, 2, 0, 0, -4, 4]])
+    speeds = np.array([[0, 0, 0, 0, 0, 1.75, -1.5], [0, 0, 0, -1.25, 1, 0, 0]])
+    stars = [
+        [
+            coordinate(f"{axis}{i}", start=float(at), velocity=float(v))
+            for i, (at, v) in enumerate(zip(*row, strict=True), 1)
+        ]
+        for axis, row in zip("xy", zip(starts, speeds, strict=True), strict=True)
+    ]
+    places = list(zip(range(1, 8), *stars, strict=True))
+    kinetic = sum(m * (x.dot**2 + y.dot**2) / 2 for m, x, y in places)
+    potential = -sum(m * n * ((x - u) ** 2 + (y - v) ** 2) ** -0.5 for m, x, y in places for n, u, v in places if m < n)
+    mechanism = Mechanism("pleiades", coordinates=[*stars[0], *stars[1]], energy=Energy(kinetic, potential))
+    run = simulate(exported(mechanism), stop_time=3.0, step=0.1, tolerance=1e-12)
+    end = [
+        *(0.3706139143970502, 3.237284092057233, -3.222559032418324, 0.6597091455775310),
+        *(0.3425581707156584, 1.562172101400631, -0.7003092922212495),
+        *(-3.943437585517392, -3.271380973972550, 5.225081843456543, -2.590612434977470),
+        *(1.198213693392275, -0.2429682344935824, 1.091449240428980),
+    ]
+    assert [run[q.name][-1] for q in mechanism.coordinates] == pytest.approx(end, abs=1e-9)
+
+
+def test_kovalevskayas_top_keeps_her_invariant(exported: Exported) -> None:
+    """A = B = 2 C, the mass centre in the plane of A and B: S. Kovalevskaya, 1889; gravity is along -z here."""
+    run = simulate(exported(read(KOVALEVSKAYA, "top.toml")), stop_time=10.0, step=0.05, tolerance=1e-10)
+    c, w = 1 * G * 0.7 / 0.5, run["w_x"] + 1j * run["w_y"]
+    invariant = np.abs(w**2 - c * (run["turn_31"] + 1j * run["turn_32"])) ** 2
+    assert np.ptp(run["w_z"]) > 1
+    assert invariant == pytest.approx(np.full(len(run), invariant[0]), rel=1e-7)
+
+
+def test_bennetts_linkage_moves_as_he_found(exported: Exported) -> None:
+    """Four links and a freedom that Gruebler's count denies; half the angles have a constant product of tangents.
+
+    G. T. Bennett, A new mechanism, Engineering 76, 1903.
+    """
+    run = simulate(exported(read(BENNETT, "bennett.toml")), stop_time=1.5, step=0.1, tolerance=1e-8)
+    product = np.tan(run["first"] / 2) * np.tan(run["second"] / 2)
+    assert product == pytest.approx(np.full(len(run), np.sin(0.75) / np.sin(0.25)), rel=1e-7)
+    assert np.ptp(run["first"]) > 1
+
+
+def test_the_end_of_a_falling_chain_outruns_free_fall(exported: Exported) -> None:
+    """In 0.847213 times the time of free fall: C. W. Wong, K. Yasui, Falling chains, Am. J. Phys. 74, 2006."""
+    length = 2.0
+
+    def slowness(root: float) -> float:
+        u = root**2 / length
+        return 2 * np.sqrt((1 - u) / (2 * G * (1 - u / 2)))
+
+    free = np.sqrt(2 * length / G)
+    assert quad(slowness, 0, np.sqrt(length))[0] / free == pytest.approx(0.847213, abs=5e-7)
+    near = quad(slowness, 0, np.sqrt(0.99 * length))[0]
+    run = simulate(exported(read(CHAIN, "chain.toml")), stop_time=near, step=near / 10, tolerance=1e-10)
+    assert run["x"][-1] == pytest.approx(0.99 * length, abs=1e-9)
+
+
+def test_a_string_goes_slack_and_taut_again(exported: Exported) -> None:
+    """It goes slack at the sine (v^2 - 2 g l)/(3 g l) of the angle above the horizontal, and stops the bob along it."""
+    run = simulate(
+        exported(read(STRING, "string.toml")), stop_time=1.5, step=1e-3, tolerance=1e-9, beside=("string_impulse",)
+    )
+    height = (5.8595221**2 - 2 * G) / (3 * G)
+    speed, along = np.sqrt(G * height), np.sqrt(1 - height**2)
+    flight = 4 * speed * along / G
+    place = np.array([along - speed * height * flight, height + speed * along * flight - G * flight**2 / 2])
+    velocity = np.array([-speed * height, speed * along - G * flight])
+    assert np.hypot(*place) == pytest.approx(1, abs=1e-12)
+    assert run["string_impulse"][-1] == pytest.approx(0.1 * velocity @ place, rel=1e-8)
