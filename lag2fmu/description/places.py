@@ -123,7 +123,7 @@ class Body(Place):
     name: str
     mass: Expression = key(
         "expression",
-        "In kg; by default 0, beside an inertia. What a changing mass loses is at rest; give momentum that leaves as a force.",
+        "In kg; by default 0, beside an inertia. Mass that it loses is left at rest: give momentum that leaves as a force.",
         default=None,
         names=GIVEN,
         unit=KILOGRAM,
