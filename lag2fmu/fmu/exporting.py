@@ -14,7 +14,7 @@ from lag2fmu.fmu.advice import damping, moved_starts, stack_of_events, steps_ove
 from lag2fmu.fmu.backends.backend import Backend, Choices
 from lag2fmu.fmu.backends.native import NATIVE
 from lag2fmu.fmu.backends.python import PYTHON
-from lag2fmu.fmu.carried import DESCRIPTION, MECHANISM_ENTRY, WITHOUT
+from lag2fmu.fmu.carried import DESCRIPTION, EQUATIONS, MECHANISM_ENTRY, WITHOUT
 from lag2fmu.fmu.compilers import Progress
 from lag2fmu.fmu.deriving import derived
 from lag2fmu.fmu.documentation import Subject, documentation
@@ -115,7 +115,9 @@ def as_fmu(model: Model, solver: str | None = None, fmi: str = "2.0") -> Iterato
         return
     mechanism = as_mechanism(model)
     with tempfile.TemporaryDirectory(prefix="lag2fmu-") as folder:
-        yield export(mechanism, Path(folder) / f"{mechanism.name}.fmu", solver=solver, fmi=fmi, page="static").path
+        path = Path(folder) / f"{mechanism.name}.fmu"
+        # nobody reads its page
+        yield export(mechanism, path, solver=solver, fmi=fmi, page="static", without=(EQUATIONS,)).path
 
 
 def _check_words(solver: str, backend: str, fmi: str, start: str) -> None:

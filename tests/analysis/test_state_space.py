@@ -11,7 +11,6 @@ from types import ModuleType, SimpleNamespace
 import numpy as np
 import pytest
 from scipy.io import loadmat
-from scipy.signal import lsim
 from sympy import cos, sin
 
 import lag2fmu
@@ -127,6 +126,8 @@ def test_a_chain_of_springs_and_masses() -> None:
 
 def test_steps_of_the_linear_system_are_small_motions_of_the_fmu(exported: Callable[..., Fmu]) -> None:
     """A step of the force on the cart, hanging pole with friction; the rest is of third order in the amplitude."""
+    from scipy.signal import lsim
+
     found = lag2fmu.linearize("cart_pole", "equilibrium", outputs=["x", "theta"])
     time, step = np.linspace(0, 3, 301), 1e-3
     run = simulate(

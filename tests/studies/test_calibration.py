@@ -8,7 +8,6 @@ from typing import Any
 import numpy as np
 import pytest
 from click.testing import CliRunner
-from scipy.stats import binom
 
 import lag2fmu
 from lag2fmu.cli import main
@@ -34,6 +33,8 @@ def measured(seed: int, values: dict[str, float] | None = None) -> dict[str, Any
 @pytest.mark.slow
 def test_estimates_lie_within_their_confidence() -> None:
     """As often as 95 % say, within what chance allows in 40 repetitions; the bench takes 200."""
+    from scipy.stats import binom
+
     repetitions = 40
     hits = dict.fromkeys(TRUE, 0)
     for seed in range(repetitions):

@@ -127,8 +127,15 @@ static bool solve_laws(Settling *settling) {
     return false;
 }
 
-/* Impacts of these contacts, which have just rebounded, accumulate: what is left of them is lower than the tolerance.
-   They close, and stay in this state as long as the rest of the impacts lasts. Returns whether there are any. */
+/* Does an open contact come to be closed here though it moves apart? Its gap is negative by rounding, and the motion
+   apart too slow to make it positive. */
+static bool stays_near(const Settling *settling, int contact) {
+    return settling_due(settling, 2 * contact) && !contact_closed(&settling->instance->state, contact);
+}
+
+/* Impacts of these contacts, which have just rebounded or stay near, accumulate: what is left of them is lower than the
+   tolerance. They close, and stay in this state as long as the rest of the impacts lasts. Returns whether there are
+   any. */
 static bool begin_cascades(Settling *settling) {
     State *state = &settling->instance->state;
     bool found = false;
@@ -136,8 +143,8 @@ static bool begin_cascades(Settling *settling) {
         const int k = ROW_PLACES[i];
         const double v = settling->velocity[k], a = settling->w[k], e = settling->restitution[i];
         const double lowest = solver_tolerance(state) * row_size(&settling->rows, i);
-        if (settling->rebounds[i] && settling->row[k].law == ROW_FREE && a < 0.0 && e < 1.0 &&
-            v * v <= -2.0 * a * lowest) {
+        if ((settling->rebounds[i] || stays_near(settling, i)) && settling->row[k].law == ROW_FREE && a < 0.0 &&
+            e < 1.0 && v * v <= -2.0 * a * lowest) {
             state->cascading[i] = 1;
             state->states[DISSIPATED] += 0.5 * v * v / settling->delassus[k * K + k];
             state->rest_time[i] = state->time + 2.0 * v / (-a * (1.0 - e));

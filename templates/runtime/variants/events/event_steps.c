@@ -69,9 +69,9 @@ static bool all_resolved(double values[][ROOT_NODES]) {
 }
 
 /* Are all these numbers greater than the level? */
-static bool all_above(const double numbers[], double level) {
+static bool all_above(const double numbers[], int count, double level) {
     bool above = true;
-    for (int i = 0; i < ROOT_NODES; i++) {
+    for (int i = 0; i < count; i++) {
         above = above && numbers[i] > level;
     }
     return above;
@@ -102,20 +102,18 @@ static bool is_far(const double values[], double noise) {
     return least > FAR * greatest && least > 0.0 && (leaves || roots_resolved(values));
 }
 
-/* Does a function of a contact that begins at 0 rise from there, so that an early root is none? The polynomial through
-   its values may dip below 0 between the first of them by its own error, where the function rises with a high power of
-   the time, as a gap does from which the last force has vanished. Margins of switches do not rise like that. */
+/* Does a function of a contact that begins at 0 rise from there, so that an early root may be none? The polynomial may
+   dip below 0 by its own error, where the function rises with a high power of the time, as a gap does from which the
+   last force has vanished. Margins of switches do not rise like that. */
 static bool rises(int k, const double values[], double noise) {
-    bool positive = k >= N_SWITCHES && fabs(values[0]) <= noise;
-    for (int i = 1; i < ROOT_NODES; i++) {
-        positive = positive && values[i] > 0.0;
-    }
-    return positive;
+    return k >= N_SWITCHES && fabs(values[0]) <= noise && values[1] > 0.0 && values[2] > 0.0;
 }
 
-/* The descents in a part of the step, into *found. Rounding of the time counts as 0, too. */
-static void search(const Instance *instance, double from, double width, double values[][ROOT_NODES],
+/* The descents in a part of the step, into *found. Rounding of the time counts as 0, too. Returns false where the part
+   is too long to tell: a function rises from 0, so that its first root is none, and comes down later. */
+static bool search(const Instance *instance, double from, double width, double values[][ROOT_NODES],
                    Descents *found) {
+    bool clear = true;
     const Dense *dense = &instance->state.dense;
     const double rounding = 2.0 * DBL_EPSILON * fabs(dense->end) * dense->rate / width; /* of the time, in the part */
     for (int k = 0; k < N_EVENTS; k++) {
@@ -126,14 +124,19 @@ static void search(const Instance *instance, double from, double width, double v
         }
         roots_fit(values[k], bernstein);
         const double noise = events_noise(instance, k) + rounding * fabs(roots_slope(bernstein, 0.0));
-        double root = all_above(bernstein, noise) ? NO_ROOT : roots_first_descent(bernstein, noise);
-        root = root < ROOT_PLACES[2] && rises(k, values[k], noise) ? NO_ROOT : root;
+        double root = all_above(bernstein, ROOT_NODES, noise) ? NO_ROOT : roots_first_descent(bernstein, noise);
+        if (root < ROOT_PLACES[2] && rises(k, values[k], noise)) {
+            const bool stays = all_above(values[k] + 1, ROOT_NODES - 1, 0.0);
+            clear = clear && stays;
+            root = stays ? NO_ROOT : root;
+        }
         found->theta[k] = root <= 1.0 ? from + width * root : NO_ROOT;
         if (root <= 1.0 && (found->first < 0 || found->theta[k] < found->theta[found->first])) {
             found->first = k;
             found->slope = roots_slope(bernstein, root) / width;
         }
     }
+    return clear;
 }
 
 static bool all_positive(double values[][ROOT_NODES], int i) {
@@ -181,7 +184,11 @@ static bool find_descents(Instance *instance, const double start[], Descents *fo
             width *= 0.5;
             continue;
         }
-        search(instance, from, width, values, found);
+        if (!search(instance, from, width, values, found) && width > SHORTEST_PART) {
+            found->first = -1;
+            width *= 0.5;
+            continue;
+        }
         from += width;
         for (int k = 0; k < N_EVENTS; k++) {
             values[k][0] = values[k][ROOT_NODES - 1];
