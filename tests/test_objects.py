@@ -23,9 +23,11 @@ def test_objects_are_short_in_a_line_and_show_themselves_in_a_notebook() -> None
     mechanism = lag2fmu.load("double_pendulum")
     equations = lag2fmu.derive(mechanism)
     report = Report("A run", (Check("step <1>", 1.0, 0.5),), (), ("theta",), {})
-    for thing in (mechanism, equations, RUN, report):
+    linearization = lag2fmu.linearize(mechanism)
+    for thing in (mechanism, equations, RUN, report, linearization):
         assert len(repr(thing)) < 200
     assert repr(mechanism).startswith("<Mechanism double_pendulum: Double pendulum")
+    assert repr(linearization) == "<Linearization of double_pendulum: 4 states, 2 inputs, 6 outputs>"
     assert repr(RUN) == "<Trajectory: 3 points, 0 s to 2 s, of theta, theta_dot>"
     assert repr(report) == "<Report: A run; FAILED: step <1>>"
     assert "theta1" in mechanism._repr_html_()

@@ -169,6 +169,10 @@ class Linearization:
     action: Floats
     tangent: Floats
 
+    def __repr__(self) -> str:
+        sizes = f"{len(self.states)} states, {len(self.inputs)} inputs, {len(self.outputs)} outputs"
+        return f"<Linearization of {self.mechanism.name}: {sizes}>"
+
     @cached_property
     def eigenvalues(self) -> np.ndarray:
         """Those of A, (k,), in 1/s, by rising imaginary part."""

@@ -122,7 +122,12 @@ class Body(Place):
 
     name: str
     mass: Expression = key(
-        "expression", "In kg; by default 0, beside an inertia.", default=None, names=GIVEN, unit=KILOGRAM, order=-1
+        "expression",
+        "In kg; by default 0, beside an inertia. Mass that is lost stays at rest; momentum that leaves is a force.",
+        default=None,
+        names=GIVEN,
+        unit=KILOGRAM,
+        order=-1,
     )
     position: Sequence[Expression] | None = key(
         "vector", "The mass centre in m: 2 entries, 3 in space.", default=None, names=CONFIGURATION, unit=METRE

@@ -212,7 +212,7 @@ def _text(graph: Graph, margin: Node) -> str:
 
 
 def nominal_size(graph: Graph, v: Variables, mechanism: Mechanism, margin: Node) -> float:
-    """What ``margin`` changes by if every variable changes by its nominal value at the start; 1 if that is 0."""
+    """What ``margin`` changes by if every variable changes by its nominal value at the start, in SI; 1 if 0."""
     sizes = [mechanism.experiment.stop_time]
     sizes += 2 * [c.nominal for c in mechanism.coordinates]
     sizes += [state.nominal for state in integrated_states(mechanism)]

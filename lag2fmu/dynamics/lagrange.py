@@ -46,6 +46,7 @@ from lag2fmu.dynamics.starts import start_values
 from lag2fmu.dynamics.symbolic import Symbolic
 from lag2fmu.dynamics.terms import named_energies, quadratic_form, unconstrained_residual, with_constraints
 from lag2fmu.dynamics.variables import declare, translator
+from lag2fmu.errors import DerivationError
 from lag2fmu.graph.autodiff import Forward, reverse
 from lag2fmu.graph.batches import matrix
 from lag2fmu.graph.cost import cycles
@@ -99,9 +100,30 @@ def derive(mechanism: Mechanism, method: str | None = None) -> DerivedEquations:
         if completed is not mechanism:
             return derive(completed, method)
     equations = _equations(solved)
+    _check_rows(equations)
     _check(equations, solved.composer.distances())
     equations.graph.seal()
     return equations
+
+
+def _check_rows(equations: EquationsOfMotion) -> None:
+    """Raise DerivationError for a contact, stop, dry friction or latch that acts on a coordinate without mass.
+
+    The equilibrium of such a coordinate is a constraint, which would bear the force as if it were not there.
+    """
+    m, rows = equations.mechanism, equations.rows
+    contacts = [(c.name, len(c.slips)) for c in m.unilaterals]
+    owners = [*(name for name, _ in contacts), *(name for name, slips in contacts for _ in range(slips))]
+    owners += [*(f.name for f in m.frictions), *(c.name for c in m.latches)]
+    follows = {c.coordinate for c in m.constraints if c.massless}
+    for owner, row in zip(owners, rows.jacobian, strict=True):
+        for q, entry in zip(m.coordinates, row, strict=True):
+            if q.name in follows and entry != equations.graph.zero:
+                raise DerivationError(
+                    f"mechanism '{m.name}': '{owner}' acts on {q.name}, which has no mass: its force would have to "
+                    f"move the equilibrium of {q.name}, which is not derived; give {q.name} a mass, or let "
+                    f"'{owner}' act on what has one"
+                )
 
 
 def _check(equations: EquationsOfMotion, distances: Mapping[str, Node]) -> None:

@@ -13,6 +13,7 @@ from lag2fmu.language.units import Unit
 from lag2fmu.live.document import document
 from lag2fmu.live.page import Live
 from lag2fmu.live.samples import Samples
+from lag2fmu.mechanism.display import display_units
 from lag2fmu.mechanism.record import Mechanism
 
 _SHORT, _LONG, _SHOWN = 3.0, 30.0, 10.0
@@ -32,15 +33,15 @@ def live_document(
 def _data(description: ModelDescription, picture: Mapping[str, Any] | None, samples: Samples | None) -> dict[str, Any]:
     mechanism = description.mechanism
     experiment, coordinates = mechanism.experiment, [c.name for c in mechanism.coordinates]
-    stop = experiment.stop_time
+    stop, units = experiment.stop_time, display_units(mechanism)
     return {
         "name": mechanism.name,
         "experiment": {"stop": stop, "step": experiment.step, "tolerance": experiment.tolerance},
         "speed": 1 if _SHORT <= stop <= _LONG else float(f"{stop / _SHOWN:.1g}"),
-        "variables": [_variable(v, mechanism) for v in description.variables if _is_shown(v)],
+        "variables": [_variable(v, mechanism, units) for v in description.variables if _is_shown(v)],
         "coordinates": coordinates,
         "drawing": picture,
-        "plot": coordinates[:_LINES],
+        "plot": [q for q in coordinates if units.get(q) == units.get(coordinates[0])][:_LINES],
         "phase": [coordinates[0], names.velocity(coordinates[0])],
         "reference": None if samples is None else samples.data(),
     }
@@ -51,8 +52,8 @@ def _is_shown(variable: ScalarVariable) -> bool:
     return number and variable.derivative_of is None and variable.name not in names.SETTINGS
 
 
-def _variable(variable: ScalarVariable, mechanism: Mechanism) -> dict[str, Any]:
-    """A variable as the script knows it, values in SI units."""
+def _variable(variable: ScalarVariable, mechanism: Mechanism, units: Mapping[str, Unit]) -> dict[str, Any]:
+    """A variable as the script knows it, values in SI units, with the one of ``units`` that it is shown in."""
     kind = _kind(variable, mechanism)
     items = ENUMERATIONS[variable.type].items if variable.type in ENUMERATIONS else {}
     return {
@@ -60,7 +61,7 @@ def _variable(variable: ScalarVariable, mechanism: Mechanism) -> dict[str, Any]:
         "index": variable.value_reference,
         "kind": kind,
         "doc": variable.doc,
-        **_unit(variable.unit),
+        **_unit(units.get(variable.name, variable.unit)),
         "start": variable.start or 0.0,
         "min": variable.minimum,
         "max": variable.maximum,
@@ -74,10 +75,10 @@ def _variable(variable: ScalarVariable, mechanism: Mechanism) -> dict[str, Any]:
 
 
 def _unit(unit: Unit | None) -> dict[str, Any]:
-    """The names of a unit and of the SI unit of its kind; a value in it is (SI value - offset)/factor."""
+    """The name of a unit; a value in it is (SI value - offset)/factor."""
     if unit is None:
-        return {"unit": "", "si": "", "factor": 1.0, "offset": 0.0}
-    return {"unit": unit.name, "si": unit.si_name, "factor": unit.factor, "offset": unit.offset}
+        return {"unit": "", "factor": 1.0, "offset": 0.0}
+    return {"unit": unit.name, "factor": unit.factor, "offset": unit.offset}
 
 
 def _kind(variable: ScalarVariable, mechanism: Mechanism) -> str:

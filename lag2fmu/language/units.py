@@ -7,6 +7,7 @@ SymPy, and an FMU needs just what stands here (exponents of the base units and t
 from __future__ import annotations
 
 import math
+import re
 from dataclasses import dataclass
 from fractions import Fraction
 from functools import cache
@@ -88,6 +89,9 @@ CUSTOMARY = {
     **{NAMED[name][0]: name for name in ("V", "C", "T", "Wb", "H", "F", "Ohm")},
 }
 
+_OF_TORQUES = ("N.m", "N.m.s", "N.m/rad", "N.m.s/rad")
+"""Names that the exponents do not tell: a torque and an energy have the same, and a torque by an angle is one too."""
+
 QUANTITIES = {
     **{"m": "Length", "s": "Time", "kg": "Mass", "rad": "Angle", "m/s": "Velocity", "m/s2": "Acceleration"},
     **{"rad/s": "AngularVelocity", "rad/s2": "AngularAcceleration", "kg.m2": "MomentOfInertia", "m2": "Area"},
@@ -120,7 +124,10 @@ class Unit:
     @property
     def si_name(self) -> str:
         """Name of the SI unit with these exponents, e.g. ``m/s`` for ``km/h``; empty for a dimensionless unit."""
-        return self.name if self.factor == 1.0 and self.offset == 0.0 else si_name(self.exponents)
+        if self.factor == 1.0 and self.offset == 0.0:
+            return self.name
+        own = re.sub(r"[A-Za-z]+", _coherent, self.name)
+        return own if own in _OF_TORQUES else si_name(self.exponents)
 
     @property
     def is_whole(self) -> bool:
@@ -181,6 +188,14 @@ def _linear(factor: float, value: float | Fraction, offset: float) -> float:
         return float(exact(factor) * value + exact(offset))
     except OverflowError:
         return math.inf if value > 0 else -math.inf
+
+
+def _coherent(found: re.Match[str]) -> str:
+    """The SI unit of a name: N for kN, m for mm, rad for deg."""
+    name = found[0]
+    if name not in NAMED and name[0] in PREFIXES and name[1:] in PREFIXED:
+        return name[1:]
+    return {"deg": "rad", "rev": "rad", "mrad": "rad", "lbf": "N"}.get(name, name)
 
 
 def si_name(exponents: Exponents) -> str:

@@ -153,7 +153,7 @@ class Layout:
         return moved / length if length > 0 else np.array([1.0, 0.0])
 
     def at(self, positions: Floats) -> Floats:
-        """The spots (spots, 3) in the picture, (spots, 2)."""
+        """The spots ``positions`` (spots, 3) in m, in the picture: (spots, 2) in its units."""
         flat: Floats = self.view.flat(positions) / self.unit
         for spot, shift in self.shift.items():
             flat[spot] += shift

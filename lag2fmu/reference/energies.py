@@ -171,7 +171,7 @@ class EnergyFunctions:
         return {name: values[name] for name in self.mechanism.output_names}
 
     def further(self, state: State, unknowns: Sequence[Floats]) -> Floats:
-        """The derivatives of the further states, (f, *batch), for ``unknowns`` as of ``outputs``."""
+        """The derivatives of the further states, (f, *batch) in SI units, for ``unknowns`` as of ``outputs``."""
         return self._further(np.concatenate([state.rows, *unknowns]), self.constants)
 
     def position(self, state: State, name: str) -> Floats:

@@ -2,6 +2,7 @@
 
 import { balance } from "./balance.js";
 import { PhasePlot, TimePlot } from "./plots.js";
+import { shown } from "./settings.js";
 
 const MOST_LINES = 6;
 const ENERGIES = ["kinetic_energy", "potential_energy", "total_energy"];
@@ -79,7 +80,7 @@ export class Panel {
   }
 
   of(name) {
-    return (run) => run.column(this.named(name));
+    return (run) => columnOf(run, this.named(name));
   }
 
   rebuild() {
@@ -105,7 +106,8 @@ export class Panel {
     }
     const index = Math.min(run.values.length - 1, Math.round(time / run.timeOf(1)));
     for (const { plot } of this.plots) plot.at(time, index);
-    const place = (of) => this.pair.map((variable) => of.valueAt(variable, Math.min(time, of.end)));
+    const value = (of, variable) => shown(variable, of.valueAt(variable, Math.min(time, of.end)));
+    const place = (of) => this.pair.map((variable) => value(of, variable));
     this.phase.draw(place(run), grey ? place(grey) : null);
   }
 
@@ -116,7 +118,7 @@ export class Panel {
       const theirs = grey ? lines.map((line) => padded(line.column(grey), times.length)) : [];
       plot.show([times, ...mine, ...theirs], run.experiment.stop, run.marks);
     }
-    const pair = (of) => ({ xs: of.column(this.pair[0]), ys: of.column(this.pair[1]) });
+    const pair = (of) => ({ xs: columnOf(of, this.pair[0]), ys: columnOf(of, this.pair[1]) });
     const { xs, ys } = pair(run);
     this.phase.show(xs, ys, grey ? pair(grey) : null, this.pair.map(label));
   }
@@ -127,6 +129,9 @@ export class Panel {
   }
 }
 
-const label = (variable) => (variable.si ? `${variable.name}, ${variable.si}` : variable.name);
+const label = (variable) => (variable.unit ? `${variable.name}, ${variable.unit}` : variable.name);
+
+/** A variable over the run, in the unit that the user sees. */
+const columnOf = (run, variable) => run.column(variable).map((x) => shown(variable, x));
 
 const padded = (column, length) => Array.from({ length }, (_, i) => column[i] ?? null);

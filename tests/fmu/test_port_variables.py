@@ -277,6 +277,25 @@ inputs = ["{}"]
 """
 
 
+def test_the_page_shows_declared_units_and_one_of_them_at_first() -> None:
+    """An axis in mm has no angle on it; rates follow the units of their coordinates."""
+    text = """
+[mechanism]
+name = "swing"
+[coordinates]
+x = { unit = "mm" }
+phi = { unit = "deg" }
+y = { unit = "mm" }
+[energy]
+kinetic = "x_dot**2 + phi_dot**2 + y_dot**2"
+"""
+    data = live_page._data(described(read(text, "swing"))[0], None, None)
+    units = {v["name"]: v["unit"] for v in data["variables"]}
+    assert data["plot"] == ["x", "y"]
+    assert [units[name] for name in ("x", "x_dot", "phi", "phi_dot")] == ["mm", "mm/s", "deg", "deg/s"]
+    assert {v["name"]: v["factor"] for v in data["variables"]}["x_dot"] == 1e-3
+
+
 def test_the_page_takes_a_filtered_motion_for_a_place(lifted: Mechanism) -> None:
     """Its slider goes about the start, as that of a coordinate does."""
     kinds = {v["name"]: v["kind"] for v in live_page._data(described(lifted)[0], None, None)["variables"]}

@@ -183,3 +183,29 @@ def test_a_massless_coordinate_that_nothing_determines_is_refused(energy: dict[s
     with pytest.raises(Lag2FmuError, match=sentence) as caught:
         derive(read(text, "odd.toml"))
     assert isinstance(caught.value, DerivationError) or "appears" in sentence
+
+
+@pytest.mark.parametrize(
+    ("element", "refused"),
+    [
+        ('[frictions.rubs]\non = "x_dot - b_dot"\nforce = 0.5', True),
+        ('[stops.rubs]\nof = "b"\nupper = 1', True),
+        ('[contacts.rubs]\ngap = "1 - b"', True),
+        ('[constraints.holonomic]\nrubs = { expression = "b - 1", while = "t - 1" }', True),
+        ('[frictions.rubs]\non = "x_dot"\nforce = 0.5', False),
+    ],
+)
+@pytest.mark.parametrize("dissipation", ["", 'dissipation = "b_dot**2/2"\n'])
+def test_forces_of_events_on_what_has_no_mass_are_refused(element: str, refused: bool, dissipation: str) -> None:
+    """The equilibrium of b bore them, so that a friction of 0.5 N showed itself and moved nothing."""
+    start = "start = 0.1" if dissipation else "guess = 0.1"
+    text = (
+        f'[mechanism]\nname = "odd"\n[coordinates]\nx = {{ start = 0.3 }}\nb = {{ {start} }}\n[energy]\n'
+        f'kinetic = "x_dot**2/2"\npotential = "5*(x - b)**2 + 15*b**2"\n{dissipation}{element}\n'
+    )
+    mechanism = read(text, "odd.toml")
+    if not refused:
+        assert len(derive(mechanism).rows) == 1
+        return
+    with pytest.raises(DerivationError, match=r"'rubs(_upper)?' acts on b, which has no mass"):
+        derive(mechanism)

@@ -139,6 +139,23 @@ def test_units_as_they_are_often_written_get_the_right_one(text: str, instead: s
 
 
 @pytest.mark.parametrize(
+    ("unit", "si", "quantity"),
+    [
+        ("kN.m", "N.m", "Torque"),
+        ("N.mm", "N.m", "Torque"),
+        ("N.m/deg", "N.m/rad", "RotationalSpringConstant"),
+        ("kN.m/rad", "N.m/rad", "RotationalSpringConstant"),
+        ("N.mm.s/deg", "N.m.s/rad", "RotationalDampingConstant"),
+        ("kJ", "J", "Energy"),
+        ("kW.h", "J", "Energy"),
+    ],
+)
+def test_a_torque_is_no_energy(unit: str, si: str, quantity: str) -> None:
+    """Both have the same exponents; a stiffness against turning has those of a generalized torque."""
+    assert (parse_unit(unit).si_name, parse_unit(unit).quantity) == (si, quantity)
+
+
+@pytest.mark.parametrize(
     ("unit", "quantity"),
     [("mH", "Inductance"), ("bar", "Pressure"), ("kN", "Force"), ("N*m", "Torque"), ("rpm", "AngularVelocity")],
 )

@@ -144,6 +144,17 @@ def test_mass_matrix_keeps_its_digits_between_units() -> None:
     assert np.diagonal(matrix) == pytest.approx([1e6, 1e-6], rel=1e-15)
 
 
+def test_a_light_rotor_on_a_huge_crane_keeps_its_inertia() -> None:
+    """Entries that differ by 1e28: the rotor's coupling is known relative to the geometric mean of both inertias."""
+    x, phi, y = coordinate("x"), coordinate("phi"), coordinate("y")
+    kinetic = 5e7 * x.dot**2 + 5e-21 * (phi.dot + x.dot / 10**3) ** 2 + y.dot**2 / 2
+    matrix = Equations(Mechanism("crane", coordinates=[x, phi, y], energy=Energy(kinetic=kinetic))).mass_matrix(
+        0, [0] * 3, [0] * 3
+    )
+    assert matrix[1, 1] == pytest.approx(1e-20, rel=1e-12)
+    assert matrix[1, [0, 2]] == pytest.approx([1e-23, 0.0], abs=1e-15 * np.sqrt(1e8 * 1e-20))
+
+
 SAMPLES = {"acos": (0.3, -0.7), "asin": (0.3, -0.7), "log": (0.3, 2.5), "sqrt": (0.3, 2.5)}
 
 

@@ -80,7 +80,7 @@ class Pose:
 
 
 def about(axis: str, angle: float) -> Floats:
-    """The matrix (3, 3) of a turn by ``angle`` about the ``axis`` x, y or z; quarter turns are exact."""
+    """The matrix (3, 3) of a turn by ``angle`` (rad) about the ``axis`` x, y or z; quarter turns are exact."""
     quarters = round(angle / (np.pi / 2))
     exact = abs(angle - quarters * np.pi / 2) < QUARTER
     c, s = ((1, 0, -1, 0)[quarters % 4], (0, 1, 0, -1)[quarters % 4]) if exact else (np.cos(angle), np.sin(angle))

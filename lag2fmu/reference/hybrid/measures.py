@@ -14,13 +14,13 @@ STILL = 1e-10
 
 
 def gap_sizes(point: Point) -> Floats:
-    """What nominal values of coordinates make of each gap: (u,)."""
+    """What nominal values of coordinates make of each gap: (u,) in SI units."""
     found: Floats = np.abs(point.rows.jacobian[: len(point.rows.gaps)]) @ point.nominal
     return np.where(found > 0, found, 1.0)
 
 
 def velocity_sizes(point: Point) -> Floats:
-    """What nominal velocities make of the velocity of each row: (k,)."""
+    """What nominal velocities make of the velocity of each row: (k,) in SI units."""
     found: Floats = np.abs(point.rows.jacobian) @ point.nominal
     return np.where(found > 0, found, 1.0)
 
@@ -32,7 +32,7 @@ def pace(point: Point) -> float:
 
 
 def force_sizes(point: Point) -> Floats:
-    """The force along each row that would make ``pace``: (k,)."""
+    """The force along each row that would make ``pace``: (k,) in SI units."""
     mass = np.maximum(np.abs(np.diagonal(point.terms.mass_matrix)), 1e-300)
     found: Floats = pace(point) / np.sqrt(np.maximum((point.rows.jacobian**2) @ (1 / mass), 1e-300))
     return np.maximum(found, 1e-12)

@@ -18,7 +18,7 @@ class Points:
         self.force_names = self.system.elements.force_names
 
     def gap_sizes(self, t: float, q: Floats, qd: Floats, inputs: InputValues | None = None) -> Floats:
-        """What nominal values of the coordinates make of each gap: (u,)."""
+        """What nominal values of the coordinates make of each gap: (u,) in SI units."""
         system = self.system
         rows = system.elements.rows(system.energies.state(t, q, qd, inputs))
         found: Floats = np.abs(rows.jacobian[: system.elements.u]) @ system.nominal
