@@ -106,7 +106,7 @@ class Contact:
     )
     law: str = key(LAWS, "ideal: rigid; compliant: a spring with a damper by Hunt and Crossley.", default="ideal")
     stiffness: Expression | None = key(
-        "expression", "Of a compliant contact: k in k*d**1.5, in N/m1.5.", default=None, names=CONSTANT
+        "expression", "Of a compliant contact: k in k*d**1.5, in N/m^1.5.", default=None, names=CONSTANT
     )
     damping: Expression | None = key(
         "expression",

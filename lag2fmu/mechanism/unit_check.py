@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Container, Iterator
+from fractions import Fraction
 
 import sympy as sp
 
@@ -185,9 +186,11 @@ def _of_events(m: Description, infer: DimensionOf) -> Iterator[str]:
 def _in_contacts(m: Description, infer: DimensionOf) -> Iterator[tuple[str, object, Dimension | None]]:
     """(place, expression or None, expected dimension) in contacts and stops."""
     for contact in m.contacts:
-        where, rate = f"contacts.{contact.name}", _rate_of(_measured(contact.gap, METRE, infer))
+        where, gap = f"contacts.{contact.name}", _measured(contact.gap, METRE, infer)
+        rate = _rate_of(gap)
         for slip in contact.slip if isinstance(contact.slip, tuple) else (contact.slip,):
             yield f"{where}.slip", slip, rate
+        yield f"{where}.stiffness", contact.stiffness, _share(JOULE, gap, Fraction(5, 2))  # force / gap^(3/2)
         yield f"{where}.damping", contact.damping, None if rate is None else _quotient(ONE, rate)
         yield f"{where}.slip_speed", contact.slip_speed, rate
     for stop in m.stops:
@@ -225,7 +228,7 @@ def _measured(measure: sp.Expr | None, length: Unit, infer: DimensionOf) -> Dime
     return _dimension_of(length) if measure is None else _inferred(infer, measure)
 
 
-def _share(total: Unit, measured: Dimension | None, times: int) -> Dimension | None:
+def _share(total: Unit, measured: Dimension | None, times: int | Fraction) -> Dimension | None:
     """``total`` / ``measured`` ** ``times``; None if what is measured has no known dimension."""
     whole = dimension(total.exponents)
     return None if measured is None else tuple(a - times * b for a, b in zip(whole, measured, strict=True))

@@ -493,6 +493,10 @@ UNITS = {
     "gap": (CONTACT + 'gap = "x_m"', "contacts.c.gap: 'x_m' is in kg, expected m"),
     "slip": (CONTACT + 'gap = "y"\nslip = "phi_dot"', "contacts.c.slip: 'phi_dot' is in 1/s, expected m/s"),
     "restitution": (CONTACT + 'gap = "y"\nrestitution = "r"', "contacts.c.restitution: 'r' is in m, expected 1"),
+    "stiffness": (
+        CONTACT + 'gap = "y"\nlaw = "compliant"\nstiffness = "N"',
+        "contacts.c.stiffness: 'N' is in N, expected kg/m^0.5/s2",
+    ),
     "bound": ('[stops.s]\nof = "x"\nupper = "phi + 7"', "stops.s.upper: '7 + phi' is in 1, expected m"),
     "friction": ('[frictions.f]\non = "phi_dot"\nforce = "N"', "frictions.f.force: 'N' is in N, expected J"),
     "state": ('[states]\ni = { unit = "A", derivative = "i" }', "states.i.derivative: 'i' is in A, expected A/s"),

@@ -51,7 +51,10 @@ def build(target: Path, mechanism: str, solver: str, compiler: list[str], flags:
     method = SOLVERS[solver]
     variants = ("constraints", "massless", "events", "contacts", "further", "tables")
     files = runtime_files(method, dict.fromkeys(variants, False))
-    files |= {name: render(f"mechanism/{name}.jinja", {"method": method}) for name in method.generated_files}
+    files |= {
+        name: render(f"mechanism/{name}.jinja", {"method": method, "program": {"resting": 0}})
+        for name in method.generated_files
+    }
     place = target.with_name(f"{solver}_sources")
     place.mkdir(exist_ok=True)
     for name, text in files.items():

@@ -9,6 +9,7 @@
 #define MODEL_GUID "{0f7a2b5e-93a1-4a0f-b3a4-5d2c8e6f1b02}"
 #define N_COORDINATES 1
 #define N_STATES (2 * N_COORDINATES)
+#define N_RESTING 0
 #define N_CONSTRAINTS 0
 #define SIZE_CONSTRAINTS 1
 #define N_HOLONOMIC 0

@@ -14,6 +14,7 @@
 #define MODEL_GUID "{6c1e5f0a-0d6b-4b0e-8a55-3f1d3b7a9c01}"
 #define N_COORDINATES 2
 #define N_STATES (2 * N_COORDINATES)
+#define N_RESTING 0
 #define N_CONSTRAINTS 0
 #define SIZE_CONSTRAINTS 1
 #define N_HOLONOMIC 0
