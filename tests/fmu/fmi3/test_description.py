@@ -14,6 +14,7 @@ from fmpy import read_model_description
 from fmpy.validation import validate_fmu
 
 from lag2fmu.checking.description import read_document
+from lag2fmu.checking.fmi3.description import Description3
 from lag2fmu.checking.fmi3.rulebook import FMI3
 from lag2fmu.errors import ExportError
 from lag2fmu.fmu.versions.fmi3 import to_xml
@@ -44,7 +45,7 @@ def test_nothing_is_found_in_the_gallery(model: str, arrays: bool, tmp_path: Pat
     """By fmpy and the schema, and by our own rules on descriptions."""
     assert read(tmp_path, model, outputs=("all",), fmi="3.0", arrays=arrays)[2] == []
     document = read_document((tmp_path / "modelDescription.xml").read_bytes())
-    assert [*FMI3.on_description(FMI3.describe(document))] == []
+    assert [*FMI3.on_description(Description3(document))] == []
 
 
 @pytest.mark.parametrize("model", KINDS)
