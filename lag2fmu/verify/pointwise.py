@@ -21,6 +21,7 @@ from lag2fmu.verify.report import Check
 from lag2fmu.verify.task import ROUNDING, Floats, Task
 
 _SYMPY_LIMIT = 3
+_ROUNDING = 1e-14
 NEARER = (1.0, 0.1, 0.01, 0.0)
 """By these parts of a distance of 5 % random states are moved away from the motion, until the equations are defined."""
 
@@ -103,16 +104,19 @@ def _random_states(
 ) -> list[tuple[Floats, Floats, dict[str, float]]]:
     """(q, qd, inputs with further states) near points of the trajectory, q and qd (n,), on the constraints.
 
-    Where the independent equations have no finite value, a state nearer to the trajectory is taken, or none.
+    They are within the bounds of the coordinates, outside of which an FMU takes no state though motions go on there.
+    Where constraints lead out of the bounds, or the independent equations have no finite value, a state nearer to the
+    trajectory is taken, or none.
     """
     n, energies = len(task.mechanism.coordinates), drives.equations.energies
     moving = {name for m in task.mechanism.motions for name in (m.name, names.velocity(m.name))}
     held = moving if energies.constraints.m else set()
     ranges = _input_ranges(task, energies.input_names)
     scales = np.array([reference.scales[name] for name in task.states])
-    rows = generator.integers(0, len(reference.trajectory), count)
-    points = reference.trajectory.columns(task.states)[rows]
     low, high = np.transpose([_bounds(c.minimum, c.maximum) for c in task.mechanism.coordinates])
+    points = reference.trajectory.columns(task.states)
+    points = points[((low <= points[:, :n]) & (points[:, :n] <= high)).all(axis=1)]
+    points = points[generator.integers(0, len(points), count)]
     states = []
     for point, away in zip(points, 0.05 * scales * generator.uniform(-1, 1, (count, len(scales))), strict=True):
         inputs = {name: float(generator.uniform(*between)) for name, between in ranges.items() if name not in held}
@@ -122,8 +126,9 @@ def _random_states(
             inputs |= zip(task.states[2 * n :], x[2 * n :].tolist(), strict=True)
             if energies.constraints.m:
                 q, qd = energies.consistent(q, qd, 0.0, inputs)
-            if _defined(drives, q, qd, inputs):
-                states.append((q, qd, inputs))
+            inside = np.clip(q, low, high)
+            if np.allclose(inside, q, rtol=_ROUNDING, atol=0) and _defined(drives, inside, qd, inputs):
+                states.append((inside, qd, inputs))
                 break
     if not states:
         raise SimulationError(

@@ -13,7 +13,7 @@ import lag2fmu
 from lag2fmu.errors import ExportError, LoadError, MechanismError, SimulationError
 from lag2fmu.formats.loading import load, with_values
 from lag2fmu.language.expressions import TIME
-from lag2fmu.mechanism import Body, Energy, Experiment, Force, Mechanism, coordinate, signal
+from lag2fmu.mechanism import Body, Constraint, Energy, Experiment, Force, Mechanism, coordinate, signal
 from lag2fmu.reference import Trajectory, integrate
 from lag2fmu.verify import Report
 from lag2fmu.verify.agreement import on_grid
@@ -139,6 +139,16 @@ def test_random_states_stay_where_the_mechanism_is_meant(exported) -> None:
     energy = Energy(potential=(rope - 10) ** Rational(1, 3) * theta**2)
     crane = Mechanism("crane", coordinates=[theta], inputs=[rope], bodies=[bob], gravity=9.81, energy=energy)
     report = lag2fmu.validate(exported(crane), stop_time=0.1)
+    assert report.passed, str(report)
+
+
+def test_random_states_stay_within_bounds_that_the_motion_leaves(exported) -> None:
+    """A bob on a rod swings from x = 0.6 m beyond -0.5 m; constraints lead out of the bounds as well."""
+    x, y = coordinate("x", "m", start=0.6, minimum=-0.5, maximum=0.6), coordinate("y", "m", start=-0.8)
+    bob = Body("bob", 1.0, (x, y))
+    mechanism = Mechanism("bob", coordinates=[x, y], bodies=[bob], gravity=9.81,
+                          constraints=[Constraint("rod", x**2 + y**2 - 1)])  # fmt: skip
+    report = lag2fmu.validate(exported(mechanism), stop_time=2.0)
     assert report.passed, str(report)
 
 
