@@ -122,13 +122,10 @@ def _random_states(
         inputs = {name: float(generator.uniform(*between)) for name, between in ranges.items() if name not in held}
         for part in NEARER:
             x = point + part * away
-            q, qd = np.clip(x[:n], low, high), x[n : 2 * n]
             inputs |= zip(task.states[2 * n :], x[2 * n :].tolist(), strict=True)
-            if energies.constraints.m:
-                q, qd = energies.consistent(q, qd, 0.0, inputs)
-            inside = np.clip(q, low, high)
-            if np.allclose(inside, q, rtol=_ROUNDING, atol=0) and _defined(drives, inside, qd, inputs):
-                states.append((inside, qd, inputs))
+            q, qd = _consistent(drives, x[: 2 * n], inputs, (low, high))
+            if _defined(drives, q, qd, inputs):
+                states.append((q, qd, inputs))
                 break
     if not states:
         raise SimulationError(
@@ -138,10 +135,22 @@ def _random_states(
     return states
 
 
+def _consistent(
+    drives: DriveForces, x: Floats, inputs: Mapping[str, float], bounds: tuple[Floats, Floats]
+) -> tuple[Floats, Floats]:
+    """q and qd, (n,) each, near ``x`` (2 n,) on the constraints; NaN where they lead out of the ``bounds`` of q."""
+    energies, (q, qd) = drives.equations.energies, np.split(x, 2)
+    q = np.clip(q, *bounds)
+    if energies.constraints.m:
+        q, qd = energies.consistent(q, qd, 0.0, inputs)
+    inside = np.clip(q, *bounds)
+    return np.where(np.abs(inside - q) <= _ROUNDING * np.abs(q), inside, np.nan), qd
+
+
 def _defined(drives: DriveForces, q: Floats, qd: Floats, inputs: Mapping[str, float]) -> bool:
-    """Whether the independent equations have finite values at a state."""
+    """Whether there is such a state, and the independent equations have finite values there."""
     try:
-        return bool(np.isfinite(_calculated(drives, q, qd, inputs)).all())
+        return bool(np.isfinite(q).all() and np.isfinite(_calculated(drives, q, qd, inputs)).all())
     except SimulationError:
         return False
 
