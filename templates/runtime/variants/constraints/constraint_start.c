@@ -166,6 +166,7 @@ static bool find_independent_rows(Instance *instance) {
     }
     instance->failure.kind = FAILURE_NONE;
     state->rows_known = 1;
+    instance_forget_motion(instance); /* which may have been calculated with other rows, at these very states */
     return true;
 }
 
