@@ -70,9 +70,9 @@ double solver_error(const Instance *instance, Step step, double tolerance, int *
 
 /* Two stages are derivatives at the same time, at states that differ by an error of the method: where a fast decay is
    unstable, along its direction. Hairer, Wanner, Solving Ordinary Differential Equations II, 2nd edition, section IV.2,
-   stiffness detection. Here the difference of the accelerations is held against those of velocities and coordinates, in
-   nominal values, further states counting with the velocities: for a decay both give its rate, for a vibration the
-   lesser one at most its frequency. */
+   stiffness detection. Here the difference of the accelerations is divided by those of velocities and of coordinates,
+   in nominal values; further states count with the velocities. For a decay both quotients give its rate, for a
+   vibration the lesser one is at most its frequency. */
 double solver_stiffness(const Instance *instance) {
     const Scratch *scratch = &instance->scratch;
     double difference[N_STATES], apart[2] = {0.0}, rise = 0.0; /* squares; of coordinates and of velocities */

@@ -253,11 +253,11 @@ static bool starts_apart(Settling *settling) {
 
 /* Does nothing hold, and is nothing due but gaps? */
 static bool flies(const Instance *instance, const bool due[]) {
-    bool flies = due != NULL && !contacts_hold(instance);
-    for (int k = 0; k < 2 * N_UNILATERALS + N_FRICTIONS && flies; k++) {
-        flies = !due[k] || (k < 2 * N_UNILATERALS && k % 2 == 0);
+    bool free = due != NULL && !contacts_hold(instance);
+    for (int k = 0; k < 2 * N_UNILATERALS + N_FRICTIONS && free; k++) {
+        free = !due[k] || (k < 2 * N_UNILATERALS && k % 2 == 0);
     }
-    return flies;
+    return free;
 }
 
 bool contacts_settle(Instance *instance, const bool due[], bool *jumped, bool *again) {

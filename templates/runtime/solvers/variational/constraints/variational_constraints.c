@@ -114,8 +114,7 @@ static void correct_multipliers(const System *system, double h, double changes[S
 
        h^2 sum_jk a_ij hat_jk A d_k = h sum_j a_ij A mu_j - phi_i
 
-   with a and hat of the nodes,
-   and velocities by x_i + M^-1 G^T (h sum_j hat_ij d_j - mu_i). */
+   with a and hat of the nodes. The velocities change by x_i + M^-1 G^T (h sum_j hat_ij d_j - mu_i). */
 void stages_meet_constraints(const System *system, double h, Stages *stages, double changes[S][N_UNKNOWNS]) {
     double d[SIZE_NODES][M];
     correct_multipliers(system, h, changes, stages->residuals, d);
