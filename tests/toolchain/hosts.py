@@ -35,7 +35,7 @@ REPRESENTATIVE = [
     "linkage",
     "slides_problem_5_small",
 ]
-"""Autonomous, with inputs and outputs, with a motion input, large, with constraints and a motion input, without mass."""
+"""Autonomous, with ports, with a motion input, large, with constraints and a motion input, without mass."""
 
 HYBRID = ["bouncing_ball", "block_on_belt"]
 """With impacts, and with dry friction."""
