@@ -69,7 +69,7 @@ def main() -> None:
                 {
                     "sympy": _command("-c", "import sympy"),
                     "compiler": _compiler(name),
-                    "export": _command("-m", "lag2fmu.cli", "export", name, "-o", target),
+                    "export": _command("-m", "lag2fmu", "export", name, "-o", target),
                 }
             )
             ratio = (seconds["export"] - seconds["compiler"]) / seconds["sympy"]
