@@ -93,6 +93,7 @@ typedef enum {
     FAILURE_OVERFLOW,        /* a state left the range of double */
     FAILURE_ACCURACY,        /* the error of a state exceeds the tolerance however short the step */
     FAILURE_TRIAL_COUNT,     /* an adaptive method took too many steps */
+    FAILURE_STANDSTILL,      /* many steps of an adaptive method hardly took the time on */
     FAILURE_EVENT_COUNT,     /* a communication step met too many events */
     FAILURE_STEP_COUNT,      /* a fixed-step method would need too many steps */
     FAILURE_ITERATION,       /* the equations of an implicit step were not solved */
@@ -115,11 +116,13 @@ typedef struct {
                                         argument, in ARGUMENTS */
     double amount;                   /* of ACCURACY: error in units of the tolerance; of the COUNTs: steps; of FURTHER:
                                         the derivative; of TABLE: the value of the argument */
-    double step;                     /* of OVERFLOW and ACCURACY: length of the trial step, s */
+    double step;                     /* of OVERFLOW and ACCURACY: length of the trial step, s; of STANDSTILL: the time
+                                        that the steps took, s */
     int count;                       /* of CONSTRAINTS and MASSLESS: the number of constraints that are not met */
     int constraints[SIZE_CONSTRAINTS];  /* their numbers */
     double residuals[SIZE_CONSTRAINTS]; /* what is left of them */
-    int event;                          /* of EVENT_VALUE and CHATTERING: which event function */
+    int event;                          /* of EVENT_VALUE and CHATTERING: which event function; of STANDSTILL: the last
+                                           one that came down to 0 meanwhile, or -1 */
 } Failure;
 
 /* What the importer should know about a step that was completed. */
