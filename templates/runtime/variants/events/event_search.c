@@ -104,7 +104,7 @@ static bool search(const Instance *instance, double from, double width, double v
                    Descents *found) {
     bool clear = true;
     const Dense *dense = &instance->state.dense;
-    const double rounding = 2.0 * DBL_EPSILON * fabs(dense->end) * dense->rate / width; /* of the time, as a part of width */
+    const double rounding = 2.0 * DBL_EPSILON * fabs(dense->end) * dense->rate / width; /* of theta */
     for (int k = 0; k < N_EVENTS; k++) {
         double bernstein[ROOT_NODES];
         found->theta[k] = NO_ROOT;
