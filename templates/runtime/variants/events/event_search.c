@@ -16,9 +16,8 @@ static const double FAR = 0.5;
 /* The shortest part of a step in which event functions are taken for polynomials. */
 static const double SHORTEST_PART = 1.0 / 64.0;
 
-/* Sets values[k][i] to the event functions k at the node i of a part of the step in state->dense. With cubic, the
- * states
-   there are those of Hermite's cubic alone. */
+/* Sets values[k][i] to the event functions k at the node i of a part of the step in state->dense. With cubic,
+   the states there are those of Hermite's cubic alone. */
 static bool sample_node(Instance *instance, double from, double width, bool cubic, int i,
                         double values[][ROOT_NODES]) {
     const Dense *dense = &instance->state.dense;

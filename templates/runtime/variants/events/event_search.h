@@ -18,8 +18,8 @@ typedef struct {
    with instance->failure, if an evaluation fails. */
 bool far_from_events(Instance *instance, Step step, const double start[], bool *far);
 
-/* Finds the first descent in the step of state->dense, which begins with the event functions start[N_EVENTS]. The search
-   goes from its beginning, in parts in which the functions are like polynomials. Returns false, with
+/* Finds the first descent in the step of state->dense, which begins with the event functions start[N_EVENTS]. The
+   search goes from its beginning, in parts in which the functions are like polynomials. Returns false, with
    instance->failure, if an evaluation fails. Source: Shampine, Thompson, Event location for ordinary differential
    equations, Computers and Mathematics with Applications 39, 2000. */
 bool find_descents(Instance *instance, const double start[], Descents *found);
