@@ -21,6 +21,7 @@ from benchmarks.running import KERNELS
 from lag2fmu.dynamics import derive, lower
 from lag2fmu.fmu.backends.native import describe, fmi_headers
 from lag2fmu.fmu.compilers import FLAGS, host_platform
+from lag2fmu.fmu.units import units
 from lag2fmu.formats.loading import load
 
 STEPS, ROUNDS = 500, 3000
@@ -36,13 +37,13 @@ def build(model: str, solver: str, folder: Path) -> Path:
     mechanism = load(model)
     equations = derive(mechanism)
     _, sources = describe(mechanism, equations, lower(equations), solver)
-    for name, text in sources.items():
+    joined = units(sources)
+    for name, text in {**sources, **joined}.items():
         (folder / name).write_text(text, "utf-8")
-    units = [name for name in sources if name.endswith(".c")]
     flags = [flag for flag in FLAGS if flag != "-fPIC"]
     zig = [sys.executable, "-m", "ziglang", "cc", "-target", host_platform().targets[0]]
     command = [*zig, *flags, "-I.", f"-I{fmi_headers()}", "-o", "host"]
-    subprocess.run([*command, *units, str(KERNELS / "stepping.c"), "-lm"], cwd=folder, check=True)
+    subprocess.run([*command, *joined, str(KERNELS / "stepping.c"), "-lm"], cwd=folder, check=True)
     return folder / "host"
 
 

@@ -58,7 +58,7 @@ ROOMS = {
     "verify": (
         {"errors", "xml_tree", "language", "description", "mechanism", "formats", "reference", "graph", "dynamics"}
         | {"analysis", "picture", "solvers", "live", "fmu"},
-        {"sympy", "numpy", "fmpy", "rich", "matplotlib"},
+        {"sympy", "numpy", "fmpy", "lxml", "rich", "matplotlib"},
     ),
     "studies": (
         {
@@ -96,6 +96,7 @@ USERS = {
     "zipfile": {"fmu/pack.py"},
     "fmpy": {"verify/instances.py", "verify/simulate.py"},
     "lief": {"checking/binaries.py"},
+    "lxml": {"verify/instances.py"},
     "matplotlib": {"verify/plots", "studies/calibration_figure.py"},
     "PIL": {"fmu/icon.py"},
     "mujoco": {"formats/robots/mjcf.py"},
@@ -104,7 +105,7 @@ USERS = {
 the independent path shares no compiler with what it checks"""
 
 MOST_LAYERS = 21
-"""Modules in the longest chain of imports, from ``errors`` to ``cli.__main__``; imports inside functions count."""
+"""Modules in the longest chain of imports, from ``errors`` to ``__main__``; imports inside functions count."""
 
 MOST_LINES, MOST_LONG_MODULES = 300, 0
 """Lines that a module should fit in, and how many modules may be longer; none has half as many again."""
@@ -174,7 +175,7 @@ def test_a_room_imports_only_rooms_above_it() -> None:
 
 def test_every_module_belongs_to_a_room() -> None:
     top_level = {p.parts[0] for p in _modules()}
-    assert top_level == {*ROOMS, "__init__.py", *(f"{name}.py" for name in SINGLE)}
+    assert top_level == {*ROOMS, "__init__.py", "__main__.py", *(f"{name}.py" for name in SINGLE)}
 
 
 @pytest.mark.parametrize(("package", "expected"), USERS.items())

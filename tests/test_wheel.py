@@ -64,7 +64,7 @@ def test_the_installed_wheel_works_in_an_empty_folder(
     (Path(site) / "lent.pth").write_text("\n".join(sorted(lent)) + "\n", "utf-8")
     for arguments in (["models"], ["export", "pendulum"], ["simulate", "pendulum.fmu", "--stop-time", "1"]):
         done = subprocess.run(
-            [python, "-m", "lag2fmu.cli", *arguments], cwd=work, capture_output=True, text=True, check=False
+            [python, "-m", "lag2fmu", *arguments], cwd=work, capture_output=True, text=True, check=False
         )
         assert done.returncode == 0, done.stderr
     where = subprocess.run(

@@ -40,7 +40,7 @@ def pages(live: str) -> dict[str, str]:
 
 def _moving_page(name: str, path: Path) -> str:
     """The live page of a model, which compares itself with a direct integration; made by a process of its own."""
-    subprocess.run([sys.executable, "-m", "lag2fmu.cli", "page", name, "-o", str(path)], check=True)
+    subprocess.run([sys.executable, "-m", "lag2fmu", "page", name, "-o", str(path)], check=True)
     return path.read_text("utf-8")
 
 

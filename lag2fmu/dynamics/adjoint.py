@@ -1,9 +1,9 @@
-"""The adjoint program: of a weighted sum of unknowns its derivatives by all knowns, in one reverse sweep.
+"""The adjoint program: the derivatives of a weighted sum of unknowns by all knowns, in one reverse sweep.
 
-The tangent functions are linear in their seeds, so that the gradient of the weighted sum of their results by the seeds
-is the transposed map: about as many operations, whatever the number of knowns. Accelerations are solved for in between,
-with the factorisation of the equations themselves. As it is the tangents that are transposed, adjoint derivatives
-agree with them in every mode, at kinks, and in tables.
+A tangent function is linear in its seeds. The gradient of a weighted sum of its results by the seeds is therefore the
+transposed map. It takes about as many operations as the function, whatever the number of knowns. Accelerations are
+solved for in between, with the factorisation of the equations themselves. Adjoint derivatives agree with the tangents,
+which they transpose, in every mode, at kinks, and in tables.
 Source: A. Griewank, A. Walther, Evaluating Derivatives, SIAM 2008, sections 3.3 (the duality of tangents and adjoints)
 and 15.3 (implicit functions).
 """
@@ -18,7 +18,7 @@ from lag2fmu.graph.autodiff import reverse
 from lag2fmu.graph.graph import Graph, Node
 
 _Weights = Mapping[str, tuple[str, str]]
-"""{array of weights: (function, array of its results that they are of)}."""
+"""{array of weights: (function, the array of its results that the weights belong to)}."""
 
 _CALCULATED: _Weights = {"wdz": ("further_tangent", "d2z"), "wy": ("locals_tangent", "dy")}
 _ALL: _Weights = {"wr": ("residual_tangent", "dr"), **_CALCULATED}
@@ -29,11 +29,12 @@ _SLIDING: _Weights = {"ws": ("friction_tangent", "ds")}
 
 
 def with_adjoints(program: Program) -> Program:
-    """``program`` with the functions that adjoint derivatives take behind the others, which stay as they are.
+    """``program`` with the functions of adjoint derivatives added behind its own, which stay as they are.
 
-    They work on a copy of the graph. An array of weights has an entry for each result, and gt (1,), gx, gu, gp, gqdd
-    are the derivatives by t, x, u, p, qdd; in gp the entries of modes and switches stay untouched, for these are no
-    knowns. Functions of constraints and of rows that slide are there if the mechanism has such.
+    The added functions work on a copy of the graph. An array of weights has an entry for each result. The results gt
+    (1,), gx, gu, gp, gqdd are the derivatives by t, x, u, p, qdd and have their lengths. The entries of gp for modes
+    and switches stay untouched, because modes and switches are no knowns. There are functions of constraints, and of
+    rows that slide, if the mechanism has constraints, and such rows. Raises DerivationError as ``Function.check`` does.
     """
     graph = program.graph.copy()
     sweeps = _Sweeps(graph, {f.name.removeprefix("mechanism_"): f for f in program.functions}, program)
@@ -58,14 +59,17 @@ _SEEDS = tuple(f"d{name}" for name in _VARIABLES)
 
 
 class _Sweeps:
-    """What the reverse sweeps go through: the functions of ``program`` by name without prefix, on a ``graph``."""
+    """Makes the reverse sweeps through the functions of ``program``, which are known by name without prefix."""
 
     def __init__(self, graph: Graph, functions: Mapping[str, Function], program: Program) -> None:
         self.graph, self.functions = graph, functions
         self.resting = program.masks + program.switches
 
     def adjoint(self, name: str, what: str, weights: _Weights, by: tuple[str, ...]) -> Function:
-        """The derivatives of the sum of ``weights``, said by ``what``, ``by`` arrays of arguments or of seeds."""
+        """The function that gives the derivatives of the weighted sum ``by`` arrays of arguments or of seeds.
+
+        ``weights`` say what is summed; ``what`` describes the sum in the printed code.
+        """
         seeds = dict[Node, Node]()
         of_weights = [self._weigh(f"{name} {array}", array, *place, seeds) for array, place in weights.items()]
         known = [self.functions[function] for function, _ in weights.values() if function in self.functions]
@@ -87,9 +91,9 @@ class _Sweeps:
         return tuple(result for result in results if result[0] != "gp" or result[1] >= self.resting)
 
     def _weigh(self, label: str, name: str, function: str, array: str, seeds: dict[Node, Node]) -> Array:
-        """The weights, called ``name``, of an ``array`` that a ``function`` fills; adds them to ``seeds`` of nodes.
+        """The weights, called ``name``, of an ``array`` that a ``function`` fills; adds them to the ``seeds`` of nodes.
 
-        It is empty if there is no such function.
+        The array of weights is empty if the program has no such function.
         """
         found = self.functions.get(function)
         nodes = {} if found is None else {index: node for filled, index, node in found.results if filled == array}

@@ -9,7 +9,7 @@ Member = TypeVar("Member")
 
 
 def united(groups: Iterable[Iterable[Member]]) -> list[set[Member]]:
-    """What remains when ``groups`` with a common member are united: sets without one."""
+    """The sets that remain when ``groups`` with a common member are united; no two of the sets share a member."""
     apart: list[set[Member]] = []
     for group in map(set, groups):
         whole = group.union(*(other for other in apart if other & group))

@@ -1,8 +1,8 @@
 """Constraints on the graph, and start values that meet them.
 
-A holonomic constraint phi(t, q) = 0 and a nonholonomic one A(t, q) qd + b(t, q) = 0 restrict velocities alike: the
-former by G qd + phi_t = 0, G = dphi/dq. With one more derivative, and the forces G^T multiplier of d'Alembert's
-principle,
+A holonomic constraint phi(t, q) = 0 restricts the velocities by its derivative, G qd + phi_t = 0 with G = dphi/dq. A
+nonholonomic constraint restricts them as it stands, G qd + b = 0. One more derivative, and the forces G^T multiplier of
+d'Alembert's principle, give
 
     [M  -G^T] [qdd       ]   [forcing]
     [G    0 ] [multiplier] = [-gamma ],     gamma = d/dt (G qd + b) at qdd = 0.
@@ -34,7 +34,8 @@ from lag2fmu.mechanism.record import Mechanism
 Floats = NDArray[np.float64]
 
 MET, PROJECTED = 1e-12, 1e-6
-"""Residuals relative to the mechanism's size: below MET a constraint is met, below PROJECTED given starts may move."""
+"""Residuals relative to the mechanism's size: below MET a constraint is met; below PROJECTED even given starts may be
+moved onto it."""
 
 _ITERATIONS, _HALVINGS = 60, 12
 _INDEPENDENT, _TRIALS = 1e-8, 3
@@ -73,11 +74,11 @@ def compose(graph: Graph, mechanism: Mechanism, put: Translator, v: Variables) -
 def starting_consistently(mechanism: Mechanism, graph: Graph, constraints: Constraints) -> Mechanism:
     """``mechanism`` with start values that meet its constraints.
 
-    Given values stay, guesses are moved: by Newton's method with steps of least norm, coordinates measured by their
-    nominal values. Given values that miss by less than ``PROJECTED`` are moved too. Raises DerivationError with the
-    residuals where that does not lead to a solution, for a constraint that is constant, and for constraints that leave
-    nothing to move. Source: P. Deuflhard, Newton Methods for Nonlinear Problems, Springer 2004, section 4.4 (steps of
-    least norm).
+    Given values stay, guesses are moved by Newton's method. Its steps are of least norm, where coordinates are measured
+    by their nominal values. Given values that miss by less than ``PROJECTED`` are moved too. Raises DerivationError,
+    with the residuals, if Newton's method finds no solution; also for a constraint that is constant, and for
+    constraints that leave nothing to move. Source: P. Deuflhard, Newton Methods for Nonlinear Problems, Springer 2004,
+    section 4.4 (steps of least norm).
     """
     if not mechanism.constraints:
         return mechanism
@@ -92,7 +93,7 @@ def starting_consistently(mechanism: Mechanism, graph: Graph, constraints: Const
 def ambiguous(mechanism: Mechanism, graph: Graph, constraints: Constraints) -> frozenset[str]:
     """The names of the constraints whose multipliers are not unique at the start: G (m, n) has dependent rows there.
 
-    They are the rows that a left null vector of G, from its singular value decomposition, has an entry for.
+    These rows are found by the singular value decomposition of G: some left null vector has an entry for each of them.
     """
     if not len(constraints):
         return frozenset()
@@ -150,9 +151,10 @@ class _Start:
                 )
 
     def _slopes_known(self, q: Floats, generator: random.Random) -> NDArray[np.bool_]:
-        """The rows (m,) of G at ``q`` that are more than rounding errors, which sines and cosines that cancel leave.
+        """Which rows (m,) of G at ``q`` are more than the rounding errors that cancelling sines and cosines leave.
 
-        In a small mechanism slopes may be as small. They hardly change with a small change of q, but errors do.
+        In a small mechanism true slopes may be as small as such errors. But a small change of q hardly changes a
+        slope, while it changes an error by its whole size.
         """
         jacobian = self._jacobian(q)
         size = np.abs(jacobian).max(axis=1)
@@ -222,7 +224,7 @@ class _Start:
             for halving in range(_HALVINGS):
                 trial = x + 0.5**halving * step * self.nominal
                 found, slopes = measure(trial)
-                if np.linalg.norm(scale * found) < np.linalg.norm(scale * r):  # the step goes down in this norm
+                if np.linalg.norm(scale * found) < np.linalg.norm(scale * r):  # the scaled norm falls along the step
                     break
             else:
                 break
@@ -230,7 +232,9 @@ class _Start:
         return x
 
     def _cleaned(self, x: Floats, before: Sequence[float], measure: Measure) -> Floats:
-        """x (n,) without the dust of rounding in what was moved from ``before``, where the constraints allow that."""
+        """x (n,) with entries that were moved by rounding errors only set back to ``before``, if the constraints
+        allow it.
+        """
         size = self.nominal * max(1.0, float(np.abs(x / self.nominal).max()))
         pairs = zip(x, before, size, strict=True)
         clean = np.array([new if new == old else without_dust(float(new), float(s)) for new, old, s in pairs])
@@ -272,6 +276,6 @@ class _Start:
 
 
 def _meaning(constraints: Sequence[Constraint]) -> str:
-    """A sentence on the equilibria among ``constraints``, which the derivation has added; "" without any."""
+    """A sentence on those of the ``constraints`` that are equilibria, added by the derivation; "" if there are none."""
     found = [f"{c.name} is the force on {c.coordinate}, which has no mass" for c in constraints if c.massless]
     return f"{'; '.join(found)}. " if found else ""

@@ -1,4 +1,4 @@
-"""The generalized force that carries each prescribed motion: what its drive has to bring up.
+"""The generalized force that carries each prescribed motion: the force that its drive has to exert.
 
 A motion y is taken as one more coordinate. Its own Lagrange equation, with the forces of constraints, contacts and
 friction, says what else acts on it:
@@ -24,10 +24,11 @@ from lag2fmu.mechanism.record import Mechanism
 def drive_forces(
     graph: Graph, mechanism: Mechanism, v: Variables, energies: Energies, constraints: Constraints, rows: Rows
 ) -> tuple[Node, ...]:
-    """F (k,) of the k prescribed motions of ``mechanism``, each in J by the unit of its motion.
+    """F (k,) of the k prescribed motions of ``mechanism`` as nodes, each in J by the unit of its motion.
 
-    Accelerations and multipliers stand in them as variables. The energies of constraints that make M regular are left
-    out, for they vanish along the motion, and so are the equilibria of what has no mass, which bear nothing.
+    The forces contain accelerations and multipliers as variables. The fictitious energies that make M regular are left
+    out, because they vanish along the motion. The equilibria of coordinates without mass are left out, because their
+    multipliers are zero. Source: Goldstein, Classical Mechanics, section 2.4 (multipliers as forces).
     """
     if not v.driven:
         return ()
@@ -42,7 +43,7 @@ def drive_forces(
 
 
 def _borne(graph: Graph, pairs: Iterable[tuple[Node, Node]]) -> dict[Node, Node]:
-    """{velocity: sum of what is borne along it}, where several constraints may have one velocity."""
+    """{velocity: sum of the multipliers along it}; several constraints may share a velocity."""
     found: dict[Node, Node] = {}
     for velocity, force in pairs:
         found[velocity] = graph.add(found.get(velocity, graph.zero), force)

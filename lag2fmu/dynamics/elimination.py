@@ -20,7 +20,7 @@ from lag2fmu.graph.graph import Graph, Node
 
 @dataclass(frozen=True)
 class _Pivot:
-    """An eliminated velocity: x = (load - sum coupling_k value_k) * inverse."""
+    """An eliminated velocity x = (load - sum coupling_k value_k) * inverse, over the nodes k that are left."""
 
     leaf: Node
     inverse: Node
@@ -29,7 +29,7 @@ class _Pivot:
 
 
 class _Elimination:
-    """The state of one elimination: the form, the linear part and what is left to do."""
+    """The state of one elimination: the quadratic form, the linear part, and the nodes that are left."""
 
     def __init__(self, graph: Graph, entries: Mapping[tuple[Node, Node], Node], leaves: Sequence[Node]) -> None:
         self.g, self.leaves = graph, list(leaves)
@@ -56,7 +56,7 @@ class _Elimination:
             self._add_load(below, g.multiply(coefficient, load))
 
     def eliminate(self, leaf: Node) -> bool:
-        """Eliminate a velocity; False, and nothing done, if its pivot is identically zero."""
+        """Eliminate the velocity ``leaf``. Returns False, with nothing changed, if its pivot is identically zero."""
         g = self.g
         pivot = self.form.rows.get(leaf, {}).get(leaf, g.zero)
         if pivot == g.zero:
@@ -75,7 +75,10 @@ class _Elimination:
         return True
 
     def back_substitute(self, known: Mapping[Node, Node] | None = None) -> dict[Node, Node]:
-        """{leaf: x}, from the velocity eliminated last to the first; ``known`` are those that were not eliminated."""
+        """{leaf: x}, found from the velocity eliminated last back to the first.
+
+        ``known`` {leaf: x} holds the velocities that were not eliminated.
+        """
         g = self.g
         value: dict[Node, Node] = dict(known or {})
         for pivot in reversed(self.pivots):
@@ -111,10 +114,10 @@ def solve(
 ) -> Solution | None:
     """x of M x = ``rhs``, where M is the Hessian of ``entries`` with respect to ``velocities``, (n,).
 
-    With ``early`` a velocity is eliminated as soon as that is possible, else after everything is written out in the
-    velocities (then it is an LDL^T of M). Pivots that are identically zero are put off; None if they stay zero.
-    ``rhs`` are (n,) nodes. Source: for a chain or tree, Featherstone, Rigid Body Dynamics Algorithms, chapter 7 with
-    ``early``, chapter 6 without.
+    With ``early`` a velocity is eliminated as soon as no inner node contains it. Without, everything is written out in
+    the velocities first, and the elimination is an LDL^T of M. Pivots that are identically zero are put off; the result
+    is None if they stay zero. ``rhs`` are (n,) nodes. Source: for a chain or tree, Featherstone, Rigid Body Dynamics
+    Algorithms, chapter 7 with ``early``, chapter 6 without.
     """
     work = _Elimination(graph, entries, velocities)
     work.load = dict(zip(velocities, rhs, strict=True))
@@ -130,14 +133,14 @@ def solve(
 
 
 def _written_out(work: _Elimination, velocities: Sequence[Node]) -> list[Node]:
-    """Write everything out in the ``velocities``; all of them are still to be eliminated."""
+    """Write everything out in the ``velocities``; returns those still to be eliminated, which are all of them."""
     for node in sorted(work.nodes.combinations, reverse=True):
         work.substitute(node)
     return list(velocities)
 
 
 def _eliminated_early(work: _Elimination, velocities: Sequence[Node]) -> list[Node]:
-    """Eliminate each velocity once no node waits for it any more; those whose pivot is zero then are put off."""
+    """Eliminate each velocity once no inner node contains it; returns those whose pivot is identically zero then."""
     combinations = work.nodes.combinations
     waiting = Counter(below for terms in combinations.values() for below, _ in terms)
     put_off = [v for v in velocities if waiting[v] == 0 and not work.eliminate(v)]
@@ -152,9 +155,10 @@ def _eliminated_early(work: _Elimination, velocities: Sequence[Node]) -> list[No
 
 
 def null_vectors(graph: Graph, entries: Entries, velocities: Sequence[Node]) -> dict[Node, tuple[Node, ...]]:
-    """{velocity: null vector (n,)} of M, the Hessian of ``entries``: as many as its rank misses identically.
+    """{velocity: null vector (n,)} of M, the Hessian of ``entries``, for each null vector that M has at every q.
 
-    Each velocity is the one whose entry is 1; the last ones of ``velocities`` are taken where there is a choice.
+    The entry of a null vector for its own velocity is 1. Where there is a choice, the last of the ``velocities`` are
+    taken. Source: Golub, Van Loan, Matrix Computations, section 4.2 (LDL^T of a positive semidefinite matrix).
     """
     work = _Elimination(graph, entries, velocities)
     left = _written_out(work, velocities)

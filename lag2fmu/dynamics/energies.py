@@ -26,9 +26,9 @@ from lag2fmu.mechanism.record import Mechanism
 
 
 class Composer:
-    """Puts the parts of a mechanism on the graph: ``energies`` and forces.
+    """Puts the parts of a mechanism on the graph, as energies and forces.
 
-    ``rate`` gives d/dt of functions of t, q and motions.
+    The attribute ``rate`` gives d/dt of functions of t, q and prescribed motions. All quantities are in SI units.
     """
 
     def __init__(self, graph: Graph, mechanism: Mechanism, translate: Translator, variables: Variables) -> None:
@@ -40,7 +40,7 @@ class Composer:
         self.impetus: dict[Node, Node] = {}
 
     def energies(self) -> Energies:
-        """The energies and forces of the whole mechanism"""
+        """The energies (J) and forces (N, N.m) of the whole mechanism, as nodes."""
         g, given = self.g, self.mechanism.energy
         inertias, rigid = tuple(self._inertias()), tuple(self._rigid())
         self._loads()
@@ -101,7 +101,7 @@ class Composer:
         return Velocity(velocity.at(self.g, place, tuple(rate(place))), velocity.angular)
 
     def tensor(self, body: Body) -> tuple[Vector, ...]:
-        """The inertia tensor (3, 3) of a spatial body about its mass centre, in the axes of its frame"""
+        """The inertia tensor (3, 3), in kg.m2, of a spatial body about its mass centre, in the axes of its frame."""
         if body.inertia is None:
             return ((self.g.zero,) * 3,) * 3
         xx, yy, zz, xy, xz, yz = self.put.vector(_entries(body.inertia))
@@ -146,7 +146,7 @@ class Composer:
         return self._half_square(self.put(spring.stiffness), elongation)
 
     def _damper(self, damper: Damper) -> Node:
-        """R = 1/2 c rate^2; a force has none and acts on the rate"""
+        """R = 1/2 c rate^2. A damper that is given by its force has no R; its force acts along the rate."""
         if damper.force is None:
             return self._half_square(self.put(damper.damping), self._damper_rate(damper))
         rate, own = self._damper_rate(damper), symbol(names.damper_rate(damper.name))

@@ -1,4 +1,4 @@
-"""Derivation of whatever a mechanism is written in, for those who start from a name or a file."""
+"""Derivation from a name or a file: the mechanism is loaded first."""
 
 from __future__ import annotations
 
@@ -10,9 +10,9 @@ from lag2fmu.mechanism.record import Mechanism
 
 
 def derive(model: Mechanism | str | Path, method: str | None = None) -> lagrange.DerivedEquations:
-    """Derive the equations of motion of ``model``, a mechanism or what ``load`` takes.
+    """Derive the equations of motion of ``model``: a mechanism, or a name or file that ``load`` takes.
 
-    ``method`` is one of ACCELERATION_METHODS, by default the quicker one. Raises LoadError for a ``model`` that is
-    none, and DerivationError as ``lagrange.derive`` does. Source: Hand, Finch, Analytical Mechanics, section 1.9.
+    ``method`` is one of ACCELERATION_METHODS, by default the quicker one. Raises LoadError for a ``model`` that cannot
+    be loaded, and DerivationError as ``lagrange.derive`` does. Source: Hand, Finch, Analytical Mechanics, section 1.9.
     """
     return lagrange.derive(as_mechanism(model), method)

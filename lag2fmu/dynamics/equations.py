@@ -17,20 +17,25 @@ _Equations = TypeVar("_Equations", bound="EquationsOfMotion")
 
 @dataclass(frozen=True)
 class EquationsOfMotion:
-    """M qdd = forcing + G^T multiplier and what follows from the same graph; all entries are nodes of ``graph``.
+    """M qdd = forcing + G^T multiplier and what follows from it; all entries are nodes of ``graph``, in SI units.
 
     ``completed`` is the given mechanism with what derivation adds: nominal values, and equilibria of coordinates
     without mass. ``mechanism`` is the same with start values that meet its constraints.
 
-    ``entries``: the quadratic form 2 T2 over the velocity graph; ``forcing``: (n,); ``solution``: M^-1 forcing (n,)
-    with its pivots, by ``method``, None if every order meets a pivot that is identically zero; ``constraints``: of m
-    equations; ``permanent``: those that hold in all modes, in derived equations all; ``rows``: what modes switch on and
-    off, see ``modes``; ``outputs`` and ``dependent`` (parameters) by name; ``parts``: energies and forces as composed.
-
-    ``mass_matrix``: M (n, n), d2L/dqd2 and what ``parts.carried`` adds to make it regular; ``residual``: M qdd -
-    forcing - G^T multiplier and behind it the constraints' accelerations, (n + m,), with qdd as variables; ``momenta``:
-    p = dL/dqd, (n,); ``drives``: the force that carries each prescribed motion, (k,); ``energies`` (J) and the power of
-    the external inputs (W) by name, see ``terms.named_energies``.
+    - ``entries``: the quadratic form 2 T2 over the velocity graph.
+    - ``forcing``: (n,).
+    - ``solution``: M^-1 forcing (n,) with its pivots, by ``method``. It is None if every order of elimination meets a
+      pivot that is identically zero.
+    - ``constraints``: m equations; ``permanent``: those of them that hold in all modes, which at first are all.
+    - ``rows``: what modes switch on and off, see ``modes``.
+    - ``outputs`` and ``dependent`` parameters: {name: node}.
+    - ``parts``: energies and forces as composed.
+    - ``mass_matrix``: M (n, n), which is d2L/dqd2 and what ``parts.carried`` adds to make it regular.
+    - ``residual``: (n + m,), M qdd - forcing - G^T multiplier, and behind it the constraints' accelerations. The
+      accelerations qdd and the multipliers are variables in it.
+    - ``momenta``: p = dL/dqd, (n,).
+    - ``drives``: the force that carries each prescribed motion, (k,).
+    - ``energies``: the energies (J) and the power of the external inputs (W) by name, see ``terms.named_energies``.
 
     The graph is sealed: code that adds nodes works on the copy that ``apart`` returns.
     """
@@ -61,12 +66,12 @@ class EquationsOfMotion:
 
     @property
     def forces(self) -> tuple[str, ...]:
-        """The names of what rows bear that modes switch."""
+        """The names of the forces that the rows bear, which modes switch."""
         return tuple(str(self.graph.leaf[node]) for node in self.variables.forces)
 
     @property
     def operations(self) -> int:
-        """The number of operations of the accelerations."""
+        """The number of arithmetic operations that the accelerations take."""
         return self.graph.operations(self.solution.x if self.solution else self.forcing)
 
     def locals(self) -> Iterator[tuple[str, Node]]:

@@ -33,9 +33,10 @@ class Formula:
 
 @dataclass(frozen=True)
 class Formulas:
-    """T and V if they are told apart, M(q), the equations of motion (n,), of further states (f,), constraints (m,).
+    """What is shown of a mechanism, in this order, each as a ``Formula``.
 
-    Behind them the forces that carry the prescribed motions, (k,).
+    T and V, if they are told apart; M(q); the equations of motion (n,); those of the further states (f,); the
+    constraints (m,); the forces that carry the prescribed motions (k,).
     """
 
     energies: tuple[Formula, ...]
@@ -77,7 +78,7 @@ def formulas(equations: EquationsOfMotion) -> Formulas | None:
 def expressions(equations: EquationsOfMotion, most: int) -> Expressions | None:
     """The ``equations`` as expressions; None if they have more than ``most`` operations.
 
-    Up to MAX_OPERATIONS they are tidied.
+    Expressions of up to MAX_OPERATIONS operations are tidied. Values are in SI units.
     """
     equations = equations.apart()
     g, v = equations.graph, equations.variables
@@ -114,7 +115,7 @@ def _motion(
 ) -> tuple[sp.ImmutableMatrix, tuple[tuple[sp.Expr, sp.Expr], ...]]:
     """M (n, n) and the sides (left, right) of the equations of motion (n,).
 
-    ``texts`` goes on with the lower triangle of M and what stands beside M qdd.
+    Reads from ``texts`` the lower triangle of M, and then what stands beside M qdd.
     """
     g, v = equations.graph, equations.variables
     n = len(v.q)
@@ -128,7 +129,7 @@ def _motion(
 def _read(graph: Graph, nodes: Sequence[Node], operations: int, targets: Sequence[str]) -> Iterator[sp.Expr]:
     """The ``nodes`` as expressions, tidied if they have no more than MAX_OPERATIONS operations together.
 
-    The time derivatives of the ``targets`` that filtered motions follow are called as those of coordinates are.
+    ``targets`` are what filtered motions follow; their time derivatives are named as those of coordinates are.
     """
     rates = {symbol(names.rate(t)): symbol(names.velocity(t)) for t in targets}
     rates |= {symbol(names.rate(names.rate(t))): symbol(names.acceleration(t)) for t in targets}

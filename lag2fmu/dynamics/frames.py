@@ -30,11 +30,11 @@ from lag2fmu.graph.vectors import (
 from lag2fmu.mechanism.record import Mechanism
 
 Rate = Callable[[Sequence[Node]], Sequence[Node]]
-"""Takes nodes, (k,), and returns their derivatives along a motion, (k,)."""
+"""A function from nodes, (k,), to their derivatives along a motion, (k,)."""
 
 
 class Frames:
-    """All frames of a mechanism."""
+    """All frames of a mechanism: their velocities (m/s, rad/s) and poses as nodes."""
 
     def __init__(self, graph: Graph, mechanism: Mechanism, put: Translator) -> None:
         self.g, self.put = graph, put
@@ -73,7 +73,7 @@ class Frames:
         return a
 
     def _angular(self, frame: Frame, parent: Vector, rate: Rate) -> Vector:
-        """omega of ``frame`` in its own axes, from that of the parent in the parent's"""
+        """The angular velocity of ``frame`` in its own axes; ``parent`` is that of its parent, in the parent's axes."""
         g = self.g
         if frame.quaternion is not None:
             e = self.put.vector(tuple(frame.quaternion))
@@ -88,7 +88,10 @@ class Frames:
     # -------------------------------------------------------------------------------------------------- velocities
 
     def velocities(self, rate: Rate) -> dict[str, Velocity]:
-        """{frame: Velocity}, with time derivatives by ``rate``; the world rests. The formula is that of the module."""
+        """{frame: Velocity}, with time derivatives by ``rate``; the world rests.
+
+        Source: R. Featherstone, Rigid Body Dynamics Algorithms, section 2.8; the formula stands in the module's head.
+        """
         rest = (self.g.zero,) * 3
         known = {WORLD: Velocity(rest, rest)}
         for name in self.by_name:
@@ -129,15 +132,15 @@ class Frames:
         return self._axes[name]
 
     def to_world(self, name: str, a: Vector) -> Vector:
-        """A vector (3,) of the frame ``name`` in world axes."""
+        """The vector ``a`` (3,), given in the axes of the frame ``name``, in world axes."""
         return a if name == WORLD else apply(self.g, tuple(zip(*self.axes(name), strict=True)), a)
 
     def to_frame(self, name: str, a: Vector) -> Vector:
-        """A vector (3,) in world axes in those of the frame ``name``."""
+        """The vector ``a`` (3,), given in world axes, in the axes of the frame ``name``."""
         return a if name == WORLD else apply(self.g, self.axes(name), a)
 
     def position(self, name: str, place: Vector) -> Vector:
-        """The position (3,) in world axes, in m, of the point ``place`` (3,) in m of the frame ``name``."""
+        """The position (3,) in world axes, in m, of a point that is at ``place`` (3,), in m, in the frame ``name``."""
         return plus(self.g, self.origin(name), self.to_world(name, place))
 
     def origin(self, name: str) -> Vector:
@@ -148,7 +151,11 @@ class Frames:
         return self._origin[name]
 
     def quaternion(self, name: str) -> Vector:
-        """The unit quaternion (e0, e1, e2, e3) of a frame against the world, the product of those of the rotations."""
+        """The unit quaternion (e0, e1, e2, e3) that turns the world's axes into those of the frame ``name``, (4,).
+
+        It is the product of the quaternions of the rotations. Source: J. Wittenburg, Dynamics of Multibody Systems, 2nd
+        edition, chapter 2.
+        """
         if name == WORLD:
             return (self.g.one, *(self.g.zero,) * 3)
         frame = self.by_name[name]

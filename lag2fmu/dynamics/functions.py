@@ -14,7 +14,7 @@ from lag2fmu.graph.operations import SYMBOL
 
 @dataclass(frozen=True)
 class Array:
-    """An argument: ``name`` in the printed code and its entries as nodes; ``scalar`` if it is a plain number."""
+    """An argument: its ``name`` in the printed code, and its entries as nodes; ``scalar`` if it is no array there."""
 
     name: str
     entries: tuple[Node, ...]
@@ -40,7 +40,7 @@ class Function:
         return frozenset(entry for argument in self.arguments for entry in argument.entries)
 
     def check(self, graph: Graph) -> Function:
-        """The function itself. Raises DerivationError if a result depends on a variable that no argument holds."""
+        """Returns the function itself; raises DerivationError if a result needs a variable that no argument holds."""
         needed, given = graph.cone((node for *_, node in self.results), self.given), self.given
         missing = [str(graph.leaf[node]) for node in needed if graph.code[node] == SYMBOL and node not in given]
         if missing:
@@ -58,13 +58,13 @@ def filling(name: str, doc: str, arguments: tuple[Array, ...], **arrays: Iterabl
 
 
 def nodes_of(graph: Graph, functions: Sequence[Function]) -> list[Node]:
-    """What the results and the entries of the arguments of ``functions`` need, operands first."""
+    """All nodes that the results and the arguments of ``functions`` are made of; operands stand before their users."""
     entries = [node for f in functions for a in f.arguments for node in a.entries]
     return graph.cone([*entries, *(node for f in functions for *_, node in f.results)])
 
 
 def with_nodes(functions: Sequence[Function], new: Mapping[Node, Node]) -> list[Function]:
-    """``functions`` with the ``new`` nodes {node: what stands for it} in arguments and results."""
+    """``functions`` with nodes replaced in arguments and results by ``new`` {node: what stands for it}."""
     return [
         replace(
             f,
@@ -77,7 +77,10 @@ def with_nodes(functions: Sequence[Function], new: Mapping[Node, Node]) -> list[
 
 @dataclass(frozen=True)
 class TableArgument:
-    """An argument, at ``position`` from 1 on, of a table that has no value outside ``least`` to ``greatest`` (SI)."""
+    """An argument of a table that has no value outside ``least`` to ``greatest``, both in SI units.
+
+    ``position`` is its place among the arguments of the table, counted from 1.
+    """
 
     table: str
     position: int
@@ -87,9 +90,9 @@ class TableArgument:
 
 @dataclass(frozen=True)
 class EventFunction:
-    """What an event is the zero of: ``name`` for messages, ``nominal`` size in SI units.
+    """A function whose zeros are events: its ``name`` for messages, its ``nominal`` size in SI units.
 
-    ``timed``: linear in the time, and beside it dependent on parameters alone.
+    ``timed``: it is linear in the time, and depends on nothing else but parameters.
     """
 
     name: str
@@ -101,19 +104,24 @@ class EventFunction:
 class Program:
     """The functions of one mechanism on one graph, and the names of the entries of the FMU's vectors.
 
-    ``locals`` are the names of the entries of ``mechanism_locals``, ``dependent`` those of ``mechanism_dependent``.
-    ``method`` says how M is solved, one of ACCELERATION_METHODS. ``factor_size`` is the length of the array that
-    ``mechanism_factor`` hands to ``mechanism_solve``, ``signals`` that of u, the inputs with their rates. ``outputs``
-    names the outputs beside q and qd; each of them has a second time derivative. ``arguments`` are those that
-    ``mechanism_arguments`` evaluates.
-
-    Of p, the first ``masks`` entries are the numbers of the modes of contacts, dry frictions and latches, see
-    ``modes.Modes``, and the next ``switches`` ones are +1 or -1 for each kink. ``places`` are those of the rows that
-    modes switch among all ``constraints``, ``slips`` says how many of them each contact has to slip along. There are as
-    many ``unilaterals``, contacts and stops; ``frictions`` and ``latches`` are the numbers of the other elements.
-    ``event_functions`` are those of switches, and behind them those of contacts and dry frictions. ``offsets`` is the
-    number of latches that hold positions; the switches of the latches are the last ones. ``simultaneous`` says how
-    impacts are resolved. ``sparse_rows`` are there for time stepping only.
+    - ``locals``: the names of the entries of ``mechanism_locals``.
+    - ``dependent``: the names of the entries of ``mechanism_dependent``.
+    - ``method``: how M qdd = forcing is solved, one of ACCELERATION_METHODS.
+    - ``factor_size``: the length of the array that ``mechanism_factor`` hands to ``mechanism_solve``.
+    - ``signals``: the length of u, the inputs with their rates.
+    - ``outputs``: the names of the outputs beside q and qd; each of them has a second time derivative.
+    - ``arguments``: those that ``mechanism_arguments`` evaluates.
+    - ``masks``: the number of entries at the beginning of p that are numbers of the modes of contacts, dry frictions
+      and latches, see ``modes.Modes``.
+    - ``switches``: the number of entries of p behind these, which are +1 or -1 for each kink. The switches of the
+      latches are the last ones.
+    - ``places``: the places of the rows that modes switch, among all ``constraints``.
+    - ``slips``: for each contact and stop, the number of rows that it slips along, (U,).
+    - ``frictions``, ``latches``: the numbers of dry frictions and of latches.
+    - ``offsets``: the number of latches that hold positions.
+    - ``event_functions``: those of the switches, and behind them those of contacts and dry frictions.
+    - ``simultaneous``: how simultaneous impacts are resolved.
+    - ``sparse_rows``: the rows for time stepping; None for other solvers.
     """
 
     graph: Graph
@@ -160,7 +168,7 @@ class Program:
 
     @property
     def contact_events(self) -> int:
-        """The number of the event functions of contacts and dry frictions: two of a contact, one of a dry friction."""
+        """The number of event functions of contacts and dry frictions: two for a contact, one for a dry friction."""
         return len(self.event_functions) - self.switches
 
     @property
@@ -170,7 +178,7 @@ class Program:
 
     @property
     def resting(self) -> int:
-        """The number of further states, from the last one back, whose rates are 0: events alone change them."""
+        """The number of further states that events alone change, so that their rates are 0; they are the last ones."""
         rates = [node for f in self.functions if f.name == "mechanism_further" for *_, node in f.results]
         moving = [i for i, node in enumerate(rates, start=1) if node != self.graph.zero]
         return len(rates) - max(moving, default=0)
@@ -193,7 +201,7 @@ class Program:
 
 
 def with_held_inputs(program: Program, wanted: Container[str]) -> Program:
-    """``program`` with those of its functions whose names are ``wanted``, where inputs are constant: u has no rates."""
+    """``program`` with only those of its functions whose names are ``wanted``, and inputs held: u has no rates."""
     k = len(program.inputs)
     if program.signals == k:
         return program

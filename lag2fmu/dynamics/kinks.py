@@ -2,8 +2,8 @@
 
 A kink whose margin moves with time, motion or inputs is replaced by a formula with a switch, +1 or -1, which the
 runtime turns where the margin crosses 0: between such events the equations are smooth, and derivatives are exact. Kinks
-of one margin, or of margins that are opposite, share a switch. What depends on parameters alone, or is calculated
-from the motion without acting on it, keeps its kinks.
+of one margin, or of margins that are opposite, share a switch. Kinks stay in what depends on parameters alone, and in
+what is calculated from the motion without acting on it.
 
 Source: H. Elmqvist, F. E. Cellier, M. Otter, Object-oriented modeling of hybrid systems, ESS 1993 (relations that are
 frozen between events).
@@ -39,7 +39,7 @@ _READABLE = 200
 
 @dataclass(frozen=True)
 class Switched:
-    """The functions with switches in their argument p, behind its ``masks`` first entries, and their margins."""
+    """Functions with switches in their argument p, behind its ``masks`` first entries, and the switches' margins."""
 
     functions: tuple[Function, ...]
     margins: tuple[EventFunction, ...]
@@ -55,8 +55,9 @@ def switched(
 ) -> Switched:
     """``functions`` with switches instead of kinks, and ``mechanism_switches``, which computes the margins.
 
-    ``conditions`` are further margins, whose switches stand behind those of kinks; no kink need contain them. The
-    functions stay as they are where there are neither. Nodes are added to ``graph``.
+    ``conditions`` are further margins: their switches stand behind those of kinks, and no kink need contain them.
+    Without kinks and conditions the functions stay as they are. Nodes are added to ``graph``. Source: H. Elmqvist,
+    F. E. Cellier, M. Otter, Object-oriented modeling of hybrid systems, ESS 1993.
     """
     moving = {variables.t, *variables.states, *variables.signals}
     functions = in_pieces(graph, functions, _effective(functions), moving)
@@ -82,13 +83,16 @@ def _effective(functions: Sequence[Function]) -> list[Node]:
 
 
 class _Kinks:
-    """The kinks on a graph whose margins contain variables that are ``moving`` and none that is ``unknown``."""
+    """The kinks on a graph whose margins contain a variable that is ``moving`` and no variable that is ``unknown``."""
 
     def __init__(self, graph: Graph, moving: set[Node], unknown: set[Node]) -> None:
         self.graph, self.moving, self.unknown = graph, moving, unknown
 
     def margins(self, outputs: Sequence[Node]) -> list[Node]:
-        """The margins of the kinks that ``outputs`` need, one of each pair of opposites, in order of the graph."""
+        """The margins of the kinks that ``outputs`` need, in order of the graph.
+
+        Of two margins that are opposite one is returned.
+        """
         found: dict[int, Node] = {}
         for node in self.graph.cone(outputs):
             margin = self._margin(node)
@@ -99,12 +103,12 @@ class _Kinks:
         return list(found.values())
 
     def replaced(self, switches: Mapping[Node, Node], functions: Sequence[Function]) -> list[Function]:
-        """``functions`` with the ``switches`` {margin: switch} for kinks, in what they hand on to one another too."""
+        """``functions`` with ``switches`` {margin: switch} instead of kinks, also in what one hands to another."""
         known = {self._key(margin): switch for margin, switch in switches.items()}
         return with_nodes(functions, self._new_nodes(known, nodes_of(self.graph, functions)))
 
     def _new_nodes(self, known: Mapping[tuple[int, bool], Node], cone: Sequence[Node]) -> dict[Node, Node]:
-        """What stands for each node of ``cone``, with the switches that are ``known`` {key of a margin: switch}."""
+        """{node of ``cone``: what stands for it}; ``known`` {key of a margin: switch} are the switches there are."""
         graph = self.graph
         kept, bases = self._kept(cone), self._bases(cone)
         new: dict[Node, Node] = {}
@@ -122,17 +126,18 @@ class _Kinks:
         return new
 
     def _margin(self, node: Node) -> Node | None:
-        """What the kink ``node`` changes at the sign of; None for other operations, and where a kink may be passed."""
+        """The margin at whose sign the kink ``node`` changes; None if it is no kink, or one that may be passed."""
         name, operands = OPERATIONS[self.graph.code[node]].name, self.graph.operands[node]
         if name not in KINKS or all(self._passed(operand) for operand in operands[: KINKS[name]]):
             return None
         return self.graph.subtract(*operands) if KINKS[name] == 2 else operands[0]
 
     def _kept(self, cone: Sequence[Node]) -> set[Node]:
-        """The abs, min and max of ``cone`` that stay as they are: those that a root, a logarithm or a power is made of.
+        """The abs, min and max of ``cone`` that stay as they are: the operands of roots, logarithms and powers.
 
-        Such a function need not have a value beyond the place where a trial step should end, as (-x)**(3/2) of
-        max(0, -x)**(3/2). Solver steps end there all the same, so that none has the kink in it.
+        Without its kink such a function need not have a value where a trial step goes on beyond the event: of
+        max(0, -x)**(3/2) there would remain (-x)**(3/2). Solver steps end at the event nevertheless, so that no step
+        has the kink inside.
         """
         g = self.graph
         limited = [node for node in cone if OPERATIONS[g.code[node]].name in _LIMITED]
@@ -140,29 +145,29 @@ class _Kinks:
         return {node for node in below if OPERATIONS[g.code[node]].name in ("abs", "min", "max")}
 
     def _bases(self, cone: Sequence[Node]) -> set[Node]:
-        """What roots and powers in the branches of choices in ``cone`` are of: to be taken as 0 where it is negative.
+        """The operands of roots and powers in the branches of choices in ``cone``; they count as 0 where negative.
 
-        A branch is evaluated a little beyond the place where it ends, by rounding and in trial steps.
+        For rounding and trial steps evaluate a branch a little beyond the place where it ends.
         """
         g = self.graph
         branches = g.cone(b for n in cone if g.code[n] == CHOICE for b in g.operands[n][1:])
         return {g.operands[node][0] for node in branches if OPERATIONS[g.code[node]].name in _ROOTS}
 
     def _passed(self, margin: Node) -> bool:
-        """Whether ``margin`` is a number, or made of what ``smooth`` says that kinks of may be passed."""
+        """Whether solvers may pass a kink of ``margin``: it is made of numbers and arguments of ``smooth`` alone."""
         name = OPERATIONS[self.graph.code[margin]].name
         if name in ("negate", "subtract"):
             return all(self._passed(operand) for operand in self.graph.operands[margin])
         return name in ("passed", "constant")
 
     def _key(self, margin: Node) -> tuple[int, bool]:
-        """What is the same for margins of equal value, and of opposite ones; whether it is the greater of the two."""
+        """A key that margins of equal and of opposite value share, and which of the two opposites ``margin`` is."""
         mark = self.graph.marks[margin]
         opposite = -mark % PRIME
         return min(mark, opposite), mark > opposite
 
     def _switch(self, known: Mapping[tuple[int, bool], Node], margin: Node) -> Node | None:
-        """The switch of ``margin`` or minus that of its opposite; None if it has none."""
+        """The switch of ``margin``, or minus the switch of its opposite; None if neither has a switch."""
         mark, greater = self._key(margin)
         if (mark, greater) in known:
             return known[mark, greater]
@@ -170,7 +175,7 @@ class _Kinks:
         return None if opposite is None else self.graph.negate(opposite)
 
     def _formula(self, node: Node, switch: Node, operands: Sequence[Node]) -> Node:
-        """The kink ``node`` of ``operands`` as long as its ``switch`` stays as it is."""
+        """The smooth formula that the kink ``node`` of ``operands`` is as long as its ``switch`` does not turn."""
         g, name = self.graph, OPERATIONS[self.graph.code[node]].name
         if name == "sign":
             return switch
@@ -185,7 +190,7 @@ class _Kinks:
 
 
 def _with_modes(graph: Graph, function: Function, switches: tuple[Node, ...], masks: int) -> Function:
-    """``function`` with ``switches`` behind the ``masks`` first entries of p; along dp they stay as they are."""
+    """``function`` with ``switches`` behind the ``masks`` first entries of p; derivatives along dp hold them fixed."""
     resting = tuple(graph.symbol(f"d {graph.leaf[switch]}") for switch in switches)
     inserted = {"p": switches, "dp": resting}
     return replace(
@@ -206,13 +211,16 @@ def _described(graph: Graph, v: Variables, mechanism: Mechanism, margins: Sequen
 
 
 def _text(graph: Graph, margin: Node) -> str:
-    """``margin`` as one writes it; of a long one its length."""
+    """``margin`` as one writes it; if it is long, only its number of operations."""
     operations = written_operations(graph, [margin])
     return str(written(graph, [margin])[0]) if operations <= _READABLE else f"an expression of {operations} operations"
 
 
 def nominal_size(graph: Graph, v: Variables, mechanism: Mechanism, margin: Node) -> float:
-    """What ``margin`` changes by if every variable changes by its nominal value at the start, in SI; 1 if 0."""
+    """The change of ``margin`` at the start if every variable changes by its nominal value, in SI units.
+
+    A change of 0 is no size; the result then is 1.
+    """
     sizes = [mechanism.experiment.stop_time]
     sizes += 2 * [c.nominal for c in mechanism.coordinates]
     sizes += [state.nominal for state in integrated_states(mechanism)]

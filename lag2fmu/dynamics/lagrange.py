@@ -5,12 +5,13 @@ With L = T - V, generalized forces Q and Rayleigh's dissipation function R the e
 
     d/dt dL/dqd - dL/dq + dR/dqd = Q.
 
-For bodies, T = 1/2 sum w (dr/dt)^2, the first two terms are J^T w (d2r/dt2 - gravity) with J = dr/dq: accelerations by
-forward AD along the motion, then one reverse sweep, without M and without Christoffel symbols. For spatial bodies J is
-dv/dqd and dv/dt takes the turning of the axes along (Kane, Levinson, Dynamics, section 6.1). What else the user
-wrote into L goes through p = dL/dqd by reverse AD and dp/dt by forward AD over it. The accelerations come from the
-quadratic form of T over the velocity graph, see ``elimination``. Source: Hand, Finch, Analytical Mechanics, section
-1.9; Landau, Lifshitz, Mechanics, sections 2, 6 and 7 for h; section 25 for R.
+Bodies have T = 1/2 sum w (dr/dt)^2. For them the first two terms are J^T w (d2r/dt2 - gravity) with J = dr/dq. Forward
+AD along the motion gives the accelerations d2r/dt2, and one reverse sweep multiplies with J^T, without M and without
+Christoffel symbols. For spatial bodies J is dv/dqd, and dv/dt holds the turning of the axes (Kane, Levinson, Dynamics,
+section 6.1). Other terms that the user wrote into L are differentiated: p = dL/dqd by reverse AD, dp/dt by forward AD
+over it. The accelerations come from the quadratic form of T over the velocity graph, see ``elimination``.
+Source: Hand, Finch, Analytical Mechanics, section 1.9; Landau, Lifshitz, Mechanics, sections 2, 6 and 7 for h, section
+25 for R.
 """
 
 from __future__ import annotations
@@ -59,11 +60,11 @@ ACCELERATION_METHODS = ("elimination", "factorisation")
 """How M qdd = forcing is solved: by elimination over the velocity graph, or by an LDL^T of M; both on the graph."""
 
 MAX_FACTORISED = 16
-"""Beyond this many coordinates the n^3/3 operations of a factorisation cannot win, and it is not tried."""
+"""With more coordinates n the n^3/3 operations of a factorisation cannot be fewer, and it is not tried."""
 
 
 class DerivedEquations(EquationsOfMotion):
-    """The equations of motion as ``derive`` returns them: they show themselves, and have a form in SymPy."""
+    """The equations of motion as ``derive`` returns them: notebooks show them, and ``sympy`` gives them as formulas."""
 
     def __repr__(self) -> str:
         """One line: the mechanism, its size, how accelerations are solved for."""
@@ -85,13 +86,13 @@ class DerivedEquations(EquationsOfMotion):
 
 
 def derive(mechanism: Mechanism, method: str | None = None) -> DerivedEquations:
-    """Derive the equations of motion of ``mechanism``.
+    """Derive the equations of motion of ``mechanism``: M (n, n) and forcing (n,) of n coordinates, in SI units.
 
     ``method`` is one of ACCELERATION_METHODS, by default the quicker one, see ``cost``.
 
     Raises DerivationError if T is not quadratic in the velocities, if the mass matrix is singular for every q (naming
-    the coordinates), or if an energy has no finite value at the start. Source: Hand, Finch,
-    Analytical Mechanics, section 1.9.
+    the coordinates), if an energy has no finite value at the start, or if no start meets the constraints. Source: Hand,
+    Finch, Analytical Mechanics, section 1.9.
     """
     methods = [method] if method else ACCELERATION_METHODS[: 1 if len(mechanism.coordinates) > MAX_FACTORISED else None]
     solved = _solved(_composed(mechanism, _carried(mechanism)), methods)
@@ -109,7 +110,7 @@ def derive(mechanism: Mechanism, method: str | None = None) -> DerivedEquations:
 def _check_rows(equations: EquationsOfMotion) -> None:
     """Raise DerivationError for a contact, stop, dry friction or latch that acts on a coordinate without mass.
 
-    The equilibrium of such a coordinate is a constraint, which would bear the force as if it were not there.
+    The equilibrium of such a coordinate is a constraint. It would bear the force, which then would move nothing.
     """
     m, rows = equations.mechanism, equations.rows
     contacts = [(c.name, len(c.slips)) for c in m.unilaterals]
@@ -132,7 +133,7 @@ def _check(equations: EquationsOfMotion, distances: Mapping[str, Node]) -> None:
     states = [start_values(mechanism), *samples(mechanism, 5)]
     masses = mass_matrices(g, equations.entries, equations.variables.qd, states)
     at_start = masses[0]
-    if not np.all(np.isfinite(at_start)):  # M may be finite although the coefficients of its form are not
+    if not np.all(np.isfinite(at_start)):  # M may be finite where coefficients of its form are not
         at_start = matrix(g, equations.mass_matrix, states[0], len(forcing))
     check_start(mechanism, g, at_start, forcing, distances)
     check_positive(mechanism, at_start)
@@ -143,8 +144,8 @@ def _check(equations: EquationsOfMotion, distances: Mapping[str, Node]) -> None:
 def complete(mechanism: Mechanism, equations: EquationsOfMotion | None = None) -> Mechanism:
     """``mechanism`` with what derivation adds to it: nominal values, and equilibria of coordinates without mass.
 
-    Start values stay as they are. ``equations`` are those of the mechanism, if they are derived already. Raises what
-    ``derive`` raises.
+    Start values stay as they are. ``equations`` are those of the mechanism, if they are derived already. Raises
+    DerivationError as ``derive`` does.
     """
     return (equations or derive(mechanism)).completed
 
@@ -152,8 +153,9 @@ def complete(mechanism: Mechanism, equations: EquationsOfMotion | None = None) -
 def _carried(mechanism: Mechanism) -> dict[int, float]:
     """{index of a constraint: weight} of the constraints that restrict a motion without mass.
 
-    Such a motion makes M singular, though not the KKT matrix. A fictitious energy 1/2 weight (G qd + b)^2 makes M
-    regular. It is 0 along the motion, so it changes neither the motion nor the multipliers.
+    A motion without mass makes M singular, but a constraint on it keeps the KKT matrix regular. A fictitious energy
+    1/2 weight (G qd + b)^2 then makes M regular. It is 0 along the motion, so it changes neither the motion nor the
+    multipliers.
     Source: M. Benzi, G. Golub, J. Liesen, Numerical solution of saddle point problems, Acta Numerica 2005, section 5.
     """
     if not mechanism.constraints:
@@ -179,7 +181,7 @@ class _Composed:
 
 @dataclass(frozen=True)
 class _Solved(_Composed):
-    """Both sides, and the accelerations that ``method`` finds; ``solution`` is None if M is singular everywhere."""
+    """Both sides, and the accelerations found by ``method``; ``solution`` is None if M is singular for every q."""
 
     method: str
     solution: Solution | None

@@ -12,17 +12,17 @@ RANK = 1e-12
 
 
 def row_scales(jacobian: Floats) -> Floats:
-    """Factors (m,) that make the rows of unit length."""
+    """Factors (m,) that scale the rows of ``jacobian`` (m, n) to unit length."""
     length = np.linalg.norm(jacobian, axis=1)
     scales: Floats = 1.0 / np.where(length > 0, length, 1.0)
     return scales
 
 
 def least_step(rows: Floats, residual: Floats) -> Floats:
-    """The step (n,) of least norm that takes the ``residual`` (m,) away to first order, damped by its size squared.
+    """The step (n,) of least norm that removes the ``residual`` (m,) to first order.
 
-    ``rows`` (m, n) are the slopes of the residual.
-    The damping keeps the convergence quadratic where constraints are redundant, so that solutions are not isolated.
+    ``rows`` (m, n) are the slopes of the residual. The step is damped by the square of the residual's size. Thus the
+    convergence stays quadratic where constraints are redundant and solutions are not isolated.
     Source: N. Yamashita, M. Fukushima, On the rate of convergence of the Levenberg-Marquardt method, Computing 15,
     2001.
     """
@@ -32,9 +32,9 @@ def least_step(rows: Floats, residual: Floats) -> Floats:
 
 
 def relative_size(residual: Floats, jacobian: Floats) -> float:
-    """The greatest of ``residual`` (m,) in units of its change with a coordinate by its nominal value; NaN stays NaN.
+    """The greatest entry of ``residual`` (m,), relative to its change if coordinates change by their nominal values.
 
-    ``jacobian`` (m, n) has columns times nominal values.
+    The columns of ``jacobian`` (m, n) are slopes times nominal values. A NaN among the residuals gives NaN.
     """
     if residual.size == 0:
         return 0.0

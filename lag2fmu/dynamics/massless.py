@@ -28,13 +28,13 @@ from lag2fmu.mechanism.name_check import check_names
 from lag2fmu.mechanism.record import Mechanism
 
 _LONG = 300
-"""An expression of more operations than this is not simplified."""
+"""Expressions with more operations are not simplified."""
 
 _PREFERENCE = {True: 0, None: 1, False: 2}
 """Rank of a coordinate by whether its start is given. An equation is solved for the coordinate of highest rank."""
 
 MOST_SHOWN = 50
-"""Operations of a force that an error shows."""
+"""Forces with more operations are not written out in an error."""
 
 
 def with_equilibria(
@@ -43,9 +43,11 @@ def with_equilibria(
     """``mechanism`` with an equation of equilibrium for every null vector of M; itself if there is none.
 
     ``entries`` is the quadratic form of T over the velocity graph, ``forcing`` (n,) are nodes of the same graph. Each
-    equation is solved for one coordinate, of several for one whose start is a guess. This coordinate loses its own
-    start value; if the equation contains velocities, it loses its start velocity instead. Raises DerivationError for an
-    equation that determines no coordinate, MechanismError for a name that clashes with those of the equilibria.
+    equation is solved for one coordinate; where there is a choice, for one whose start is a guess. This coordinate
+    loses its own start value; if the equation contains velocities, it loses its start velocity instead. Raises
+    DerivationError for an equation that determines no coordinate, MechanismError for a name of the user that an
+    equilibrium takes. Source: P. Rabier, W. Rheinboldt, Nonholonomic Motion of Rigid Mechanical Systems from a DAE
+    Viewpoint, SIAM 2000, chapter 5.
     """
     order = sorted(range(len(v.qd)), key=lambda i: _PREFERENCE[mechanism.coordinates[i].given])
     found = null_vectors(graph, entries, [v.qd[i] for i in order])
@@ -70,7 +72,7 @@ def with_equilibria(
 
 
 def determined(mechanism: Mechanism) -> tuple[int | None, ...]:
-    """The index of the coordinate without mass that each constraint determines, None for other kinds: (m,)."""
+    """For each of the m constraints the index of the coordinate without mass that it determines, else None: (m,)."""
     place = {q.name: i for i, q in enumerate(mechanism.coordinates)}
     return tuple(None if c.coordinate is None else place[c.coordinate] for c in mechanism.constraints)
 
@@ -87,14 +89,17 @@ def continuous_states(mechanism: Mechanism) -> tuple[int, ...]:
 
 
 def _shortest(expression: sp.Expr) -> sp.Expr:
-    """The shorter one of ``expression`` and what it is after multiplying out and cancelling."""
+    """``expression``, or its form after multiplying out and cancelling if that is shorter."""
     if expression.count_ops() > _LONG:
         return expression
     return min(expression, tidy(expression), key=lambda e: e.count_ops())
 
 
 def _waits_for_accelerations(graph: Graph, v: Variables, force: Node) -> bool:
-    """Whether the rate of ``force`` contains unknowns, by the further states in it or by those in their rates."""
+    """Whether the rate of ``force`` contains accelerations or multipliers, through the rates of further states.
+
+    The further states are those in ``force``, and those in the rates of such states.
+    """
     rates = dict(zip(v.further, v.further_rates, strict=True))
     met: set[Node] = set()
     left = [force]
@@ -146,6 +151,6 @@ def _equilibrium(
 
 
 def _shown(graph: Graph, force: Node) -> str:
-    """``force`` as a message can hold it: a long formula is counted, for it may have millions of operations."""
+    """``force`` for a message: written out if it is short, else its number of operations, which may be millions."""
     count = written_operations(graph, [force])
     return str(_shortest(written(graph, [force])[0])) if count <= MOST_SHOWN else f"a formula of {count} operations"

@@ -1,12 +1,13 @@
 """The equations with rows that modes switch: contacts, stops, dry friction, latches.
 
-A mode is a set of numbers before the parameters: a mask (0 or 1) for each row, a direction for each row that slides, an
-offset for each latch that holds positions. So derivatives are exact within a mode. With the multipliers of all rows
+A mode is a set of numbers that stand before the parameters: a mask (0 or 1) for each row, a direction for each row that
+slides, an offset for each latch that holds positions. The numbers are constant within a mode, so that derivatives are
+exact there. With the multipliers of all rows
 
-    M qdd = forcing + G^T multiplier,
+    M qdd = forcing + G^T multiplier,    mask (G qdd + gamma) = 0.
 
-where G has the rows as they are; below, each row stands times its mask: mask (G qdd + gamma) = 0. A masked row that is
-0 is redundant, and its multiplier is 0 or the force that slides.
+Rows enter the forces as they are, and the equations below times their masks. A row whose mask is 0 is redundant below,
+and its multiplier is 0 or the sliding force.
 Source: F. Pfeiffer, Ch. Glocker, Multibody Dynamics with Unilateral Contacts, Wiley 1996, chapter 5.
 """
 
@@ -22,7 +23,7 @@ from lag2fmu.graph.autodiff import Forward, reverse
 from lag2fmu.graph.graph import Graph, Node
 
 _AT_REST = 1e-12
-"""A slip speed (m/s, rad/s) at which the direction of sliding friction is the one that the mode began with."""
+"""Far below this slip speed (m/s, rad/s) sliding friction has the direction that the mode began with."""
 
 
 @dataclass(frozen=True)
@@ -35,15 +36,17 @@ class Modes:
 
     @property
     def numbers(self) -> tuple[Node, ...]:
-        """All of them in their order."""
+        """Masks, directions and offsets in the order in which they stand in p."""
         return (*self.masks, *self.directions, *self.offsets)
 
 
 def with_rows(equations: EquationsOfMotion) -> tuple[EquationsOfMotion, Modes, tuple[int, ...]]:
-    """The equations with all rows among the constraints, times their masks; works on the graph of ``equations``.
+    """The equations with all rows among the constraints, times their masks; nodes are added to their graph.
 
     Constraints stand in the order: permanent holonomic, gaps, holonomic latches, permanent nonholonomic, slips, dry
-    frictions, nonholonomic latches. Also the numbers of the modes, and the place of each row among the constraints.
+    frictions, nonholonomic latches. Returns the equations, the numbers of the modes, and the place of each row among
+    the constraints, (R,). Source: F. Pfeiffer, Ch. Glocker, Multibody Dynamics with Unilateral Contacts, Wiley 1996,
+    chapter 5.
     """
     g, v, rows, c = equations.graph, equations.variables, equations.rows, equations.permanent
     modes = _modes(g, rows)
@@ -82,7 +85,8 @@ def _masked(
 ) -> Constraints:
     """The ``permanent`` constraints with all rows times their masks.
 
-    Of the ``orders`` the rows of the first stand behind the holonomic constraints, those of the second at the end.
+    ``orders`` has two lists of rows: the rows of the first stand behind the holonomic constraints, those of the second
+    behind all constraints.
     """
     held = len(permanent.positions)
     order, rest = orders
@@ -112,7 +116,7 @@ def _masked(
 
 
 def pushes(graph: Graph, rows: Rows, qd: Sequence[Node]) -> list[Node]:
-    """The generalized forces (n,) of what all ``rows`` bear, where two may have one velocity."""
+    """The sum of the generalized forces (n,) that all ``rows`` bear; two rows may share a velocity."""
     seeds: dict[Node, Node] = {}
     for velocity, force in zip(rows.velocities, rows.forces, strict=True):
         seeds[velocity] = graph.add(seeds[velocity], force) if velocity in seeds else force
@@ -120,7 +124,7 @@ def pushes(graph: Graph, rows: Rows, qd: Sequence[Node]) -> list[Node]:
 
 
 def _dissipated_power(equations: EquationsOfMotion) -> Node:
-    """What dampers and the rows that rub take: qd dR/dqd - sum of force times slip velocity, in W."""
+    """The power, in W, that dampers and sliding rows dissipate: qd dR/dqd - sum of force times slip velocity."""
     g, v, rows = equations.graph, equations.variables, equations.rows
     drag = reverse(g, {equations.parts.dissipation: g.one}, v.qd)
     rubbing = [g.multiply(rows.forces[k], rows.velocities[k]) for k in rows.frictional]
@@ -139,12 +143,15 @@ def _modes(graph: Graph, rows: Rows) -> Modes:
 
 
 def sliding_forces(graph: Graph, rows: Rows, modes: Modes) -> tuple[Node, ...]:
-    """The forces of the frictional rows that slide, along their directions.
+    """The forces (N,) of the N frictional rows as if all of them slide, along their directions.
 
-    Of one slip -direction mu N. Of two slips w -mu N w/|w|, where the direction d that the mode began with is added to
-    w: it tells the way as long as the speed is about 0. Behind the point where w.d is 0, at which the mode ends, the
-    sign turns: what slides through rest is smooth there, and the end can be located. Of a dry friction -direction times
-    its force.
+    - A contact with one slip: -direction mu N.
+    - A contact with two slips w: -mu N w/|w|. The direction d that the mode began with is added to w, so that the force
+      has a direction while the speed is about 0. The mode ends where w.d = 0. Beyond this point the sign turns, so that
+      the force is smooth there and the end can be located.
+    - A dry friction: -direction times its force.
+
+    Source: F. Pfeiffer, Ch. Glocker, Multibody Dynamics with Unilateral Contacts, Wiley 1996, chapter 5.
     """
     found: list[Node] = []
     first = len(rows.slips)

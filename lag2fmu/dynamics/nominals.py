@@ -1,16 +1,16 @@
-"""Typical sizes of the coordinates whose nominal value nobody gave; solvers measure errors by them.
+"""Typical sizes of the coordinates whose nominal value nobody gave; solvers measure errors relative to them.
 
-Coordinates of one dimension share a size, for what one of them does the others may do. The size is at most 1 in the
-coordinate's unit, so that it can make a tolerance stricter and never looser. It is the first of the following that
+Coordinates of one dimension share a size, because each of them may move as far as the others. The size is at most 1 in
+the coordinate's unit, so that it can make a tolerance stricter and never looser. It is the first of the following that
 exists, rounded up to a power of ten:
 
-- half the range between min and max;
-- where the start lies in a stable linear motion: how far that goes, by the amplitudes of its modes about the place of
-  rest K x = f, which the forces at several times move; for an angle at least ``SMALL_ANGLE`` and
-  for a length at least ``SMALL_PART`` of the greatest length among the parameters, lest a pendulum that starts almost
-  at rest is solved for digits that nobody can see;
-- elsewhere the motion may grow: the greatest of start values, of what the velocities make until the stop time of the
-  experiment, and of the lengths among the parameters; angles keep 1 rad.
+- Half the range between min and max.
+- If the linear motion about the start is stable: how far this motion goes. It is the sum of the amplitudes of its modes
+  about the place of rest K x = f; forces at several times move this place. An angle has at least ``SMALL_ANGLE``, a
+  length at least ``SMALL_PART`` of the greatest length among the parameters. Otherwise a pendulum that starts almost at
+  rest would be solved for digits that nobody can see.
+- Else the motion may grow. The size is the greatest of the start values, of the distances that the start velocities
+  cover until the stop time of the experiment, and of the lengths among the parameters. Angles keep 1 rad.
 
 Source: L. F. Shampine, M. W. Reichelt, The MATLAB ODE suite, SIAM J. Sci. Comput. 18 (1997), section 2, on thresholds
 below which a solution is of no interest; L. Meirovitch, Fundamentals of Vibrations, section 4.8, for K x = f.
@@ -47,7 +47,7 @@ _LENGTH, _ANGLE = parse_unit("m").exponents, parse_unit("rad").exponents
 
 @dataclass(frozen=True)
 class _Size:
-    """A typical size in SI units, and where it is from."""
+    """A typical size in SI units, and a text that says what it follows from."""
 
     value: float
     source: str
@@ -61,9 +61,10 @@ def with_nominals(
     forcing: Sequence[Node],
     constraints: Constraints,
 ) -> Mechanism:
-    """``mechanism`` with a nominal value of every coordinate that none is given for, see the module.
+    """``mechanism`` with nominal values (SI units) of the coordinates for which none is given, see the module.
 
-    ``entries`` and ``forcing`` (n,) are both sides of the equations on ``graph``, which stays as it is.
+    ``entries`` and ``forcing`` (n,) are both sides of the equations on ``graph``, which stays as it is. Source: L.
+    Meirovitch, Fundamentals of Vibrations, section 4.8.
     """
     reach: Floats | None = None
     coordinates = list(mechanism.coordinates)
@@ -83,7 +84,7 @@ def with_nominals(
 
 
 def _by_unit(coordinates: Iterable[Coordinate]) -> dict[object, list[int]]:
-    """{exponents of the unit, None without one: the indices of the coordinates that have it}."""
+    """{exponents of a unit: the indices of the coordinates that have it}; without a unit the key is None."""
     groups: dict[object, list[int]] = {}
     for i, q in enumerate(coordinates):
         groups.setdefault(None if q.unit is None else q.unit.exponents, []).append(i)
@@ -142,10 +143,10 @@ def _reach(
     forcing: Sequence[Node],
     constraints: Constraints,
 ) -> Floats:
-    """How far the linear motion about the start, at rest, takes each coordinate from 0, (n,); nan if it is not stable.
+    """How far the linear motion, begun at rest at the start, takes each coordinate from 0, (n,), in SI units.
 
-    The motion is that of M (n, n) and K = -dforcing/dq in the directions that the constraints leave free; these are an
-    orthonormal basis N of the null space of G.
+    The motion is that of M (n, n) and K = -dforcing/dq in the directions that the constraints leave free. The
+    directions are an orthonormal basis N of the null space of G. All entries are nan if the motion is not stable.
     """
     n, values = len(v.q), start_values(mechanism) | {names.velocity(q.name): 0.0 for q in mechanism.coordinates}
     work = graph.copy()

@@ -1,7 +1,7 @@
-"""Accelerations and multipliers as one formula while none of the rows holds that modes switch.
+"""Accelerations and multipliers as one formula in the mode in which all rows that modes switch are open.
 
-Open contacts, stops and latches bear nothing, and dry friction exerts the force that slides. Where that depends on what
-constraints bear, which then depends on friction, there is no formula, and the runtime solves for both.
+Open contacts, stops and latches bear nothing, and dry friction exerts its sliding force. If this force depends on what
+constraints bear, each of the two depends on the other. Then there is no formula, and the runtime solves for both.
 """
 
 from __future__ import annotations
@@ -18,10 +18,11 @@ from lag2fmu.graph.graph import Node
 def solve_open(
     equations: EquationsOfMotion, places: Sequence[int], sliding: Sequence[Node], drift: Sequence[Node]
 ) -> ConstrainedSolution | None:
-    """As ``solve_constrained``, for ``equations`` whose rows stand at these ``places`` among their constraints.
+    """The solution of ``equations`` with all rows open, as ``schur_complement.solve_constrained`` finds it.
 
-    ``sliding``: the forces (N,) of the frictional rows; ``drift``: (m,) of all constraints. The squares of the rows
-    are 0, their margins 1. None also where a force of dry friction depends on what constraints bear.
+    ``places`` are those of the rows among the constraints. ``sliding`` are the forces (N,) of the frictional rows,
+    ``drift`` (m,) is that of all constraints. The squares of the rows are 0, their margins 1. None where
+    ``solve_constrained`` gives None, and where a force of dry friction depends on what constraints bear.
     """
     g, v, rows = equations.graph, equations.variables, equations.rows
     first = len(rows.frictional) - len(rows.sliding)
@@ -50,7 +51,7 @@ def solve_open(
 
 
 def _with_friction(equations: EquationsOfMotion, rubbing: Mapping[int, Node]) -> tuple[Node, ...]:
-    """The forcing (n,) with these forces {row: along it}."""
+    """The forcing (n,) and the generalized forces of ``rubbing`` {row: force along it} together."""
     g, v, rows = equations.graph, equations.variables, equations.rows
     seeds: dict[Node, Node] = {}
     for row, force in rubbing.items():

@@ -17,14 +17,13 @@ from lag2fmu.graph.vectors import (
 class Variables:
     """The variables as nodes: t; q, qd, qdd, Q of n entries each; plain inputs, motions and independent parameters.
 
-    ``further``: the further states z, (f,), and ``further_rates``: their derivatives as nodes, once they are composed.
-
-    ``filtered``: those of them that are position and velocity of a filtered motion.
-
-    ``multipliers``: one for each constraint, (m,). ``forces``: those of the rows that modes switch, see ``Rows``; of
-    latches they are multipliers too. ``motions`` holds (y0, y0_dot, y0_ddot) for each motion input.
-    ``rates`` holds the first, then the second time derivatives of all inputs; it is empty unless
-    ``Mechanism.has_input_rates``.
+    - ``further``: the further states z, (f,).
+    - ``further_rates``: their derivatives as nodes, (f,); empty until they are composed.
+    - ``filtered``: (position, velocity) of each filtered motion, which are further states.
+    - ``multipliers``: one for each constraint, (m,).
+    - ``forces``: what the rows bear that modes switch, (R,), see ``Rows``.
+    - ``motions``: (y0, y0_dot, y0_ddot) of each motion input.
+    - ``rates``: the first, then the second time derivatives of all inputs; empty unless ``Mechanism.has_input_rates``.
     """
 
     t: Node
@@ -49,7 +48,7 @@ class Variables:
 
     @property
     def unknowns(self) -> tuple[Node, ...]:
-        """What the equations of motion determine: accelerations and multipliers, n + m."""
+        """What the equations of motion determine: accelerations and multipliers, (n + m,)."""
         return (*self.qdd, *self.multipliers)
 
     @property
@@ -59,7 +58,7 @@ class Variables:
 
     @property
     def driven(self) -> tuple[tuple[Node, Node], ...]:
-        """Position and velocity of each prescribed motion, filtered ones behind."""
+        """(position, velocity) of each prescribed motion, in SI units; filtered motions stand behind the others."""
         return (*((y, y_dot) for y, y_dot, _ in self.motions), *self.filtered)
 
     @property
@@ -68,7 +67,7 @@ class Variables:
         return (*self.inputs, *self.rates)
 
     def direction(self, graph: Graph, accelerating: bool) -> dict[Node, Node]:
-        """The direction of time {variable: its rate}: t -> 1, q -> qd, motions alike, qd -> qdd if ``accelerating``.
+        """The direction of time {variable: its rate}: 1 of t, qd of q, y0_dot of y0, and qdd of qd if ``accelerating``.
 
         Further states have the rates that are composed so far.
         """
@@ -113,9 +112,10 @@ class Inertia:
 class RigidInertia:
     """A spatial body: ``mass`` (kg) and inertia ``tensor`` (3, 3) in kg.m2 about its mass centre, in its frame's axes.
 
-    So are all vectors. ``velocity`` (m/s) of the mass centre with the angular velocity (rad/s), (3,) each; ``shift``:
-    their parts J qd, without what moves by itself; ``gravity`` (3,): the acceleration of gravity, m/s2.
-    T = 1/2 m v.v + 1/2 omega.I.omega: Goldstein, Classical Mechanics, section 5.3.
+    All vectors are in these axes. ``velocity``: that of the mass centre (m/s) and the angular velocity (rad/s), (3,)
+    each. ``shift``: the parts J qd of both, without the parts that prescribed motions make. ``gravity`` (3,): the
+    acceleration of gravity, m/s2. T = 1/2 m v.v + 1/2 omega.I.omega.
+    Source: Goldstein, Classical Mechanics, section 5.3.
     """
 
     mass: Node
@@ -127,16 +127,20 @@ class RigidInertia:
 
 @dataclass(frozen=True)
 class Energies:
-    """What the Lagrange equations are made of, as nodes.
+    """What the Lagrange equations are made of, as nodes in SI units.
 
-    ``inertias``: the particles and planar bodies, each mass along every axis and each moment of inertia; ``rigid``: the
-    spatial bodies; ``potential``: V of springs and the user, as far as it is free of velocities; ``remainder``: the
-    user's part of L beside these (further kinetic energy, velocity-dependent potentials, a whole Lagrangian);
-    ``dissipation``: R; ``effort``: {place: force} of the loads, generalized forces being Q = sum force * dplace/dq;
-    ``impetus``: the same at velocities, Q = sum force * dvelocity/dqd; ``direct``: forces on the coordinates
-    themselves, (n,), the external inputs Q among them. ``split``: whether T and V are told apart.
-    ``carried``: {velocity: inertia} of velocities that vanish along the motion and count with an inertia, to make M
-    regular.
+    - ``inertias``: the particles and planar bodies, each mass along every axis and each moment of inertia.
+    - ``rigid``: the spatial bodies.
+    - ``potential``: V (J) of springs and of the user, as far as it contains no velocities.
+    - ``remainder``: the user's other terms of L (J): further kinetic energy, potentials with velocities, or a whole
+      Lagrangian.
+    - ``dissipation``: R (W).
+    - ``effort``: {place: force} of the loads; the generalized forces are Q = sum force * dplace/dq.
+    - ``impetus``: {velocity: force} of the loads on frames; Q = sum force * dvelocity/dqd.
+    - ``direct``: forces on the coordinates themselves, (n,), with the external inputs Q.
+    - ``split``: whether T and V are told apart.
+    - ``carried``: {velocity: inertia} of velocities that vanish along the motion. They get a fictitious inertia that
+      makes M regular.
     """
 
     inertias: tuple[Inertia, ...]
@@ -175,7 +179,7 @@ class Constraints:
 
     @property
     def residuals(self) -> tuple[Node, ...]:
-        """What each constraint says is zero: phi, or A qd + b, (m,)."""
+        """What each constraint demands to be zero, (m,): phi, or G qd + b of a nonholonomic one."""
         return (*self.positions, *self.velocities[len(self.positions) :])
 
     def equation(self, k: int) -> tuple[Node, Node, Node]:
@@ -187,11 +191,14 @@ class Constraints:
 class Rows:
     """The R rows: gaps of the U contacts and stops, their S slips, F dry frictions, then L latches.
 
-    ``positions`` are gaps (U,) and behind them the positions of the holonomic latches, which come first among latches;
-    ``velocities``, ``accelerations`` (gamma) and ``forces`` (the multipliers) are (R,), ``jacobian`` is (R, n).
-    ``slips`` says how many slips each contact has. ``restitution``, ``friction`` and ``static_friction`` are (U,),
-    ``sliding`` and ``holding`` the forces of the F dry frictions, without a sign; ``conditions`` (L,) are positive
-    while latches hold.
+    - ``positions``: the gaps (U,), and behind them the positions of the holonomic latches. The holonomic latches stand
+      first among latches.
+    - ``velocities``, ``accelerations`` (gamma), ``forces`` (the multipliers): (R,).
+    - ``jacobian``: (R, n).
+    - ``slips``: how many slips each contact has, (U,).
+    - ``restitution``, ``friction``, ``static_friction``: (U,), without a unit.
+    - ``sliding``, ``holding``: the magnitudes of the forces of the dry frictions when they slide and hold, (F,).
+    - ``conditions``: (L,), positive while a latch holds.
     """
 
     positions: tuple[Node, ...]
@@ -216,7 +223,7 @@ class Rows:
         return self.positions[: len(self.slips)]
 
     def symbols(self, graph: Graph) -> set[str]:
-        """The names of all variables that the rows depend on, but for what rows bear."""
+        """The names of all variables that the rows depend on, without the forces that rows bear."""
         of_rows = (*self.positions, *self.velocities, *self.accelerations, *(x for row in self.jacobian for x in row))
         of_laws = (*self.restitution, *self.friction, *self.static_friction, *self.sliding, *self.holding)
         return graph.symbols([*of_rows, *of_laws]) - {str(graph.leaf[node]) for node in self.forces}

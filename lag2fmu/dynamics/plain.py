@@ -1,7 +1,7 @@
 """The equations of motion as plain functions: the derivative of the states, and its Jacobians entry by entry.
 
-The columns of the Jacobians follow from M dqdd = -dr, see ``tangent``: each takes the factorisation that the
-accelerations take themselves, once for all columns. Under constraints their closed formula is differentiated.
+The columns of the Jacobians follow from M dqdd = -dr, see ``tangent``. All columns use one factorisation, which is that
+of the accelerations. Under constraints the closed formula of the accelerations is differentiated.
 Source: A. Griewank, A. Walther, Evaluating Derivatives, SIAM 2008, section 15.3 (implicit functions).
 """
 
@@ -25,7 +25,7 @@ KNOWNS = ("t", "x", "u", "p")
 
 @dataclass(frozen=True)
 class PlainFunctions:
-    """``program`` has the functions ``derivative`` and ``jacobian`` of t, x, u, p; both give the solution's pivots.
+    """``program`` has two functions of t, x, u, p: ``derivative`` and ``jacobian``; both also give the pivots of M.
 
     ``derivative`` gives f = dx/dt, (N,); ``jacobian`` the entries J that are not always zero, column by column, the
     columns of t, x, u, p in turn. ``sparsity`` {known: (row, column) of each of its entries, in that order}.
@@ -38,7 +38,8 @@ class PlainFunctions:
 def plain_functions(equations: EquationsOfMotion) -> PlainFunctions:
     """The functions of ``equations``, on a copy of their graph.
 
-    Raises DerivationError for a mechanism with events or with coordinates without mass, and where there is no formula.
+    Raises DerivationError for a mechanism with events or with coordinates without mass, and for one without a closed
+    formula of its accelerations. Source: A. Griewank, A. Walther, Evaluating Derivatives, SIAM 2008, section 15.3.
     """
     whole = lower(equations)
     name = equations.mechanism.name
@@ -75,7 +76,7 @@ def _filling(
 
 
 def _solution(equations: EquationsOfMotion) -> tuple[tuple[Node, ...], tuple[Node, ...]]:
-    """Accelerations with multipliers behind them, (n + m,), and what is positive where they are usable."""
+    """Accelerations with multipliers behind them, (n + m,), and pivots, which are positive where these are valid."""
     zeros = (equations.graph.zero,) * len(equations.constraints)
     if zeros:
         constrained = solve_constrained(equations, zeros)
@@ -114,5 +115,5 @@ def _answers(
     if all(node == g.zero for node in missing):
         return missing
     found = solve(g, equations.entries, v.qd, missing, equations.method == "elimination")
-    assert found is not None  # as the accelerations were found
+    assert found is not None  # M is the one that gave the accelerations
     return list(found.x)

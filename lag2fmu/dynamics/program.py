@@ -34,12 +34,17 @@ def lower(
     ``promoted`` names the accelerations and locals that are outputs beside those of the mechanism. ``variational``
     adds the momenta and forces that variational solvers work on, ``time_stepping`` the sparse rows of time stepping.
 
-    The arguments of the functions are t; x = (q, qd) with the f further states behind, (2n + f,); u, the inputs: Q,
-    then the user's, then y0, y0_dot, y0_ddot of each motion; p, numbers of modes, the switches of kinks and behind them
-    the independent parameters; qdd, (n,), with the m multipliers behind it. Where coordinates without mass follow from
-    forces, the rates of the inputs stand behind the inputs in u. Of M, which is row-major, only the lower triangle is
-    written. All values are in SI units. Raises DerivationError if a function would need a variable that is none of its
-    arguments.
+    The arguments of the functions are, in SI units,
+
+    - t;
+    - x: q, qd, and behind them the f further states, (2n + f,);
+    - u: the inputs Q, then the user's, then y0, y0_dot, y0_ddot of each motion. If coordinates without mass follow from
+      forces, the rates of the inputs stand behind the inputs;
+    - p: the numbers of modes, the switches of kinks, and behind them the independent parameters;
+    - qdd: (n,), with the m multipliers behind it.
+
+    M is row-major (n, n), and only its lower triangle is written. Raises DerivationError if a function would need a
+    variable that is none of its arguments.
     """
     equations = equations.apart()
     modes = Modes((), (), ())
@@ -86,7 +91,7 @@ def _functions(
     variational: bool,
     sparse: SparseRows | None,
 ) -> tuple[tuple[Function, ...], tuple[TableArgument, ...], int]:
-    """The functions with kinks in them, the arguments of tables that are watched, and the length of w, see Program."""
+    """The functions with their kinks, the arguments of tables that are watched, and ``Program.factor_size``."""
     g, v = equations.graph, equations.variables
     sliding = sliding_forces(g, equations.rows, modes)
     p, qdd = Array("p", v.parameters), Array("qdd", v.unknowns)
@@ -187,7 +192,7 @@ def _further(equations: EquationsOfMotion, state: tuple[Array, ...], qdd: Array)
 
 
 def _canonical(equations: EquationsOfMotion, state: tuple[Array, ...]) -> Iterator[Function]:
-    """Momenta and forces of Lagrange's equations, for variational methods."""
+    """Momenta p and forces dp/dt of Lagrange's equations, for variational methods."""
     momenta, forces = canonical(equations.graph, equations.variables, equations.parts)
     doc = "Momenta m = dL/dqd and forces F = dL/dq - dR/dqd + Q, so that dm/dt = F but for the forces of constraints."
     yield filling("mechanism_canonical", doc, state, m=momenta, F=forces)

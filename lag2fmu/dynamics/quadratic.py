@@ -40,8 +40,8 @@ class QuadraticForm:
 class LinearNodes:
     """The nodes between the velocities and the nodes of a quadratic form, as linear combinations.
 
-    ``combinations``: {inner node: [(node below, coefficient)]}. An inner node has no combination of its own if one node
-    uses it and the form has no entry for it: it is written out in the node that uses it.
+    ``combinations``: {inner node: [(node below, coefficient)]}. An inner node has no combination of its own if only one
+    node uses it and the form has no entry for it. It is then written out in the node that uses it.
     """
 
     def __init__(self, graph: Graph, leaves: Sequence[Node], carrying: Iterable[Node]) -> None:
@@ -94,7 +94,7 @@ class LinearNodes:
 
 
 def _linear_nodes(graph: Graph, leaves: Sequence[Node], nodes: Iterable[Node]) -> set[Node]:
-    """All nodes below ``nodes`` that contain a leaf; for nodes that are linear in the leaves these are linear too."""
+    """All nodes below ``nodes`` that contain a leaf. They are linear in the leaves if ``nodes`` are."""
     linear = set(leaves)
     for node in graph.cone(nodes):
         if any(operand in linear for operand in graph.operands[node]):
@@ -109,9 +109,10 @@ Parts = tuple[Node, Node, Node]
 
 
 def second_degree(graph: Graph, node: Node, velocities: Sequence[Node]) -> QuadraticForm | None:
-    """The part of ``node`` of second degree in ``velocities``, (n,), as a form; None if it is no such polynomial.
+    """The part of ``node`` of second degree in ``velocities``, (n,), as a form.
 
-    The form is the Hessian: node = 1/2 sum H_ab a b + lower degrees, a and b being nodes linear in the velocities.
+    The form is the Hessian: node = 1/2 sum H_ab a b + lower degrees, a and b being nodes linear in the velocities. None
+    if ``node`` is no polynomial of degree two or less in the velocities.
     """
     form = QuadraticForm(graph)
     parts: dict[Node, Parts] = {v: (graph.zero, v, graph.zero) for v in velocities}
@@ -155,7 +156,7 @@ def _split(
 
 
 def _degree(g: Graph, parts: Parts) -> int:
-    """The highest degree of which ``parts`` has one that is not identically zero."""
+    """The highest degree whose part among ``parts`` is not identically zero."""
     return max((degree for degree, part in enumerate(parts) if part != g.zero), default=0)
 
 
@@ -177,7 +178,7 @@ def _recorded(
     lower: tuple[Node, Node],
     second: list[tuple[Node, Node, Node]],
 ) -> Parts:
-    """The parts with the second-degree one summed up to a node, under which its products are found again."""
+    """The parts with the products of ``second`` degree summed up to one node; ``products`` keeps them under it."""
     merged: dict[tuple[Node, Node], Node] = {}
     for a, b, c in second:
         key = (a, b) if a <= b else (b, a)

@@ -14,9 +14,9 @@ from lag2fmu.graph.nodes import Node
 def rows_in_all_modes(
     equations: EquationsOfMotion, sliding: tuple[Node, ...], state: tuple[Array, ...], qdd: Array
 ) -> Iterator[Function]:
-    """What is to be known about the rows that modes switch, and the forces of those that slide.
+    """Functions that give gaps, slips, conditions and coefficients of the rows that modes switch, and sliding forces.
 
-    ``state`` are the arrays of t, q, qd and the like that the functions take, ``qdd`` that of the n accelerations.
+    ``state`` are the arrays t, x, u, p that the functions take, ``qdd`` is that of the n accelerations.
     """
     rows = equations.rows
     if not len(rows):
@@ -53,7 +53,10 @@ def time_stepping_rows(
 
 
 def contact_events(equations: EquationsOfMotion) -> Iterator[EventFunction]:
-    """Two event functions of each contact, of its gap or force and of its slip; one of each dry friction."""
+    """The event functions of contacts and dry frictions.
+
+    A contact has two: one of its gap (m) or force (N), and one of its slip (m/s). A dry friction has one.
+    """
     g, v, mechanism, rows = equations.graph, equations.variables, equations.mechanism, equations.rows
     for contact, gap in zip(mechanism.unilaterals, rows.gaps, strict=True):
         size = nominal_size(g, v, mechanism, gap)

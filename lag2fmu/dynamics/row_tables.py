@@ -13,11 +13,15 @@ from lag2fmu.graph.nodes import Node
 class SparseRows:
     """The K rows in this order: permanent constraints; each contact with its slips; dry frictions; latches.
 
-    ``places`` (K,) are those among all constraints. ``positions`` {row: its position}, latches without what they hold;
-    ``velocities`` (K,); ``entries`` of the Jacobian as (row, coordinate, node), in order. ``contacts`` has the first
-    row of each contact and behind them the end of the last one. ``blocks`` (n,) says to which block each coordinate
-    belongs, ``neighbours`` (K,) which rows a row meets, itself included, and ``colours`` are lists of rows.
-    ``velocity_forces``: the forcing contains velocities.
+    - ``places``: those of the rows among all constraints, (K,).
+    - ``positions``: {row: its position}; that of a latch is measured from 0, not from what it holds.
+    - ``velocities``: (K,).
+    - ``entries``: those of the Jacobian as (row, coordinate, node), in order.
+    - ``contacts``: the first row of each contact, and behind them the end of the last contact.
+    - ``blocks``: the block to which each coordinate belongs, (n,).
+    - ``neighbours``: for each row the rows that it meets, itself included, (K,).
+    - ``colours``: lists of rows, one for each colour.
+    - ``velocity_forces``: whether the forcing contains velocities.
     """
 
     places: tuple[int, ...]

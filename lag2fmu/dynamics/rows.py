@@ -1,7 +1,7 @@
 """Contacts, stops, dry friction and latches on the graph: rows of constraints that modes switch on and off.
 
-An element with a closed gap is a holonomic constraint, one that sticks a constraint on velocities, and one that slides
-a force along its row that depends on what other rows bear; ``modes`` puts them into the equations.
+A closed gap is a holonomic constraint. Sticking is a constraint on velocities. Sliding is a force along the row, which
+depends on what other rows bear. ``modes`` puts the rows into the equations.
 Source: Ch. Glocker, Set-Valued Force Laws, Springer 2001, chapters 5 and 6.
 """
 
@@ -20,7 +20,8 @@ from lag2fmu.mechanism.record import Mechanism
 def compose_rows(graph: Graph, mechanism: Mechanism, put: Translator, v: Variables) -> Rows:
     """The rows of ``mechanism`` as nodes; ``put`` translates expressions, ``v`` are the variables.
 
-    Raises DerivationError for a slip, a dry friction or a latch that is not affine in the velocities.
+    Raises DerivationError for a slip, a dry friction or a latch that is not affine in the velocities. Source: Ch.
+    Glocker, Set-Valued Force Laws, Springer 2001, chapters 5 and 6.
     """
     contacts, frictions, latches = mechanism.unilaterals, mechanism.frictions, mechanism.latches
     direction = v.direction(graph, accelerating=False)
@@ -44,9 +45,9 @@ def compose_rows(graph: Graph, mechanism: Mechanism, put: Translator, v: Variabl
 def _kinematics(
     graph: Graph, mechanism: Mechanism, put: Translator, direction: Mapping[Node, Node]
 ) -> tuple[tuple[Node, ...], tuple[Node, ...]]:
-    """The positions of gaps and holonomic latches, and the velocities of all rows, in their order.
+    """The positions of gaps and holonomic latches, and the velocities of all rows, in the order of ``Rows``.
 
-    ``direction`` is that of the motion, {variable: its rate}.
+    ``direction`` {variable: its rate} is the direction of time.
     """
     contacts, latches = mechanism.unilaterals, mechanism.latches
     gaps = [put(contact.gap) for contact in contacts]
@@ -79,7 +80,7 @@ def _jacobian(
 
 
 def _labels(mechanism: Mechanism) -> Iterator[str]:
-    """Where each row is written."""
+    """The place in the mechanism of each row, for messages."""
     contacts = mechanism.unilaterals
     yield from (contact.where for contact in contacts)
     yield from (f"{contact.where}, slip" for contact in contacts for _ in contact.slips)

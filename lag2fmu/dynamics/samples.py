@@ -16,11 +16,14 @@ from lag2fmu.graph.graph import Graph, Node
 from lag2fmu.mechanism.record import Mechanism
 
 RESOLVED = 1e-12
-"""Parts of an inertia that are smaller than this, by which a motion differs from others, are lost in rounding."""
+"""A motion needs more than this part of the inertia of its coordinates; less is lost in rounding."""
 
 
 def samples(mechanism: Mechanism, count: int) -> Iterator[State]:
-    """``count`` states around the start (SI), reproducible; parameters are moved by up to a tenth, q by its nominal."""
+    """``count`` states around the start, in SI units, the same in each call.
+
+    Parameters are moved by up to a tenth of their values, coordinates by up to their nominal values.
+    """
     generator = random.Random(20)
     start = start_values(mechanism)
     parameters = {p.name for p in mechanism.parameters}
@@ -36,9 +39,10 @@ def samples(mechanism: Mechanism, count: int) -> Iterator[State]:
 
 
 def mass_matrices(graph: Graph, entries: Entries, velocities: Sequence[Node], states: Sequence[State]) -> Floats:
-    """M at k ``states``, (k, n, n): the nodes of the form ``entries`` are linear in the ``velocities``, (n,).
+    """M at k ``states``, (k, n, n), in SI units; ``entries`` is its quadratic form, ``velocities`` are (n,) nodes.
 
-    Their values at unit velocities are their coefficients J, (m, n), and M = J^T H J; in SI units.
+    The m nodes of the form are linear in the velocities. So their values at unit velocities are their coefficients J
+    (m, n), and M = J^T H J.
     """
     table = np.array([list(state.values()) for state in states])
     values: dict[str, float | Floats] = dict(zip(states[0], table.T[:, :, np.newaxis], strict=True))
@@ -58,9 +62,9 @@ def massless_directions(
 ) -> dict[int, float]:
     """{row of ``jacobian`` (m, n): weight} of the rows that restrict motion without mass; {} if M is regular somewhere.
 
-    M is the Hessian of ``entries`` over ``velocities``, (n,). Each weight w, a power of two, makes w g g^T as large as
-    M is for the coordinates that the row g ties. M may be far larger for other coordinates, as for a light rotor on a
-    crane.
+    M is the Hessian of ``entries`` over ``velocities``, (n,). Each weight w is a power of two. It makes w g g^T as
+    large as M is for the coordinates that the row g ties. For other coordinates M may be far larger: think of a light
+    rotor on a crane.
     """
     found: dict[int, float] = {}
     states = list(samples(mechanism, 5))
@@ -87,8 +91,8 @@ def check_start(
 ) -> None:
     """Raise DerivationError unless M, ``mass`` (n, n), and the forces, ``forcing`` (n,), are finite at the start.
 
-    ``distances`` {place in the mechanism: node} are those of the ends of springs and dampers: where one is 0, the force
-    has no direction.
+    ``distances`` {place in the mechanism: node} are those of the ends of springs and dampers, in m. Where one is 0, the
+    force has no direction.
     """
     values = start_values(mechanism)
     starts = ", ".join(f"{c.name} = {c.start:g}" for c in mechanism.coordinates)
@@ -111,7 +115,7 @@ def check_start(
 def check_positive(mechanism: Mechanism, mass: Floats) -> None:
     """Raise DerivationError if a diagonal entry of M, ``mass`` (n, n), is negative.
 
-    A Lagrangian that is written as a whole may be of the opposite sign.
+    This finds a Lagrangian that is written with the opposite sign.
     """
     if mechanism.energy.lagrangian is not None:
         return
@@ -126,7 +130,7 @@ def check_positive(mechanism: Mechanism, mass: Floats) -> None:
 def check_quadratic(mechanism: Mechanism, graph: Graph, entries: Sequence[Node]) -> None:
     """Raise DerivationError if second derivatives of L by the velocities change with the velocities.
 
-    The ``entries`` are evaluated: those that contain velocities which cancel out are let pass.
+    The ``entries`` are evaluated, so that velocities that cancel out are allowed.
     """
     speeds = {names.velocity(c.name) for c in mechanism.coordinates}
     for values in samples(mechanism, 4):
@@ -143,7 +147,7 @@ def check_quadratic(mechanism: Mechanism, graph: Graph, entries: Sequence[Node])
 def check_rank(mechanism: Mechanism, masses: Floats, regular: bool) -> None:
     """Raise DerivationError naming the coordinates if M is singular in every sampled state, ``masses`` (k, n, n).
 
-    ``regular``: as algebra it is not, but in double precision.
+    ``regular``: M is regular in exact arithmetic, and singular in double precision only.
     """
     directions = []
     for mass in masses:
@@ -152,7 +156,7 @@ def check_rank(mechanism: Mechanism, masses: Floats, regular: bool) -> None:
         scale = np.sqrt(np.abs(np.diag(mass)))
         scale[scale == 0] = 1.0
         scaled = mass / np.outer(scale, scale)
-        sizes = np.abs(np.linalg.eigvalsh(scaled))  # its singular values, in a fraction of the time of the vectors
+        sizes = np.abs(np.linalg.eigvalsh(scaled))  # the singular values alone take a fraction of the time
         if sizes.min() > RESOLVED * max(sizes.max(), 1e-300):
             return
         vectors = np.linalg.svd(scaled)[2]
@@ -181,8 +185,8 @@ def check_agreement(
 ) -> None:
     """Raise DerivationError if the accelerations do not solve M qdd = forcing in double precision.
 
-    This guards against two different expressions with one fingerprint. It looks at the first of the k ``states`` in
-    which no pivot is bad; ``masses`` (k, n, n) are M there.
+    Two different expressions with one fingerprint, which is unlikely, would show here. The check is made in the first
+    of the k ``states`` in which no pivot is bad; ``masses`` (k, n, n) are M in these states.
     """
     if solution is None:
         return

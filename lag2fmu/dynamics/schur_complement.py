@@ -1,6 +1,6 @@
 """Accelerations and multipliers under constraints as one formula, by the Schur complement of M in the KKT matrix.
 
-From M qdd = forcing + G^T multiplier and G qdd = below, which is -gamma, follows
+From M qdd = forcing + G^T multiplier and G qdd = below, where below is -gamma, follows
 
     S multiplier = below - G M^-1 forcing,   S = G M^-1 G^T,   qdd = M^-1 forcing + M^-1 G^T multiplier.
 
@@ -25,7 +25,7 @@ from lag2fmu.graph.batches import Floats
 from lag2fmu.graph.graph import Graph, Node
 
 CLEAR = 1e-3
-"""A row of S is clearly independent if its pivot is more than this part of its diagonal entry; else it may not be."""
+"""A row of S is clearly independent if its pivot is more than this part of its diagonal entry."""
 
 MOST_OPERATIONS = 8000
 """The most operations of a formula. A longer one compiles slowly and is no faster than the runtime's loops."""
@@ -38,10 +38,10 @@ _LEAST = 1e-8
 class ConstrainedSolution:
     """``unknowns``: qdd and multipliers, (n + m,).
 
-    They hold under three conditions. The ``pivots`` (n,) of M are sound. All ``margins`` (m,) are positive: they say by
-    how far each row is still as independent, or as redundant, as at the start. The ``squares`` (m,) have not shrunk:
-    they are the squared distances of each row from the span of the rows before it, in the metric M^-1. The squares of
-    rows that are left out are 0.
+    The unknowns hold under three conditions. The ``pivots`` (n,) of M are positive. All ``margins`` (m,) are positive:
+    they say by how far each row is still as independent, or as redundant, as at the start. The ``squares`` (m,) have
+    not shrunk: they are the squared distances of each row from the span of the rows before it, in the metric M^-1. The
+    squares of rows that are left out are 0.
     """
 
     unknowns: tuple[Node, ...]

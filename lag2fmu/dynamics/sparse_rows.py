@@ -1,8 +1,8 @@
 """The rows of all constraints for time stepping: the entries of their Jacobian that are not 0, and which rows meet.
 
-A row meets another where a multiplier of the one changes the acceleration along the other: where they share a block of
-coordinates that the mass matrix or a permanent constraint ties. Rows that share none can be tried together, all in one
-solution of M a = b: rows of one colour.
+A row meets another if a multiplier of the one changes the acceleration along the other. This is so if they share a
+block: coordinates that the mass matrix or a permanent constraint ties. Rows of one colour share no block, so that one
+solution of M a = b serves all of them.
 """
 
 from __future__ import annotations
@@ -18,7 +18,11 @@ from lag2fmu.graph.graph import Graph, Node
 
 
 def sparse_rows(equations: EquationsOfMotion, modes: Modes, places: Sequence[int]) -> SparseRows:
-    """The rows of ``equations``, to which ``modes.with_rows`` has added those of contacts at ``places``."""
+    """The rows of ``equations``, among whose constraints ``modes.with_rows`` has put those that switch at ``places``.
+
+    Source: T. F. Coleman, J. J. More, Estimation of sparse Jacobian matrices and graph coloring problems, SIAM J.
+    Numer. Anal. 20 (1983), for the colours.
+    """
     g, rows, permanent = equations.graph, equations.rows, equations.permanent
     order = [*range(len(permanent)), *(len(permanent) + row for row in _by_contact(rows.slips, len(rows)))]
     among = [k for k in range(len(equations.constraints)) if k not in places]
@@ -43,7 +47,7 @@ def sparse_rows(equations: EquationsOfMotion, modes: Modes, places: Sequence[int
 
 
 def _positions(equations: EquationsOfMotion, modes: Modes) -> dict[int, Node]:
-    """{row: how far it is from where it is to be} of the rows that keep positions, the permanent ones first."""
+    """{row: its deviation from the position that it keeps}, of rows that keep positions; permanent ones stand first."""
     g, rows, permanent = equations.graph, equations.rows, equations.permanent
     offsets = [*(g.zero,) * len(rows.slips), *modes.offsets]
     held = [g.subtract(x, offset) for x, offset in zip(rows.positions, offsets, strict=True)]
@@ -62,7 +66,7 @@ def _by_contact(slips: Sequence[int], count: int) -> list[int]:
 
 
 def _blocks(g: Graph, equations: EquationsOfMotion) -> tuple[int, ...]:
-    """The block of each coordinate; blocks are numbered as their first coordinates come."""
+    """The number of the block of each coordinate, (n,); blocks are numbered in the order of their first coordinates."""
     tied = [*equations.mass_matrix, *equations.permanent.jacobian]
     own = range(len(equations.mass_matrix))
     groups = united([[i] for i in own] + [[i for i in own if row[i] != g.zero] for row in tied])
@@ -79,7 +83,7 @@ def _neighbours(touched: Sequence[set[int]]) -> tuple[tuple[int, ...], ...]:
 
 
 def _colours(touched: Sequence[set[int]]) -> tuple[tuple[int, ...], ...]:
-    """Each row takes the first colour none of whose rows shares a block with it."""
+    """The rows of each colour: a row takes the first colour in which no row shares a block with it."""
     colours: list[tuple[list[int], set[int]]] = []
     for row, blocks in enumerate(touched):
         for members, taken in colours:

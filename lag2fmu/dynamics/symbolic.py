@@ -13,9 +13,10 @@ from lag2fmu.graph.to_sympy import written
 
 @dataclass(frozen=True)
 class Symbolic:
-    """What equations, which stand apart, say in symbols: NAME, NAME_dot, NAME_ddot, Q_NAME, t, inputs, parameters.
+    """Equations of motion in symbols: NAME, NAME_dot, NAME_ddot, Q_NAME, t, inputs, parameters, all in SI units.
 
-    Units are SI. Expressions are written out: they grow with the mechanism, and are large from some ten coordinates on.
+    ``of`` are the equations, on a graph of their own. Expressions are written out: they grow with the mechanism, and
+    are large from some ten coordinates on.
     """
 
     of: EquationsOfMotion

@@ -1,8 +1,9 @@
 """Tables of measured data as interpolants: the coefficients of their polynomials, by SciPy.
 
-Linear interpolation; F. N. Fritsch, J. Butland, A method for constructing local monotone piecewise cubic interpolants,
-SIAM J. Sci. Stat. Comput. 5 (1984) 300-304; cubic splines with continuous second derivatives and, at the ends,
-continuous third ones (not-a-knot): C. de Boor, A Practical Guide to Splines, chapter IV.
+There are three kinds. Linear interpolation. Monotone cubic pieces: F. N. Fritsch, J. Butland, A method for constructing
+local monotone piecewise cubic interpolants, SIAM J. Sci. Stat. Comput. 5 (1984) 300-304. Cubic splines, whose second
+derivatives are continuous, and whose third ones are continuous at the knots beside the ends (not-a-knot): C. de Boor, A
+Practical Guide to Splines, chapter IV.
 """
 
 from __future__ import annotations
@@ -23,11 +24,15 @@ from lag2fmu.graph.operations import CODE, SYMBOL
 Floats = NDArray[np.float64]
 
 LOOKUPS = {CODE["lookup"]: 1, CODE["lookup_2"]: 2}
-"""Codes of lookups -> number of arguments."""
+"""{code of a lookup operation: the number of arguments of its table}."""
 
 
 def interpolant(table: Table) -> Interpolant:
-    """The ``table`` as piecewise polynomials in SI units."""
+    """The ``table`` as piecewise polynomials in SI units.
+
+    Source: Fritsch, Butland (1984) for monotone pieces; C. de Boor, A Practical Guide to Splines, chapter IV, for
+    splines.
+    """
     knots = tuple(np.array(axis, dtype=np.float64) for axis in table.grid.axes)
     values = np.array(table.grid.values, dtype=np.float64).reshape([len(axis) for axis in knots])
     found = _pieces(knots[0], values, table.interpolation)  # (d + 1, n - 1, ...)
@@ -61,7 +66,7 @@ def lookups(graph: Graph, nodes: list[Node]) -> Iterator[tuple[Interpolant, tupl
 def watched_arguments(
     graph: Graph, functions: Iterable[Function], state: tuple[Array, ...]
 ) -> list[tuple[Node, TableArgument]]:
-    """The arguments, functions of the ``state``, of tables that have no value outside their data."""
+    """The arguments of tables that have no value outside their data, as functions of the ``state``."""
     given = {entry for array in state for entry in array.entries}
     nodes = graph.cone(node for f in functions for *_, node in f.results)
     found: dict[tuple[Node, str], TableArgument] = {}
@@ -75,16 +80,17 @@ def watched_arguments(
 
 
 MOST_KINKS, MOST_PIECES = 64, 256
-"""A table with more kinks than this, or more pieces between them, is passed by solvers without a stop at each."""
+"""Solvers do not stop at the kinks of a table with more kinks, or with more pieces between them."""
 
 
 def in_pieces(
     graph: Graph, functions: Sequence[Function], effective: Sequence[Node], moving: Collection[Node]
 ) -> tuple[Function, ...]:
-    """``functions`` whose tables with kinks are choices between smooth pieces.
+    """``functions`` in which tables with kinks are replaced by choices between smooth pieces.
 
-    Those that ``effective`` nodes need, with arguments that contain ``moving`` variables: their kinks then are
-    switches like others. A linear table with an error outside stays as it is, for a piece has no end.
+    The kinks of the choices become switches as other kinks do. Replaced are the tables that ``effective`` nodes need
+    and whose arguments contain ``moving`` variables. A linear table with an error outside its data stays as it is,
+    because a piece has no end at which to report.
     """
     chosen = {node for node in graph.cone(effective) if _has_pieces(graph, node, {*moving})}
     if not chosen:
@@ -113,9 +119,9 @@ def _has_pieces(graph: Graph, node: Node, moving: set[Node]) -> bool:
 
 @dataclass(frozen=True)
 class _Cell:
-    """Where a piece lies along one argument: the interval ``index`` between knots, None for all of them.
+    """Where a piece lies along one argument: in the interval ``index`` between knots, None for all intervals.
 
-    ``at`` is the argument there. Where the table is ``held`` beyond its ends, that is the end.
+    ``at`` is the argument in this piece. Beyond the ends of a table that is ``held`` there, it is the end.
     """
 
     index: int | None
@@ -132,7 +138,7 @@ def _pieced(graph: Graph, operands: Sequence[Node]) -> Node:
 def _chosen(
     graph: Graph, table: Interpolant, orders: Sequence[Node], arguments: Sequence[Node], cells: tuple[_Cell, ...]
 ) -> Node:
-    """The choices along the arguments that are left, in these ``cells`` of those before them."""
+    """The choices along the arguments that have no cell yet; ``cells`` are those of the arguments before them."""
     if len(cells) == table.arity:
         return _piece(graph, table, orders, cells)
     x, knots = arguments[len(cells)], table.knots[len(cells)]
@@ -180,7 +186,7 @@ def _polynomial(graph: Graph, coefficients: Floats, distances: Sequence[Node], o
 
 
 def _continued(graph: Graph, table: Interpolant) -> Node:
-    """The number of the same table that goes on beyond its ends."""
+    """The number of the same table with extrapolation beyond its ends."""
     for number, known in enumerate(graph.tables):
         if known.coefficients is table.coefficients and known.outside == "extrapolate":
             return graph.constant(number)

@@ -20,10 +20,10 @@ from lag2fmu.mechanism.record import Mechanism
 
 
 def unconstrained_residual(graph: Graph, v: Variables, energies: Energies, rate: Rate, second: Rate) -> list[Node]:
-    """d/dt dL/dqd - dL/dq + dR/dqd - Q, (n,); ``rate`` is d/dt of places, ``second`` of velocities, with qdd or not.
+    """d/dt dL/dqd - dL/dq + dR/dqd - Q, (n,).
 
-    Source: Goldstein, Classical Mechanics, section 1.5 (velocity-dependent potentials and the dissipation
-    function).
+    ``rate`` is d/dt of places, ``second`` is d/dt of velocities. If ``second`` leaves qdd out, the result is minus the
+    forcing. Source: Goldstein, Classical Mechanics, section 1.5 (velocity-dependent potentials, dissipation function).
     """
     velocities = rate([inertia.place for inertia in energies.inertias])
     accelerations, gains = second(velocities), rate([inertia.weight for inertia in energies.inertias])
@@ -58,8 +58,8 @@ def with_constraints(
 def _inertial_impetus(graph: Graph, energies: Energies, rate: Rate) -> dict[Node, Node]:
     """{velocity: inertial force - load} of the spatial bodies, in their axes.
 
-    Force m (dv/dt + omega x v - gravity) and torque I domega/dt + omega x I omega (Euler's equations); and dm/dt v and
-    dI/dt omega where they change with the time.
+    The force is m (dv/dt + omega x v - gravity), the torque is I domega/dt + omega x I omega (Euler's equations). Where
+    mass or inertia change with the time, dm/dt v and dI/dt omega are added.
     """
     impetus = {velocity: graph.negate(force) for velocity, force in energies.impetus.items()}
     rates = rate(list(energies.carried))
@@ -86,9 +86,10 @@ def _remainder(graph: Graph, v: Variables, remainder: Node, rate: Rate) -> list[
 
 
 def quadratic_form(graph: Graph, mechanism: Mechanism, v: Variables, energies: Energies) -> Entries:
-    """2 T2 = sum H_ab a b as {(a, b): H_ab}: weights on the velocities J qd of the bodies, and the user's terms.
+    """2 T2 = sum H_ab a b as {(a, b): H_ab}; T2 is the part of T of second degree in the velocities.
 
-    T2 is the part of T of second degree in the velocities. Raises DerivationError if the user's is no quadratic form.
+    The nodes a, b are the velocities J qd of the bodies, whose H are masses (kg) and inertias (kg.m2), and those of the
+    user's terms. Raises DerivationError if the user's part is no quadratic form.
     """
     motion = dict(zip(v.q, v.qd, strict=True))
     speeds = forward(graph, [inertia.place for inertia in energies.inertias], motion)
@@ -140,7 +141,7 @@ def _hessian(graph: Graph, mechanism: Mechanism, v: Variables, remainder: Node) 
 
 
 def generalized_forces(graph: Graph, v: Variables, energies: Energies) -> list[Node]:
-    """Q of the loads and inputs, (n,)."""
+    """The generalized forces Q of the loads and inputs, (n,): N along a length, N.m along an angle."""
     rows = zip(
         reverse(graph, energies.effort, v.q), reverse(graph, energies.impetus, v.qd), energies.direct, strict=True
     )
@@ -148,10 +149,10 @@ def generalized_forces(graph: Graph, v: Variables, energies: Energies) -> list[N
 
 
 def canonical(graph: Graph, v: Variables, energies: Energies) -> tuple[list[Node], list[Node]]:
-    """p = dL/dqd and F = dL/dq - dR/dqd + Q, (n,) each, F anywhere, on the constraints or beside them.
+    """p = dL/dqd and F = dL/dq - dR/dqd + Q, (n,) each; F is valid beside the constraints too.
 
-    L holds the energies of constraints that make M regular, so that p determines qd. Source: J. E. Marsden, M.
-    West, Acta Numerica 10 (2001), pp. 357-514, for what discrete actions need of L.
+    L holds the fictitious energies of constraints that make M regular, so that p determines qd. Source: J. E. Marsden,
+    M. West, Acta Numerica 10 (2001), pp. 357-514, for what discrete actions need of L.
     """
     half = graph.constant(Fraction(1, 2))
     carried = [
@@ -167,7 +168,7 @@ def canonical(graph: Graph, v: Variables, energies: Energies) -> tuple[list[Node
 def named_energies(graph: Graph, v: Variables, energies: Energies, momenta: Sequence[Node]) -> dict[str, Node]:
     """T, V, T + V (unless V has velocities), h = sum qd p - L, all in J, and the power of the external inputs, in W.
 
-    ``momenta`` are p, (n,). Without T and V apart, of a whole Lagrangian, only the last two. Source: Goldstein,
+    ``momenta`` are p, (n,). A Lagrangian that is written as a whole has only h and the power. Source: Goldstein,
     Classical Mechanics, section 2.7 (the energy function h).
     """
     named: dict[str, Node] = {}

@@ -28,7 +28,7 @@ def integrated_states(mechanism: Mechanism) -> tuple[State, ...]:
 
 
 def declare(graph: Graph, mechanism: Mechanism) -> Variables:
-    """All variables of ``mechanism`` as symbols on ``graph``; names that are not the user's are those of ``names``."""
+    """All variables of ``mechanism`` as symbols on ``graph``; the module ``names`` gives the names of computed ones."""
     graph.tables = [interpolant(table) for table in mechanism.tables]
     q = [c.name for c in mechanism.coordinates]
 
@@ -91,10 +91,11 @@ def translator(graph: Graph, mechanism: Mechanism, variables: Variables) -> Tran
 
 
 def led(motion: str, acceleration: sp.Expr, rates: tuple[str, str]) -> sp.Expr:
-    """The ``acceleration`` of a filtered motion where the ``rates`` of its target, first and second, have these names.
+    """The ``acceleration`` (SI units) of a filtered motion that follows a target r with derivatives.
 
-    The filter then acts on what the motion deviates by from the target r: y_ddot = r_ddot + f(y - r, y_dot - r_dot). A
-    motion that has come to the target stays on it. Where the importer gives no derivatives, they are 0.
+    ``rates`` are the names of the first and second derivative of r. The filter acts on the deviation of the motion y
+    from r: y_ddot = r_ddot + f(y - r, y_dot - r_dot). So a motion that has come to the target stays on it. Derivatives
+    that the importer does not give are 0.
     """
     y_dot, first, second = map(symbol, (names.velocity(motion), *rates))
     return second + acceleration.xreplace({y_dot: y_dot - first})

@@ -13,9 +13,9 @@ from lag2fmu.graph.nodes import Node
 def power_of_work(equations: EquationsOfMotion) -> Node:
     """dh/dt of the generalized energy, in W: Q.qd - qd.dR/dqd - dL/dt - multiplier.b, constraints being G qd + b = 0.
 
-    What a mechanism's dissipated energy tells, the power of dampers and of friction, is left out where there is such a
-    variable: of hybrid mechanisms. The graph of ``equations`` is one to which nodes can be added. Source: Goldstein,
-    Classical Mechanics, section 2.7 (the energy function h).
+    A hybrid mechanism has a variable for its dissipated energy; the power of its dampers and of friction is left out
+    here. The graph of ``equations`` is one to which nodes can be added. Source: Goldstein, Classical Mechanics, section
+    2.7 (the energy function h).
     """
     g, v, parts = equations.graph, equations.variables, equations.parts
     power = g.dot(v.qd, generalized_forces(g, v, parts))
@@ -31,7 +31,7 @@ def power_of_work(equations: EquationsOfMotion) -> Node:
 
 
 def moving_supports(equations: EquationsOfMotion) -> Node:
-    """The sum of b^2 of all constraints and rows G qd + b, so that it is 0 where none of them moves by itself.
+    """The sum of b^2 of all constraints and rows G qd + b; it is 0 if none of them is driven by the time or a motion.
 
     The graph of ``equations`` is one to which nodes can be added.
     """
@@ -48,7 +48,10 @@ def _supports(equations: EquationsOfMotion) -> Iterator[tuple[Node, Node]]:
 
 
 def _bearing(equations: EquationsOfMotion) -> Iterator[tuple[Node, Node]]:
-    """(multiplier, G qd + b) of constraints and rows; equilibria of what has no mass bear nothing and are left out."""
+    """(multiplier, G qd + b) of constraints and rows, without the equilibria of coordinates without mass.
+
+    The multipliers of such equilibria are 0.
+    """
     constraints = zip(equations.mechanism.constraints, equations.variables.multipliers, strict=True)
     for (constraint, multiplier), velocity in zip(constraints, equations.permanent.velocities, strict=True):
         if not constraint.massless:

@@ -205,3 +205,18 @@ def problems(path: Path) -> list[str]:
     from fmpy.validation import validate_fmu
 
     return [str(problem) for problem in validate_fmu(str(path))]
+
+
+def broken_schema(content: bytes, schema: str) -> list[tuple[int, str]]:
+    """(line, sentence) for what the XML ``content``, which is well formed, breaks of a ``schema`` of FMI 3.0.
+
+    ``schema`` is the name of the file of fmpy's, without ending.
+    """
+    from importlib.resources import files
+
+    from lxml import etree
+
+    parser = etree.XMLParser(resolve_entities=False, no_network=True)
+    found = etree.XMLSchema(etree.parse(str(files("fmpy") / "schema" / "fmi3" / f"{schema}.xsd")))
+    found.validate(etree.fromstring(content, parser))
+    return [(error.line, error.message) for error in found.error_log]

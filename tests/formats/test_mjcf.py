@@ -11,7 +11,7 @@ import numpy as np
 import pytest
 from kkt import solve
 
-from lag2fmu import derive, load
+from lag2fmu import derive, linearize, load
 from lag2fmu.errors import DerivationError, LoadError
 from lag2fmu.formats.text import read
 from lag2fmu.formats.write import write
@@ -69,9 +69,96 @@ def test_an_arm_moves_as_in_mujoco(robot: Robot) -> None:
     assert [found[name] for name in names] == pytest.approx(state.qacc.tolist(), rel=1e-12)
 
 
+FREE = """<mujoco model="free"><option gravity="0.1 0 -9.81"><flag contact="disable"/></option><worldbody>
+<site name="nail" pos="0.5 0 2"/><body name="hull" quat="0.9 0.1 0.2 0.3">
+  <joint type="free" name="hull" damping="0.7" stiffness="3" armature="0.05"/>
+  <inertial pos="0 0.1 0" mass="5" diaginertia="0.2 0.3 0.4"/>
+  <body name="pod" pos="0.2 0 0.1" euler="0 30 40"><inertial pos="0 0 0" mass="1" diaginertia="0.1 0.1 0.1"/>
+    <site name="jet" pos="-0.3 0 0" euler="0 20 10"/><site name="hook" pos="0.1 0.1 0"/></body>
+  <body name="leg" pos="0.3 0 -0.1" euler="10 0 0">
+    <joint name="hip" type="ball" damping="0.3" stiffness="2" armature="0.02" pos="0 0 0.1"/>
+    <inertial pos="0 0.05 -0.2" mass="0.8" diaginertia="0.02 0.02 0.01"/><site name="toe" pos="0 0 -0.3"/></body>
+</body></worldbody>
+<tendon>
+  <spatial name="rope" stiffness="30" damping="0.2" springlength="0.4"><site site="nail"/><site site="hook"/></spatial>
+  <spatial name="muscle"><site site="hook"/><site site="toe"/></spatial></tendon>
+<actuator><general name="jet" site="jet" gear="1 0 2 0.3 0.1 -1" gainprm="2" biastype="affine" biasprm="0.5 0 0"/>
+  <position name="muscle" tendon="muscle" kp="50" kv="2" gear="0.5"/><motor name="rope" tendon="rope" gear="2"/>
+  <motor name="hip" joint="hip" gear="0.5 0 1"/><motor name="hip_in_hull" jointinparent="hip" gear="0.5 0 1"/>
+  <general name="brake" joint="hull" gear="1 0 0 0 0 1" biastype="affine" biasprm="0.1 0 -0.4"/></actuator></mujoco>"""
+
+
+def turning(quaternion: Any, rates: Any) -> Any:
+    """Twice the vector part of the conjugate of a quaternion times ``rates``: of its derivative or the next one."""
+    return 2 * (quaternion[0] * rates[1:] - rates[0] * quaternion[1:] - np.cross(quaternion[1:], rates[1:]))
+
+
+@pytest.mark.parametrize("side", [1, -1])
+def test_what_turns_freely_moves_as_in_mujoco(robot: Robot, side: int) -> None:
+    """Dampers, springs, armature and actuators of free and ball joints, at sites and between them; 1e-12.
+
+    Of the two quaternions of one orientation a spring is wound by the same angle, less than half a turn.
+    """
+    mechanism, model = robot(FREE), mujoco.MjModel.from_xml_string(FREE)
+    assert "not taken" not in mechanism.source
+    state, rng = mujoco.MjData(model), np.random.default_rng(3)
+    state.qpos[:], state.qvel[:], state.ctrl[:] = rng.normal(size=11), rng.normal(size=9), rng.normal(size=6)
+    quaternions = {"hull": state.qpos[3:7], "hip": state.qpos[7:]}
+    for q in quaternions.values():
+        q[:] *= side / np.linalg.norm(q)
+    mujoco.mj_forward(model, state)
+    values = {
+        f"u_{name}": u for name, u in zip(("jet", "muscle", "rope", "hip", "hip_in_hull"), state.ctrl, strict=False)
+    }
+    values["u_brake"] = state.ctrl[5]
+    for k, axis in enumerate("xyz"):
+        values |= {f"hull_{axis}": state.qpos[k], f"hull_{axis}_dot": state.qvel[k]}
+    for (name, q), at in zip(quaternions.items(), (3, 6), strict=True):
+        w = state.qvel[at : at + 3]
+        rates = np.array([-q[1:] @ w, *(q[0] * w + np.cross(q[1:], w))]) / 2
+        values |= {f"{name}_e{k}{dot}": x[k] for k in range(4) for dot, x in (("", q), ("_dot", rates))}
+    found = accelerations(mechanism, **values)
+    turns = [turning(q, np.array([found[f"{name}_e{k}"] for k in range(4)])) for name, q in quaternions.items()]
+    calculated = [*(found[f"hull_{axis}"] for axis in "xyz"), *np.concatenate(turns)]
+    assert calculated == pytest.approx(state.qacc.tolist(), rel=1e-12, abs=1e-12 * max(abs(state.qacc)))
+
+
+def test_a_spring_of_a_ball_at_rest_is_smooth(robot: Robot) -> None:
+    """At its rest no direction is special: the frequency is sqrt(k / J) about every axis, by exact derivatives."""
+    text = body('<joint name="hip" type="ball" stiffness="4" pos="0 0 -0.5"/>').replace("<mujoco>", FLOATING)
+    found = linearize(robot(text))
+    frequencies = sorted({round(abs(p.imag), 9) for p in np.linalg.eigvals(found.state_space().A)})
+    assert frequencies == pytest.approx([np.sqrt(4 / 0.2), np.sqrt(4 / 0.001)], rel=1e-6)
+
+
+FLOATING = '<mujoco><option gravity="0 0 0"/>'
+
+
+def test_what_a_flag_disables_is_left_out(robot: Robot) -> None:
+    """Without gravity, springs and dampers a pendulum feels its motor alone, and none of a disabled group."""
+    flags = (
+        '<mujoco><option actuatorgroupdisable="2"><flag gravity="disable" spring="disable" damper="disable"/></option>'
+    )
+    motors = '<actuator><motor name="on" joint="phi"/><motor name="off" joint="phi" group="2"/></actuator>'
+    text = body('<joint name="phi" axis="0 -1 0" stiffness="3" damping="1"/>', motors).replace("<mujoco>", flags)
+    mechanism = robot(text)
+    assert mechanism.source.partition("not taken: ")[2] == "the actuator off"
+    found = accelerations(mechanism, phi=0.4, phi_dot=2.0, u_on=1.5)
+    assert found == {"phi": pytest.approx(1.5 / (0.2 + 2 * 0.25), rel=1e-12)}
+
+
+def test_a_tendon_may_join_angles_and_lengths(robot: Robot) -> None:
+    """Its coefficients have units, also those that are 1: m z'' = -m g - k (z + phi)."""
+    joints = '<joint joint="z" coef="1"/><joint joint="phi" coef="1"/>'
+    cable = f'<tendon><fixed name="c" stiffness="6">{joints}</fixed></tendon>'
+    found = accelerations(robot(body(SLIDES, cable)), z=0.2, phi=np.pi)
+    assert found["z"] == pytest.approx(-9.81 - 6 * (0.2 + np.pi) / 2, rel=1e-9)
+
+
 def test_text_keeps_the_robot(robot: Robot) -> None:
-    mechanism = robot(ARM)
-    assert read(write(mechanism), "text") == mechanism
+    for text in (FREE, ARM):
+        mechanism = robot(text)
+        assert read(write(mechanism), "text") == mechanism
     assert {u.name: (u.minimum, u.maximum) for u in mechanism.inputs if u.name == "u_lift"} == {"u_lift": (-1.0, 1.0)}
 
 
@@ -130,12 +217,13 @@ def test_a_coupling_is_met_from_the_start(robot: Robot) -> None:
 
 
 def test_what_is_not_taken_is_listed(robot: Robot) -> None:
-    geoms = '<joint type="ball" damping="1"/><geom size="1"/><geom size="2"/>'
-    slow = '<actuator><general name="slow" joint="hinge" dyntype="integrator"/></actuator>'
+    geoms = '<joint type="ball" range="0 40" limited="true"/><geom size="1"/><geom size="2"/>'
+    slow = '<actuator><general name="slow" joint="hinge" dyntype="integrator"/>'
+    slow += '<motor name="weak" joint="hinge" forcerange="-1 1"/></actuator>'
     text = body(geoms, slow).replace('type="ball"', 'type="ball" name="ball"')
     text = text.replace("</body>", '<body><joint name="hinge"/><geom size="1"/></body></body>')
     assert robot(text).source.partition("not taken: ")[2] == (
-        "stiffness, damping, armature and friction loss of the joint ball, the actuator slow, contacts of 3 geoms"
+        "limits of the joint ball, the actuator slow, limits of the force of the actuator weak, contacts of 3 geoms"
     )
 
 

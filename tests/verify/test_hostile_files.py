@@ -116,7 +116,7 @@ def test_a_terminated_command_leaves_nothing(tmp_path: Path) -> None:
     """SIGTERM while the FMU runs: the folder that it was unpacked to goes away."""
     temporary = tmp_path / "temporary"
     temporary.mkdir()
-    command = [sys.executable, "-m", "lag2fmu.cli", "simulate", "pendulum", "--stop-time", "5e3", "--step", "1e-3"]
+    command = [sys.executable, "-m", "lag2fmu", "simulate", "pendulum", "--stop-time", "5e3", "--step", "1e-3"]
     process = subprocess.Popen(command, env=os.environ | {"TMPDIR": str(temporary)}, stderr=subprocess.DEVNULL)
     while process.poll() is None and not any(temporary.glob("*/*/*")):
         time.sleep(0.05)

@@ -24,6 +24,7 @@ from lag2fmu.formats.identifiers import identifier, identifiers
 from lag2fmu.formats.robots.attachments import attach
 from lag2fmu.formats.robots.parts import UNITS, Parts
 from lag2fmu.formats.robots.tree import MOVING, Inertia, Joint, Mimic, Pose, Robot
+from lag2fmu.formats.robots.turning import act_on_all
 from lag2fmu.formats.robots.writing import axis_of, number, numbers, turn, turns_of
 from lag2fmu.language.vocabulary import symbol
 
@@ -74,6 +75,7 @@ class _Assembly:
             "inputs": parts.inputs,
             "energy": Energy(kinetic=sp.Add(*parts.armatures) if parts.armatures else None),
             "forces": parts.forces,
+            "loads": parts.loads,
             "frames": parts.frames,
             "bodies": bodies,
             "points": parts.points,
@@ -161,6 +163,7 @@ class _Assembly:
         quaternion += [coordinate(f"{name}_e{k}", "1", start=x, doc=doc) for k, x in enumerate(vector, 1)]
         self._parts.coordinates += [*place, *quaternion]
         self._parts.frames.append(Frame(frame, parent, tuple(place) or (0, 0, 0), quaternion=quaternion))
+        act_on_all(joint, name, self._parts)
 
     def _path(self, joint: Joint, name: str) -> sp.Expr:
         """What the ``joint`` turns or moves by: its coordinate, or what follows from the joint that it mimics."""

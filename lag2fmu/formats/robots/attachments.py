@@ -2,17 +2,30 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from functools import reduce
 
 import sympy as sp
 
 from lag2fmu.description.joints import Joint as Closing
-from lag2fmu.description.parts import Constraint, Damper, Spring
-from lag2fmu.description.places import Frame
+from lag2fmu.description.parts import Constraint, Damper, Load, Spring
+from lag2fmu.description.places import Frame, Point
 from lag2fmu.description.symbols import signal
 from lag2fmu.formats.identifiers import identifier, identifiers
-from lag2fmu.formats.robots.parts import Parts
-from lag2fmu.formats.robots.tree import Actuator, Closure, Coupling, Pose, Robot, Sum, Tendon
+from lag2fmu.formats.robots.parts import DAMPINGS, STIFFNESSES, Parts
+from lag2fmu.formats.robots.tree import (
+    Actuator,
+    Closure,
+    Coupling,
+    Pose,
+    Robot,
+    Span,
+    Sum,
+    Tendon,
+    Turning,
+    Wrench,
+)
+from lag2fmu.formats.robots.turning import angular_velocity, velocity
 from lag2fmu.formats.robots.writing import number, numbers, turns_of
 from lag2fmu.language.vocabulary import symbol
 
@@ -34,40 +47,106 @@ def attach(robot: Robot, parts: Parts) -> None:
         _couple(coupling, closures[coupling.name], parts)
 
 
-def _sum(length: Sum, name: str, parts: Parts) -> tuple[sp.Expr, sp.Expr, list[tuple[str, sp.Expr]]]:
-    """A length and its rate as expressions, and the factor of each coordinate."""
-    factors = []
-    for k, (joint, factor) in enumerate(length, 1):
-        suffix = name if len(length) == 1 else f"{name}_{k}"
-        plain = factor == 1.0
-        factors.append((parts.joints[joint], sp.S.One if plain else parts.parameter(f"gear_{suffix}", factor, None)))
-    at, rate = (sp.Add(*(f * symbol(f"{q}{dot}") for q, f in factors)) for dot in ("", "_dot"))
-    return at, rate, factors
+def _sum(length: Sum, name: str, parts: Parts) -> tuple[sp.Expr, sp.Expr]:
+    """A length and its rate as expressions."""
+    factors = [factor for _, factor in length]
+    gears = _gears(name, factors, parts)
+    joints = [parts.joints[joint] for joint, _ in length]
+    at, rate = (sp.Add(*(x * symbol(f"{q}{dot}") for q, x in zip(joints, gears, strict=True))) for dot in ("", "_dot"))
+    return at, rate
+
+
+def _gears(name: str, factors: Sequence[float], parts: Parts) -> list[sp.Expr]:
+    """Factors as parameters, none where a single one is 1: of several one takes lengths and another one angles."""
+    if len(factors) == 1:
+        return [_gear(name, factors[0], parts)]
+    return [parts.parameter(f"gear_{name}_{k}", x, None) if x else sp.S.Zero for k, x in enumerate(factors, 1)]
+
+
+def _gear(name: str, factor: float, parts: Parts) -> sp.Expr:
+    """A factor as a parameter, nothing where it is 1."""
+    return sp.S.One if factor == 1.0 else parts.parameter(f"gear_{name}", factor, None)
+
+
+def _turning(along: Turning, name: str, parts: Parts) -> tuple[sp.Expr, sp.Expr]:
+    """A rate as an expression, behind the length 0 that stands for one that is not used."""
+    joint = parts.joints[along.joint]
+    turns = angular_velocity(joint, in_parent=along.in_parent)
+    rates = turns if len(along.gear) == len(turns) else [*velocity(joint), *turns]
+    gears = _gears(name, along.gear, parts)
+    return sp.S.Zero, sp.Add(*(gear * rate for gear, rate in zip(gears, rates, strict=True)))
 
 
 def _drive(actuator: Actuator, parts: Parts) -> None:
     """An input, and the forces that follow from it."""
-    name = f"u_{identifier(actuator.name)}"
+    name, along = f"u_{identifier(actuator.name)}", actuator.along
     u = signal(name, minimum=actuator.lower, maximum=actuator.upper, doc=f"control of the actuator {actuator.name}")
     parts.inputs.append(u)
-    at, rate, factors = _sum(actuator.length, name, parts)
-    force = u if actuator.gain == 1.0 else parts.parameter(f"gain_{name}", actuator.gain, None) * u
-    for label, value, of in zip(("offset", "position", "rate"), actuator.bias, (1, at, rate), strict=True):
-        if value:
-            force += parts.parameter(f"{label}_gain_{name}", value, None) * of
-    for q, factor in factors:
-        parts.forces[q] = parts.forces.get(q, sp.S.Zero) + factor * force
+    gain = sp.S.One if actuator.gain == 1.0 else parts.parameter(f"gain_{name}", actuator.gain, None)
+    labels = zip(("offset", "position", "rate"), actuator.bias, strict=True)
+    offset, by_length, by_rate = (
+        parts.parameter(f"{label}_gain_{name}", value, None) if value else sp.S.Zero for label, value in labels
+    )
+    force = gain * u + offset
+    if isinstance(along, Wrench):
+        _push(along, name, force, parts)
+    elif isinstance(along, Span):
+        gear, ends = _gear(name, along.gear, parts), _ends(along, name, parts)
+        force = gear * (force + by_rate * gear * symbol("rate"))
+        parts.dampers.append(Damper(f"actuator_{name}", force=-force, between=ends))
+        if by_length:  # a force that grows with the length is that of a spring of negative stiffness
+            parts.springs.append(Spring(f"position_{name}", -by_length * gear**2, between=ends, length=0))
+    else:
+        at, rate = _turning(along, name, parts) if isinstance(along, Turning) else _sum(along, name, parts)
+        force += by_length * at + by_rate * rate
+        for q in sorted(x.name.removesuffix("_dot") for x in rate.free_symbols if x.name.endswith("_dot")):
+            factor = rate.diff(symbol(f"{q}_dot"))
+            parts.forces[q] = parts.forces.get(q, sp.S.Zero) + factor * force
+
+
+def _push(along: Wrench, name: str, size: sp.Expr, parts: Parts) -> None:
+    """A force and a torque at a place of a link, in its axes, times ``size``."""
+    place = _spot(along.link, along.place, f"place_of_{name}", parts)
+    _, matrix, _ = parts.carriers[along.link]
+    force, torque = (tuple(x * size for x in numbers(matrix @ part)) for part in (along.force, along.torque))
+    if any(force):
+        parts.loads.append(Load(f"force_of_{name}", point=place, force=force, axes="frame"))
+    if any(torque):
+        parts.loads.append(Load(f"torque_of_{name}", body=place, torque=torque, axes="frame"))
+
+
+def _ends(along: Span, name: str, parts: Parts) -> list[str]:
+    """The names of two points."""
+    return [_spot(link, place, f"{name}_{end}", parts) for end, (link, place) in zip("ab", along.ends, strict=True)]
+
+
+def _spot(link: str, place: Sequence[float], name: str, parts: Parts) -> str:
+    """The name of a new point at a ``place`` of a ``link``."""
+    carrier, matrix, pose = parts.carriers[link]
+    parts.points.append(Point(name, numbers(pose.origin + matrix @ place), carrier))
+    return name
 
 
 def _stretch(tendon: Tendon, parts: Parts) -> None:
     """A spring and a damper along a length."""
-    name = identifier(tendon.name)
-    at, rate, _ = _sum(tendon.length, name, parts)
+    name, along, between = identifier(tendon.name), tendon.length, None
+    at = rate = length = None
+    units: tuple[str | None, ...] = (None, None, None)
+    if isinstance(along, Span):
+        between, units = _ends(along, name, parts), (STIFFNESSES["m"], "m", DAMPINGS["m"])
+    else:
+        at, rate = _sum(along, name, parts)
     if tendon.stiffness:
-        k = parts.parameter(f"stiffness_{name}", tendon.stiffness, None)
-        parts.springs.append(Spring(name, k, elongation=at - parts.parameter(f"length_{name}", tendon.rest, None)))
+        k, length = (
+            parts.parameter(f"{what}_{name}", value, unit)
+            for what, value, unit in zip(("stiffness", "length"), (tendon.stiffness, tendon.rest), units, strict=False)
+        )
+        if at is not None:
+            at, length = at - length, None
+        parts.springs.append(Spring(name, k, elongation=at, between=between, length=length))
     if tendon.damping:
-        parts.dampers.append(Damper(name, parts.parameter(f"damping_{name}", tendon.damping, None), rate=rate))
+        c = parts.parameter(f"damping_{name}", tendon.damping, units[2])
+        parts.dampers.append(Damper(name, c, rate=rate, between=between))
 
 
 def _close(closure: Closure, name: str, parts: Parts) -> None:

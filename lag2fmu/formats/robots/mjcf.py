@@ -1,7 +1,8 @@
 """Reading MJCF, the XML of MuJoCo (https://mujoco.readthedocs.io/en/stable/XMLreference.html), by MuJoCo itself.
 
 Taken is what MuJoCo compiled: bodies with their inertia, joints, what acts on them, actuators without states of their
-own, fixed tendons, and the equalities connect, weld and joint, which are exact here. The package mujoco is optional.
+own, tendons of joints and of two sites, and the equalities connect, weld and joint, which are exact here. The package
+mujoco is optional.
 """
 
 from __future__ import annotations
@@ -14,22 +15,12 @@ from typing import Any
 import numpy as np
 
 from lag2fmu.errors import LoadError
-from lag2fmu.formats.robots.tree import (
-    Actuator,
-    Closure,
-    Coupling,
-    Floats,
-    Inertia,
-    Joint,
-    Pose,
-    Robot,
-    Sum,
-    Tendon,
-)
+from lag2fmu.formats.robots.compiled import ROOT, Compiled, disabled_taken_out, turned
+from lag2fmu.formats.robots.mjcf_forces import actuators, tendons
+from lag2fmu.formats.robots.tree import Closure, Coupling, Floats, Inertia, Joint, Pose, Robot
 from lag2fmu.xml_tree import parse
 
 _FREE, _BALL, _SLIDE, _HINGE = range(4)  # mjtJoint
-_ROOT = "world"
 _NAMELESS = ("", "MuJoCo Model")
 _MOST_BYTES = 64 << 20
 _READ = ("body_", "jnt_", "dof_", "tendon_", "actuator_", "eq_", "qpos")
@@ -56,7 +47,8 @@ def read_mjcf(path: Path) -> Robot:
     except ValueError as error:
         raise LoadError(f"{path}: MuJoCo refuses it: {' '.join(str(error).split())}") from error
     _check_finite(model, path)
-    return _Reader(mujoco, model, path).robot()
+    disabled_taken_out(mujoco, model)
+    return _Reader(Compiled(mujoco, model), path).robot()
 
 
 def _check_finite(model: Any, path: Path) -> None:
@@ -68,58 +60,42 @@ def _check_finite(model: Any, path: Path) -> None:
             raise LoadError(f"{path}: a number in {name} is not finite; correct it in the file")
 
 
-def _turned(quaternion: Iterable[float]) -> Floats:
-    """The matrix (3, 3) of a quaternion, its scalar part first."""
-    w, *v = quaternion
-    e = np.array(v)
-    skew = np.array([[0, -e[2], e[1]], [e[2], 0, -e[0]], [-e[1], e[0], 0]])
-    matrix: Floats = np.eye(3) + 2 * w * skew + 2 * skew @ skew
-    return matrix
-
-
 class _Reader:
     """What a compiled model holds, as a robot."""
 
-    def __init__(self, mujoco: Any, model: Any, path: Path) -> None:
-        self._mujoco, self._m, self._path = mujoco, model, path
-        self._ignored: list[str] = []
+    def __init__(self, compiled: Compiled, path: Path) -> None:
+        self._compiled, self._mujoco, self._m, self._path = compiled, compiled.mujoco, compiled.model, path
+        self._name, self._body, self._ignored = compiled.name, compiled.body, compiled.ignored
 
     def robot(self) -> Robot:
         m = self._m
-        links: dict[str, Inertia | None] = {_ROOT: None}
+        links: dict[str, Inertia | None] = {ROOT: None}
         joints: list[Joint] = []
         for body in range(1, m.nbody):
             for joint in self._joints_of(body):
                 joints.append(joint)
                 links[joint.child] = None
             links[self._body(body)] = self._inertia(body)
-        actuators, tendons = tuple(self._actuators()), tuple(self._tendons())
+        driving, stretching = tuple(actuators(self._compiled)), tuple(tendons(self._compiled))
         closures, couplings = self._equalities()
         self._list_ignored()
         x, y, z = m.opt.gravity
         name = m.names.split(b"\0", 1)[0].decode()
         return Robot(
             self._path.stem if name in _NAMELESS else name,
-            _ROOT,
+            ROOT,
             links,
             _started(joints, couplings),
             tuple(self._ignored),
             (float(x), float(y), float(z)),
-            actuators,
-            tendons,
+            driving,
+            stretching,
             closures,
             couplings,
         )
 
-    def _name(self, kind: str, index: int) -> str:
-        found = self._mujoco.mj_id2name(self._m, getattr(self._mujoco.mjtObj, f"mjOBJ_{kind.upper()}"), index)
-        return str(found) if found else f"{kind}_{index}"
-
-    def _body(self, index: int) -> str:
-        return self._name("body", index) if index else _ROOT
-
     def _inertia(self, body: int) -> Inertia | None:
-        m, turn = self._m, _turned(self._m.body_iquat[body])
+        m, turn = self._m, turned(self._m.body_iquat[body])
         mass, principal = float(m.body_mass[body]), m.body_inertia[body]
         if not mass and not principal.any():
             return None
@@ -133,7 +109,7 @@ class _Reader:
         Joint k turns about its anchor a_k in the axes of the body as the joints before left them.
         """
         m, name = self._m, self._body(body)
-        link, pose = self._body(m.body_parentid[body]), Pose.of(m.body_pos[body].copy(), _turned(m.body_quat[body]))
+        link, pose = self._body(m.body_parentid[body]), Pose.of(m.body_pos[body].copy(), turned(m.body_quat[body]))
         first, count = m.body_jntadr[body], m.body_jntnum[body]
         for k in range(first, first + count):
             free, anchor = m.jnt_type[k] == _FREE, m.jnt_pos[k].copy()
@@ -149,12 +125,30 @@ class _Reader:
     def _joint(self, k: int, parent: str, child: str, pose: Pose) -> Joint:
         m, kind = self._m, int(self._m.jnt_type[k])
         name, at, dof = self._name("joint", k), int(m.jnt_qposadr[k]), int(m.jnt_dofadr[k])
+        self._compiled.note(
+            {
+                f"polynomial stiffness and damping of the joint {name}": ("jnt_stiffnesspoly", "dof_dampingpoly"),
+                f"limits of the joint {name}": ("jnt_limited",) if kind in (_FREE, _BALL) else (),
+                f"limits of the actuators' force on the joint {name}": ("jnt_actfrclimited",),
+            },
+            {"jnt": k, "dof": dof},
+        )
         axis = m.jnt_axis[k] / np.linalg.norm(m.jnt_axis[k])
         if kind in (_FREE, _BALL):
-            if m.jnt_stiffness[k] or m.dof_damping[dof] or m.dof_armature[dof] or m.dof_frictionloss[dof]:
-                self._ignored.append(f"stiffness, damping, armature and friction loss of the joint {name}")
-            start = tuple(map(float, m.qpos0[at : at + (7 if kind == _FREE else 4)]))
-            return Joint(name, "floating" if kind == _FREE else "spherical", parent, child, pose, axis, start=start)
+            if m.dof_frictionloss[dof]:
+                self._ignored.append(f"friction loss of the joint {name}")
+            return Joint(
+                name,
+                "floating" if kind == _FREE else "spherical",
+                parent,
+                child,
+                pose,
+                axis,
+                damping=float(m.dof_damping[dof]),
+                start=tuple(map(float, m.qpos0[at : at + (7 if kind == _FREE else 4)])),
+                stiffness=float(np.ravel(m.jnt_stiffness[k])[0]),
+                armature=float(m.dof_armature[dof]),
+            )
         limited = bool(m.jnt_limited[k])
         return Joint(
             name,
@@ -173,58 +167,6 @@ class _Reader:
             rest=float(m.qpos_spring[at]),
             armature=float(m.dof_armature[dof]),
         )
-
-    # ------------------------------------------------------------------------------------------ actuators, tendons
-
-    def _actuators(self) -> Iterator[Actuator]:
-        """Those that are a force on coordinates, affine in the control, the length and its rate."""
-        m, own = self._m, self._mujoco
-        for k in range(m.nu):
-            name = self._name("actuator", k)
-            length = self._length(int(m.actuator_trntype[k]), int(m.actuator_trnid[k][0]), float(m.actuator_gear[k][0]))
-            fixed = m.actuator_gaintype[k] == own.mjtGain.mjGAIN_FIXED
-            affine = m.actuator_biastype[k] == own.mjtBias.mjBIAS_AFFINE
-            plain = affine or m.actuator_biastype[k] == own.mjtBias.mjBIAS_NONE
-            if length is None or not (fixed and plain and m.actuator_dyntype[k] == own.mjtDyn.mjDYN_NONE):
-                self._ignored.append(f"the actuator {name}")
-                continue
-            b0, b1, b2 = (float(x) if affine else 0.0 for x in m.actuator_biasprm[k][:3])
-            low, high = map(float, m.actuator_ctrlrange[k])
-            limits = (low, high) if m.actuator_ctrllimited[k] else (None, None)
-            yield Actuator(name, length, float(m.actuator_gainprm[k][0]), (b0, b1, b2), *limits)
-
-    def _length(self, kind: int, target: int, gear: float) -> Sum | None:
-        """The length of a transmission of joints that have one coordinate; None for others."""
-        transmission = self._mujoco.mjtTrn
-        if kind == transmission.mjTRN_TENDON:
-            sums = self._tendon(target)
-            return None if sums is None else tuple((joint, gear * factor) for joint, factor in sums)
-        if kind not in (transmission.mjTRN_JOINT, transmission.mjTRN_JOINTINPARENT):
-            return None
-        return ((self._name("joint", target), gear),) if self._m.jnt_type[target] in (_SLIDE, _HINGE) else None
-
-    def _tendon(self, index: int) -> Sum | None:
-        """The joints of a fixed tendon with their factors; None for a spatial one."""
-        m, first = self._m, self._m.tendon_adr[index]
-        wraps = range(first, first + m.tendon_num[index])
-        if any(m.wrap_type[w] != self._mujoco.mjtWrap.mjWRAP_JOINT for w in wraps):
-            return None
-        return tuple((self._name("joint", int(m.wrap_objid[w])), float(m.wrap_prm[w])) for w in wraps)
-
-    def _tendons(self) -> Iterator[Tendon]:
-        m = self._m
-        for k in range(m.ntendon):
-            name, length = self._name("tendon", k), self._tendon(k)
-            stiffness, damping = float(np.ravel(m.tendon_stiffness[k])[0]), float(np.ravel(m.tendon_damping[k])[0])
-            low, high = map(float, m.tendon_lengthspring[k])
-            if length is None or low != high:
-                if stiffness or damping:
-                    self._ignored.append(f"the tendon {name}")
-                continue
-            if stiffness or damping:
-                yield Tendon(name, length, stiffness, low, damping)
-            if m.tendon_limited[k] or m.tendon_frictionloss[k]:
-                self._ignored.append(f"limits and friction loss of the tendon {name}")
 
     # -------------------------------------------------------------------------------------------------- equalities
 
@@ -282,7 +224,7 @@ def _closure(name: str, ends: tuple[str, str], data: Floats, *, weld: bool) -> C
     if not weld:
         first, second = Pose(data[:3].copy()), Pose(data[3:6].copy())
         return Closure(name, "spherical", (ends[0], first), (ends[1], second))
-    turn = _turned(data[6:10] / np.linalg.norm(data[6:10]))
+    turn = turned(data[6:10] / np.linalg.norm(data[6:10]))
     anchor = data[:3].copy()
     first = Pose.of(data[3:6] + turn @ anchor, turn)
     return Closure(name, "fixed", (ends[0], first), (ends[1], Pose(anchor)))

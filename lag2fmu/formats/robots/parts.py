@@ -10,7 +10,7 @@ import sympy as sp
 
 from lag2fmu.description.events import Friction, Stop
 from lag2fmu.description.joints import Joint as Closing
-from lag2fmu.description.parts import Constraint, Damper, Spring
+from lag2fmu.description.parts import Constraint, Damper, Load, Spring
 from lag2fmu.description.places import Frame, Point
 from lag2fmu.description.symbols import Declared, coordinate, parameter
 from lag2fmu.formats.robots.tree import Floats, Joint, Pose
@@ -18,10 +18,10 @@ from lag2fmu.formats.robots.tree import Floats, Joint, Pose
 UNITS = {"revolute": "rad", "prismatic": "m"}
 """Of the coordinates of joints that have one."""
 
-_RATES = {"rad": "N.m.s/rad", "m": "N.s/m"}
+DAMPINGS = {"rad": "N.m.s/rad", "m": "N.s/m"}
 _FORCES = {"rad": "N.m", "m": "N"}
-_STIFFNESSES = {"rad": "N.m/rad", "m": "N/m"}
-_INERTIAS = {"rad": "kg.m2", "m": "kg"}
+STIFFNESSES = {"rad": "N.m/rad", "m": "N/m"}
+INERTIAS = {"rad": "kg.m2", "m": "kg"}
 
 
 @dataclass
@@ -41,6 +41,7 @@ class Parts:
     armatures: list[sp.Expr] = field(default_factory=list)
     inputs: list[Declared] = field(default_factory=list)
     forces: dict[str, sp.Expr] = field(default_factory=dict)
+    loads: list[Load] = field(default_factory=list)
     closures: list[Closing] = field(default_factory=list)
     constraints: list[Constraint] = field(default_factory=list)
 
@@ -66,16 +67,16 @@ class Parts:
         """What acts on the coordinate ``q`` of ``joint``: damper, dry friction, spring, armature, and ``stops``."""
         name, unit = str(q), UNITS[joint.kind]
         if joint.damping:
-            c = self.parameter(f"damping_{name}", joint.damping, _RATES[unit])
+            c = self.parameter(f"damping_{name}", joint.damping, DAMPINGS[unit])
             self.dampers.append(Damper(name, c, rate=q.dot))
         if joint.friction:
             force = self.parameter(f"friction_{name}", joint.friction, _FORCES[unit])
             self.frictions.append(Friction(f"friction_of_{name}", on=q.dot, force=force))
         if joint.stiffness:
-            k = self.parameter(f"stiffness_{name}", joint.stiffness, _STIFFNESSES[unit])
+            k = self.parameter(f"stiffness_{name}", joint.stiffness, STIFFNESSES[unit])
             rest = self.parameter(f"rest_{name}", joint.rest, unit) if joint.rest else 0
             self.springs.append(Spring(f"spring_of_{name}", k, elongation=q - rest))
         if joint.armature:
-            self.armatures.append(self.parameter(f"armature_{name}", joint.armature, _INERTIAS[unit]) * q.dot**2 / 2)
+            self.armatures.append(self.parameter(f"armature_{name}", joint.armature, INERTIAS[unit]) * q.dot**2 / 2)
         if stops and (joint.lower, joint.upper) != (None, None):
             self.stops.append(Stop(f"stop_of_{name}", of=q, lower=joint.lower, upper=joint.upper))

@@ -102,6 +102,7 @@ class Joint:
     child. ``lower``, ``upper``: its limits, None without. ``damping`` in N.s/m or N.m.s/rad, ``friction`` in N or N.m.
     It turns or moves by its coordinate less the ``reference``. ``start``: of its coordinates, none where 0 or no turn.
     ``stiffness`` (N/m, N.m/rad) of a spring at rest at ``rest``; ``armature`` (kg or kg.m2) moves with the coordinate.
+    A spherical or floating joint has them along all its velocities, with its spring at rest at its ``start``.
     """
 
     name: str
@@ -127,11 +128,49 @@ Sum = tuple[tuple[str, float], ...]
 
 
 @dataclass(frozen=True)
+class Turning:
+    """The rate ``gear`` times the angular velocity of a spherical ``joint``, or velocity and this of a floating one.
+
+    The velocity is along the axes of the parent, the angular velocity along those of the child or, ``in_parent``, of
+    the parent.
+    """
+
+    joint: str
+    gear: tuple[float, ...]
+    in_parent: bool
+
+
+Spot = tuple[str, tuple[float, ...]]
+"""A link, and a place (3,) in its axes."""
+
+
+@dataclass(frozen=True)
+class Span:
+    """A length: the distance between two spots, times the ``gear``."""
+
+    ends: tuple[Spot, Spot]
+    gear: float = 1.0
+
+
+@dataclass(frozen=True)
+class Wrench:
+    """What a force of 1 is: a ``force`` and a ``torque``, (3,), at a ``place`` of a ``link``, in the link's axes."""
+
+    link: str
+    place: tuple[float, ...]
+    force: tuple[float, ...]
+    torque: tuple[float, ...]
+
+
+Transmission = Sum | Turning | Span | Wrench
+
+
+@dataclass(frozen=True)
 class Actuator:
-    """A force along the ``length``: gain u + bias[0] + bias[1] length + bias[2] length', u its input within limits."""
+    """A force ``along`` something: gain u + bias[0] + bias[1] length + bias[2] length', u its input within limits."""
 
     name: str
-    length: Sum
+    along: Transmission
     gain: float
     bias: tuple[float, float, float]
     lower: float | None
@@ -143,7 +182,7 @@ class Tendon:
     """A spring of ``stiffness`` with the ``rest`` length, and a damper, along the ``length``."""
 
     name: str
-    length: Sum
+    length: Sum | Span
     stiffness: float
     rest: float
     damping: float

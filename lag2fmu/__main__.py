@@ -1,4 +1,4 @@
-"""``python -m lag2fmu.cli`` is the command lag2fmu."""
+"""``python -m lag2fmu`` is the command lag2fmu."""
 
 from lag2fmu.cli import main
 

@@ -1,0 +1,66 @@
+"""A model as MuJoCo compiled it: names, and what it holds that is not taken."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Mapping
+from typing import Any
+
+import numpy as np
+
+from lag2fmu.formats.robots.tree import Floats
+
+ROOT = "world"
+
+
+def turned(quaternion: Iterable[float]) -> Floats:
+    """The matrix (3, 3) of a quaternion, its scalar part first."""
+    w, *v = quaternion
+    e = np.array(v)
+    skew = np.array([[0, -e[2], e[1]], [e[2], 0, -e[0]], [-e[1], e[0], 0]])
+    matrix: Floats = np.eye(3) + 2 * w * skew + 2 * skew @ skew
+    return matrix
+
+
+class Compiled:
+    """The ``model`` (mjModel) of the module ``mujoco``; ``ignored`` collects what nothing is made of."""
+
+    def __init__(self, mujoco: Any, model: Any) -> None:
+        self.mujoco, self.model = mujoco, model
+        self.ignored: list[str] = []
+
+    def name(self, kind: str, index: int) -> str:
+        """The name of an object of a ``kind`` of mjtObj, made up where it has none."""
+        found = self.mujoco.mj_id2name(self.model, getattr(self.mujoco.mjtObj, f"mjOBJ_{kind.upper()}"), index)
+        return str(found) if found else f"{kind}_{index}"
+
+    def body(self, index: int) -> str:
+        """The name of a body, of the world too."""
+        return self.name("body", index) if index else ROOT
+
+    def note(self, kinds: Mapping[str, Iterable[str]], rows: Mapping[str, int]) -> None:
+        """Put a text of ``kinds`` {text: lists of the model} on ``ignored`` where one of its lists is not 0.
+
+        ``rows`` {what the names of lists begin with: index}. Lists that an older MuJoCo does not have are 0.
+        """
+        for text, lists in kinds.items():
+            held = (getattr(self.model, x)[rows[x.partition("_")[0]]] for x in lists if hasattr(self.model, x))
+            if any(np.any(row) for row in held):
+                self.ignored.append(text)
+
+
+def disabled_taken_out(mujoco: Any, model: Any) -> None:
+    """Set to 0 in ``model`` what its <flag> disables: gravity, springs, dampers, actuators, limits and so on."""
+    lists = {
+        "GRAVITY": (model.opt.gravity,),
+        "SPRING": (model.jnt_stiffness, model.tendon_stiffness),
+        "DAMPER": (model.dof_damping, model.tendon_damping),
+        "LIMIT": (model.jnt_limited, model.tendon_limited),
+        "FRICTIONLOSS": (model.dof_frictionloss, model.tendon_frictionloss),
+        "EQUALITY": (model.eq_active0,),
+    }
+    lists["CONSTRAINT"] = sum((lists[name] for name in ("LIMIT", "FRICTIONLOSS", "EQUALITY")), ())
+    for name, entries in lists.items():
+        flag = getattr(mujoco.mjtDisableBit, f"mjDSBL_{name}", None)
+        if flag is not None and model.opt.disableflags & int(flag):
+            for entry in entries:
+                entry[:] = 0

@@ -1,0 +1,126 @@
+"""Actuators and tendons of a model that MuJoCo compiled: forces on coordinates, at sites and between them."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+
+import numpy as np
+
+from lag2fmu.formats.robots.compiled import Compiled, turned
+from lag2fmu.formats.robots.tree import Actuator, Span, Sum, Tendon, Transmission, Turning, Wrench
+
+_FREE, _BALL = 0, 1  # mjtJoint
+
+
+def actuators(compiled: Compiled) -> Iterator[Actuator]:
+    """Those whose force is affine in the control, the length and its rate; the others are noted as ignored."""
+    m, own = compiled.model, compiled.mujoco
+    for k in range(len(m.actuator_trntype)):
+        name = compiled.name("actuator", k)
+        affine = m.actuator_biastype[k] == own.mjtBias.mjBIAS_AFFINE
+        b0, b1, b2 = tuple(float(x) if affine else 0.0 for x in m.actuator_biasprm[k][:3])
+        through = _transmission(compiled, k) if _is_plain(compiled, k) else None
+        unknown = {Turning: bool(b1), Wrench: bool(b1 or b2)}.get(type(through), False)  # length, rate that it needs
+        if through is None or unknown:
+            compiled.ignored.append(f"the actuator {name}")
+            continue
+        compiled.note(
+            {
+                f"limits of the force of the actuator {name}": ("actuator_forcelimited",),
+                f"damping and armature of the actuator {name}": (
+                    "actuator_damping",
+                    "actuator_dampingpoly",
+                    "actuator_armature",
+                ),
+            },
+            {"actuator": k},
+        )
+        control = int(m.actuator_ctrladr[k]) if hasattr(m, "actuator_ctrladr") else k
+        low, high = map(float, m.actuator_ctrlrange[control])
+        limits = (low, high) if m.actuator_ctrllimited[control] else (None, None)
+        yield Actuator(name, through, float(m.actuator_gainprm[k][0]), (b0, b1, b2), *limits)
+
+
+def _is_plain(compiled: Compiled, k: int) -> bool:
+    """Whether the actuator is on, has one control without delay or states, and a force that is affine in it."""
+    m, own = compiled.model, compiled.mujoco
+    off = m.opt.disableflags & int(own.mjtDisableBit.mjDSBL_ACTUATION)
+    group = int(m.actuator_group[k])
+    off = off or (0 <= group < 31 and int(m.opt.disableactuator) >> group & 1)
+    delayed = hasattr(m, "actuator_delay") and m.actuator_delay[k]
+    several = hasattr(m, "actuator_ctrlnum") and m.actuator_ctrlnum[k] != 1
+    return bool(
+        not (off or delayed or several)
+        and m.actuator_gaintype[k] == own.mjtGain.mjGAIN_FIXED
+        and int(m.actuator_biastype[k]) in map(int, (own.mjtBias.mjBIAS_AFFINE, own.mjtBias.mjBIAS_NONE))
+        and m.actuator_dyntype[k] == own.mjtDyn.mjDYN_NONE
+    )
+
+
+def _transmission(compiled: Compiled, k: int) -> Transmission | None:
+    """What the force of the actuator acts along; None for what is not taken."""
+    m, kinds = compiled.model, compiled.mujoco.mjtTrn
+    kind, target, gear = int(m.actuator_trntype[k]), int(m.actuator_trnid[k][0]), [float(x) for x in m.actuator_gear[k]]
+    if kind == kinds.mjTRN_TENDON:
+        length = _tendon(compiled, target)
+        if isinstance(length, Span):
+            return Span(length.ends, gear[0])
+        return None if length is None else tuple((joint, gear[0] * factor) for joint, factor in length)
+    if kind in (kinds.mjTRN_JOINT, kinds.mjTRN_JOINTINPARENT):
+        name, joint = compiled.name("joint", target), int(m.jnt_type[target])
+        if joint in (_FREE, _BALL):
+            along = gear[:3] if joint == _BALL else gear
+            return Turning(name, tuple(along), in_parent=bool(kind == kinds.mjTRN_JOINTINPARENT))
+        return ((name, gear[0]),)
+    if kind == kinds.mjTRN_SITE and m.actuator_trnid[k][1] < 0:  # else relative to another site
+        matrix = turned(m.site_quat[target])
+        force, torque = (tuple(map(float, matrix @ part)) for part in (gear[:3], gear[3:]))
+        return Wrench(*_site(compiled, target), force, torque)
+    return None
+
+
+def _site(compiled: Compiled, site: int) -> tuple[str, tuple[float, ...]]:
+    """The body of a site, and its place there."""
+    m = compiled.model
+    return compiled.body(int(m.site_bodyid[site])), tuple(map(float, m.site_pos[site]))
+
+
+def _tendon(compiled: Compiled, index: int) -> Sum | Span | None:
+    """The joints of a fixed tendon with their factors, or the two sites of a spatial one; None for others."""
+    m, kinds, first = compiled.model, compiled.mujoco.mjtWrap, compiled.model.tendon_adr[index]
+    wraps = range(first, first + m.tendon_num[index])
+    if all(m.wrap_type[w] == kinds.mjWRAP_JOINT for w in wraps):
+        return tuple((compiled.name("joint", int(m.wrap_objid[w])), float(m.wrap_prm[w])) for w in wraps)
+    if len(wraps) != 2 or any(m.wrap_type[w] != kinds.mjWRAP_SITE for w in wraps):
+        return None
+    start, end = (_site(compiled, int(m.wrap_objid[w])) for w in wraps)
+    return Span((start, end))
+
+
+def tendons(compiled: Compiled) -> Iterator[Tendon]:
+    """Those that are springs and dampers; what else they are is noted as ignored."""
+    m = compiled.model
+    for k in range(m.ntendon):
+        name, length = compiled.name("tendon", k), _tendon(compiled, k)
+        stiffness, damping = float(np.ravel(m.tendon_stiffness[k])[0]), float(np.ravel(m.tendon_damping[k])[0])
+        low, high = map(float, m.tendon_lengthspring[k])
+        if length is None or (stiffness and low != high):  # slack between two lengths
+            if stiffness or damping:
+                compiled.ignored.append(f"the tendon {name}")
+        elif stiffness or damping:
+            yield Tendon(name, length, stiffness, low, damping)
+        compiled.note(
+            {
+                f"limits and friction loss of the tendon {name}": (
+                    "tendon_limited",
+                    "tendon_frictionloss",
+                    "tendon_actfrclimited",
+                ),
+                f"armature and polynomials of the tendon {name}": (
+                    "tendon_armature",
+                    "tendon_stiffnesspoly",
+                    "tendon_dampingpoly",
+                ),
+            },
+            {"tendon": k},
+        )

@@ -1,0 +1,75 @@
+"""Spherical and floating joints, which turn by a quaternion: their velocities, and what acts along all of these.
+
+Source: Wittenburg, Dynamics of Multibody Systems, 2nd edition, chapter 2.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import sympy as sp
+
+from lag2fmu.description.parts import Damper, Spring
+from lag2fmu.description.places import AXES
+from lag2fmu.formats.robots.parts import DAMPINGS, INERTIAS, STIFFNESSES, Parts
+from lag2fmu.formats.robots.tree import Joint
+from lag2fmu.formats.robots.writing import number
+from lag2fmu.language.vocabulary import Smooth, symbol
+
+_LEAST = sp.Rational("1e-30")
+"""Added to the square of a sine: a turn by nothing has a direction then; the others change by less than rounding."""
+
+
+def velocity(name: str) -> list[sp.Symbol]:
+    """The velocity (3 entries) of the floating joint ``name``, along the axes of its parent, in m/s."""
+    return [symbol(f"{name}_{axis}_dot") for axis in AXES]
+
+
+def angular_velocity(name: str, *, in_parent: bool = False) -> list[sp.Expr]:
+    """That of the child in its parent (3 entries, rad/s) by the quaternion of the joint ``name``.
+
+    It is along the axes of the child, or of the parent.
+    """
+    scalar, *vector = (symbol(f"{name}_e{k}") for k in range(4))
+    rate, *rates = (symbol(f"{name}_e{k}_dot") for k in range(4))
+    e, e_dot = sp.Matrix(vector), sp.Matrix(rates)
+    turning = e.cross(e_dot) if in_parent else e_dot.cross(e)
+    return [2 * entry for entry in scalar * e_dot - rate * e + turning]
+
+
+def angle_from(name: str, rest: Sequence[float]) -> sp.Expr:
+    """The angle (0 to pi) between the orientation of the joint ``name`` and the quaternion ``rest``."""
+    scalar, *vector = (symbol(f"{name}_e{k}") for k in range(4))
+    r, *axis = map(number, rest)
+    e, a = sp.Matrix(vector), sp.Matrix(axis)
+    cosine, sines = r * scalar + a.dot(e), r * e - scalar * a - a.cross(e)
+    return 2 * sp.atan2(sp.sqrt(sines.dot(sines) + _LEAST), Smooth(sp.Abs(cosine)))
+
+
+def act_on_all(joint: Joint, name: str, parts: Parts) -> None:
+    """Add to ``parts`` the dampers, springs and armature of a spherical or floating ``joint``, called ``name``."""
+    turns = angular_velocity(name)
+    for unit, rates in {"m": velocity(name) if joint.kind == "floating" else [], "rad": turns}.items():
+        if not rates:
+            continue
+        suffix = f"{name}_turn" if unit == "rad" and joint.kind == "floating" else name
+        if joint.damping:
+            c = parts.parameter(f"damping_{suffix}", joint.damping, DAMPINGS[unit])
+            parts.dampers += [Damper(f"damper_{suffix}_{axis}", c, rate=x) for axis, x in zip(AXES, rates, strict=True)]
+        if joint.stiffness:
+            k = parts.parameter(f"stiffness_{suffix}", joint.stiffness, STIFFNESSES[unit])
+            parts.springs += [
+                Spring(f"spring_of_{suffix}{end}", k, elongation=x) for end, x in _elongations(joint, name, unit, parts)
+            ]
+        if joint.armature:
+            inertia = parts.parameter(f"armature_{suffix}", joint.armature, INERTIAS[unit])
+            parts.armatures.append(inertia * sp.Add(*(x**2 for x in rates)) / 2)
+
+
+def _elongations(joint: Joint, name: str, unit: str, parts: Parts) -> list[tuple[str, sp.Expr]]:
+    """What the springs of a ``joint`` are longer than at rest, (end of the name, in m or rad)."""
+    if unit == "rad":
+        return [("", angle_from(name, joint.start[-4:]))]
+    places = zip((f"{name}_{axis}" for axis in AXES), joint.start[:3], strict=True)
+    rests = ((place, parts.parameter(f"rest_{place}", rest, "m") if rest else 0) for place, rest in places)
+    return [(place.removeprefix(name), symbol(place) - rest) for place, rest in rests]
