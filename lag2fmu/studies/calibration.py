@@ -17,13 +17,13 @@ from lag2fmu.formats.loading import as_mechanism, with_values
 from lag2fmu.mechanism.display import display_units
 from lag2fmu.mechanism.record import Mechanism
 from lag2fmu.reference.trajectory import Floats
-from lag2fmu.studies.asking import check_tolerance
 from lag2fmu.studies.calibrated import Calibration, summed_up, told
 from lag2fmu.studies.fits import Fit, FreeValue, Measurement
 from lag2fmu.studies.free_values import free_values
 from lag2fmu.studies.library import Library, Study, compiled
 from lag2fmu.studies.measurements import Data, measurements_of
 from lag2fmu.studies.sensitivities import directed_run
+from lag2fmu.verify.plan import check_tolerance
 
 TOLERANCE = 1e-8
 _ROUNDS = 4
