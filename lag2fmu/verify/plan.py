@@ -18,6 +18,8 @@ from lag2fmu.verify.run import Floats, Kind, Plan, Run, Scalar
 
 POINTS = 500
 """Communication steps of a run for which no usable one is known."""
+LEAST_TOLERANCE = 2e-15
+"""The relative tolerance that rounding allows."""
 
 
 def _recorded(run: Run, scalars: Mapping[str, Scalar]) -> list[str]:
@@ -32,7 +34,9 @@ def planned(description: Any, scalars: Mapping[str, Scalar], run: Run) -> Plan:
     if run.kind not in (kinds := get_args(Kind)):
         raise LoadError(f"there is no simulation of kind {run.kind!r}; expected {' or '.join(map(repr, kinds))}")
     stop_time, step = _times(description, run.stop_time, run.step)
-    _check_times(stop_time - run.start_time, step)
+    check_times(stop_time - run.start_time, step)
+    if run.tolerance is not None:
+        check_tolerance(run.tolerance)
     names = _recorded(run, scalars)
     _check_known(names, list(scalars), "variable")
     _check_values(run.values or {}, scalars)
@@ -78,12 +82,21 @@ def takes_derivatives(description: Any, kind: Kind = "co-simulation") -> bool:
     return asks and str(description.generationTool or "").startswith("lag2fmu")
 
 
-def _check_times(stop_time: float, step: float) -> None:
+def check_times(stop_time: float, step: float) -> None:
+    """Raise LoadError unless 0 < ``step`` <= ``stop_time``, in s, are finite."""
     for label, value in (("stop time", stop_time), ("step", step)):
         if not (math.isfinite(value) and value > 0):
             raise LoadError(f"the {label} {value!r} s is not positive and finite")
     if step > stop_time:
         raise LoadError(f"the step {step!r} s is longer than the stop time {stop_time!r} s")
+
+
+def check_tolerance(tolerance: float) -> float:
+    """The relative ``tolerance``; raises LoadError for what no solver can meet, and for what asks nothing of it."""
+    if not LEAST_TOLERANCE <= tolerance < 1.0:
+        least = f"at least {LEAST_TOLERANCE:g} and below 1, such as 1e-6"
+        raise LoadError(f"the tolerance {tolerance!r} is no relative tolerance; give one of {least}")
+    return float(tolerance)
 
 
 def _check_known(names: Sequence[str], known: Sequence[str], what: str) -> None:

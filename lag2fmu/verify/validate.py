@@ -34,7 +34,7 @@ from lag2fmu.verify.hybrid import extent, row_checks, row_outputs
 from lag2fmu.verify.inputs import Inputs, trajectory_of
 from lag2fmu.verify.instances import description_of, has_event_mode, offers_model_exchange, problems
 from lag2fmu.verify.invariants import action_note, drift_checks, hamilton_checks
-from lag2fmu.verify.plan import takes_derivatives, times_of
+from lag2fmu.verify.plan import check_times, check_tolerance, takes_derivatives, times_of
 from lag2fmu.verify.pointwise import pointwise_checks
 from lag2fmu.verify.report import Check, Report
 from lag2fmu.verify.run import Kind, Run
@@ -104,7 +104,10 @@ def validate_fmu(
     """
     mechanism, experiment = complete(mechanism), mechanism.experiment
     hold = hold or not takes_derivatives(description_of(path)) or moves_a_target(mechanism, inputs)
-    task = Task(mechanism, path, stop_time or experiment.stop_time, tolerance or experiment.tolerance, inputs, hold)
+    stop_time = experiment.stop_time if stop_time is None else stop_time
+    check_times(stop_time, min(experiment.step, stop_time))
+    tolerance = experiment.tolerance if tolerance is None else check_tolerance(tolerance)
+    task = Task(mechanism, path, stop_time, tolerance, inputs, hold)
     found = problems(path)
     checks = [Check("findings of fmpy's validation", float(len(found)), 0.0, "; ".join(found)[:200])]
     references = _References(task, progress or (lambda share: None))
