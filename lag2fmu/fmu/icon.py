@@ -15,7 +15,7 @@ _FINE, _MARGIN, _THINNEST = 4, 4, 1.2
 """Pixels are drawn so many times finer along each side; margin and thinnest line in pixels of the icon."""
 _LEAST = 20.0
 """Units of the picture that fill the icon at least: one small body stays small."""
-_LEFT_OUT = ("coordinate", "axis", "gravity", "name")
+_LEFT_OUT = ("coordinate", "axis", "gravity", "name", "leader")
 """Styles of what explains the picture and is too small to be read here."""
 
 
