@@ -69,6 +69,8 @@ def _parsed(
     lines: list[int] = []
     try:
         header, own = _headings(next(reader, []), f"{where}, line 1", {} if units is None else units)
+        if not header and not first:
+            raise LoadError(f"{where}, line 1: the names of the columns are missing; begin with a line of them")
         if not header or (first and header[0] != first):
             found, commas = header[:1] or "missing", "; separate columns by commas" if ";" in text[:1000] else ""
             raise LoadError(f"{where}, line 1: the first column is {found}, expected 'time' (time,name,...){commas}")

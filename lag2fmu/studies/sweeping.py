@@ -78,7 +78,11 @@ def sweep(  # noqa: PLR0913 (choices of the user)
         else:
             task, units, title = task_of_model(model, design, wanted, libraries, threads=1 if executor else None)
         store = Store(target, task, design, _size(part, task, len(design)))
-        _make_parts(store, task, design, executor, progress)
+        try:
+            _make_parts(store, task, design, executor, progress)
+        except BaseException:
+            store.leave()
+            raise
     found = dataset(store, task, design, units, title)
     if target is not None:
         save(found, target)

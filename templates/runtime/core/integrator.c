@@ -16,10 +16,10 @@
 #include "solver_steps.h"
 #include "step_size.h"
 
-static const double FARTHEST = 1000.0;       /* communication steps that a solver step may pass */
-static const double MOST_STEPS = 1e12;       /* of a fixed-step method in a communication step */
-static const double NEAR_POLE = 1e6;         /* of the shortest step: no step goes nearer to a pole of a force */
-static const int64_t MOST_TRIALS = 10000000; /* of an adaptive method likewise: so motions that blow up end */
+static const double FARTHEST = 1000.0;       /* a solver step may pass so many communication steps */
+static const double MOST_STEPS = 1e12;       /* the most steps of a fixed-step method in a communication step */
+static const double NEAR_POLE = 1e6;         /* so many shortest steps before a pole of a force the run ends */
+static const int64_t MOST_TRIALS = 10000000; /* the most trial steps of an adaptive method in a communication step */
 
 /* The time (s) up to which steps may go. It is beyond the end of the communication step only if the same inputs may
    well hold there: they do not if they move, and are not expected to if something was changed before this communication
@@ -41,8 +41,9 @@ static bool interpolate(Instance *instance, double time, double states[]) {
     return project(instance, time, states, &moved);
 }
 
-/* Prepares interpolation for a step that goes beyond the communication point. Where the interpolant is farthest from
-   both ends it is tried whether constraints can be met: now a shorter step is the remedy, later there is none. */
+/* Prepares interpolation for a step that goes beyond the communication point. In the middle of the step it is tried
+   whether the interpolated states can be moved onto the constraints. If not, a shorter step is the remedy now; later
+   there would be none. */
 static bool prepare_interpolation(Instance *instance, Step step) {
     double states[N_STATES];
     return dense_begin(instance, step) &&
@@ -62,8 +63,8 @@ bool integrator_catch_up(Instance *instance) {
     return true;
 }
 
-/* A step that cannot be completed however short (s) may end where its mode does, as that of a root that has no value
-   beyond. */
+/* A step that fails however short (s) it is may be at the end of its mode: a square root, for one, has no value beyond
+   the place where its switch turns. Passes such an event; returns false if there is none. */
 static bool pass_event_ahead(Instance *instance, double shortest) {
     State *state = &instance->state;
     if (N_EVENTS == 0 || !events_at_hand(instance, 4.0 * shortest) || !pass_event(instance)) {
@@ -73,8 +74,8 @@ static bool pass_event_ahead(Instance *instance, double shortest) {
     return true;
 }
 
-/* Is the solver just before a place where the event function `pole` has no bound, as a force whose lever vanishes? -1:
-   there is no such function. Nearer to there rounding would decide how the motion goes on. */
+/* Is the solver just before a place where the event function `pole` has no bound, as a force whose lever vanishes?
+   Nearer to this place rounding errors would decide how the motion goes on. -1 stands for no such function. */
 static bool is_at_pole(Instance *instance, int pole, double shortest) {
     if (pole < 0 || !(instance->state.next_step < NEAR_POLE * shortest)) {
         return false;

@@ -19,7 +19,7 @@ static const double LITTLE = 1e-6;
 /* A function has a pole where it seems to be 0 and still has more than this part of its size. */
 static const double NO_ROOT_THERE = 1e-3;
 
-/* The event functions after the step, which is taken once more with its present length. */
+/* Takes the step once more, with this length (s), and sets values[N_EVENTS] to the event functions at its end. */
 static bool repeat(Instance *instance, Step *step, double length, double values[]) {
     State *state = &instance->state;
     step->end = state->time + length;
@@ -34,8 +34,7 @@ static bool repeat(Instance *instance, Step *step, double length, double values[
     return events_evaluate(instance, state->time, state->states, values);
 }
 
-/* Moves the end of the repeated step by a little (s): by the explicit midpoint rule, the error of which is of third
-   order. */
+/* Moves the end of the repeated step by a little (s), by the explicit midpoint rule, whose error is of third order. */
 static bool shift_end(Instance *instance, Step *step, double shift, double values[]) {
     Scratch *scratch = &instance->scratch;
     const double end = step->end + shift, *rates = scratch->new_derivatives;
@@ -55,7 +54,7 @@ static bool shift_end(Instance *instance, Step *step, double shift, double value
            bring_back_result(instance, *step) && events_evaluate(instance, end, scratch->new_states, values);
 }
 
-/* Takes the step to another end. Momenta of a variational method belong to the whole step. */
+/* Takes the step to another end. That of a variational method is repeated, because momenta belong to a whole step. */
 static bool move_end(Instance *instance, Step *step, double length, double values[]) {
     const double shift = length - step->length;
     const bool little = fabs(shift) <= LITTLE * step->length && step->end + shift <= instance->scratch.step_end;
@@ -63,9 +62,8 @@ static bool move_end(Instance *instance, Step *step, double length, double value
                                          : repeat(instance, step, length, values);
 }
 
-/* Repeats the step until the first function is 0 at its end, by secant steps from the root on its interpolant; at the
-   beginning of the step it is where it is.
-   values[N_EVENTS]: at that end. */
+/* Repeats the step until the first function is 0 at its end, by secant steps from the root on its interpolant. A root
+   at the beginning of the step stays there. values[N_EVENTS] are the event functions at the end. */
 static bool polish(Instance *instance, const Descents *found, Step *step, double values[]) {
     const double whole = step->length, rounding = DBL_EPSILON * fabs(step->end);
     const int k = found->first;
@@ -89,9 +87,9 @@ static bool polish(Instance *instance, const Descents *found, Step *step, double
     return true;
 }
 
-/* Notes which events are due at the end of the step: those of functions that came down there together. Where the step
-   has come to nothing, no shorter one tells the first of them better: a slip in space that comes to rest is never
-   nearer to 0 than the solver's errors are. */
+/* Notes which events are due at the end of the step: those of functions that came down there together. If the step has
+   length 0, the first function is due whatever its value: no shorter step tells its root better. A slip in space that
+   comes to rest, for one, is never nearer to 0 than the solver's errors. */
 static void note_due(Instance *instance, const Descents *found, Step step, const double values[]) {
     State *state = &instance->state;
     const double rounding = 4.0 * DBL_EPSILON * fabs(step.end) * fabs(found->slope);
@@ -105,8 +103,8 @@ static void note_due(Instance *instance, const Descents *found, Step step, const
     }
 }
 
-/* The function that seemed to come down is not 0 there: it changes its sign through infinity, as a force does whose
-   lever vanishes. A shorter step may end before that, or tell the root better. */
+/* Fails because the function that seemed to come down is not 0 there. It changes its sign through infinity, as a force
+   does whose lever vanishes. A shorter step may end before that, or tell the root better. */
 static bool report_pole(Instance *instance, int k) {
     instance->state.event_pending = 0;
     instance->failure.kind = FAILURE_EVENT_POLE;
@@ -180,7 +178,7 @@ static bool count_event(Instance *instance) {
     return false;
 }
 
-/* What the solver knows belongs to the equations before the event. */
+/* Lets the solver forget what it knows of the equations before the event. */
 static void start_anew(Instance *instance) {
     instance->state.first_stage_valid = 0;
     solver_forget(&instance->state.solver, false);
