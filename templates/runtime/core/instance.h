@@ -93,6 +93,7 @@ typedef enum {
     FAILURE_OVERFLOW,        /* a state left the range of double */
     FAILURE_ACCURACY,        /* the error of a state exceeds the tolerance however short the step */
     FAILURE_TRIAL_COUNT,     /* an adaptive method took too many steps */
+    FAILURE_STANDSTILL,      /* many steps of an adaptive method hardly took the time on */
     FAILURE_EVENT_COUNT,     /* a communication step met too many events */
     FAILURE_STEP_COUNT,      /* a fixed-step method would need too many steps */
     FAILURE_ITERATION,       /* the equations of an implicit step were not solved */
@@ -115,11 +116,13 @@ typedef struct {
                                         the index of the argument in ARGUMENTS */
     double amount;                   /* for ACCURACY: error in units of the tolerance; for the COUNTs: steps; for
                                         FURTHER: the derivative; for TABLE: the value of the argument */
-    double step;                     /* for OVERFLOW and ACCURACY: length of the trial step, s */
+    double step;                     /* for OVERFLOW and ACCURACY: length of the trial step, s; for STANDSTILL:
+                                        the time that the steps took, s */
     int count;                       /* for CONSTRAINTS and MASSLESS: the number of constraints that are not met */
     int constraints[SIZE_CONSTRAINTS];  /* for CONSTRAINTS and MASSLESS: the indices of these constraints */
     double residuals[SIZE_CONSTRAINTS]; /* for CONSTRAINTS and MASSLESS: the residuals of these constraints */
-    int event;                          /* for EVENT_VALUE and CHATTERING: the index of the event function */
+    int event;                          /* for EVENT_VALUE and CHATTERING: the index of the event function; for
+                                           STANDSTILL: of the last one that came down to 0, or -1 */
 } Failure;
 
 /* What the importer should know about a step that was completed. */

@@ -87,16 +87,34 @@ static bool polish(Instance *instance, const Descents *found, Step *step, double
     return true;
 }
 
-/* Notes which events are due at the end of the step: those of functions that came down there together. If the step has
-   length 0, the first function is due whatever its value: no shorter step tells its root better. A slip in space that
-   comes to rest, for one, is never nearer to 0 than the solver's errors. */
+/* Is the value of the event function k at the end of the step no more than what rounding of the states makes of it? A
+   stiff spring makes a force of this rounding which stays above 0 however often the step is repeated. */
+static bool is_rounding_of_states(Instance *instance, Step step, int k, double value) {
+    double states[N_STATES], values[SIZE_EVENTS], rounding = 0.0;
+    memcpy(states, instance->scratch.new_states, sizeof states);
+    for (int i = 0; i < N_STATES; i++) {
+        const double kept = states[i];
+        states[i] += 2.0 * DBL_EPSILON * kept;
+        if (!events_evaluate(instance, step.end, states, values)) {
+            return false;
+        }
+        rounding += fabs(values[k] - value);
+        states[i] = kept;
+    }
+    return value <= rounding;
+}
+
+/* Notes which events are due at the end of the step: those of functions that came down there together. If the step is
+   no longer than rounding of the time, the first function is due whatever its value: no shorter step tells its root
+   better. A slip in space that comes to rest, for one, is never nearer to 0 than the solver's errors. */
 static void note_due(Instance *instance, const Descents *found, Step step, const double values[]) {
     State *state = &instance->state;
-    const double rounding = 4.0 * DBL_EPSILON * fabs(step.end) * fabs(found->slope);
+    const double shortest = 4.0 * DBL_EPSILON * fabs(step.end), rounding = shortest * fabs(found->slope);
     for (int k = 0; k < N_EVENTS; k++) {
         const double noise = events_noise(instance, k);
         const bool came_down = found->theta[k] <= 1.0 && values[k] <= noise;
-        const bool first_due = k == found->first && (values[k] <= noise + rounding || step.length <= 0.0);
+        const bool first_due = k == found->first && (values[k] <= noise + rounding || step.length <= shortest ||
+                                                     is_rounding_of_states(instance, step, k, values[k]));
         state->due[k] = came_down || values[k] < -noise || first_due;
         state->event_rests[k] = state->due[k] ? 4.0 * fabs(values[k]) : state->event_rests[k];
         state->event_pending = state->event_pending || state->due[k];
@@ -161,6 +179,14 @@ bool events_at_hand(Instance *instance, double span) {
     return state->event_pending != 0;
 }
 
+int events_latest(const State *state, double since) {
+    int latest = -1;
+    for (int k = N_EVENTS - 1; k >= 0 && state->event_time >= since; k--) {
+        latest = state->due[k] ? k : latest;
+    }
+    return latest;
+}
+
 /* Counts events at one time; there are too many if modes do not settle. */
 static bool count_event(Instance *instance) {
     State *state = &instance->state;
@@ -172,9 +198,7 @@ static bool count_event(Instance *instance) {
     }
     instance->failure.kind = FAILURE_CHATTERING;
     instance->failure.time = state->time;
-    for (int k = N_EVENTS - 1; k >= 0; k--) {
-        instance->failure.event = state->due[k] ? k : instance->failure.event;
-    }
+    instance->failure.event = (int)larger(events_latest(state, state->time), 0);
     return false;
 }
 
